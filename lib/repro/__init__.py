@@ -1,0 +1,1 @@
+"""Book-keeping of the reproduction: experiments, ledger, verdicts, figures and pages."""
