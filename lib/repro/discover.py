@@ -1,0 +1,87 @@
+"""Find pages and producers by parsing the chapters, never by importing them."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+from pathlib import Path
+
+KINDS = ("experiment", "figure", "table", "claim", "numbers")
+
+
+@dataclass(frozen=True)
+class Producer:
+    """One marked function of a chapter page."""
+
+    kind: str
+    id: str
+    module: str
+    function: str
+    page: str
+    line: int
+    details: dict
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Experiments whose results the function reads."""
+        return tuple(self.details.get("needs", ()))
+
+
+def page_files(root: Path) -> list[Path]:
+    """Chapter pages below ``root/chapters``, in reading order."""
+    return sorted(
+        path
+        for path in (root / "chapters").glob("*/*.py")
+        if path.name != "__init__.py" and path.read_text("utf-8").lstrip().startswith("# %%")
+    )
+
+
+def page_id(root: Path, path: Path) -> str:
+    """Page id of a chapter file: path below chapters/ without its ending."""
+    return path.relative_to(root / "chapters").with_suffix("").as_posix()
+
+
+def producers(root: Path) -> list[Producer]:
+    """Every marked function of every chapter file; ids are unique within a kind."""
+    found: dict[tuple[str, str], Producer] = {}
+    for path in sorted((root / "chapters").glob("*/*.py")):
+        for producer in _of_file(root, path):
+            key = (producer.kind, producer.id)
+            if key in found:
+                other = found[key]
+                raise ValueError(
+                    f"{path}:{producer.line}: {producer.kind} {producer.id} is made by "
+                    f"{other.module}:{other.line} already; keep one of the two"
+                )
+            found[key] = producer
+    return list(found.values())
+
+
+def _of_file(root: Path, path: Path) -> list[Producer]:
+    page = page_id(root, path)
+    module = "chapters." + page.replace("/", ".")
+    made = []
+    for node in ast.parse(path.read_text("utf-8"), str(path)).body:
+        if not isinstance(node, ast.FunctionDef):
+            continue
+        for call in node.decorator_list:
+            if isinstance(call, ast.Call) and getattr(call.func, "id", "") in KINDS:
+                details = {k.arg: _literal(path, k.value) for k in call.keywords}
+                identifier = _literal(path, call.args[0])
+                made.append(
+                    Producer(
+                        call.func.id, identifier, module, node.name, page,
+                        node.lineno, details,
+                    )
+                )  # fmt: skip
+    return made
+
+
+def _literal(path: Path, node: ast.expr) -> object:
+    try:
+        return ast.literal_eval(node)
+    except ValueError:
+        raise ValueError(
+            f"{path}:{node.lineno}: arguments of a producer's decorator are literals, "
+            f"found {ast.unparse(node)}; write the value itself"
+        ) from None
