@@ -1,0 +1,67 @@
+"""Lines, planes, rigid poses and homographies.
+
+Everything is vectorised over points and rays, in float64. Poses are 4x4 arrays named
+target from source; Plücker lines keep the thesis's order (see `lines`).
+"""
+
+from raxel.geometry.homography import (
+    HomographyMoments,
+    apply_homography,
+    homography_dlt,
+    homography_ransac,
+    refine_homography,
+    transfer_jacobian,
+)
+from raxel.geometry.lines import (
+    pluecker_matrix,
+    pluecker_matrix_of_rays,
+    pluecker_matrix_of_vector,
+    pluecker_vector,
+    rays_of_pluecker_matrix,
+)
+from raxel.geometry.planes import (
+    PlaneIntersection,
+    intersect_lines_plane,
+    intersect_rays_plane,
+    plane_of_pose,
+)
+from raxel.geometry.poses import (
+    angle_between_rotations,
+    cross_matrix,
+    fit_pose,
+    inverse_pose,
+    nearest_rotation,
+    pose,
+    rotate,
+    rotation_from_vector,
+    transform,
+    vector_from_rotation,
+)
+
+__all__ = [
+    "HomographyMoments",
+    "PlaneIntersection",
+    "angle_between_rotations",
+    "apply_homography",
+    "cross_matrix",
+    "fit_pose",
+    "homography_dlt",
+    "homography_ransac",
+    "intersect_lines_plane",
+    "intersect_rays_plane",
+    "inverse_pose",
+    "nearest_rotation",
+    "plane_of_pose",
+    "pluecker_matrix",
+    "pluecker_matrix_of_rays",
+    "pluecker_matrix_of_vector",
+    "pluecker_vector",
+    "pose",
+    "rays_of_pluecker_matrix",
+    "refine_homography",
+    "rotate",
+    "rotation_from_vector",
+    "transfer_jacobian",
+    "transform",
+    "vector_from_rotation",
+]
