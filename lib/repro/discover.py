@@ -32,7 +32,8 @@ def page_files(root: Path) -> list[Path]:
     return sorted(
         path
         for path in (root / "chapters").glob("*/*.py")
-        if path.name != "__init__.py" and path.read_text("utf-8").lstrip().startswith("# %%")
+        if path.name != "__init__.py"
+        and path.read_text("utf-8").lstrip().startswith("# %%")
     )
 
 

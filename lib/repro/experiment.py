@@ -1,8 +1,8 @@
 """Experiments, and the producers that read their results.
 
 A chapter marks its functions with the decorators of this module. The arguments are
-literals: the workflow finds producers by parsing the chapter (`repro.discover`), so that
-looking at the plan of work never imports a chapter.
+literals: the workflow finds producers by parsing the chapter (`repro.discover`), so
+that looking at the plan of work never imports a chapter.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ ROOT_SEED = 2009
 Producer = TypeVar("Producer", bound=Callable)
 
 
-def _mark(kind: str, identifier: str, **details: object) -> Callable[[Producer], Producer]:
+def _mark(
+    kind: str, identifier: str, **details: object
+) -> Callable[[Producer], Producer]:
     def mark(function: Producer) -> Producer:
         marks = getattr(function, "repro_marks", ())
         function.repro_marks = (*marks, {"kind": kind, "id": identifier, **details})
@@ -36,39 +38,65 @@ def experiment(
     artefact: str,
     shards: dict[str, int],
     inputs: Sequence[str] = (),
+    per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
-    """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs."""
+    """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs.
+
+    With ``per_set`` (here and below) the producer stands once for every image set of
+    the report, and an experiment is called as ``function(effort, folder)``.
+    """
     return _mark(
-        "experiment", identifier, artefact=artefact, shards=shards, inputs=inputs
+        "experiment",
+        identifier,
+        artefact=artefact,
+        shards=shards,
+        inputs=inputs,
+        per_set=per_set,
     )
 
 
 def figure(
-    identifier: str, *, needs: Sequence[str] = (), evidence: str
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Drawing`` as the producer of a figure."""
-    return _mark("figure", identifier, needs=needs, evidence=evidence)
+    return _mark("figure", identifier, needs=needs, evidence=evidence, per_set=per_set)
 
 
 def table(
-    identifier: str, *, needs: Sequence[str] = (), evidence: str
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Table`` as the producer of a table."""
-    return _mark("table", identifier, needs=needs, evidence=evidence)
+    return _mark("table", identifier, needs=needs, evidence=evidence, per_set=per_set)
 
 
 def claim(
-    identifier: str, *, needs: Sequence[str] = (), evidence: str
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> list[Reading]`` as the test of a claim."""
-    return _mark("claim", identifier, needs=needs, evidence=evidence)
+    return _mark("claim", identifier, needs=needs, evidence=evidence, per_set=per_set)
 
 
 def numbers(
-    identifier: str, *, needs: Sequence[str] = (), evidence: str
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
-    """Mark ``function(results) -> {number id: Value}`` for the numbers of an artefact."""
-    return _mark("numbers", identifier, needs=needs, evidence=evidence)
+    """Mark ``function(results) -> {number id: Value}`` for an artefact's numbers."""
+    return _mark("numbers", identifier, needs=needs, evidence=evidence, per_set=per_set)
 
 
 def seed_of(artefact: str, condition: dict, trial: int) -> list[int]:
@@ -80,7 +108,9 @@ def seed_of(artefact: str, condition: dict, trial: int) -> list[int]:
 
 def trial_rng(artefact: str, condition: dict, trial: int) -> np.random.Generator:
     """Generator of one trial; the same whatever core, shard or order runs it."""
-    return np.random.default_rng(np.random.SeedSequence(seed_of(artefact, condition, trial)))
+    return np.random.default_rng(
+        np.random.SeedSequence(seed_of(artefact, condition, trial))
+    )
 
 
 def shard_pairs(plan: Plan, shard: int, of: int) -> list[tuple[int, int]]:
@@ -92,7 +122,7 @@ def shard_pairs(plan: Plan, shard: int, of: int) -> list[tuple[int, int]]:
 def run_trials(
     artefact: str, plan: Plan, pairs: Sequence[tuple[int, int]]
 ) -> tuple[list[dict], dict[str, np.ndarray]]:
-    """Run the pairs; return one record per trial, and the arrays they produced by name."""
+    """Run the pairs; return one record per trial, and their arrays by name."""
     records, arrays = [], {}
     for index, trial in pairs:
         condition = plan.conditions[index]

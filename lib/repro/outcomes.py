@@ -1,4 +1,4 @@
-"""What a chapter hands to the book-keeping: plans, readings, values, drawings, tables."""
+"""What a chapter hands to the book-keeping: plans, readings, values, drawings."""
 
 from __future__ import annotations
 

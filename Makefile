@@ -1,0 +1,47 @@
+# Two commands: make report, make test. `make help` lists the others.
+PYTHON ?= python3
+EFFORT ?= full
+CORES ?=
+TRIALS ?=
+RECORDED ?=
+PORT ?= 8000
+
+# Everything a run writes stays in the checkout; only package caches lie outside.
+RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
+  PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
+BUILD = $(RUN) .venv/bin/python -m repro.build
+OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
+
+.PHONY: report quick test notebooks serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+
+report: setup ## the whole report at full size: report/site/index.html
+	@$(BUILD) report $(OPTIONS)
+
+test: setup ## unit and property tests, and a quick build with checks on its numbers
+	@$(RUN) .venv/bin/python -m pytest $(ARGS)
+
+quick: setup ## the whole report with few trials: report/site-quick/index.html
+	@$(BUILD) quick --effort quick --recorded "$(RECORDED)" --cores "$(CORES)"
+
+notebooks: setup ## the chapters as notebooks with outputs: report/notebooks
+	@$(BUILD) notebooks $(OPTIONS)
+
+serve: ## show report/site on a local port (PORT=8000)
+	@test -f report/site/index.html || { echo "no report yet: make report"; exit 1; }
+	@$(PYTHON) -m http.server --bind 127.0.0.1 --directory report/site $(PORT)
+
+ch%: setup ## one chapter: make ch02
+	@$(BUILD) $@ $(OPTIONS)
+
+fig_% table_% alg_% ext_% app_%: setup ## one artefact: make fig_2_3 (TRIALS=500 for a what-if)
+	@$(BUILD) $@ $(OPTIONS)
+
+setup:
+	@$(PYTHON) lib/repro/bootstrap.py --rendering
+
+clean: ## remove what was built; .venv and the photographs stay
+	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick \
+	  report/build report/notebooks .snakemake .pytest_cache .hypothesis .ruff_cache
+
+help: ## this list
+	@grep -E '^[a-z_%][a-z_% ]*:.*##' Makefile | sed -E 's/:.*##/\t/' | expand -t 38

@@ -1,0 +1,70 @@
+"""`python -m repro JOB`: the commands that the workflow's rules call."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from repro import jobs
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m repro", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+
+    def command(name: str, *, out: bool = True) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name)
+        sub.add_argument("name")
+        if out:
+            sub.add_argument("--out", type=Path, required=True)
+        return sub
+
+    run = command("run")
+    run.add_argument("--shard", required=True, help="number/of")
+    gather = command("gather")
+    for sub in (run, gather):
+        sub.add_argument("--effort", choices=("quick", "full"), required=True)
+        sub.add_argument("--trials", type=int)
+        sub.add_argument("--set", dest="set_folder")
+    gather.add_argument("--code", required=True)
+    gather.add_argument("--inputs", type=json.loads, default={})
+    gather.add_argument("--shards", nargs="+", type=Path, required=True)
+    for kind in ("figure", "table"):
+        draw = command(kind)
+        draw.add_argument("--results", type=Path, required=True)
+    judge = command("judge")
+    judge.add_argument("--effort", choices=("quick", "full"), required=True)
+    judge.add_argument("--folder", type=Path, required=True)
+    judge.add_argument("--stem", required=True, help="id of the chapter file")
+    books = commands.add_parser("notebooks")
+    books.add_argument("pages", nargs="+", type=Path)
+    books.add_argument("--out", type=Path, required=True)
+    return parser
+
+
+def _order(a: argparse.Namespace) -> jobs.Order:
+    return jobs.Order(a.name, a.effort, a.trials, a.set_folder)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one job; return its exit status."""
+    a = _parser().parse_args(argv)
+    root = Path.cwd()
+    if a.command == "run":
+        shard, of = (int(part) for part in a.shard.split("/"))
+        jobs.run(root, _order(a), shard, of, a.out)
+    elif a.command == "gather":
+        jobs.gather(root, _order(a), a.code, a.inputs, a.shards, a.out)
+    elif a.command in ("figure", "table"):
+        jobs.draw(root, a.command, a.name, a.results, a.out)
+    elif a.command == "judge":
+        jobs.judge(root, a.name, a.stem, a.effort, a.folder, a.out)
+    else:
+        jobs.notebooks(a.pages, a.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

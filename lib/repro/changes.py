@@ -1,0 +1,47 @@
+"""Say which functions changed since the last build, for every result they reach."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+from repro.jobs import CODE
+from repro.results import write_json
+from repro.workflow import Work
+
+KINDS = ("experiment", "figure", "table")
+
+
+def _parts(work: Work) -> dict[str, dict[str, str]]:
+    return {
+        identifier: work.reach.parts(
+            (producer.module, producer.function),
+            *(CODE if kind == "experiment" else ()),
+        )
+        for (kind, identifier), producer in work.producers.items()
+        if kind in KINDS
+    }
+
+
+def _record(work: Work):
+    return work.root / work.base / "code.json"
+
+
+def remember(work: Work) -> None:
+    """Keep the parts of every key, to name the difference at the next build."""
+    write_json(_record(work), _parts(work))
+
+
+def say_changes(work: Work) -> None:
+    """Print, for each changed result, the functions that changed."""
+    if not _record(work).is_file():
+        return
+    before = json.loads(_record(work).read_text("utf-8"))
+    reasons: dict[str, list[str]] = {}
+    for identifier, parts in _parts(work).items():
+        if identifier in before and before[identifier] != parts:
+            old = before[identifier].items()
+            names = sorted({name for name, _ in old ^ parts.items()})
+            reasons.setdefault(", ".join(names[:4]), []).append(identifier)
+    for names, identifiers in reasons.items():
+        print(f"changed: {names} -> {', '.join(identifiers)}", file=sys.stderr)

@@ -1,0 +1,247 @@
+"""The jobs of the workflow: run a shard, gather, draw, judge.
+
+Each is `python -m repro JOB ...`, one process, started by Snakemake with BLAS threads
+pinned to one. A job imports the one chapter it works for.
+"""
+
+from __future__ import annotations
+
+import datetime
+import importlib
+import json
+import platform
+import shutil
+import tempfile
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+
+from repro import discover, experiment, results
+from repro.outcomes import Check, Drawing, Plan, Table
+
+VERSIONS = ("numpy", "scipy", "opencv-python-headless", "matplotlib")
+CODE = (("repro.experiment", "run_trials"), ("repro.results", "gather"))
+
+
+def producer(root: Path, kind: str, identifier: str) -> discover.Producer:
+    """The one producer of that kind and id (``id@set`` for one that stands per set)."""
+    for found in discover.producers(root):
+        if (found.kind, found.id) == (kind, identifier.partition("@")[0]):
+            return found
+    raise LookupError(f"no page makes {kind} {identifier}")
+
+
+def function_of(found: discover.Producer):
+    """Import the chapter and return the marked function."""
+    return getattr(importlib.import_module(found.module), found.function)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Which experiment to run: name, size, what-if trials, image set if any."""
+
+    name: str
+    effort: str
+    trials: int | None
+    set_folder: str | None
+
+    def plan(self, found: discover.Producer) -> Plan:
+        """The experiment's plan, with the what-if number of trials if one is given."""
+        more = () if self.set_folder is None else (self.set_folder,)
+        plan = function_of(found)(self.effort, *more)
+        if self.trials is None:
+            return plan
+        return replace(plan, trials=self.trials)
+
+
+def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
+    """Run one shard of an experiment into ``out`` (JSON, with an .npz beside it)."""
+    found = producer(root, "experiment", order.name)
+    plan = order.plan(found)
+    start = time.monotonic()
+    pairs = experiment.shard_pairs(plan, shard, of)
+    records, arrays = experiment.run_trials(_seed_name(found, order), plan, pairs)
+    results.write_arrays(out.with_suffix(".npz"), arrays)
+    results.write_json(
+        out,
+        {"records": records, "seconds": round(time.monotonic() - start, 3)},
+    )
+
+
+def _seed_name(found: discover.Producer, order: Order) -> str:
+    _, at, set_name = order.name.partition("@")
+    return found.details["artefact"] + at + set_name
+
+
+def gather(
+    root: Path,
+    order: Order,
+    code: str,
+    inputs: dict[str, str],
+    shards: list[Path],
+    out: Path,
+) -> None:
+    """Join the shards of an experiment into its result file and run record."""
+    import numpy as np
+
+    found = producer(root, "experiment", order.name)
+    plan = order.plan(found)
+    records, arrays, seconds = [], {}, 0.0
+    for shard in shards:
+        content = json.loads(shard.read_text("utf-8"))
+        records += content["records"]
+        seconds += content["seconds"]
+        with np.load(shard.with_suffix(".npz")) as stored:
+            arrays |= {key: stored[key] for key in stored}
+    identity = {
+        "experiment": order.name,
+        "artefact": found.details["artefact"],
+        "effort": order.effort,
+        "code": code,
+        "seed": experiment.ROOT_SEED,
+        "inputs": inputs,
+    }
+    results.gather(identity, plan, records, arrays, out)
+    results.write_json(
+        out.with_suffix(".run.json"),
+        {
+            "seconds": round(seconds, 1),
+            "jobs": len(shards),
+            "finished": datetime.datetime.now(datetime.UTC).isoformat("T", "seconds"),
+            "host": platform.node(),
+            "machine": platform.machine(),
+            "python": platform.python_version(),
+            "versions": {name: version(name) for name in VERSIONS},
+        },
+    )
+
+
+def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
+    """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json)."""
+    found = producer(root, kind, name)
+    made = function_of(found)(_read(folder, found.needs, name))
+    if isinstance(made, Drawing):
+        from repro.style import save_drawing
+
+        save_drawing(made, out.with_suffix(""))
+    else:
+        results.write_atomic(out.with_suffix(".csv"), csv_text(made.columns))
+    results.write_json(
+        out,
+        {
+            "id": name,
+            "kind": kind,
+            "caption": made.caption,
+            "evidence": found.details["evidence"],
+            "needs": list(found.needs),
+            "check": _check(made),
+        },
+    )
+
+
+def csv_text(columns) -> str:
+    """CSV of named columns, numbers in full precision."""
+    import csv
+    from io import StringIO
+
+    buffer = StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return buffer.getvalue()
+
+
+def _check(made: Drawing | Table) -> dict | None:
+    check: Check | None = made.check
+    return None if check is None else {"holds": bool(check.holds), "text": check.text}
+
+
+def judge(
+    root: Path, page: str, stem: str, effort: str, folder: Path, out: Path
+) -> None:
+    """Run every claim test of a page, and collect its numbers and artefacts.
+
+    ``stem`` is the id of the chapter file; it differs from the page's where the file
+    makes one page per image set.
+    """
+    mine = [p for p in discover.producers(root) if p.page == stem]
+    claims, numbers, artefacts = {}, {}, {}
+    for found in mine:
+        evidence = found.details.get("evidence")
+        if found.kind == "claim":
+            readings = function_of(found)(_read(folder / "results", found.needs, ""))
+            claims[found.id] = {
+                "evidence": evidence,
+                "readings": [_finite(r.as_dict()) for r in readings],
+                "data": [f"results/{need}.json" for need in found.needs],
+            }
+        elif found.kind == "numbers":
+            values = function_of(found)(_read(folder / "results", found.needs, ""))
+            numbers |= {
+                key: _finite({**vars(value), "evidence": evidence})
+                for key, value in values.items()
+            }
+        elif found.kind in ("figure", "table"):
+            name = found.id
+            if stem != page:
+                name += "@" + page.rpartition("/")[2]
+            described = json.loads((folder / f"{name}.json").read_text("utf-8"))
+            endings = ("svg", "png", "csv") if found.kind == "figure" else ("csv",)
+            artefacts[name] = {
+                "evidence": evidence,
+                "files": [(folder / f"{name}.{e}").as_posix() for e in endings],
+                "check": described["check"],
+            }
+    results.write_json(
+        out,
+        {
+            "page": page,
+            "effort": effort,
+            "claims": claims,
+            "numbers": numbers,
+            "artefacts": artefacts,
+        },
+    )
+
+
+def _finite(values: dict) -> dict:
+    """Infinite or missing floats as text or null, so that the JSON is plain."""
+
+    def plain(value: object) -> object:
+        if isinstance(value, tuple | list):
+            return [plain(v) for v in value]
+        if hasattr(value, "item"):
+            value = value.item()
+        if isinstance(value, float) and value != value:
+            return None
+        if isinstance(value, float) and value in (float("inf"), float("-inf")):
+            return str(value)
+        return value
+
+    return {key: plain(value) for key, value in values.items()}
+
+
+def _read(
+    folder: Path, needs: Iterable[str], identifier: str
+) -> dict[str, results.Result]:
+    """Results by experiment; an artefact of one set reads that set's results."""
+    _, at, name = identifier.partition("@")
+    return {need: results.Result(folder / f"{need}{at}{name}.json") for need in needs}
+
+
+def notebooks(pages: list[Path], folder: Path) -> None:
+    """Copy the executed pages to ``folder``, one sub-folder per chapter."""
+    with tempfile.TemporaryDirectory(dir=_made(folder.parent)) as scratch:
+        for page in pages:
+            target = Path(scratch) / "notebooks" / page.parent.name / page.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(page, target)
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.move(Path(scratch) / "notebooks", folder)
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -1,0 +1,66 @@
+rule figure:
+    input:
+        WORK.result_files("figure"),
+    output:
+        description=f"{WORK.base}/{{artefact}}.json",
+        svg=f"{WORK.base}/{{artefact}}.svg",
+        png=f"{WORK.base}/{{artefact}}.png",
+        data=f"{WORK.base}/{{artefact}}.csv",
+    log:
+        f"{WORK.base}/logs/{{artefact}}.log",
+    wildcard_constraints:
+        artefact=WORK.pattern("figure"),
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.figure_code,
+        results=f"{WORK.base}/results",
+    message:
+        "figure {wildcards.artefact}"
+    shell:
+        "python -m repro figure {wildcards.artefact:q} "
+        "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
+
+
+rule table:
+    input:
+        WORK.result_files("table"),
+    output:
+        description=f"{WORK.base}/{{artefact}}.json",
+        data=f"{WORK.base}/{{artefact}}.csv",
+    log:
+        f"{WORK.base}/logs/{{artefact}}.log",
+    wildcard_constraints:
+        artefact=WORK.pattern("table"),
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.table_code,
+        results=f"{WORK.base}/results",
+    message:
+        "table {wildcards.artefact}"
+    shell:
+        "python -m repro table {wildcards.artefact:q} "
+        "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
+
+
+rule judge:
+    input:
+        WORK.judged_inputs,
+    output:
+        judged=f"{WORK.base}/judged/{{page}}.json",
+    log:
+        f"{WORK.base}/logs/judged/{{page}}.log",
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.judge_code,
+        effort=WORK.effort,
+        folder=WORK.base,
+        stem=WORK.page_stem,
+    message:
+        "claims and numbers of {wildcards.page}"
+    shell:
+        "python -m repro judge {wildcards.page:q} --stem {params.stem:q} "
+        "--effort {params.effort} --folder {params.folder:q} "
+        "--out {output.judged:q} > {log:q} 2>&1"

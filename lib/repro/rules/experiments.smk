@@ -1,0 +1,46 @@
+rule shard:
+    input:
+        WORK.inputs,
+    output:
+        records=f"{WORK.base}/shards/{{experiment}}/{{shard}}-of-{{of}}.json",
+        arrays=f"{WORK.base}/shards/{{experiment}}/{{shard}}-of-{{of}}.npz",
+    log:
+        f"{WORK.base}/logs/shards/{{experiment}}/{{shard}}-of-{{of}}.log",
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.experiment_code,
+        effort=WORK.effort,
+        trials=WORK.trials_option,
+        set=WORK.set_option,
+    message:
+        "experiment {wildcards.experiment}, part {wildcards.shard} of {wildcards.of}"
+    shell:
+        "python -m repro run {wildcards.experiment:q} --effort {params.effort} "
+        "{params.trials} {params.set} --shard {wildcards.shard}/{wildcards.of} "
+        "--out {output.records:q} > {log:q} 2>&1"
+
+
+rule gather:
+    input:
+        files=WORK.inputs,
+        shards=WORK.shards,
+    output:
+        result=f"{WORK.base}/results/{{experiment}}.json",
+    log:
+        f"{WORK.base}/logs/results/{{experiment}}.log",
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.experiment_code,
+        effort=WORK.effort,
+        hashes=WORK.input_hashes,
+        trials=WORK.trials_option,
+        set=WORK.set_option,
+    message:
+        "result {wildcards.experiment}"
+    shell:
+        "python -m repro gather {wildcards.experiment:q} --effort {params.effort} "
+        "{params.trials} {params.set} --code {params.code} "
+        "--inputs {params.hashes:q} --shards {input.shards:q} "
+        "--out {output.result:q} > {log:q} 2>&1"

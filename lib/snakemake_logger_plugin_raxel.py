@@ -1,0 +1,99 @@
+"""One line per job for people: how far the build is, what runs, and why."""
+
+from __future__ import annotations
+
+import sys
+import time
+from logging import LogRecord
+from pathlib import Path
+
+from snakemake_interface_logger_plugins.base import LogHandlerBase
+from snakemake_interface_logger_plugins.common import LogEvent
+
+REASONS = {
+    "Missing output files": "not made yet",
+    "Input files updated by another job": "its input is new",
+    "Updated input files": "its input changed",
+    "Params have changed": "code or settings changed",
+    "Code has changed": "its rule changed",
+    "Set of input files has changed": "other inputs",
+    "Forced execution": "asked for",
+    "incomplete": "was left half done",
+}
+
+
+def plain_reason(text: str) -> str:
+    """Snakemake's reason in a few words."""
+    for start, words in REASONS.items():
+        if start.lower() in text.lower():
+            return words
+    return text.split(";")[0][:60]
+
+
+class LogHandler(LogHandlerBase):
+    """Prints job starts with progress and reason, and the end of a failed job's log."""
+
+    def __post_init__(self) -> None:
+        self._done, self._total, self._jobs = 0, 0, {}
+        self._begin = time.monotonic()
+
+    @property
+    def writes_to_stream(self) -> bool:
+        """It does."""
+        return True
+
+    @property
+    def writes_to_file(self) -> bool:
+        """It does not."""
+        return False
+
+    @property
+    def has_filter(self) -> bool:
+        """It picks the events itself."""
+        return True
+
+    @property
+    def has_formatter(self) -> bool:
+        """It formats itself."""
+        return True
+
+    @property
+    def needs_rulegraph(self) -> bool:
+        """It does not."""
+        return False
+
+    def emit(self, record: LogRecord) -> None:
+        """Print what a reader of the terminal wants to know of the record."""
+        event = getattr(record, "event", None)
+        if event == LogEvent.RUN_INFO:
+            self._total = sum(
+                count
+                for rule, count in (getattr(record, "stats", None) or {}).items()
+                if rule not in ("all", "total")
+            )
+        elif event == LogEvent.JOB_INFO and record.rule_name != "all":
+            what = record.rule_msg or record.rule_name
+            self._say(f"{what}  ({plain_reason(record.reason or '')})")
+        elif event == LogEvent.JOB_FINISHED:
+            self._done = min(self._done + 1, self._total)
+        elif event == LogEvent.JOB_ERROR:
+            self._failed(record)
+        elif event == LogEvent.ERROR or (event is None and record.levelno >= 40):
+            print(record.getMessage(), file=sys.stderr, flush=True)
+
+    def _say(self, text: str) -> None:
+        seconds = time.monotonic() - self._begin
+        print(
+            f"[{self._done:3d}/{self._total} {seconds:5.0f} s] {text}",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    def _failed(self, record: LogRecord) -> None:
+        self._say(f"FAILED: {record.rule_msg or record.rule_name}")
+        for name in record.log or []:
+            path = Path(str(name))
+            if path.is_file():
+                lines = path.read_text("utf-8", "replace").strip().splitlines()
+                print("\n".join(lines[-6:]), file=sys.stderr)
+                print(f"The whole log: {path}", file=sys.stderr, flush=True)
