@@ -1,0 +1,248 @@
+"""Bundle adjustment with a fixed camera centre (step 4 of the thesis's Algorithm 1).
+
+The grid poses and one direction per ray are adjusted so that the rays, all through the
+centre C, pass as close as possible to the points they see: the ray-point distance
+(4.18) of section 4.1.4. The centre and the base grid stay where the linear stage put
+them.
+
+For given poses the best direction u of a ray has a closed form, the dominant
+eigenvector of the second moments of its points p_j = R_j (x, y, 0) + t_j - C. So only
+the poses are iterated: Levenberg-Marquardt on normal equations from which the
+directions are eliminated (Schur complement; a ray's own block is a scalar times I_2).
+
+Pose steps are R exp([w]x), t + R s. A grid point then moves by R G (w, s) with
+G = [-[q]x | I], linear in q = (x, y, 1), and its residual by (I - u u^T) R G (w, s).
+Hence, with depths d_j = u . p_j, shares c_j = d_j / |d| and g_j = G^T R^T u, the
+reduced normal matrix has the blocks
+
+    delta_jk sum (G^T G - g_j g_j^T) - sum c_j c_k (G_j^T R_j^T R_k G_k - g_j g_k^T)
+
+(sums over rays), whose G parts need no more than the 3 x 3 moments of the points.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector
+
+BLOCK = 8192  # rays handled at once, which bounds the temporaries
+FIRST_DAMPING = 1e-6
+LARGEST_DAMPING = 1e8
+
+# G = x MOTION[0] + y MOTION[1] + MOTION[2]; columns: rotation w, shift s.
+MOTION = np.zeros((3, 3, 6))
+MOTION[0, 1, 2], MOTION[0, 2, 1] = 1.0, -1.0
+MOTION[1, 0, 2], MOTION[1, 2, 0] = -1.0, 1.0
+MOTION[2, :, 3:] = np.eye(3)
+
+
+class BundleResult(NamedTuple):
+    """T_base_grid (n, 4, 4); directions (N, 3) unit, from the centre towards the points
+    (NaN where a ray sees no grid); costs: sum of squared distances, start first;
+    converged: whether it came to rest within the iterations allowed.
+    """
+
+    T_base_grid: np.ndarray
+    directions: np.ndarray
+    costs: np.ndarray
+    converged: bool
+
+
+def bundle_adjust_fixed_centre(
+    points, seen, centre, T_base_grid, *, iterations=50, tolerance=1e-9
+):
+    """Poses and ray directions that minimise the ray-point distances (4.18).
+
+    points: (n, N, 2) points of N rays on n grids; entries not seen are ignored.
+    seen: (n, N) bool. centre: (3,) in the base frame, kept. T_base_grid: (n, 4, 4)
+    start; grid 0, the base, is kept.
+    tolerance: stop when the cost falls by less than this share.
+
+    Returns BundleResult. Raises CalibrationError when a grid shares fewer than three
+    rays with the others, or values are not finite.
+    """
+    q = _homogeneous(points, seen)
+    _check_shared(np.asarray(seen, bool))
+    poses = np.array(T_base_grid, float)
+    cost, normal, gradient = reduced_normal_equations(q, centre, poses)
+    if not np.isfinite(cost):
+        raise CalibrationError("bundle adjustment: the points or poses are not finite")
+    costs = [cost]
+    rounding = 1e-26 * np.sum(q**2)  # a cost this small cannot fall any more
+    damping = FIRST_DAMPING
+    converged = cost <= rounding
+    for _ in range(iterations):
+        if converged:
+            break
+        step = _damped_step(normal, gradient, damping)
+        trial = moved_poses(poses, step)
+        new = reduced_normal_equations(q, centre, trial)
+        if new[0] < cost:
+            converged = cost - new[0] <= tolerance * cost or new[0] <= rounding
+            poses = trial
+            cost, normal, gradient = new
+            costs.append(cost)
+            damping = max(damping / 10, 1e-12)
+        else:
+            # A step that promised a decrease below rounding: already at the minimum.
+            converged = abs(step @ gradient) <= 1e-13 * cost
+            damping *= 10
+            if damping > LARGEST_DAMPING:
+                break
+    directions = ray_directions(points, seen, centre, poses)
+    return BundleResult(poses, directions, np.array(costs), bool(converged))
+
+
+def ray_directions(points, seen, centre, T_base_grid):
+    """Best unit direction from the centre for every ray: (N, 3), NaN if it sees none.
+
+    Minimises the sum of squared ray-point distances (4.18). Arguments as above.
+    """
+    q = _homogeneous(points, seen)
+    directions = np.empty((3, q.shape[2]))
+    for block in _blocks(q.shape[2]):
+        p = _from_centre(q[:, :, block], centre, T_base_grid)
+        directions[:, block] = _best_directions(p)
+    directions[:, ~np.any(seen, axis=0)] = np.nan
+    return directions.T
+
+
+def ray_point_residuals(points, seen, centre, T_base_grid, directions):
+    """Vectors from the nearest point of each ray to the grid points: (n, N, 3), in the
+    base frame, zero where not seen. Their norms are the distances of (4.18).
+    """
+    p = _from_centre(_homogeneous(points, seen), centre, T_base_grid)
+    u = np.nan_to_num(directions).T
+    return np.swapaxes(p - _dot(p, u)[:, None] * u, 1, 2)
+
+
+def moved_poses(T_base_grid, step):
+    """Poses moved by step ((n - 1) * 6,), rotation first; the base stays."""
+    moved = T_base_grid.copy()
+    for k, (vector, shift) in enumerate(step.reshape(-1, 2, 3), start=1):
+        rotation = T_base_grid[k, :3, :3]
+        moved[k] = pose(
+            rotation @ rotation_from_vector(vector),
+            T_base_grid[k, :3, 3] + rotation @ shift,
+        )
+    return moved
+
+
+def reduced_normal_equations(q, centre, T_base_grid):
+    """Cost, normal matrix (6p, 6p) and gradient (6p,) of the p = n - 1 moving poses.
+
+    q: (n, 3, N) homogeneous points, all zero where not seen. The gradient is half that
+    of the cost; the matrix is the Gauss-Newton one.
+    """
+    moving = len(q) - 1
+    rotations = T_base_grid[1:, :3, :3]
+    of_points = np.zeros((3 * moving, 3 * moving))
+    of_g = np.zeros((6 * moving, 6 * moving))
+    pull = np.zeros((moving, 3, 3))
+    cost = 0.0
+    for block in _blocks(q.shape[2]):
+        part = q[:, :, block]
+        p = _from_centre(part, centre, T_base_grid)
+        u = _best_directions(p)
+        depth = _dot(p, u)
+        residual = p - depth[:, None] * u
+        cost += np.vdot(residual, residual)
+        share = depth / np.sqrt(np.maximum(np.sum(depth**2, axis=0), 1e-300))
+        grids, share = part[1:], share[1:, None]
+        g = _along_ray(grids, np.swapaxes(rotations, 1, 2) @ u)
+        _add_reduced(of_points, grids, share)
+        _add_reduced(of_g, g, share)
+        pull += grids @ np.swapaxes(residual[1:], 1, 2)
+    motion = rotations[:, None] @ MOTION
+    gradient = np.einsum("kmi,kmia->ka", pull, motion).ravel()
+    normal = -of_g
+    for axis in range(3):
+        spread = _block_diagonal(motion[:, :, axis])
+        normal += spread.T @ of_points @ spread
+    return cost, normal, gradient
+
+
+def _add_reduced(total, rows, share):
+    """Add sum r_j r_j^T on the diagonal less sum c_j c_k r_j r_k^T. rows: (p, m, N)."""
+    size = rows.shape[1]
+    for k, own in enumerate(rows @ np.swapaxes(rows, 1, 2)):
+        part = slice(size * k, size * (k + 1))
+        total[part, part] += own
+    flat = (share * rows).reshape(len(total), -1)
+    total -= flat @ flat.T
+
+
+def _along_ray(q, w):
+    """g = G^T w. q, w: (p, 3, N), points and ray directions in the grids' frames."""
+    x, y, one = q[:, 0], q[:, 1], q[:, 2]
+    g = np.empty((len(q), 6, q.shape[2]))
+    g[:, 0] = y * w[:, 2]
+    g[:, 1] = -x * w[:, 2]
+    g[:, 2] = x * w[:, 1] - y * w[:, 0]
+    g[:, 3:] = one[:, None] * w
+    return g
+
+
+def _block_diagonal(blocks):
+    """(p, m, k) -> (p m, p k)."""
+    p, m, k = blocks.shape
+    matrix = np.zeros((p, m, p, k))
+    matrix[np.arange(p), :, np.arange(p)] = blocks
+    return matrix.reshape(p * m, p * k)
+
+
+def _homogeneous(points, seen):
+    """(n, N, 2) and (n, N) -> (n, 3, N) with columns (x, y, 1), or zero if not seen."""
+    seen = np.asarray(seen, bool)
+    q = np.empty((seen.shape[0], 3, seen.shape[1]))
+    q[:, :2] = np.swapaxes(np.where(seen[..., None], points, 0.0), 1, 2)
+    q[:, 2] = seen
+    return q
+
+
+def _check_shared(seen):
+    shared = seen & (np.sum(seen, axis=0) >= 2)
+    for k in np.flatnonzero(np.sum(shared, axis=1) < 3):
+        raise CalibrationError(
+            f"bundle adjustment: grid {k} shares fewer than three rays with the others"
+        )
+
+
+def _blocks(count):
+    return [slice(i, min(i + BLOCK, count)) for i in range(0, count, BLOCK)]
+
+
+def _from_centre(q, centre, T_base_grid):
+    """p = P - C in the base frame: (n, 3, N), zero where not seen."""
+    columns = T_base_grid[:, :3][:, :, [0, 1, 3]]
+    columns[:, :, 2] -= centre
+    return columns @ q
+
+
+def _dot(p, u):
+    return p[:, 0] * u[0] + p[:, 1] * u[1] + p[:, 2] * u[2]
+
+
+def _best_directions(p):
+    """Dominant eigenvectors of sum_j p_j p_j^T. p: (n, 3, N), zero where not seen.
+
+    Power iteration from the farthest point: the points of a ray lie so nearly on one
+    line through C that every round gains several digits.
+    """
+    squares = p[:, 0] ** 2 + p[:, 1] ** 2 + p[:, 2] ** 2
+    u = np.take_along_axis(p, np.argmax(squares, axis=0)[None, None], axis=0)[0]
+    u = u / np.sqrt(np.maximum(np.max(squares, axis=0), 1e-300))
+    for _ in range(3):
+        u = np.sum(_dot(p, u)[:, None] * p, axis=0)
+        u /= np.sqrt(np.maximum(u[0] ** 2 + u[1] ** 2 + u[2] ** 2, 1e-300))
+    return u
+
+
+def _damped_step(normal, gradient, damping):
+    """Marquardt step; the diagonal weighs angles against lengths."""
+    diagonal = np.diag(normal)
+    scale = np.sqrt(np.maximum(diagonal, 1e-12 * np.max(diagonal)))
+    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(normal))
+    return -np.linalg.solve(scaled, gradient / scale) / scale

@@ -1,0 +1,133 @@
+"""Fixed-centre bundle adjustment: derivatives, exact recovery, descent."""
+
+import numpy as np
+import pytest
+from raxel.calibration import bundle
+from raxel.calibration.bundle import (
+    bundle_adjust_fixed_centre,
+    moved_poses,
+    ray_directions,
+    ray_point_residuals,
+    reduced_normal_equations,
+)
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import angle_between_rotations
+
+from tests.calibration_scenes import scene
+
+
+def partly_seen(seed, grids=4, count=60, noise=0.0):
+    centre, T, directions, points = scene(seed, grids=grids, count=count)
+    rng = np.random.default_rng(seed + 100)
+    seen = rng.random(points.shape[:2]) < 0.7
+    points = points + noise * rng.normal(size=points.shape)
+    return centre, T, directions, np.where(seen[..., None], points, np.nan), seen
+
+
+def disturbed(T, seed, angle=0.02, length=5.0):
+    step = np.random.default_rng(seed).normal(size=(len(T) - 1, 2, 3))
+    return moved_poses(T, (step * np.array([[angle], [length]])).ravel())
+
+
+def cost_at(points, seen, centre, poses):
+    directions = ray_directions(points, seen, centre, poses)
+    residuals = ray_point_residuals(points, seen, centre, poses, directions)
+    return np.sum(residuals**2)
+
+
+def central_difference(function, size, h=1e-5):
+    steps = h * np.eye(size)
+    return np.stack([(function(s) - function(-s)) / (2 * h) for s in steps], axis=-1)
+
+
+def test_gradient_equals_differences_of_the_cost():
+    centre, T, _, points, seen = partly_seen(1, noise=1.0)
+    poses = disturbed(T, 1)
+    q = bundle._homogeneous(points, seen)
+    cost, _, gradient = reduced_normal_equations(q, centre, poses)
+    assert cost == pytest.approx(cost_at(points, seen, centre, poses), rel=1e-12)
+    numeric = central_difference(
+        lambda s: cost_at(points, seen, centre, moved_poses(poses, s)), 18
+    )
+    assert np.abs(2 * gradient - numeric).max() < 1e-6 * np.abs(numeric).max()
+
+
+def test_normal_matrix_is_j_transpose_j_with_directions_eliminated():
+    # Exact at zero residual, where elimination and projection agree.
+    centre, T, _, points, seen = partly_seen(2)
+    q = bundle._homogeneous(points, seen)
+    _, normal, _ = reduced_normal_equations(q, centre, T)
+
+    def residuals(step):
+        poses = moved_poses(T, step)
+        u = ray_directions(points, seen, centre, poses)
+        return ray_point_residuals(points, seen, centre, poses, u)[:, seen.any(axis=0)]
+
+    jacobian = central_difference(residuals, 18).reshape(-1, 18)
+    expected = jacobian.T @ jacobian
+    assert np.abs(normal - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_exact_points_bring_disturbed_poses_back(seed):
+    centre, T, directions, points, seen = partly_seen(seed, count=200)
+    result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, seed))
+    assert result.converged
+    assert np.abs(result.T_base_grid[:, :3, 3] - T[:, :3, 3]).max() < 1e-6
+    turns = angle_between_rotations(result.T_base_grid[:, :3, :3], T[:, :3, :3])
+    assert turns.max() < 1e-8
+    known = seen.any(axis=0)
+    assert np.abs(result.directions[known] - directions[known]).max() < 1e-8
+    assert np.isnan(result.directions[~known]).all()
+
+
+def test_noise_settles_at_a_minimum_below_the_truth():
+    centre, T, _, points, seen = partly_seen(5, count=400, noise=0.5)
+    result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, 5))
+    assert result.converged
+    assert np.all(np.diff(result.costs) < 0)
+    assert result.costs[-1] < cost_at(points, seen, centre, T)
+    _, _, gradient = reduced_normal_equations(
+        bundle._homogeneous(points, seen), centre, result.T_base_grid
+    )
+    for move in 1e-4 * np.eye(18):
+        for step in (move, -move):
+            nearby = moved_poses(result.T_base_grid, step)
+            assert cost_at(points, seen, centre, nearby) > result.costs[-1]
+    assert np.abs(gradient).max() < 1e-2
+
+
+def test_blocks_do_not_change_the_sums(monkeypatch):
+    centre, T, _, points, seen = partly_seen(6, count=300, noise=0.5)
+    q = bundle._homogeneous(points, seen)
+    whole = reduced_normal_equations(q, centre, T)
+    monkeypatch.setattr(bundle, "BLOCK", 37)
+    parts = reduced_normal_equations(q, centre, T)
+    for a, b in zip(whole, parts, strict=True):
+        assert np.allclose(a, b, rtol=1e-10, atol=1e-12 * np.abs(a).max())
+
+
+def test_the_best_direction_has_the_smallest_distances():
+    centre, T, _, points, seen = partly_seen(7, noise=2.0)
+    u = ray_directions(points, seen, centre, T)
+    best = np.sum(ray_point_residuals(points, seen, centre, T, u) ** 2, axis=(0, 2))
+    rng = np.random.default_rng(0)
+    for size in (1e-4, 1e-2):
+        other = u + size * rng.normal(size=u.shape)
+        other /= np.linalg.norm(other, axis=1)[:, None]
+        residuals = ray_point_residuals(points, seen, centre, T, other)
+        assert np.all(np.sum(residuals**2, axis=(0, 2)) >= best - 1e-12)
+
+
+def test_a_grid_without_common_rays_is_refused():
+    centre, T, _, points, seen = partly_seen(8)
+    seen[2] &= ~seen[[0, 1, 3]].any(axis=0)
+    with pytest.raises(CalibrationError, match="grid 2 shares"):
+        bundle_adjust_fixed_centre(points, seen, centre, T)
+
+
+def test_poses_that_are_not_finite_are_refused():
+    centre, T, _, points, seen = partly_seen(9)
+    T[1, 0, 3] = np.nan
+    with pytest.raises(CalibrationError, match="not finite"):
+        bundle_adjust_fixed_centre(points, seen, centre, T)

@@ -1,0 +1,165 @@
+"""Table 2.1 and the linear stage, in both variants."""
+
+import numpy as np
+import pytest
+from raxel.calibration.bilinear import (
+    bilinear_products,
+    coefficient_vectors,
+    solve_coefficients,
+    table_2_1,
+)
+from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import angle_between_rotations, pose, rotation_from_vector
+
+from tests.calibration_scenes import meet_grids, scene
+
+
+def assert_recovered(solution, centre, T_base_grid, length=1e-6, angle=1e-8):
+    assert np.linalg.norm(solution.centre - centre) < length
+    gaps = solution.T_base_grid[:, :3, 3] - T_base_grid[:, :3, 3]
+    assert np.abs(gaps).max() < length
+    turns = angle_between_rotations(
+        solution.T_base_grid[:, :3, :3], T_base_grid[:, :3, :3]
+    )
+    assert turns.max() < angle
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_table_2_1_vanishes_on_exact_points_once_row_3_is_corrected(seed):
+    centre, T, _, points = scene(seed)
+    rows = table_2_1(centre, T[1], T[2])
+    printed = table_2_1(centre, T[1], T[2], row_3="printed")
+    for row, k in zip(range(4), (1, 1, 2, 2), strict=True):
+        products = bilinear_products(points[0], points[k])
+        size = np.abs(products * rows[row]).max()
+        assert np.abs(products @ rows[row]).max() < 1e-13 * size
+        if row in (1, 3):
+            wrong = np.abs(products @ printed[row]).max()
+            assert wrong > 1e-3 * size
+    # Rows V and M have no entry i = 3: nothing to misprint.
+    assert np.array_equal(printed[[0, 2]], rows[[0, 2]])
+
+
+def test_solved_coefficients_are_those_of_the_table_up_to_scale():
+    centre, T, _, points = scene(4)
+    for k in (1, 2):
+        *solved, noise = solve_coefficients(points[0], points[k])
+        assert noise < 1e-9
+        true = coefficient_vectors(centre, T[k])
+        for s, t in zip(solved, true, strict=True):
+            t = t / np.linalg.norm(t)
+            assert np.abs(s - t * np.sign(s @ t)).max() < 1e-9
+
+
+CENTRES = [(10.0, -20.0, 600.0), (0.0, 0.0, 600.0), (60.0, 50.0, -300.0)]
+
+
+@pytest.mark.parametrize("centre", CENTRES)
+@pytest.mark.parametrize("seed", range(4))
+def test_well_conditioned_is_exact_on_exact_data(centre, seed):
+    centre, T, _, points = scene(seed, centre)
+    solution = linear_well_conditioned(points, side=np.sign(centre[2]))
+    assert_recovered(solution, centre, T)
+    assert solution.degeneracy > 1e-3
+
+
+@pytest.mark.parametrize("centre", CENTRES)
+@pytest.mark.parametrize("seed", range(4))
+def test_as_printed_is_exact_on_exact_data(centre, seed):
+    centre, T, _, points = scene(seed, centre)
+    side = np.sign(centre[2])
+    assert_recovered(linear_as_printed(*points, side=side, tz="corrected"), centre, T)
+    if centre[1] != 0:
+        assert_recovered(linear_as_printed(*points, side=side), centre, T)
+
+
+def test_as_printed_says_where_it_divides_by_c_y():
+    _, _, _, points = scene(0, (0.0, 0.0, 600.0))
+    with pytest.raises(CalibrationError, match="C_y = 0"):
+        linear_as_printed(*points, side=1)
+
+
+def test_as_printed_says_where_the_single_ratio_vanishes():
+    centre = np.array([10.0, -20.0, 600.0])
+    _, T, directions, _ = scene(1)
+    T[1] = pose(rotation_from_vector([0.4, 0.0, 0.0]), [20.0, 10.0, -30.0])
+    points, _ = meet_grids(centre, directions, T)
+    with pytest.raises(CalibrationError, match="V_4/W_1"):
+        linear_as_printed(*points, side=1)
+    assert_recovered(linear_well_conditioned(points, side=1), centre, T)
+
+
+def test_as_printed_reports_a_negative_square():
+    messages = []
+    for seed in range(30):
+        _, _, _, points = scene(seed)
+        noise = np.random.default_rng(seed).normal(size=points.shape)
+        try:
+            linear_as_printed(*(points + 3.0 * noise), side=1, tz="corrected")
+        except CalibrationError as error:
+            messages.append(str(error))
+    assert any("C_z^2" in m and "negative" in m for m in messages)
+
+
+def test_more_grids_and_rays_that_miss_some():
+    centre, T, _, points = scene(7, grids=6, count=500)
+    seen = np.random.default_rng(7).random(points.shape[:2]) < 0.5
+    seen[0] = True
+    solution = linear_well_conditioned(
+        np.where(seen[..., None], points, np.nan), side=1
+    )
+    assert_recovered(solution, centre, T)
+
+
+def test_the_other_side_is_the_mirror_image_in_the_base_plane():
+    centre, T, _, points = scene(2)
+    mirrored = linear_well_conditioned(points, side=-1)
+    flip = np.array([1.0, 1.0, -1.0])
+    assert np.abs(mirrored.centre - flip * centre).max() < 1e-6
+    assert np.abs(mirrored.T_base_grid[:, :3, 3] - flip * T[:, :3, 3]).max() < 1e-6
+    assert np.allclose(np.linalg.det(mirrored.T_base_grid[:, :3, :3]), 1.0)
+
+
+def test_a_shift_and_turn_of_a_grid_in_its_plane_only_moves_its_pose():
+    _, _, _, points = scene(5)
+    noisy = points + 0.1 * np.random.default_rng(5).normal(size=points.shape)
+    before = linear_well_conditioned(noisy, side=1)
+    c, s = np.cos(0.7), np.sin(0.7)
+    noisy[1] = noisy[1] @ np.array([[c, s], [-s, c]]) + [300.0, -40.0]
+    after = linear_well_conditioned(noisy, side=1)
+    assert np.linalg.norm(after.centre - before.centre) < 1e-6
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+@pytest.mark.parametrize(
+    "vectors",
+    [
+        ([0, 0, 0], [0.3, 0.2, 0.1]),  # grid 2 parallel to the base
+        ([0, 0, 0.5], [0.3, 0.2, 0.1]),  # the same, turned in its plane
+        ([0.3, 0.2, 0.1], [0.3, 0.2, 0.1]),  # grids parallel to each other
+    ],
+)
+def test_parallel_grids_are_refused(vectors, noise):
+    centre = np.array([10.0, -20.0, 600.0])
+    _, T, directions, _ = scene(3)
+    T[1:] = pose(
+        rotation_from_vector(np.array(vectors, float)),
+        np.array([[20.0, 30.0, -60.0], [-30.0, 10.0, 90.0]]),
+    )
+    points, _ = meet_grids(centre, directions, T)
+    points += noise * np.random.default_rng(0).normal(size=points.shape)
+    with pytest.raises(CalibrationError, match="parallel"):
+        linear_well_conditioned(points, side=1)
+
+
+def test_too_few_grids_or_rays_are_refused():
+    _, _, _, points = scene(0)
+    with pytest.raises(CalibrationError, match="three or more"):
+        linear_well_conditioned(points[:2], side=1)
+    with pytest.raises(CalibrationError, match="at least 6"):
+        linear_well_conditioned(points[:, :5], side=1)
+    line = points.copy()
+    line[..., 1] = 2 * line[..., 0]
+    with pytest.raises(CalibrationError, match="line"):
+        linear_well_conditioned(line, side=1)
