@@ -1,0 +1,192 @@
+"""Homographies: exactness, invariance, streaming equal to batch, robustness."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from raxel.errors import InputError
+from raxel.geometry import (
+    HomographyMoments,
+    apply_homography,
+    homography_dlt,
+    homography_ransac,
+    refine_homography,
+    transfer_jacobian,
+)
+
+H_TRUE = np.array([[1.2, 0.1, 5], [-0.2, 0.9, 3], [1e-4, -2e-4, 1]])
+seeds = st.integers(0, 2**32 - 1)
+
+
+def noisy_pairs(rng, n, sigma=0.0):
+    source = rng.uniform(0, 1000, (n, 2))
+    return source, apply_homography(H_TRUE, source) + rng.normal(0, sigma, (n, 2))
+
+
+def same(H, G, tolerance):
+    np.testing.assert_allclose(H / H[2, 2], G / G[2, 2], rtol=tolerance)
+
+
+@pytest.mark.parametrize("n", [4, 5, 200])
+def test_exact_points_give_the_exact_homography(n):
+    source, target = noisy_pairs(np.random.default_rng(n), n)
+    # Four random points may lie close to a line: hence the room above rounding.
+    for H in (
+        homography_dlt(source, target),
+        refine_homography(H_TRUE, source, target),
+    ):
+        same(H, H_TRUE, 1e-8)
+        assert np.linalg.norm(H) == pytest.approx(1)
+        assert H[2] @ [*source.mean(axis=0), 1] > 0
+
+
+@given(seeds)
+def test_the_dlt_does_not_depend_on_similarities_of_either_frame(seed):
+    rng = np.random.default_rng(seed)
+    source, target = noisy_pairs(rng, 30, sigma=1.0)
+    frames = []
+    for _ in range(2):
+        a, b = rng.normal(size=2)
+        frames.append(np.array([[a, -b, 900 * b], [b, a, -700 * a], [0, 0, 1]]))
+    T_s, T_t = frames
+    H = homography_dlt(source, target)
+    moved = homography_dlt(apply_homography(T_s, source), apply_homography(T_t, target))
+    expected = T_t @ H @ np.linalg.inv(T_s)
+    expected *= np.sign(np.vdot(expected, moved)) / np.linalg.norm(expected)
+    np.testing.assert_allclose(moved, expected, atol=1e-9)
+
+
+def test_a_weight_of_two_counts_as_four_points_and_zero_as_none():
+    rng = np.random.default_rng(5)
+    source, target = noisy_pairs(rng, 20, sigma=1.0)
+    weights = rng.integers(0, 3, 20)
+    repeat = np.repeat(np.arange(20), weights**2)
+    for estimate in (homography_dlt, lambda *a: refine_homography(H_TRUE, *a)):
+        weighted = estimate(source, target, weights)
+        repeated = estimate(source[repeat], target[repeat])
+        same(weighted, repeated, 1e-6)
+    moments = HomographyMoments()
+    moments.add(source, target, weights)
+    same(moments.solve(), homography_dlt(source, target, weights), 1e-9)
+
+
+def test_one_pass_over_a_million_points_equals_the_batch():
+    rng = np.random.default_rng(6)
+    source, target = noisy_pairs(rng, 1_000_000, sigma=0.5)
+    # Image order: the first block is a narrow strip, as when rows come in one by one.
+    order = np.argsort(source[:, 1])
+    source, target = source[order], target[order]
+    moments = HomographyMoments()
+    boxed = HomographyMoments(((0, 0), (1000, 1000)), ((0, 0), (1500, 1500)))
+    for start in range(0, len(source), 70_000):
+        rows = slice(start, start + 70_000)
+        moments.add(source[rows], target[rows])
+        boxed.add(source[rows], target[rows])
+    assert moments.count == 1_000_000
+    batch = homography_dlt(source, target)
+    same(moments.solve(), batch, 1e-9)
+    same(boxed.solve(), batch, 1e-9)
+
+
+def test_the_jacobian_equals_differences():
+    points = np.random.default_rng(7).uniform(0, 1000, (5, 2))
+    J = transfer_jacobian(H_TRUE, points)
+    for k in range(9):
+        step = 1e-6 * max(abs(H_TRUE.flat[k]), 1e-3)
+        moved = []
+        for sign in (1, -1):
+            H = H_TRUE.copy()
+            H.flat[k] += sign * step
+            moved.append(apply_homography(H, points))
+        numeric = (moved[0] - moved[1]) / (2 * step)
+        np.testing.assert_allclose(J[:, :, k], numeric, rtol=1e-5, atol=1e-4)
+
+
+def test_refinement_lowers_the_transfer_error():
+    rng = np.random.default_rng(8)
+    source, target = noisy_pairs(rng, 40, sigma=20.0)
+    cost = [
+        np.sum((apply_homography(H, source) - target) ** 2)
+        for H in (
+            homography_dlt(source, target),
+            refine_homography(homography_dlt(source, target), source, target),
+            refine_homography(H_TRUE, source, target),
+        )
+    ]
+    assert cost[1] < cost[0]
+    assert cost[2] == pytest.approx(cost[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("share_wrong", [0.0, 0.3, 0.6])
+def test_ransac_finds_the_wrong_pairs(share_wrong):
+    rng = np.random.default_rng(9)
+    source, target = noisy_pairs(rng, 300, sigma=0.5)
+    wrong = np.arange(300) < share_wrong * 300
+    target[wrong] += rng.uniform(20, 500, (wrong.sum(), 2))
+    H, inliers = homography_ransac(source, target, 3.0, rng)
+    np.testing.assert_array_equal(inliers, ~wrong)
+    same(H, homography_dlt(source[~wrong], target[~wrong]), 1e-12)
+
+
+def test_ransac_depends_on_its_generator_alone():
+    source, target = noisy_pairs(np.random.default_rng(10), 60, sigma=5.0)
+    runs = [
+        homography_ransac(source, target, 4.0, np.random.default_rng(3))
+        for _ in range(2)
+    ]
+    np.testing.assert_array_equal(runs[0][0], runs[1][0])
+
+
+def test_ransac_with_exactly_four_points():
+    source, target = noisy_pairs(np.random.default_rng(11), 4)
+    H, inliers = homography_ransac(source, target, 0.1, np.random.default_rng(0))
+    assert inliers.all()
+    same(H, H_TRUE, 1e-8)
+
+
+def test_the_line_at_infinity_has_no_image():
+    H = np.array([[1.0, 0, 0], [0, 1, 0], [1, 0, 0]])
+    assert np.isnan(apply_homography(H, [[0.0, 1]])).all()
+    np.testing.assert_array_equal(apply_homography(H, [[2.0, 4]]), [[1, 2]])
+
+
+square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+line = np.outer(np.arange(9.0), [1, 2]) + [5, 6]
+scattered = np.random.default_rng(12).normal(size=(9, 2))
+REFUSED = {
+    "three points": (square[:3], square[:3], "at least 4|at least four"),
+    "not a number": (square * [1, np.nan], square, "not finite"),
+    "shapes differ": (square, square[:3], "two equal arrays"),
+    "all on one line": (line, scattered, "on one line"),
+    "target on one line": (scattered, line, "on one line"),
+    "three of four on one line": (
+        np.array([[0, 0], [1, 0], [2, 0], [0, 1.0]]),
+        np.array([[0, 0], [1, 0], [2, 0], [0, 1.0]]),
+        "on one line",
+    ),
+    "one point repeated": (np.ones((6, 2)), scattered[:6], "all points are the same"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_points_that_do_not_determine_it_are_refused(case):
+    source, target, text = REFUSED[case]
+
+    def streaming():
+        moments = HomographyMoments()
+        moments.add(source, target)
+        moments.solve()
+
+    with pytest.raises(InputError, match=text):
+        homography_dlt(source, target)
+    with pytest.raises(InputError, match=text):
+        streaming()
+    with pytest.raises(InputError):
+        homography_ransac(source, target, 0.1, np.random.default_rng(0))
+
+
+def test_weights_must_be_usable():
+    with pytest.raises(InputError, match="weights"):
+        homography_dlt(square, square, [1, 1, -1, 1])
+    with pytest.raises(InputError, match="at least 4"):
+        homography_dlt(square, square, [1, 1, 0, 1])
