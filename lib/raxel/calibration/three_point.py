@@ -1,0 +1,376 @@
+"""Pose of a planar grid from calibrated rays: three points, RANSAC, refinement.
+
+The standard generic method finds the depths of three points along their rays from the
+three distances between them on the grid (thesis 2.26), for rays with one common
+origin. Eliminating two depths leaves Grunert's quartic. More points choose among the
+solutions, and the pose that agrees with most of them can then be refined by
+minimising the ray-point distances (4.18), the step that section 4.2.2 mentions.
+
+Source of the quartic: Haralick, Lee, Ottenberg, Nölle 1994, doi:10.1007/BF02028352;
+of RANSAC: Fischler and Bolles 1981, doi:10.1145/358669.358692.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector
+
+NEARLY_REAL = 1e-3  # a double root leaves the real axis by the root of the rounding
+AGREEMENT = 1e-7  # relative error of the squared distances of an accepted solution
+SCORED = 1000  # points that judge a trial pose
+
+
+class RayPose(NamedTuple):
+    """T_camera_grid (4, 4), camera frame of the rays; inliers (N,) bool; rms: root
+    mean square of the error of the inliers, a length (ray-point) or radians (angle).
+    """
+
+    T_camera_grid: np.ndarray
+    inliers: np.ndarray
+    rms: float
+
+
+def three_point_depths(directions, points):
+    """All real depths of three points on three rays of one origin (2.26).
+
+    directions: (M, 3, 3), three unit vectors for each of M triples; points: (M, 3, 2)
+    on the grid. Returns (M, 8, 3): at most eight solutions, in pairs of opposite sign
+    (k and k + 4), NaN for those that are not there. A pair may lie behind the origin;
+    triples with coincident points have none.
+    """
+    cosines = np.stack(
+        [
+            np.einsum("mi,mi->m", directions[:, j], directions[:, k])
+            for j, k in ((1, 2), (0, 2), (0, 1))
+        ],
+        axis=1,
+    )
+    gaps = np.stack([points[:, 1] - points[:, 2], points[:, 0] - points[:, 2]], axis=1)
+    gaps = np.concatenate([gaps, (points[:, 0] - points[:, 1])[:, None]], axis=1)
+    squares = np.sum(gaps**2, axis=2)
+    distinct = np.min(squares, axis=1) > 1e-24 * np.max(squares, axis=1)
+    depths = np.full((len(points), 4, 3), np.nan)
+    if np.any(distinct):
+        depths[distinct] = _grunert(cosines[distinct], squares[distinct])
+    return np.concatenate([depths, -depths], axis=1)
+
+
+def pose_of_triples(directions, points):
+    """Poses from triples whose points lie ahead on their rays.
+
+    directions: (M, 3, 3) unit; points: (M, 3, 2). Returns poses (K, 4, 4) and the
+    triple (K,) that each came from.
+    """
+    depths = three_point_depths(directions, points)
+    triple, solution = np.nonzero(np.all(depths > 0, axis=2))
+    corners = depths[triple, solution][:, :, None] * directions[triple]
+    flat = np.concatenate([points, np.zeros((len(points), 3, 1))], axis=2)[triple]
+    to_camera, from_grid = _triangle_frames(corners), _triangle_frames(flat)
+    sound = np.isfinite(to_camera).all((1, 2)) & np.isfinite(from_grid).all((1, 2))
+    rotation = to_camera[sound] @ np.swapaxes(from_grid[sound], 1, 2)
+    shift = corners[sound].mean(axis=1)
+    shift = shift - np.einsum("kij,kj->ki", rotation, flat[sound].mean(axis=1))
+    return pose(rotation, shift), triple[sound]
+
+
+def pose_three_point_ransac(
+    directions,
+    points,
+    rng,
+    threshold,
+    *,
+    metric="ray-point",
+    confidence=0.999,
+    most_trials=2000,
+):
+    """Grid pose in the presence of wrong pairs: the standard method as it comes out.
+
+    directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid; rng: numpy
+    Generator. threshold: largest error of a pair that counts as right, a length for
+    metric "ray-point" (4.18), radians for "angle".
+
+    Samples of three are drawn until one of right pairs has been met with probability
+    `confidence`, at most `most_trials`; the least truncated squared error wins. Returns
+    RayPose. Raises CalibrationError when no triple gives a pose.
+    """
+    directions, points = _checked(directions, points)
+    judges = rng.permutation(len(points))[:SCORED]
+    best, best_cost, drawn, needed = None, np.inf, 0, most_trials
+    while drawn < needed:
+        picks = _spread_triples(points, rng, 64)
+        drawn += 64
+        poses, _ = pose_of_triples(directions[picks], points[picks])
+        if len(poses) == 0:
+            continue
+        errors = _errors(directions[judges], points[judges], poses, metric)
+        squared = np.minimum(errors, threshold) ** 2
+        cost = squared.sum(axis=1)
+        i = int(np.argmin(cost))
+        if cost[i] < best_cost:
+            best, best_cost = poses[i], cost[i]
+            share = np.mean(errors[i] < threshold)
+            needed = min(most_trials, _trials_needed(share, confidence))
+    if best is None:
+        raise CalibrationError(
+            "pose from rays: no three points give a pose; they lie on a line or the"
+            " rays do not belong to them"
+        )
+    return _judged(directions, points, best, threshold, metric)
+
+
+def refine_pose_ray_point(
+    directions, points, T_camera_grid, *, origins=None, weights=None, iterations=50
+):
+    """Pose that minimises the sum of squared ray-point distances (4.18).
+
+    directions: (N, 3) unit; points: (N, 2), N >= 3; T_camera_grid: (4, 4) start;
+    origins: (3,) or (N, 3), where the rays begin, default the frame's origin; weights:
+    (N,), each multiplies a distance. With weights 1 / distance the error becomes the
+    sine of the angle. Levenberg-Marquardt with an analytic Jacobian. Returns the pose
+    (4, 4) and the final cost.
+    """
+    directions, points = _checked(directions, points)
+    origins = np.zeros(3) if origins is None else np.asarray(origins, float)
+    weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
+    T = np.array(T_camera_grid, float)
+    residual, jacobian = ray_point_system(directions, points, T, origins, weights)
+    cost, damping = residual @ residual, 1e-6
+    rounding = 1e-28 * np.sum(weights**2) * np.max(np.abs(points)) ** 2
+    for _ in range(iterations):
+        if cost <= rounding:
+            break
+        normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        damped = normal / np.outer(scale, scale) + damping * np.eye(6)
+        step = -np.linalg.solve(damped, gradient / scale) / scale
+        trial = _moved(T, step)
+        new = ray_point_system(directions, points, trial, origins, weights)
+        new_cost = new[0] @ new[0]
+        if new_cost < cost:
+            settled = cost - new_cost <= 1e-12 * cost
+            T, cost, (residual, jacobian) = trial, new_cost, new
+            damping = max(damping / 10, 1e-12)
+            if settled:
+                break
+        else:
+            damping *= 10
+            if damping > 1e8 or abs(step @ gradient) <= 1e-14 * cost:
+                break
+    return T, float(cost)
+
+
+def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):
+    """RANSAC, then ray-point refinement on its inliers: the "standard pose" refined.
+
+    Arguments and errors as `pose_three_point_ransac`; with metric "angle" the refined
+    error is the sine of the angle. Two rounds, as refinement may gain inliers.
+    """
+    directions, points = _checked(directions, points)
+    found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
+    for _ in range(2):
+        right = found.inliers
+        if np.count_nonzero(right) < 4:
+            break
+        weights = None
+        if metric == "angle":
+            weights = 1.0 / _distances(points[right], found.T_camera_grid[None])[0]
+        refined, _ = refine_pose_ray_point(
+            directions[right], points[right], found.T_camera_grid, weights=weights
+        )
+        found = _judged(directions, points, refined, threshold, metric)
+    return found
+
+
+def ray_point_system(directions, points, T_camera_grid, origins, weights):
+    """Residuals (3N,) and Jacobian (3N, 6) of the weighted ray-point distances.
+
+    The residual of a point is its part at right angles to its ray. The pose moves as
+    R exp([w]x), t + R s; columns: w, s.
+    """
+    rotation = T_camera_grid[:3, :3]
+    x, y = points.T
+    p = points @ rotation[:, :2].T + T_camera_grid[:3, 3] - origins
+    motion = np.zeros((len(points), 3, 6))
+    motion[:, 0, 2], motion[:, 1, 2] = -y, x
+    motion[:, 2, 0], motion[:, 2, 1] = y, -x
+    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
+    motion = rotation @ motion
+    along = np.einsum("ni,ni->n", directions, p)
+    residual = p - along[:, None] * directions
+    part = np.einsum("ni,nik->nk", directions, motion)
+    jacobian = motion - directions[:, :, None] * part[:, None, :]
+    residual = residual * weights[:, None]
+    jacobian *= weights[:, None, None]
+    return residual.ravel(), jacobian.reshape(-1, 6)
+
+
+def _moved(T, step):
+    rotation = T[:3, :3]
+    return pose(
+        rotation @ rotation_from_vector(step[:3]), T[:3, 3] + rotation @ step[3:]
+    )
+
+
+def _grunert(cosines, squares):
+    """Four depth triples (M, 4, 3), first depth positive, NaN where not real.
+
+    cosines, squares: (M, 3), of the angles and lengths opposite points 1, 2, 3.
+    """
+    ca, cb, cg = cosines.T
+    a, b, c = squares.T
+    v = _quartic_roots(_grunert_coefficients(cosines, squares))
+    real = np.abs(v.imag) <= NEARLY_REAL * (1 + np.abs(v))
+    v = np.where(real, v.real, np.nan)
+    ca, cb, cg, a, b, c = (x[:, None] for x in (ca, cb, cg, a, b, c))
+    r = (a - c) / b
+    with np.errstate(divide="ignore", invalid="ignore"):
+        below = 2 * (cg - v * ca)
+        u = ((r - 1) * v**2 - 2 * r * cb * v + 1 + r) / below
+        s_1 = np.sqrt(b / (1 + v**2 - 2 * v * cb))
+        # Where the divisor vanishes, v is a double root: its two u differ in sign of
+        # the square root of the third distance's equation.
+        root = np.sqrt(np.maximum(cg**2 - 1 + c / s_1**2, 0.0))
+        sign = np.array([1.0, -1.0, 1.0, -1.0])
+        u = np.where(np.abs(below) < 1e-5, cg + sign * root, u)
+        depths = np.stack([s_1, u * s_1, v * s_1], axis=2)
+    return _polished(depths, cosines, squares)
+
+
+def _grunert_coefficients(cosines, squares):
+    """Coefficients (M, 5) of the quartic in v = s_3 / s_1, highest power first."""
+    ca, cb, cg = cosines.T
+    a, b, c = squares.T
+    r, s = (a - c) / b, (a + c) / b
+    return np.stack(
+        [
+            (r - 1) ** 2 - 4 * c / b * ca**2,
+            4 * (r * (1 - r) * cb - (1 - s) * ca * cg + 2 * c / b * ca**2 * cb),
+            2
+            * (
+                r**2
+                - 1
+                + 2 * r**2 * cb**2
+                + 2 * (b - c) / b * ca**2
+                - 4 * s * ca * cb * cg
+                + 2 * (b - a) / b * cg**2
+            ),
+            4 * (-r * (1 + r) * cb + 2 * a / b * cg**2 * cb - (1 - s) * ca * cg),
+            (1 + r) ** 2 - 4 * a / b * cg**2,
+        ],
+        axis=1,
+    )
+
+
+def _quartic_roots(coefficients):
+    """Roots (M, 4), complex, as eigenvalues of companion matrices; sorted by value.
+
+    A vanishing leading coefficient sends a root to infinity: it is kept finite.
+    """
+    size = np.max(np.abs(coefficients), axis=1, keepdims=True)
+    monic = coefficients / np.where(size > 0, size, 1.0)
+    lead = monic[:, :1]
+    lead = np.where(np.abs(lead) < 1e-14, 1e-14, lead)
+    companion = np.zeros((len(monic), 4, 4))
+    companion[:, 0] = -monic[:, 1:] / lead
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    return np.sort_complex(np.linalg.eigvals(companion))
+
+
+def _polished(depths, cosines, squares):
+    """A few damped Newton steps on the distance equations; NaN where they fail.
+
+    depths: (M, 4, 3); the equation opposite point k joins the other two depths.
+    """
+    present = np.isfinite(depths).all(axis=2)
+    s = np.where(present[..., None], depths, 1.0)
+    cosine, square = cosines[:, None], squares[:, None]
+    first, second = [1, 0, 0], [2, 2, 1]
+    equation = [0, 1, 2]
+    for _ in range(4):
+        d, e = s[..., first], s[..., second]
+        gap = d**2 + e**2 - 2 * d * e * cosine - square
+        jacobian = np.zeros((*s.shape, 3))
+        jacobian[..., equation, first] = 2 * (d - e * cosine)
+        jacobian[..., equation, second] = 2 * (e - d * cosine)
+        transposed = np.swapaxes(jacobian, 2, 3)
+        normal = transposed @ jacobian
+        # A double root has a singular Jacobian: a trace of damping keeps it finite.
+        size = np.trace(normal, axis1=2, axis2=3)[..., None, None]
+        normal = normal + 1e-12 * (size + 1e-300) * np.eye(3)
+        s = s - np.linalg.solve(normal, transposed @ gap[..., None])[..., 0]
+    d, e = s[..., first], s[..., second]
+    gap = np.abs(d**2 + e**2 - 2 * d * e * cosine - square)
+    holds = np.all(gap <= AGREEMENT * np.max(square, axis=2, keepdims=True), axis=2)
+    return np.where((present & holds)[..., None], s, np.nan)
+
+
+def _triangle_frames(corners):
+    """Right-handed frames (K, 3, 3), in columns, of triangles of corners (K, 3, 3)."""
+    first = corners[:, 1] - corners[:, 0]
+    normal = np.cross(first, corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(first, axis=1, keepdims=True)
+    area = np.linalg.norm(normal, axis=1, keepdims=True)
+    flat = ~(area > 1e-9 * size**2)
+    first = first / np.where(flat, np.nan, size)
+    normal = normal / np.where(flat, np.nan, area)
+    return np.stack([first, np.cross(normal, first), normal], axis=2)
+
+
+def _spread_triples(points, rng, count):
+    """Index triples (count, 3), the widest half of twice as many drawn at random."""
+    picks = rng.integers(0, len(points), size=(2 * count, 3))
+    a, b = points[picks[:, 1]] - points[picks[:, 0]], points[picks[:, 2]]
+    b = b - points[picks[:, 0]]
+    area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return picks[np.argsort(-area, kind="stable")[:count]]
+
+
+def _distances(points, poses):
+    """Distances (K, N) of grid points from the origin under K poses."""
+    p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
+    return np.sqrt(np.einsum("kni,kni->kn", p, p))
+
+
+def _errors(directions, points, poses, metric):
+    """Errors (K, N): ray-point distances, or angles; large for points behind."""
+    if metric not in ("ray-point", "angle"):
+        raise ValueError(f"metric: {metric!r}; expected 'ray-point' or 'angle'")
+    p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
+    along = np.einsum("kni,ni->kn", p, directions)
+    across = np.linalg.norm(p - along[..., None] * directions, axis=2)
+    if metric == "angle":
+        return np.arctan2(across, along)
+    return np.where(along > 0, across, np.inf)
+
+
+def _judged(directions, points, T, threshold, metric):
+    errors = _errors(directions, points, T[None], metric)[0]
+    inliers = errors < threshold
+    rms = np.sqrt(np.mean(errors[inliers] ** 2)) if inliers.any() else np.inf
+    return RayPose(T, inliers, float(rms))
+
+
+def _trials_needed(share, confidence):
+    miss = 1 - share**3
+    if miss <= 0:
+        return 0
+    return math.log(1 - confidence) / math.log(miss) if miss < 1 else math.inf
+
+
+def _checked(directions, points):
+    directions, points = np.asarray(directions, float), np.asarray(points, float)
+    if directions.shape != (len(points), 3) or points.shape[1:] != (2,):
+        raise CalibrationError(
+            f"pose from rays: found directions {directions.shape} and points"
+            f" {points.shape}; give (N, 3) and (N, 2)"
+        )
+    if len(points) < 3:
+        raise CalibrationError(
+            f"pose from rays: {len(points)} points have rays; three or more are needed"
+        )
+    if not (np.isfinite(directions).all() and np.isfinite(points).all()):
+        raise CalibrationError("pose from rays: some rays or points are not finite")
+    return directions, points

@@ -1,0 +1,180 @@
+"""Pose from rays: Grunert's solutions, RANSAC, refinement."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from raxel.calibration.three_point import (
+    pose_from_rays,
+    pose_of_triples,
+    pose_three_point_ransac,
+    ray_point_system,
+    refine_pose_ray_point,
+    three_point_depths,
+)
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import (
+    angle_between_rotations,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+
+
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def lifted(points):
+    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
+
+
+def triples(seed, count):
+    rng = np.random.default_rng(seed)
+    rotation = rotation_from_vector(0.6 * rng.normal(size=(count, 3)))
+    shift = rng.uniform([-200, -200, 150], [200, 200, 900], (count, 3))
+    points = rng.uniform(-150, 150, (count, 3, 2))
+    corners = transform(pose(rotation, shift), lifted(points))
+    return points, corners, pose(rotation, shift)
+
+
+def noisy_grid(seed, count=200, noise=0.0, outliers=0):
+    rng = np.random.default_rng(seed)
+    T = pose(rotation_from_vector([0.2, -0.3, 0.1]), [10.0, 20.0, 500.0])
+    points = rng.uniform(-150, 150, (count, 2))
+    directions = unit(transform(T, lifted(points)))
+    points = points + noise * rng.normal(size=points.shape)
+    points[:outliers] = rng.uniform(-150, 150, (outliers, 2))
+    return directions, points, T, rng
+
+
+def distance_gaps(directions, points, depths):
+    """Largest error of (2.26) of every solution, relative to the largest distance."""
+    corners = depths[..., None] * directions[:, None]
+    pairs = ([1, 0, 0], [2, 2, 1])
+    found = corners[..., pairs[0], :] - corners[..., pairs[1], :]
+    given_ = points[:, pairs[0]] - points[:, pairs[1]]
+    square = np.sum(given_**2, axis=-1)
+    gaps = np.abs(np.sum(found**2, axis=-1) - square[:, None])
+    return gaps.max(axis=-1) / square.max(axis=-1)[:, None]
+
+
+def test_the_true_depths_are_among_the_solutions():
+    points, corners, _ = triples(0, 3000)
+    depths = three_point_depths(unit(corners), points)
+    true = np.linalg.norm(corners, axis=2)
+    gap = np.abs(depths - true[:, None]).max(axis=2)
+    gap = np.min(np.where(np.isnan(gap), np.inf, gap), axis=1)
+    # A few in ten thousand lie at a double root, where rounding may lose both.
+    assert np.mean(gap > 1e-5) < 1e-3
+    assert np.median(gap) < 1e-9
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_at_most_eight_solutions_closed_under_negation_that_all_hold(seed):
+    points, corners, _ = triples(seed, 8)
+    directions = unit(corners)
+    depths = three_point_depths(directions, points)
+    assert depths.shape == (8, 8, 3)
+    assert np.array_equal(depths[:, 4:], -depths[:, :4], equal_nan=True)
+    gaps = distance_gaps(directions, points, depths)
+    assert np.nanmax(gaps) < 1e-6
+    flipped = three_point_depths(-directions, points)
+    for ours, theirs in zip(depths, flipped, strict=True):
+        a, b = (np.sort(x[np.isfinite(x[:, 0]), 0]) for x in (ours, theirs))
+        assert len(a) == len(b)
+        assert np.allclose(a, b, rtol=1e-5)
+
+
+def test_symmetric_triangles_keep_both_solutions_of_the_double_root():
+    points = np.array([[-50.0, -50.0], [50.0, -50.0], [0.0, 75.0]])[None]
+    corners = lifted(points) + [0.0, 0.0, 400.0]
+    depths = three_point_depths(unit(corners), points)[0, :4]
+    true = np.linalg.norm(corners[0], axis=1)
+    assert np.abs(depths - true).max(axis=1).min() < 1e-9
+    swapped = depths[:, [1, 0, 2]]
+    # Mirror symmetry in x: the solutions are the same set with points 1 and 2 swapped.
+    for s in swapped:
+        assert np.abs(depths - s).max(axis=1).min() < 1e-6
+
+
+def test_poses_of_exact_triples():
+    points, corners, T = triples(3, 500)
+    poses, triple = pose_of_triples(unit(corners), points)
+    assert np.allclose(np.linalg.det(poses[:, :3, :3]), 1.0)
+    gap = np.abs(poses - T[triple]).max(axis=(1, 2))
+    best = np.full(500, np.inf)
+    np.minimum.at(best, triple, gap)
+    assert np.mean(best < 1e-4) > 0.995
+    seen = transform(poses, lifted(points[triple]))
+    assert np.abs(unit(seen) - unit(corners)[triple]).max() < 1e-6
+
+
+def test_coincident_points_and_lines_give_no_pose_and_no_warning():
+    points, corners, _ = triples(4, 2)
+    points[0, 1], corners[0, 1] = points[0, 0], corners[0, 0]
+    points[1, 2] = (points[1, 0] + points[1, 1]) / 2
+    corners[1, 2] = (corners[1, 0] + corners[1, 1]) / 2
+    poses, _ = pose_of_triples(unit(corners), points)
+    assert len(poses) == 0
+
+
+@pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 2.0), ("angle", 4e-3)])
+def test_ransac_finds_the_right_pairs_and_refinement_improves(metric, threshold):
+    directions, points, T, rng = noisy_grid(5, noise=0.3, outliers=60)
+    rough = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
+    fine = pose_from_rays(directions, points, rng, threshold, metric=metric)
+    assert rough.inliers[60:].mean() > 0.95
+    assert fine.inliers[60:].mean() > 0.99
+    assert fine.inliers[:60].mean() < 0.1
+    assert fine.rms < rough.rms
+    turn = angle_between_rotations(fine.T_camera_grid[:3, :3], T[:3, :3])
+    # 140 points with 0.3 mm noise on a 300 mm grid at 500 mm.
+    assert np.degrees(turn) < 0.15
+    assert np.linalg.norm(fine.T_camera_grid[:3, 3] - T[:3, 3]) < 0.5
+
+
+def test_the_same_generator_state_gives_the_same_pose():
+    directions, points, _, _ = noisy_grid(6, noise=0.3)
+    first = pose_from_rays(directions, points, np.random.default_rng(1), 2.0)
+    again = pose_from_rays(directions, points, np.random.default_rng(1), 2.0)
+    assert np.array_equal(first.T_camera_grid, again.T_camera_grid)
+
+
+def test_refinement_is_exact_on_exact_rays_also_from_many_origins():
+    _, points, T, rng = noisy_grid(7)
+    origins = 30.0 * rng.normal(size=(len(points), 3))
+    directions = unit(transform(T, lifted(points)) - origins)
+    start = T @ pose(rotation_from_vector([0.05, -0.04, 0.1]), [8.0, -9.0, 20.0])
+    found, cost = refine_pose_ray_point(directions, points, start, origins=origins)
+    assert np.abs(found - T).max() < 1e-8
+    assert cost < 1e-15
+
+
+def test_jacobian_equals_differences():
+    directions, points, T, rng = noisy_grid(8, count=20, noise=3.0)
+    weights, origin = rng.uniform(0.5, 2.0, 20), np.array([1.0, 2.0, 3.0])
+    _, jacobian = ray_point_system(directions, points, T, origin, weights)
+    h = 1e-5
+    for column in range(6):
+        step = np.zeros(6)
+        step[column] = h
+        ends = []
+        for s in (step, -step):
+            moved = T @ pose(rotation_from_vector(s[:3]), s[3:])
+            ends.append(ray_point_system(directions, points, moved, origin, weights)[0])
+        numeric = (ends[0] - ends[1]) / (2 * h)
+        assert (
+            np.abs(numeric - jacobian[:, column]).max() < 1e-6 * np.abs(jacobian).max()
+        )
+
+
+def test_bad_input_is_refused_in_one_line():
+    directions, points, _, rng = noisy_grid(9, count=10)
+    with pytest.raises(CalibrationError, match="three or more"):
+        pose_from_rays(directions[:2], points[:2], rng, 1.0)
+    with pytest.raises(CalibrationError, match="not finite"):
+        pose_from_rays(np.where(directions > 0.9, np.nan, directions), points, rng, 1.0)
+    with pytest.raises(CalibrationError, match="no three points"):
+        pose_from_rays(directions, np.column_stack([points[:, 0]] * 2), rng, 1.0)
