@@ -1,0 +1,28 @@
+"""Image sets: a folder of photographs and a set.yaml that says what they show."""
+
+from raxel.sets.image_files import read_colour, read_image
+from raxel.sets.image_set import load_set, write_set
+from raxel.sets.model import (
+    ActiveGrid,
+    Chessboard,
+    ImageSet,
+    Motion,
+    Pattern,
+    View,
+)
+from raxel.sets.reference import ReferenceCorners, load_reference
+
+__all__ = [
+    "ActiveGrid",
+    "Chessboard",
+    "ImageSet",
+    "Motion",
+    "Pattern",
+    "ReferenceCorners",
+    "View",
+    "load_reference",
+    "load_set",
+    "read_colour",
+    "read_image",
+    "write_set",
+]

@@ -1,0 +1,134 @@
+"""Faults of a set that its schema cannot express: files, counts, clicks, codes."""
+
+from pathlib import PureWindowsPath
+
+import numpy as np
+
+from raxel.sets.document import shown
+from raxel.sets.model import Chessboard
+
+
+def faults(image_set):
+    """Each fault as (path of the field, what was found and what to do)."""
+    target = image_set.target
+    if isinstance(target, Chessboard) and (target.columns is None) != (
+        target.rows is None
+    ):
+        unknown = "columns" if target.columns is None else "rows"
+        fault = "found null beside a known count; give both counts, or null for both"
+        yield ("target", unknown), fault
+    yield from _repeated_labels(image_set.views)
+    yield from _file_faults(image_set)
+    for index, view in enumerate(image_set.views):
+        path = ("views", index)
+        if view.outer_corners is not None:
+            size = image_set.width, image_set.height
+            yield from _outer_corner_faults((*path, "outer_corners"), view, size)
+        yield from _pattern_faults((*path, "patterns"), view.patterns)
+
+
+def _repeated_labels(views):
+    first = {}
+    for index, view in enumerate(views):
+        earlier = first.setdefault(view.label, index)
+        if earlier != index:
+            key = "image" if view.image else "name"
+            fault = f"found {shown(view.label)}, which views[{earlier}] has already"
+            yield ("views", index, key), f"{fault}; list each view once"
+
+
+def _file_faults(image_set):
+    for index, view in enumerate(image_set.views):
+        for key in ("image", "white", "black"):
+            if getattr(view, key):
+                path = ("views", index, key)
+                yield from _missing(path, getattr(view, key), image_set.folder)
+        for number, pattern in enumerate(view.patterns):
+            path = ("views", index, "patterns", number, "image")
+            yield from _missing(path, pattern.image, image_set.folder)
+    if image_set.reference is not None:
+        yield from _missing(("reference",), image_set.reference, image_set.folder)
+    if image_set.truth is not None and _leaves_folder(image_set.truth):
+        yield ("truth",), _outside(image_set.truth)
+
+
+def _missing(path, name, folder):
+    if _leaves_folder(name):
+        yield path, _outside(name)
+        return
+    try:
+        found = (folder / name).is_file()
+    except OSError:
+        found = False
+    if not found:
+        yield path, f"no file {shown(name)} in {folder}; add it or mend the name"
+
+
+def _leaves_folder(name):
+    path = PureWindowsPath(name)
+    return bool(path.anchor) or ".." in path.parts
+
+
+def _outside(name):
+    return f"found {shown(name)}; name a file inside the set's folder, without .. or /"
+
+
+def _outer_corner_faults(path, view, size):
+    corners = np.array(view.outer_corners)
+    inside = np.all((corners >= -0.5) & (corners <= np.array(size) - 0.5), axis=1)
+    if not inside.all():
+        index = int(np.argmin(inside))
+        found = list(view.outer_corners[index])
+        fault = f"found {found}, outside the image of {size[0]} x {size[1]}"
+        yield (*path, index), f"{fault}; give (u, v) in pixels from the top left"
+    elif _turns(corners).min() <= 0:
+        fault = "the four points do not go once around clockwise as seen in the image"
+        yield path, f"{fault}; list them clockwise from the first corner"
+
+
+def _turns(corners):
+    """Sign of the turn at each corner of a polygon; positive = clockwise (v down)."""
+    ahead = np.roll(corners, -1, axis=0) - corners
+    after = np.roll(ahead, -1, axis=0)
+    return ahead[:, 0] * after[:, 1] - ahead[:, 1] * after[:, 0]
+
+
+def _pattern_faults(path, patterns):
+    seen = {}
+    for index, pattern in enumerate(patterns):
+        number, key = (
+            (pattern.bit, "bit") if pattern.kind == "gray" else (pattern.step, "step")
+        )
+        if number >= pattern.of:
+            fault = (
+                f"found {number}, but there are {pattern.of} (0 to {pattern.of - 1})"
+            )
+            yield (*path, index, key), f"{fault}; mend {key} or of"
+        code = pattern.axis, pattern.kind, pattern.of, pattern.inverse, pattern.periods
+        earlier = seen.setdefault((*code, number), index)
+        if earlier != index:
+            fault = (
+                f"the same pattern as patterns[{earlier}]; mend axis, {key} or inverse"
+            )
+            yield (*path, index), fault
+    yield from _gaps(path, patterns)
+
+
+def _gaps(path, patterns):
+    """A bit that is missing above a present one, or a missing phase step.
+
+    Gray code is decoded from the most significant bit down: fine bits may be left out,
+    but nothing can be read below a gap.
+    """
+    groups = {}
+    for pattern in patterns:
+        code = pattern.axis, pattern.kind, pattern.of, pattern.periods
+        number = pattern.bit if pattern.kind == "gray" else pattern.step
+        groups.setdefault(code, set()).add(number)
+    for (axis, kind, of, _), present in groups.items():
+        needed = range(max(present) + 1) if kind == "gray" else range(of)
+        gap = next((number for number in needed if number not in present), None)
+        if gap is not None:
+            name = "bit" if kind == "gray" else "step"
+            fault = f"{kind} code of axis {axis} lacks {name} {gap} of {of}"
+            yield path, f"{fault}; add its image or leave that code out"

@@ -1,0 +1,170 @@
+"""The image set, version 1: a folder of images with a set.yaml that describes them."""
+
+from pathlib import Path
+
+import yaml
+
+from raxel.errors import InputError
+from raxel.files import replacing
+from raxel.sets.document import field_name, read_yaml, validate
+from raxel.sets.faults import faults
+from raxel.sets.model import (
+    DESCRIPTION,
+    ActiveGrid,
+    Chessboard,
+    ImageSet,
+    Motion,
+    Pattern,
+    View,
+)
+
+
+def load_set(folder):
+    """Read and check the set in `folder`.
+
+    Raises InputError (one line: file, field, found, what to do) for a folder that is
+    no set, YAML that cannot be read, unknown, missing or wrong keys, and named files
+    that are not there. The images themselves are checked by `read_image`.
+    """
+    folder = Path(folder)
+    description = folder / DESCRIPTION
+    if not folder.is_dir():
+        what = "a file" if folder.is_file() else "nothing"
+        raise InputError(f"{folder}: found {what}; give the folder of an image set")
+    if not description.is_file():
+        raise InputError(f"{folder}: no {DESCRIPTION} in it; not an image set")
+    return _checked(read_yaml(description), folder)
+
+
+def write_set(image_set):
+    """Write `image_set.folder`/set.yaml, whole or not at all.
+
+    The images must be in the folder already. Raises InputError where `load_set` would
+    refuse what is written.
+    """
+    data = _plain(image_set)
+    _checked(data, image_set.folder)
+    text = yaml.safe_dump(
+        data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=100
+    )
+    with replacing(image_set.description) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _checked(data, folder):
+    where = folder / DESCRIPTION
+    validate(data, where)
+    image_set = _from_plain(data, folder)
+    for path, fault in faults(image_set):
+        raise InputError(f"{where}: {field_name(path)}: {fault}")
+    return image_set
+
+
+def _from_plain(data, folder):
+    width, height = map(int, data["resolution"])
+    return ImageSet(
+        name=data["name"],
+        width=width,
+        height=height,
+        target=_target(data["target"]),
+        views=tuple(map(_view, data["views"])),
+        folder=folder,
+        camera=data.get("camera", ""),
+        origin=dict(data.get("origin", {})),
+        reference=data.get("reference"),
+        truth=data.get("truth"),
+    )
+
+
+def _target(data):
+    if data["kind"] == "chessboard":
+        counts = [_integer(data[key]) for key in ("columns", "rows")]
+        return Chessboard(*counts, _float(data.get("pitch_mm")))
+    size_mm = data.get("monitor_mm")
+    return ActiveGrid(
+        tuple(map(int, data["monitor_px"])), size_mm and tuple(map(float, size_mm))
+    )
+
+
+def _view(data):
+    data = dict(data)
+    if "outer_corners" in data:
+        data["outer_corners"] = tuple(
+            tuple(map(float, point)) for point in data["outer_corners"]
+        )
+    if "motion" in data:
+        data["motion"] = Motion(
+            **{key: tuple(map(float, three)) for key, three in data["motion"].items()}
+        )
+    data["patterns"] = tuple(map(_pattern, data.get("patterns", ())))
+    return View(**data)
+
+
+def _pattern(data):
+    whole = {key: int(data[key]) for key in ("bit", "step", "of") if key in data}
+    periods = {"periods": float(data["periods"])} if "periods" in data else {}
+    return Pattern(**{**data, **whole, **periods})
+
+
+def _integer(value):
+    return None if value is None else int(value)
+
+
+def _float(value):
+    return None if value is None else float(value)
+
+
+def _plain(image_set):
+    """The set as set.yaml holds it: dicts, lists, numbers and texts."""
+    data = {"raxel_set": 1, "name": image_set.name}
+    if image_set.camera:
+        data["camera"] = image_set.camera
+    data["resolution"] = [int(image_set.width), int(image_set.height)]
+    data["target"] = _plain_target(image_set.target)
+    data["views"] = [_plain_view(view) for view in image_set.views]
+    for key in ("origin", "reference", "truth"):
+        if getattr(image_set, key):
+            data[key] = getattr(image_set, key)
+    return data
+
+
+def _plain_target(target):
+    if isinstance(target, Chessboard):
+        counts = {"columns": _integer(target.columns), "rows": _integer(target.rows)}
+        return {"kind": "chessboard", **counts, "pitch_mm": _float(target.pitch_mm)}
+    size_mm = target.monitor_mm and [float(length) for length in target.monitor_mm]
+    size_px = [int(count) for count in target.monitor_px]
+    return {"kind": "active_grid", "monitor_px": size_px, "monitor_mm": size_mm}
+
+
+def _plain_view(view):
+    data = {
+        key: getattr(view, key)
+        for key in ("image", "name", "white", "black")
+        if getattr(view, key)
+    }
+    if view.patterns:
+        data["patterns"] = [_plain_pattern(pattern) for pattern in view.patterns]
+    if view.outer_corners is not None:
+        data["outer_corners"] = [[float(c) for c in p] for p in view.outer_corners]
+    if view.use != "calibrate":
+        data["use"] = view.use
+    if view.motion is not None:
+        data["motion"] = {
+            "translation_mm": [float(c) for c in view.motion.translation_mm],
+            "rotation_deg": [float(c) for c in view.motion.rotation_deg],
+        }
+    return data
+
+
+def _plain_pattern(pattern):
+    data = {"image": pattern.image, "axis": pattern.axis, "kind": pattern.kind}
+    if pattern.kind == "gray":
+        return {
+            **data,
+            "bit": int(pattern.bit),
+            "of": int(pattern.of),
+            "inverse": bool(pattern.inverse),
+        }
+    step, periods = int(pattern.step), float(pattern.periods)
+    return {**data, "step": step, "of": int(pattern.of), "periods": periods}

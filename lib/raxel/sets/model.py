@@ -1,0 +1,122 @@
+"""What an image set is in memory: target, views, files, all unchangeable."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+DESCRIPTION = "set.yaml"
+
+
+@dataclass(frozen=True)
+class Chessboard:
+    """A chessboard with `columns` x `rows` interior corners; None where unknown."""
+
+    columns: int | None
+    rows: int | None
+    pitch_mm: float | None = None
+
+    @property
+    def unit(self):
+        """The unit of `points`: 'mm', or 'pitch' where the pitch is unknown."""
+        return "pitch" if self.pitch_mm is None else "mm"
+
+    def points(self, columns=None, rows=None):
+        """The corners on the board's plane, (rows * columns, 2) in `unit`.
+
+        Row by row; x runs along the columns, y along the rows. `columns` and `rows`
+        stand in where the board's own counts are unknown. Raises ValueError if
+        neither is given.
+        """
+        columns, rows = self.columns or columns, self.rows or rows
+        if columns is None or rows is None:
+            raise ValueError("the board's columns and rows are unknown")
+        y, x = np.mgrid[0:rows, 0:columns]
+        return np.column_stack((x.ravel(), y.ravel())) * float(self.pitch_mm or 1)
+
+
+@dataclass(frozen=True)
+class ActiveGrid:
+    """A monitor that shows coded patterns; sizes are (width, height)."""
+
+    monitor_px: tuple[int, int]
+    monitor_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """One photograph of an active grid.
+
+    `kind` 'gray' has `bit` (0 = most significant) and `inverse`; 'phase' has `step`
+    and `periods`, step k being advanced by 2 pi k / of. `axis` is 'x' or 'y'.
+    """
+
+    image: str
+    axis: str
+    kind: str
+    of: int
+    bit: int | None = None
+    inverse: bool = False
+    step: int | None = None
+    periods: float | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Known motion of the stage since the first view, as its scales read."""
+
+    translation_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class View:
+    """One pose of the target: one `image` (chessboard) or `patterns` (active grid).
+
+    `outer_corners` are four pixels (u, v), clockwise from the first corner.
+    """
+
+    image: str | None = None
+    name: str | None = None
+    white: str | None = None
+    black: str | None = None
+    patterns: tuple[Pattern, ...] = ()
+    outer_corners: tuple[tuple[float, float], ...] | None = None
+    use: str = "calibrate"
+    motion: Motion | None = None
+
+    @property
+    def label(self):
+        """What people and results call this view: its image or its name."""
+        return self.image or self.name
+
+    @property
+    def files(self):
+        """The names of all images of this view."""
+        single = (self.image, self.white, self.black)
+        return tuple(f for f in single if f) + tuple(p.image for p in self.patterns)
+
+
+@dataclass(frozen=True)
+class ImageSet:
+    """What set.yaml says. Names of files are relative to `folder`."""
+
+    name: str
+    width: int
+    height: int
+    target: Chessboard | ActiveGrid
+    views: tuple[View, ...]
+    folder: Path
+    camera: str = ""
+    origin: dict = field(default_factory=dict)
+    reference: str | None = None
+    truth: str | None = None
+
+    @property
+    def description(self):
+        """The path of set.yaml, as messages name it."""
+        return self.folder / DESCRIPTION
+
+    def views_for(self, use):
+        """The views for 'calibrate' or 'evaluate', in the order of the file."""
+        return tuple(view for view in self.views if view.use == use)

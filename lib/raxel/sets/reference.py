@@ -1,0 +1,109 @@
+"""Corners found by others (corners.json of a set): for scoring only."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.files import read_json
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceCorners:
+    """The corners of one image, row by row; which board corner is first is free.
+
+    `corners` (rows * columns, 2) in pixels, NaN where missing; `certain`
+    (rows * columns,) bool; `tolerance_px` within which a detector counts as right.
+    """
+
+    corners: np.ndarray
+    certain: np.ndarray
+    columns: int
+    rows: int
+    tolerance_px: float
+
+
+def load_reference(image_set):
+    """The reference corners of a set as {image name: ReferenceCorners}.
+
+    Empty if the set names none. Raises InputError where the file does not fit its own
+    counts, has numbers that are none, or misses its keys.
+    """
+    if image_set.reference is None:
+        return {}
+    path = image_set.folder / image_set.reference
+    data = read_json(path)
+    columns, rows = (_count(path, data, key) for key in ("columns", "rows"))
+    images = _mapping(path, data, "images")
+    return {
+        name: _one(path, f"images.{name}", entry, columns, rows)
+        for name, entry in images.items()
+    }
+
+
+def _one(path, field, entry, columns, rows):
+    if not isinstance(entry, dict) or "corners" not in entry:
+        raise InputError(f"{path}: {field}.corners: key missing; give the corners")
+    corners = _points(path, f"{field}.corners", entry["corners"], columns * rows)
+    certain = np.isfinite(corners).all(axis=1)
+    for key in ("uncertain", "missing"):
+        left_out = entry.get(key, [])
+        _check_indices(path, f"{field}.{key}", left_out, len(corners))
+        certain[left_out] = False
+    spread = _spread(path, f"{field}.spread_max_px", entry.get("spread_max_px"))
+    tolerance = 2 * spread if 0.5 <= spread <= 1 else 1.0
+    return ReferenceCorners(corners, certain, columns, rows, tolerance)
+
+
+def _points(path, field, points, count):
+    if not isinstance(points, list) or len(points) != count:
+        found = f"{len(points)} corners" if isinstance(points, list) else "no list"
+        raise InputError(
+            f"{path}: {field}: found {found}; give columns x rows = {count}"
+        )
+    array = np.full((count, 2), np.nan)
+    for index, point in enumerate(points):
+        if point is None or point == [None, None]:
+            continue
+        if not isinstance(point, list) or len(point) != 2 or not all(map(_real, point)):
+            raise InputError(f"{path}: {field}[{index}]: no point; give [x, y] or null")
+        array[index] = point
+    return array
+
+
+def _check_indices(path, field, indices, count):
+    good = isinstance(indices, list) and all(
+        isinstance(i, int) and not isinstance(i, bool) and 0 <= i < count
+        for i in indices
+    )
+    if not good:
+        raise InputError(f"{path}: {field}: give indices of corners, 0 to {count - 1}")
+
+
+def _spread(path, field, spread):
+    if spread is None:
+        return 0.0
+    if not _real(spread):
+        raise InputError(f"{path}: {field}: no number; give the spread in px")
+    return float(spread)
+
+
+def _count(path, data, key):
+    value = data.get(key) if isinstance(data, dict) else None
+    if not isinstance(value, int) or isinstance(value, bool) or not 3 <= value <= 1000:
+        raise InputError(
+            f"{path}: {key}: give the number of interior corners, 3 to 1000"
+        )
+    return value
+
+
+def _mapping(path, data, key):
+    value = data.get(key)
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: {key}: give a mapping from image name to corners")
+    return value
+
+
+def _real(value):
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and abs(value) < 1e9
