@@ -59,10 +59,11 @@ def producers(root: Path) -> list[Producer]:
 
 
 def _of_file(root: Path, path: Path) -> list[Producer]:
-    page = page_id(root, path)
-    module = "chapters." + page.replace("/", ".")
+    body = ast.parse(path.read_text("utf-8"), str(path)).body
+    module = "chapters." + page_id(root, path).replace("/", ".")
+    page = page_id(root, path.with_stem(_page_of(path, body)))
     made = []
-    for node in ast.parse(path.read_text("utf-8"), str(path)).body:
+    for node in body:
         if not isinstance(node, ast.FunctionDef):
             continue
         for call in node.decorator_list:
@@ -76,6 +77,14 @@ def _of_file(root: Path, path: Path) -> list[Producer]:
                     )
                 )  # fmt: skip
     return made
+
+
+def _page_of(path: Path, body: list[ast.stmt]) -> str:
+    """The page a file works for: itself, or the one its constant PAGE names."""
+    for node in body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "PAGE":
+            return str(_literal(path, node.value))
+    return path.stem
 
 
 def _literal(path: Path, node: ast.expr) -> object:

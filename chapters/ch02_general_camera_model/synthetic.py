@@ -1,0 +1,370 @@
+"""The synthetic experiment of section 2.5.1: what is seen, calibrated and scored.
+
+A camera looks at three tilted planes. 999 random pixels are back-projected on each
+plane, with noise that is independent from plane to plane. The parametric and the generic
+method calibrate from the same data, and both are scored the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.calibration import (
+    BoardView,
+    bundle_adjust_fixed_centre,
+    calibrate_zhang,
+    linear_as_printed,
+    linear_well_conditioned,
+)
+from raxel.cameras import FisheyeCamera, PerspectiveCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.evaluation import rotation_aligned_angles
+from raxel.geometry import (
+    apply_homography,
+    homography_dlt,
+    intersect_rays_plane,
+    inverse_pose,
+    pose,
+    refine_homography,
+    rotate,
+    rotation_from_vector,
+)
+
+SIZE_PX = 640
+POINTS = 999
+PRINCIPAL = np.full(2, (SIZE_PX - 1) / 2)
+CORNER_RADIUS_PX = np.hypot(*PRINCIPAL)
+DISTANCE_MM = 600.0
+SHIFT_MM = 150.0
+TILT_DEG = (10.0, 30.0)
+LEAST_ANGLE_DEG = 10.0
+FINITE_MM = 600.0
+LENS_K1, LENS_K2 = -0.2, 0.05
+METHODS = ("parametric", "generic_as_printed", "generic_well_conditioned")
+SCORINGS = ("noisy", "clean")
+SCALES = ("corrected", "source")
+
+
+def fisheye(projection, fov_deg):
+    """A fisheye whose field of view on the image diagonal is ``fov_deg``."""
+    half = np.radians(fov_deg) / 2
+    radius_at_unit_focal = {
+        "equidistance": half,
+        "equisolid": 2 * np.sin(half / 2),
+        "stereographic": 2 * np.tan(half / 2),
+    }[projection]
+    focal = CORNER_RADIUS_PX / radius_at_unit_focal
+    return FisheyeCamera(
+        projection, focal, PRINCIPAL, SIZE_PX, SIZE_PX, 1.1 * half
+    )
+
+
+def perspective(fov_deg, radial=()):
+    """A pinhole of that diagonal field of view, with radial distortion if given."""
+    focal = CORNER_RADIUS_PX / np.tan(np.radians(fov_deg) / 2)
+    K = np.array(
+        [[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]]
+    )
+    return PerspectiveCamera(K, radial, SIZE_PX, SIZE_PX)
+
+
+def camera_of(law, fov_deg):
+    """The camera of a condition; ``lens`` is one the parametric model can describe."""
+    if law == "lens":
+        return perspective(fov_deg, (LENS_K1, LENS_K2))
+    if law == "perspective":
+        return perspective(fov_deg)
+    return fisheye(law, fov_deg)
+
+
+def draw_grids(rng):
+    """Poses T_camera_grid (3, 4, 4) of three tilted grids, no two nearly parallel."""
+    while True:
+        grids = np.stack([_draw_grid(rng) for _ in range(3)])
+        normals = grids[:, :3, 2]
+        cosines = (normals @ normals.T)[np.triu_indices(3, 1)]
+        angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
+        if angles.min() >= LEAST_ANGLE_DEG:
+            return grids, angles.min()
+
+
+def _draw_grid(rng):
+    """Grid x right, y down, z away from the camera, then tilted and shifted."""
+    axis = rng.uniform(0, 2 * np.pi)
+    tilt = np.radians(rng.uniform(*TILT_DEG))
+    R = rotation_from_vector(
+        tilt * np.array([np.cos(axis), np.sin(axis), 0.0])
+    )
+    spin = rotation_from_vector(
+        np.array([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
+    )
+    shift = rng.uniform(-SHIFT_MM, SHIFT_MM, 3)
+    return pose(R @ spin, shift + [0.0, 0.0, DISTANCE_MM])
+
+
+def back_project(camera, pixels, T_camera_grid):
+    """Points (N, 2) of a grid that pixels see, and whether they see it at all."""
+    rays = camera.rays(pixels)
+    hit = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
+    return hit.points, rays.valid & hit.valid
+
+
+def draw_pixels(camera, grids, extent, rng):
+    """999 random pixels that see all three grids, and the share of pixels that do."""
+    kept, tried = np.empty((0, 2)), 0
+    while len(kept) < POINTS:
+        pixels = rng.uniform(-0.5, SIZE_PX - 0.5, (4 * POINTS, 2))
+        seen = np.ones(len(pixels), bool)
+        for T_camera_grid in grids:
+            points, hit = back_project(camera, pixels, T_camera_grid)
+            seen &= hit
+            if extent == "finite":
+                seen &= hit & (
+                    np.abs(np.where(hit[:, None], points, 0)) <= FINITE_MM
+                ).all(1)
+        kept = np.concatenate([kept, pixels[seen]])
+        tried += len(pixels)
+        if tried > 4000 * POINTS:
+            raise RuntimeError("the grids are all but out of view")
+    return kept[:POINTS], len(kept) / tried
+
+
+@dataclass(frozen=True)
+class Data:
+    """One trial's measurements, with the truth that only scoring may use.
+
+    pixels: (N, 2) clean. noisy_pixels: (3, N, 2), as seen by the parametric method.
+    points: (3, N, 2) clean. noisy_points: (3, N, 2), as seen by the generic method.
+    """
+
+    camera: object
+    grids: np.ndarray
+    pixels: np.ndarray
+    noisy_pixels: np.ndarray
+    points: np.ndarray
+    noisy_points: np.ndarray
+    accepted_share: float
+    least_angle_deg: float
+
+
+def measure(condition, rng):
+    """Draw one trial: camera, grids, pixels, and noise independent for every grid."""
+    camera = camera_of(condition["law"], condition["fov_deg"])
+    grids, least_angle = draw_grids(rng)
+    pixels, share = draw_pixels(camera, grids, condition["extent"], rng)
+    points = np.stack([back_project(camera, pixels, T)[0] for T in grids])
+    noise = condition["noise"] * rng.standard_normal((3, POINTS, 2))
+    keep = np.ones(POINTS, bool)
+    noisy_pixels, noisy_points = np.repeat(pixels[None], 3, 0), points
+    if condition["domain"] == "px":
+        noisy_pixels = pixels + noise
+        seen = [
+            back_project(camera, p, T)
+            for p, T in zip(noisy_pixels, grids, strict=True)
+        ]
+        noisy_points = np.stack([s[0] for s in seen])
+        keep = np.all([s[1] for s in seen], axis=0)
+    else:
+        noisy_points = points + noise
+    return Data(
+        camera, grids, pixels[keep], noisy_pixels[:, keep], points[:, keep],
+        noisy_points[:, keep], share, least_angle,
+    )  # fmt: skip
+
+
+def calibrate_parametric(data):
+    """Zhang's method on the pixels of the trial; returns a PerspectiveCamera.
+
+    Noise in millimetres disturbs the points it is given, noise in pixels the pixels.
+    """
+    moved = not np.array_equal(data.noisy_pixels[0], data.pixels)
+    points = data.points if moved else data.noisy_points
+    views = [
+        BoardView(pixels, on_grid, None, None)
+        for pixels, on_grid in zip(data.noisy_pixels, points, strict=True)
+    ]
+    return calibrate_zhang(views, SIZE_PX, SIZE_PX).camera
+
+
+def calibrate_generic(data, linear):
+    """Algorithm 1, steps 3 and 4: ray directions (N, 3) in the frame of the base grid."""
+    if linear == "as printed":
+        start = linear_as_printed(*data.noisy_points)
+    else:
+        start = linear_well_conditioned(data.noisy_points)
+    seen = np.ones(data.noisy_points.shape[:2], bool)
+    return bundle_adjust_fixed_centre(
+        data.noisy_points, seen, start.centre, start.T_base_grid
+    ).directions
+
+
+def central_focal(camera):
+    """Pixels per unit of tangent at the principal point: the scale of corrected views."""
+    step = 1e-4
+    towards = np.array([[step, 0.0, 1.0], [-step, 0.0, 1.0]])
+    ends = camera.project(towards).pixels
+    return np.linalg.norm(ends[0] - ends[1]) / (2 * step)
+
+
+def view(directions, focal):
+    """Corrected image (px): rays cut by a plane perpendicular to the z axis."""
+    return focal * directions[:, :2] / directions[:, 2:]
+
+
+def about_principal_ray(directions, pixels):
+    """Rotate rays so that the one nearest the principal point becomes the z axis."""
+    nearest = np.argmin(np.sum((pixels - PRINCIPAL) ** 2, axis=1))
+    z = directions[nearest]
+    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    return directions @ np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def score(corrected, target, camera, focal):
+    """Residuals after the homography onto known positions, in two scales (px).
+
+    corrected, target: (N, 2) px of corrected views. Returns lengths (N,) in the
+    corrected view and, for the same pairs, as the source camera would image them.
+    """
+    H = refine_homography(
+        homography_dlt(corrected, target), corrected, target
+    )
+    aligned = apply_homography(H, corrected)
+    on_sensor = [
+        camera.project(np.column_stack([p / focal, np.ones(len(p))])).pixels
+        for p in (aligned, target)
+    ]
+    return {
+        "corrected": np.linalg.norm(aligned - target, axis=1),
+        "source": np.linalg.norm(on_sensor[0] - on_sensor[1], axis=1),
+    }
+
+
+def targets(data, focal):
+    """Known positions in a corrected view of the true camera: measured, and clean."""
+    T = data.grids[0]
+    clean = view(data.camera.rays(data.pixels).directions, focal)
+    flat = np.column_stack(
+        [data.noisy_points[0], np.zeros(len(data.pixels))]
+    )
+    on_base = flat @ T[:3, :3].T + T[:3, 3]
+    return {"noisy": view(on_base, focal), "clean": clean}
+
+
+def summaries(residuals):
+    """Mean, SD and median of residual lengths (px) over the points of a trial."""
+    finite = residuals[np.isfinite(residuals)]
+    return {
+        "mean_px": finite.mean(),
+        "sd_px": finite.std(ddof=1),
+        "median_px": np.median(finite),
+    }
+
+
+def score_parametric(data, focal):
+    """Score Zhang's camera on noisy and on clean data."""
+    camera = calibrate_parametric(data)
+    known = targets(data, focal)
+    pixels_moved = not np.array_equal(data.noisy_pixels[0], data.pixels)
+    pairs = {
+        "noisy": (
+            data.noisy_pixels[0],
+            known["clean" if pixels_moved else "noisy"],
+        ),
+        "clean": (data.pixels, known["clean"]),
+    }
+    out = {}
+    for scoring, (pixels, target) in pairs.items():
+        rays = camera.rays(pixels)
+        lengths = score(
+            view(rays.directions[rays.valid], focal), target[rays.valid],
+            data.camera, focal,
+        )  # fmt: skip
+        out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
+        out[scoring]["left_out_share"] = 1 - rays.valid.mean()
+    true = data.camera.rays(data.pixels).directions
+    found = camera.rays(data.pixels)
+    out["ray_mrad"] = _ray_error(
+        found.directions[found.valid], true[found.valid]
+    )
+    return out
+
+
+def score_generic(data, focal, linear):
+    """Score generic rays on noisy and on clean data; also keep residuals per ray."""
+    directions = calibrate_generic(data, linear)
+    corrected = view(about_principal_ray(directions, data.pixels), focal)
+    known = targets(data, focal)
+    out = {
+        "ray_mrad": _ray_error(
+            directions, data.camera.rays(data.pixels).directions
+        )
+    }
+    for scoring in SCORINGS:
+        lengths = score(corrected, known[scoring], data.camera, focal)
+        out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
+        out[scoring]["grazing_spearman"] = _rank_correlation(
+            lengths["corrected"], 1 / _least_sine(data)
+        )
+    return out
+
+
+def _ray_error(found, true):
+    """Median angle (mrad) between ray bundles after the best rotation."""
+    return 1e3 * np.median(rotation_aligned_angles(found, true))
+
+
+def _least_sine(data):
+    """Sine of the smallest angle between each ray and the three planes."""
+    directions = data.camera.rays(data.pixels).directions
+    on_normals = [
+        rotate(inverse_pose(T), directions)[:, 2] for T in data.grids
+    ]
+    return np.min(np.abs(on_normals), axis=0)
+
+
+def _rank_correlation(a, b):
+    ranks = [np.argsort(np.argsort(values)) for values in (a, b)]
+    return np.corrcoef(*ranks)[0, 1]
+
+
+def point_noise_ratio(data):
+    """SD of the noise on the grids, outer 20 % over inner 20 % of the field angle."""
+    directions = data.camera.rays(data.pixels).directions
+    angle = np.arccos(np.clip(directions[:, 2], -1, 1))
+    error = data.noisy_points - data.points
+    outer = error[:, angle > 0.8 * angle.max()].std()
+    inner = error[:, angle < 0.2 * angle.max()].std()
+    return outer / inner
+
+
+def trial(condition, rng):
+    """One trial: measure once, calibrate with every method, score in every reading."""
+    data = measure(condition, rng)
+    focal = central_focal(data.camera)
+    out = {
+        "accepted_share": data.accepted_share,
+        "least_angle_deg": data.least_angle_deg,
+        "points": len(data.pixels),
+    }
+    if condition["noise"] > 0:
+        out["point_noise_ratio"] = point_noise_ratio(data)
+    for method in METHODS:
+        try:
+            out[method] = _scored(method, data, focal)
+        except (CalibrationError, InputError) as error:
+            out[method] = {"failed": str(error)}
+    return out
+
+
+def _scored(method, data, focal):
+    if method == "parametric":
+        return score_parametric(data, focal)
+    linear = (
+        "as printed"
+        if method == "generic_as_printed"
+        else "well conditioned"
+    )
+    return score_generic(data, focal, linear)

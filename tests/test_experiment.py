@@ -1,0 +1,133 @@
+"""Trials, shards and result files: the same bytes however the work is divided."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from repro import experiment, results
+from repro.outcomes import Plan, Reading
+
+CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
+
+
+def noisy_trial(condition, rng):
+    draws = condition["noise"] * rng.standard_normal(20)
+    failed = draws[0] > 1.2
+    return {
+        "method": {"mean": np.nan if failed else draws.mean(), "count": 20},
+        "draws": draws,
+        "reason": "too large" if failed else None,
+    }
+
+
+PLAN = Plan(noisy_trial, CONDITIONS, trials=12, settings={"points": 20})
+
+
+def run_all(plan: Plan, shards: int, path: Path) -> tuple[bytes, bytes]:
+    records, arrays = [], {}
+    for shard in reversed(range(shards)):
+        pairs = experiment.shard_pairs(plan, shard, shards)
+        more, drawn = experiment.run_trials("fig_0_0", plan, pairs)
+        records += more
+        arrays |= drawn
+    results.gather({"experiment": "e", "effort": "quick"}, plan, records, arrays, path)
+    return path.read_bytes(), path.with_suffix(".npz").read_bytes()
+
+
+def test_result_does_not_depend_on_the_number_or_order_of_shards(tmp_path):
+    one = run_all(PLAN, 1, tmp_path / "one.json")
+    assert run_all(PLAN, 5, tmp_path / "five.json") == one
+    assert run_all(PLAN, 24, tmp_path / "all.json") == one
+
+
+def test_reading_returns_what_was_computed(tmp_path):
+    run_all(PLAN, 3, tmp_path / "r.json")
+    result = results.Result(tmp_path / "r.json")
+    rng = experiment.trial_rng("fig_0_0", CONDITIONS[1], 4)
+    draws = rng.standard_normal(20)
+    assert np.array_equal(result.arrays("draws", noise=1.0)[4], draws)
+    means = result.column("method.mean", noise=1.0)
+    reasons = result.texts("reason", noise=1.0)
+    assert len(means) == 12
+    assert np.array_equal(np.isnan(means), [r is not None for r in reasons])
+    assert result.settings == {"points": 20}
+
+
+def test_what_if_more_trials_keeps_the_first_ones(tmp_path):
+    few, many = tmp_path / "few.json", tmp_path / "many.json"
+    run_all(PLAN, 1, few)
+    run_all(Plan(noisy_trial, CONDITIONS, 30), 4, many)
+    short = results.Result(few).column("method.mean", noise=0.5)
+    long = results.Result(many).column("method.mean", noise=0.5)
+    assert np.array_equal(short, long[:12], equal_nan=True)
+
+
+def test_missing_and_double_trials_are_refused(tmp_path):
+    records, _ = experiment.run_trials(
+        "fig_0_0", PLAN, experiment.shard_pairs(PLAN, 0, 2)
+    )
+    for wrong in (records, records + records):
+        with pytest.raises(ValueError, match="of 24 trials missing"):
+            results.gather({}, PLAN, wrong, {}, tmp_path / "r.json")
+    assert not (tmp_path / "r.json").exists()
+
+
+def test_a_result_holds_neither_nan_nor_anything_of_the_machine(tmp_path):
+    run_all(PLAN, 2, tmp_path / "r.json")
+    content = json.loads((tmp_path / "r.json").read_text())
+    assert {"seconds", "host", "finished", "versions"}.isdisjoint(content)
+    assert "NaN" not in (tmp_path / "r.json").read_text()
+
+
+@given(
+    st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60),
+    st.integers(0, 5),
+)
+def test_summary_brackets_the_median_and_counts_what_is_missing(values, missing):
+    found = results.summary(values + [None] * missing)
+    low, high = found["median_interval"]
+    assert low <= found["median"] <= high
+    assert found["n"] == len(values)
+    assert found["without_value"] == missing
+
+
+def test_median_interval_covers_the_median_at_least_as_often_as_stated():
+    rng = np.random.default_rng(3)
+    covered = 0
+    for _ in range(2000):
+        low, high = results.summary(list(rng.exponential(size=50)))["median_interval"]
+        covered += low <= np.log(2) <= high
+    # 95 % of 2000 with three standard deviations of room below.
+    assert covered >= 0.95 * 2000 - 3 * np.sqrt(2000 * 0.95 * 0.05)
+
+
+def test_seeds_differ_between_artefact_condition_and_trial():
+    seeds = {
+        tuple(experiment.seed_of(a, c, t))
+        for a in ("fig_2_3", "fig_2_4")
+        for c in CONDITIONS
+        for t in range(50)
+    }
+    assert len(seeds) == 2 * 2 * 50
+    assert experiment.seed_of("a", {"x": 1, "y": 2}, 0) == experiment.seed_of(
+        "a", {"y": 2, "x": 1}, 0
+    )
+
+
+def test_an_interrupted_write_leaves_the_old_file(tmp_path):
+    path = tmp_path / "r.json"
+    results.write_json(path, {"old": 1})
+    with pytest.raises(ValueError, match=r"not JSON compliant|Out of range"):
+        results.write_json(path, {"new": float("nan")})
+    with pytest.raises(TypeError):
+        results.write_atomic(path, None)
+    assert json.loads(path.read_text()) == {"old": 1}
+    assert [p.name for p in tmp_path.iterdir()] == ["r.json"]
+
+
+def test_a_reading_with_an_unknown_verdict_is_refused():
+    with pytest.raises(ValueError, match="verdict 'holds'"):
+        Reading("holds", 1.0)
