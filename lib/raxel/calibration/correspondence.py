@@ -1,0 +1,174 @@
+"""Where on a chessboard does a pixel look? Homographic interpolation between corners.
+
+Corners are few and a general camera wants a point for every pixel. Inside one cell of
+the detected lattice the image is nearly a homography of the board, fixed by the four
+corners (step 2 of the thesis's Algorithm 1 for chessboards, section 3.2). Cells are
+quadrilaterals of any shape, as a lens bends the lattice.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry.homography import homography_dlt
+
+BLOCK = 1 << 15  # pixels handled at once
+TOUCH = 1e-9  # px: a pixel this close to an edge counts as inside
+NEAREST_FIRST = sorted(
+    ((u, v) for u in (-1, 0, 1) for v in (-1, 0, 1)),
+    key=lambda s: s[0] ** 2 + s[1] ** 2,
+)
+
+
+class BoardView(NamedTuple):
+    """One picture of a chessboard: corners in the image and on the board.
+
+    pixels: (N, 2) (u, v), row by row, NaN for a corner that was not found; points:
+    (N, 2) on the board, in mm or units of the pitch; N = columns * rows; name: for
+    messages. Seen in the image, x should turn clockwise into y.
+    """
+
+    pixels: np.ndarray
+    points: np.ndarray
+    columns: int
+    rows: int
+    name: str = ""
+
+
+class CellTable(NamedTuple):
+    """The usable cells of a lattice: (K, 4, 2) corners in px in order of going round,
+    (K, 4, 3) edges as lines, not negative inside, and (K, 3, 3) pixel to board."""
+
+    corners: np.ndarray
+    edges: np.ndarray
+    board_from_pixel: np.ndarray
+
+
+def check_view(view):
+    """The view with float arrays. Raises InputError for counts that do not fit."""
+    pixels, points = np.asarray(view.pixels, float), np.asarray(view.points, float)
+    count = view.columns * view.rows
+    if pixels.shape != (count, 2) or points.shape != (count, 2):
+        raise InputError(
+            f"{view.name or 'board'}: corners: found {pixels.shape} pixels and"
+            f" {points.shape} points; {view.columns} x {view.rows} corners need"
+            f" ({count}, 2) each"
+        )
+    bad = np.isinf(pixels).any(axis=1) | (np.isnan(pixels).sum(axis=1) == 1)
+    if bad.any() or not np.isfinite(points).all():
+        raise InputError(
+            f"{view.name or 'board'}: corners: found numbers that are not finite; a"
+            " corner that was not found is NaN in u and in v"
+        )
+    return view._replace(pixels=pixels, points=points)
+
+
+def board_cells(view):
+    """CellTable of the convex cells with four found corners."""
+    view = check_view(view)
+    grid = np.arange(view.columns * view.rows).reshape(view.rows, view.columns)
+    ring = np.stack(
+        [grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1
+    ).reshape(-1, 4)
+    corners, points = view.pixels[ring], view.points[ring]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    after = np.roll(ahead, -1, axis=1)
+    turn = ahead[..., 0] * after[..., 1] - ahead[..., 1] * after[..., 0]
+    convex = np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)
+    corners, points, ahead = corners[convex], points[convex], ahead[convex]
+    sign = np.sign(turn[convex, :1])
+    length = np.linalg.norm(ahead, axis=2)
+    normal = np.stack([-ahead[..., 1], ahead[..., 0]], axis=2)
+    normal = normal * (sign / length)[..., None]
+    offset = -np.sum(normal * corners, axis=2, keepdims=True)
+    maps = [homography_dlt(c, p) for c, p in zip(corners, points, strict=True)]
+    return CellTable(
+        corners,
+        np.concatenate([normal, offset], axis=2),
+        np.array(maps).reshape(-1, 3, 3),
+    )
+
+
+def locate_pixels(pixels, view):
+    """Points of the board that pixels look at.
+
+    pixels: (M, 2) (u, v), any sub-pixel positions; view: BoardView. Returns points
+    (M, 2), NaN outside the lattice of corners, and inside (M,) bool. The homography is
+    that of the enclosing cell. Raises InputError as `check_view`.
+    """
+    pixels = np.asarray(pixels, float)
+    cells = board_cells(view)
+    points = np.full(pixels.shape, np.nan)
+    inside = np.zeros(len(pixels), bool)
+    if len(cells.corners) == 0:
+        return points, inside
+    raster = _label_image(cells)
+    for start in range(0, len(pixels), BLOCK):
+        block = slice(start, start + BLOCK)
+        cell = _enclosing_cells(pixels[block], cells, *raster)
+        inside[block] = cell >= 0
+        points[block][cell >= 0] = _map(
+            cells.board_from_pixel[cell[cell >= 0]], pixels[block][cell >= 0]
+        )
+    return points, inside
+
+
+def pixels_on_board(view, width, height, step=1):
+    """All whole pixels (multiples of step) of an image that look at the board.
+
+    Returns pixels (M, 2) int and points (M, 2).
+    """
+    low = np.floor(np.nanmin(view.pixels, axis=0)).astype(int)
+    high = np.ceil(np.nanmax(view.pixels, axis=0)).astype(int)
+    low = np.maximum(-(-low // step) * step, 0)
+    u = np.arange(low[0], min(high[0], width - 1) + 1, step)
+    v = np.arange(low[1], min(high[1], height - 1) + 1, step)
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    points, inside = locate_pixels(pixels, view)
+    return pixels[inside], points[inside]
+
+
+def _label_image(cells):
+    """Cell numbers per whole pixel (h, w), -1 elsewhere, right to a pixel; the pixel of
+    element [0, 0]; and a mask of what is no further than a pixel from any cell.
+
+    The border of the image is free, so neighbours of labelled pixels exist.
+    """
+    import cv2
+
+    low = np.floor(cells.corners.min(axis=(0, 1))).astype(int) - 3
+    high = np.ceil(cells.corners.max(axis=(0, 1))).astype(int) + 3
+    labels = np.full((high - low + 1)[::-1], -1, np.int32)
+    for number, corners in enumerate(np.rint(cells.corners - low).astype(np.int32)):
+        cv2.fillConvexPoly(labels, corners, number)
+    near = cv2.dilate((labels >= 0).astype(np.uint8), np.ones((3, 3), np.uint8))
+    return labels, low, near.astype(bool)
+
+
+def _enclosing_cells(pixels, cells, labels, origin, near):
+    """Number of the cell that holds each pixel, -1 for none."""
+    size = np.array(labels.shape[::-1])
+    whole = np.rint(np.nan_to_num(pixels, nan=-1e6)).astype(int) - origin
+    framed = np.all((whole >= 0) & (whole < size), axis=1)
+    whole[~framed] = 0
+    found = np.full(len(pixels), -1)
+    pending = np.flatnonzero(framed & near[whole[:, 1], whole[:, 0]])
+    # The label at hand is right but at borders of cells, where a neighbour's is.
+    for shift in NEAREST_FIRST:
+        u, v = (whole[pending] + shift).T
+        label = labels[v, u]
+        edges = cells.edges[label]
+        gap = np.einsum("mek,mk->me", edges[..., :2], pixels[pending]) + edges[..., 2]
+        holds = (label >= 0) & np.all(gap >= -TOUCH, axis=1)
+        found[pending[holds]] = label[holds]
+        pending = pending[~holds]
+        if len(pending) == 0:
+            break
+    return found
+
+
+def _map(homographies, points):
+    mapped = np.einsum("mij,mj->mi", homographies[..., :2], points)
+    mapped += homographies[..., 2]
+    return mapped[:, :2] / mapped[:, 2:]

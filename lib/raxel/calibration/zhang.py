@@ -1,0 +1,100 @@
+"""The thesis's "standard perspective method": Zhang's calibration, through OpenCV.
+
+A pinhole with two radial terms (2.1-2.4), no tangential ones, fitted to views of a
+plane by minimising the reprojection error. Source: Z. Zhang, A flexible new technique
+for camera calibration, IEEE TPAMI 22(11), 2000, doi:10.1109/34.888718.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.correspondence import check_view
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.homography import homography_dlt
+from raxel.geometry.poses import pose, rotation_from_vector
+
+FEWEST_CORNERS = 6  # a view's six pose parameters and something left to fit
+SMALLEST_TILT_DEG = 3.0  # between some two boards; less leaves the focal length open
+
+
+class ZhangCalibration(NamedTuple):
+    """camera; T_camera_grid (n, 4, 4), one pose per view in the board's unit; rms_px:
+    root mean square distance of the corners from the model's.
+    """
+
+    camera: PerspectiveCamera
+    T_camera_grid: np.ndarray
+    rms_px: float
+
+
+def calibrate_zhang(views, width, height):
+    """Pinhole camera with two radial terms from views of a planar board.
+
+    views: two or more BoardViews (three or more advised), every corner found; width,
+    height: the image in px. Focal lengths and the principal point are free.
+
+    Raises InputError: one view only, corners that are not finite or too few, corners
+    on a line; CalibrationError: all boards parallel, or a fit that is no camera.
+    """
+    import cv2
+
+    views = [_checked(view) for view in views]
+    if len(views) < 2:
+        raise InputError(
+            f"Zhang's method: {len(views)} view given; two or more boards at different"
+            " tilts are needed"
+        )
+    flat = [np.pad(v.points, ((0, 0), (0, 1))).astype(np.float32) for v in views]
+    corners = [v.pixels.astype(np.float32)[:, None] for v in views]
+    flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+    try:
+        rms, K, distortion, turns, shifts = cv2.calibrateCamera(
+            flat, corners, (int(width), int(height)), None, None, flags=flags
+        )
+    except cv2.error as error:
+        raise CalibrationError(f"Zhang's method: OpenCV refuses: {error.err}") from None
+    # OpenCV takes single precision only: exact corners come back to about 1e-5 px.
+    radial = np.ravel(distortion)[:2]
+    if not (np.isfinite(K).all() and np.isfinite(radial).all() and np.isfinite(rms)):
+        raise CalibrationError("Zhang's method: the fit diverged; tilt the boards more")
+    camera = PerspectiveCamera(K, radial, width, height)
+    rotations = rotation_from_vector(np.array(turns).reshape(-1, 3))
+    _refuse_parallel(rotations)
+    poses = pose(rotations, np.array(shifts).reshape(-1, 3))
+    return ZhangCalibration(camera, poses, float(rms))
+
+
+def _checked(view):
+    view = check_view(view)
+    missing = int(np.count_nonzero(np.isnan(view.pixels[:, 0])))
+    if missing:
+        raise InputError(
+            f"{view.name or 'board'}: corners: {missing} of {len(view.pixels)} are NaN;"
+            " leave the image out or give all corners"
+        )
+    if len(view.pixels) < FEWEST_CORNERS:
+        raise InputError(
+            f"{view.name or 'board'}: corners: found {len(view.pixels)}; at least"
+            f" {FEWEST_CORNERS} are needed"
+        )
+    try:
+        homography_dlt(view.points, view.pixels)
+    except InputError as error:
+        raise InputError(f"{view.name or 'board'}: corners: {error}") from None
+    return view
+
+
+def _refuse_parallel(rotations):
+    """Parallel boards share one vanishing line, so whatever focal length the fit came
+    to rest at, it finds them parallel: the poses themselves tell.
+    """
+    normals = rotations[:, :, 2]
+    cosine = np.clip(normals @ normals.T, -1.0, 1.0)
+    widest = np.degrees(np.arccos(np.min(np.abs(cosine))))
+    if widest < SMALLEST_TILT_DEG:
+        raise CalibrationError(
+            f"Zhang's method: all boards are parallel to within {widest:.1f} degrees;"
+            " tilt them against each other"
+        )

@@ -1,0 +1,123 @@
+"""Pixel to board point inside the lattice of detected corners."""
+
+import numpy as np
+import pytest
+from raxel.calibration.correspondence import (
+    BoardView,
+    board_cells,
+    locate_pixels,
+    pixels_on_board,
+)
+from raxel.errors import InputError
+from raxel.geometry.homography import apply_homography
+
+COLUMNS, ROWS = 7, 5
+BOARD = np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1).reshape(-1, 2)
+BOARD = 20.0 * BOARD
+TO_PIXEL = np.array([[2.0, 0.3, 40.0], [-0.2, 1.8, 60.0], [1e-3, 5e-4, 1.0]])
+
+
+def bent(points):
+    """A smooth map that is no homography, as a strong lens gives."""
+    pixels = apply_homography(TO_PIXEL, points) - [150.0, 110.0]
+    r = np.linalg.norm(pixels, axis=1, keepdims=True)
+    return pixels * np.arctan(r / 120.0) / (r / 120.0 + 1e-300) + [150.0, 110.0]
+
+
+def view(mapping=bent):
+    return BoardView(mapping(BOARD), BOARD, COLUMNS, ROWS, "left.png")
+
+
+def test_a_homography_is_reproduced_exactly():
+    rng = np.random.default_rng(0)
+    truth = rng.uniform([0, 0], BOARD.max(axis=0), (2000, 2))
+    pixels = apply_homography(TO_PIXEL, truth)
+    points, inside = locate_pixels(
+        pixels, view(lambda p: apply_homography(TO_PIXEL, p))
+    )
+    assert inside.all()
+    assert np.abs(points - truth).max() < 1e-9
+
+
+def test_interpolation_of_a_bent_lattice_is_close_and_exact_at_corners():
+    rng = np.random.default_rng(1)
+    truth = rng.uniform([0, 0], BOARD.max(axis=0), (2000, 2))
+    points, inside = locate_pixels(bent(truth), view())
+    # The rim of the lattice is curved, its cells are straight: a few fall outside.
+    assert inside.mean() > 0.97
+    # Interpolation error of 20 mm cells under this distortion.
+    assert np.linalg.norm(points - truth, axis=1)[inside].max() < 0.8
+    points, inside = locate_pixels(bent(BOARD), view())
+    assert inside.all()
+    assert np.abs(points - BOARD).max() < 1e-9
+
+
+def test_inside_agrees_with_testing_every_cell():
+    rng = np.random.default_rng(2)
+    pixels = rng.uniform(-20, 330, (20000, 2))
+    cells = board_cells(view())
+    gap = np.einsum("kec,mc->mke", cells.edges[..., :2], pixels) + cells.edges[..., 2]
+    expected = np.all(gap >= 0, axis=2).any(axis=1)
+    points, inside = locate_pixels(pixels, view())
+    assert np.array_equal(inside, expected)
+    assert np.array_equal(np.isfinite(points).all(axis=1), inside)
+
+
+def test_cells_smaller_than_a_pixel_step_are_still_found():
+    small = view()._replace(pixels=bent(BOARD) * 0.06)
+    rng = np.random.default_rng(3)
+    pixels = bent(rng.uniform([5, 5], BOARD.max(axis=0) - 5, (3000, 2))) * 0.06
+    _, inside = locate_pixels(pixels, small)
+    assert inside.mean() > 0.99
+
+
+@pytest.mark.parametrize("order", [slice(None, None, -1), None])
+def test_orientation_and_order_of_the_lattice_do_not_matter(order):
+    lattice = view().pixels.reshape(ROWS, COLUMNS, 2)
+    board = BOARD.reshape(ROWS, COLUMNS, 2)
+    if order is None:
+        lattice, board = lattice[:, ::-1], board[:, ::-1]
+    else:
+        lattice, board = lattice[order], board[order]
+    other = BoardView(lattice.reshape(-1, 2), board.reshape(-1, 2), COLUMNS, ROWS)
+    pixels = np.random.default_rng(4).uniform(0, 300, (500, 2))
+    a, inside_a = locate_pixels(pixels, view())
+    b, inside_b = locate_pixels(pixels, other)
+    assert np.array_equal(inside_a, inside_b)
+    assert np.allclose(a, b, atol=1e-9, equal_nan=True)
+
+
+def test_a_missing_corner_takes_its_four_cells_with_it():
+    missing = view()
+    missing.pixels[8] = np.nan
+    assert len(board_cells(missing).corners) == (COLUMNS - 1) * (ROWS - 1) - 4
+    points, inside = locate_pixels(bent(BOARD + 3.0), missing)
+    whole, inside_whole = locate_pixels(bent(BOARD + 3.0), view())
+    assert np.count_nonzero(inside_whole) - np.count_nonzero(inside) == 4
+    assert np.array_equal(points[inside], whole[inside])
+
+
+def test_whole_pixels_on_the_board():
+    pixels, points = pixels_on_board(view(), 200, 180, step=3)
+    assert np.all(pixels % 3 == 0)
+    assert pixels.min() >= 0
+    assert np.all(pixels.max(axis=0) < [200, 180])
+    every = np.stack(np.meshgrid(np.arange(0, 200, 3), np.arange(0, 180, 3)), -1)
+    expected, inside = locate_pixels(every.reshape(-1, 2), view())
+    assert np.array_equal(points, expected[inside])
+
+
+def test_counts_and_numbers_are_checked():
+    good = view()
+    with pytest.raises(InputError, match=r"left\.png: corners.*7 x 4"):
+        locate_pixels(np.zeros((1, 2)), good._replace(rows=4))
+    good.pixels[3, 0] = np.nan
+    with pytest.raises(InputError, match=r"left\.png.*not finite"):
+        locate_pixels(np.zeros((1, 2)), good)
+
+
+def test_no_cell_at_all_means_nothing_inside():
+    empty = view()
+    empty.pixels[:] = np.nan
+    _, inside = locate_pixels(np.zeros((3, 2)), empty)
+    assert not inside.any()

@@ -1,0 +1,77 @@
+"""The standard perspective method and what it refuses."""
+
+import numpy as np
+import pytest
+from raxel.calibration.correspondence import BoardView
+from raxel.calibration.zhang import calibrate_zhang
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.poses import (
+    angle_between_rotations,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+
+COLUMNS, ROWS = 9, 6
+BOARD = np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1).reshape(-1, 2)
+BOARD = 30.0 * BOARD
+K = np.array([[510.0, 0.0, 310.0], [0.0, 505.0, 245.0], [0.0, 0.0, 1.0]])
+TRUE = PerspectiveCamera(K, [-0.25, 0.06], 640, 480)
+
+
+def board_poses(seed, count, tilt=0.5):
+    rng = np.random.default_rng(seed)
+    R = rotation_from_vector(rng.uniform(-tilt, tilt, (count, 3)))
+    t = rng.uniform([-60, -40, 450], [60, 40, 650], (count, 3))
+    return pose(R, t - R @ [120.0, 75.0, 0.0])
+
+
+def views_of(poses, noise=0.0, seed=0):
+    rng = np.random.default_rng(seed)
+    flat = np.pad(BOARD, ((0, 0), (0, 1)))
+    out = []
+    for k, T in enumerate(poses):
+        pixels = TRUE.project(transform(T, flat)).pixels
+        pixels = pixels + noise * rng.normal(size=pixels.shape)
+        out.append(BoardView(pixels, BOARD, COLUMNS, ROWS, f"{k}.png"))
+    return out
+
+
+def test_exact_corners_give_camera_and_poses_to_single_precision():
+    poses = board_poses(0, 6)
+    found = calibrate_zhang(views_of(poses), 640, 480)
+    assert np.abs(found.camera.K - K).max() < 5e-3
+    assert np.abs(found.camera.radial - TRUE.radial).max() < 1e-4
+    assert found.rms_px < 1e-4
+    turns = angle_between_rotations(found.T_camera_grid[:, :3, :3], poses[:, :3, :3])
+    assert turns.max() < 1e-5
+    assert np.abs(found.T_camera_grid[:, :3, 3] - poses[:, :3, 3]).max() < 1e-2
+
+
+def test_the_residual_is_the_noise():
+    found = calibrate_zhang(views_of(board_poses(1, 8), noise=0.2), 640, 480)
+    # 0.2 px in u and in v; 54 of 864 numbers are used up by the parameters.
+    assert found.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)
+
+
+def test_one_view_nan_and_lines_are_bad_input():
+    views = views_of(board_poses(2, 3))
+    with pytest.raises(InputError, match="1 view given"):
+        calibrate_zhang(views[:1], 640, 480)
+    hole = [views[0], views[1]._replace(pixels=views[1].pixels.copy())]
+    hole[1].pixels[4] = np.nan
+    with pytest.raises(InputError, match=r"1\.png.*1 of 54 are NaN"):
+        calibrate_zhang(hole, 640, 480)
+    line = views[0]._replace(pixels=views[0].pixels[:, :1] * [1.0, 2.0])
+    with pytest.raises(InputError, match=r"0\.png.*line"):
+        calibrate_zhang([line, views[1]], 640, 480)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.2])
+def test_parallel_boards_are_refused(noise):
+    poses = board_poses(3, 3)
+    turn = rotation_from_vector(np.array([[0, 0, 0.0], [0, 0, 0.4], [0, 0, -0.3]]))
+    poses[:, :3, :3] = poses[0, :3, :3] @ turn
+    with pytest.raises(CalibrationError, match="parallel"):
+        calibrate_zhang(views_of(poses, noise), 640, 480)
