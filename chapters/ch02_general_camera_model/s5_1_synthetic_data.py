@@ -1,33 +1,34 @@
 # %% [markdown]
 # # 2.5.1 Synthetic data: parametric and generic calibration compared
 #
-# **Question.** A lens can be described by a pinhole with two radial terms, or
-# by a table that gives every pixel a ray of its own. Which one is better, and
-# from how much distortion on? The thesis answers with simulated data in its
-# Fig. 2.3. This page runs the simulation again.
+# **Question.** A lens can be described by a pinhole with two radial terms,
+# or by a table that gives every pixel a ray of its own. Which one is
+# better, and from how much distortion on? The thesis answers with simulated
+# data in its Fig. 2.3. This page runs the simulation again.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# Section 2.5.1 compares the *standard perspective method* (Zhang's, with two
-# radial terms {cite}`zhang2000`) with the *central generic method*
+# Section 2.5.1 compares the *standard perspective method* (Zhang's, with
+# two radial terms {cite}`zhang2000`) with the *central generic method*
 # {cite}`sturm2004`, on a camera of 640 × 640 pixels:
 #
-# - Fig. 2.3(a): Gaussian noise is put on 999 random image points, 50 times per
-#   level. The residuals of both methods grow in proportion to the noise.
-# - Fig. 2.3(b): the lens follows the equidistance law (2.6) and its field of
-#   view grows from 30° to 150°. The residual of the parametric method grows.
-#   The generic method stays low, except at 150°, where mean and spread rise.
-#   The thesis puts that down to its planes of unlimited extent, which some rays
-#   meet at a very small angle.
+# - Fig. 2.3(a): Gaussian noise is put on 999 random image points, 50 times
+#   per level. The residuals of both methods grow in proportion to the
+#   noise.
+# - Fig. 2.3(b): the lens follows the equidistance law (2.6) and its field
+#   of view grows from 30° to 150°. The residual of the parametric method
+#   grows. The generic method stays low, except at 150°, where mean and
+#   spread rise. The thesis puts that down to its planes of unlimited
+#   extent, which some rays meet at a very small angle.
 
 # %% [markdown]
 # ## Model
 #
-# One trial needs a camera, three grids whose poses the methods do not know, and
-# 999 pixels that see all three. Noise is drawn anew for every grid. This
-# matters: one noisy pixel thrown on all planes would leave its three points on
-# one line through the centre, and every method would be exact.
+# One trial needs a camera, three grids whose poses the methods do not know,
+# and 999 pixels that see all three. Noise is drawn anew for every grid.
+# This matters: one noisy pixel thrown on all planes would leave its three
+# points on one line through the centre, and every method would be exact.
 #
 # The code of one trial, from the chapter's module `synthetic.py`:
 
@@ -36,30 +37,31 @@
 
 # %% [markdown]
 # Both methods then work on the same data. The parametric method gets pixels
-# and grid points. The generic method gets the three points of every pixel, and
-# runs steps 3 and 4 of Algorithm 1: the linear stage, then a bundle adjustment
-# that moves grids and rays while the centre stays.
+# and grid points. The generic method gets the three points of every pixel,
+# and runs steps 3 and 4 of Algorithm 1: the linear stage, then a bundle
+# adjustment that moves grids and rays while the centre stays.
 
 # %% tags=["active-ipynb"]
 # show_code(calibrate_parametric, calibrate_generic)
 
 # %% [markdown]
-# **The residual.** A corrected image is formed by cutting the calibrated rays
-# with a plane perpendicular to the principal ray. A homography then carries it
-# onto the known positions (it cannot remove a bend, so it is harmless), and
-# what is left over is the residual. Its unit is a pixel of that corrected view,
-# scaled so that at the centre it is as large as a pixel of the source image.
+# **The residual.** A corrected image is formed by cutting the calibrated
+# rays with a plane perpendicular to the principal ray. A homography then
+# carries it onto the known positions (it cannot remove a bend, so it is
+# harmless), and what is left over is the residual. Its unit is a pixel of
+# that corrected view, scaled so that at the centre it is as large as a
+# pixel of the source image.
 
 # %% tags=["active-ipynb"]
 # show_code(score)
 
 # %% [markdown]
-# **What the text leaves open.** The thesis does not state the noise levels, the
-# poses, the unit of the residual or the lens of Fig. 2.3(a). The choices are
-# written down in the ledger before the run, with a reason for each. Four open
-# questions can change a verdict, so every claim is tested in all their
-# combinations. The first option of each is the *primary reading*, which decides
-# the verdict:
+# **What the text leaves open.** The thesis does not state the noise levels,
+# the poses, the unit of the residual or the lens of Fig. 2.3(a). The
+# choices are written down in the ledger before the run, with a reason for
+# each. Four open questions can change a verdict, so every claim is tested
+# in all their combinations. The first option of each is the *primary
+# reading*, which decides the verdict:
 #
 # | question | options |
 # |---|---|
@@ -69,11 +71,17 @@
 # | standard method | linear stage **as printed**, or well conditioned |
 #
 # *As printed* is equations 2.15 to 2.25 with their typing errors mended but
-# their numerics kept: one ratio sets the common scale, and divisions by numbers
-# that may be close to zero stay. *Well conditioned* solves the same equations
-# with normalised coordinates and least squares.
+# their numerics kept: one ratio sets the common scale, and divisions by
+# numbers that may be close to zero stay. *Well conditioned* solves the same
+# equations with normalised coordinates and least squares.
 
 # %%
+from repro.experiment import experiment, figure, numbers
+from repro.outcomes import Drawing, Plan, Value
+from repro.reader import compared, open_results, show, show_code, value
+from repro.style import figure as new_figure
+from repro.style import plot_interval
+
 from chapters.ch02_general_camera_model.synthetic import (
     METHODS,
     POINTS,
@@ -85,11 +93,6 @@ from chapters.ch02_general_camera_model.synthetic import (
     score,
     trial,
 )
-from repro.experiment import experiment, figure, numbers
-from repro.outcomes import Drawing, Plan, Value
-from repro.reader import compared, open_results, show, show_code, value
-from repro.style import figure as new_figure
-from repro.style import plot_interval
 
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
 FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)
@@ -123,9 +126,10 @@ SETTINGS = {
 # %% [markdown]
 # ## Experiment
 #
-# Two sweeps, each for noise in px and in mm and for unbounded and finite grids,
-# 50 trials per condition. Seeds come from the artefact, the condition and the
-# trial, so the numbers are the same for any number of cores.
+# Two sweeps, each for noise in px and in mm and for unbounded and finite
+# grids, 50 trials per condition. Seeds come from the artefact, the
+# condition and the trial, so the numbers are the same for any number of
+# cores.
 
 
 # %%
@@ -181,8 +185,8 @@ def law_sweep(effort):
 # ## Figures
 #
 # Every point is the median over the trials of the mean (or SD) over the 999
-# points of a trial; the band is its 95 % interval. A trial in which a method
-# failed counts as its worst, and is listed below the figure.
+# points of a trial; the band is its 95 % interval. A trial in which a
+# method failed counts as its worst, and is listed below the figure.
 
 # %%
 NAMES = {

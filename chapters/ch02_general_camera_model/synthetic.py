@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
 from raxel.calibration import (
     BoardView,
     bundle_adjust_fixed_centre,

@@ -20,6 +20,8 @@ REASONS = {
     "Forced execution": "asked for",
     "incomplete": "was left half done",
 }
+# A failed job is told with its log; these only say again that there was one.
+SAID_ALREADY = ("RuleException", "WorkflowError", "Exiting because", "CalledProcess")
 
 
 def plain_reason(text: str) -> str:
@@ -73,13 +75,16 @@ class LogHandler(LogHandlerBase):
             )
         elif event == LogEvent.JOB_INFO and record.rule_name != "all":
             what = record.rule_msg or record.rule_name
+            self._jobs[record.jobid] = what
             self._say(f"{what}  ({plain_reason(record.reason or '')})")
         elif event == LogEvent.JOB_FINISHED:
             self._done = min(self._done + 1, self._total)
         elif event == LogEvent.JOB_ERROR:
             self._failed(record)
-        elif event == LogEvent.ERROR or (event is None and record.levelno >= 40):
-            print(record.getMessage(), file=sys.stderr, flush=True)
+        elif event in (LogEvent.ERROR, None) and record.levelno >= 40:
+            text = record.getMessage()
+            if not text.startswith(SAID_ALREADY):
+                print(text, file=sys.stderr, flush=True)
 
     def _say(self, text: str) -> None:
         seconds = time.monotonic() - self._begin
@@ -90,7 +95,7 @@ class LogHandler(LogHandlerBase):
         )
 
     def _failed(self, record: LogRecord) -> None:
-        self._say(f"FAILED: {record.rule_msg or record.rule_name}")
+        self._say(f"FAILED: {self._jobs.get(record.jobid, record.rule_name)}")
         for name in record.log or []:
             path = Path(str(name))
             if path.is_file():
