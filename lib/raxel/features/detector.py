@@ -1,0 +1,51 @@
+"""The interface of every chessboard detector, and what all their answers go through."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.features.lattice import in_standard_order, lattice_fault
+
+SPAN_FOR_8_BIT = (0.1, 99.9)
+
+
+class Detection(NamedTuple):
+    """What a detector says about one image.
+
+    `corners` (rows * columns, 2) float64 pixels (u, v), row by row, x along the
+    columns, in the standard order of `lattice.in_standard_order`; (0, 2) where not
+    found. `reason` says why not, in a few words.
+    """
+
+    found: bool
+    corners: np.ndarray
+    columns: int | None
+    rows: int | None
+    reason: str = ""
+
+
+def refused(columns, rows, reason):
+    """The answer of a detector that has no board to show."""
+    return Detection(False, np.empty((0, 2)), columns, rows, reason)
+
+
+def verified(corners, columns, rows, image):
+    """A Detection of these corners, refused where they are no chessboard lattice.
+
+    `corners` (rows * columns, 2) in any order that is row by row.
+    """
+    corners = np.asarray(corners, dtype=float).reshape(-1, 2)
+    fault = lattice_fault(corners, columns, rows, image)
+    if fault:
+        return refused(columns, rows, f"what was found is no lattice: {fault}")
+    ordered = in_standard_order(corners, columns, rows, image)
+    return Detection(True, ordered, columns, rows)
+
+
+def as_8_bit(image):
+    """Grey (height, width) as uint8; deeper images are stretched over their range."""
+    if image.dtype == np.uint8:
+        return image
+    low, high = np.percentile(image, SPAN_FOR_8_BIT)
+    stretched = (image - low) * (255 / max(high - low, 1))
+    return np.clip(np.rint(stretched), 0, 255).astype(np.uint8)
