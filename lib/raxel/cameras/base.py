@@ -1,0 +1,135 @@
+"""What every camera can do: pixels to rays, points to pixels, to disk and back.
+
+Pixels are (u right, v down) with pixel centres at integers, in arrays (N, 2). Rays and
+points are in the camera frame: for the parametric models x right, y down, z along the
+principal axis, with the centre at the origin; mm (or the unit the camera names).
+"""
+
+import abc
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.storage import CameraFile, write_camera
+from raxel.errors import InputError
+
+
+class Rays(NamedTuple):
+    """One half-line per pixel, in the camera frame.
+
+    origins: (N, 3); directions: (N, 3) unit, away from the camera; valid: (N,) bool.
+    Where not valid, both are NaN.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    valid: np.ndarray
+
+
+class Projection(NamedTuple):
+    """One pixel per point. pixels: (N, 2), NaN where not valid; valid: (N,) bool."""
+
+    pixels: np.ndarray
+    valid: np.ndarray
+
+
+class Camera(abc.ABC):
+    """A map between pixels and rays; `width` and `height` in pixels.
+
+    Parametric models answer wherever their formula holds, also a little outside the
+    image (a fit needs that); `in_image` tells which pixels lie inside. A look-up
+    table answers inside its table only.
+    """
+
+    kind = None
+    width: int
+    height: int
+
+    @property
+    @abc.abstractmethod
+    def central(self):
+        """Whether all rays meet in one point."""
+
+    @abc.abstractmethod
+    def rays(self, pixels):
+        """Rays of pixels (N, 2); values that are not finite have none."""
+
+    @abc.abstractmethod
+    def project(self, points):
+        """Pixels of points (N, 3) in the camera frame: the exact inverse of `rays`."""
+
+    @abc.abstractmethod
+    def _fields(self):
+        """What the file holds: dict name -> array."""
+
+    @classmethod
+    @abc.abstractmethod
+    def _from_file(cls, file):
+        """The camera a `CameraFile` describes."""
+
+    def in_image(self, pixels):
+        """Which of the pixels (..., 2) lie on the image's cells, [-0.5, size - 0.5]."""
+        pixels = np.asarray(pixels, float)
+        size = np.array([self.width, self.height])
+        return np.all((pixels >= -0.5) & (pixels <= size - 0.5), axis=-1)
+
+    def save(self, path):
+        """Write the camera to an .npz file, whole or not at all.
+
+        Raises InputError where that cannot be done.
+        """
+        size = {"width": np.array(self.width), "height": np.array(self.height)}
+        write_camera(path, self.kind, size | self._fields())
+
+    @classmethod
+    def load(cls, path):
+        """Read a camera of this class (see `load_camera` for any class).
+
+        Raises InputError with file and field for a file that is missing, cut off, of
+        another kind, or holds values that no such camera can have.
+        """
+        with CameraFile(path) as file:
+            if file.kind != cls.kind:
+                raise InputError(
+                    f"{path}: field 'kind': found {file.kind!r}; a camera of kind "
+                    f"{cls.kind!r} is needed here"
+                )
+            return file.build(cls)
+
+
+def check_size(camera, width, height):
+    """Set width and height, or raise InputError naming the field."""
+    for name, value in (("width", width), ("height", height)):
+        if not (np.ndim(value) == 0 and value == int(value) and value >= 1):
+            raise InputError(
+                f"field '{name}': found {value}; give a whole number of pixels"
+            )
+        setattr(camera, name, int(value))
+
+
+def checked_array(name, values, shape):
+    """A finite, read-only float64 copy of `values` of this shape (None: any)."""
+    array = np.array(values, dtype=float)
+    fits = array.ndim == len(shape) and all(
+        want in (None, got) for want, got in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise InputError(f"field '{name}': shape {array.shape} found, {shape} needed")
+    if not np.isfinite(array).all():
+        raise InputError(f"field '{name}': holds values that are not finite")
+    array.flags.writeable = False
+    return array
+
+
+def as_rows(values, length):
+    """Float64 rows (N, length) of an array handed to `rays` or `project`."""
+    array = np.asarray(values, float)
+    if array.ndim != 2 or array.shape[1] != length:
+        raise ValueError(f"shape {array.shape} found, (N, {length}) needed")
+    return array
+
+
+def pixel_grid(width, height):
+    """All pixel centres of an image, row by row: (height * width, 2)."""
+    v, u = np.mgrid[:height, :width]
+    return np.column_stack([u.ravel(), v.ravel()]).astype(float)

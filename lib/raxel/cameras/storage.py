@@ -1,0 +1,87 @@
+"""Camera files: .npz archives with a field `kind`, read with every field checked."""
+
+import zipfile
+import zlib
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.files import replacing
+
+
+def write_camera(path, kind, fields):
+    """Write a camera's fields to `path`, compressed, whole or not at all."""
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, kind=np.array(kind), **fields)
+
+
+class CameraFile:
+    """An open camera file: every fault becomes an InputError with file and field."""
+
+    def __init__(self, path):
+        self.path = path
+        try:
+            self._archive = np.load(path, allow_pickle=False)
+        except FileNotFoundError as fault:
+            raise InputError(f"{path}: no such camera file; check the name") from fault
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+            raise InputError(f"{path}: not a camera file, or cut off") from fault
+        if not isinstance(self._archive, np.lib.npyio.NpzFile):
+            raise InputError(f"{path}: one array found; a camera (.npz) is needed")
+        self.kind = self.text("kind")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *fault):
+        self._archive.close()
+
+    def array(self, name):
+        """The array under `name`."""
+        if name not in self._archive.files:
+            raise InputError(f"{self.path}: field '{name}': missing; save it anew")
+        try:
+            return self._archive[name]
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as fault:
+            raise InputError(
+                f"{self.path}: field '{name}': cannot be read; the file is damaged"
+            ) from fault
+
+    def number(self, name):
+        """The single number under `name`."""
+        value = self.array(name)
+        if value.shape != () or value.dtype.kind not in "iuf":
+            raise InputError(
+                f"{self.path}: field '{name}': found {value.dtype} {value.shape}; a "
+                "single number is needed"
+            )
+        return value.item()
+
+    def numbers(self, name):
+        """The array of real numbers, or of truth values, under `name`."""
+        value = self.array(name)
+        if value.dtype.kind not in "biuf":
+            raise InputError(
+                f"{self.path}: field '{name}': found {value.dtype}; numbers are needed"
+            )
+        return value
+
+    def text(self, name):
+        """The text under `name`."""
+        value = self.array(name)
+        if value.shape != () or value.dtype.kind != "U":
+            raise InputError(
+                f"{self.path}: field '{name}': found {value.dtype} {value.shape}; a "
+                "text is needed"
+            )
+        return value.item()
+
+    def build(self, camera_class):
+        """The camera; its own complaints about a field get this file's name."""
+        try:
+            return camera_class._from_file(self)
+        except InputError as fault:
+            text = str(fault)
+            if text.startswith(f"{self.path}:"):
+                raise
+            raise InputError(f"{self.path}: {text}") from fault
