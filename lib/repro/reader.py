@@ -1,0 +1,317 @@
+"""What the display cells of a page call: results, figures, tables, values, verdicts.
+
+A page only reads. Every function here finds its files below `figures/<effort>`, where
+the effort is that of the build (`RAXEL_EFFORT`, `full` by default), starting from the
+current folder or the checkout around it. What a cell returns shows itself as MyST in
+the built page and as HTML in a notebook.
+"""
+
+from __future__ import annotations
+
+import base64
+import csv
+import html
+import inspect
+import json
+import math
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from repro.results import Result
+from repro.sets_of_report import name_of
+
+NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
+
+
+class Missing(FileNotFoundError):
+    """A file that a page shows and nobody has made; the message names the command."""
+
+
+class Shown:
+    """Something a display cell returns: MyST for the page, HTML for a notebook."""
+
+    def __init__(self, markdown: str, page: str) -> None:
+        self.markdown = markdown
+        self.html = page
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict:
+        return {
+            "text/markdown": self.markdown,
+            "text/html": self.html,
+            "text/plain": re.sub(r"<[^>]+>", "", self.html).strip()[:200],
+        }
+
+
+def checkout() -> Path:
+    """The checkout: the current folder, or the nearest one above it with chapters."""
+    here = Path.cwd()
+    for folder in (here, *here.parents):
+        if (folder / "chapters").is_dir() and (folder / "data" / "published").is_dir():
+            return folder
+    return here
+
+
+def base() -> Path:
+    """Folder of the figures and results of this effort."""
+    return checkout() / "figures" / os.environ.get("RAXEL_EFFORT", "full")
+
+
+def image_set() -> Path:
+    """Folder of the image set of this page (pages that stand once per set)."""
+    given = os.environ.get("RAXEL_SET", "")
+    if not given:
+        raise Missing("this page has no image set; RAXEL_SET names the folder of one")
+    return Path(given)
+
+
+def _identified(identifier: str, folder: Path) -> str:
+    """``identifier``, or its edition for this page's image set."""
+    given = os.environ.get("RAXEL_SET", "")
+    own = f"{identifier}@{name_of(Path(given))}" if given else identifier
+    return own if (folder / f"{own}.json").is_file() else identifier
+
+
+def _needed(path: Path, target: str) -> Path:
+    if not path.is_file():
+        raise Missing(
+            f"{path.relative_to(checkout())} is missing; `make {target}` makes it"
+        )
+    return path
+
+
+def show_code(*functions: Callable) -> Shown:
+    """The source of functions that a page speaks of, with their docstrings."""
+    text = "\n\n".join(inspect.getsource(f).rstrip() for f in functions)
+    return Shown(f"```python\n{text}\n```", f"<pre>{html.escape(text)}</pre>")
+
+
+def open_results(experiment: str) -> Result:
+    """The result of an experiment, with its trials (see `repro.results.Result`)."""
+    folder = base() / "results"
+    name = _identified(experiment, folder)
+    return Result(_needed(folder / f"{name}.json", "report"))
+
+
+def show(artefact: str) -> Shown:
+    """A regenerated figure with its caption, its data, and its source."""
+    name = _identified(artefact, base())
+    about = _described(name)
+    svg = _needed(base() / f"{name}.svg", artefact)
+    caption = about["caption"]
+    alt = f"{label(artefact)} {plain(caption)}".strip()
+    links = _links(name, about, ("svg", "png", "csv"))
+    markdown = "\n".join(
+        [
+            _anchor(artefact),
+            f"::::{{figure}} /_extra/figures/{name}.svg",
+            f":name: {artefact}",
+            f":alt: {alt}",
+            f":target: {_up()}figures/{name}.svg",
+            "",
+            f"{_titled(artefact, caption)}",
+            "",
+            links,
+            "::::",
+        ]
+    )
+    data = base64.b64encode(svg.read_bytes()).decode()
+    page = (
+        f'<figure id="{artefact}"><img alt="{html.escape(alt)}" '
+        f'src="data:image/svg+xml;base64,{data}">'
+        f"<figcaption>{_titled(artefact, html.escape(caption), bold='b')}</figcaption>"
+        "</figure>"
+    )
+    return Shown(markdown, page)
+
+
+def show_table(artefact: str, digits: int = 4) -> Shown:
+    """A regenerated table, numbers to ``digits`` digits; the CSV has all of them."""
+    name = _identified(artefact, base())
+    about = _described(name)
+    path = _needed(base() / f"{name}.csv", artefact)
+    with path.open(encoding="utf-8", newline="") as file:
+        head, *rows = list(csv.reader(file))
+    cells = [[_shortened(cell, digits) for cell in row] for row in rows]
+    numeric = [
+        all(_number(cell) is not None for cell in column)
+        for column in zip(*rows, strict=True)
+    ]
+    titled = _titled(artefact, about["caption"])
+    markdown = "\n".join(
+        [
+            _anchor(artefact),
+            f"::::{{table}} {titled}",
+            f":name: {artefact}",
+            "",
+            pipe_table(head, cells, numeric),
+            "::::",
+            "",
+            f":::{{div}} raxel-links\n{_links(name, about, ('csv',))}\n:::",
+        ]
+    )
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
+        for row in cells
+    )
+    page = (
+        f'<table id="{artefact}"><caption>'
+        f"{_titled(artefact, html.escape(about['caption']), bold='b')}</caption><tr>"
+        + "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+        + f"</tr>{body}</table>"
+    )
+    return Shown(markdown, page)
+
+
+def pipe_table(head: list[str], rows: list[list[str]], numeric: list[bool]) -> str:
+    """A Markdown table; numeric columns are set to the right."""
+    rule = ["---:" if right else "---" for right in numeric]
+    lines = [head, rule, *rows]
+    return "\n".join(
+        "| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |"
+        for line in lines
+    )
+
+
+def value(name: str, number: float | int | str) -> None:
+    """Name a value for the prose: a sentence takes it as {glue:text}`name:.2f`.
+
+    After the name stands a format of Python's `format`, or nothing.
+    """
+    from IPython.display import display
+
+    if hasattr(number, "item"):
+        number = number.item()
+    if not isinstance(number, int | float | str):
+        raise TypeError(f"value {name!r} is a {type(number).__name__}, not a number")
+    if isinstance(number, float) and not math.isfinite(number):
+        raise ValueError(
+            f"value {name!r} is {number}; a sentence needs a finite number"
+        )
+    note = {"scrapbook": {"name": name, "value": number}}
+    display({"text/plain": f"{name} = {number}"}, raw=True, metadata=note)
+
+
+def values() -> None:
+    """Name every regenerated number of this page for the prose.
+
+    A number of the ledger with id ``x`` gives ``x`` (bare), ``x.low`` and ``x.high``
+    where it has an interval, and ``x.text``, with unit and interval, rounded to what
+    the interval allows.
+    """
+    judged = base() / "judged" / f"{page_id()}.json"
+    content = json.loads(_needed(judged, "report").read_text("utf-8"))
+    for name, entry in content["numbers"].items():
+        if entry["value"] is None:
+            continue
+        value(name, entry["value"])
+        interval = entry.get("interval")
+        if interval and None not in interval:
+            value(f"{name}.low", interval[0])
+            value(f"{name}.high", interval[1])
+        value(f"{name}.text", rounded(entry["value"], interval, entry.get("unit", "")))
+
+
+def rounded(
+    number: float | str,
+    interval: tuple[float, float] | list[float] | None,
+    unit: str = "",
+) -> str:
+    """A number with unit and interval, to two digits of the interval's width."""
+    if isinstance(number, str):
+        return f"{number} {unit}".strip()
+    if not interval or None in interval or isinstance(interval[0], str):
+        return f"{number:.3g} {unit}".strip()
+    low, high = interval
+    half = (high - low) / 2
+    if half <= 0:
+        return f"{number:.4g} {unit}".strip()
+    places = max(0, 1 - math.floor(math.log10(half)))
+    text = f"{number:.{places}f} {unit}".strip()
+    return f"{text} ({low:.{places}f} to {high:.{places}f})"
+
+
+def compared(page: str | None = None) -> Shown:
+    """This page's rows of the scoreboard: published beside regenerated, and verdict."""
+    from repro.scoreboard import comparison_table
+
+    markdown = comparison_table(
+        page or page_id(), os.environ.get("RAXEL_EFFORT", "full"), checkout()
+    )
+    return Shown(markdown, f"<pre>{html.escape(markdown)}</pre>")
+
+
+def page_id() -> str:
+    """Id of the page being built (`RAXEL_PAGE`)."""
+    page = os.environ.get("RAXEL_PAGE", "")
+    if not page:
+        raise Missing("which page is this? RAXEL_PAGE names it, as chapter/section")
+    return page
+
+
+def label(artefact: str) -> str:
+    """Name of an artefact of the thesis for people: Fig. 2.3; empty if it has none."""
+    kind, _, number = artefact.partition("_")
+    if kind not in NAMES or not re.fullmatch(r"[0-9a-z]+(_[0-9]+)*", number):
+        return ""
+    return f"{NAMES[kind]} {number.replace('_', '.')}"
+
+
+def plain(text: str) -> str:
+    """A caption without markup, on one line."""
+    text = re.sub(r"\\(?:mathrm|text|mathbf)\{([^}]*)\}", r"\1", text)
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
+    return " ".join(re.sub(r"[$*`\\{}]", "", text).split())
+
+
+def _described(name: str) -> dict:
+    return json.loads(_needed(base() / f"{name}.json", name).read_text("utf-8"))
+
+
+def _titled(artefact: str, caption: str, bold: str = "") -> str:
+    name = label(artefact)
+    if not name:
+        return " ".join(caption.split())
+    title = f"<{bold}>{name}.</{bold}>" if bold else f"**{name}.**"
+    return f"{title} {' '.join(caption.split())}"
+
+
+def _anchor(artefact: str) -> str:
+    """The id as it stands: Sphinx would write its underscores as hyphens."""
+    return f'<span id="{artefact}"></span>\n'
+
+
+def _up() -> str:
+    """The way from a page of the site to its top."""
+    return "../" * os.environ.get("RAXEL_PAGE", "").count("/")
+
+
+def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
+    up = _up()
+    parts = [
+        f'<a href="{up}figures/{name}.{e}" download>{e.upper()}</a>' for e in endings
+    ]
+    folder = base() / "results"
+    for need in about["needs"]:
+        own = _identified(need, folder)
+        parts.append(f'<a href="{up}results/{own}.json">every trial: {need}</a>')
+    source = os.environ.get("RAXEL_SOURCE", "")
+    if source:
+        parts.append(f'<a href="{up}source/{source}">source</a>')
+    parts.append(f"evidence: {about['evidence']}")
+    return " · ".join(parts)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _shortened(cell: str, digits: int) -> str:
+    number = _number(cell)
+    if number is None or not math.isfinite(number) or re.fullmatch(r"[+-]?\d+", cell):
+        return cell
+    return f"{number:.{digits}g}"
