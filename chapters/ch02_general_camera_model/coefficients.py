@@ -1,4 +1,4 @@
-"""Table 2.1 as formulas that can be printed and evaluated, in exact arithmetic."""
+"""Table 2.1 as formulas: printed, and evaluated in exact arithmetic."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-# Cells as expressions: R31_2 is element (3, 1) of R of grid 2, t_z_2 its translation.
+# Cells as expressions: R31_2 is element (3, 1) of R of grid 2, t_z_2 its z.
 TABLE_2_1 = (
     ("x", "x", "0", "R31_2", "0", "R31_3"),
     ("x", "y", "0", "R32_2", "0", "R32_3"),
@@ -24,8 +24,8 @@ TABLE_2_1 = (
 )  # fmt: skip
 VECTORS = ("V", "W", "M", "N")
 
-# The two cells that the thesis prints with a superscript one too low; t_z of grid 1,
-# the base grid, is zero.
+# The two cells that the thesis prints with a superscript one too low; t_z of
+# grid 1, the base grid, is zero.
 AS_PRINTED = {(2, "W"): "-C_z + t_z_1", (2, "N"): "-C_z + t_z_2"}
 
 
@@ -87,9 +87,10 @@ def _whole(rng, count):
 
 
 def meet(names, grid, base_point):
-    """Where the ray from the centre through a base point meets a grid, exactly.
+    """Where the ray through a point of the base grid meets a grid, exactly.
 
-    Solves C + s (Q - C) = R (x, y, 0) + t by Cramer's rule; None for a parallel ray.
+    Solves C + s (Q - C) = R (x, y, 0) + t by Cramer's rule; None for a ray
+    that is parallel to the grid.
     """
     centre = [names[f"C_{axis}"] for axis in "xyz"]
     through = [*base_point, Fraction(0)]
@@ -115,18 +116,23 @@ def _determinant(columns):
     return a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e)
 
 
-def substitute(names, printed=False, rays=8):
-    """Sums (2.14) of Table 2.1 over random rays of a scene, in exact arithmetic.
+def evaluated(vector, names, printed=False):
+    """The nine coefficients of a vector in a scene, exactly."""
+    return [
+        eval(formula(row, vector, printed), {"__builtins__": {}}, names)
+        for row in range(9)
+    ]
 
-    Returns {vector: (sum is zero for every ray, largest |sum| / sum of |terms|)}.
+
+def substitute(names, printed=False, rays=8):
+    """Sums (2.14) of Table 2.1 over the rays of a scene, exactly.
+
+    Returns {vector: (every sum is zero, largest |sum| / sum of |terms|)}.
     """
     outcome = {}
     for vector in VECTORS:
         grid = 2 if vector in "VW" else 3
-        cells = [
-            eval(formula(row, vector, printed), {"__builtins__": {}}, names)
-            for row in range(9)
-        ]
+        cells = evaluated(vector, names, printed)
         zero, largest = True, 0.0
         for base in _base_points(rays):
             point = meet(names, grid, base)
@@ -158,7 +164,7 @@ def _terms(cells, first, second):
 
 
 def library_difference(names):
-    """Largest relative difference between the formulas and the library's vectors."""
+    """Largest relative difference of the formulas and the library's vectors."""
     from raxel.calibration.bilinear import table_2_1
     from raxel.geometry import pose
 
@@ -175,16 +181,7 @@ def library_difference(names):
     for printed in (False, True):
         exact = np.array(
             [
-                [
-                    float(
-                        eval(
-                            formula(row, v, printed),
-                            {"__builtins__": {}},
-                            names,
-                        )
-                    )
-                    for row in range(9)
-                ]
+                [float(c) for c in evaluated(v, names, printed)]
                 for v in VECTORS
             ]
         )

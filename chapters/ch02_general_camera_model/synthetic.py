@@ -1,8 +1,9 @@
-"""The synthetic experiment of section 2.5.1: what is seen, calibrated and scored.
+"""The synthetic experiment of section 2.5.1: measure, calibrate, score.
 
-A camera looks at three tilted planes. 999 random pixels are back-projected on each
-plane, with noise that is independent from plane to plane. The parametric and the generic
-method calibrate from the same data, and both are scored the same way.
+A camera looks at three tilted planes. 999 random pixels are back-projected
+on each plane, with noise that is independent from plane to plane. The
+parametric and the generic method calibrate from the same data, and both are
+scored the same way.
 """
 
 from __future__ import annotations
@@ -10,23 +11,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from raxel.calibration import (
-    BoardView,
-    bundle_adjust_fixed_centre,
-    calibrate_zhang,
+from raxel.calibration.bundle import bundle_adjust_fixed_centre
+from raxel.calibration.correspondence import BoardView
+from raxel.calibration.generic_linear import (
     linear_as_printed,
     linear_well_conditioned,
 )
+from raxel.calibration.zhang import calibrate_zhang
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation import rotation_aligned_angles
+from raxel.evaluation.distortion import (
+    angular_residual,
+    distortion_residual,
+)
 from raxel.geometry import (
-    apply_homography,
-    homography_dlt,
     intersect_rays_plane,
     inverse_pose,
     pose,
-    refine_homography,
     rotate,
     rotation_from_vector,
 )
@@ -47,7 +48,7 @@ SCALES = ("corrected", "source")
 
 
 def fisheye(projection, fov_deg):
-    """A fisheye whose field of view on the image diagonal is ``fov_deg``."""
+    """A fisheye of the field of view ``fov_deg`` on the image diagonal."""
     half = np.radians(fov_deg) / 2
     radius_at_unit_focal = {
         "equidistance": half,
@@ -61,7 +62,7 @@ def fisheye(projection, fov_deg):
 
 
 def perspective(fov_deg, radial=()):
-    """A pinhole of that diagonal field of view, with radial distortion if given."""
+    """A pinhole of that diagonal field of view, with radial distortion."""
     focal = CORNER_RADIUS_PX / np.tan(np.radians(fov_deg) / 2)
     K = np.array(
         [[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]]
@@ -70,7 +71,7 @@ def perspective(fov_deg, radial=()):
 
 
 def camera_of(law, fov_deg):
-    """The camera of a condition; ``lens`` is one the parametric model can describe."""
+    """The camera of a condition; ``lens`` is one a pinhole can be."""
     if law == "lens":
         return perspective(fov_deg, (LENS_K1, LENS_K2))
     if law == "perspective":
@@ -79,7 +80,7 @@ def camera_of(law, fov_deg):
 
 
 def draw_grids(rng):
-    """Poses T_camera_grid (3, 4, 4) of three tilted grids, no two nearly parallel."""
+    """Poses T_camera_grid (3, 4, 4) of grids, no two nearly parallel."""
     while True:
         grids = np.stack([_draw_grid(rng) for _ in range(3)])
         normals = grids[:, :3, 2]
@@ -90,7 +91,7 @@ def draw_grids(rng):
 
 
 def _draw_grid(rng):
-    """Grid x right, y down, z away from the camera, then tilted and shifted."""
+    """A grid facing the camera (z away from it), tilted, shifted."""
     axis = rng.uniform(0, 2 * np.pi)
     tilt = np.radians(rng.uniform(*TILT_DEG))
     R = rotation_from_vector(
@@ -104,14 +105,14 @@ def _draw_grid(rng):
 
 
 def back_project(camera, pixels, T_camera_grid):
-    """Points (N, 2) of a grid that pixels see, and whether they see it at all."""
+    """Points (N, 2) of a grid that pixels see, and whether they do."""
     rays = camera.rays(pixels)
     hit = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
     return hit.points, rays.valid & hit.valid
 
 
 def draw_pixels(camera, grids, extent, rng):
-    """999 random pixels that see all three grids, and the share of pixels that do."""
+    """999 random pixels that see all grids, and the share that do."""
     kept, tried = np.empty((0, 2)), 0
     while len(kept) < POINTS:
         pixels = rng.uniform(-0.5, SIZE_PX - 0.5, (4 * POINTS, 2))
@@ -134,8 +135,8 @@ def draw_pixels(camera, grids, extent, rng):
 class Data:
     """One trial's measurements, with the truth that only scoring may use.
 
-    pixels: (N, 2) clean. noisy_pixels: (3, N, 2), as seen by the parametric method.
-    points: (3, N, 2) clean. noisy_points: (3, N, 2), as seen by the generic method.
+    pixels (N, 2), points (3, N, 2): clean. noisy_pixels (3, N, 2): what the
+    parametric method gets; noisy_points (3, N, 2): the generic method.
     """
 
     camera: object
@@ -149,7 +150,7 @@ class Data:
 
 
 def measure(condition, rng):
-    """Draw one trial: camera, grids, pixels, and noise independent for every grid."""
+    """Draw a trial: camera, grids, pixels, noise anew for every grid."""
     camera = camera_of(condition["law"], condition["fov_deg"])
     grids, least_angle = draw_grids(rng)
     pixels, share = draw_pixels(camera, grids, condition["extent"], rng)
@@ -174,21 +175,21 @@ def measure(condition, rng):
 
 
 def calibrate_parametric(data):
-    """Zhang's method on the pixels of the trial; returns a PerspectiveCamera.
+    """Zhang's method on the trial; returns a PerspectiveCamera.
 
-    Noise in millimetres disturbs the points it is given, noise in pixels the pixels.
+    Noise in mm disturbs the points it is given, noise in px the pixels.
     """
     moved = not np.array_equal(data.noisy_pixels[0], data.pixels)
     points = data.points if moved else data.noisy_points
     views = [
-        BoardView(pixels, on_grid, None, None)
+        BoardView(pixels, on_grid, len(pixels), 1)
         for pixels, on_grid in zip(data.noisy_pixels, points, strict=True)
     ]
     return calibrate_zhang(views, SIZE_PX, SIZE_PX).camera
 
 
 def calibrate_generic(data, linear):
-    """Algorithm 1, steps 3 and 4: ray directions (N, 3) in the frame of the base grid."""
+    """Algorithm 1, steps 3 and 4: rays (N, 3) in the base grid's frame."""
     if linear == "as printed":
         start = linear_as_printed(*data.noisy_points)
     else:
@@ -200,7 +201,7 @@ def calibrate_generic(data, linear):
 
 
 def central_focal(camera):
-    """Pixels per unit of tangent at the principal point: the scale of corrected views."""
+    """Scale of corrected views: central px per unit of tangent."""
     step = 1e-4
     towards = np.array([[step, 0.0, 1.0], [-step, 0.0, 1.0]])
     ends = camera.project(towards).pixels
@@ -208,12 +209,12 @@ def central_focal(camera):
 
 
 def view(directions, focal):
-    """Corrected image (px): rays cut by a plane perpendicular to the z axis."""
+    """Corrected image (px): rays cut by a plane across the z axis."""
     return focal * directions[:, :2] / directions[:, 2:]
 
 
 def about_principal_ray(directions, pixels):
-    """Rotate rays so that the one nearest the principal point becomes the z axis."""
+    """Rotate the ray nearest the principal point onto the z axis."""
     nearest = np.argmin(np.sum((pixels - PRINCIPAL) ** 2, axis=1))
     z = directions[nearest]
     x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
@@ -222,27 +223,24 @@ def about_principal_ray(directions, pixels):
 
 
 def score(corrected, target, camera, focal):
-    """Residuals after the homography onto known positions, in two scales (px).
+    """Residuals after the homography onto known positions, in two scales.
 
-    corrected, target: (N, 2) px of corrected views. Returns lengths (N,) in the
-    corrected view and, for the same pairs, as the source camera would image them.
+    corrected, target: (N, 2) px of corrected views. Returns lengths (N,) in
+    px of the corrected view and, for the same pairs, of the source image.
     """
-    H = refine_homography(
-        homography_dlt(corrected, target), corrected, target
-    )
-    aligned = apply_homography(H, corrected)
+    residual = distortion_residual(target, corrected)
     on_sensor = [
         camera.project(np.column_stack([p / focal, np.ones(len(p))])).pixels
-        for p in (aligned, target)
+        for p in (target, target - residual)
     ]
     return {
-        "corrected": np.linalg.norm(aligned - target, axis=1),
+        "corrected": np.linalg.norm(residual, axis=1),
         "source": np.linalg.norm(on_sensor[0] - on_sensor[1], axis=1),
     }
 
 
 def targets(data, focal):
-    """Known positions in a corrected view of the true camera: measured, and clean."""
+    """Known positions in the true corrected view: measured, clean."""
     T = data.grids[0]
     clean = view(data.camera.rays(data.pixels).directions, focal)
     flat = np.column_stack(
@@ -253,7 +251,7 @@ def targets(data, focal):
 
 
 def summaries(residuals):
-    """Mean, SD and median of residual lengths (px) over the points of a trial."""
+    """Mean, SD and median of residual lengths over a trial's points."""
     finite = residuals[np.isfinite(residuals)]
     return {
         "mean_px": finite.mean(),
@@ -292,7 +290,7 @@ def score_parametric(data, focal):
 
 
 def score_generic(data, focal, linear):
-    """Score generic rays on noisy and on clean data; also keep residuals per ray."""
+    """Score generic rays on noisy and on clean data."""
     directions = calibrate_generic(data, linear)
     corrected = view(about_principal_ray(directions, data.pixels), focal)
     known = targets(data, focal)
@@ -312,7 +310,7 @@ def score_generic(data, focal, linear):
 
 def _ray_error(found, true):
     """Median angle (mrad) between ray bundles after the best rotation."""
-    return 1e3 * np.median(rotation_aligned_angles(found, true))
+    return 1e3 * np.median(angular_residual(found, true))
 
 
 def _least_sine(data):
@@ -330,7 +328,7 @@ def _rank_correlation(a, b):
 
 
 def point_noise_ratio(data):
-    """SD of the noise on the grids, outer 20 % over inner 20 % of the field angle."""
+    """SD of noise on the grids: outer over inner 20 % of field angle."""
     directions = data.camera.rays(data.pixels).directions
     angle = np.arccos(np.clip(directions[:, 2], -1, 1))
     error = data.noisy_points - data.points
@@ -340,7 +338,7 @@ def point_noise_ratio(data):
 
 
 def trial(condition, rng):
-    """One trial: measure once, calibrate with every method, score in every reading."""
+    """One trial: measure, calibrate with each method, score each way."""
     data = measure(condition, rng)
     focal = central_focal(data.camera)
     out = {

@@ -73,7 +73,7 @@ def fingerprint():
 
 def works():
     """Whether the environment's Python still starts."""
-    return run([str(PYTHON), "-c", "import numpy, snakemake"]).returncode == 0
+    return run([str(PYTHON), "-c", "import sys"]).returncode == 0
 
 
 def make_venv():

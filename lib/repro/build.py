@@ -140,10 +140,12 @@ def _say_where(root: Path, targets: list[str], changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
     for target in targets[:1] if len(targets) > 3 else targets:
         path = Path(target)
-        if path.suffix == ".json" and path.with_suffix(".svg").is_file():
-            path = path.with_suffix(".svg")
         if path.name == ".done":
             path = path.parent
+        for ending in (".svg", ".csv"):
+            if path.suffix == ".json" and (root / path).with_suffix(ending).is_file():
+                path = path.with_suffix(ending)
+                break
         print(f"{what}Look at {path}", file=sys.stderr)
 
 

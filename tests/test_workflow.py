@@ -1,0 +1,192 @@
+"""One command rebuilds exactly what a change reaches, and says why."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = "chapters/ch02_small/s1_dice.py"
+CHAPTER = '''
+# %% [markdown]
+# # Dice
+#
+# A sentence that may change.
+
+# %%
+from repro.experiment import experiment, figure
+from repro.outcomes import Drawing, Plan
+from repro.reader import show
+from raxel.dice import spread, throw
+
+
+def thrown(condition, rng):
+    """One throw."""
+    return {"eyes": throw(rng)}
+
+
+def wide(condition, rng):
+    """Spread of throws."""
+    return {"spread": spread(rng)}
+
+
+@experiment("dice_throws", artefact="fig_2_3", shards={"quick": 2, "full": 2})
+def throws(effort):
+    return Plan(thrown, [{"dice": 1}], 4)
+
+
+@experiment("dice_spread", artefact="fig_2_3", shards={"quick": 1, "full": 1})
+def spreads(effort):
+    return Plan(wide, [{"dice": 2}], 4)
+
+
+@figure("fig_2_3", needs=("dice_throws",), evidence="synthetic")
+def fig_2_3(results):
+    from repro.style import figure as new_figure
+
+    drawn, axes = new_figure()
+    eyes = results["dice_throws"].column("eyes", dice=1)
+    axes.plot(range(4), eyes)
+    axes.set_xlabel("Throw (1)")
+    axes.set_ylabel("Eyes (1)")
+    return Drawing(drawn, {"eyes": eyes}, "Eyes of four throws.")
+
+
+# %% tags=["active-ipynb"]
+# show("fig_2_3")
+'''
+DICE = '''
+def throw(rng):
+    """Eyes of one die."""
+    return int(rng.integers(1, 7))
+
+
+def spread(rng):
+    return float(rng.integers(1, 7, 50).std())
+'''
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory) -> Path:
+    """A small checkout in a folder with spaces in its name."""
+    root = tmp_path_factory.mktemp("work") / "a path with spaces"
+    ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
+    shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
+    for name in ("Snakefile", "environment.txt", "chapters/unfinished.yaml"):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    (root / PAGE).parent.mkdir(parents=True)
+    for package in ("chapters", "chapters/ch02_small"):
+        (root / package / "__init__.py").write_text("")
+    (root / PAGE).write_text(CHAPTER.lstrip())
+    (root / "lib" / "raxel" / "dice.py").write_text(dedent(DICE))
+    return root
+
+
+def build(root: Path, target: str = "ch02") -> tuple[int, str]:
+    """Exit status and what the terminal shows."""
+    environment = os.environ | {
+        "PYTHONPATH": f"{root / 'lib'}{os.pathsep}{root}",
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "XDG_CACHE_HOME": str(root / ".cache"),
+    }
+    done = subprocess.run(
+        [
+            sys.executable, "-m", "repro.build", target,
+            "--effort", "quick", "--cores", "2",
+        ],
+        cwd=root, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    return done.returncode, done.stdout + done.stderr
+
+
+def jobs(text: str) -> set[str]:
+    """Jobs that ran, as the progress display names them."""
+    return {m.group(1) for m in re.finditer(r"^\[[^]]*\] (.*?)  \(", text, re.M)}
+
+
+def edit(root: Path, name: str, old: str, new: str) -> None:
+    text = (root / name).read_text()
+    assert old in text
+    (root / name).write_text(text.replace(old, new))
+
+
+THROWS = {
+    "experiment dice_throws, part 0 of 2",
+    "experiment dice_throws, part 1 of 2",
+    "result dice_throws",
+}
+SPREAD = {"experiment dice_spread, part 0 of 1", "result dice_spread"}
+REST = {
+    "figure fig_2_3",
+    "claims and numbers of ch02_small/s1_dice",
+    "page ch02_small/s1_dice",
+}
+
+
+def test_a_change_rebuilds_what_it_reaches(checkout):
+    status, text = build(checkout)
+    assert status == 0, text
+    assert jobs(text) == THROWS | SPREAD | REST
+
+    status, text = build(checkout)
+    assert status == 0, text
+    assert jobs(text) == set()
+    assert "Nothing changed" in text
+
+    edit(checkout, PAGE, "A sentence that may change.", "Another sentence.")
+    _, text = build(checkout)
+    assert jobs(text) == {"page ch02_small/s1_dice"}, text
+
+    edit(checkout, PAGE, "Eyes of four throws.", "Four throws.")
+    _, text = build(checkout)
+    assert jobs(text) == REST, text
+
+    edit(checkout, "lib/raxel/dice.py", '"""Eyes of one die."""', '"""Eyes."""')
+    _, text = build(checkout)
+    assert jobs(text) == set(), text
+
+    edit(checkout, "lib/raxel/dice.py", "1, 7))", "1, 5)) + 1")
+    _, text = build(checkout)
+    assert jobs(text) == THROWS | REST, text
+    assert "changed: raxel.dice:throw -> dice_throws" in text
+
+
+def test_a_failing_job_keeps_the_old_result_and_shows_its_reason(checkout):
+    assert build(checkout)[0] == 0
+    result = checkout / "figures/quick/results/dice_spread.json"
+    before = json.loads(result.read_text())
+    edit(checkout, "lib/raxel/dice.py", "1, 7, 50).std()", "1, 7, 50).std() / []")
+    status, text = build(checkout)
+    assert status != 0
+    assert "FAILED: experiment dice_spread, part 0 of 1" in text
+    assert "TypeError" in text
+    assert not result.exists() or json.loads(result.read_text()) == before
+    edit(checkout, "lib/raxel/dice.py", " / []", "")
+    assert build(checkout)[0] == 0
+    assert json.loads(result.read_text()) == before
+
+
+def test_an_unknown_target_is_refused_in_one_line(checkout):
+    status, text = build(checkout, "fig_2_33")
+    assert status == 1
+    assert text.strip().splitlines() == [
+        "make fig_2_33: nothing makes fig_2_33; did you mean fig_2_3? (made: fig_2_3)"
+    ]
+
+
+def test_result_files_do_not_depend_on_the_number_of_cores(checkout):
+    assert build(checkout)[0] == 0
+    result = checkout / "figures/quick/results/dice_throws.json"
+    before = result.read_bytes()
+    edit(checkout, PAGE, '"quick": 2,', '"quick": 3,')
+    assert build(checkout)[0] == 0
+    assert result.read_bytes() == before
+    edit(checkout, PAGE, '"quick": 3,', '"quick": 2,')
