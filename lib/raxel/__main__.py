@@ -1,0 +1,7 @@
+"""`python -m raxel`"""
+
+import sys
+
+from raxel.cli import main
+
+sys.exit(main())

@@ -1,0 +1,151 @@
+"""The command line: raxel corners | calibrate | evaluate | undistort | check.
+
+Results are files, a short summary goes to standard output, progress to standard
+error. Exit status: 0 done; 2 bad input, with one line that says what and where; 1 a
+file that cannot be written; 130 interrupted. Nothing half-written is left.
+"""
+
+import argparse
+import sys
+
+from raxel.errors import InputError
+
+DETECTOR_NAMES = ("opencv", "opencv-sb")
+MODELS = ("auto", "zhang", "generic")
+
+
+class _OneLineParser(argparse.ArgumentParser):
+    """A parser whose complaint is one line, as every other of this program."""
+
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def main(argv=None):
+    """Run one command; returns the exit status."""
+    from raxel.cli.progress import Progress
+
+    progress = Progress(sys.stderr)
+    try:
+        options = _parser().parse_args(argv)
+        options.command(options, progress.say)
+    except SystemExit as stop:
+        return stop.code or 0
+    except InputError as fault:
+        print(f"raxel: {fault}", file=sys.stderr)
+        return 2
+    except OSError as fault:
+        name = fault.filename or "output"
+        print(f"raxel: {name}: {fault.strerror}; nothing written", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("raxel: interrupted; nothing written", file=sys.stderr)
+        return 130
+    progress.release()
+    return 0
+
+
+def _parser():
+    parser = _OneLineParser(
+        prog="raxel",
+        description="Calibrate general cameras: images of known targets in, rays out.",
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_corners(commands)
+    _add_calibrate(commands)
+    _add_evaluate(commands)
+    _add_undistort(commands)
+    _add_check(commands)
+    return parser
+
+
+def _add_corners(commands):
+    parser = _command(commands, "corners", "find the chessboard's corners", _corners)
+    parser.add_argument("--json", metavar="FILE", help="write the corners here")
+    _add_detector(parser)
+
+
+def _add_calibrate(commands):
+    parser = _command(commands, "calibrate", "fit a camera to a set", _calibrate)
+    parser.add_argument(
+        "--model",
+        choices=MODELS,
+        default="auto",
+        help="zhang: pinhole with two radial terms; generic: a ray for each pixel; "
+        "auto: the one with the smaller cross-validated angular error",
+    )
+    parser.add_argument("--out", metavar="CAMERA", required=True, help="the .npz file")
+    parser.add_argument("--json", metavar="FILE", help="write what was found here")
+    _add_corners_file(parser)
+    _add_detector(parser)
+
+
+def _add_evaluate(commands):
+    parser = _command(
+        commands, "evaluate", "score a camera; only poses are fitted", _evaluate, True
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    _add_corners_file(parser)
+    _add_detector(parser)
+
+
+def _add_undistort(commands):
+    parser = _command(
+        commands, "undistort", "images as a pinhole would see them", _undistort, True
+    )
+    parser.add_argument(
+        "--out", metavar="FOLDER", required=True, help="where the PNG images go"
+    )
+
+
+def _add_check(commands):
+    _command(commands, "check", "read all of a set and say what is in it", _check)
+
+
+def _command(commands, name, summary, run, takes_camera=False):
+    parser = commands.add_parser(name, help=summary, description=summary)
+    if takes_camera:
+        parser.add_argument("camera", metavar="CAMERA", help="an .npz camera file")
+    parser.add_argument("set", metavar="SET", help="the folder of an image set")
+    parser.set_defaults(command=run)
+    return parser
+
+
+def _add_detector(parser):
+    parser.add_argument("--detector", choices=DETECTOR_NAMES, default=DETECTOR_NAMES[0])
+
+
+def _add_corners_file(parser):
+    parser.add_argument(
+        "--corners", metavar="FILE", help="take corners that raxel corners wrote"
+    )
+
+
+def _corners(options, say):
+    from raxel.cli.corners import corners
+
+    corners(options, say)
+
+
+def _calibrate(options, say):
+    from raxel.cli.calibrate import calibrate
+
+    calibrate(options, say)
+
+
+def _evaluate(options, say):
+    from raxel.cli.evaluate import evaluate
+
+    evaluate(options, say)
+
+
+def _undistort(options, say):
+    from raxel.cli.undistort import undistort
+
+    undistort(options, say)
+
+
+def _check(options, say):
+    from raxel.cli.check import check
+
+    check(options, say)

@@ -1,0 +1,17 @@
+"""`raxel corners SET --json F`"""
+
+from raxel.features.boards import detect_boards, write_boards
+from raxel.files import check_can_be_written
+from raxel.sets import load_set
+
+
+def corners(options, say):
+    """Find the board in every view of the set."""
+    if options.json:
+        check_can_be_written(options.json)
+    image_set = load_set(options.set)
+    boards = detect_boards(image_set, options.detector, say=say)
+    if options.json:
+        write_boards(options.json, image_set, options.detector, boards)
+    found = sum(board.detection.found for board in boards)
+    print(f"{image_set.name}: board found in {found} of {len(boards)} images")

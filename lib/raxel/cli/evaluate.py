@@ -1,0 +1,39 @@
+"""`raxel evaluate camera.npz SET --json F`"""
+
+from raxel.calibration.board_views import board_views
+from raxel.cameras.io import load_camera
+from raxel.cli import scores
+from raxel.cli.boards import boards_for, check_enough, left_out
+from raxel.errors import InputError
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.files import check_can_be_written, write_json
+from raxel.sets import load_set
+
+
+def evaluate(options, say):
+    """Score the camera on the set's views for evaluation, or all if none is marked."""
+    if options.json:
+        check_can_be_written(options.json)
+    image_set = load_set(options.set)
+    camera = load_camera(options.camera)
+    check_size(options.camera, camera, image_set)
+    views = image_set.views_for("evaluate") or image_set.views
+    boards = boards_for(image_set, views, options, say)
+    check_enough(image_set, boards, 1, "an evaluation")
+    evaluation = evaluate_camera(camera, board_views(image_set, boards))
+    if options.json:
+        result = {"set": image_set.name, "camera": options.camera}
+        result |= scores.as_json(evaluation)
+        write_json(options.json, {**result, "left_out": left_out(boards)})
+    print(scores.line(image_set.name, evaluation))
+
+
+def check_size(path, camera, image_set):
+    """Raise InputError unless camera and set have the same image size."""
+    size = camera.width, camera.height
+    if size != (image_set.width, image_set.height):
+        raise InputError(
+            f"{path}: width, height: found {size[0]} x {size[1]}, but resolution in "
+            f"{image_set.description} is {image_set.width} x {image_set.height}; "
+            "give a camera and a set of the same size"
+        )

@@ -1,0 +1,44 @@
+"""An Evaluation as JSON and as a line for people."""
+
+import math
+
+
+def as_json(evaluation):
+    """{images, rms_px, median_px, mean_deg, share_with_ray}; None for unknown."""
+    return {
+        "images": [
+            {
+                "file": image.name,
+                "n_corners": int(image.n_corners),
+                "n_without_ray": int(image.n_without_ray),
+                **_errors(image),
+                "reason": image.reason,
+            }
+            for image in evaluation.images
+        ],
+        **summary(evaluation),
+    }
+
+
+def summary(evaluation):
+    """{rms_px, median_px, mean_deg, share_with_ray}"""
+    return {**_errors(evaluation), "share_with_ray": known(evaluation.share_with_ray)}
+
+
+def line(name, evaluation):
+    """One line for people."""
+    return (
+        f"{name}: mean angle {evaluation.mean_deg:.4f} deg, "
+        f"rms {evaluation.rms_px:.3f} px, median {evaluation.median_px:.3f} px, "
+        f"{100 * evaluation.share_with_ray:.1f} % of corners with a ray"
+    )
+
+
+def known(number):
+    """A float for JSON: None where it is not finite."""
+    return float(number) if math.isfinite(number) else None
+
+
+def _errors(scored):
+    keys = "rms_px", "median_px", "mean_deg"
+    return {key: known(getattr(scored, key)) for key in keys}

@@ -1,0 +1,155 @@
+"""All boards of an image set: detected, written as JSON, read back."""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.features import DEFAULT_DETECTOR, DETECTORS
+from raxel.features.detector import Detection, refused
+from raxel.features.lattice import in_order_of_clicks
+from raxel.files import read_json, write_json
+from raxel.sets.image_files import read_image
+from raxel.sets.model import Chessboard, View
+
+
+class Board(NamedTuple):
+    """What was found in one view; `milliseconds` is None where it was not measured."""
+
+    view: View
+    detection: Detection
+    milliseconds: float | None
+
+
+def check_chessboard(image_set):
+    """Raise InputError unless the target of the set is a chessboard."""
+    if not isinstance(image_set.target, Chessboard):
+        raise InputError(
+            f"{image_set.description}: target.kind: found active_grid, but corners are "
+            "looked for on a chessboard; give a set of chessboard images"
+        )
+
+
+def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
+    """Look for the board in each view; one Board per view, in order.
+
+    `detector` is a name in DETECTORS, `views` some of the set's views (default all),
+    `say` a callable told one line per image. All images are read before the first is
+    searched, so that a faulty one is known at once. Raises InputError for a set
+    without a chessboard and for images as `read_image` does.
+    """
+    check_chessboard(image_set)
+    views = image_set.views if views is None else views
+    for view in views:
+        read_image(image_set, view)
+    boards = []
+    for number, view in enumerate(views, 1):
+        boards.append(_detect(image_set, view, DETECTORS[detector]))
+        if say:
+            say(f"{number}/{len(views)} {_line(boards[-1])}")
+    return boards
+
+
+def write_boards(path, image_set, detector, boards):
+    """Write boards as JSON: {images: [{file, found, columns, rows, corners, ...}]}."""
+    images = [
+        {
+            "file": board.view.label,
+            "found": board.detection.found,
+            "columns": board.detection.columns,
+            "rows": board.detection.rows,
+            "corners": np.round(board.detection.corners, 6).tolist(),
+            "milliseconds": board.milliseconds,
+            "reason": board.detection.reason,
+        }
+        for board in boards
+    ]
+    write_json(path, {"set": image_set.name, "detector": detector, "images": images})
+
+
+def read_boards(path, image_set, views=None):
+    """Boards of the set's views from such a JSON file, in the order of the views.
+
+    A view without entry counts as not found, with that reason. Raises InputError
+    (file, field, found, what to do) for entries that are no boards of this set.
+    """
+    check_chessboard(image_set)
+    data = read_json(path)
+    entries = data.get("images") if isinstance(data, dict) else None
+    if not isinstance(entries, list):
+        raise InputError(
+            f"{path}: images: no list found; give a file that raxel corners wrote"
+        )
+    found = {}
+    labels = {view.label for view in image_set.views}
+    for index, entry in enumerate(entries):
+        field = f"images[{index}]"
+        name = entry.get("file") if isinstance(entry, dict) else None
+        if not isinstance(name, str) or name not in labels or name in found:
+            raise InputError(
+                f"{path}: {field}.file: found {name!r}; name each image of "
+                f"{image_set.description} once"
+            )
+        found[name] = _read_detection(f"{path}: {field}", entry, image_set)
+    nothing = refused(None, None, f"{path} has no entry for it")
+    views = image_set.views if views is None else views
+    return [Board(view, found.get(view.label, nothing), None) for view in views]
+
+
+def _detect(image_set, view, detector):
+    target = image_set.target
+    image = read_image(image_set, view)
+    start = time.perf_counter()
+    detection = detector(image, target.columns, target.rows)
+    milliseconds = round((time.perf_counter() - start) * 1000, 1)
+    if detection.found and view.outer_corners is not None:
+        clicks = np.array(view.outer_corners)
+        size = detection.columns, detection.rows
+        ordered = in_order_of_clicks(detection.corners, *size, clicks)
+        detection = detection._replace(corners=ordered)
+    return Board(view, detection, milliseconds)
+
+
+def _line(board):
+    detection = board.detection
+    what = detection.reason
+    if detection.found:
+        what = f"{detection.columns} x {detection.rows} corners"
+    return f"{board.view.label}: {what} ({board.milliseconds:.0f} ms)"
+
+
+def _read_detection(where, entry, image_set):
+    if not isinstance(entry.get("found"), bool):
+        raise InputError(f"{where}.found: found no truth value; give true or false")
+    if not entry["found"]:
+        return refused(None, None, str(entry.get("reason", "")) or "not found")
+    target = image_set.target
+    size = [
+        _count(f"{where}.{key}", entry.get(key), expected)
+        for key, expected in (("columns", target.columns), ("rows", target.rows))
+    ]
+    corners = _corners(f"{where}.corners", entry.get("corners"), size[0] * size[1])
+    return Detection(True, corners, *size)
+
+
+def _count(where, value, expected):
+    if type(value) is not int or value < 3 or (expected and value != expected):
+        wanted = f"{expected}, as the set's target" if expected else "3 or more"
+        raise InputError(f"{where}: found {value!r}; give {wanted}")
+    return value
+
+
+def _corners(where, points, count):
+    number = len(points) if isinstance(points, list) else 0
+    if number != count:
+        raise InputError(
+            f"{where}: found {number} corners; give columns x rows = {count} of them"
+        )
+    try:
+        corners = np.array(points, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        corners = np.empty(0)
+    if corners.shape != (count, 2) or not np.isfinite(corners).all():
+        raise InputError(f"{where}: a corner is no point; give [x, y], finite numbers")
+    return corners

@@ -1,0 +1,105 @@
+"""The picture a pinhole would have taken: undistortion through a camera's rays."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.base import pixel_grid
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.errors import InputError
+
+STEP_PX = 4.0
+GRID = 101
+BLOCK = 1 << 16
+NOWHERE = -10.0
+
+
+class PerspectiveView(NamedTuple):
+    """A virtual pinhole at the camera's centre.
+
+    K (3, 3) in pixels; R_camera_view (3, 3) turns directions of the view into the
+    camera frame; centre (3,) in the camera frame; width, height in pixels.
+    """
+
+    K: np.ndarray
+    R_camera_view: np.ndarray
+    centre: np.ndarray
+    width: int
+    height: int
+
+
+def perspective_view(camera):
+    """The pinhole that shows what `camera` saw, at its scale in the image's middle.
+
+    A PerspectiveCamera keeps its K and loses its distortion. Any other central camera
+    is looked along the ray nearest to the image's middle, with the image's u to the
+    right. Raises InputError for a camera without a single centre, or with too few rays.
+    """
+    if isinstance(camera, PerspectiveCamera):
+        size = camera.width, camera.height
+        return PerspectiveView(camera.K, np.eye(3), np.zeros(3), *size)
+    if not camera.central:
+        raise InputError(
+            f"camera of kind {camera.kind}: its rays do not meet in one point, so a "
+            "perspective view would depend on the range; give a central camera"
+        )
+    middle, rays = _middle_rays(camera)
+    ahead = rays.directions[0]
+    right = (rays.directions[1] - rays.directions[2]) / (2 * STEP_PX)
+    down = (rays.directions[3] - rays.directions[4]) / (2 * STEP_PX)
+    focal = 1 / np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
+    x = right - ahead * (ahead @ right)
+    x /= np.linalg.norm(x)
+    R_camera_view = np.column_stack((x, np.cross(ahead, x), ahead))
+    K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
+    return PerspectiveView(
+        K, R_camera_view, rays.origins[0], camera.width, camera.height
+    )
+
+
+def source_pixels(camera, view):
+    """Where each pixel of the view comes from, (height, width, 2) float32.
+
+    Far outside the image where the camera does not see that direction.
+    """
+    sources = np.full((view.height * view.width, 2), NOWHERE, dtype=np.float32)
+    K_inverse = np.linalg.inv(view.K)
+    rows = max(1, BLOCK // view.width)
+    for top in range(0, view.height, rows):
+        count = min(rows, view.height - top)
+        pixels = pixel_grid(view.width, count) + [0, top]
+        straight = np.column_stack((pixels, np.ones(len(pixels)))) @ K_inverse.T
+        straight /= np.linalg.norm(straight, axis=1, keepdims=True)
+        seen, valid = camera.project(straight @ view.R_camera_view.T + view.centre)
+        block = sources[top * view.width : (top + count) * view.width]
+        block[valid] = seen[valid]
+    return sources.reshape(view.height, view.width, 2)
+
+
+def resample(image, sources):
+    """The image (H, W[, 3]) at `sources` (h, w, 2); black where there is nothing."""
+    import cv2
+
+    u, v = np.ascontiguousarray(sources[..., 0]), np.ascontiguousarray(sources[..., 1])
+    return cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+
+
+def _middle_rays(camera):
+    """The pixel nearest to the middle that has rays all around, and those five rays.
+
+    The rays are those of the pixel itself, then at STEP_PX right, left, below, above.
+    """
+    size = np.array([camera.width, camera.height])
+    middle = (size - 1) / 2
+    pixels = pixel_grid(GRID, GRID) * (size - 1) / (GRID - 1)
+    order = np.argsort(np.linalg.norm(pixels - middle, axis=1), kind="stable")
+    around = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    crosses = pixels[order][:, None] + around
+    valid = camera.rays(crosses.reshape(-1, 2)).valid.reshape(-1, 5).all(axis=1)
+    if not valid.any():
+        raise InputError(
+            f"camera of kind {camera.kind}: no pixel has a ray with rays around it; "
+            "calibrate with boards that cover more of the image"
+        )
+    cross = crosses[np.argmax(valid)]
+    return cross[0], camera.rays(cross)
