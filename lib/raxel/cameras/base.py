@@ -100,7 +100,7 @@ class Camera(abc.ABC):
 def check_size(camera, width, height):
     """Set width and height, or raise InputError naming the field."""
     for name, value in (("width", width), ("height", height)):
-        if not (np.ndim(value) == 0 and value == int(value) and value >= 1):
+        if not (np.ndim(value) == 0 and value >= 1 and float(value).is_integer()):
             raise InputError(
                 f"field '{name}': found {value}; give a whole number of pixels"
             )

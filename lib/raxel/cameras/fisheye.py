@@ -55,10 +55,11 @@ class FisheyeCamera(Camera):
 
     def project(self, points):
         """Pixels of points (N, 3), also of points behind the camera."""
-        x, y, z = as_rows(points, 3).T
+        points = as_rows(points, 3)
+        x, y, z = points.T
         across = np.hypot(x, y)
         angle = np.arctan2(across, z)
-        valid = np.isfinite(across + z) & ((across > 0) | (z > 0))
+        valid = np.isfinite(points).all(axis=1) & ((across > 0) | (z > 0))
         valid &= angle <= self.max_angle + RIM
         pixels = np.full((len(x), 2), np.nan)
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):

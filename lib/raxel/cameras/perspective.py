@@ -65,13 +65,15 @@ class PerspectiveCamera(Camera):
         """Rays through the origin of pixels (N, 2): 2.1, then the inverse of 2.4."""
         u, v = as_rows(pixels, 2).T
         y = (v - self.K[1, 2]) / self.K[1, 1]
-        x = (u - self.K[0, 2] - self.K[0, 1] * y) / self.K[0, 0]
+        with np.errstate(invalid="ignore"):
+            x = (u - self.K[0, 2] - self.K[0, 1] * y) / self.K[0, 0]
         distorted = np.hypot(x, y)
         valid = distorted < self.max_distorted_radius
         factor = np.full(len(distorted), np.nan)
         factor[valid] = self._undistorting_factor(distorted[valid])
-        d = np.column_stack([x * factor, y * factor, np.where(valid, 1.0, np.nan)])
-        d /= np.linalg.norm(d, axis=1, keepdims=True)
+        x, y, z = x * factor, y * factor, np.where(valid, 1.0, np.nan)
+        # hypot does not overflow, as the squares of far pixels would.
+        d = np.column_stack([x, y, z]) / np.hypot(np.hypot(x, y), 1)[:, None]
         return Rays(np.where(valid[:, None], 0.0, np.nan) * d, d, valid)
 
     def _distorted(self, r):
@@ -84,27 +86,28 @@ class PerspectiveCamera(Camera):
         return np.sqrt(real[real > 0].min(initial=np.inf))
 
     def _undistorting_factor(self, distorted):
-        """r / distorted radius on the rising branch, by Newton inside a bracket."""
-        low = np.zeros_like(distorted)
-        high = np.minimum(2 * distorted + 1, self.max_radius)
-        if np.isinf(self.max_radius):
-            while np.any(short := self._distorted(high) < distorted):
-                high[short] *= 2
-        r = np.minimum(distorted, high)
-        done = np.zeros(len(r), bool)
-        for _ in range(100):
-            gap = self._distorted(r) - distorted
-            high = np.where(gap > 0, r, high)
-            low = np.where(gap < 0, r, low)
-            slope = np.polyval(self._slope, r * r)
-            step = r - gap / np.where(slope > 0, slope, np.nan)
-            # Bisection where the tangent leaves the bracket keeps to the branch.
-            inside = (step >= low) & (step <= high)
-            new = np.where(inside, step, (low + high) / 2)
-            # What has settled stays, so no result depends on its neighbours.
-            r, done = np.where(done, r, new), done | (np.abs(new - r) <= 1e-15 * r)
-            if done.all():
-                break
+        """r / distorted radius on the rising branch, by Newton inside a bracket.
+
+        The iteration is in log r: far out, where the highest power of r rules, its
+        logarithm is a straight line and one step arrives.
+        """
+        low = np.full_like(distorted, 1e-300)
+        high = np.full_like(distorted, min(self.max_radius, 1e300))
+        r, done = np.minimum(distorted, high), distorted < 1e-300
+        with np.errstate(all="ignore"):
+            while not done.all():
+                image = self._distorted(r)
+                high = np.where(image > distorted, r, high)
+                low = np.where(image < distorted, r, low)
+                slope = np.polyval(self._slope, r * r)
+                new = r * np.exp(np.log(distorted / image) * image / (r * slope))
+                settled = np.abs(new - r) <= 1e-15 * r
+                # Bisection where the tangent leaves the bracket keeps to the branch.
+                inside = settled | ((new > low) & (new < high))
+                new = np.where(inside, new, np.sqrt(low) * np.sqrt(high))
+                settled |= np.abs(new - r) <= 1e-15 * r
+                # What has settled stays, so no result depends on its neighbours.
+                r, done = np.where(done, r, new), done | settled
         return np.divide(r, distorted, out=np.ones_like(r), where=distorted > 0)
 
     def _fields(self):

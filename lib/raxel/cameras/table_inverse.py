@@ -19,6 +19,8 @@ from raxel.cameras.ray_bounds import BoundPyramid
 STEP = 1e-10
 # Sine of the angle by which a ray may miss its point. Rounding alone stays below it.
 MISS = 1e-11
+# Where Newton's method starts in a cell. The centre does, except where noise folds it.
+STARTS = ((0.5, 0.5), (0, 0), (1, 0), (0, 1), (1, 1))
 COARSE_CELLS = 1 << 16
 SEARCH_BLOCK = 1 << 11
 
@@ -87,7 +89,7 @@ class TableInverse:
 
     def _newton(self, points, corners, place):
         """Newton step (N, 2) towards the ray through each point; and whether the ray
-        at the present place meets the point, ahead of its origin."""
+        after a small step meets the point, ahead of its origin."""
         (d, d_s, d_t), (o, o_s, o_t) = self._table.interpolate(corners, *place.T)
         far = points - o
         length = np.linalg.norm(far, axis=1, keepdims=True)
@@ -105,14 +107,20 @@ class TableInverse:
         with np.errstate(divide="ignore", invalid="ignore"):
             step = -np.stack([tt * gs - st * gt, ss * gt - st * gs], axis=1)
             step /= (ss * tt - st * st)[:, None]
-        sine = np.sqrt(_dot(miss, miss) / _dot(d, d))
+            rest = miss + step[:, :1] * miss_s + step[:, 1:] * miss_t
+        sine = np.sqrt(_dot(rest, rest) / _dot(d, d))
         return step, (sine < MISS) & (_dot(far, d) > 0)
 
     def _search(self, points):
         """The complete search, for the points on which the walk gave up."""
         who, u, v = self._pyramid.cells(points)
-        who, u, v, right, below = self._solvable(who, u, v)
-        place = self._within_cells(points[who], u, v, right, below)
+        who, *cells = self._solvable(who, u, v)
+        place = np.full((len(who), 2), np.nan)
+        todo = np.ones(len(who), bool)
+        for start in STARTS:
+            few = [column[todo] for column in cells]
+            place[todo] = self._within_cells(points[who[todo]], *few, start)
+            todo = ~np.isin(who, who[np.isfinite(place[:, 0])])
         seen = np.isfinite(place[:, 0])
         who, place = who[seen], place[seen]
         order = np.lexsort([place[:, 0], place[:, 1], who])
@@ -142,11 +150,11 @@ class TableInverse:
         extent = [np.repeat([part[k] for part in parts], sizes) for k in (3, 4)]
         return (*joined, *extent)
 
-    def _within_cells(self, points, u, v, right, below):
+    def _within_cells(self, points, u, v, right, below, start):
         """Newton's method inside one cell for each point; NaN where it leads out."""
         directions, origins = self._table.corners(u, v, right, below)
-        extent = np.column_stack([right, below])
-        place = extent / 2
+        extent = np.column_stack([right, below]).astype(float)
+        place = extent * start
         found = np.full_like(place, np.nan)
         active = np.arange(len(points))
         for _ in range(20):

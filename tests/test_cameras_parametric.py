@@ -1,0 +1,203 @@
+"""Perspective and fisheye cameras (2.1 to 2.8): each map is the other's inverse."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
+from raxel.errors import InputError
+
+K = np.array([[810, 2.5, 330], [0, 760, 250], [0, 0, 1.0]])
+# A quarter of the focal length: the corners of the image pass the turning point.
+K_WIDE = K / [[4], [4], [1]] + [[0, 0, 240], [0, 0, 180], [0, 0, 0]]
+PERSPECTIVE = {
+    "pinhole": PerspectiveCamera(K, [], 640, 480),
+    "barrel": PerspectiveCamera(K, [-0.3, 0.1], 640, 480),
+    "pincushion": PerspectiveCamera(K, [0.2], 640, 480),
+    "four terms": PerspectiveCamera(K, [0.3, -0.2, 0.1, 0.4], 640, 480),
+    "beyond the turn": PerspectiveCamera(K_WIDE, [-0.3, 0.05], 640, 480),
+}
+PROJECTIONS = ("equidistance", "equisolid", "stereographic")
+FISHEYE = {
+    f"{name} {degrees}": FisheyeCamera(
+        name, 120, (310.5, 242.25), 640, 480, math.radians(degrees)
+    )
+    for name in PROJECTIONS
+    for degrees in (60, 110, 175)
+}
+CAMERAS = PERSPECTIVE | FISHEYE
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_points_on_the_ray_of_a_pixel_project_to_it(name):
+    camera = CAMERAS[name]
+    rng = np.random.default_rng(0)
+    pixels = np.vstack([rng.uniform(-0.5, 639.5, (4000, 2)), [[330, 250]]])
+    origins, directions, valid = camera.rays(pixels)
+    assert valid.mean() > 0.1
+    np.testing.assert_array_equal(origins[valid], 0)
+    length = np.linalg.norm(directions[valid], axis=1)
+    np.testing.assert_allclose(length, 1, atol=1e-15)
+    depth = 10 ** rng.uniform(-3, 6, (len(pixels), 1))
+    back = camera.project(depth * directions)
+    np.testing.assert_array_equal(back.valid, valid)
+    assert np.abs(back.pixels - pixels)[valid].max() < 1e-9
+    for values in (origins, directions, back.pixels):
+        np.testing.assert_array_equal(np.isnan(values).any(axis=1), ~valid)
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_the_ray_of_a_points_pixel_passes_through_the_point(name):
+    camera = CAMERAS[name]
+    points = np.random.default_rng(1).normal(0, 100, (4000, 3))
+    pixels, valid = camera.project(points)
+    assert 0.02 < valid.mean() <= 1
+    rays = camera.rays(pixels[valid])
+    assert rays.valid.all()
+    unit = points[valid] / np.linalg.norm(points[valid], axis=1, keepdims=True)
+    # Next to a turning point a pixel determines its ray only to the root of rounding.
+    np.testing.assert_allclose(rays.directions, unit, atol=1e-7)
+
+
+@given(
+    st.lists(st.integers(-5000, 5000).map(lambda k: k / 1e4), max_size=4),
+    st.floats(200, 2000),
+    st.floats(0.7, 1.4),
+    st.floats(-20, 20),
+    st.integers(0, 2**32 - 1),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_radial_terms_skew_and_aspect_go_round(radial, f, aspect, skew, seed):
+    camera = PerspectiveCamera(
+        [[aspect * f, skew, 320], [0, f, 240], [0, 0, 1]], radial, 640, 480
+    )
+    pixels = np.random.default_rng(seed).uniform(0, [639, 479], (200, 2))
+    rays = camera.rays(pixels)
+    back = camera.project(5 * rays.directions[rays.valid])
+    np.testing.assert_allclose(back.pixels, pixels[rays.valid], rtol=0, atol=1e-9)
+
+
+def test_perspective_agrees_with_opencv():
+    points = np.random.default_rng(2).uniform([-2, -1.5, 4], [2, 1.5, 6], (100, 3))
+    straight = K * [[1, 0, 1], [1, 1, 1], [1, 1, 1]]
+    camera = PerspectiveCamera(straight, [-0.3, 0.1], 640, 480)
+    expected, _ = cv2.projectPoints(
+        points, np.zeros(3), np.zeros(3), straight, np.array([-0.3, 0.1, 0, 0])
+    )
+    np.testing.assert_allclose(
+        camera.project(points).pixels, expected[:, 0], rtol=0, atol=1e-10
+    )
+
+
+def test_the_turning_point_ends_the_field_of_view():
+    camera = PerspectiveCamera(np.diag([100.0, 100, 1]), [-1 / 3], 640, 480)
+    # r - r^3/3 turns at r = 1, where it is 2/3.
+    assert camera.max_radius == pytest.approx(1, abs=1e-15)
+    points = np.array([[0.999, 0, 1], [1.001, 0, 1], [1.5, 0, 1]])
+    assert camera.project(points).valid.tolist() == [True, False, False]
+    pixels = np.array([[66.6, 0], [66.7, 0], [0, -66.6], [0, -66.7]])
+    assert camera.rays(pixels).valid.tolist() == [True, False, True, False]
+
+
+def test_points_behind_a_perspective_camera_are_not_seen():
+    points = np.array([[0, 0, -1.0], [0.1, 0, 0], [1, 1, -1e-9], [0, 0, np.nan]])
+    pixels, valid = PERSPECTIVE["pinhole"].project(points)
+    assert not valid.any()
+    assert np.isnan(pixels).all()
+
+
+@pytest.mark.parametrize("name", PROJECTIONS)
+def test_projection_functions_are_those_of_the_thesis(name):
+    camera = FisheyeCamera(name, 200, (50, 60), 101, 121)
+    theta, phi = np.radians([0, 1e-7, 30, 89.9999, 90, 120, 179]), 0.7
+    azimuth = np.array([math.cos(phi), math.sin(phi)])
+    points = np.column_stack([np.outer(np.sin(theta), azimuth), np.cos(theta)])
+    radius = {
+        "equidistance": 200 * theta,
+        "equisolid": 400 * np.sin(theta / 2),
+        "stereographic": 400 * np.tan(theta / 2),
+    }[name]
+    pixels, valid = camera.project(7 * points)
+    assert valid.all()
+    np.testing.assert_allclose(
+        pixels, np.outer(radius, azimuth) + [50, 60], rtol=1e-12, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("name", PROJECTIONS)
+def test_on_the_axis_the_limit_is_exact(name):
+    camera = FisheyeCamera(name, 200, (50.25, 60.5), 101, 121)
+    pixels, valid = camera.project(np.array([[0, 0, 3.0], [0, 0, -3], [0, 0, 0]]))
+    assert valid.tolist() == [True, False, False]
+    np.testing.assert_array_equal(pixels[0], [50.25, 60.5])
+    np.testing.assert_array_equal(camera.rays([[50.25, 60.5]]).directions, [[0, 0, 1]])
+    tiny = camera.project(np.array([[1e-300, 0, 3.0], [3e-9, -6e-9, 3]]))
+    np.testing.assert_allclose(tiny.pixels[0], [50.25, 60.5], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        tiny.pixels[1] - [50.25, 60.5], [2e-7, -4e-7], rtol=0, atol=1e-13
+    )
+
+
+@pytest.mark.parametrize("name", PROJECTIONS)
+def test_the_largest_angle_is_kept(name):
+    camera = FisheyeCamera(name, 100, (0, 0), 640, 480, math.radians(100))
+    theta = np.radians([99.999, 100, 100.001])
+    points = np.column_stack([np.sin(theta), 0 * theta, np.cos(theta)])
+    assert camera.project(points).valid.tolist() == [True, True, False]
+    unlimited = FisheyeCamera(name, 100, (0, 0), 640, 480)
+    pixels = unlimited.project(points).pixels
+    assert camera.rays(pixels).valid.tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_wild_values_are_flagged_without_a_warning(name):
+    wild = np.array([np.nan, np.inf, -np.inf, 1e308, -1e200, 1e-300, 0])
+    pairs = np.stack(np.meshgrid(wild, wild), -1).reshape(-1, 2)
+    origins, directions, valid = CAMERAS[name].rays(pairs)
+    assert np.isfinite(directions[valid]).all()
+    assert np.isnan(directions[~valid]).all()
+    assert np.isnan(origins[~valid]).all()
+    triples = np.stack(np.meshgrid(wild, wild, wild), -1).reshape(-1, 3)
+    pixels, valid = CAMERAS[name].project(triples)
+    assert np.isfinite(pixels[valid]).all()
+    assert np.isnan(pixels[~valid]).all()
+
+
+def test_no_pixels_give_no_rays():
+    for camera in CAMERAS.values():
+        assert camera.rays(np.empty((0, 2))).directions.shape == (0, 3)
+        assert camera.project(np.empty((0, 3))).pixels.shape == (0, 2)
+
+
+def test_the_image_is_its_cells():
+    camera = PERSPECTIVE["pinhole"]
+    pixels = [[-0.5, 0], [-0.51, 0], [639.5, 479.5], [0, 479.6], [np.nan, 0]]
+    assert camera.in_image(pixels).tolist() == [True, False, True, False, False]
+    grid = pixel_grid(3, 2)
+    assert grid.tolist() == [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]]
+
+
+@pytest.mark.parametrize(
+    ("field", "make"),
+    [
+        ("K", lambda: PerspectiveCamera(np.eye(2), [], 4, 4)),
+        ("K", lambda: PerspectiveCamera(-np.eye(3), [], 4, 4)),
+        ("K", lambda: PerspectiveCamera(np.eye(3) * np.nan, [], 4, 4)),
+        ("K", lambda: PerspectiveCamera(np.ones((3, 3)), [], 4, 4)),
+        ("radial", lambda: PerspectiveCamera(np.eye(3), [np.inf], 4, 4)),
+        ("radial", lambda: PerspectiveCamera(np.eye(3), 0.1, 4, 4)),
+        ("width", lambda: PerspectiveCamera(np.eye(3), [], 0, 4)),
+        ("height", lambda: PerspectiveCamera(np.eye(3), [], 4, 4.5)),
+        ("height", lambda: PerspectiveCamera(np.eye(3), [], 4, np.nan)),
+        ("projection", lambda: FisheyeCamera("orthographic", 1, (0, 0), 4, 4)),
+        ("focal_px", lambda: FisheyeCamera("equisolid", -1, (0, 0), 4, 4)),
+        ("principal_point", lambda: FisheyeCamera("equisolid", 1, (0,), 4, 4)),
+        ("max_angle", lambda: FisheyeCamera("equisolid", 1, (0, 0), 4, 4, 180)),
+    ],
+)
+def test_impossible_parameters_are_refused_by_name(field, make):
+    with pytest.raises(InputError, match=f"^field '{field}': .*found|values"):
+        make()
