@@ -16,6 +16,7 @@ import json
 import math
 import os
 import re
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -79,12 +80,6 @@ def _needed(path: Path, target: str) -> Path:
             f"{path.relative_to(checkout())} is missing; `make {target}` makes it"
         )
     return path
-
-
-def show_code(*functions: Callable) -> Shown:
-    """The source of functions that a page speaks of, with their docstrings."""
-    text = "\n\n".join(inspect.getsource(f).rstrip() for f in functions)
-    return Shown(f"```python\n{text}\n```", f"<pre>{html.escape(text)}</pre>")
 
 
 def open_results(experiment: str) -> Result:
@@ -160,6 +155,25 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         f"{_titled(artefact, html.escape(about['caption']), bold='b')}</caption><tr>"
         + "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
         + f"</tr>{body}</table>"
+    )
+    return Shown(markdown, page)
+
+
+def show_code(*functions: Callable) -> Shown:
+    """The source of functions of the library, as it is, with where it stands."""
+    pieces = []
+    for function in functions:
+        lines, first = inspect.getsourcelines(inspect.unwrap(function))
+        code = textwrap.dedent("".join(lines)).rstrip()
+        place = f"{function.__module__}, from line {first}"
+        pieces.append((place, code))
+    markdown = "\n\n".join(
+        f":::{{div}} raxel-links\n{place}\n:::\n\n````python\n{code}\n````"
+        for place, code in pieces
+    )
+    page = "".join(
+        f"<p><small>{html.escape(place)}</small></p><pre>{html.escape(code)}</pre>"
+        for place, code in pieces
     )
     return Shown(markdown, page)
 
