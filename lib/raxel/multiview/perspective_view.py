@@ -10,6 +10,8 @@ from raxel.errors import InputError
 
 STEP_PX = 4.0
 GRID = 101
+WIDEST = np.radians(60)
+LEAST_SLOPE = 1e-9
 BLOCK = 1 << 16
 NOWHERE = -10.0
 
@@ -29,14 +31,16 @@ class PerspectiveView(NamedTuple):
 
 
 def perspective_view(camera):
-    """The pinhole that shows what `camera` saw, at its scale in the image's middle.
+    """The pinhole that shows what `camera` saw.
 
     A PerspectiveCamera keeps its K and loses its distortion. Any other central camera
     is looked along the ray nearest to the image's middle, with the image's u to the
-    right. Raises InputError for a camera without a single centre, or with too few rays.
+    right: at the image's own scale there, or smaller, so that all rays within 60
+    degrees of that one are in the picture. Raises InputError for a camera without a
+    single centre, or with too few rays.
     """
+    size = camera.width, camera.height
     if isinstance(camera, PerspectiveCamera):
-        size = camera.width, camera.height
         return PerspectiveView(camera.K, np.eye(3), np.zeros(3), *size)
     if not camera.central:
         raise InputError(
@@ -47,14 +51,24 @@ def perspective_view(camera):
     ahead = rays.directions[0]
     right = (rays.directions[1] - rays.directions[2]) / (2 * STEP_PX)
     down = (rays.directions[3] - rays.directions[4]) / (2 * STEP_PX)
-    focal = 1 / np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
     x = right - ahead * (ahead @ right)
     x /= np.linalg.norm(x)
     R_camera_view = np.column_stack((x, np.cross(ahead, x), ahead))
+    own_scale = 1 / np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
+    focal = min(own_scale, _focal_that_holds(camera, R_camera_view, middle))
     K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
-    return PerspectiveView(
-        K, R_camera_view, rays.origins[0], camera.width, camera.height
-    )
+    return PerspectiveView(K, R_camera_view, rays.origins[0], *size)
+
+
+def _focal_that_holds(camera, R_camera_view, middle):
+    """The largest focal length (px) whose picture holds all rays within WIDEST."""
+    size = np.array([camera.width, camera.height])
+    rays = camera.rays(_grid(camera))
+    seen = rays.directions[rays.valid] @ R_camera_view
+    seen = seen[seen[:, 2] > np.cos(WIDEST)]
+    slopes = seen[:, :2] / seen[:, 2:]
+    room = np.where(slopes > 0, size - 1 - middle, middle)
+    return float((room / np.maximum(np.abs(slopes), LEAST_SLOPE)).min())
 
 
 def source_pixels(camera, view):
@@ -89,9 +103,8 @@ def _middle_rays(camera):
 
     The rays are those of the pixel itself, then at STEP_PX right, left, below, above.
     """
-    size = np.array([camera.width, camera.height])
-    middle = (size - 1) / 2
-    pixels = pixel_grid(GRID, GRID) * (size - 1) / (GRID - 1)
+    pixels = _grid(camera)
+    middle = (np.array([camera.width, camera.height]) - 1) / 2
     order = np.argsort(np.linalg.norm(pixels - middle, axis=1), kind="stable")
     around = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     crosses = pixels[order][:, None] + around
@@ -103,3 +116,9 @@ def _middle_rays(camera):
         )
     cross = crosses[np.argmax(valid)]
     return cross[0], camera.rays(cross)
+
+
+def _grid(camera):
+    """GRID x GRID pixels spread over the image."""
+    size = np.array([camera.width, camera.height])
+    return pixel_grid(GRID, GRID) * (size - 1) / (GRID - 1)
