@@ -127,6 +127,7 @@ def small_checkout(root):
         if path.suffix != ".pyc"
     }
     mirror(source, root / "report" / "source")
+    write_atomic(root / "data" / "recorded" / "README.md", "# Your own photographs\n")
     return base
 
 

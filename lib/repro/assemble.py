@@ -1,10 +1,11 @@
 """Gather the source of the site: its own pages, the executed chapters, the scoreboard.
 
-Sphinx gets one folder with everything in it. The pages that depend on what was built
-(the start page, one index per chapter) are templates in `report/source`, filled here:
-numbers in them are counted from the scoreboard, and a chapter is listed when it has a
-page. What readers may download goes to `_extra`, which Sphinx copies to the top of the
-site.
+Sphinx gets one folder with everything in it. The guide for photographs is the README of
+`data/recorded`: it stands in both places and is written once. The pages that depend on
+what was built (the start page, one index per chapter) are templates in `report/source`,
+filled here: numbers in them are counted from the scoreboard, and a chapter is listed
+when it has a page. What readers may download goes to `_extra`, which Sphinx copies to
+the top of the site.
 """
 
 from __future__ import annotations
@@ -79,6 +80,7 @@ def assemble(
     for path in pages:
         wanted[f"{path.parent.name}/{path.name}"] = path
     wanted["scoreboard.md"] = scoreboard
+    wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
     wanted |= _filled(root, effort, chapters, board)
     wanted |= {
         f"_extra/{name}": content

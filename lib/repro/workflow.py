@@ -15,6 +15,7 @@ from repro.jobs import CODE
 from repro.reach import Reach
 
 DRAW_CODE = (("repro.jobs", "draw"),)
+GUIDE = "data/recorded/README.md"
 LEDGER = ("artefacts", "numbers", "claims", "settings")
 
 
@@ -216,8 +217,8 @@ class Work:
         ]
 
     def site_sources(self) -> list[str]:
-        """Every file of the site's own source."""
-        return sorted(
+        """Every file of the site's own source, and the guide that is one of its pages."""
+        return [GUIDE] + sorted(
             path.relative_to(self.root).as_posix()
             for path in (self.root / "report" / "source").rglob("*")
             if path.is_file() and "__pycache__" not in path.parts
