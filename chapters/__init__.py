@@ -1,1 +1,1 @@
-"""The chapters: one package per chapter of the thesis, one page per section."""
+"""The chapters: a package per chapter of the thesis, a page per section."""

@@ -24,8 +24,8 @@ TABLE_2_1 = (
 )  # fmt: skip
 VECTORS = ("V", "W", "M", "N")
 
-# The two cells that the thesis prints with a superscript one too low; t_z of
-# grid 1, the base grid, is zero.
+# The two cells that the thesis prints with a superscript one too low; t_z
+# of grid 1, the base grid, is zero.
 AS_PRINTED = {(2, "W"): "-C_z + t_z_1", (2, "N"): "-C_z + t_z_2"}
 
 
@@ -164,7 +164,7 @@ def _terms(cells, first, second):
 
 
 def library_difference(names):
-    """Largest relative difference of the formulas and the library's vectors."""
+    """Largest relative difference of formulas and library vectors."""
     from raxel.calibration.bilinear import table_2_1
     from raxel.geometry import pose
 

@@ -34,17 +34,6 @@
 # show_code(meet, substitute)
 
 # %%
-from repro.exercise import check
-from repro.experiment import claim, experiment, table
-from repro.outcomes import Check, Plan, Reading, Table
-from repro.reader import (
-    compared,
-    open_results,
-    show_code,
-    show_table,
-    value,
-)
-
 from chapters.ch02_general_camera_model.coefficients import (
     AS_PRINTED,
     TABLE_2_1,
@@ -55,6 +44,16 @@ from chapters.ch02_general_camera_model.coefficients import (
     library_difference,
     meet,
     substitute,
+)
+from repro.exercise import check
+from repro.experiment import claim, experiment, table
+from repro.outcomes import Check, Plan, Reading, Table
+from repro.reader import (
+    compared,
+    open_results,
+    show_code,
+    show_table,
+    value,
 )
 
 # %% [markdown]
@@ -108,7 +107,7 @@ def cell_text(row, vector):
 
 @table("table_2_1", needs=("table_2_1_sums",), evidence="analytic")
 def table_2_1(results):
-    """Table 2.1, with the share of scenes in which the sums vanish exactly."""
+    """Table 2.1 in symbols; its check is that every sum vanishes."""
     ran = results["table_2_1_sums"]
     columns = {"i": [str(n) for n in range(1, 10)]}
     columns["j"] = [row[0] for row in TABLE_2_1]

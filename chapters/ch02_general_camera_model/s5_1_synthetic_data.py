@@ -66,7 +66,7 @@
 # | question | options |
 # |---|---|
 # | noise | drawn in the image (**px**), or on the grids (mm) |
-# | scoring | on the **noisy** data that was calibrated with, or on clean data |
+# | scoring | on the **noisy** data calibrated with, or on clean data |
 # | extent | planes **unbounded**, or grids of ±600 mm |
 # | standard method | linear stage **as printed**, or well conditioned |
 #
@@ -76,11 +76,7 @@
 # equations with normalised coordinates and least squares.
 
 # %%
-from repro.experiment import experiment, figure, numbers
-from repro.outcomes import Drawing, Plan, Value
-from repro.reader import compared, open_results, show, show_code, value
-from repro.style import figure as new_figure
-from repro.style import plot_interval
+import numpy as np
 
 from chapters.ch02_general_camera_model.synthetic import (
     METHODS,
@@ -93,6 +89,12 @@ from chapters.ch02_general_camera_model.synthetic import (
     score,
     trial,
 )
+from repro.experiment import experiment, figure, numbers
+from repro.outcomes import Drawing, Plan, Value
+from repro.reader import compared, open_results, show, show_code, value
+from repro.results import summary
+from repro.style import figure as new_figure
+from repro.style import plot_interval
 
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
 FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)
@@ -118,8 +120,8 @@ SETTINGS = {
         "noise": FOV_NOISE,
     },
     "fov": "on the image diagonal",
-    "grids": "600 mm away, shifted by up to 150 mm on every axis, tilted by 10 "
-    "to 30 deg about a random axis, at least 10 deg apart",
+    "grids": "600 mm away, shifted by up to 150 mm on every axis, tilted "
+    "by 10 to 30 deg about a random axis, at least 10 deg apart",
 }
 
 
@@ -154,7 +156,7 @@ def conditions(law, fovs_deg, levels):
     "fig_2_3_noise", artefact="fig_2_3", shards={"quick": 2, "full": 6}
 )
 def noise_sweep(effort):
-    """Fig. 2.3(a): rising noise, a lens that the parametric model can follow."""
+    """Fig. 2.3(a): rising noise, a lens the pinhole model can follow."""
     cases = conditions("lens", [NOISE_FOV_DEG], LEVELS)
     return Plan(trial, cases, TRIALS[effort], SETTINGS)
 
@@ -197,41 +199,33 @@ NAMES = {
 
 
 def curve(result, name, x_name, xs, **condition):
-    """Median and 95 % interval over trials of one value, along a sweep."""
-    from raxel.evaluation.statistics import median_interval
-
-    rows = []
-    for x in xs:
-        trials = result.column(name, **{x_name: x}, **condition)
-        rows.append(median_interval(worst_for_failed(trials)))
-    return (
-        [row.estimate for row in rows],
-        [row.low for row in rows],
-        [row.high for row in rows],
-    )
+    """Median over trials and its 95 % interval along a sweep: (3, n)."""
+    found = [
+        summary(
+            worst_for_failed(
+                result.column(name, **{x_name: x}, **condition)
+            )
+        )
+        for x in xs
+    ]
+    return np.array(
+        [(row["median"], *row["median_interval"]) for row in found]
+    ).T
 
 
 def worst_for_failed(trials):
     """Trials with the failed ones (nan) set to the worst that was seen."""
-    import numpy as np
-
-    if np.isnan(trials).all():
-        return trials
-    return np.where(np.isnan(trials), np.nanmax(trials), trials)
+    worst = np.nanmax(trials) if np.isfinite(trials).any() else np.nan
+    return np.where(np.isnan(trials), worst, trials)
 
 
 def sweep_panel(axes, data, result, quantity, sweep, reading):
     """One panel: three methods along one sweep, in one reading."""
-    import numpy as np
-
     x_name, xs = sweep
     scoring, condition = reading
     for index, method in enumerate(METHODS):
         name = f"{method}.{scoring}.corrected.{quantity}"
-        middle, low, high = (
-            np.array(v)
-            for v in curve(result, name, x_name, xs, **condition)
-        )
+        middle, low, high = curve(result, name, x_name, xs, **condition)
         plot_interval(
             axes, np.array(xs), middle, low, high,
             index=index, label=NAMES[method],
@@ -269,8 +263,10 @@ def fig_2_3(results):
             sweep_panel(panel, data, result, quantity, sweep, reading)
     axes[0, 0].set_title("(a) rising noise")
     axes[0, 1].set_title("(b) rising field of view")
-    axes[0, 0].set_ylabel("Mean residual (px)")
-    axes[1, 0].set_ylabel("SD of residual (px)")
+    for panel in axes[0]:
+        panel.set_ylabel("Mean residual (px)")
+    for panel in axes[1]:
+        panel.set_ylabel("SD of residual (px)")
     axes[1, 0].set_xlabel("Noise SD (px)")
     axes[1, 1].set_xlabel("Field of view (deg)")
     axes[1, 1].set_xticks(range(30, 151, 30))
@@ -283,9 +279,9 @@ def fig_2_3(results):
         drawn,
         data,
         "Distortion residuals of the parametric and the generic method (a) "
-        "under rising noise and (b) under rising field of view, in the primary "
-        "reading. Top: mean, bottom: standard deviation. Medians over trials "
-        "with 95 % intervals; note the logarithmic axes.",
+        "under rising noise and (b) under rising field of view, in the "
+        "primary reading. Top: mean, bottom: standard deviation. Medians "
+        "over trials with 95 % intervals; note the logarithmic axes.",
     )
 
 
@@ -316,7 +312,8 @@ def ext_fig_2_3_readings(results):
             panel.set_xticks((30, 90, 150))
     for row, scoring in enumerate(SCORINGS):
         axes[row, 0].set_ylabel(f"Mean residual,\n{scoring} data (px)")
-    drawn.supxlabel("Field of view (deg)", fontsize=10)
+    for panel in axes[1]:
+        panel.set_xlabel("Field of view (deg)")
     drawn.legend(
         *axes[0, 0].get_legend_handles_labels(), loc="outside lower center",
         ncols=3,
@@ -324,10 +321,10 @@ def ext_fig_2_3_readings(results):
     return Drawing(
         drawn,
         data,
-        "The field-of-view sweep in eight readings of the text: noise in the "
-        "image or on the grids, unbounded planes or grids of ±600 mm (columns), "
-        "scored on noisy or on clean data (rows). Medians over trials with 95 % "
-        "intervals.",
+        "The field-of-view sweep in eight readings of the text: noise in "
+        "the image or on the grids, unbounded planes or grids of ±600 mm "
+        "(columns), scored on noisy or on clean data (rows). Medians over "
+        "trials with 95 % intervals.",
     )
 
 

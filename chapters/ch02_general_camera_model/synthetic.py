@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from raxel.calibration.bundle import bundle_adjust_fixed_centre
 from raxel.calibration.correspondence import BoardView
 from raxel.calibration.generic_linear import (

@@ -1,0 +1,464 @@
+"""The claims about Fig. 2.3, each tested in every reading of the text.
+
+A test follows the wording of the ledger. Readings are combinations of the
+open questions: noise, scoring, extent, standard method, and the scale of
+the residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import product
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
+    FOV_NOISE,
+    FOVS_DEG,
+    LAWS,
+    LAWS_FOV_DEG,
+    LEVELS,
+    NOISE_FOV_DEG,
+)
+from chapters.ch02_general_camera_model.synthetic import (
+    CORNER_RADIUS_PX,
+    SCALES,
+    SCORINGS,
+)
+from raxel.evaluation.statistics import (
+    HOLDS,
+    Estimate,
+    all_of,
+    bootstrap,
+    loglog_slope,
+    median_interval,
+    median_ratio,
+    trend,
+    weighted_line,
+    welch_less,
+    wins,
+)
+from repro.experiment import claim
+from repro.outcomes import DECISIONS, Reading
+
+PAGE = "s5_1_synthetic_data"
+
+QUESTIONS = {
+    "noise": ("px", "mm"),
+    "scoring": SCORINGS,
+    "extent": ("unbounded", "finite"),
+    "standard_method": ("as printed", "well conditioned"),
+    "residual_scale": ("corrected view", "source image"),
+}
+METHOD = {
+    "as printed": "generic_as_printed",
+    "well conditioned": "generic_well_conditioned",
+}
+SCALE = dict(zip(QUESTIONS["residual_scale"], SCALES, strict=True))
+FLAT_FOVS = [fov for fov in FOVS_DEG if 30 <= fov <= 120]
+Judge = Callable[["Case"], tuple[str, float | str, tuple | None, str]]
+
+
+class Case:
+    """Trials of one reading."""
+
+    def __init__(self, result, options: dict[str, str]) -> None:
+        self.result = result
+        self.options = options
+
+    def generic(self, quantity: str, **condition) -> np.ndarray:
+        """Trials of the generic method, (trials,)."""
+        return self._column(
+            METHOD[self._option("standard_method")], quantity, condition
+        )
+
+    def parametric(self, quantity: str, **condition) -> np.ndarray:
+        """Trials of the parametric method, (trials,)."""
+        return self._column("parametric", quantity, condition)
+
+    def column(self, name: str, **condition) -> np.ndarray:
+        """Trials of a value without a method, such as the point noise."""
+        return self.result.column(name, **self._with(condition))
+
+    def other(self, **options: str) -> Case:
+        """The same reading with other options."""
+        return Case(self.result, self.options | options)
+
+    def _column(
+        self, method: str, quantity: str, condition: dict
+    ) -> np.ndarray:
+        place = f"{method}.{self._option('scoring')}"
+        if quantity.endswith("_px"):
+            place += f".{SCALE[self._option('residual_scale')]}"
+        return self.result.column(
+            f"{place}.{quantity}", **self._with(condition)
+        )
+
+    def _with(self, condition: dict) -> dict:
+        domain = {"domain": self._option("noise")}
+        return domain | {"extent": self._option("extent")} | condition
+
+    def _option(self, question: str) -> str:
+        return self.options.get(question, QUESTIONS[question][0])
+
+
+def every_reading(result, questions: tuple[str, ...]) -> Iterator[Case]:
+    """One case per combination of options of the given questions."""
+    for options in product(*(QUESTIONS[q] for q in questions)):
+        yield Case(result, dict(zip(questions, options, strict=True)))
+
+
+def judged(
+    result, questions: tuple[str, ...], judge: Judge
+) -> list[Reading]:
+    """Readings of a claim: decision, value, interval and remark."""
+    readings = []
+    for case in every_reading(result, questions):
+        decision, value, interval, remark = judge(case)
+        readings.append(
+            Reading(
+                DECISIONS[decision],
+                value,
+                reading=case.options,
+                interval=interval,
+                reason=remark,
+            )
+        )
+    return readings
+
+
+ALL = tuple(QUESTIONS)
+PARAMETRIC = ("noise", "scoring", "extent", "residual_scale")
+
+
+def _proportional(series: Callable) -> tuple[str, float, tuple, str]:
+    """Weighted line with R2 >= 0.98, log-log slope in [0.85, 1.15]."""
+    levels = np.array(LEVELS)
+    trials = [series(level) for level in LEVELS]
+    found = [median_interval(t, worst=np.nanmax(t)) for t in trials]
+    spread = np.array([max(e.high - e.low, 1e-12) for e in found])
+    medians = np.array([e.value for e in found])
+    line = weighted_line(levels, medians, 1 / spread**2)
+    slope = trend(levels, trials, loglog_slope)
+    decision = slope.within(0.85, 1.15)
+    if line.r2 < 0.98:
+        decision = "fails"
+    failed = sum(int(np.isnan(t).sum()) for t in trials)
+    remark = f"log-log slope; R2 of the weighted line {line.r2:.4f}"
+    if failed:
+        remark += f"; {failed} of {sum(map(len, trials))} trials failed"
+    return decision, slope.value, (slope.low, slope.high), remark
+
+
+@claim(
+    "c2_noise_linear_generic",
+    needs=("fig_2_3_noise",),
+    evidence="synthetic",
+)
+def judge_noise_linear_generic(results):
+    """The generic residual grows in proportion to the noise."""
+
+    def judge(case):
+        return _proportional(
+            lambda level: case.generic(
+                "mean_px", noise=level, fov_deg=NOISE_FOV_DEG
+            )
+        )
+
+    return judged(results["fig_2_3_noise"], ALL, judge)
+
+
+@claim(
+    "c2_noise_linear_persp", needs=("fig_2_3_noise",), evidence="synthetic"
+)
+def judge_noise_linear_parametric(results):
+    """The parametric residual grows in proportion to the noise."""
+
+    def judge(case):
+        return _proportional(
+            lambda level: case.parametric(
+                "mean_px", noise=level, fov_deg=NOISE_FOV_DEG
+            )
+        )
+
+    return judged(results["fig_2_3_noise"], PARAMETRIC, judge)
+
+
+def _rank_trend(x: np.ndarray, medians: np.ndarray) -> float:
+    """Rank correlation of medians with a sweep that has no ties."""
+    ranks = np.argsort(np.argsort(medians))
+    return float(np.corrcoef(np.arange(len(x)), ranks)[0, 1])
+
+
+@claim("c2_fov_persp_rises", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_fov_parametric_rises(results):
+    """Spearman >= 0.9, and 150 deg more than twice 60 deg."""
+
+    def judge(case):
+        trials = [
+            case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG
+        ]
+        rank = trend(np.array(FOVS_DEG), trials, _rank_trend)
+        wide = case.parametric("mean_px", fov_deg=150)
+        narrow = case.parametric("mean_px", fov_deg=60)
+        ratio = median_ratio(wide, narrow)
+        p = welch_less(2 * narrow, wide)
+        decision = all_of([rank.above(0.9 - 1e-9), ratio.above(2.0)])
+        if decision == HOLDS and p >= 0.01:
+            decision = "undecided"
+        return (
+            decision,
+            ratio.value,
+            (ratio.low, ratio.high),
+            f"ratio 150/60 deg; Spearman {rank.value:.2f} "
+            f"({rank.low:.2f} to {rank.high:.2f}); Welch p {p:.1g}",
+        )
+
+    return judged(results["fig_2_3_fov"], PARAMETRIC, judge)
+
+
+def _spread_over_sweep(x: np.ndarray, medians: np.ndarray) -> float:
+    return float(medians.max() / medians.min())
+
+
+@claim("c2_fov_generic_flat", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_fov_generic_flat(results):
+    """30 to 120 deg: mean within 1.5, SD within 2, below parametric."""
+
+    def judge(case):
+        spread = {
+            quantity: trend(
+                np.array(FLAT_FOVS),
+                [case.generic(quantity, fov_deg=fov) for fov in FLAT_FOVS],
+                _spread_over_sweep,
+            )
+            for quantity in ("mean_px", "sd_px")
+        }
+        generic = case.generic("mean_px", fov_deg=120)
+        parametric = case.parametric("mean_px", fov_deg=120)
+        ratio = median_ratio(parametric, generic)
+        p = welch_less(generic, parametric)
+        lower = ratio.above(1.0)
+        if lower == HOLDS and p >= 0.01:
+            lower = "undecided"
+        decision = all_of(
+            [
+                spread["mean_px"].below(1.5),
+                spread["sd_px"].below(2.0),
+                lower,
+            ]
+        )
+        mean, sd = spread["mean_px"], spread["sd_px"]
+        return (
+            decision,
+            mean.value,
+            (mean.low, mean.high),
+            f"max/min of the mean; of the SD {sd.value:.2f} ({sd.low:.2f} "
+            f"to {sd.high:.2f}); parametric/generic at 120 deg "
+            f"{ratio.value:.2f}, Welch p {p:.1g}",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+@claim("c2_fov_generic_150", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_fov_generic_150(results):
+    """Generic mean and SD are larger at 150 than at 120 deg."""
+
+    def judge(case):
+        at = {
+            (q, fov): case.generic(q, fov_deg=fov)
+            for q in ("mean_px", "sd_px")
+            for fov in (120, 150)
+        }
+        won = wins([(at["mean_px", 120], at["mean_px", 150])])[0]
+        sd = median_ratio(at["sd_px", 150], at["sd_px", 120])
+        return (
+            all_of([won.decision, sd.above(1.0)]),
+            won.ratio.value,
+            (won.ratio.low, won.ratio.high),
+            f"ratio of means 150/120 deg, Wilcoxon p {won.p:.1g}; of SDs "
+            f"{sd.value:.2f} ({sd.low:.2f} to {sd.high:.2f})",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+def _excess_left(finite_150, finite_120, unbounded_150, unbounded_120):
+    """Share of the 150/120 ratio's excess over 1 that finite grids keep."""
+    finite = np.median(finite_150, -1) / np.median(finite_120, -1)
+    unbounded = np.median(unbounded_150, -1) / np.median(unbounded_120, -1)
+    return (finite - 1) / (unbounded - 1)
+
+
+@claim(
+    "c2_infinite_plane_cause", needs=("fig_2_3_fov",), evidence="synthetic"
+)
+def judge_infinite_plane_cause(results):
+    """Finite grids halve the rise; the residual follows 1/sin(angle)."""
+
+    def judge(case):
+        trials = []
+        for extent in ("finite", "unbounded"):
+            for fov in (150, 120):
+                found = case.other(extent=extent).generic(
+                    "mean_px", fov_deg=fov
+                )
+                trials.append(
+                    np.where(np.isnan(found), np.nanmax(found), found)
+                )
+        rise = median_ratio(trials[2], trials[3])
+        left = bootstrap(_excess_left, *trials)
+        grazing = case.other(extent="unbounded").generic(
+            "grazing_spearman", fov_deg=150
+        )
+        rank = median_interval(grazing, worst=-1.0)
+        decisions = [left.below(0.5), rank.above(0.3 - 1e-9)]
+        if rise.above(1.0) != HOLDS:
+            decisions.append(rise.above(1.0))
+        return (
+            all_of(decisions),
+            left.value,
+            (left.low, left.high),
+            f"share of the rise that finite grids keep (the rise is "
+            f"{rise.value:.2f}); Spearman with 1/sin {rank.value:.2f} ({rank.low:.2f} to "
+            f"{rank.high:.2f})",
+        )
+
+    questions = ("noise", "scoring", "standard_method", "residual_scale")
+    return judged(results["fig_2_3_fov"], questions, judge)
+
+
+@claim("c2_peripheral_noise", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_peripheral_noise(results):
+    """Point noise at 150 deg: outer 20 % of field angle over inner 20 %."""
+
+    def judge(case):
+        ratio = median_interval(
+            case.column("point_noise_ratio", fov_deg=150)
+        )
+        decision = HOLDS if ratio.value > 1.5 and ratio.low > 1 else "fails"
+        return (
+            decision,
+            ratio.value,
+            (ratio.low, ratio.high),
+            "ratio of SDs in mm",
+        )
+
+    return judged(results["fig_2_3_fov"], ("noise", "extent"), judge)
+
+
+@claim("c2_crossover", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_crossover(results):
+    """Parametric better at the lowest, generic at the highest FOV."""
+
+    def judge(case):
+        pairs = [
+            (
+                case.parametric("mean_px", fov_deg=fov),
+                case.generic("mean_px", fov_deg=fov),
+            )
+            for fov in FOVS_DEG
+        ]
+        signs = [
+            np.sign(np.nanmedian(a) - np.nanmedian(b)) for a, b in pairs
+        ]
+        changes = int(np.sum(np.diff(signs) != 0))
+        first = welch_less(*pairs[0])
+        last = welch_less(pairs[-1][1], pairs[-1][0])
+        holds = (
+            first < 0.01 and last < 0.01 and changes == 1 and signs[0] < 0
+        )
+        opposite = (
+            welch_less(pairs[0][1], pairs[0][0]) < 0.01 or signs[-1] < 0
+        )
+        undecided = not holds and not opposite and changes == 1
+        crossing = next(
+            (
+                f
+                for f, sign in zip(FOVS_DEG, signs, strict=True)
+                if sign > 0
+            ),
+            None,
+        )
+        if crossing is None:
+            value = "parametric better everywhere"
+        elif signs[0] > 0:
+            value = "generic better from 30 deg on"
+        else:
+            value = f"generic better from {crossing} deg on"
+        return (
+            HOLDS if holds else "undecided" if undecided else "fails",
+            value,
+            None,
+            f"{changes} sign changes; Welch p {first:.1g} at 30 deg, "
+            f"{last:.1g} at 150 deg",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+def distortion_level(fov_deg: float) -> float:
+    """max |r_distorted / r_pinhole - 1| of the equidistance law."""
+    half = np.radians(fov_deg) / 2
+    focal = CORNER_RADIUS_PX / half
+    return float(abs(CORNER_RADIUS_PX / (focal * np.tan(half)) - 1))
+
+
+def _log_slope(x: np.ndarray, medians: np.ndarray) -> float:
+    return float(np.polyfit(x, np.log(medians), 1)[0])
+
+
+@claim("c2_real_vs_sim_agree", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_depends_on_distortion(results):
+    """Parametric error depends on distortion, generic a fifth at most."""
+
+    def judge(case):
+        levels = np.array([distortion_level(fov) for fov in FOVS_DEG])
+        slopes = [
+            trend(
+                levels,
+                [one("mean_px", fov_deg=f) for f in FOVS_DEG],
+                _log_slope,
+            )
+            for one in (case.parametric, case.generic)
+        ]
+        parametric, generic = slopes
+        bound = parametric.value / 5
+        return (
+            all_of([parametric.above(0.0), generic.within(-bound, bound)]),
+            generic.value,
+            (generic.low, generic.high),
+            "generic slope of log residual; parametric slope "
+            f"{parametric.value:.2f} ({parametric.low:.2f} to "
+            f"{parametric.high:.2f}); the simulated half of the claim, real "
+            "images follow with Table 2.2",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+@claim(
+    "c2_modality_independent", needs=("fig_2_3_laws",), evidence="synthetic"
+)
+def judge_modality_independent(results):
+    """Four projection laws at 90 deg: means within 15 % of each other."""
+
+    def judge(case):
+        trials = [
+            case.generic(
+                "mean_px", law=law, fov_deg=LAWS_FOV_DEG, noise=FOV_NOISE
+            )
+            for law in LAWS
+        ]
+        spread: Estimate = trend(
+            np.arange(len(LAWS)), trials, _spread_over_sweep
+        )
+        return (
+            spread.below(1.15),
+            spread.value,
+            (spread.low, spread.high),
+            "largest over smallest of the four means",
+        )
+
+    return judged(results["fig_2_3_laws"], ALL, judge)

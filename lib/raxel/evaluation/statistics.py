@@ -1,0 +1,239 @@
+"""Statistics over trials: medians with intervals, comparisons, trends.
+
+The rules are those at the head of the ledger's claims: medians over trials with a 95 %
+bootstrap interval, a failed trial (nan) counts as the worst, a comparison needs a
+significant test *and* a median ratio whose interval lies on the right side, and an
+interval across a boundary decides nothing. Every resampling has a fixed seed: the same
+trials always give the same interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
+RESAMPLES = 2000
+SIGNIFICANCE = 0.01
+LEAST_RATIO = 1.05
+
+
+class Estimate(NamedTuple):
+    """A statistic with its bootstrap interval. failed: trials that counted as worst."""
+
+    value: float
+    low: float
+    high: float
+    failed: int = 0
+
+    def above(self, bound: float) -> str:
+        """Whether the statistic lies above ``bound``, with its whole interval."""
+        if self.low > bound:
+            return HOLDS
+        return FAILS if self.high <= bound else UNDECIDED
+
+    def below(self, bound: float) -> str:
+        """Whether the statistic lies below ``bound``, with its whole interval."""
+        if self.high < bound:
+            return HOLDS
+        return FAILS if self.low >= bound else UNDECIDED
+
+    def within(self, low: float, high: float) -> str:
+        """Whether the statistic lies in a margin, with its whole interval."""
+        return all_of([self.above(low), self.below(high)])
+
+
+class Comparison(NamedTuple):
+    """Outcome of `wins` at one level: corrected p, ratio of medians b / a, decision."""
+
+    p: float
+    ratio: Estimate
+    decision: str
+
+
+def all_of(decisions: Sequence[str]) -> str:
+    """Holds when all hold, fails when one fails, undecided otherwise."""
+    if FAILS in decisions:
+        return FAILS
+    return HOLDS if all(d == HOLDS for d in decisions) else UNDECIDED
+
+
+def with_worst(values: np.ndarray, worst: float = np.inf) -> np.ndarray:
+    """Trials (n,) with the failed ones (nan) set to ``worst``."""
+    values = np.asarray(values, float)
+    return np.where(np.isnan(values), worst, values)
+
+
+def bootstrap(
+    statistic: Callable[..., np.ndarray],
+    *samples: np.ndarray,
+    paired: bool = False,
+    level: float = 0.95,
+    seed: int = 0,
+) -> Estimate:
+    """Percentile bootstrap of a statistic of one or more samples.
+
+    statistic: takes arrays (..., n) and returns (...), reducing the last axis. samples:
+    (n,) each; ``paired`` resamples them with the same indices. Returns Estimate.
+    """
+    samples = [np.asarray(s, float) for s in samples]
+    rng = np.random.default_rng(seed)
+    picks, index = [], None
+    for sample in samples:
+        if index is None or not paired:
+            index = rng.integers(0, len(sample), (RESAMPLES, len(sample)))
+        picks.append(sample[index])
+    with np.errstate(invalid="ignore"):
+        value = float(statistic(*samples))
+        drawn = statistic(*picks)
+    return Estimate(value, *_percentiles(drawn, level))
+
+
+def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
+    """Order statistics, so that an infinite worst stays what it is."""
+    ordered = np.sort(drawn[~np.isnan(drawn)])
+    tail = (1 - level) / 2
+    low = ordered[int(np.floor(tail * (len(ordered) - 1)))]
+    high = ordered[int(np.ceil((1 - tail) * (len(ordered) - 1)))]
+    return float(low), float(high)
+
+
+def median_interval(
+    values: np.ndarray, *, worst: float = np.inf, seed: int = 0
+) -> Estimate:
+    """Median of trials (n,) with its 95 % interval; nan counts as ``worst``."""
+    values = np.asarray(values, float)
+    found = bootstrap(_median, with_worst(values, worst), seed=seed)
+    return found._replace(failed=int(np.isnan(values).sum()))
+
+
+def median_ratio(numerator: np.ndarray, denominator: np.ndarray) -> Estimate:
+    """Ratio of the medians of two independent samples of positive trials."""
+    return bootstrap(
+        lambda a, b: _median(a) / _median(b),
+        with_worst(numerator),
+        with_worst(denominator),
+    )
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    return np.median(values, axis=-1)
+
+
+def wins(levels: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Comparison]:
+    """wins(a < b) at every level given as a pair of trials (a, b), paired by trial.
+
+    One-sided Wilcoxon signed-rank test with p < 0.01 after Holm's correction over the
+    levels, and a median ratio b / a of at least 1.05 with its interval on that side.
+    """
+    from scipy.stats import wilcoxon
+
+    pairs = [(with_worst(a), with_worst(b)) for a, b in levels]
+    raw = []
+    for a, b in pairs:
+        difference = _difference(b, a)
+        if not difference.any():
+            raw.append(1.0)
+        else:
+            raw.append(float(wilcoxon(difference, alternative="greater").pvalue))
+    found = []
+    for p, (a, b) in zip(holm(raw), pairs, strict=True):
+        ratio = bootstrap(
+            lambda x, y: _median(y) / _median(x), a, b, paired=True
+        )  # fmt: skip
+        decision = ratio.above(np.nextafter(LEAST_RATIO, 0))
+        if decision == HOLDS and p >= SIGNIFICANCE:
+            decision = UNDECIDED
+        found.append(Comparison(p, ratio, decision))
+    return found
+
+
+def _difference(b: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """b - a; two failures tie, and one failure outranks every finite difference."""
+    both = np.isinf(a) & np.isinf(b)
+    largest = np.abs(np.where(np.isfinite(a) & np.isfinite(b), b - a, 0)).max() + 1
+    difference = np.where(both, 0.0, b - np.where(both, b, a))
+    return np.clip(difference, -largest, largest)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Holm's step-down correction of p values, in the order given."""
+    p = np.asarray(p_values, float)
+    order = np.argsort(p)
+    steps = p[order] * (len(p) - np.arange(len(p)))
+    corrected = np.empty(len(p))
+    corrected[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
+    return corrected.tolist()
+
+
+def welch_less(a: np.ndarray, b: np.ndarray) -> float:
+    """One-sided p of Welch's test that the mean of ``a`` is below that of ``b``.
+
+    Failed trials count as the worst finite trial of either sample.
+    """
+    from scipy.stats import ttest_ind
+
+    finite = np.concatenate([np.asarray(a, float), np.asarray(b, float)])
+    worst = float(np.nanmax(finite))
+    return float(
+        ttest_ind(
+            with_worst(a, worst), with_worst(b, worst), equal_var=False,
+            alternative="less",
+        ).pvalue
+    )  # fmt: skip
+
+
+def spearman(x: np.ndarray, y: np.ndarray) -> float:
+    """Rank correlation of two sequences; ties share their mean rank."""
+    from scipy.stats import spearmanr
+
+    return float(spearmanr(x, y).statistic)
+
+
+class Line(NamedTuple):
+    """A weighted straight-line fit: slope, intercept, R2."""
+
+    slope: float
+    intercept: float
+    r2: float
+
+
+def weighted_line(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> Line:
+    """Least-squares line through (x, y), weights inverse variances, and its R2."""
+    x, y, w = (np.asarray(v, float) for v in (x, y, weights))
+    w = w / w.sum()
+    mean_x, mean_y = w @ x, w @ y
+    slope = (w @ ((x - mean_x) * (y - mean_y))) / (w @ (x - mean_x) ** 2)
+    intercept = mean_y - slope * mean_x
+    left = w @ (y - slope * x - intercept) ** 2
+    return Line(
+        float(slope), float(intercept), float(1 - left / (w @ (y - mean_y) ** 2))
+    )
+
+
+def trend(
+    x: np.ndarray, trials: Sequence[np.ndarray], fit: Callable, *, seed: int = 0
+) -> Estimate:
+    """Bootstrap of a fit over a sweep: trials are resampled within every level.
+
+    x: (levels,); trials: one array of trials per level (nan counts as the level's
+    worst finite trial); fit(x, medians) -> float, with medians (levels,).
+    """
+    rng = np.random.default_rng(seed)
+    filled = [with_worst(t, np.nanmax(t)) for t in trials]
+    drawn = np.stack(
+        [_median(t[rng.integers(0, len(t), (RESAMPLES // 4, len(t)))]) for t in filled],
+        axis=1,
+    )
+    value = fit(x, np.array([np.median(t) for t in filled]))
+    low, high = _percentiles(np.array([fit(x, row) for row in drawn]), 0.95)
+    return Estimate(
+        float(value), low, high, int(sum(np.isnan(t).sum() for t in trials))
+    )
+
+
+def loglog_slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Slope of log y over log x, least squares."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
