@@ -217,7 +217,7 @@ class Work:
         ]
 
     def site_sources(self) -> list[str]:
-        """Every file of the site's own source, and the guide that is one of its pages."""
+        """Every file of the site's own source, and the guide that is a page of it."""
         return [GUIDE] + sorted(
             path.relative_to(self.root).as_posix()
             for path in (self.root / "report" / "source").rglob("*")
