@@ -15,9 +15,9 @@ from pathlib import Path
 OLDEST, NEWEST = (3, 11), (3, 13)
 VENV = Path(".venv")
 PYTHON = VENV / "bin" / "python"
-STAMP = VENV / "set-up-from"
+PACKAGES, PACKAGES_DONE = Path("environment.txt"), VENV / "packages-installed"
+PROJECT, PROJECT_DONE = Path("pyproject.toml"), VENV / "project-installed"
 RENDERING = VENV / "rendering"
-PACKAGES = Path("environment.txt")
 GL_PACKAGES = ("libegl1", "libgl1", "libxrender1")
 PROBE = (
     "import pyvista as pv; p = pv.Plotter(off_screen=True, window_size=(64, 64)); "
@@ -47,10 +47,18 @@ def main(arguments=None):
 
 def set_up():
     """Create .venv and install what environment.txt pins, unless that is done."""
-    wanted = fingerprint()
-    if STAMP.is_file() and STAMP.read_text() == wanted and works():
-        return
-    STAMP.unlink(missing_ok=True)
+    packages = fingerprint(PACKAGES)
+    if not (recorded(PACKAGES_DONE) == packages and works()):
+        install_packages()
+        PACKAGES_DONE.write_text(packages)
+    project = fingerprint(PROJECT)
+    if recorded(PROJECT_DONE) != project:
+        pip("install", "--no-deps", "--no-build-isolation", "--editable", ".")
+        PROJECT_DONE.write_text(project)
+
+
+def install_packages():
+    """A fresh .venv with exactly the pinned packages."""
     version = sys.version_info[:2]
     if not OLDEST <= version <= NEWEST:
         raise SetUpError(
@@ -59,16 +67,18 @@ def set_up():
         )
     say("a virtual environment in .venv")
     make_venv()
-    say("packages from environment.txt (about 1.3 GB on disk, a minute or two)")
+    say("packages from environment.txt (about 1.5 GB on disk, a minute or two)")
     pip("install", "--require-hashes", "--no-deps", "-r", str(PACKAGES))
-    pip("install", "--no-deps", "--no-build-isolation", "--editable", ".")
-    STAMP.write_text(wanted)
 
 
-def fingerprint():
-    """What the installation depends on: the pins, the metadata and where it stands."""
-    content = b"".join(path.read_bytes() for path in (PACKAGES, Path("pyproject.toml")))
-    return hashlib.sha256(content + os.getcwd().encode()).hexdigest()
+def fingerprint(path):
+    """What an installation depends on: a file's content, and where the checkout is."""
+    return hashlib.sha256(path.read_bytes() + os.getcwd().encode()).hexdigest()
+
+
+def recorded(path):
+    """What a finished step left behind; empty when it has not finished."""
+    return path.read_text() if path.is_file() else ""
 
 
 def works():

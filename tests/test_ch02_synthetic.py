@@ -1,0 +1,131 @@
+"""The rig of section 2.5.1: exact without noise, independent noise, fair scoring."""
+
+import numpy as np
+import pytest
+
+from chapters.ch02_general_camera_model import coefficients, synthetic
+from raxel.geometry import apply_homography
+from repro.experiment import trial_rng
+
+BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",
+        "extent": "unbounded"}  # fmt: skip
+
+
+def drawn(trial=0, **condition):
+    case = BASE | condition
+    return synthetic.measure(case, trial_rng("test", case, trial))
+
+
+@pytest.mark.parametrize("law", ["equidistance", "equisolid", "stereographic"])
+@pytest.mark.parametrize("fov_deg", [30, 90, 150])
+def test_field_of_view_is_that_of_the_image_diagonal(law, fov_deg):
+    rays = synthetic.fisheye(law, fov_deg).rays(np.zeros((1, 2)))
+    angle = np.degrees(np.arccos(rays.directions[0, 2]))
+    assert angle == pytest.approx(fov_deg / 2, abs=1e-9)
+
+
+def test_grids_are_tilted_apart_and_face_the_camera():
+    for trial in range(30):
+        grids, least = synthetic.draw_grids(trial_rng("test", {}, trial))
+        tilts = np.degrees(np.arccos(grids[:, 2, 2]))
+        assert np.all((tilts >= 10 - 1e-9) & (tilts <= 30 + 1e-9))
+        assert least >= 10
+        assert np.all(grids[:, 2, 3] >= 450)
+
+
+def test_finite_grids_are_kept_to_and_all_points_are_there():
+    data = drawn(fov_deg=150, extent="finite")
+    assert data.points.shape == (3, 999, 2)
+    assert np.abs(data.points).max() <= 600
+    assert drawn(fov_deg=150).accepted_share > data.accepted_share
+
+
+@pytest.mark.parametrize("domain", ["px", "mm"])
+def test_noise_has_its_size_and_is_independent_between_grids(domain):
+    data = drawn(noise=0.5, domain=domain)
+    if domain == "px":
+        errors = data.noisy_pixels - data.pixels
+    else:
+        errors = data.noisy_points - data.points
+    flat = errors.reshape(3, -1)
+    # 1998 draws per grid: the SD of an SD is 1.6 %, of a correlation 0.022.
+    assert flat.std(axis=1) == pytest.approx(0.5, rel=0.07)
+    assert np.abs(np.corrcoef(flat)[np.triu_indices(3, 1)]).max() < 0.1
+
+
+def test_points_of_noisy_pixels_lie_on_their_rays():
+    data = drawn(noise=1.0)
+    for pixels, points, T in zip(
+        data.noisy_pixels, data.noisy_points, data.grids, strict=True
+    ):
+        flat = np.column_stack([points, np.zeros(len(points))])
+        projected = data.camera.project(flat @ T[:3, :3].T + T[:3, 3])
+        assert np.abs(projected.pixels - pixels).max() < 1e-6
+
+
+@pytest.mark.parametrize("linear", ["as printed", "well conditioned"])
+def test_generic_rays_are_exact_without_noise(linear):
+    data = drawn(trial=1)
+    directions = synthetic.calibrate_generic(data, linear)
+    true = data.camera.rays(data.pixels).directions
+    to_camera = data.grids[0][:3, :3]
+    assert np.abs(directions @ to_camera.T - true).max() < 1e-6
+
+
+def test_parametric_method_is_exact_on_a_lens_it_can_describe():
+    data = drawn(law="lens", fov_deg=60)
+    camera = synthetic.calibrate_parametric(data)
+    true = data.camera.rays(data.pixels).directions
+    # OpenCV takes single precision only, so exactness ends near 1e-5.
+    assert np.abs(camera.rays(data.pixels).directions - true).max() < 1e-4
+    assert camera.radial == pytest.approx((-0.2, 0.05), abs=1e-3)
+
+
+def test_a_homography_changes_no_residual():
+    data = drawn(noise=0.5)
+    focal = synthetic.central_focal(data.camera)
+    target = synthetic.targets(data, focal)["clean"]
+    rng = np.random.default_rng(0)
+    seen = target + rng.normal(0, 0.5, target.shape)
+    H = np.array([[1.1, 0.02, 30], [-0.03, 0.9, -12], [1e-5, -2e-5, 1]])
+    plain = synthetic.score(seen, target, data.camera, focal)
+    moved = synthetic.score(apply_homography(H, seen), target, data.camera, focal)
+    for scale in synthetic.SCALES:
+        assert moved[scale] == pytest.approx(plain[scale], abs=1e-5)
+
+
+def test_central_focal_is_the_focal_length():
+    assert synthetic.central_focal(synthetic.fisheye("equidistance", 120)) == (
+        pytest.approx(synthetic.CORNER_RADIUS_PX / np.radians(60), rel=1e-6)
+    )
+
+
+def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
+    from raxel.errors import CalibrationError
+
+    def refuse(*_, **__):
+        raise CalibrationError("no real solution")
+
+    monkeypatch.setattr(synthetic, "linear_as_printed", refuse)
+    case = BASE | {"noise": 0.5}
+    out = synthetic.trial(case, trial_rng("test", case, 0))
+    assert out["generic_as_printed"] == {"failed": "no real solution"}
+    assert out["generic_well_conditioned"]["clean"]["source"]["mean_px"] < 1
+    assert out["parametric"]["clean"]["source"]["mean_px"] < 1
+
+
+def test_table_2_1_is_exact_as_corrected_and_only_so():
+    for trial in range(20):
+        names = coefficients.draw_scene(trial_rng("test", {}, trial))
+        corrected = coefficients.substitute(names)
+        printed = coefficients.substitute(names, printed=True)
+        assert all(zero for zero, _ in corrected.values())
+        assert [printed[v][0] for v in "VWMN"] == [True, False, True, False]
+
+
+def test_formulas_are_set_as_in_the_thesis():
+    assert coefficients.as_maths("-C_y*R31_2 + C_z*R21_2") == (
+        "$-C_y R_{31}^2 + C_z R_{21}^2$"
+    )
+    assert coefficients.formula(2, "W") == "-C_z + t_z_2"
+    assert coefficients.formula(2, "W", printed=True) == "-C_z + t_z_1"

@@ -1,0 +1,155 @@
+"""Intervals cover, tests keep their level, and failures count as the worst."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from raxel.evaluation import statistics as stats
+
+
+def binomial_room(n: int, p: float) -> float:
+    """Three standard deviations of a count with probability p."""
+    return 3 * np.sqrt(n * p * (1 - p))
+
+
+def test_median_interval_covers_the_median():
+    rng = np.random.default_rng(1)
+    runs, covered = 150, 0
+    for _ in range(runs):
+        found = stats.median_interval(rng.exponential(size=50))
+        covered += found.low <= np.log(2) <= found.high
+    # The percentile bootstrap of a median is a little short of its level at n = 50.
+    assert covered >= 0.93 * runs - binomial_room(runs, 0.93)
+
+
+def test_failed_trials_count_as_the_worst():
+    good = np.arange(1.0, 11.0)
+    failed = np.where(good > 4, np.nan, good)
+    found = stats.median_interval(failed)
+    assert found.failed == 6
+    assert found.value == np.inf
+    assert stats.median_interval(good).value == 5.5
+    assert stats.median_interval(failed, worst=-1.0).value == -1.0
+
+
+def test_same_trials_give_the_same_interval():
+    values = np.random.default_rng(2).normal(size=40)
+    assert stats.median_interval(values) == stats.median_interval(values.copy())
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "above", "below"),
+    [
+        (1.1, 1.3, "holds", "fails"),
+        (0.8, 0.9, "fails", "holds"),
+        (0.9, 1.1, "undecided", "undecided"),
+        (0.9, 1.0, "fails", "undecided"),
+        (1.0, 1.1, "undecided", "fails"),
+    ],
+)
+def test_decisions_need_the_whole_interval(low, high, above, below):
+    estimate = stats.Estimate((low + high) / 2, low, high)
+    assert estimate.above(1.0) == above
+    assert estimate.below(1.0) == below
+
+
+def test_margin_needs_both_sides():
+    assert stats.Estimate(1.0, 0.95, 1.05).within(0.9, 1.1) == "holds"
+    assert stats.Estimate(1.0, 0.85, 1.05).within(0.9, 1.1) == "undecided"
+    assert stats.Estimate(1.3, 1.2, 1.4).within(0.9, 1.1) == "fails"
+
+
+def pairs(rng, factor, n=50, levels=3):
+    base = [rng.lognormal(sigma=0.2, size=n) for _ in range(levels)]
+    noise = [rng.lognormal(sigma=0.1, size=n) for _ in range(levels)]
+    return [(a, factor * a * e) for a, e in zip(base, noise, strict=True)]
+
+
+def test_wins_sees_a_clear_difference_and_only_that():
+    rng = np.random.default_rng(3)
+    decisions = {
+        factor: [
+            stats.all_of([c.decision for c in stats.wins(pairs(rng, factor))])
+            for _ in range(30)
+        ]
+        for factor in (0.9, 1.0, 1.3)
+    }
+    assert decisions[1.3].count("holds") == 30
+    assert decisions[1.0].count("holds") == 0
+    assert decisions[0.9].count("fails") == 30
+
+
+def test_a_small_difference_is_no_win_however_significant():
+    rng = np.random.default_rng(4)
+    a = rng.lognormal(sigma=0.2, size=400)
+    (found,) = stats.wins([(a, 1.02 * a)])
+    assert found.p < 1e-6
+    assert found.decision == "fails"
+
+
+def test_wins_counts_a_failure_of_one_side_against_it():
+    a = np.linspace(1, 2, 60)
+    b = np.where(np.arange(60) % 2, np.nan, a)
+    (found,) = stats.wins([(a, b)])
+    assert found.p < 0.01
+    (reverse,) = stats.wins([(b, a)])
+    assert reverse.decision != "holds"
+
+
+def test_false_positives_of_wins_stay_below_the_level():
+    rng = np.random.default_rng(5)
+    runs = 100
+    p = [stats.wins([(rng.normal(9, 1, 50), rng.normal(9, 1, 50))])[0].p
+         for _ in range(runs)]  # fmt: skip
+    assert np.sum(np.array(p) < 0.05) <= 0.05 * runs + binomial_room(runs, 0.05)
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=8))
+def test_holm_lies_between_raw_and_bonferroni_and_keeps_the_order(p):
+    corrected = np.array(stats.holm(p))
+    raw = np.array(p)
+    assert np.all(corrected >= raw)
+    assert np.all(corrected <= np.minimum(1, len(p) * raw.max()))
+    assert corrected.min() == min(1, len(p) * raw.min())
+    order = np.argsort(raw)
+    assert np.all(np.diff(corrected[order]) >= 0)
+
+
+def test_holm_by_hand():
+    assert stats.holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+
+
+def test_weighted_line_recovers_a_line_and_its_r2():
+    x = np.array([0.02, 0.1, 0.25, 0.5, 1.0, 2.0])
+    line = stats.weighted_line(x, 3 * x + 1, 1 / x)
+    assert (line.slope, line.intercept, line.r2) == pytest.approx((3, 1, 1))
+    bent = stats.weighted_line(x, x**2, np.ones(6))
+    assert bent.r2 < 0.98
+
+
+def test_weights_decide_which_points_a_line_follows():
+    x = np.array([0.0, 1.0, 2.0, 3.0])
+    y = np.array([0.0, 1.0, 2.0, 9.0])
+    line = stats.weighted_line(x, y, np.array([1, 1, 1, 1e-9]))
+    assert line.slope == pytest.approx(1, abs=1e-6)
+
+
+def test_trend_of_a_power_law_covers_its_exponent():
+    rng = np.random.default_rng(6)
+    x = np.array([0.1, 0.25, 0.5, 1.0, 2.0])
+    runs, covered = 40, 0
+    for seed in range(runs):
+        trials = [2 * v**1.1 * rng.lognormal(sigma=0.3, size=50) for v in x]
+        found = stats.trend(x, trials, stats.loglog_slope, seed=seed)
+        covered += found.low <= 1.1 <= found.high
+    assert covered >= 0.93 * runs - binomial_room(runs, 0.93)
+
+
+def test_median_ratio_and_welch_agree_on_the_sign():
+    rng = np.random.default_rng(7)
+    small, large = rng.normal(1, 0.1, 50), rng.normal(2, 0.1, 50)
+    ratio = stats.median_ratio(large, small)
+    assert ratio.low < 2 < ratio.high
+    assert stats.welch_less(small, large) < 1e-6
+    assert stats.welch_less(large, small) > 0.99
