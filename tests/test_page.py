@@ -8,6 +8,7 @@ from pathlib import Path
 import nbformat
 import numpy as np
 import pytest
+
 from repro import assemble, exercise, reader, style
 from repro.check_site import check_site
 from repro.jobs import csv_text
@@ -281,6 +282,7 @@ def test_prose_takes_values_and_refuses_unknown_ones(page):
     settle(notebook, Path("p.py"))
     assert notebook.cells[0].source == "# T 2.0"
     assert notebook.cells[1].outputs == []
+    assert "remove-input" in notebook.cells[1].metadata.tags
 
 
 def test_mirror_touches_only_what_differs(tmp_path):

@@ -176,7 +176,8 @@ def _extra(
         if path.suffix in (".svg", ".png", ".csv"):
             kept[f"figures/{path.name}"] = path
     for path in sorted((base / "results").glob("*.json")):
-        kept[f"results/{path.name}"] = path
+        if not path.name.endswith(".run.json"):
+            kept[f"results/{path.name}"] = path
     for path in pages:
         kept[f"notebooks/{path.parent.name}/{path.name}"] = path
         kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)

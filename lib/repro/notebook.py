@@ -184,14 +184,18 @@ def settle(notebook: NotebookNode, path: Path) -> None:
     """Keep in the notebook what is the same in every run, and put values into prose.
 
     Standard error goes to the log. A `{glue:text}` role in a markdown cell becomes the
-    value that a cell glued, so that the notebook reads as the page does.
+    value that a cell glued, so that the notebook reads as the page does. A cell that
+    only names values has nothing to show, and the page leaves it out.
     """
     notebook.metadata = NotebookNode(_metadata())
     glued: dict[str, object] = {}
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         if cell.cell_type == "code":
-            cell.outputs = [o for o in cell.outputs if _kept(o, glued)]
+            outputs = cell.outputs
+            cell.outputs = [o for o in outputs if _kept(o, glued)]
+            if not cell.outputs and any(_glue_name(o) for o in outputs):
+                cell.metadata.setdefault("tags", []).append("remove-input")
     for number, cell in enumerate(notebook.cells, 1):
         if cell.cell_type == "markdown":
             cell.source = GLUED.sub(
@@ -200,11 +204,15 @@ def settle(notebook: NotebookNode, path: Path) -> None:
             )
 
 
+def _glue_name(output: NotebookNode) -> str | None:
+    return output.get("metadata", {}).get("scrapbook", {}).get("name")
+
+
 def _kept(output: NotebookNode, glued: dict[str, object]) -> bool:
     if output.output_type == "stream" and output.name == "stderr":
         print(ANSI.sub("", output.text), file=sys.stderr)
         return False
-    name = output.get("metadata", {}).get("scrapbook", {}).get("name")
+    name = _glue_name(output)
     if name is None:
         return True
     glued[name] = output.metadata["scrapbook"]["value"]
