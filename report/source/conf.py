@@ -19,7 +19,6 @@ language = "en"
 extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex"]
 exclude_patterns = ["_extra", "_templates", "_static"]
 templates_path = ["_templates"]
-suppress_warnings = []
 nitpicky = True
 
 # Pages arrive executed: a changed page file must never hide behind a stale cache.
@@ -53,7 +52,7 @@ mathjax3_config = {"options": {"enableMenu": False}}
 html_theme = "furo"
 html_title = "Raxel"
 html_static_path = ["_static", str(mathjax / "static" / "mathjax" / mathjax_path)]
-html_css_files = ["report.css"]
+html_css_files = ["report.css", "scoreboard.css"]
 html_extra_path = ["_extra"]
 html_copy_source = False
 html_show_sourcelink = False
