@@ -1,9 +1,10 @@
 """Exact synthetic data for the calibration tests: a centre, grids, rays, points."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import pose
-from scipy.spatial.transform import Rotation
 
 
 def cone_directions(rng, count, field_deg, side=1.0):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from raxel.calibration import bundle
 from raxel.calibration.bundle import (
     bundle_adjust_fixed_centre,
@@ -12,7 +13,6 @@ from raxel.calibration.bundle import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations
-
 from tests.calibration_scenes import scene
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from raxel.calibration.correspondence import (
     BoardView,
     board_cells,

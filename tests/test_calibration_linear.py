@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from raxel.calibration.bilinear import (
     bilinear_products,
     coefficient_vectors,
@@ -11,7 +12,6 @@ from raxel.calibration.bilinear import (
 from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations, pose, rotation_from_vector
-
 from tests.calibration_scenes import meet_grids, scene
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from raxel.calibration.three_point import (
     pose_from_rays,
     pose_of_triples,

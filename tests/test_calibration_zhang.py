@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from raxel.calibration.correspondence import BoardView
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cameras.perspective import PerspectiveCamera

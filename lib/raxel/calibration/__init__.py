@@ -12,22 +12,48 @@ from raxel.calibration.bundle import (
     ray_directions,
     ray_point_residuals,
 )
+from raxel.calibration.correspondence import (
+    BoardView,
+    locate_pixels,
+    pixels_on_board,
+)
+from raxel.calibration.generic import GenericCalibration, calibrate_generic
 from raxel.calibration.generic_linear import (
     LinearSolution,
     linear_as_printed,
     linear_well_conditioned,
 )
+from raxel.calibration.three_point import (
+    RayPose,
+    pose_from_rays,
+    pose_three_point_ransac,
+    refine_pose_ray_point,
+    three_point_depths,
+)
+from raxel.calibration.zhang import ZhangCalibration, calibrate_zhang
 
 __all__ = [
+    "BoardView",
     "BundleResult",
+    "GenericCalibration",
     "LinearSolution",
+    "RayPose",
+    "ZhangCalibration",
     "bilinear_products",
     "bundle_adjust_fixed_centre",
+    "calibrate_generic",
+    "calibrate_zhang",
     "coefficient_vectors",
     "linear_as_printed",
     "linear_well_conditioned",
+    "locate_pixels",
+    "pixels_on_board",
+    "pose_from_rays",
+    "pose_three_point_ransac",
     "ray_directions",
     "ray_point_residuals",
+    "refine_pose_ray_point",
     "solve_coefficients",
     "table_2_1",
+    "three_point_depths",
 ]

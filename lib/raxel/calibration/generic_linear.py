@@ -37,11 +37,14 @@ class LinearSolution(NamedTuple):
 
     degeneracy: third over first singular value of the system for the centre. It tends
     to 0 as grids become parallel; below about 0.03 the centre deserves suspicion.
+    margin: the third singular value over the noise of the coefficients; below 5 the
+    grids cannot be told from parallel ones. NaN as printed, which has no such test.
     """
 
     centre: np.ndarray
     T_base_grid: np.ndarray
     degeneracy: float
+    margin: float = np.nan
 
 
 class Similarity(NamedTuple):
@@ -137,11 +140,11 @@ def solve_grid_pairs(pairs, side=-1):
         raise CalibrationError(
             f"linear stage: {len(pairs) + 1} grids given; three or more are needed"
         )
-    centre, degeneracy = _centre(pairs, side)
+    centre, degeneracy, margin = _centre(pairs, side)
     poses = [np.eye(4)] + [_grid_pose(pair, centre) for pair in pairs]
     base = pairs[0].base
     centre = centre / base.scale + np.append(base.offset, 0.0)
-    return LinearSolution(centre, np.stack(poses), degeneracy)
+    return LinearSolution(centre, np.stack(poses), degeneracy, margin)
 
 
 def _centre(pairs, side):
@@ -171,8 +174,9 @@ def _centre(pairs, side):
         )
     _, singular, right = np.linalg.svd(np.array(rows))
     degeneracy = singular[2] / singular[0]
-    noise = max(pair.noise for pair in pairs)
-    if degeneracy < DEGENERATE or singular[2] < NOISE_MARGIN * noise:
+    # Exact points leave rounding alone.
+    margin = singular[2] / max(max(pair.noise for pair in pairs), 1e-15)
+    if degeneracy < DEGENERATE or margin < NOISE_MARGIN:
         raise CalibrationError(
             "linear stage: grids parallel to the base or to each other"
             f" (singular-value ratio {degeneracy:.1e}); tilt the boards differently"
@@ -183,7 +187,8 @@ def _centre(pairs, side):
         raise CalibrationError(
             "linear stage: C_z^2 is negative; the points are too noisy for these tilts"
         )
-    return np.array([c_x, c_y, np.sign(side) * np.sqrt(square)]), float(degeneracy)
+    centre = np.array([c_x, c_y, np.sign(side) * np.sqrt(square)])
+    return centre, float(degeneracy), float(margin)
 
 
 def _grid_pose(pair, centre):

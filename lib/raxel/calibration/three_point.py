@@ -10,6 +10,7 @@ Source of the quartic: Haralick, Lee, Ottenberg, Nölle 1994, doi:10.1007/BF0202
 of RANSAC: Fischler and Bolles 1981, doi:10.1145/358669.358692.
 """
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -119,6 +120,23 @@ def pose_three_point_ransac(
             " rays do not belong to them"
         )
     return _judged(directions, points, best, threshold, metric)
+
+
+def pose_of_spread_triples(directions, points, count=10):
+    """A pose to start a fit from, without chance: least median angle (robust).
+
+    directions: (N, 3) unit rays of one origin, N >= 3; points: (N, 2). All triples of
+    `count` points far apart are tried. Returns the pose (4, 4). Raises CalibrationError
+    when none gives a pose.
+    """
+    directions, points = _checked(directions, points)
+    chosen = _spread_points(points, count)
+    picks = chosen[np.array(list(itertools.combinations(range(len(chosen)), 3)))]
+    poses, _ = pose_of_triples(directions[picks], points[picks])
+    if len(poses) == 0:
+        raise CalibrationError("pose from rays: no three points give a pose")
+    errors = _errors(directions, points, poses, "angle")
+    return poses[np.argmin(np.median(errors, axis=1))]
 
 
 def refine_pose_ray_point(
@@ -326,6 +344,17 @@ def _spread_triples(points, rng, count):
     b = b - points[picks[:, 0]]
     area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     return picks[np.argsort(-area, kind="stable")[:count]]
+
+
+def _spread_points(points, count):
+    """Indices of up to count points, each the farthest from those before."""
+    chosen = [int(np.argmax(np.sum((points - points.mean(axis=0)) ** 2, axis=1)))]
+    nearest = np.full(len(points), np.inf)
+    while len(chosen) < min(count, len(points)):
+        gap = np.sum((points - points[chosen[-1]]) ** 2, axis=1)
+        nearest = np.minimum(nearest, gap)
+        chosen.append(int(np.argmax(nearest)))
+    return np.array(chosen)
 
 
 def _distances(points, poses):

@@ -1,0 +1,189 @@
+"""How well does a camera predict boards it has not seen? Poses are refitted, no more.
+
+The board's pose is fitted to the rays of its corners, the same way for every model:
+least squares of the sines of the angles between rays and board corners. The errors are
+angles at the rays, and pixels of the posed corners projected back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.correspondence import check_view
+from raxel.calibration.three_point import pose_of_spread_triples, refine_pose_ray_point
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.poses import transform
+
+FEWEST_CORNERS = 6  # six pose parameters take three corners; the rest is judged
+
+
+class ImageScore(NamedTuple):
+    """Errors of one view.
+
+    n_corners: corners found; n_without_ray: those of them that the camera has no ray
+    for, or that it cannot project where the pose puts them; rms_px, median_px: of the
+    distances in the image; mean_deg: of the angles at the rays. NaN, with the reason,
+    where fewer than six corners have a ray. T_camera_grid (4, 4) or None;
+    residuals_px: (N, 2), found less projected, NaN where there is none. fold: which
+    part of a cross-validation it was kept out in.
+    """
+
+    name: str
+    n_corners: int
+    n_without_ray: int
+    rms_px: float
+    median_px: float
+    mean_deg: float
+    T_camera_grid: np.ndarray | None
+    residuals_px: np.ndarray
+    reason: str = ""
+    fold: int | None = None
+
+
+class Evaluation(NamedTuple):
+    """images: list of ImageScore; over all corners: rms_px, median_px, mean_deg and
+    share_with_ray; left_out: {fold: reason} for parts that gave no camera.
+    """
+
+    images: list
+    rms_px: float
+    median_px: float
+    mean_deg: float
+    share_with_ray: float
+    left_out: dict
+
+
+def evaluate_camera(camera, views):
+    """Score a camera on BoardViews, fitting nothing but each board's pose.
+
+    Returns Evaluation. Raises InputError for views whose counts do not fit or an empty
+    list.
+    """
+    return _summary([_score(camera, check_view(view)) for view in views], {})
+
+
+def cross_validate(model_builder, views, folds):
+    """Every view scored by a camera that was calibrated without it.
+
+    model_builder: callable, list of BoardViews -> Camera. folds: number of parts, part
+    i being views i, i + folds, ...; or the parts as lists of indices. Where a part's
+    remaining views give no camera (CalibrationError), the part is left out, with the
+    reason. Returns Evaluation. Raises InputError for parts that make no sense.
+    """
+    scores, left_out = [], {}
+    for fold, kept_out in enumerate(_parts(folds, len(views))):
+        rest = [view for i, view in enumerate(views) if i not in kept_out]
+        try:
+            camera = model_builder(rest)
+        except CalibrationError as error:
+            left_out[fold] = str(error)
+            continue
+        for i in kept_out:
+            scores.append(_score(camera, check_view(views[i]))._replace(fold=fold))
+    if not scores:
+        raise CalibrationError(
+            f"cross-validation: no part gave a camera: {left_out[0]}"
+        )
+    return _summary(scores, left_out)
+
+
+def _parts(folds, count):
+    if isinstance(folds, int):
+        if not 2 <= folds <= count:
+            raise InputError(
+                f"cross-validation: folds: found {folds} for {count} views; give 2 to"
+                f" {count}"
+            )
+        return [list(range(i, count, folds)) for i in range(folds)]
+    parts = [list(part) for part in folds]
+    if not parts or any(not 0 <= i < count for part in parts for i in part):
+        raise InputError(
+            f"cross-validation: folds: give lists of indices from 0 to {count - 1}"
+        )
+    return parts
+
+
+def _score(camera, view):
+    found = np.isfinite(view.pixels[:, 0])
+    n_corners = int(np.count_nonzero(found))
+    residuals = np.full(view.pixels.shape, np.nan)
+    rays = camera.rays(view.pixels)
+    known = rays.valid
+    blank = ImageScore(
+        view.name, n_corners, n_corners, np.nan, np.nan, np.nan, None, residuals
+    )
+    if np.count_nonzero(known) < FEWEST_CORNERS:
+        return blank._replace(
+            n_without_ray=n_corners - int(np.count_nonzero(known)),
+            reason=f"{np.count_nonzero(known)} corners have a ray;"
+            f" {FEWEST_CORNERS} are needed",
+        )
+    try:
+        T = fit_board_pose(
+            rays.directions[known], view.points[known], rays.origins[known]
+        )
+    except CalibrationError as error:
+        return blank._replace(reason=str(error))
+    posed = transform(T, np.pad(view.points[known], ((0, 0), (0, 1))))
+    residuals[known] = view.pixels[known] - camera.project(posed).pixels
+    sight = posed - rays.origins[known]
+    across = np.linalg.norm(np.cross(rays.directions[known], sight), axis=1)
+    angles = np.arctan2(across, np.sum(rays.directions[known] * sight, axis=1))
+    scored = np.isfinite(residuals[:, 0])
+    return blank._replace(
+        n_without_ray=n_corners - int(np.count_nonzero(scored)),
+        T_camera_grid=T,
+        mean_deg=float(np.degrees(np.mean(angles))),
+        **_pixel_errors(residuals[scored]),
+    )
+
+
+def fit_board_pose(directions, points, origins=(0.0, 0.0, 0.0)):
+    """Pose (4, 4) of a board from rays: least squares of the sines of the angles.
+
+    directions: (N, 3) unit; points: (N, 2); origins: (3,) or (N, 3). The start takes
+    all rays from their mean origin. Raises CalibrationError where no start is found.
+    """
+    origins = np.broadcast_to(np.asarray(origins, float), (len(points), 3))
+    middle = origins.mean(axis=0)
+    T = pose_of_spread_triples(directions, points)
+    T[:3, 3] += middle
+    for _ in range(3):
+        # Distances over lengths are sines; the lengths hardly change in the fit.
+        sight = transform(T, np.pad(points, ((0, 0), (0, 1)))) - origins
+        weights = 1.0 / np.linalg.norm(sight, axis=1)
+        T, _ = refine_pose_ray_point(
+            directions, points, T, origins=origins, weights=weights
+        )
+    return T
+
+
+def _pixel_errors(residuals):
+    distances = np.linalg.norm(residuals, axis=1)
+    if len(distances) == 0:
+        return {"rms_px": np.nan, "median_px": np.nan}
+    return {
+        "rms_px": float(np.sqrt(np.mean(distances**2))),
+        "median_px": float(np.median(distances)),
+    }
+
+
+def _summary(scores, left_out):
+    if not scores:
+        raise InputError("evaluation: no views given")
+    residuals = np.concatenate([s.residuals_px for s in scores])
+    residuals = residuals[np.isfinite(residuals[:, 0])]
+    corners = sum(s.n_corners for s in scores)
+    scored = np.array([s.n_corners - s.n_without_ray for s in scores], float)
+    degrees = np.array([s.mean_deg for s in scores])
+    posed = np.isfinite(degrees)
+    mean_deg = np.nan
+    if scored[posed].sum() > 0:
+        mean_deg = float(np.average(degrees[posed], weights=scored[posed]))
+    return Evaluation(
+        images=scores,
+        **_pixel_errors(residuals),
+        mean_deg=mean_deg,
+        share_with_ray=1 - sum(s.n_without_ray for s in scores) / max(corners, 1),
+        left_out=left_out,
+    )
