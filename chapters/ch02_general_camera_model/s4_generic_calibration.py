@@ -5,6 +5,34 @@
 # vectors of nine coefficients, printed as Table 2.1. Are they right? A slip
 # in one cell would spoil every calibration built on it.
 
+# %%
+from chapters.ch02_general_camera_model.coefficients import (
+    AS_PRINTED,
+    TABLE_2_1,
+    VECTORS,
+    as_maths,
+    draw_scene,
+    formula,
+    library_difference,
+    meet,
+    substitute,
+)
+from chapters.ch02_general_camera_model.exercises import (
+    entries_of,
+    exercise_scene,
+    where_it_meets,
+)
+from repro.exercise import check
+from repro.experiment import claim, experiment, table
+from repro.outcomes import Check, Plan, Reading, Table
+from repro.reader import (
+    compared,
+    open_results,
+    show_code,
+    show_table,
+    value,
+)
+
 # %% [markdown]
 # ## What the thesis claims
 #
@@ -32,29 +60,6 @@
 
 # %% tags=["active-ipynb"]
 # show_code(meet, substitute)
-
-# %%
-from chapters.ch02_general_camera_model.coefficients import (
-    AS_PRINTED,
-    TABLE_2_1,
-    VECTORS,
-    as_maths,
-    draw_scene,
-    formula,
-    library_difference,
-    meet,
-    substitute,
-)
-from repro.exercise import check
-from repro.experiment import claim, experiment, table
-from repro.outcomes import Check, Plan, Reading, Table
-from repro.reader import (
-    compared,
-    open_results,
-    show_code,
-    show_table,
-    value,
-)
 
 # %% [markdown]
 # ## Experiment
@@ -207,6 +212,7 @@ def summary_of(result, vector):
 # %% tags=["active-ipynb"]
 # compared()
 
+
 # %% [markdown]
 # ## Try it yourself
 #
@@ -231,32 +237,3 @@ def summary_of(result, vector):
 
 # %% tags=["active-ipynb"]
 # check(None, expected=lambda: where_it_meets(scene), hint="C + s (Q - C)")
-
-
-# %%
-def entries_of(vector):
-    """How many cells of a column of Table 2.1 are not zero."""
-    return sum(formula(row, vector) != "0" for row in range(9))
-
-
-def exercise_scene():
-    """The scene of the second exercise: no grid turned, whole numbers."""
-    names = draw_scene(_first_rng())
-    for row in (1, 2, 3):
-        for column in (1, 2, 3):
-            names[f"R{row}{column}_2"] = type(names["C_x"])(row == column)
-    return names
-
-
-def _first_rng():
-    from repro.experiment import trial_rng
-
-    return trial_rng("table_2_1_exercise", {}, 0)
-
-
-def where_it_meets(names):
-    """Answer to the second exercise, (2,)."""
-    point = meet(
-        names, 2, [type(names["C_x"])(37), type(names["C_x"])(-16)]
-    )
-    return [float(part) for part in point]

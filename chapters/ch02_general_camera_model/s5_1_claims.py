@@ -321,8 +321,8 @@ def judge_infinite_plane_cause(results):
             left.value,
             (left.low, left.high),
             f"share of the rise that finite grids keep (the rise is "
-            f"{rise.value:.2f}); Spearman with 1/sin {rank.value:.2f} ({rank.low:.2f} to "
-            f"{rank.high:.2f})",
+            f"{rise.value:.2f}); Spearman with 1/sin {rank.value:.2f} "
+            f"({rank.low:.2f} to {rank.high:.2f})",
         )
 
     questions = ("noise", "scoring", "standard_method", "residual_scale")

@@ -6,6 +6,27 @@
 # better, and from how much distortion on? The thesis answers with simulated
 # data in its Fig. 2.3. This page runs the simulation again.
 
+# %%
+import numpy as np
+
+from chapters.ch02_general_camera_model.synthetic import (
+    METHODS,
+    POINTS,
+    SCORINGS,
+    SIZE_PX,
+    calibrate_generic,
+    calibrate_parametric,
+    measure,
+    score,
+    trial,
+)
+from repro.experiment import experiment, figure, numbers
+from repro.outcomes import Drawing, Plan, Value
+from repro.reader import compared, open_results, show, show_code, value
+from repro.results import summary
+from repro.style import figure as new_figure
+from repro.style import plot_interval
+
 # %% [markdown]
 # ## What the thesis claims
 #
@@ -76,26 +97,6 @@
 # equations with normalised coordinates and least squares.
 
 # %%
-import numpy as np
-
-from chapters.ch02_general_camera_model.synthetic import (
-    METHODS,
-    POINTS,
-    SCORINGS,
-    SIZE_PX,
-    calibrate_generic,
-    calibrate_parametric,
-    measure,
-    score,
-    trial,
-)
-from repro.experiment import experiment, figure, numbers
-from repro.outcomes import Drawing, Plan, Value
-from repro.reader import compared, open_results, show, show_code, value
-from repro.results import summary
-from repro.style import figure as new_figure
-from repro.style import plot_interval
-
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
 FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)
 LAWS = ("equidistance", "equisolid", "stereographic", "perspective")
@@ -387,3 +388,60 @@ def numbers_fig_2_3(results):
 
 # %% tags=["active-ipynb"]
 # show("ext_fig_2_3_readings")
+
+# %% tags=["active-ipynb"]
+# show("ext_fig_2_3_rays")
+
+# %%
+PRIMARY = {"domain": "px", "extent": "unbounded"}
+
+
+def median_of(result, name, **condition):
+    """Median over trials of one value in the primary reading."""
+    return float(np.nanmedian(result.column(name, **PRIMARY, **condition)))
+
+
+def failures(results):
+    """Trials in which the method as printed gave nothing, and all trials."""
+    failed = total = 0
+    for result in results:
+        for condition in result.conditions:
+            texts = result.texts("generic_as_printed.failed", **condition)
+            failed += sum(text is not None for text in texts)
+            total += len(texts)
+    return failed, total
+
+
+def name_values(noise, fov):
+    """Name the numbers of the prose, all in the primary reading."""
+    failed, total = failures([noise, fov])
+    value("failed", failed)
+    value("trials", total)
+    for at in (30, 60, 120, 150):
+        for method in METHODS:
+            for scoring in SCORINGS:
+                for scale in ("corrected", "source"):
+                    name = f"{method}.{scoring}.{scale}.mean_px"
+                    value(f"{name}.{at}", median_of(fov, name, fov_deg=at))
+    for method in METHODS:
+        name = f"{method}.ray_mrad"
+        value(f"{name}.90", median_of(fov, name, fov_deg=90))
+    crossing = [
+        at
+        for at in FOVS_DEG
+        if median_of(fov, "parametric.clean.corrected.mean_px", fov_deg=at)
+        > median_of(
+            fov,
+            "generic_well_conditioned.clean.corrected.mean_px",
+            fov_deg=at,
+        )
+    ]
+    value("crossing", crossing[0] if crossing else "no field of view")
+    value(
+        "accepted.150", 100 * median_of(fov, "accepted_share", fov_deg=150)
+    )
+    value("noise_ratio", median_of(fov, "point_noise_ratio", fov_deg=150))
+
+
+# %% tags=["active-ipynb"]
+# name_values(open_results("fig_2_3_noise"), open_results("fig_2_3_fov"))

@@ -1,0 +1,154 @@
+"""A quick build of the whole report, and checks on its numbers, links and pages."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from repro.check_site import check_site
+from repro.discover import page_files, page_id
+from repro.results import Result
+
+ROOT = Path(__file__).resolve().parents[1]
+FIGURES = ROOT / "figures" / "quick"
+SITE = ROOT / "report" / "site-quick"
+HEADINGS = (
+    "What the thesis claims",
+    "Model",
+    "Experiment",
+    "Reading and limits",
+    "Compared with the published numbers",
+    "Try it yourself",
+)
+
+
+def build() -> subprocess.CompletedProcess:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "XDG_CACHE_HOME": str(ROOT / ".cache")}
+    return subprocess.run(
+        [sys.executable, "-m", "repro.build", "quick", "--effort", "quick"],
+        cwd=ROOT, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def report() -> Path:
+    done = build()
+    assert done.returncode == 0, done.stderr[-3000:]
+    return SITE
+
+
+def result(name: str) -> Result:
+    return Result(FIGURES / "results" / f"{name}.json")
+
+
+def case(**condition):
+    usual = {"domain": "px", "extent": "unbounded"}
+    return usual | condition
+
+
+def test_a_second_build_has_nothing_to_do(report):
+    done = build()
+    assert done.returncode == 0
+    assert "Nothing changed" in done.stderr
+    assert "[" not in done.stderr.replace("[markdown]", "")
+
+
+def test_every_link_of_the_site_leads_somewhere_and_nothing_loads_from_a_host(report):
+    assert check_site(report) == []
+
+
+def test_every_chapter_page_is_in_the_site_with_its_headings(report):
+    for path in page_files(ROOT):
+        name = page_id(ROOT, path)
+        if not name.startswith("ch"):
+            continue
+        page = (report / f"{name}.html").read_text("utf-8")
+        places = [page.find(f"<h2>{heading}") for heading in HEADINGS]
+        assert all(place > 0 for place in places), (name, places)
+        assert places == sorted(places), name
+
+
+def test_scoreboard_has_a_row_for_everything_and_quick_gives_no_verdict(report):
+    rows = json.loads((report / "scoreboard.json").read_text("utf-8"))
+    kinds = [row["kind"] for row in rows]
+    assert kinds.count("artefact") == 88
+    assert kinds.count("number") == 507
+    assert kinds.count("claim") == 227
+    assert len({(row["kind"], row["id"]) for row in rows}) == len(rows)
+    assert {row["verdict"] for row in rows} <= {"quick", "not yet", "setting"}
+    built = {row["id"]: row for row in rows if row["verdict"] == "quick"}
+    assert {"fig_2_3", "table_2_1", "c2_crossover"} <= set(built)
+    assert built["c2_crossover"]["regenerated"]
+
+
+def test_noise_of_a_calibrated_ray_is_that_of_three_points(report):
+    # A ray is fitted to three points with independent noise s per axis, so its own
+    # error has s / sqrt(3) on each axis, and its mean length is that times sqrt(pi / 2).
+    ran = result("fig_2_3_noise")
+    for noise in (0.1, 0.5):
+        found = ran.column(
+            "generic_well_conditioned.clean.source.mean_px",
+            **case(noise=noise, fov_deg=60, law="lens"),
+        )
+        expected = noise * np.sqrt(np.pi / 6)
+        # The homography and a few trials leave some per cent.
+        assert np.median(found) == pytest.approx(expected, rel=0.12)
+
+
+def test_a_model_that_fits_leaves_the_noise_of_the_pixels(report):
+    ran = result("fig_2_3_fov")
+    found = ran.column(
+        "parametric.noisy.source.mean_px", **case(fov_deg=30, law="equidistance")
+    )
+    # Mean length of Gaussian noise of 0.5 px on two axes; 999 points, so 2 % and a bit.
+    assert np.median(found) == pytest.approx(0.5 * np.sqrt(np.pi / 2), rel=0.05)
+
+
+def test_residuals_grow_in_proportion_to_the_noise(report):
+    ran = result("fig_2_3_noise")
+    for method in ("parametric", "generic_well_conditioned"):
+        name = f"{method}.clean.corrected.mean_px"
+        medians = [
+            np.median(ran.column(name, **case(noise=n, fov_deg=60, law="lens")))
+            for n in (0.5, 2.0)
+        ]
+        assert medians[1] / medians[0] == pytest.approx(4, rel=0.5), method
+
+
+def test_the_parametric_model_gives_way_at_wide_fields(report):
+    ran = result("fig_2_3_fov")
+    name = "parametric.clean.corrected.mean_px"
+    means = [np.median(ran.column(name, **case(fov_deg=f))) for f in (60, 105, 150)]
+    assert means[0] < 0.1 < means[1] < 2 < means[2]
+
+
+def test_results_are_plain_and_say_where_they_come_from(report):
+    for path in sorted((FIGURES / "results").glob("*.json")):
+        if path.name.endswith(".run.json"):
+            continue
+        content = json.loads(
+            path.read_text("utf-8"), parse_constant=lambda name: pytest.fail(name)
+        )
+        assert {"experiment", "artefact", "effort", "code", "seed", "inputs"} <= set(
+            content
+        )
+        assert str(ROOT) not in path.read_text("utf-8")
+        run = json.loads(path.with_suffix(".run.json").read_text("utf-8"))
+        assert {"seconds", "host", "versions"} <= set(run)
+
+
+def test_figures_come_with_data_and_description(report):
+    for path in sorted(FIGURES.glob("*.json")):
+        about = json.loads(path.read_text("utf-8"))
+        if "caption" not in about:
+            continue
+        assert about["caption"]
+        assert path.with_suffix(".csv").stat().st_size > 20
+        if about["kind"] == "figure":
+            assert path.with_suffix(".svg").read_text("utf-8").startswith("<?xml")
+            assert path.with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
