@@ -16,6 +16,7 @@ from chapters.ch02_general_camera_model.synthetic import (
     SIZE_PX,
     calibrate_generic,
     calibrate_parametric,
+    generic_trial,
     measure,
     score,
     trial,
@@ -181,7 +182,7 @@ def law_sweep(effort):
         for law in LAWS
         for case in conditions(law, [LAWS_FOV_DEG], [FOV_NOISE])
     ]
-    return Plan(trial, cases, TRIALS[effort], SETTINGS)
+    return Plan(generic_trial, cases, TRIALS[effort], SETTINGS)
 
 
 # %% [markdown]

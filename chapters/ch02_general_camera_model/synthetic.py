@@ -338,7 +338,12 @@ def point_noise_ratio(data):
     return outer / inner
 
 
-def trial(condition, rng):
+def generic_trial(condition, rng):
+    """A trial without the parametric method."""
+    return trial(condition, rng, METHODS[1:])
+
+
+def trial(condition, rng, methods=METHODS):
     """One trial: measure, calibrate with each method, score each way."""
     data = measure(condition, rng)
     focal = central_focal(data.camera)
@@ -349,7 +354,7 @@ def trial(condition, rng):
     }
     if condition["noise"] > 0:
         out["point_noise_ratio"] = point_noise_ratio(data)
-    for method in METHODS:
+    for method in methods:
         try:
             out[method] = _scored(method, data, focal)
         except (CalibrationError, InputError) as error:

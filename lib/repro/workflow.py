@@ -90,6 +90,15 @@ class Work:
 
     # Files
 
+    @staticmethod
+    def folder(path: str):
+        """Parameter function for a folder that holds a rule's outputs."""
+
+        def given(wildcards) -> str:
+            return path
+
+        return given
+
     def shards(self, wildcards) -> list[str]:
         """Shard files of an experiment."""
         name = wildcards.experiment

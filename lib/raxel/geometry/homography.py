@@ -202,7 +202,7 @@ def refine_homography(H, source, target, weights=None):
         return (J * w[:, None, None]).reshape(-1, 9) @ tangent.T
 
     x = least_squares(
-        residual, np.zeros(8), jacobian, method="lm", xtol=1e-15, ftol=1e-15
+        residual, np.zeros(8), jacobian, method="lm", xtol=1e-12, ftol=1e-12
     ).x
     return _denormalised((h + x @ tangent).reshape(3, 3), T_s, T_t)
 

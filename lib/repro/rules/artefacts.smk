@@ -14,7 +14,7 @@ rule figure:
         "environment.yaml"
     params:
         code=WORK.figure_code,
-        results=f"{WORK.base}/results",
+        results=WORK.folder(f"{WORK.base}/results"),
     message:
         "figure {wildcards.artefact}"
     shell:
@@ -36,7 +36,7 @@ rule table:
         "environment.yaml"
     params:
         code=WORK.table_code,
-        results=f"{WORK.base}/results",
+        results=WORK.folder(f"{WORK.base}/results"),
     message:
         "table {wildcards.artefact}"
     shell:
@@ -56,7 +56,7 @@ rule judge:
     params:
         code=WORK.judge_code,
         effort=WORK.effort,
-        folder=WORK.base,
+        folder=WORK.folder(WORK.base),
         stem=WORK.page_stem,
     message:
         "claims and numbers of {wildcards.page}"

@@ -58,8 +58,8 @@ rule site:
     params:
         code=WORK.site_code(),
         effort=WORK.effort,
-        source=WORK.source,
-        site=WORK.site,
+        source=WORK.folder(WORK.source),
+        site=WORK.folder(WORK.site),
     message:
         "site"
     shell:
@@ -80,7 +80,7 @@ rule notebooks:
     conda:
         "environment.yaml"
     params:
-        folder="report/notebooks",
+        folder=WORK.folder("report/notebooks"),
     message:
         "notebooks"
     shell:
