@@ -179,8 +179,9 @@ def judge(
             }
         elif found.kind == "numbers":
             values = function_of(found)(_read(folder / "results", found.needs, ""))
+            data = [f"results/{need}.json" for need in found.needs]
             numbers |= {
-                key: _finite({**vars(value), "evidence": evidence})
+                key: _finite({**vars(value), "evidence": evidence, "data": data})
                 for key, value in values.items()
             }
         elif found.kind in ("figure", "table"):

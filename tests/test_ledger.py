@@ -1,0 +1,201 @@
+"""The ledger as it stands, and that every fault in it is told in one line."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from repro import ledger
+from repro.ledger import LedgerError
+
+ROOT = Path(__file__).resolve().parents[1]
+PUBLISHED = ROOT / ledger.FOLDER
+
+
+@pytest.fixture(scope="module")
+def real():
+    return ledger.load(ROOT)
+
+
+def test_everything_that_the_thesis_printed_is_listed(real):
+    counts = {name: len(getattr(real, name)) for name in vars(real)}
+    assert counts == {
+        "artefacts": 88,
+        "numbers": 507,
+        "claims": 227,
+        "settings": 55,
+        "readings": 5,
+        "sections": 25,
+    }
+
+
+@pytest.mark.parametrize(
+    ("identifier", "chapter"),
+    [
+        ("fig_2_3", 2),
+        ("app_a", "A"),
+        ("s2_5_1_res", 2),
+        ("app_a_even", "A"),
+        ("c6_detect_8px", 6),
+        ("c3_even_cancels", "A"),
+        ("sec_5_3_3", 5),
+    ],
+)
+def test_every_id_has_the_chapter_of_its_section(real, identifier, chapter):
+    assert real.chapter(identifier) == chapter
+
+
+def test_an_unknown_id_is_told_with_the_nearest_one(real):
+    with pytest.raises(
+        LedgerError, match=r"fig_2_33: no such id; did you mean fig_2_3"
+    ):
+        real.entry("fig_2_33")
+    with pytest.raises(LedgerError, match="have no chapter"):
+        real.chapter("syn_ch2")
+
+
+def test_what_names_an_artefact_is_found_from_it(real):
+    assert "c2_crossover" in real.claims_of("fig_2_3")
+    assert "c2_crossover" in real.claims_of("table_2_2")
+    assert real.numbers_of("sec_2_4_1") == ["s2_4_1_rankA", "s2_4_1_rankD"]
+
+
+@pytest.fixture(scope="module")
+def contents():
+    """The four files with a few entries each, enough to load."""
+    files = {
+        stem: ledger.read_yaml(PUBLISHED / f"{stem}.yaml") for stem in ledger.LISTS
+    }
+    kept = {
+        "artefacts": {"fig_2_3", "table_2_1", "sec_2_4_1", "sec_2_6"},
+        "numbers": {"s2_5_1_res", "s2_4_1_rankA"},
+        "claims": {"c2_noise_linear_generic", "c2_table_coefficients"},
+        "settings": {"syn_ch2", "noise", "scoring"},
+    }
+    small = {
+        stem: {
+            name: [e for e in items if e["id"] in kept[stem]]
+            for name, items in content.items()
+        }
+        for stem, content in files.items()
+    }
+    small["settings"]["settings"][0]["used_by"] = ["fig_2_3"]
+    return yaml.safe_dump(small)
+
+
+@pytest.fixture
+def written(tmp_path, contents):
+    """Write the small ledger after a change to it; return the checkout."""
+
+    def write(change=lambda files: None):
+        files = yaml.safe_load(contents)
+        change(files)
+        folder = tmp_path / ledger.FOLDER
+        folder.mkdir(parents=True, exist_ok=True)
+        for stem, content in files.items():
+            (folder / f"{stem}.yaml").write_text(yaml.safe_dump(content))
+        return tmp_path
+
+    return write
+
+
+def test_only_sections_that_a_number_or_claim_names_get_in(written):
+    assert list(ledger.load(written()).sections) == ["sec_2_4_1"]
+
+
+def first(files, stem, name=None):
+    return files[stem][name or stem][0]
+
+
+MUTATIONS = {
+    "missing field": (
+        lambda f: first(f, "numbers").pop("unit"),
+        "numbers.yaml: numbers.s2_5_1_res: unit is missing; add it",
+    ),
+    "misspelt field": (
+        lambda f: first(f, "claims").update(sources="real"),
+        "claims.yaml: claims.c2_noise_linear_generic: unknown field sources; "
+        "did you mean source?",
+    ),
+    "strange field": (
+        lambda f: first(f, "claims").update(zzz=1),
+        "claims.yaml: claims.c2_noise_linear_generic: unknown field zzz; remove it",
+    ),
+    "unknown comparator": (
+        lambda f: first(f, "numbers").update(comparator="=="),
+        "numbers.yaml: numbers.s2_5_1_res.comparator: found '=='; give one of eq, "
+        "approx, lt, le, gt, ge",
+    ),
+    "wrong type": (
+        lambda f: first(f, "numbers").update(value=[1]),
+        "numbers.yaml: numbers.s2_5_1_res.value: found [1]; give number or string or "
+        "null",
+    ),
+    "one line number": (
+        lambda f: first(f, "artefacts").update(thesis_lines=[3]),
+        "artefacts.yaml: artefacts.table_2_1.thesis_lines: found [3]; give at least 2",
+    ),
+    "no reason for a choice": (
+        lambda f: first(f, "settings")["chosen"]["grids"].pop("reason"),
+        "settings.yaml: settings.syn_ch2.chosen.grids: reason is missing; add it",
+    ),
+    "one option": (
+        lambda f: first(f, "settings", "readings").update(options=["px"]),
+        "settings.yaml: readings.noise.options: found ['px']; give at least 2",
+    ),
+    "primary is no option": (
+        lambda f: first(f, "settings", "readings").update(primary="cm"),
+        "settings.yaml: noise: primary: found 'cm'; give one of its options, px, mm",
+    ),
+    "id twice in a file": (
+        lambda f: f["numbers"]["numbers"].append(dict(first(f, "numbers"))),
+        "numbers.yaml: s2_5_1_res: id: stands in numbers.yaml already; rename one of "
+        "the two",
+    ),
+    "id twice in two files": (
+        lambda f: first(f, "claims").update(id="fig_2_3"),
+        "claims.yaml: fig_2_3: id: stands in artefacts.yaml already; rename one of the "
+        "two",
+    ),
+    "unknown artefact": (
+        lambda f: first(f, "numbers").update(artefact="fig_2_4"),
+        "numbers.yaml: s2_5_1_res: artefact: found 'fig_2_4', no artefact or section "
+        "of artefacts.yaml; did you mean fig_2_3?",
+    ),
+    "unknown section": (
+        lambda f: first(f, "claims").update(artefacts=["sec_6_1"]),
+        "claims.yaml: c2_noise_linear_generic: artefacts: found 'sec_6_1', no artefact "
+        "or section of artefacts.yaml",
+    ),
+    "empty": (
+        lambda f: f["claims"].clear(),
+        "claims.yaml: the file: claims is missing; add it",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_fault_is_one_line_with_file_entry_field_and_advice(written, name):
+    change, line = MUTATIONS[name]
+    with pytest.raises(LedgerError) as error:
+        ledger.load(written(change))
+    assert str(error.value).startswith(line)
+    assert "\n" not in str(error.value)
+
+
+def test_several_faults_are_counted(written):
+    def change(files):
+        first(files, "numbers").update(comparator="==", role="answer")
+
+    with pytest.raises(LedgerError, match=r"\(and 1 more\)$"):
+        ledger.load(written(change))
+
+
+def test_broken_yaml_and_a_missing_file_are_one_line(written):
+    folder = written() / ledger.FOLDER
+    (folder / "claims.yaml").write_text("claims: [\n")
+    with pytest.raises(LedgerError, match=r"^claims.yaml: not YAML; mend it: .*line"):
+        ledger.load(folder.parents[1])
+    (folder / "claims.yaml").unlink()
+    with pytest.raises(LedgerError, match=r"claims.yaml: not found; bring it back"):
+        ledger.load(folder.parents[1])
