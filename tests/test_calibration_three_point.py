@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from raxel.calibration.grunert import three_point_depths
 from raxel.calibration.three_point import (
     pose_from_rays,
     pose_of_triples,
     pose_three_point_ransac,
     ray_point_system,
     refine_pose_ray_point,
-    three_point_depths,
 )
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import (

@@ -23,12 +23,12 @@ from raxel.calibration.generic_linear import (
     linear_as_printed,
     linear_well_conditioned,
 )
+from raxel.calibration.grunert import three_point_depths
 from raxel.calibration.three_point import (
     RayPose,
     pose_from_rays,
     pose_three_point_ransac,
     refine_pose_ray_point,
-    three_point_depths,
 )
 from raxel.calibration.zhang import ZhangCalibration, calibrate_zhang
 

@@ -119,8 +119,11 @@ def pixels_on_board(view, width, height, step=1):
 
     Returns pixels (M, 2) int and points (M, 2).
     """
-    low = np.floor(np.nanmin(view.pixels, axis=0)).astype(int)
-    high = np.ceil(np.nanmax(view.pixels, axis=0)).astype(int)
+    found = view.pixels[np.isfinite(view.pixels[:, 0])]
+    if len(found) == 0:
+        return np.empty((0, 2), int), np.empty((0, 2))
+    low = np.floor(found.min(axis=0)).astype(int)
+    high = np.ceil(found.max(axis=0)).astype(int)
     low = np.maximum(-(-low // step) * step, 0)
     u = np.arange(low[0], min(high[0], width - 1) + 1, step)
     v = np.arange(low[1], min(high[1], height - 1) + 1, step)

@@ -1,0 +1,174 @@
+"""Algorithm 1 from chessboards to the table, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.board_samples import sample_boards
+from raxel.calibration.correspondence import BoardView, pixels_on_board
+from raxel.calibration.generic import calibrate_generic
+from raxel.cameras.base import pixel_grid
+from raxel.errors import CalibrationError
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.distortion import angular_residual
+from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector, transform
+from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
+
+
+def calibrated(views, **options):
+    rng = np.random.default_rng(0)
+    return calibrate_generic(views, WIDTH, HEIGHT, rng=rng, **options)
+
+
+def ray_errors_deg(camera):
+    pixels = pixel_grid(WIDTH, HEIGHT)[camera.mask.ravel()]
+    found, true = camera.rays(pixels).directions, FISHEYE.rays(pixels).directions
+    return np.degrees(angular_residual(found, true))
+
+
+@pytest.fixture(scope="module")
+def six_boards():
+    poses = board_poses(0, 6)
+    return poses, calibrated(views_of(poses))
+
+
+def test_exact_boards_give_the_rays_to_within_the_interpolation(six_boards):
+    poses, found = six_boards
+    assert sorted(found.used) == list(range(6))
+    assert found.left_out == {}
+    # 12 mm cells, bent by a fisheye at 110 to 150 mm: some hundredths of a degree (a
+    # pixel is 0.57 degrees).
+    assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.06
+    centre = inverse_pose(poses[found.used[0]])[:3, 3]
+    assert np.linalg.norm(found.centre - centre) < 0.5
+    assert found.rms_deg < 0.01
+
+
+def test_the_table_covers_what_the_boards_cover(six_boards):
+    poses, found = six_boards
+    covered = np.zeros((HEIGHT, WIDTH), bool)
+    for view in views_of(poses):
+        u, v = pixels_on_board(view, WIDTH, HEIGHT)[0].T
+        covered[v, u] = True
+    assert np.array_equal(found.camera.mask, covered)
+    assert found.share_with_ray == pytest.approx(np.mean(covered))
+
+
+def test_the_frames_belong_together(six_boards):
+    poses, found = six_boards
+    T_camera_base = found.T_camera_grid[0]
+    assert np.allclose(found.T_base_grid[0], np.eye(4))
+    assert np.allclose(T_camera_base @ found.T_base_grid, found.T_camera_grid)
+    assert np.allclose(T_camera_base @ [*found.centre, 1.0], [0, 0, 0, 1])
+    middle = found.camera.rays(np.array([[(WIDTH - 1) / 2, (HEIGHT - 1) / 2]]))
+    # The principal point is 3 px off, which the camera cannot know.
+    assert middle.directions[0, 2] > np.cos(np.radians(2.5))
+    relative = poses @ inverse_pose(poses[found.used[0]])
+    ours = found.T_camera_grid @ inverse_pose(found.T_camera_grid[0])
+    assert (
+        np.abs(
+            np.trace(relative[found.used][:, :3, :3], axis1=1, axis2=2)
+            - np.trace(ours[:, :3, :3], axis1=1, axis2=2)
+        ).max()
+        < 0.01
+    )
+
+
+def test_boards_kept_out_are_predicted(six_boards):
+    _, found = six_boards
+    score = evaluate_camera(found.camera, views_of(board_poses(50, 3)))
+    assert score.share_with_ray > 0.8
+    assert score.rms_px < 0.03
+
+
+def test_finer_boards_leave_quadratically_less():
+    errors = []
+    for cells in (6, 12):
+        step = 144.0 / cells
+        board = np.stack(np.meshgrid(*[np.arange(cells + 1) * step] * 2), -1)
+        board = board.reshape(-1, 2)
+        poses = board_poses(1, 4)
+        views = []
+        for T in poses:
+            pixels = FISHEYE.project(transform(T, np.pad(board, ((0, 0), (0, 1)))))
+            views.append(BoardView(pixels.pixels, board, cells + 1, cells + 1))
+        errors.append(np.median(ray_errors_deg(calibrated(views).camera)))
+    # The homography misses second order terms inside a cell; 4 is the ideal ratio.
+    assert 3.0 < errors[0] / errors[1] < 6.0
+
+
+def test_noise_of_the_corners_passes_through_without_gain():
+    views = views_of(board_poses(2, 5), noise=0.1)
+    found = calibrated(views)
+    assert sorted(found.used) == list(range(5))
+    # 0.1 px is 0.057 degrees per axis.
+    assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.12
+
+
+def test_as_printed_also_begins():
+    found = calibrated(views_of(board_poses(3, 4), noise=0.02), linear="as printed")
+    assert len(found.used) == 4
+    assert np.isfinite(found.linear.centre).all()
+    # Worse than the other variant (0.05 degrees here), but of use.
+    assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.3
+
+
+def test_a_wrong_board_is_left_out_with_the_reason():
+    views = views_of(board_poses(4, 5))
+    # Half the board's size: no pose on the true rays.
+    views[3] = views[3]._replace(points=views[3].points * [0.5, 1.0])
+    found = calibrated(views)
+    assert sorted(found.used) == [0, 1, 2, 4]
+    assert "agrees with" in found.left_out[3]
+
+
+def test_missing_corners_and_an_empty_view_do_no_harm():
+    views = views_of(board_poses(5, 6))
+    views[2].pixels[[0, 40]] = np.nan
+    views[4].pixels[:] = np.nan
+    found = calibrated(views)
+    assert sorted(found.used) == [0, 1, 2, 3, 5]
+    assert "0 samples" in found.left_out[4]
+    assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.08
+
+
+def test_the_same_generator_gives_the_same_camera():
+    views = views_of(board_poses(6, 4), noise=0.1)
+    first, again = calibrated(views), calibrated(views)
+    assert np.array_equal(
+        first.camera.directions, again.camera.directions, equal_nan=True
+    )
+
+
+def test_too_few_boards_are_refused():
+    with pytest.raises(CalibrationError, match="2 views given"):
+        calibrated(views_of(board_poses(0, 2)))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_parallel_boards_are_refused(noise):
+    poses = board_poses(7, 4)
+    turn = rotation_from_vector(np.outer([0.0, 0.2, -0.3, 0.4], [0, 0, 1.0]))
+    R = poses[0, :3, :3] @ turn
+    middle = [72.0, 54.0, 0.0]
+    t = np.array([[0, 0, 120.0], [8, 5, 130.0], [-9, 4, 140.0], [3, -8, 150.0]])
+    views = views_of(pose(R, t - R @ middle), noise=noise)
+    with pytest.raises(CalibrationError, match="parallel"):
+        calibrated(views)
+
+
+def test_boards_that_do_not_overlap_are_refused():
+    R = rotation_from_vector(np.array([[0.3, 0, 0], [0, 0.3, 0], [-0.3, 0, 0]]))
+    t = np.array([[-420.0, -60, 260], [0, -60, 300], [300.0, -60, 260]])
+    with pytest.raises(CalibrationError, match="no board overlaps two others"):
+        calibrated(views_of(pose(R, t)))
+
+
+def test_samples_are_where_the_boards_are():
+    views = views_of(board_poses(8, 3))
+    samples = sample_boards(views, WIDTH, HEIGHT, 3000)
+    assert 1500 < samples.seen.sum() < 6000
+    assert np.all(samples.pixels % samples.step == 0)
+    assert np.array_equal(np.isfinite(samples.points[..., 0]), samples.seen)
+    half = samples.thinned(2)
+    assert half.step == 2 * samples.step
+    assert 0.2 < half.seen.sum() / samples.seen.sum() < 0.3

@@ -1,0 +1,141 @@
+"""Scores on boards kept out: poses refitted, nothing else."""
+
+import numpy as np
+import pytest
+
+from raxel.cameras.fisheye import FisheyeCamera
+from raxel.cameras.general import GeneralCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.cross_validation import (
+    cross_validate,
+    evaluate_camera,
+    fit_board_pose,
+)
+from raxel.geometry.poses import angle_between_rotations, transform
+from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
+
+
+def test_the_true_camera_scores_zero_and_finds_the_poses():
+    poses = board_poses(0, 3)
+    result = evaluate_camera(FISHEYE, views_of(poses))
+    assert result.rms_px < 1e-9
+    assert result.mean_deg < 1e-9
+    assert result.share_with_ray == 1.0
+    for image, T in zip(result.images, poses, strict=True):
+        assert image.n_corners == len(BOARD)
+        assert image.n_without_ray == 0
+        assert np.abs(image.T_camera_grid - T).max() < 1e-8
+
+
+def test_the_score_of_the_true_camera_is_the_noise():
+    result = evaluate_camera(FISHEYE, views_of(board_poses(1, 4), noise=0.2))
+    # Six of 260 numbers per board go into its pose.
+    assert result.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)
+    # One pixel is 1 / 100 rad in the middle, less at the rim along the circle.
+    assert np.radians(result.mean_deg) == pytest.approx(0.25 / 100, rel=0.15)
+    medians = [image.median_px for image in result.images]
+    assert min(medians) <= result.median_px <= max(medians)
+
+
+def test_a_wrong_camera_scores_worse():
+    wrong = FisheyeCamera("stereographic", 100.0, [122.0, 88.0], WIDTH, HEIGHT)
+    views = views_of(board_poses(2, 3))
+    assert evaluate_camera(wrong, views).rms_px > 0.2
+
+
+def test_a_table_with_a_hole_counts_the_corners_without_a_ray():
+    table = GeneralCamera.from_camera(FISHEYE)
+    mask = table.mask.copy()
+    mask[:, :120] = False
+    half = GeneralCamera(np.nan_to_num(table.directions), mask)
+    views = views_of(board_poses(3, 3))
+    result = evaluate_camera(half, views)
+    for image, view in zip(result.images, views, strict=True):
+        outside = np.count_nonzero(view.pixels[:, 0] < 120)
+        assert 0 <= image.n_without_ray - outside <= 3  # posed just beyond the rim
+        assert (
+            np.count_nonzero(np.isnan(image.residuals_px[:, 0])) == image.n_without_ray
+        )
+    # What remains is the table's interpolation.
+    assert result.rms_px < 1e-2
+    lost = sum(image.n_without_ray for image in result.images)
+    assert result.share_with_ray == pytest.approx(1 - lost / (3 * len(BOARD)))
+
+
+def test_a_board_almost_without_rays_gives_a_reason_not_a_number():
+    table = GeneralCamera.from_camera(FISHEYE)
+    mask = np.zeros_like(table.mask)
+    mask[:30, :30] = True
+    corner = GeneralCamera(np.nan_to_num(table.directions), mask)
+    image = evaluate_camera(corner, views_of(board_poses(4, 1))).images[0]
+    assert np.isnan(image.rms_px)
+    assert "corners have a ray" in image.reason
+    assert image.n_without_ray == len(BOARD)
+
+
+def test_missing_corners_are_not_counted():
+    views = views_of(board_poses(5, 1))
+    views[0].pixels[[3, 50]] = np.nan
+    image = evaluate_camera(FISHEYE, views).images[0]
+    assert image.n_corners == len(BOARD) - 2
+    assert image.n_without_ray == 0
+
+
+def test_pose_from_rays_of_many_origins():
+    T = board_poses(6, 1)[0]
+    rng = np.random.default_rng(6)
+    origins = 3.0 * rng.normal(size=(len(BOARD), 3))
+    sight = transform(T, np.pad(BOARD, ((0, 0), (0, 1)))) - origins
+    directions = sight / np.linalg.norm(sight, axis=1)[:, None]
+    found = fit_board_pose(directions, BOARD, origins)
+    assert np.abs(found[:3, 3] - T[:3, 3]).max() < 1e-6
+    assert angle_between_rotations(found[:3, :3], T[:3, :3]) < 1e-8
+
+
+def test_every_view_is_kept_out_once():
+    views = views_of(board_poses(7, 5))
+    trained = []
+
+    def builder(rest):
+        trained.append([view.name for view in rest])
+        return FISHEYE
+
+    result = cross_validate(builder, views, 2)
+    assert [image.name for image in result.images] == [
+        "0.png", "2.png", "4.png", "1.png", "3.png",
+    ]  # fmt: skip
+    assert [image.fold for image in result.images] == [0, 0, 0, 1, 1]
+    assert trained == [["1.png", "3.png"], ["0.png", "2.png", "4.png"]]
+    listed = cross_validate(builder, views, [[4], [0, 1]])
+    assert [image.name for image in listed.images] == ["4.png", "0.png", "1.png"]
+
+
+def test_parts_without_a_camera_are_left_out_with_the_reason():
+    views = views_of(board_poses(8, 4))
+
+    def builder(rest):
+        if rest[0].name == "1.png":
+            raise CalibrationError("boards parallel")
+        return FISHEYE
+
+    result = cross_validate(builder, views, 4)
+    assert result.left_out == {0: "boards parallel"}
+    assert len(result.images) == 3
+
+    def never(rest):
+        raise CalibrationError("boards parallel")
+
+    with pytest.raises(
+        CalibrationError, match="no part gave a camera: boards parallel"
+    ):
+        cross_validate(never, views, 2)
+
+
+def test_senseless_parts_and_empty_lists_are_refused():
+    views = views_of(board_poses(9, 2))
+    with pytest.raises(InputError, match="give 2 to 2"):
+        cross_validate(lambda rest: FISHEYE, views, 5)
+    with pytest.raises(InputError, match="indices from 0 to 1"):
+        cross_validate(lambda rest: FISHEYE, views, [[0], [2]])
+    with pytest.raises(InputError, match="no views"):
+        evaluate_camera(FISHEYE, [])
