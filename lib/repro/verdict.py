@@ -43,8 +43,10 @@ def read_judged(folder: Path) -> list[dict]:
 def read_unfinished(root: Path) -> dict[str, str]:
     """Chapters that are not built yet, each with what is missing."""
     content = read_yaml(root / "chapters" / "unfinished.yaml")
+    if isinstance(content, dict):
+        content = {str(chapter): what for chapter, what in content.items()}
     _raise_first(faults(content, "unfinished", "unfinished.yaml"))
-    return dict(content)
+    return content
 
 
 def rows(
@@ -122,7 +124,7 @@ def _collected(ledger: Ledger, judged: Iterable[Mapping], effort: str) -> dict:
 def _unknown(kind: str, known: Iterable[str], identifier: str) -> str:
     close = hint(identifier, list(known))
     advice = close or "; what is not in the thesis is called ext_..."
-    return f"{identifier}: no {kind.removesuffix('s')} of the ledger{advice}"
+    return f"no {kind.removesuffix('s')} of the ledger{advice}"
 
 
 @dataclass
