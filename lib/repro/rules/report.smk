@@ -12,7 +12,7 @@ rule scoreboard:
     params:
         code=WORK.scoreboard_code(),
         effort=WORK.effort,
-        judged=f"{WORK.base}/judged",
+        judged=WORK.folder(f"{WORK.base}/judged"),
     message:
         "scoreboard"
     shell:
