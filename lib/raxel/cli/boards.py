@@ -1,12 +1,11 @@
 """Boards for calibrating and scoring: from a corners file, or detected now."""
 
 from raxel.errors import InputError
-from raxel.features.boards import check_chessboard, detect_boards, read_boards
+from raxel.features.boards import detect_boards, read_boards
 
 
 def boards_for(image_set, views, options, say):
     """Boards of these views, as the options --corners and --detector say."""
-    check_chessboard(image_set)
     if options.corners:
         return read_boards(options.corners, image_set, views)
     return detect_boards(image_set, options.detector, views, say)

@@ -12,12 +12,13 @@ from raxel.cli.boards import boards_for, check_enough, left_out
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.features.boards import check_chessboard
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
 
 SEED = 0
 FOLDS = 4
-FEWEST_VIEWS = {"zhang": 2, "generic": 3, "auto": 2}
+FEWEST_VIEWS = {"zhang": 2, "generic": 3, "auto": 3}
 
 
 def calibrate(options, say):
@@ -25,12 +26,13 @@ def calibrate(options, say):
     for path in filter(None, (options.out, options.json)):
         check_can_be_written(path)
     image_set = load_set(options.set)
+    check_chessboard(image_set)
     views = image_set.views_for("calibrate")
     needed = FEWEST_VIEWS[options.model]
     if len(views) < needed:
         raise InputError(
             f"{image_set.description}: views: found {len(views)} to calibrate with, "
-            f"{needed} are needed; photograph the board at more tilts"
+            f"--model {options.model} needs {needed}; take more, at other tilts"
         )
     boards = boards_for(image_set, views, options, say)
     check_enough(image_set, boards, needed, f"--model {options.model}")

@@ -112,7 +112,7 @@ def _at_saddles(image, corners, steps):
     moved = corners.copy()
     for window in np.unique(half[inside]):
         group = inside & (half == window)
-        start = corners[group].astype(np.float32).reshape(-1, 1, 2)
+        start = np.ascontiguousarray(corners[group, None], dtype=np.float32)
         size = int(window), int(window)
         moved[group] = cv2.cornerSubPix(grey, start, size, (-1, -1), until)[:, 0]
     return moved

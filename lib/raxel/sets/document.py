@@ -16,13 +16,13 @@ import yaml
 from raxel.errors import InputError
 
 SHOWN_CHARACTERS = 60
+MOST_VALUES = 1_000_000
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """YAML's plain core: no aliases, no tags, no dates, no key given twice.
+    """YAML's plain core: no tags, no dates, no key given twice.
 
-    Aliases would let a small file expand without bound; dates would turn a text such
-    as 2026-01-31 into another type.
+    Dates would turn a text such as 2026-01-31 into another type.
     """
 
     yaml_implicit_resolvers: ClassVar = {
@@ -32,8 +32,6 @@ class _StrictLoader(yaml.SafeLoader):
 
     def compose_node(self, parent, index):
         event = self.peek_event()
-        if isinstance(event, yaml.AliasEvent):
-            self._refuse("an alias (*) is not allowed", event.start_mark)
         if getattr(event, "tag", None) is not None:
             self._refuse("a tag (!) is not allowed", event.start_mark)
         return super().compose_node(parent, index)
@@ -66,8 +64,7 @@ def read_yaml(path):
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-        return yaml.load(text, _StrictLoader)
+        data = yaml.load(path.read_text(encoding="utf-8-sig"), _StrictLoader)
     except yaml.MarkedYAMLError as fault:
         mark = fault.problem_mark or fault.context_mark
         line = f"line {mark.line + 1}: " if mark else ""
@@ -81,6 +78,9 @@ def read_yaml(path):
         raise InputError(f"{path}: nested too deeply to be a set; mend it") from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
+    if _expanded_size(data, {}) > MOST_VALUES:
+        raise InputError(f"{path}: aliases (*) grow without bound; write them out")
+    return data
 
 
 def validate(data, where):
@@ -132,6 +132,20 @@ def one_line(text):
 
 def _short(text, limit=SHOWN_CHARACTERS):
     return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def _expanded_size(data, known):
+    """How many values `data` has with its aliases written out; inf if it holds itself.
+
+    A few lines of aliases to aliases can stand for more values than memory holds.
+    """
+    if not isinstance(data, (dict, list)):
+        return 1
+    if id(data) not in known:
+        known[id(data)] = math.inf
+        parts = data.values() if isinstance(data, dict) else data
+        known[id(data)] = 1 + sum(_expanded_size(part, known) for part in parts)
+    return known[id(data)]
 
 
 @functools.cache

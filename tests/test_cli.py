@@ -1,0 +1,356 @@
+"""The command line from end to end on drawn boards."""
+
+import json
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.cameras import GeneralCamera, PerspectiveCamera
+from raxel.cameras.io import load_camera
+from raxel.cli import main
+from raxel.cli.progress import Progress
+from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
+from raxel.sets import load_set, read_image
+from tests.image_sets import (
+    COLUMNS,
+    FOCAL,
+    HEIGHT,
+    ROWS,
+    WIDTH,
+    boards,
+    description,
+    write_description,
+    write_drawn_set,
+)
+
+CORNERS = COLUMNS * ROWS
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """A set of six boards, the last for evaluation."""
+    folder = tmp_path_factory.mktemp("drawn") / "set"
+    write_drawn_set(folder)
+    views = [{"image": f"view{i}.png"} for i in range(6)]
+    views[5]["use"] = "evaluate"
+    write_description(folder, description(6, views=views))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def corners_file(drawn, tmp_path_factory):
+    path = tmp_path_factory.mktemp("corners") / "corners.json"
+    assert main(["corners", str(drawn), "--json", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def calibrated(drawn, corners_file, tmp_path_factory):
+    """model -> (path of the camera, what the JSON file says)"""
+    folder = tmp_path_factory.mktemp("calibrated")
+    results = {}
+    for model in ("zhang", "generic"):
+        camera, result = folder / f"{model}.npz", folder / f"{model}.json"
+        status = main(
+            ["calibrate", str(drawn), "--model", model, "--out", str(camera)]
+            + ["--json", str(result), "--corners", str(corners_file)]
+        )
+        assert status == 0
+        results[model] = camera, json.loads(result.read_text())
+    return results
+
+
+def test_corners_are_written_as_described(corners_file):
+    content = json.loads(corners_file.read_text())
+    assert [entry["file"] for entry in content["images"]] == [
+        f"view{i}.png" for i in range(6)
+    ]
+    for entry, board in zip(content["images"], boards(), strict=True):
+        assert entry["found"] is True
+        assert (entry["columns"], entry["rows"]) == (COLUMNS, ROWS)
+        assert entry["milliseconds"] > 0
+        corners = np.array(entry["corners"])
+        # A board of odd by odd corners looks the same after half a turn.
+        error = min(
+            np.abs(order - board.corners()).max() for order in (corners, corners[::-1])
+        )
+        assert error < 0.1
+
+
+def test_a_refused_image_is_listed_with_its_reason(tmp_path):
+    write_drawn_set(tmp_path / "set")
+    blank = np.full((HEIGHT, WIDTH), 128, np.uint8)
+    cv2.imwrite(str(tmp_path / "set" / "view2.png"), blank)
+    path = tmp_path / "corners.json"
+    assert main(["corners", str(tmp_path / "set"), "--json", str(path)]) == 0
+    images = json.loads(path.read_text())["images"]
+    assert [entry["found"] for entry in images] == [True, True, False, True, True, True]
+    assert images[2]["corners"] == []
+    assert "7 x 5" in images[2]["reason"]
+    camera = tmp_path / "camera.npz"
+    result = tmp_path / "result.json"
+    arguments = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
+    assert main([*arguments, "--out", str(camera), "--json", str(result)]) == 0
+    left_out = json.loads(result.read_text())["left_out"]
+    assert [entry["file"] for entry in left_out] == ["view2.png"]
+
+
+def test_clicks_set_the_first_corner(tmp_path):
+    (board,) = write_drawn_set(tmp_path / "set", tilts=((0, 0),))
+    last, first = CORNERS - 1, 0
+    outer = [last, last - COLUMNS + 1, first, COLUMNS - 1]
+    clicks = np.rint(board.corners()[outer]).tolist()
+    views = [{"image": "view0.png", "outer_corners": clicks}]
+    write_description(tmp_path / "set", description(1, views=views))
+    path = tmp_path / "corners.json"
+    assert main(["corners", str(tmp_path / "set"), "--json", str(path)]) == 0
+    (entry,) = json.loads(path.read_text())["images"]
+    assert np.abs(np.array(entry["corners"]) - board.corners()[::-1]).max() < 0.1
+
+
+def test_zhang_finds_the_lens_that_drew_the_boards(calibrated):
+    path, result = calibrated["zhang"]
+    camera = load_camera(path)
+    assert isinstance(camera, PerspectiveCamera)
+    # 0.04 px of corner error on five boards of 320 x 240 px.
+    assert camera.K[0, 0] == pytest.approx(FOCAL, rel=0.01)
+    assert camera.K[0, 2] == pytest.approx((WIDTH - 1) / 2, abs=2)
+    assert result["model"] == "zhang"
+    assert result["unit"] == "mm"
+    assert result["rms_px"] < 0.1
+    assert len(result["images"]) == 5, "the view for evaluation is left alone"
+    assert np.allclose(result["camera"]["K"], camera.K)
+
+
+def test_generic_gives_a_ray_to_what_the_boards_cover(calibrated):
+    path, result = calibrated["generic"]
+    camera = load_camera(path)
+    assert isinstance(camera, GeneralCamera)
+    assert camera.units == "mm"
+    assert camera.share_with_ray == pytest.approx(result["share_of_pixels_with_ray"])
+    assert result["rms_px"] < 0.1
+    assert {"view0.png", "view4.png"} <= set(result["used"])
+
+
+def test_evaluation_keeps_to_the_views_for_evaluation(
+    calibrated, drawn, corners_file, tmp_path
+):
+    for model in ("zhang", "generic"):
+        path = tmp_path / f"{model}.json"
+        arguments = ["evaluate", str(calibrated[model][0]), str(drawn)]
+        arguments += ["--json", str(path), "--corners", str(corners_file)]
+        assert main(arguments) == 0
+        result = json.loads(path.read_text())
+        (image,) = result["images"]
+        assert image["file"] == "view5.png"
+        assert image["n_corners"] == CORNERS
+        assert image["rms_px"] < 0.15
+        assert result["rms_px"] == pytest.approx(image["rms_px"])
+        assert result["mean_deg"] < 0.03
+        share = 1 - image["n_without_ray"] / CORNERS
+        assert result["share_with_ray"] == pytest.approx(share)
+
+
+def test_evaluation_without_marked_views_takes_all(calibrated, tmp_path):
+    write_drawn_set(tmp_path / "set")
+    path = tmp_path / "result.json"
+    camera = str(calibrated["zhang"][0])
+    assert main(["evaluate", camera, str(tmp_path / "set"), "--json", str(path)]) == 0
+    assert len(json.loads(path.read_text())["images"]) == 6
+
+
+def test_auto_takes_the_model_that_predicts_better(
+    drawn, corners_file, tmp_path, capsys
+):
+    camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
+    arguments = ["calibrate", str(drawn), "--corners", str(corners_file)]
+    assert main([*arguments, "--out", str(camera), "--json", str(path)]) == 0
+    result = json.loads(path.read_text())
+    printed = capsys.readouterr().out
+    validation = result["cross_validation"]
+    assert set(validation) == {"zhang", "generic"}
+    for model in validation:
+        assert f"{model}, kept-out boards: mean angle" in printed
+    common = {m: v["common"]["mean_deg"] for m, v in validation.items()}
+    assert result["model"] == min(common, key=common.get)
+    # Both are scored on corners that both have rays for.
+    assert {v["common"]["share_with_ray"] for v in validation.values()} == {1.0}
+
+
+def test_auto_says_why_the_general_camera_is_not_possible(tmp_path, capsys):
+    write_drawn_set(tmp_path / "set", tilts=((25, 0), (-25, 5), (0, 28)))
+    camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
+    arguments = ["calibrate", str(tmp_path / "set"), "--out", str(camera)]
+    assert main([*arguments, "--json", str(path)]) == 0
+    # Of three boards two are left when one is kept out: too few for the general one.
+    assert "generic: not possible: " in capsys.readouterr().out
+    result = json.loads(path.read_text())
+    assert result["model"] == "zhang"
+    assert "2 views given" in result["cross_validation"]["generic"]["refused"]
+
+
+def test_zhang_is_content_with_two_views(tmp_path):
+    write_drawn_set(tmp_path / "set", tilts=((25, 0), (0, 28)))
+    arguments = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
+    assert main([*arguments, "--out", str(tmp_path / "camera.npz")]) == 0
+
+
+@pytest.mark.parametrize("model", ["zhang", "generic"])
+def test_undistortion_straightens_the_boards(calibrated, drawn, tmp_path, model):
+    arguments = ["undistort", str(calibrated[model][0]), str(drawn)]
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == [f"view{i}.png" for i in range(6)]
+    straight = cv2.imread(str(tmp_path / "out" / "view0.png"), cv2.IMREAD_UNCHANGED)
+    assert straight.shape == (HEIGHT, WIDTH)
+    camera = load_camera(calibrated[model][0])
+    bent = next(boards()).corners()
+    moved = corners_in_view(camera, bent)
+    seen = np.isfinite(moved[:, 0])
+    assert seen.mean() > 0.8
+    assert unstraightness(moved) < 0.1 * unstraightness(bent)
+    refined = cv2.cornerSubPix(
+        straight,
+        np.array(moved[seen, None], np.float32, order="C"),
+        (4, 4),
+        (-1, -1),
+        (cv2.TERM_CRITERIA_COUNT, 50, 0),
+    )
+    # The picture has its corners where the rays say, but where black cuts a square.
+    distances = np.linalg.norm(refined[:, 0] - moved[seen], axis=1)
+    assert np.median(distances) < 0.1
+
+
+def corners_in_view(camera, corners):
+    """Where the perspective view should show what the camera saw at `corners`."""
+    view = perspective_view(camera)
+    ahead = camera.rays(corners).directions @ view.R_camera_view @ view.K.T
+    return ahead[:, :2] / ahead[:, 2:]
+
+
+def unstraightness(corners):
+    """The largest distance of a corner from the best line through its row."""
+    worst = 0.0
+    for row in corners.reshape(ROWS, COLUMNS, 2):
+        row = row[np.isfinite(row[:, 0])]
+        if len(row) > 2:
+            off = np.linalg.svd(row - row.mean(axis=0))[2][1]
+            worst = max(worst, np.abs((row - row.mean(axis=0)) @ off).max())
+    return worst
+
+
+def test_a_view_through_a_table_equals_the_view_through_its_camera():
+    K = np.array([[FOCAL, 0, 150.0], [0, FOCAL, 125.0], [0, 0, 1]])
+    lens = PerspectiveCamera(K, [-0.2, 0.05], WIDTH, HEIGHT)
+    table = GeneralCamera.from_camera(lens)
+    view = perspective_view(lens)
+    assert np.array_equal(view.K, K)
+    by_lens, by_table = source_pixels(lens, view), source_pixels(table, view)
+    both = (by_lens >= 0).all(axis=2) & (by_table >= 0).all(axis=2)
+    assert both.mean() > 0.9
+    # Bilinear interpolation of the directions between pixels.
+    assert np.abs(by_lens - by_table)[both].max() < 0.01
+
+
+def test_the_view_of_a_general_camera_turns_no_picture_over():
+    K = np.array([[FOCAL, 0, 159.5], [0, FOCAL, 119.5], [0, 0, 1]])
+    table = GeneralCamera.from_camera(PerspectiveCamera(K, [-0.3], WIDTH, HEIGHT))
+    view = perspective_view(table)
+    assert np.allclose(view.R_camera_view, np.eye(3), atol=0.02)
+    assert np.linalg.det(view.R_camera_view) == pytest.approx(1)
+    assert view.K[0, 0] <= FOCAL
+    image = np.zeros((HEIGHT, WIDTH, 3), np.uint16)
+    image[:, WIDTH // 2 :, 2] = 60000
+    seen = resample(image, source_pixels(table, view))
+    assert seen.dtype == np.uint16
+    assert seen[HEIGHT // 2, WIDTH // 2 - 20].tolist() == [0, 0, 0]
+    assert seen[HEIGHT // 2, WIDTH // 2 + 20].tolist() == [0, 0, 60000]
+
+
+def test_names_that_differ_in_their_ending_only_stay_apart(calibrated, tmp_path):
+    folder = tmp_path / "set"
+    write_drawn_set(folder, tilts=((0, 0),))
+    image = read_image(load_set(folder), "view0.png")
+    colour = np.dstack((image, image // 2, image // 3))
+    cv2.imwrite(str(folder / "view0.tif"), colour)
+    views = [{"image": "view0.png"}, {"image": "view0.tif"}]
+    write_description(folder, description(2, views=views))
+    out = tmp_path / "out"
+    arguments = ["undistort", str(calibrated["zhang"][0]), str(folder)]
+    assert main([*arguments, "--out", str(out)]) == 0
+    grey = cv2.imread(str(out / "view0.png.png"), cv2.IMREAD_UNCHANGED)
+    assert grey.shape == (HEIGHT, WIDTH)
+    kept = cv2.imread(str(out / "view0.tif.png"), cv2.IMREAD_UNCHANGED)
+    assert kept.shape == (HEIGHT, WIDTH, 3)
+
+
+def test_check_says_what_is_in_a_set(drawn, capsys):
+    assert main(["check", str(drawn)]) == 0
+    printed = capsys.readouterr().out
+    assert "chessboard, 7 x 5 interior corners, pitch 20.0 mm" in printed
+    assert "6 of 8 bit, 320 x 240 px" in printed
+    assert "5 to calibrate, 1 to evaluate" in printed
+
+
+def test_check_counts_the_bits_of_an_active_grid(drawn, tmp_path, capsys):
+    image = np.zeros((HEIGHT, WIDTH), np.uint8)
+    cv2.imwrite(str(tmp_path / "a.png"), image)
+    patterns = [
+        {"image": "a.png", "axis": "x", "kind": "gray", "bit": bit, "of": 10}
+        for bit in range(7)
+    ]
+    target = {"kind": "active_grid", "monitor_px": [1024, 768]}
+    views = [{"name": "pose", "patterns": patterns}]
+    write_description(tmp_path, description(0, target=target, views=views))
+    assert main(["check", str(tmp_path)]) == 0
+    assert "pose: x gray 7 of 10 bits" in capsys.readouterr().out
+
+
+def test_help_names_all_commands_without_loading_numpy():
+    program = (
+        "import sys; from raxel.cli import main; status = main(['--help']);"
+        "sys.exit(status or any(m in sys.modules for m in ('numpy', 'cv2', 'yaml')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    for command in ("corners", "calibrate", "evaluate", "undistort", "check"):
+        assert command in done.stdout
+
+
+def test_the_module_runs_as_a_program(drawn):
+    command = [sys.executable, "-m", "raxel", "check", str(drawn)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout.startswith("set        drawn\n")
+    assert done.stderr.splitlines()[-1] == "6/6 view5.png"
+
+
+class Stream:
+    """Where progress goes; a terminal or not."""
+
+    def __init__(self, terminal):
+        self.terminal, self.text = terminal, ""
+
+    def isatty(self):
+        return self.terminal
+
+    def write(self, text):
+        self.text += text
+
+    def flush(self):
+        pass
+
+
+def test_progress_is_live_on_a_terminal_and_held_back_elsewhere():
+    terminal, log = Stream(True), Stream(False)
+    for stream, before in ((terminal, "one\n"), (log, "")):
+        progress = Progress(stream)
+        progress.say("one")
+        assert stream.text == before
+        progress.release()
+        assert stream.text == "one\n"

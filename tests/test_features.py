@@ -1,0 +1,264 @@
+"""Detectors on drawn boards: right corners, one order, and nothing that is no board."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features import (
+    DETECTORS,
+    in_order_of_clicks,
+    refused,
+    symmetries,
+    verified,
+)
+from raxel.features.lattice import in_standard_order, lattice_fault, misfit, spacing
+from raxel.features.opencv import refine
+from tests.chessboards import Board, facing
+
+BOTH = pytest.mark.parametrize("detector", list(DETECTORS))
+POSES = {
+    "straight": (facing(9, 6, 40), 0.0),
+    "turned": (facing(9, 6, 34, turn=0.7), 0.0),
+    "tilted": (facing(9, 6, 42, tilt=(0.05, -0.03), turn=-0.3), 0.0),
+    "bent": (facing(9, 6, 48, turn=0.2), 0.6),
+    "bent and tilted": (facing(9, 6, 44, tilt=(-0.03, 0.04), turn=3.0), 1.0),
+}
+
+
+def drawn(name, columns=9, rows=6):
+    homography, bend = POSES[name]
+    return Board(columns, rows, homography, bend=bend)
+
+
+def seen(board, rng, blur=0.7, noise=2.0):
+    """The board through a soft lens, with noise."""
+    soft = cv2.GaussianBlur(board.image().astype(float), (0, 0), blur)
+    noisy = soft + rng.normal(0, noise, soft.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+def distance(corners, board):
+    """The largest distance to the drawn corners under the best symmetry."""
+    return min(
+        np.linalg.norm(order - board.corners(), axis=1).max()
+        for order, size in symmetries(corners, board.columns, board.rows)
+        if size == (board.columns, board.rows)
+    )
+
+
+@BOTH
+@pytest.mark.parametrize("name", POSES)
+def test_corners_are_right_to_a_tenth_of_a_pixel(detector, name):
+    board = drawn(name)
+    image = seen(board, np.random.default_rng(1), noise=0.0)
+    found = DETECTORS[detector](image, 9, 6)
+    assert found.found, found.reason
+    assert (found.columns, found.rows) == (9, 6)
+    assert distance(found.corners, board) < 0.1
+
+
+@BOTH
+def test_noise_of_two_grey_values_costs_little(detector):
+    errors = []
+    for seed, name in enumerate(POSES):
+        image = seen(drawn(name), np.random.default_rng(seed))
+        found = DETECTORS[detector](image, 9, 6)
+        errors.append(distance(found.corners, drawn(name)))
+    # The largest of 54 corners, each with about 0.03 px of noise per axis.
+    assert max(errors) < 0.15
+
+
+@BOTH
+def test_16_bit_images_give_the_same_corners(detector):
+    image = drawn("turned").image()
+    deep = image.astype(np.uint16) * 16 + 3000
+    shallow = DETECTORS[detector](image, 9, 6)
+    found = DETECTORS[detector](deep, 9, 6)
+    assert found.found
+    # The stretch to 8 bit rounds differently; both are refined on the full depth.
+    assert np.abs(found.corners - shallow.corners).max() < 0.02
+
+
+@BOTH
+@pytest.mark.parametrize("quarters", [1, 2])
+def test_the_first_corner_stays_on_its_square_when_the_image_is_turned(
+    detector, quarters
+):
+    board = drawn("tilted")
+    image = board.image()
+    start = DETECTORS[detector](image, 9, 6).corners
+    turned = np.ascontiguousarray(np.rot90(image, quarters))
+    corners = DETECTORS[detector](turned, 9, 6).corners
+    expected = start
+    height, width = image.shape
+    for _ in range(quarters):
+        # np.rot90 takes (u, v) of a (height, width) image to (v, width - 1 - u).
+        expected = np.column_stack((expected[:, 1], width - 1 - expected[:, 0]))
+        height, width = width, height
+    assert np.abs(corners - expected).max() < 0.05
+
+
+@BOTH
+def test_a_mirrored_image_is_ordered_clockwise_as_well(detector):
+    image = np.ascontiguousarray(drawn("tilted").image()[:, ::-1])
+    corners = DETECTORS[detector](image, 9, 6).corners.reshape(6, 9, 2)
+    along, down = corners[0, 1] - corners[0, 0], corners[1, 0] - corners[0, 0]
+    assert along[0] * down[1] - along[1] * down[0] > 0
+
+
+@BOTH
+def test_an_image_without_a_board_gives_a_reason(detector):
+    blank = np.random.default_rng(2).integers(0, 255, (240, 320), dtype=np.uint8)
+    found = DETECTORS[detector](blank, 9, 6)
+    assert not found.found
+    assert found.corners.shape == (0, 2)
+    assert "9 x 6" in found.reason
+
+
+@BOTH
+def test_a_wrong_count_is_no_board(detector):
+    found = DETECTORS[detector](drawn("straight").image(), 11, 8)
+    assert not found.found
+
+
+@BOTH
+def test_the_smallest_image_does_no_harm(detector):
+    assert not DETECTORS[detector](np.zeros((16, 16), np.uint8), 3, 3).found
+
+
+def test_unknown_counts_are_found_by_the_sector_detector_only():
+    image = seen(drawn("straight"), np.random.default_rng(3))
+    refusal = DETECTORS["opencv"](image, None, None)
+    assert not refusal.found
+    assert "opencv-sb" in refusal.reason
+    found = DETECTORS["opencv-sb"](image, None, None)
+    assert (found.found, found.columns, found.rows) == (True, 9, 6)
+    assert distance(found.corners, drawn("straight")) < 0.15
+
+
+def test_a_board_standing_upright_has_its_longer_side_as_columns():
+    image = np.ascontiguousarray(np.rot90(drawn("straight").image()))
+    found = DETECTORS["opencv-sb"](image, None, None)
+    assert (found.columns, found.rows) == (9, 6)
+
+
+def test_refinement_repairs_a_corner_that_went_astray():
+    board = drawn("bent")
+    image = seen(board, np.random.default_rng(4))
+    start = board.corners()
+    start[22] += (17.0, 6.0)
+    start[0] -= (14.0, 10.0)
+    assert (
+        np.linalg.norm(refine(image, start, 9, 6) - board.corners(), axis=1).max() < 0.2
+    )
+
+
+class TestLattice:
+    board = drawn("bent")
+    image = board.image()
+    corners = board.corners()
+
+    def fault(self, corners):
+        return lattice_fault(corners, 9, 6, self.image)
+
+    def test_the_drawn_corners_pass(self):
+        assert self.fault(self.corners) == ""
+        assert verified(self.corners, 9, 6, self.image).found
+
+    @pytest.mark.parametrize("order", range(4))
+    def test_every_symmetry_passes(self, order):
+        same_size = [o for o, s in symmetries(self.corners, 9, 6) if s == (9, 6)]
+        assert self.fault(same_size[order]) == ""
+
+    def test_a_corner_that_is_not_finite(self):
+        broken = self.corners.copy()
+        broken[7, 1] = np.nan
+        assert "not finite" in self.fault(broken)
+
+    def test_a_corner_outside_the_image(self):
+        broken = self.corners.copy()
+        broken[0] = (-0.6, 30)
+        assert "outside" in self.fault(broken)
+
+    def test_two_corners_at_one_place(self):
+        broken = self.corners.copy()
+        broken[10] = broken[11]
+        assert "less than a pixel apart" in self.fault(broken)
+
+    def test_two_corners_exchanged(self):
+        broken = self.corners.copy()
+        broken[[10, 11]] = broken[[11, 10]]
+        assert "folded" in self.fault(broken)
+
+    def test_a_corner_a_third_of_a_square_off(self):
+        broken = self.corners.copy()
+        broken[24] += spacing(self.corners, 9, 6)[24] * 0.35
+        assert "out of line" in self.fault(broken)
+
+    def test_a_lattice_that_is_not_on_squares(self):
+        grid = drawn("straight").corners()
+        flat = np.full_like(self.image, 90)
+        assert "dark and bright" in lattice_fault(grid, 9, 6, flat)
+
+    def test_a_lattice_that_skips_a_column(self):
+        whole = Board(10, 6, facing(10, 6, 40))
+        lattice = whole.corners().reshape(6, 10, 2)
+        skipping = np.delete(lattice, 4, axis=1).reshape(-1, 2)
+        assert lattice_fault(skipping, 9, 6, whole.image()) != ""
+
+    def test_refusals_hold_no_corners(self):
+        broken = np.full((54, 2), np.nan)
+        refusal = verified(broken, 9, 6, self.image)
+        assert refusal == refused(9, 6, refusal.reason)._replace(
+            corners=refusal.corners
+        )
+        assert refusal.corners.shape == (0, 2)
+
+
+def test_the_misfit_of_a_homography_is_small_and_of_an_outlier_its_size():
+    board = drawn("tilted")
+    assert misfit(board.corners(), 9, 6)[0].max() < 0.01
+    moved = board.corners()
+    step = spacing(moved, 9, 6)[30]
+    moved[30] += (0.5 * step, 0)
+    size, prediction = misfit(moved, 9, 6)
+    assert np.argmax(size) == 30
+    assert size[30] == pytest.approx(0.5, rel=0.15)
+    assert np.linalg.norm(prediction[30] - board.corners()[30]) < 0.01 * step
+
+
+@pytest.mark.parametrize("size", [(9, 6), (8, 6), (7, 7), (6, 6), (7, 5)])
+def test_the_standard_order_does_not_depend_on_the_order_given(size):
+    board = Board(*size, facing(*size, 36, tilt=(0.03, 0.02), turn=0.4))
+    image = board.image()
+    results = [
+        in_standard_order(order, *size, image)
+        for order, order_size in symmetries(board.corners(), *size)
+        if order_size == size
+    ]
+    assert len(results) == (8 if size[0] == size[1] else 4)
+    for result in results:
+        assert np.array_equal(result, results[0])
+
+
+@pytest.mark.parametrize("turn", np.linspace(-3, 3, 7))
+def test_an_asymmetric_board_keeps_its_first_corner_at_any_turn(turn):
+    board = Board(9, 6, facing(9, 6, 30, turn=turn))
+    ordered = in_standard_order(board.corners()[::-1], 9, 6, board.image())
+    assert np.array_equal(ordered, board.corners())
+
+
+def test_clicks_settle_the_first_corner():
+    board = Board(8, 6, facing(8, 6, 40))
+    lattice = board.corners()
+    for order, size in symmetries(lattice, 8, 6):
+        if size == (8, 6):
+            clicks = order[[0, 7, 47, 40]] + 1.5
+            assert np.array_equal(in_order_of_clicks(lattice, 8, 6, clicks), order)
+
+
+def test_symmetries_are_eight_different_orders():
+    corners = Board(4, 3, facing(4, 3, 40)).corners()
+    orders = list(symmetries(corners, 4, 3))
+    assert sorted(size for _, size in orders) == [(3, 4)] * 4 + [(4, 3)] * 4
+    assert len({order.tobytes() for order, _ in orders}) == 8

@@ -1,0 +1,66 @@
+"""OpenCV's detectors on real photographs with reference corners.
+
+Only where RAXEL_RECORDED names the folder of the recorded sets.
+"""
+
+import functools
+import os
+from pathlib import Path
+
+import pytest
+
+from raxel.evaluation.reference_corners import distance_to_reference
+from raxel.features import DETECTORS
+from raxel.features.boards import detect_boards
+from raxel.sets import load_reference, load_set
+
+RECORDED = Path(os.environ.get("RAXEL_RECORDED", "nowhere"))
+SETS = [
+    "mirror-omnidir",
+    "fisheye-urban1",
+    "ordinary-opencv-left",
+    "wide-omnidir-left",
+    "fisheye-deltille",
+]
+# A board that is not found takes seconds; the exhaustive search always takes long.
+FEW = {"fisheye-deltille": ("0145.png", "0249.png")}
+EVERY = {"opencv": 1, "opencv-sb": 4}
+
+pytestmark = pytest.mark.skipif(
+    not RECORDED.is_dir(), reason="RAXEL_RECORDED names no folder"
+)
+
+
+@functools.cache
+def found(name, detector):
+    """Boards and reference corners of a recorded set."""
+    image_set = load_set(RECORDED / name)
+    views = image_set.views[:: EVERY[detector]]
+    if name in FEW:
+        views = [view for view in image_set.views if view.image in FEW[name]]
+    return detect_boards(image_set, detector, views), load_reference(image_set)
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+@pytest.mark.parametrize("name", SETS)
+def test_what_is_found_is_right(name, detector, record_property):
+    boards, reference = found(name, detector)
+    taken = [board for board in boards if board.detection.found]
+    record_property("found", f"{len(taken)} of {len(boards)}")
+    for board in taken:
+        corners = reference[board.view.image]
+        distance = distance_to_reference(board.detection, corners)
+        assert distance <= corners.tolerance_px, board.view.image
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_what_is_not_found_has_a_reason(detector):
+    boards, _ = found("fisheye-deltille", detector)
+    missed = [board.detection for board in boards if not board.detection.found]
+    assert missed
+    assert all(detection.reason for detection in missed)
+
+
+def test_the_ordinary_lens_loses_no_board():
+    boards, _ = found("ordinary-opencv-left", "opencv")
+    assert all(board.detection.found for board in boards)

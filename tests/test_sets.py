@@ -1,0 +1,279 @@
+"""Image sets: what is written is read back, images come as the sensor had them."""
+
+import dataclasses
+import struct
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from raxel.errors import InputError
+from raxel.sets import (
+    ActiveGrid,
+    Chessboard,
+    ImageSet,
+    Motion,
+    Pattern,
+    View,
+    load_reference,
+    load_set,
+    read_colour,
+    read_image,
+    write_set,
+)
+from raxel.sets.image_files import file_fault
+from tests.image_sets import HEIGHT, WIDTH, description, write_description
+
+FORMATS = ["png", "jpg", "tif", "bmp"]
+
+
+def empty_images(folder, *names):
+    for name in names:
+        (folder / name).write_bytes(b"")
+
+
+def picture(depth=np.uint8, colours=1):
+    """A picture whose every pixel differs from its mirror images."""
+    v, u = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
+    grey = (u / WIDTH + 2 * v / HEIGHT) / 3 * np.iinfo(depth).max
+    image = np.rint(grey).astype(depth)
+    return image if colours == 1 else np.dstack((image, image // 2, image // 4))
+
+
+def one_image_set(folder, name, data):
+    (folder / name).write_bytes(data)
+    write_description(folder, description(0, views=[{"image": name}]))
+    return load_set(folder)
+
+
+def encoded(extension, image, *options):
+    return cv2.imencode(f".{extension}", image, list(options))[1].tobytes()
+
+
+texts = st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]))
+lengths = st.floats(-1e6, 1e6)
+threes = st.tuples(lengths, lengths, lengths)
+motions = st.none() | st.builds(Motion, threes, threes)
+uses = st.sampled_from(["calibrate", "evaluate"])
+counts = st.integers(3, 30)
+pitches = st.none() | st.floats(0.01, 1000)
+chessboards = st.builds(Chessboard, counts, counts, pitches) | st.just(
+    Chessboard(None, None, None)
+)
+origins = st.dictionaries(st.sampled_from(["source", "licence", "note"]), texts)
+
+
+@st.composite
+def chessboard_views(draw):
+    clicks = ((10.5, 20.25), (300.0, 25.0), (290.0, 200.0), (15.0, 210.0))
+    return tuple(
+        View(
+            image=f"{index}.png",
+            use=draw(uses),
+            motion=draw(motions),
+            outer_corners=draw(st.sampled_from([None, clicks])),
+        )
+        for index in range(draw(st.integers(1, 4)))
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sets")
+    empty_images(folder, *(f"{i}.png" for i in range(20)), "white.png")
+    return folder
+
+
+@settings(max_examples=40)
+@given(chessboards, chessboard_views(), texts, origins)
+def test_a_written_chessboard_set_is_read_back_equal(
+    folder, target, views, camera, origin
+):
+    written = ImageSet(
+        "a-set", WIDTH, HEIGHT, target, views, folder, camera, origin, truth="truth/"
+    )
+    write_set(written)
+    assert load_set(folder) == written
+
+
+@settings(max_examples=20)
+@given(st.integers(1, 8), motions, st.none() | st.just((400.0, 300.0)))
+def test_a_written_active_grid_set_is_read_back_equal(folder, bits, motion, size):
+    patterns = [
+        Pattern(f"{2 * b + int(i)}.png", "x", "gray", of=8, bit=b, inverse=i)
+        for b in range(bits)
+        for i in (False, True)
+    ] + [
+        Pattern(f"{16 + k}.png", "y", "phase", of=3, step=k, periods=8.5)
+        for k in range(3)
+    ]
+    view = View(
+        name="pose 1", white="white.png", patterns=tuple(patterns), motion=motion
+    )
+    target = ActiveGrid((1024, 768), size)
+    written = ImageSet("a-set", WIDTH, HEIGHT, target, (view,), folder)
+    write_set(written)
+    assert load_set(folder) == written
+
+
+def test_write_set_refuses_what_load_set_would_refuse(tmp_path):
+    views = (View(image="missing.png"),)
+    broken = ImageSet("a-set", WIDTH, HEIGHT, Chessboard(4, 3), views, tmp_path)
+    with pytest.raises(InputError, match=r"views\[0\]\.image"):
+        write_set(broken)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_numbers_written_as_floats_are_whole(tmp_path):
+    empty_images(tmp_path, "view0.png")
+    data = description(1)
+    data["resolution"] = [320.0, 240.0]
+    data["target"]["columns"] = 7.0
+    write_description(tmp_path, data)
+    loaded = load_set(tmp_path)
+    assert isinstance(loaded.width, int)
+    assert isinstance(loaded.target.columns, int)
+
+
+def test_a_date_stays_a_text(tmp_path):
+    empty_images(tmp_path, "view0.png")
+    text = yaml.safe_dump(description(1)) + "origin: {source: 2026-01-31}\n"
+    (tmp_path / "set.yaml").write_text(text)
+    assert load_set(tmp_path).origin == {"source": "2026-01-31"}
+
+
+def test_views_are_told_apart_by_their_use(tmp_path):
+    empty_images(tmp_path, "a.png", "b.png")
+    views = [{"image": "a.png", "use": "evaluate"}, {"image": "b.png"}]
+    write_description(tmp_path, description(0, views=views))
+    loaded = load_set(tmp_path)
+    assert [v.label for v in loaded.views_for("calibrate")] == ["b.png"]
+    assert [v.label for v in loaded.views_for("evaluate")] == ["a.png"]
+
+
+def test_points_run_row_by_row_with_x_along_the_columns():
+    points = Chessboard(4, 3, 2.5).points()
+    assert points.shape == (12, 2)
+    assert points[:5].tolist() == [[0, 0], [2.5, 0], [5, 0], [7.5, 0], [0, 2.5]]
+    assert Chessboard(None, None).points(3, 3)[-1].tolist() == [2, 2]
+    with pytest.raises(ValueError, match="unknown"):
+        Chessboard(None, None).points()
+
+
+@pytest.mark.parametrize("extension", FORMATS)
+def test_grey_images_come_back_as_they_are(tmp_path, extension):
+    image = picture()
+    loaded = one_image_set(tmp_path, f"a.{extension}", encoded(extension, image))
+    read = read_image(loaded, loaded.views[0])
+    assert read.dtype == np.uint8
+    # JPEG may change a value by its quantisation, the others by nothing.
+    assert np.abs(read.astype(int) - image).max() <= (6 if extension == "jpg" else 0)
+
+
+@pytest.mark.parametrize("extension", ["png", "tif"])
+def test_16_bit_images_keep_their_depth(tmp_path, extension):
+    image = picture(np.uint16)
+    loaded = one_image_set(tmp_path, f"a.{extension}", encoded(extension, image))
+    assert np.array_equal(read_image(loaded, "a." + extension), image)
+
+
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_colour_is_kept_or_made_grey_as_asked(tmp_path, depth):
+    image = picture(depth, colours=3)
+    loaded = one_image_set(tmp_path, "a.png", encoded("png", image))
+    assert np.array_equal(read_colour(loaded, "a.png"), image)
+    grey = read_image(loaded, "a.png")
+    assert grey.shape == (HEIGHT, WIDTH)
+    assert grey.dtype == depth
+
+
+def with_exif(jpeg, content):
+    """The JPEG with an Exif segment after its start marker."""
+    segment = b"Exif\0\0" + content
+    header = b"\xff\xe1" + struct.pack(">H", len(segment) + 2)
+    return jpeg[:2] + header + segment + jpeg[2:]
+
+
+def orientation(value):
+    """The Exif content that says only how the camera was turned."""
+    entry = struct.pack("<HHIHH", 0x0112, 3, 1, value, 0)
+    return b"II*\0" + struct.pack("<IH", 8, 1) + entry + struct.pack("<I", 0)
+
+
+@pytest.mark.parametrize("read", [read_image, read_colour])
+def test_exif_rotation_is_ignored(tmp_path, read):
+    plain = encoded("jpg", picture())
+    rotated = with_exif(plain, orientation(6))
+    turned = cv2.imdecode(np.frombuffer(rotated, np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert turned.shape == (WIDTH, HEIGHT), "the tag is one that OpenCV obeys"
+    loaded = one_image_set(tmp_path, "a.jpg", rotated)
+    kept = read(loaded, "a.jpg")
+    assert np.array_equal(kept, cv2.imdecode(np.frombuffer(plain, np.uint8), 0))
+
+
+VARIANTS = {
+    "png": encoded("png", picture()),
+    "jpg": encoded("jpg", picture()),
+    "progressive jpg": encoded("jpg", picture(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
+    "jpg with restarts": encoded("jpg", picture(), cv2.IMWRITE_JPEG_RST_INTERVAL, 4),
+    "jpg with exif": with_exif(encoded("jpg", picture()), orientation(3)),
+    "tif": encoded("tif", picture()),
+    "plain tif": encoded("tif", picture(), cv2.IMWRITE_TIFF_COMPRESSION, 1),
+    "bmp": encoded("bmp", picture()),
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@given(share=st.floats(0, 1, exclude_max=True))
+def test_every_cut_file_is_noticed(variant, share):
+    data = VARIANTS[variant]
+    assert file_fault(data) is None
+    assert file_fault(data[: int(share * len(data))])
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_cut_file_is_refused_by_name(tmp_path, variant):
+    data = VARIANTS[variant]
+    loaded = one_image_set(tmp_path, "a.img", data)
+    assert read_image(loaded, "a.img").shape == (HEIGHT, WIDTH)
+    (tmp_path / "a.img").write_bytes(data[: len(data) * 2 // 3])
+    with pytest.raises(InputError, match=r"a\.img: cut off"):
+        read_image(loaded, "a.img")
+
+
+def test_a_thumbnail_does_not_stand_in_for_the_end(tmp_path):
+    whole = encoded("jpg", picture())
+    data = with_exif(whole, encoded("jpg", picture()[:16, :16]))
+    loaded = one_image_set(tmp_path, "a.jpg", data)
+    assert read_image(loaded, "a.jpg").shape == (HEIGHT, WIDTH)
+    (tmp_path / "a.jpg").write_bytes(data[: len(data) - len(whole) // 2])
+    with pytest.raises(InputError, match="cut off"):
+        read_image(loaded, "a.jpg")
+
+
+def test_a_changed_byte_in_a_png_is_noticed(tmp_path):
+    data = bytearray(encoded("png", picture()))
+    data[len(data) // 2] ^= 0x10
+    loaded = one_image_set(tmp_path, "a.png", bytes(data))
+    with pytest.raises(InputError, match=r"a\.png: cut off or damaged"):
+        read_image(loaded, "a.png")
+
+
+def test_float_samples_are_refused(tmp_path):
+    data = encoded("tif", picture().astype(np.float32))
+    loaded = one_image_set(tmp_path, "a.tif", data)
+    with pytest.raises(InputError, match="float32; save it with 8 or 16 bit"):
+        read_image(loaded, "a.tif")
+
+
+def test_sets_cannot_be_changed(tmp_path):
+    loaded = one_image_set(tmp_path, "a.png", VARIANTS["png"])
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        loaded.width = 3
+
+
+def test_a_set_without_reference_has_no_reference_corners(tmp_path):
+    assert load_reference(one_image_set(tmp_path, "a.png", VARIANTS["png"])) == {}
