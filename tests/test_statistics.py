@@ -71,13 +71,13 @@ def test_wins_sees_a_clear_difference_and_only_that():
     decisions = {
         factor: [
             stats.all_of([c.decision for c in stats.wins(pairs(rng, factor))])
-            for _ in range(30)
+            for _ in range(15)
         ]
         for factor in (0.9, 1.0, 1.3)
     }
-    assert decisions[1.3].count("holds") == 30
+    assert decisions[1.3].count("holds") == 15
     assert decisions[1.0].count("holds") == 0
-    assert decisions[0.9].count("fails") == 30
+    assert decisions[0.9].count("fails") == 15
 
 
 def test_a_small_difference_is_no_win_however_significant():
@@ -153,3 +153,55 @@ def test_median_ratio_and_welch_agree_on_the_sign():
     assert ratio.low < 2 < ratio.high
     assert stats.welch_less(small, large) < 1e-6
     assert stats.welch_less(large, small) > 0.99
+
+
+FAILED = np.full(50, np.nan)
+GOOD = np.linspace(1.0, 2.0, 50)
+MOSTLY_FAILED = np.where(np.arange(50) < 30, np.nan, GOOD)
+
+
+def test_failures_on_both_sides_leave_a_ratio_open():
+    for trials in (FAILED, MOSTLY_FAILED):
+        ratio = stats.median_ratio(trials, trials)
+        assert ratio.above(1.0) == ratio.below(1.0) == "undecided"
+    assert stats.median_ratio(FAILED, GOOD).above(1.0) == "holds"
+    assert stats.median_ratio(GOOD, FAILED).below(1.0) == "holds"
+
+
+def test_wins_takes_failures_of_the_same_trial_as_a_tie():
+    few = np.where(np.arange(50) < 10, np.nan, GOOD)
+    (found,) = stats.wins([(few, 2 * few)])
+    assert (found.ratio.value, found.decision) == (pytest.approx(2), "holds")
+    (found,) = stats.wins([(FAILED, FAILED)])
+    assert (found.p, found.decision) == (1.0, "undecided")
+
+
+def test_wins_needs_fifty_trials():
+    assert stats.wins([(GOOD, 2 * GOOD)])[0].decision == "holds"
+    assert stats.wins([(GOOD[:49], 2 * GOOD[:49])])[0].decision == "undecided"
+    assert stats.wins([(2 * GOOD[:49], GOOD[:49])])[0].decision == "fails"
+
+
+def test_a_level_without_success_leaves_a_trend_open():
+    found = stats.trend(
+        np.array([1.0, 2.0, 3.0]), [GOOD, FAILED, GOOD], stats.loglog_slope
+    )
+    assert found.within(0.85, 1.15) == "undecided"
+    assert found.failed == 50
+
+
+def test_welch_where_nothing_succeeds_or_scatters():
+    assert stats.welch_less(FAILED, FAILED) == 1.0
+    assert stats.welch_less(GOOD, FAILED) < 1e-6
+    assert stats.welch_less(FAILED, GOOD) > 0.99
+    constant = np.ones(50)
+    assert stats.welch_less(constant, 2 * constant) == 0.0
+    assert stats.welch_less(constant, constant) == 1.0
+
+
+def test_false_positives_of_welch_stay_near_the_level():
+    rng = np.random.default_rng(8)
+    runs = 400
+    p = [stats.welch_less(rng.normal(0, 1, 50), rng.normal(0, 3, 50))
+         for _ in range(runs)]  # fmt: skip
+    assert np.sum(np.array(p) < 0.01) <= 0.01 * runs + binomial_room(runs, 0.01)

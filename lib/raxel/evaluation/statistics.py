@@ -18,6 +18,7 @@ HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 RESAMPLES = 2000
 SIGNIFICANCE = 0.01
 LEAST_RATIO = 1.05
+LEAST_TRIALS = 50
 
 
 class Estimate(NamedTuple):
@@ -92,11 +93,15 @@ def bootstrap(
 
 
 def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
-    """Order statistics, so that an infinite worst stays what it is."""
-    ordered = np.sort(drawn[~np.isnan(drawn)])
-    tail = (1 - level) / 2
-    low = ordered[int(np.floor(tail * (len(ordered) - 1)))]
-    high = ordered[int(np.ceil((1 - tail) * (len(ordered) - 1)))]
+    """Order statistics, so that an infinite worst stays what it is.
+
+    A draw without a value (two failures over each other) could be anything: it widens
+    the interval on both sides.
+    """
+    unknown = np.isnan(drawn)
+    tail, last = (1 - level) / 2, len(drawn) - 1
+    low = np.sort(np.where(unknown, -np.inf, drawn))[int(np.floor(tail * last))]
+    high = np.sort(np.where(unknown, np.inf, drawn))[int(np.ceil((1 - tail) * last))]
     return float(low), float(high)
 
 
@@ -127,6 +132,7 @@ def wins(levels: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Comparison]:
 
     One-sided Wilcoxon signed-rank test with p < 0.01 after Holm's correction over the
     levels, and a median ratio b / a of at least 1.05 with its interval on that side.
+    Fewer than 50 trials at a level decide nothing in favour.
     """
     from scipy.stats import wilcoxon
 
@@ -144,7 +150,7 @@ def wins(levels: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Comparison]:
             lambda x, y: _median(y) / _median(x), a, b, paired=True
         )  # fmt: skip
         decision = ratio.above(np.nextafter(LEAST_RATIO, 0))
-        if decision == HOLDS and p >= SIGNIFICANCE:
+        if decision == HOLDS and (p >= SIGNIFICANCE or len(a) < LEAST_TRIALS):
             decision = UNDECIDED
         found.append(Comparison(p, ratio, decision))
     return found
@@ -152,10 +158,12 @@ def wins(levels: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Comparison]:
 
 def _difference(b: np.ndarray, a: np.ndarray) -> np.ndarray:
     """b - a; two failures tie, and one failure outranks every finite difference."""
-    both = np.isinf(a) & np.isinf(b)
-    largest = np.abs(np.where(np.isfinite(a) & np.isfinite(b), b - a, 0)).max() + 1
-    difference = np.where(both, 0.0, b - np.where(both, b, a))
-    return np.clip(difference, -largest, largest)
+    finite = np.isfinite(a) & np.isfinite(b)
+    difference = np.subtract(b, a, out=np.zeros(len(a)), where=finite)
+    largest = np.abs(difference).max() + 1
+    difference[np.isinf(b) & np.isfinite(a)] = largest
+    difference[np.isinf(a) & np.isfinite(b)] = -largest
+    return difference
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
@@ -171,18 +179,23 @@ def holm(p_values: Sequence[float]) -> list[float]:
 def welch_less(a: np.ndarray, b: np.ndarray) -> float:
     """One-sided p of Welch's test that the mean of ``a`` is below that of ``b``.
 
-    Failed trials count as the worst finite trial of either sample.
+    Failed trials count as the worst finite trial of either sample. Where nothing
+    scatters (or nothing succeeded) the means themselves decide.
     """
-    from scipy.stats import ttest_ind
+    from scipy.stats import ttest_ind_from_stats
 
-    finite = np.concatenate([np.asarray(a, float), np.asarray(b, float)])
-    worst = float(np.nanmax(finite))
-    return float(
-        ttest_ind(
-            with_worst(a, worst), with_worst(b, worst), equal_var=False,
-            alternative="less",
-        ).pvalue
-    )  # fmt: skip
+    samples = [np.asarray(a, float), np.asarray(b, float)]
+    worst = np.nanmax(np.concatenate([*samples, [-np.inf]]))
+    if np.isinf(worst):
+        return 1.0
+    a, b = (with_worst(sample, worst) for sample in samples)
+    if np.ptp(a) == np.ptp(b) == 0:
+        return float(a[0] >= b[0])
+    moments = [(v.mean(), v.std(ddof=1), len(v)) for v in (a, b)]
+    found = ttest_ind_from_stats(
+        *moments[0], *moments[1], equal_var=False, alternative="less"
+    )
+    return float(found.pvalue)
 
 
 def spearman(x: np.ndarray, y: np.ndarray) -> float:
@@ -219,9 +232,13 @@ def trend(
     """Bootstrap of a fit over a sweep: trials are resampled within every level.
 
     x: (levels,); trials: one array of trials per level (nan counts as the level's
-    worst finite trial); fit(x, medians) -> float, with medians (levels,).
+    worst finite trial); fit(x, medians) -> float, with medians (levels,). A level at
+    which every trial failed leaves the fit open: nan, from -inf to inf.
     """
     rng = np.random.default_rng(seed)
+    failed = int(sum(np.isnan(t).sum() for t in trials))
+    if any(np.isnan(t).all() for t in trials):
+        return Estimate(np.nan, -np.inf, np.inf, failed)
     filled = [with_worst(t, np.nanmax(t)) for t in trials]
     drawn = np.stack(
         [_median(t[rng.integers(0, len(t), (RESAMPLES // 4, len(t)))]) for t in filled],
@@ -229,9 +246,7 @@ def trend(
     )
     value = fit(x, np.array([np.median(t) for t in filled]))
     low, high = _percentiles(np.array([fit(x, row) for row in drawn]), 0.95)
-    return Estimate(
-        float(value), low, high, int(sum(np.isnan(t).sum() for t in trials))
-    )
+    return Estimate(float(value), low, high, failed)
 
 
 def loglog_slope(x: np.ndarray, y: np.ndarray) -> float:
