@@ -1,0 +1,107 @@
+"""Models are compared on the same corners, from cameras that never saw them."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.correspondence import BoardView
+from raxel.cameras import GeneralCamera, PerspectiveCamera
+from raxel.errors import CalibrationError
+from raxel.evaluation.comparison import compare_models
+from raxel.evaluation.reference_corners import distance_to_reference
+from raxel.features.detector import Detection
+from raxel.sets import Chessboard, ReferenceCorners
+from tests.image_sets import COLUMNS, FOCAL, HEIGHT, ROWS, WIDTH, boards
+
+K = np.array([[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]])
+
+
+@pytest.fixture(scope="module")
+def views():
+    points = Chessboard(COLUMNS, ROWS).points()
+    return [
+        BoardView(board.corners(), points, COLUMNS, ROWS, f"view{i}")
+        for i, board in enumerate(boards())
+    ]
+
+
+def lens(views):
+    """About the lens that drew the boards (its bend undone to first order)."""
+    return PerspectiveCamera(K, [-0.33, 0.22], WIDTH, HEIGHT)
+
+
+def half_table(views):
+    """A poorer lens, with rays in the left two thirds only."""
+    whole = GeneralCamera.from_camera(PerspectiveCamera(K, [-0.2], WIDTH, HEIGHT))
+    mask = whole.mask.copy()
+    mask[:, 2 * WIDTH // 3 :] = False
+    return GeneralCamera(whole.directions, mask)
+
+
+def test_both_are_scored_on_what_both_can_answer_for(views):
+    comparison = compare_models({"lens": lens, "table": half_table}, views, 3)
+    assert comparison.refused == {}
+    assert comparison.own["lens"].share_with_ray == 1
+    assert comparison.own["table"].share_with_ray < 0.8
+    for model in ("lens", "table"):
+        assert comparison.common[model].share_with_ray == 1
+    answered = {
+        model: [score.n_corners for score in evaluation.images]
+        for model, evaluation in comparison.common.items()
+    }
+    assert answered["lens"] == answered["table"]
+    assert sum(answered["lens"]) < len(views) * COLUMNS * ROWS
+    assert comparison.best() == "lens"
+
+
+def test_a_model_that_fails_is_named_and_the_other_taken(views):
+    def refuse(views):
+        raise CalibrationError("boards do not overlap")
+
+    comparison = compare_models({"lens": lens, "none": refuse}, views, 3)
+    assert list(comparison.own) == ["lens"]
+    assert "boards do not overlap" in comparison.refused["none"]
+    assert comparison.best() == "lens"
+    with pytest.raises(CalibrationError, match="do not overlap"):
+        compare_models({"none": refuse}, views, 3).best()
+
+
+def test_each_camera_is_built_once_and_never_sees_its_part(views):
+    built = []
+
+    def remember(views):
+        built.append([view.name for view in views])
+        return lens(views)
+
+    compare_models({"a": remember, "table": half_table}, views, 3)
+    assert built == [
+        [f"view{i}" for i in range(6) if i % 3 != part] for part in range(3)
+    ]
+
+
+def reference(corners, certain):
+    return ReferenceCorners(corners, certain, COLUMNS, ROWS, 1.0)
+
+
+def test_reference_corners_are_compared_in_the_best_order(views):
+    corners = views[0].pixels
+    detection = Detection(True, corners[::-1] + (0.3, 0.4), COLUMNS, ROWS)
+    certain = np.ones(len(corners), bool)
+    assert distance_to_reference(detection, reference(corners, certain)) == (
+        pytest.approx(0.5)
+    )
+    certain[3] = False
+    doubtful = corners.copy()
+    doubtful[3] = np.nan
+    assert distance_to_reference(detection, reference(doubtful, certain)) == (
+        pytest.approx(0.5)
+    )
+
+
+def test_a_board_of_another_size_is_infinitely_far(views):
+    corners = views[0].pixels
+    everything = np.ones(len(corners), bool)
+    other = Detection(True, corners[:-COLUMNS], COLUMNS, ROWS - 1)
+    nothing = Detection(False, np.empty((0, 2)), None, None, "no")
+    for detection in (other, nothing):
+        distance = distance_to_reference(detection, reference(corners, everything))
+        assert distance == np.inf
