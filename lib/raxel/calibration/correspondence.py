@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.homography import homography_dlt
 
 BLOCK = 1 << 15  # pixels handled at once
 TOUCH = 1e-9  # px: a pixel this close to an edge counts as inside
@@ -82,12 +81,35 @@ def board_cells(view):
     normal = np.stack([-ahead[..., 1], ahead[..., 0]], axis=2)
     normal = normal * (sign / length)[..., None]
     offset = -np.sum(normal * corners, axis=2, keepdims=True)
-    maps = [homography_dlt(c, p) for c, p in zip(corners, points, strict=True)]
-    return CellTable(
-        corners,
-        np.concatenate([normal, offset], axis=2),
-        np.array(maps).reshape(-1, 3, 3),
-    )
+    edges = np.concatenate([normal, offset], axis=2)
+    return CellTable(corners, edges, _cell_maps(corners, points))
+
+
+def _cell_maps(corners, points):
+    """Exact homographies (K, 3, 3) pixel to board of all cells at once.
+
+    corners, points: (K, 4, 2). About the middle of a convex cell the last entry of the
+    homography cannot vanish, so it may be set to 1: eight equations for eight numbers.
+    """
+    middle = corners.mean(axis=1, keepdims=True)
+    size = np.max(np.abs(corners - middle), axis=(1, 2))
+    x, y = np.moveaxis((corners - middle) / size[:, None, None], 2, 0)
+    one, zero = np.ones_like(x), np.zeros_like(x)
+    a, b = np.moveaxis(points, 2, 0)
+    rows = [
+        np.stack([x, y, one, zero, zero, zero, -a * x, -a * y], axis=2),
+        np.stack([zero, zero, zero, x, y, one, -b * x, -b * y], axis=2),
+    ]
+    system = np.concatenate(rows, axis=1)
+    values = np.concatenate([a, b], axis=1)[..., None]
+    h = np.linalg.solve(system, values)[..., 0]
+    maps = np.concatenate([h, np.ones((len(h), 1))], axis=1).reshape(-1, 3, 3)
+    # From pixels to the normalised frame of each cell.
+    scaling = np.zeros((len(h), 3, 3))
+    scaling[:, [0, 1], [0, 1]] = 1 / size[:, None]
+    scaling[:, :2, 2] = -middle[:, 0] / size[:, None]
+    scaling[:, 2, 2] = 1.0
+    return maps @ scaling
 
 
 def locate_pixels(pixels, view):

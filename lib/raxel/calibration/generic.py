@@ -28,6 +28,7 @@ from raxel.calibration.generic_linear import (
     LinearSolution,
     grid_pair,
     linear_as_printed,
+    margin_of_pairs,
     normalising_similarity,
     solve_grid_pairs,
 )
@@ -40,10 +41,11 @@ OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment
 COARSE = 2  # while boards are chosen, every second sample each way will do
 CLEAREST = 12  # boards that are tried with one base
 FEWEST_COMMON = 40  # coarse samples that two boards must share to be compared
-CANDIDATES = 4  # first triples tried, each with another base
+CANDIDATES = 3  # first triples tried, each with another base
 POSED = 400  # samples a pose is found from
 AGREES = 0.6  # share of those within THRESHOLD_PX for a board to be taken in
 THRESHOLD_PX = 3.0
+ROWS = 16  # of the table, handled at once
 
 
 class GenericCalibration(NamedTuple):
@@ -99,6 +101,8 @@ def calibrate_generic(
     three boards overlap enough, boards are parallel, or the linear stage fails on all;
     InputError for views whose counts do not fit.
     """
+    if linear not in ("well conditioned", "as printed"):
+        raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
     views = [check_view(view) for view in views]
     if len(views) < 3:
         raise CalibrationError(
@@ -130,19 +134,14 @@ def _starts(samples, linear, side):
     pairs = _grid_pairs(samples)
     starts, failures = [], []
     for base in range(len(samples.points)):
-        ranked = []
-        for j, k in itertools.combinations(_clearest(pairs, base), 2):
+        for boards in _ranked(pairs, base, failures)[:CLEAREST]:
             try:
-                solution = solve_grid_pairs([pairs[base, j], pairs[base, k]], side)
-                ranked.append(_Start((base, j, k), solution))
+                solution = _linear(samples, pairs, boards, linear, side)
             except CalibrationError as error:
                 failures.append(str(error))
-        ranked.sort(key=lambda start: -start.linear.margin)
-        if linear == "as printed":
-            ranked = _as_printed(samples, ranked, side, failures)
-        elif linear != "well conditioned":
-            raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
-        starts += ranked[:1]
+                continue
+            starts.append(_Start(boards, solution))
+            break
     if not starts and not failures:
         raise CalibrationError(
             "generic calibration: no board overlaps two others in the image; take more"
@@ -152,6 +151,33 @@ def _starts(samples, linear, side):
         reason = max(set(failures), key=lambda text: (failures.count(text), text))
         raise CalibrationError(f"generic calibration: no three boards begin: {reason}")
     return sorted(starts, key=lambda start: -start.linear.margin)
+
+
+def _ranked(pairs, base, failures):
+    """Triples (base, j, k), the best determined centre first."""
+    others = sorted(
+        (k for b, k in pairs if b == base), key=lambda k: pairs[base, k].noise
+    )
+    margins = {}
+    for j, k in itertools.combinations(others[:CLEAREST], 2):
+        try:
+            margins[base, j, k] = margin_of_pairs([pairs[base, j], pairs[base, k]])
+        except CalibrationError as error:
+            failures.append(str(error))
+    return sorted(margins, key=lambda boards: -margins[boards])
+
+
+def _linear(samples, pairs, boards, variant, side):
+    """LinearSolution of three boards; as printed, with the margin of the other."""
+    base, j, k = boards
+    solution = solve_grid_pairs([pairs[base, j], pairs[base, k]], side)
+    if variant == "well conditioned":
+        return solution
+    common = samples.seen[list(boards)].all(axis=0)
+    printed = linear_as_printed(
+        *samples.points[list(boards)][:, common], side=side, tz="corrected"
+    )
+    return printed._replace(margin=solution.margin)
 
 
 def _grid_pairs(samples):
@@ -173,29 +199,6 @@ def _grid_pairs(samples):
         except CalibrationError:
             continue  # a strip of points: as good as no overlap
     return pairs
-
-
-def _clearest(pairs, base):
-    """Boards whose homography to the base is least noisy."""
-    others = [k for b, k in pairs if b == base]
-    return sorted(others, key=lambda k: pairs[base, k].noise)[:CLEAREST]
-
-
-def _as_printed(samples, ranked, side, failures):
-    """The first start that (2.15)-(2.25) can compute, as a list of one or none."""
-    for start in ranked[:CLEAREST]:
-        boards = list(start.boards)
-        common = samples.seen[boards].all(axis=0)
-        try:
-            solution = linear_as_printed(
-                *samples.points[boards][:, common], side=side, tz="corrected"
-            )
-        except CalibrationError as error:
-            failures.append(str(error))
-            continue
-        margin = start.linear.margin
-        return [_Start(start.boards, solution._replace(margin=margin))]
-    return []
 
 
 # ------------------------------------------------------------------ the other boards
@@ -250,10 +253,12 @@ def _posed(directions, points, rng, threshold):
     return found.T_camera_grid.copy(), ""
 
 
-def _adjusted(samples, boards, centre, poses):
+def _adjusted(samples, boards, centre, poses, tolerance=1e-5):
     """Poses, directions (M, 3) and RMS angle after adjustment with the centre fixed."""
     points, seen = samples.points[boards], samples.seen[boards]
-    poses, directions, _, _ = bundle_adjust_fixed_centre(points, seen, centre, poses)
+    poses, directions, _, _ = bundle_adjust_fixed_centre(
+        points, seen, centre, poses, tolerance=tolerance
+    )
     residuals = ray_point_residuals(points, seen, centre, poses, directions)
     lengths = np.linalg.norm(transform(poses, _flat(points)) - centre, axis=2)
     shared = seen & (np.sum(seen, axis=0) >= 2)
@@ -282,7 +287,9 @@ def _flat(points):
 def _completed(views, width, height, units, samples, growth):
     """GenericCalibration from the boards chosen: final adjustment, table, frame."""
     centre, boards = growth.start.linear.centre, growth.boards
-    poses, directions, rms = _adjusted(samples, boards, centre, growth.T_base_grid)
+    poses, directions, rms = _adjusted(
+        samples, boards, centre, growth.T_base_grid, tolerance=1e-9
+    )
     table = _ray_table([views[k] for k in boards], poses, centre, width, height)
     mask = np.isfinite(table[..., 0])
     rotation = _camera_axes(samples, directions, width, height)
@@ -317,9 +324,10 @@ def _ray_table(views, T_base_grid, centre, width, height):
         moments[:, v, u] += [x * x, y * y, z * z, x * y, x * z, y * z]
         mean[:, v, u] += p / np.sqrt(x * x + y * y + z * z)
     table = np.empty((height, width, 3))
-    for row in range(height):
-        xx, yy, zz, xy, xz, yz = moments[:, row]
-        x, y, z = mean[:, row]
+    for start in range(0, height, ROWS):
+        rows = slice(start, start + ROWS)
+        xx, yy, zz, xy, xz, yz = moments[:, rows]
+        x, y, z = mean[:, rows]
         for _ in range(2):
             # Power iteration; the points of a ray are nearly on one line already.
             x, y, z = (
@@ -330,7 +338,7 @@ def _ray_table(views, T_base_grid, centre, width, height):
             length = np.sqrt(x * x + y * y + z * z)
             length = np.where(length > 0, length, np.nan)
             x, y, z = x / length, y / length, z / length
-        table[row] = np.stack([x, y, z], axis=-1)
+        table[rows] = np.stack([x, y, z], axis=-1)
     return table
 
 

@@ -147,6 +147,14 @@ def solve_grid_pairs(pairs, side=-1):
     return LinearSolution(centre, np.stack(poses), degeneracy, margin)
 
 
+def margin_of_pairs(pairs):
+    """`margin` of the solution that these GridPairs would give, for choosing grids.
+
+    Raises CalibrationError where they determine no centre.
+    """
+    return _centre(pairs, -1)[2]
+
+
 def _centre(pairs, side):
     """Normalised centre: (2.25) is linear in C_x, C_y, S = |C|^2 and (lambda C_z)^2.
 
