@@ -100,12 +100,12 @@ def of_number(entry, found, effort="full"):
 NUMBERS = {
     "setting run as stated": (number(role="setting"), value(640), "setting"),
     "setting as a float": (number(role="setting"), value(640.0), "setting"),
-    "setting run otherwise": (number(role="setting"), value(641), "differs"),
+    "setting run otherwise": (number(role="setting"), value(641), "setting"),
     "setting of hardware": (
         number(role="setting", source="real"), value(640), "setting",
     ),
     "setting in words": (number("7x5", role="setting"), value("7 x 5"), "setting"),
-    "setting in other words": (number("7x5", role="setting"), value("5x7"), "differs"),
+    "setting in other words": (number("7x5", role="setting"), value("5x7"), "setting"),
     "analytic count": (
         number(12, role="analytic", unit="count"), value(12), "reproduced",
     ),
@@ -463,3 +463,9 @@ def test_the_list_of_unfinished_chapters_is_checked(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError, match=r"^unfinished.yaml: "):
             verdict.read_unfinished(tmp_path)
+
+
+def test_a_setting_that_was_run_otherwise_says_so():
+    row = of_number(number(role="setting"), value(641))
+    assert row["verdict"] == "setting"
+    assert row["reason"] == "run with 641, the text states 640"

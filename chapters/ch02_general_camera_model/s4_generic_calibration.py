@@ -5,7 +5,7 @@
 # vectors of nine coefficients, printed as Table 2.1. Are they right? A slip
 # in one cell would spoil every calibration built on it.
 
-# %%
+# %% tags=["hide-cell"]
 from chapters.ch02_general_camera_model.coefficients import (
     AS_PRINTED,
     TABLE_2_1,
@@ -101,7 +101,7 @@ def substitution(effort):
 # cells that differ from the printed table are set in bold.
 
 
-# %%
+# %% tags=["hide-cell"]
 def cell_text(row, vector):
     """One cell as LaTeX, bold where it corrects the printed table."""
     text = as_maths(formula(row, vector))

@@ -54,6 +54,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
         _bring_photographs(root)
     work = Work(root, options.effort, trials, sets_of_report(root, recorded))
     targets = _targets(work, options.target)
+    _drop_judgements_of_gone_pages(work)
     say_changes(work)
     command = [
         sys.executable, "-m", "snakemake", *targets,
@@ -65,9 +66,19 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     before = _ages(root, targets)
     status = subprocess.run(command, cwd=root, check=False).returncode
     if status == 0:
-        remember(work)
+        if options.target in ("report", "quick"):
+            remember(work)
         _say_where(root, targets, changed=_ages(root, targets) != before)
     return status
+
+
+def _drop_judgements_of_gone_pages(work: Work) -> None:
+    """A page that was renamed, or a set that has no page now, has no say any more."""
+    folder = work.root / work.base / "judged"
+    kept = {work.root / path for path in work.judged()}
+    for path in folder.rglob("*.json"):
+        if path not in kept:
+            path.unlink()
 
 
 def _checked_recorded(given: str) -> str:

@@ -21,6 +21,8 @@ GLUE = "application/papermill.record/"
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)(?::([^`]*))?`")
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 LANGUAGE = {"name": "python", "pygments_lexer": "ipython3"}
+# What such a cell calls says nothing to a reader of the page beside what it shows.
+SHOWS = ("show(", "show_table(", "show_code(", "compared(")
 KERNEL = {"name": "python3", "display_name": "Python 3", "language": "python"}
 
 
@@ -44,6 +46,8 @@ def read_page(path: Path) -> NotebookNode:
     notebook.metadata = NotebookNode(_metadata())
     for number, cell in enumerate(notebook.cells, 1):
         cell.id = f"cell-{number:03d}"
+        if cell.cell_type == "code" and cell.source.startswith(SHOWS):
+            cell.metadata.setdefault("tags", []).append("remove-input")
     return notebook
 
 

@@ -64,7 +64,7 @@ def _same_unit(entry: Mapping, value: Mapping) -> None:
 def _setting(entry: Mapping, value: Mapping) -> Decision:
     if equal_as_printed(entry["value"], value["value"], exact=True):
         return "setting", ""
-    return "differs", f"run with {value['value']}, the text states {entry['value']}"
+    return "setting", f"run with {value['value']}, the text states {entry['value']}"
 
 
 def _printed(entry: Mapping, value: Mapping) -> Decision:
