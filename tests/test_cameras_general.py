@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera, pixel_grid
 from raxel.errors import InputError
 from raxel.geometry import pluecker_matrix_of_rays

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
 from raxel.errors import InputError
 

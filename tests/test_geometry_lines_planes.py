@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from raxel.geometry import (
     intersect_lines_plane,
     intersect_rays_plane,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from raxel.errors import InputError
 from raxel.geometry import (
     angle_between_rotations,

@@ -9,7 +9,7 @@ import nbformat
 import numpy as np
 import pytest
 
-from repro import assemble, exercise, reader, style
+from repro import assemble, exercise, reader, scoreboard, style
 from repro.check_site import check_site
 from repro.jobs import csv_text
 from repro.mirror import mirror
@@ -405,7 +405,7 @@ def test_counts_come_in_the_order_of_the_verdicts():
         {"kind": "claim", "verdict": v, "chapter": c}
         for v, c in (("not yet", 5), ("reproduced", 2), ("quick", 2), ("not yet", "A"))
     ]
-    counted = assemble.counts(rows)
+    counted = scoreboard.headline(rows)
     assert list(counted["verdict"].items()) == [
         ("reproduced", 1),
         ("not yet", 2),

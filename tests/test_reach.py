@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from repro.reach import Reach
 
 FILES = {

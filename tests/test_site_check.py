@@ -1,6 +1,7 @@
 """The link checker finds each kind of fault, and passes a good site."""
 
 import pytest
+
 from repro.check_site import check_site, main
 
 GOOD = """<!doctype html><html><head><link rel="stylesheet" href="_static/s.css?v=1">

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+
 from repro import style
 from repro.outcomes import Drawing
 

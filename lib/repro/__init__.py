@@ -1,1 +1,1 @@
-"""Book-keeping of the reproduction: experiments, ledger, verdicts, figures and pages."""
+"""Book-keeping of the reproduction: experiments, ledger, verdicts, figures, pages."""
