@@ -20,16 +20,7 @@ from pathlib import Path
 
 from repro.mirror import Content, files_below, mirror
 from repro.notebook import PageError
-
-VERDICTS = (
-    "reproduced",
-    "differs",
-    "undecided",
-    "counterpart",
-    "setting",
-    "not comparable",
-    "not yet",
-)
+from repro.scoreboard import chapter_order, headline, natural
 
 
 @dataclass(frozen=True)
@@ -102,7 +93,7 @@ def assemble(
 def chapters_of(root: Path, pages: Iterable[Path]) -> list[Chapter]:
     """Chapters of the given notebooks, in the order of the thesis, the others last."""
     found: dict[str, list[Path]] = {}
-    for path in sorted(pages, key=lambda path: _natural(path.stem)):
+    for path in sorted(pages, key=lambda path: natural(path.stem)):
         found.setdefault(path.parent.name, []).append(path)
     return [
         _chapter(root, folder, found[folder]) for folder in sorted(found, key=_order)
@@ -112,15 +103,7 @@ def chapters_of(root: Path, pages: Iterable[Path]) -> list[Chapter]:
 def _order(folder: str) -> tuple:
     kinds = ("ch", "appendix_")
     rank = next((i for i, kind in enumerate(kinds) if folder.startswith(kind)), 2)
-    return rank, _natural(folder)
-
-
-def _natural(name: str) -> list:
-    return [
-        (1, int(part), "") if part.isdigit() else (0, 0, part)
-        for part in re.split(r"(\d+)", name)
-        if part
-    ]
+    return rank, natural(folder)
 
 
 def _chapter(root: Path, folder: str, pages: list[Path]) -> Chapter:
@@ -201,7 +184,7 @@ def _filled(
     known = {
         "effort": effort,
         "chapters": chapters,
-        "counts": counts(board),
+        "counts": headline(board),
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
@@ -212,28 +195,12 @@ def _filled(
     return filled
 
 
-def counts(board: Sequence[dict]) -> dict:
-    """Rows in all, by kind, by verdict, and of claims by verdict."""
-    verdicts = Counter(row["verdict"] for row in board)
-    claims = Counter(row["verdict"] for row in board if row["kind"] == "claim")
-    return {
-        "all": len(board),
-        "kind": Counter(row["kind"] for row in board),
-        "verdict": {v: verdicts[v] for v in _in_order(verdicts)},
-        "claims": {v: claims[v] for v in _in_order(claims)},
-    }
-
-
-def _in_order(found: Counter) -> list[str]:
-    return [v for v in VERDICTS if found[v]] + sorted(set(found) - set(VERDICTS))
-
-
 def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[dict]:
     """One row per chapter of the thesis: its verdicts, its index if it has pages."""
     built = {chapter.number: chapter.folder for chapter in chapters if chapter.number}
     named = {str(row["chapter"]) for row in board} | set(built)
     table = []
-    for number in sorted(named, key=_natural_last):
+    for number in sorted(named, key=chapter_order):
         mine = Counter(r["verdict"] for r in board if str(r["chapter"]) == number)
         table.append(
             {
@@ -244,7 +211,3 @@ def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[di
             }
         )
     return table
-
-
-def _natural_last(number: str) -> tuple:
-    return (not number.isdigit(), _natural(number))

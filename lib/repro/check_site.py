@@ -158,8 +158,10 @@ def _fault(
     if not target.is_file():
         return f"link {shown}: no such file"
     anchor = unquote(parts.fragment)
+    # With an equals sign it is no anchor but the state of a page's filters.
     if (
         anchor
+        and "=" not in anchor
         and anchor != "top"
         and target in pages
         and anchor not in pages[target].ids

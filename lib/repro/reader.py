@@ -235,13 +235,17 @@ def rounded(
     """A number with unit and interval, to two digits of the interval's width."""
     if isinstance(number, str):
         return f"{number} {unit}".strip()
-    if not interval or None in interval or isinstance(interval[0], str):
+    if not interval or None in interval:
         return f"{number:.3g} {unit}".strip()
     low, high = interval
+    if isinstance(low, str) or isinstance(high, str):
+        return f"{number:.3g} {unit}".strip() + f" ({low} to {high})"
     half = (high - low) / 2
     if half <= 0:
         return f"{number:.4g} {unit}".strip()
     places = max(0, 1 - math.floor(math.log10(half)))
+    if places > 6:
+        return f"{number:.3g} {unit}".strip() + f" ({low:.3g} to {high:.3g})"
     text = f"{number:.{places}f} {unit}".strip()
     return f"{text} ({low:.{places}f} to {high:.{places}f})"
 
@@ -250,10 +254,10 @@ def compared(page: str | None = None) -> Shown:
     """This page's rows of the scoreboard: published beside regenerated, and verdict."""
     from repro.scoreboard import comparison_table
 
-    markdown = comparison_table(
+    table = comparison_table(
         page or page_id(), os.environ.get("RAXEL_EFFORT", "full"), checkout()
     )
-    return Shown(markdown, f"<pre>{html.escape(markdown)}</pre>")
+    return Shown(table, table)
 
 
 def page_id() -> str:

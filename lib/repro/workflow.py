@@ -12,7 +12,9 @@ from pathlib import Path
 
 from repro import discover
 from repro.jobs import CODE
+from repro.ledger import Ledger, load
 from repro.reach import Reach
+from repro.scoreboard import judged_with
 
 DRAW_CODE = (("repro.jobs", "draw"),)
 GUIDE = "data/recorded/README.md"
@@ -206,10 +208,20 @@ class Work:
         """What executing a page reads, its own file first."""
         return [
             self.page_source(wildcards),
-            f"{self.base}/judged/{wildcards.page}.json",
+            *self.judged_with(wildcards.page),
             *self.judged_inputs(wildcards),
             *self.ledger(),
         ]
+
+    def judged_with(self, page: str) -> list[str]:
+        """The page's judged file, and those that decide on its artefacts."""
+        stem = self.pages[page].stem
+        others = judged_with(self.root, stem, self._ledger)[1:]
+        return [f"{self.base}/judged/{name}.json" for name in (page, *others)]
+
+    @cached_property
+    def _ledger(self) -> Ledger:
+        return load(self.root)
 
     def judged(self) -> list[str]:
         """Judged files of every page."""

@@ -1,0 +1,91 @@
+/* Filters of the scoreboard. State stands in the address: #kind=claim&verdict=differs */
+(function () {
+  "use strict";
+  const form = document.getElementById("rx-filter");
+  const shown = document.getElementById("rx-shown");
+  const board = document.getElementById("rx-board");
+  if (!form || !shown || !board) return;
+
+  const rows = Array.from(board.querySelectorAll("tr[data-verdict]"), (element) => ({
+    element,
+    chapter: element.dataset.chapter,
+    kind: element.dataset.kind,
+    verdict: element.dataset.verdict,
+    text: element.textContent.toLowerCase(),
+  }));
+  const names = ["chapter", "kind", "verdict", "q"];
+  const order = Array.from(form.elements.verdict.options, (option) => option.value);
+
+  function state() {
+    const found = {};
+    for (const name of names) {
+      const value = form.elements[name].value.trim();
+      if (value) found[name] = value;
+    }
+    return found;
+  }
+
+  function fits(row, wanted, words) {
+    return (
+      ["chapter", "kind", "verdict"].every((n) => !wanted[n] || row[n] === wanted[n]) &&
+      words.every((word) => row.text.includes(word))
+    );
+  }
+
+  function apply() {
+    const wanted = state();
+    const words = (wanted.q || "").toLowerCase().split(/\s+/).filter(Boolean);
+    const counts = {};
+    let total = 0;
+    for (const row of rows) {
+      const keep = fits(row, wanted, words);
+      row.element.hidden = !keep;
+      if (keep) {
+        total += 1;
+        counts[row.verdict] = (counts[row.verdict] || 0) + 1;
+      }
+    }
+    const parts = order.filter((v) => counts[v]).map((v) => counts[v] + " " + v);
+    shown.textContent =
+      (total === rows.length ? total + " rows" : total + " of " + rows.length + " rows") +
+      (parts.length ? ": " + parts.join(", ") : ". No row fits these filters.");
+  }
+
+  function write() {
+    const hash = new URLSearchParams(state()).toString();
+    const address = window.location.href.replace(/#.*$/, "");
+    window.history.replaceState(null, "", hash ? address + "#" + hash : address);
+  }
+
+  /* A plain #id names one row: then every row is shown, and the browser goes there. */
+  function read() {
+    const hash = window.location.hash.slice(1);
+    const filtered = hash.includes("=");
+    const wanted = new URLSearchParams(filtered ? hash : "");
+    for (const name of names) {
+      form.elements[name].value = wanted.get(name) || "";
+    }
+    apply();
+    if (filtered) form.scrollIntoView({ block: "start", behavior: "instant" });
+    else if (hash) document.getElementById(hash)?.scrollIntoView({ block: "center", behavior: "instant" });
+  }
+
+  let pause = 0;
+  form.addEventListener("input", () => {
+    window.clearTimeout(pause);
+    pause = window.setTimeout(() => {
+      apply();
+      write();
+    }, 120);
+  });
+  form.addEventListener("reset", () => {
+    window.setTimeout(() => {
+      apply();
+      write();
+    });
+  });
+  form.addEventListener("submit", (event) => event.preventDefault());
+  window.addEventListener("hashchange", read);
+  form.hidden = false;
+  read();
+})();

@@ -1,0 +1,359 @@
+"""The board shows every row, once, escaped; pages and board cannot disagree."""
+
+import json
+import re
+from copy import deepcopy
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from repro import ledger, row_html, scoreboard, verdict
+from repro.number_rules import VerdictError
+from repro.results import write_atomic, write_json
+
+ROOT = Path(__file__).parents[1]
+SECTION = "ch02_general_camera_model/s5_1_synthetic_data"
+READING = {
+    "reading": {"noise": "px"},
+    "verdict": "reproduced",
+    "regenerated": 0.98,
+    "interval": [0.95, 1.02],
+    "unit": "",
+    "reason": "slope",
+}
+
+
+def row(identifier, **changed):
+    """A row of the board with a claim's fields."""
+    return {
+        "id": identifier,
+        "kind": "claim",
+        "chapter": 2,
+        "verdict": "reproduced",
+        "evidence": "synthetic",
+        "effort": "full",
+        "published": "It grows.",
+        "regenerated": 0.98123,
+        "interval": [0.951, 1.022],
+        "unit": "",
+        "reason": "slope in range",
+        "variants": [],
+        "page": f"{SECTION}.html",
+        "data": ["results/sweep.json", "figures/fig_2_3.csv", "figures/fig_2_3.svg"],
+    } | changed
+
+
+def variant(option, **changed):
+    """Another reading of the text."""
+    taken = {key: READING[key] for key in ("verdict", "regenerated", "interval")}
+    return {**taken, "reading": {"noise_unit": option}, "reason": "", **changed}
+
+
+class Board(HTMLParser):
+    """Rows (attributes, text) of the tables with a data-verdict, and every tag."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.rows, self.tags, self.links, self._open = [], [], [], False
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [v for k, v in attrs if k == "href"]
+        if tag == "tr":
+            self._open = "data-verdict" in dict(attrs)
+            if self._open:
+                self.rows.append([dict(attrs), ""])
+
+    def handle_data(self, data):
+        if self._open:
+            self.rows[-1][1] += data
+
+
+@pytest.mark.parametrize(
+    ("changed", "complaint"),
+    [
+        ({"verdict": "fine"}, "c2_one.verdict: found 'fine'"),
+        ({"regenerated": None}, "c2_one.regenerated: found None"),
+        ({"regenerated": float("nan")}, None),
+        ({"verdict": "not comparable", "reason": ""}, "c2_one.reason: found ''"),
+        ({"verdict": "quick"}, "c2_one.verdict"),
+        ({"effort": "quick"}, "c2_one.verdict"),
+        ({"interval": [1.0]}, "c2_one.interval"),
+        ({"page": "/etc/passwd.html"}, "c2_one.page"),
+        ({"data": ["shards/x.json"]}, "c2_one.data"),
+        ({"id": "a b"}, "a b.id"),
+        ({"colour": "red"}, "unknown field colour"),
+        ({"variants": [{"verdict": "differs"}]}, "c2_one.variants"),
+    ],
+)
+def test_rows_that_break_the_schema_are_refused(tmp_path, changed, complaint):
+    rows = [row("c2_zero"), row("c2_one", **changed)]
+    if complaint is None:
+        with pytest.raises(ValueError, match="JSON"):
+            write_json(tmp_path / "board.json", scoreboard.checked(rows))
+        assert list(tmp_path.iterdir()) == []
+        return
+    with pytest.raises(VerdictError) as caught:
+        scoreboard.checked(rows)
+    assert complaint in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_field_and_repeated_id_are_refused():
+    incomplete = row("c2_one")
+    del incomplete["reason"]
+    with pytest.raises(VerdictError, match="c2_one: reason is missing"):
+        scoreboard.checked([incomplete])
+    with pytest.raises(VerdictError, match="c2_one: id: 2 rows"):
+        scoreboard.checked([row("c2_one"), row("c2_one", kind="number")])
+
+
+def test_order_and_bytes_do_not_depend_on_the_order_given():
+    rows = [
+        row("c2_one"),
+        row("fig_2_10", kind="artefact"),
+        row("fig_2_9", kind="artefact"),
+        row("c_a", chapter="A"),
+        row("c10", chapter=10),
+        row("c9", chapter="9"),
+    ]
+    ordered = scoreboard.checked(rows)
+    assert [r["id"] for r in ordered] == [
+        "fig_2_9", "fig_2_10", "c2_one", "c9", "c10", "c_a",
+    ]  # fmt: skip
+    again = scoreboard.checked(rows[::-1])
+    assert scoreboard.page(ordered) == scoreboard.page(again)
+
+
+def test_text_is_escaped_and_never_ends_the_block():
+    bad = '<script>alert("x")</script>\n\n# Heading & <b>'
+    rows = scoreboard.checked(
+        [
+            row(
+                "c2_one",
+                published=bad,
+                reason=bad,
+                regenerated=bad,
+                unit=bad,
+                variants=[
+                    variant("px", reason=bad, reading={bad: bad}),
+                    variant("mm", reason="else"),
+                ],
+            )
+        ]
+    )
+    for text in (scoreboard.page(rows), scoreboard.comparison(rows, "full", "../")):
+        assert "<script>alert" not in text
+        assert "&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; # Heading" in text
+        block = text[text.index("<div") : text.rindex("</div>")]
+        assert "\n\n" not in block
+        assert "b" not in Board(text[text.index('class="rx-rows') :]).tags[:9]
+
+
+def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
+    rows = scoreboard.checked(
+        [
+            row(f"c2_{i}", verdict=v, variants=[variant("px"), variant("mm")])
+            for i, v in enumerate(["reproduced", "differs", "undecided", "differs"])
+        ]
+        + [
+            row("n1", kind="number", verdict="setting", chapter=3, unit="px"),
+            row("n2", kind="number", verdict="not yet", chapter="A", regenerated=None),
+        ]
+    )
+    page = scoreboard.page(rows, {SECTION})
+    board = Board(page)
+    assert [
+        (a["id"], a["data-kind"], a["data-chapter"], a["data-verdict"])
+        for a, _ in board.rows
+    ] == [(r["id"], r["kind"], str(r["chapter"]), r["verdict"]) for r in rows]
+    for (_, shown), wanted in zip(board.rows, rows, strict=True):
+        assert wanted["verdict"] in shown
+        assert wanted["published"] in shown
+        assert ("(0.951 to 1.022)" in shown) == (wanted["regenerated"] is not None)
+
+    counts = scoreboard.headline(rows)
+    assert counts["all"] == 6
+    assert counts["kind"] == {"claim": 4, "number": 2}
+    assert list(counts["verdict"].items()) == [
+        ("reproduced", 1), ("differs", 2), ("undecided", 1), ("setting", 1),
+        ("not yet", 1),
+    ]  # fmt: skip
+    assert counts["claims"] == {"reproduced": 1, "differs": 2, "undecided": 1}
+    assert 'href="#kind=claim&amp;verdict=differs" aria-label="2: show' in page
+    assert 'href="#verdict=not+yet" aria-label="1: show' in page
+    assert '<option value="A">' in page
+    assert '<option value="counterpart">' not in page
+
+
+def test_links_lead_to_page_data_and_source():
+    rows = scoreboard.checked([row("c2_one")])
+    links = Board(scoreboard.page(rows, {SECTION})).links
+    wanted = [
+        f"{SECTION}.html", "results/sweep.json", "figures/fig_2_3.csv",
+        f"source/{SECTION}.py",
+    ]  # fmt: skip
+    assert links[-4:] == wanted
+    assert f"source/{SECTION}.py" not in scoreboard.page(rows)
+
+
+def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
+    shown = row_html.readings(
+        row(
+            "c2_one",
+            variants=[
+                variant("px", reason="same"),
+                variant("mm", verdict="differs", reason="one"),
+                variant("rad", reason="same"),
+            ],
+        )
+    )
+    assert "3 other readings: 2 reproduced, 1 differs" in shown
+    assert shown.count("same") == 1
+    assert shown.index("noise unit: rad") < shown.index("noise unit: mm")
+    assert row_html.readings(row("c2_one")) == ""
+
+
+def test_every_verdict_has_a_sign_and_a_meaning_of_its_own():
+    schema = ROOT / "lib" / "repro" / "schemas" / "scoreboard.schema.json"
+    allowed = json.loads(schema.read_text("utf-8"))["$defs"]["verdict"]["enum"]
+    assert allowed == list(scoreboard.MEANINGS) == list(row_html.SIGNS)
+    assert len(set(row_html.SIGNS.values())) == len(allowed)
+    styles = (ROOT / "report/source/_static/scoreboard.css").read_text("utf-8")
+    for name in allowed:
+        assert f".rx-{name.replace(' ', '-')}" in styles
+
+
+def test_script_and_page_agree_on_names():
+    script = (ROOT / "report/source/_static/scoreboard.js").read_text("utf-8")
+    page = scoreboard.page(scoreboard.checked([row("c2_one")]))
+    for name in re.findall(r'getElementById\("([^"]+)"\)', script):
+        assert f'id="{name}"' in page
+    names = re.search(r"const names = \[(.+)\]", script)[1]
+    assert re.findall(r'"(\w+)"', names) == re.findall(
+        r'<(?:select|input) id="rx-\w+" name="(\w+)"', page
+    )
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """The ledger, one chapter file, and its judged claims, number and artefact."""
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "published").symlink_to(ROOT / "data" / "published")
+    write_atomic(
+        tmp_path / "chapters" / "unfinished.yaml",
+        "".join(f"'{c}': not built\n" for c in [*range(1, 7), "A"]),
+    )
+    write_atomic(tmp_path / "chapters" / f"{SECTION}.py", CHAPTER)
+    write_atomic(tmp_path / "chapters/ch02_general_camera_model/other.py", OTHER)
+    judged = {
+        "page": SECTION,
+        "effort": "full",
+        "claims": {
+            "c2_noise_linear_generic": claim(verdict="differs"),
+            "c2_fov_persp_rises": claim(),
+        },
+        "numbers": {},
+        "artefacts": {
+            "fig_2_3": {
+                "evidence": "synthetic",
+                "files": ["figures/full/fig_2_3.csv"],
+                "check": None,
+            }
+        },
+    }
+    other = {**judged, "page": OTHER_PAGE, "artefacts": {}}
+    other["claims"] = {"c2_fov_generic_flat": claim(verdict="differs")}
+    folder = tmp_path / "figures" / "full" / "judged"
+    write_json(folder / f"{SECTION}.json", judged)
+    write_json(folder / f"{OTHER_PAGE}.json", other)
+    return tmp_path
+
+
+OTHER_PAGE = "ch02_general_camera_model/other"
+CHAPTER = """# %% [markdown]
+@figure("fig_2_3", needs=(), evidence="synthetic")
+def fig_2_3(results):
+    pass
+"""
+OTHER = """# %% [markdown]
+@claim("c2_fov_generic_flat", needs=(), evidence="synthetic")
+def flat(results):
+    pass
+"""
+
+
+def claim(**changed):
+    """A judged claim in one reading that leaves nothing open."""
+    return {
+        "evidence": "synthetic",
+        "readings": [{**READING, "reading": {}, **changed}],
+        "data": ["results/sweep.json"],
+    }
+
+
+def test_comparison_equals_the_board(checkout):
+    folder = checkout / "figures" / "full" / "judged"
+    board = scoreboard.rows_of(checkout, "full", folder)
+    own = {"c2_noise_linear_generic", "c2_fov_persp_rises", "fig_2_3"}
+    table = scoreboard.comparison_table(SECTION, "full", checkout)
+    assert table == scoreboard.comparison(
+        [r for r in board if r["id"] in own], "full", "../"
+    )
+    assert {a["data-id"] for a, _ in Board(table).rows} == own
+    assert "../scoreboard.html#fig_2_3" in Board(table).links
+    book = ledger.load(checkout)
+    assert scoreboard.judged_with(checkout, SECTION, book) == [SECTION, OTHER_PAGE]
+    assert scoreboard.judged_with(checkout, OTHER_PAGE, book) == [OTHER_PAGE]
+
+
+def test_comparison_of_a_page_needs_no_other_chapter(checkout):
+    write_atomic(checkout / "chapters" / "unfinished.yaml", "{}\n")
+    assert "c2_fov_persp_rises" in scoreboard.comparison_table(
+        SECTION, "full", checkout
+    )
+    with pytest.raises(VerdictError):
+        scoreboard.rows_of(checkout, "full", checkout / "figures" / "full" / "judged")
+
+
+def test_quick_shows_values_without_verdicts(checkout):
+    for path in (checkout / "figures" / "full" / "judged").rglob("*.json"):
+        content = json.loads(path.read_text("utf-8")) | {"effort": "quick"}
+        name = path.relative_to(checkout / "figures" / "full")
+        write_json(checkout / "figures" / "quick" / name, content)
+    table = scoreboard.comparison_table(SECTION, "quick", checkout)
+    assert "Verdicts are given at full size only" in " ".join(table.split())
+    assert {a["data-verdict"] for a, _ in Board(table).rows} == {"quick"}
+    assert "0.980 " in table
+
+
+def test_command_writes_board_and_page(checkout, monkeypatch, capsys):
+    monkeypatch.chdir(checkout)
+    args = [
+        "--effort", "full", "--judged", "figures/full/judged", "--out-json", "b.json",
+        "--out-page", "b.md",
+    ]  # fmt: skip
+    assert scoreboard.main(args) == 0
+    rows = json.loads((checkout / "b.json").read_text("utf-8"))
+    book = ledger.load(checkout)
+    every = {*book.artefacts, *book.numbers, *book.claims, *book.sections}
+    assert {r["id"] for r in rows} == every
+    page = (checkout / "b.md").read_text("utf-8")
+    assert {a["id"] for a, _ in Board(page).rows} == every
+    assert len(page.encode()) < 1.2e6
+    first = deepcopy(page)
+    assert scoreboard.main(args) == 0
+    assert (checkout / "b.md").read_text("utf-8") == first
+    capsys.readouterr()
+
+    (checkout / "b.json").unlink()
+    write_atomic(checkout / "chapters" / "unfinished.yaml", "{}\n")
+    assert scoreboard.main(args) == 1
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+    assert not (checkout / "b.json").exists()
+
+
+def test_the_three_verdict_words_of_the_judge_are_known():
+    assert set(verdict.DECIDED) < set(scoreboard.MEANINGS)
