@@ -50,7 +50,7 @@ def _parser() -> argparse.ArgumentParser:
 def _build(root: Path, options: argparse.Namespace) -> int:
     recorded = _checked_recorded(options.recorded)
     trials = _checked_trials(options.trials, options.target)
-    if trials is None and options.target in ("report", "notebooks"):
+    if options.target in ("report", "quick", "notebooks"):
         _bring_photographs(root)
     work = Work(root, options.effort, trials, sets_of_report(root, recorded))
     targets = _targets(work, options.target)
