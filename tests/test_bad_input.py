@@ -402,9 +402,10 @@ def test_one_view_left_to_calibrate(broken, calibration_fails):
     assert "set.yaml: views: found 1 to calibrate with" in calibration_fails()
 
 
-def test_parallel_boards(broken, calibration_fails):
+@pytest.mark.parametrize("model", ["zhang", "generic"])
+def test_parallel_boards(broken, calibration_fails, model):
     write_drawn_set(broken, tilts=((0, 0),) * 6)
-    line = calibration_fails("--model", "zhang")
+    line = calibration_fails("--model", model)
     assert "set.yaml: views: " in line
     assert "parallel" in line
 

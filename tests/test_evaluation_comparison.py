@@ -65,6 +65,19 @@ def test_a_model_that_fails_is_named_and_the_other_taken(views):
         compare_models({"none": refuse}, views, 3).best()
 
 
+def corner_table(views):
+    """Rays in one corner of the image only, where no board is."""
+    whole = GeneralCamera.from_camera(PerspectiveCamera(K, [], WIDTH, HEIGHT))
+    mask = np.zeros_like(whole.mask)
+    mask[-3:, :3] = True
+    return GeneralCamera(whole.directions, mask)
+
+
+def test_without_common_corners_the_model_with_more_rays_is_taken(views):
+    comparison = compare_models({"table": corner_table, "lens": lens}, views, 3)
+    assert comparison.best() == "lens"
+
+
 def test_each_camera_is_built_once_and_never_sees_its_part(views):
     built = []
 

@@ -32,6 +32,7 @@ from raxel.calibration.generic_linear import (
     normalising_similarity,
     solve_grid_pairs,
 )
+from raxel.calibration.parallel_boards import refuse_parallel
 from raxel.calibration.three_point import pose_from_rays
 from raxel.cameras.general import GeneralCamera
 from raxel.errors import CalibrationError
@@ -120,6 +121,7 @@ def calibrate_generic(
     if not growths:
         raise CalibrationError(f"generic calibration: {failures[0]}")
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
+    refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration")
     return _completed(views, width, height, units, samples, best)
 
 

@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.correspondence import check_view
+from raxel.calibration.parallel_boards import refuse_parallel
 from raxel.cameras.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt
 from raxel.geometry.poses import pose, rotation_from_vector
 
 FEWEST_CORNERS = 6  # a view's six pose parameters and something left to fit
-SMALLEST_TILT_DEG = 3.0  # between some two boards; less leaves the focal length open
 
 
 class ZhangCalibration(NamedTuple):
@@ -61,7 +61,7 @@ def calibrate_zhang(views, width, height):
         raise CalibrationError("Zhang's method: the fit diverged; tilt the boards more")
     camera = PerspectiveCamera(K, radial, width, height)
     rotations = rotation_from_vector(np.array(turns).reshape(-1, 3))
-    _refuse_parallel(rotations)
+    refuse_parallel(rotations, "Zhang's method")
     poses = pose(rotations, np.array(shifts).reshape(-1, 3))
     return ZhangCalibration(camera, poses, float(rms))
 
@@ -84,17 +84,3 @@ def _checked(view):
     except InputError as error:
         raise InputError(f"{view.name or 'board'}: corners: {error}") from None
     return view
-
-
-def _refuse_parallel(rotations):
-    """Parallel boards share one vanishing line, so whatever focal length the fit came
-    to rest at, it finds them parallel: the poses themselves tell.
-    """
-    normals = rotations[:, :, 2]
-    cosine = np.clip(normals @ normals.T, -1.0, 1.0)
-    widest = np.degrees(np.arccos(np.min(np.abs(cosine))))
-    if widest < SMALLEST_TILT_DEG:
-        raise CalibrationError(
-            f"Zhang's method: all boards are parallel to within {widest:.1f} degrees;"
-            " tilt them against each other"
-        )

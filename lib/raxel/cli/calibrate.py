@@ -55,6 +55,7 @@ def _calibrated(image_set, boards, model, say):
     if model == "auto":
         comparison = _compare(views, size, image_set.target.unit, say)
         model = comparison.best()
+        _print(comparison)
     fit = FITS[model]
     say(f"{model}: fitting {len(views)} boards")
     camera, details = fit(views, size, image_set.target.unit)
@@ -91,21 +92,24 @@ FITS = {"zhang": _zhang, "generic": _generic}
 
 
 def _compare(views, size, unit, say):
-    """Cross-validate all models on the same parts and print how each did."""
+    """Cross-validate all models on the same parts."""
 
     def build(fit, name, views):
         say(f"cross-validation: {name} on {len(views)} boards")
         return fit(views, size, unit)[0]
 
     builders = {name: functools.partial(build, f, name) for name, f in FITS.items()}
-    comparison = compare_models(builders, views, min(FOLDS, len(views)))
+    return compare_models(builders, views, min(FOLDS, len(views)))
+
+
+def _print(comparison):
+    """How each model did, for people."""
     for name, evaluation in comparison.own.items():
         print(scores.line(f"{name}, kept-out boards", evaluation))
     for name, evaluation in comparison.common.items():
         print(scores.line(f"{name}, corners that all can answer for", evaluation))
     for name, reason in comparison.refused.items():
         print(f"{name}: not possible: {reason}")
-    return comparison
 
 
 def _cross_validation(comparison):

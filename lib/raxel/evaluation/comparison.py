@@ -28,16 +28,15 @@ class Comparison(NamedTuple):
     def best(self):
         """The model with the smallest mean angle on the common corners.
 
-        With one model left, that one. Raises CalibrationError if none is.
+        Where there are none, the model that answers for the most corners. Raises
+        CalibrationError if no model is left.
         """
         if not self.own:
             raise CalibrationError("; ".join(self.refused.values()))
-        if len(self.own) > 1 and not self.common:
-            raise CalibrationError(
-                "no corner can be scored by all models; boards must overlap more"
-            )
-        scores = self.common or self.own
-        return min(scores, key=lambda model: scores[model].mean_deg)
+        angles = {model: score.mean_deg for model, score in self.common.items()}
+        if angles and np.isfinite(list(angles.values())).all():
+            return min(angles, key=angles.get)
+        return max(self.own, key=lambda model: self.own[model].share_with_ray)
 
 
 def compare_models(builders, views, folds):
