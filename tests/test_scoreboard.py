@@ -216,6 +216,19 @@ def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
     assert row_html.readings(row("c2_one")) == ""
 
 
+def test_what_all_readings_of_a_verdict_share_is_said_once():
+    readings = [
+        variant("", reading={"extent": "finite", "noise_unit": unit}, reason=unit)
+        for unit in ("px", "mm")
+    ]
+    shown = row_html.readings(row("c2_one", variants=readings))
+    assert shown.count("extent: finite") == 1
+    assert shown.count("noise unit: ") == 2
+    alone = row_html.readings(row("c2_one", variants=readings[:1]))
+    assert "1 other reading: 1 reproduced" in alone
+    assert "<li>extent: finite; noise unit: px → " in alone
+
+
 def test_every_verdict_has_a_sign_and_a_meaning_of_its_own():
     schema = ROOT / "lib" / "repro" / "schemas" / "scoreboard.schema.json"
     allowed = json.loads(schema.read_text("utf-8"))["$defs"]["verdict"]["enum"]

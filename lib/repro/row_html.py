@@ -88,20 +88,26 @@ def readings(row: Mapping) -> str:
 
 
 def _group(row: Mapping, verdict: str, variants: Sequence[Mapping]) -> str:
-    reasons = {variant["reason"] for variant in variants}
-    shared = reasons.pop() if len(reasons) == 1 else None
-    items = "".join(_variant(row, variant, shared is None) for variant in variants)
-    said = f"<p>{text(shared)}</p>" if shared else ""
-    return f"<div>{badge(verdict)}{said}<ul>{items}</ul></div>"
+    """Variants of one verdict; what all of them share is said once, before them."""
+    taken = [{*v["reading"].items()} for v in variants]
+    common = set.intersection(*taken) if len(variants) > 1 else set()
+    reasons = {v["reason"] for v in variants}
+    reason = reasons.pop() if len(reasons) == 1 else None
+    items = "".join(_variant(row, v, common, reason is None) for v in variants)
+    first = {q: o for q, o in variants[0]["reading"].items() if (q, o) in common}
+    said = "; ".join(part for part in (_pairs(first), text(reason)) if part)
+    return f"<div>{badge(verdict)} {said}<ul>{items}</ul></div>"
 
 
-def _variant(row: Mapping, variant: Mapping, with_reason: bool) -> str:
-    pairs = "; ".join(f"{q}: {option}" for q, option in variant["reading"].items())
-    pairs = pairs.replace("_", " ")
+def _variant(row: Mapping, variant: Mapping, common: set, with_reason: bool) -> str:
+    own = {q: o for q, o in variant["reading"].items() if (q, o) not in common}
     value = regenerated(variant, row["unit"])
-    reason = variant["reason"] if with_reason and variant["reason"] else ""
-    said = f" {text(reason)}" if reason else ""
-    return f"<li>{text(pairs)} → <b>{value}</b>{said}</li>"
+    reason = f" {text(variant['reason'])}" if with_reason else ""
+    return f"<li>{_pairs(own)} → <b>{value}</b>{reason}</li>"
+
+
+def _pairs(reading: Mapping[str, str]) -> str:
+    return text("; ".join(f"{q}: {o}" for q, o in reading.items()).replace("_", " "))
 
 
 def links(row: Mapping, up: str, sources: Iterable[str]) -> str:
