@@ -154,11 +154,23 @@ def apt(*packages):
 def pip(*arguments):
     """Run the environment's pip, quietly."""
     options = ["--quiet", "--disable-pip-version-check", "--no-input"]
-    done = run([str(PYTHON), "-m", "pip", *arguments, *options])
+    environment = {**os.environ, **package_cache()}
+    done = run([str(PYTHON), "-m", "pip", *arguments, *options], environment)
     if done.returncode:
         raise SetUpError(
             f"pip {' '.join(arguments)}: {last_line(done)} (is the network there?)"
         )
+
+
+def package_cache():
+    """pip's own cache; one in the checkout where the home directory takes no files."""
+    if os.environ.get("PIP_CACHE_DIR"):
+        return {}
+    try:
+        (Path.home() / ".cache" / "pip").mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        return {"PIP_CACHE_DIR": str(Path(".cache", "pip").resolve())}
+    return {}
 
 
 def run(command, environment=None):
