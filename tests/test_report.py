@@ -87,8 +87,8 @@ def test_scoreboard_has_a_row_for_everything_and_quick_gives_no_verdict(report):
 
 
 def test_noise_of_a_calibrated_ray_is_that_of_three_points(report):
-    # A ray is fitted to three points with independent noise s per axis, so its own
-    # error has s / sqrt(3) on each axis, and its mean length is that times sqrt(pi / 2).
+    # A ray is fitted to three points with independent noise s per axis. Its own error
+    # has s / sqrt(3) per axis, and a mean length of that times sqrt(pi / 2).
     ran = result("fig_2_3_noise")
     for noise in (0.1, 0.5):
         found = ran.column(

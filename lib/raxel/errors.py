@@ -1,9 +1,9 @@
-"""Errors a user can act on. Their text is one line: where, what was found, what to do."""
+"""Errors a user can act on; their text is one line: where, what, and what to do."""
 
 
 class InputError(Exception):
-    """Bad data from outside: the message names file, field, what was found, what to do."""
+    """Bad data from outside: names file and field, what was found, what to do."""
 
 
 class CalibrationError(InputError):
-    """Data that is well formed but cannot determine the camera; the message says why."""
+    """Well-formed data that cannot determine the camera; the message says why."""
