@@ -10,16 +10,20 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from raxel.calibration.correspondence import BoardView
-from raxel.calibration.generic import calibrate_generic
-from raxel.calibration.zhang import calibrate_zhang
-from raxel.errors import InputError
-from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.features import DEFAULT_DETECTOR, DETECTORS
-from raxel.features.detector import as_8_bit
-from raxel.sets import Chessboard, load_set, read_image
 
 from chapters.photographs.undistort import reduced, undistorted
+from raxel.calibration import (
+    BoardView,
+    calibrate_generic,
+    calibrate_zhang,
+)
+from raxel.calibration.board_views import board_views
+from raxel.errors import InputError
+from raxel.evaluation import evaluate_camera
+from raxel.features import DEFAULT_DETECTOR
+from raxel.features.boards import detect_boards
+from raxel.features.detector import as_8_bit
+from raxel.sets import Chessboard, load_set, read_image
 
 MODELS = ("zhang", "general")
 COVERAGE_PX = 160
@@ -47,7 +51,7 @@ SIZES = {
 }
 
 
-class Board(NamedTuple):
+class Found(NamedTuple):
     """A board that was found: index of its view in the set, its use, its corners."""
 
     index: int
@@ -100,28 +104,20 @@ def detector_of(target):
 
 
 @cache
-def corners_in(folder, index):
-    """Detection in one image of the set; each image is searched once per job."""
+def board_in(folder, index):
+    """The library's Board of one image; each image is searched once per job."""
     image_set = load_set(folder)
-    target = image_set.target
-    image = read_image(image_set, image_set.views[index])
-    return DETECTORS[detector_of(target)](
-        image, target.columns, target.rows
-    )
+    detector = detector_of(image_set.target)
+    return detect_boards(image_set, detector, [image_set.views[index]])[0]
 
 
 def boards_of(folder):
-    """Every Board found in the set, in the order of its views."""
+    """Every Found board of the set, in the order of its views."""
     image_set = load_set(folder)
     boards = []
     for index, view in enumerate(image_set.views):
-        found = corners_in(folder, index)
-        if found.found:
-            points = image_set.target.points(found.columns, found.rows)
-            seen = BoardView(
-                found.corners, points, found.columns, found.rows, view.label
-            )
-            boards.append(Board(index, view.use, seen))
+        for seen in board_views(image_set, [board_in(folder, index)]):
+            boards.append(Found(index, view.use, seen))
     return boards
 
 
@@ -142,7 +138,7 @@ def study_trial(folder, size, condition, rng):
 
 def image_part(folder, image_set, index, size):
     """One image: was the board found, and where; with a small copy."""
-    found = corners_in(folder, index)
+    found = board_in(folder, index).detection
     image = as_8_bit(read_image(image_set, image_set.views[index]))
     result = {
         "found": found.found,

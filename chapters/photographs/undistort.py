@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
+
 from raxel.errors import InputError
-from raxel.evaluation.distortion import corrected_view, synthetic_plane
+from raxel.evaluation import (
+    corrected_view,
+    distortion_residual,
+    synthetic_plane,
+)
 from raxel.features.detector import as_8_bit
-from raxel.geometry.poses import transform
+from raxel.multiview.perspective_view import (
+    PerspectiveView,
+    resample,
+    source_pixels,
+)
 from raxel.sets import read_image
 
 SUPERSAMPLED = 2
 MARGIN = 0.9  # corners lie within this share of the picture's half size
 SMALLEST_ZOOM = 0.25
+FEWEST_CORNERS = 12  # a homography takes four; the rest show distortion
 COVERED_PERCENT = 98  # of the corners; one near 90 degrees would shrink all
 
 
@@ -48,12 +58,22 @@ def undistorted(image_set, cameras, boards, width_px):
         "original": reduced(image, width_px),
         "corners": board.view.pixels,
     }
+    shared = _seen_by_all(cameras, board)
+    result["taken"] = {
+        "distortion_px": _distortion(board.view, board.view.pixels, shared)
+    }
     for model, camera in cameras.items():
         result[model] = {"reason": reasons.get(model, "")}
         if model in planes:
-            frame = _Frame(image_set, planes[model], zoom, width_px)
-            result[model] |= frame.picture(camera, image)
-            result[model]["corners"] = frame.corners(camera, board.view)
+            view = _view_of(image_set, planes[model], zoom, width_px)
+            result[model] |= _picture(camera, view, image)
+            corners = _corners(camera, view, board.view.pixels)
+            result[model]["corners"] = corners
+            result[model]["distortion_px"] = _distortion(
+                board.view,
+                corners * image_set.width / view.width / zoom,
+                shared,
+            )
     return result
 
 
@@ -62,13 +82,25 @@ def _farthest_out(image_set, cameras, boards):
     middle = np.array([image_set.width - 1, image_set.height - 1]) / 2
 
     def reach(board):
-        pixels = board.view.pixels
-        seen = np.all(
-            [c.rays(pixels).valid for c in cameras.values()], axis=0
-        )
-        return np.mean(np.linalg.norm(pixels - middle, axis=1) * seen)
+        distance = np.linalg.norm(board.view.pixels - middle, axis=1)
+        return np.mean(distance * _seen_by_all(cameras, board))
 
     return max(boards, key=reach)
+
+
+def _seen_by_all(cameras, board):
+    """Which corners (N,) every camera has a ray for."""
+    rays = [camera.rays(board.view.pixels) for camera in cameras.values()]
+    return np.all([r.valid for r in rays], axis=0)
+
+
+def _distortion(view, corners, shared):
+    """RMS in px of what a homography from the board leaves of its corners."""
+    use = shared & np.isfinite(corners[:, 0])
+    if np.count_nonzero(use) < FEWEST_CORNERS:
+        return np.nan
+    residuals = distortion_residual(corners[use], view.points[use])
+    return np.sqrt(np.mean(np.sum(residuals**2, axis=1)))
 
 
 def _planes(image_set, cameras, board):
@@ -78,7 +110,7 @@ def _planes(image_set, cameras, board):
         "mid-image": middle,
         "the board": board.view.pixels.mean(axis=0),
     }
-    for name, pixel in towards.items():
+    for name, pixel in towards.items():  # noqa: B007
         planes, reasons = {}, {}
         for model, camera in cameras.items():
             try:
@@ -105,56 +137,48 @@ def _zoom(image_set, cameras, planes, boards):
     return float(max(min(zooms), SMALLEST_ZOOM))
 
 
-class _Frame:
-    """A picture on a synthetic plane: its pixels, and where they lie there."""
+def _view_of(image_set, plane, zoom, width_px):
+    """The pinhole at the camera's centre that looks at the plane."""
+    width = min(width_px, image_set.width)
+    height = round(width * image_set.height / image_set.width)
+    focal = plane.px_per_unit * zoom * width / image_set.width
+    K = np.array(
+        [
+            [focal, 0, (width - 1) / 2],
+            [0, focal, (height - 1) / 2],
+            [0, 0, 1],
+        ]
+    )
+    T = plane.T_camera_plane
+    centre = T[:3, 3] - T[:3, 2]
+    return PerspectiveView(K, T[:3, :3], centre, width, height)
 
-    def __init__(self, image_set, plane, zoom, width_px):
-        self.plane = plane
-        width = min(width_px, image_set.width)
-        self.shape = (
-            round(width * image_set.height / image_set.width),
-            width,
+
+def _picture(camera, view, image):
+    """{picture, mask}: grey as seen, and where the photograph answers (255)."""
+    import cv2
+
+    fine = np.diag([SUPERSAMPLED, SUPERSAMPLED, 1.0])
+    fine[:2, 2] = (SUPERSAMPLED - 1) / 2
+    size = SUPERSAMPLED * view.width, SUPERSAMPLED * view.height
+    sources = source_pixels(
+        camera,
+        view._replace(K=fine @ view.K, width=size[0], height=size[1]),
+    )
+    mask = np.uint8(255) * camera.in_image(sources)
+    return {
+        name: cv2.resize(
+            whole, (view.width, view.height), interpolation=cv2.INTER_AREA
         )
-        self.zoom = zoom * width / image_set.width
-
-    def picture(self, camera, image):
-        """{picture, mask}: grey as seen, and where the camera answers (255)."""
-        import cv2
-
-        fine = np.array(self.shape) * SUPERSAMPLED
-        v, u = np.mgrid[: fine[0], : fine[1]] / SUPERSAMPLED
-        offset = np.stack([u, v], axis=-1) - self._middle + self._half_step
-        place = offset.reshape(-1, 2) / (self.zoom * self.plane.px_per_unit)
-        points = transform(
-            self.plane.T_camera_plane, np.pad(place, ((0, 0), (0, 1)))
+        for name, whole in (
+            ("picture", resample(image, sources)),
+            ("mask", mask),
         )
-        pixels, valid = camera.project(points)
-        valid &= camera.in_image(pixels)
-        at = np.where(valid[:, None], pixels, -1e4).astype(np.float32)
-        at = at.reshape(*fine, 2)
-        grey = cv2.remap(image, at[..., 0], at[..., 1], cv2.INTER_LINEAR)
-        mask = np.uint8(255) * valid.reshape(fine)
-        return {"picture": self._reduced(grey), "mask": self._reduced(mask)}
+    }
 
-    def corners(self, camera, view):
-        """The board's corners in the picture (N, 2), NaN where there is no ray."""
-        rays = camera.rays(view.pixels).directions
-        seen, _ = corrected_view(rays, self.plane)
-        return (
-            seen - self.plane.principal_pixel
-        ) * self.zoom + self._middle
 
-    @property
-    def _middle(self):
-        return (np.array(self.shape[::-1]) - 1) / 2
-
-    @property
-    def _half_step(self):
-        return (1 / SUPERSAMPLED - 1) / 2
-
-    def _reduced(self, fine):
-        import cv2
-
-        return cv2.resize(
-            fine, self.shape[::-1], interpolation=cv2.INTER_AREA
-        )
+def _corners(camera, view, pixels):
+    """Pixels (N, 2) of the photograph in the view, NaN where there is no ray."""
+    directions = camera.rays(pixels).directions @ view.R_camera_view
+    ahead = np.where(directions[:, 2:] > 0, directions[:, 2:], np.nan)
+    return (directions / ahead @ view.K.T)[:, :2]
