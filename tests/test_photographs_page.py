@@ -28,7 +28,7 @@ from raxel.sets import load_set
 from repro import jobs
 from repro.exercise import check
 from repro.results import Result
-from repro.style import save_drawing
+from repro.style import check_axes, save_drawing
 from tests.image_sets import (
     BEND,
     FOCAL,
@@ -77,12 +77,12 @@ def run(folder, out, shards=1):
     return Result(path)
 
 
-def produce(result, out):
+def produce(result):
     """Draw and fill everything the page shows; return captions and sentences."""
     results = {"photograph_study": result}
     made = [figure(results) for figure in FIGURES]
-    for number, drawing in enumerate(made):
-        save_drawing(drawing, out / f"figure-{number}")
+    for drawing in made:
+        check_axes(drawing.figure, drawing.caption)
     filled = [table(results) for table in TABLES]
     for content in filled:
         assert len({len(cells) for cells in content.columns.values()}) == 1
@@ -98,6 +98,20 @@ def blank(folder, *indices):
     for index in indices:
         grey = np.full((HEIGHT, WIDTH), 128, np.uint8)
         cv2.imwrite(str(folder / f"view{index}.png"), grey)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_and_on_one_thread():
+    """Small pictures; and OpenCV on one thread, as in the workflow.
+
+    With several it adds in the order in which they finish, and the last digits differ.
+    """
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(study.SIZES, "quick", study.Size(3, 3, 80, 80))
+        yield
+    cv2.setNumThreads(before)
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +139,9 @@ def test_the_drawn_camera_is_recovered(drawn):
     assert pooled_rms(seen.in_sample, "own", "zhang") < 0.1
     assert seen.fit("undistorted.zhang.distortion_px") < 0.1
     assert seen.fit("undistorted.taken.distortion_px") > 0.3
+    assert seen.fit("undistorted.general.distortion_px") < 0.1
+    # A ray comes from a few boards only, so it is noisier than a model of six numbers.
+    assert pooled_rms(seen.held_out, "own", "general") < 0.3
 
 
 def test_photographs_kept_out_are_not_in_the_calibration(drawn, monkeypatch):
@@ -185,14 +202,36 @@ def test_both_models_are_scored_on_the_same_corners(drawn):
 
 def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
     folder, result = drawn
-    other = run(folder, tmp_path, shards=1)
-    assert other.path.read_bytes() == result.path.read_bytes()
-    arrays = [r.path.with_suffix(".npz").read_bytes() for r in (other, result)]
-    assert arrays[0] == arrays[1]
+    order = jobs.Order(NAME, "quick", None, str(folder))
+    study.board_in.cache_clear()
+    # Other neighbours in the same process: image 0, fold 0, and what lies between.
+    jobs.run(ROOT, order, 0, 7, tmp_path / "part.json")
+    part = json.loads((tmp_path / "part.json").read_text("utf-8"))
+    whole = json.loads(result.path.read_text("utf-8"))["trials"]
+    again = {r["condition"]: r["values"] for r in part["records"]}
+    assert {result.conditions[c]["part"] for c in again} == {"image", "fold"}
+    for record in whole:
+        if record["condition"] in again:
+            assert record["values"] == again[record["condition"]]
+    with (
+        np.load(tmp_path / "part.npz") as redone,
+        np.load(result.path.with_suffix(".npz")) as stored,
+    ):
+        assert redone.files
+        for name in redone.files:
+            assert np.array_equal(redone[name], stored[name], equal_nan=True)
 
 
-def test_the_page_shows_a_set_that_went_well(drawn, tmp_path):
-    captions, texts = produce(drawn[1], tmp_path)
+def test_a_figure_is_rendered_whole(drawn, tmp_path):
+    drawing = set.ext_residuals({"photograph_study": drawn[1]})
+    save_drawing(drawing, tmp_path / "residuals")
+    rows = (tmp_path / "residuals.csv").read_text("utf-8").splitlines()
+    assert len(rows) == 1 + 6 * 35 * 2
+    assert (tmp_path / "residuals.svg").stat().st_size > 10_000
+
+
+def test_the_page_shows_a_set_that_went_well(drawn):
+    captions, texts = produce(drawn[1])
     assert "6 of 6 photographs" in captions[0]
     assert texts[0] == "drawn: drawn"
     assert "pitch of 20 mm" in texts[1]
@@ -204,14 +243,14 @@ def test_a_generic_method_that_refuses_leaves_the_rest(drawn, tmp_path, monkeypa
 
     monkeypatch.setattr(study, "calibrate_generic", refuses)
     result = run(drawn[0], tmp_path)
-    captions, texts = produce(result, tmp_path)
+    captions, texts = produce(result)
     assert "no board overlaps two others" in captions[-1]
     assert "gave no general camera (no board overlaps two others)" in texts[5]
     assert "cannot be compared" in texts[8]
     assert len([row for row in Study(result).held_out if row.own]) == 6
 
 
-@pytest.mark.parametrize("found", [0, 1, 2])
+@pytest.mark.parametrize("found", [0, 1])
 def test_few_boards_give_reasons(drawn, tmp_path, found):
     folder = tmp_path / "drawn"
     shutil.copytree(drawn[0], folder)
@@ -222,8 +261,8 @@ def test_few_boards_give_reasons(drawn, tmp_path, found):
     assert len(seen.found) == found
     assert all(i.reason for i in seen.images if not i.found)
     assert "overlapping boards" in seen.refusal("general")
-    assert bool(seen.refusal("zhang")) == (found < 2)
-    captions, texts = produce(result, tmp_path)
+    assert "two or more boards" in seen.refusal("zhang")
+    captions, texts = produce(result)
     assert f"{found} of 6 photographs" in captions[0]
     assert texts[6].startswith("No photograph could be judged")
 
@@ -236,7 +275,7 @@ def test_an_active_grid_is_named_and_nothing_breaks(tmp_path):
     pattern = {"image": "view0.png", "axis": "x", "kind": "gray", "bit": 0, "of": 4}
     views = [{"name": "pose", "patterns": [pattern | {"inverse": False}]}]
     write_description(folder, description(1) | {"target": grid, "views": views})
-    _, texts = produce(run(folder, tmp_path / "out"), tmp_path)
+    _, texts = produce(run(folder, tmp_path / "out"))
     assert "active grid" in texts[4]
 
 

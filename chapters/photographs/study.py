@@ -43,10 +43,10 @@ class Size(NamedTuple):
 
 SIZES = {
     "quick": Size(
-        folds=3, leave_one_out=3, thumbnail_px=200, picture_px=280
+        folds=3, leave_one_out=3, thumbnail_px=160, picture_px=220
     ),
     "full": Size(
-        folds=5, leave_one_out=10, thumbnail_px=280, picture_px=440
+        folds=5, leave_one_out=10, thumbnail_px=240, picture_px=440
     ),
 }
 
