@@ -9,7 +9,7 @@ import pytest
 
 from repro import ledger, verdict
 from repro.discover import producers
-from repro.reach import import_aliases
+from repro.source_index import import_aliases
 
 ROOT = Path(__file__).resolve().parents[1]
 LEDGER = ledger.load(ROOT)

@@ -174,7 +174,7 @@ class _Board:
                 f"nothing produces it and chapter {chapter} counts as built; produce "
                 "it, or list the chapter in chapters/unfinished.yaml"
             )
-        return {"reason": self.unfinished[chapter]}
+        return {"reason": f"still missing: {self.unfinished[chapter]}"}
 
     def _place(self, kind: str, identifier: str) -> str:
         entry = self.found.get(kind + "s", {}).get(identifier)
