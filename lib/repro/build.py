@@ -66,8 +66,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     before = _ages(root, targets)
     status = subprocess.run(command, cwd=root, check=False).returncode
     if status == 0:
-        if options.target in ("report", "quick"):
-            remember(work)
+        remember(work, _built(work, options.target))
         _say_where(root, targets, changed=_ages(root, targets) != before)
     return status
 
@@ -140,6 +139,20 @@ def _targets(work: Work, target: str) -> list[str]:
         hint = f"; did you mean {', '.join(near)}?" if near else ""
         raise OrderError(f"nothing makes {target}{hint} (made: {', '.join(made)})")
     return [work.artefact_file(made[target], target)]
+
+
+def _built(work: Work, target: str) -> set[str]:
+    """Ids of the experiments, figures and tables that an order brings up to date."""
+    if target.startswith("ch") and target[2:].isdigit():
+        wanted = {
+            i for (_, i), p in work.producers.items() if p.page.startswith(target)
+        }
+    elif target in ("report", "quick", "notebooks"):
+        wanted = {identifier for _, identifier in work.producers}
+    else:
+        wanted = {target}
+    needed = {n for (_, i), p in work.producers.items() if i in wanted for n in p.needs}
+    return wanted | needed
 
 
 def _ages(root: Path, targets: list[str]) -> list[int]:

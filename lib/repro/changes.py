@@ -27,16 +27,20 @@ def _record(work: Work):
     return work.root / work.base / "code.json"
 
 
-def remember(work: Work) -> None:
-    """Keep the parts of every key, to name the difference at the next build."""
-    write_json(_record(work), _parts(work))
+def remember(work: Work, built: set[str]) -> None:
+    """Keep the parts of the keys of what was built, to name a difference later."""
+    parts = {name: part for name, part in _parts(work).items() if name in built}
+    write_json(_record(work), _remembered(work) | parts)
+
+
+def _remembered(work: Work) -> dict[str, dict[str, str]]:
+    path = _record(work)
+    return json.loads(path.read_text("utf-8")) if path.is_file() else {}
 
 
 def say_changes(work: Work) -> None:
     """Print, for each changed result, the functions that changed."""
-    if not _record(work).is_file():
-        return
-    before = json.loads(_record(work).read_text("utf-8"))
+    before = _remembered(work)
     reasons: dict[str, list[str]] = {}
     for identifier, parts in _parts(work).items():
         if identifier in before and before[identifier] != parts:
