@@ -67,7 +67,7 @@ from repro.reader import open_results, show, show_code, show_table, value
 @experiment(
     "photograph_study",
     artefact="ext_models",
-    shards={"quick": 4, "full": 6},
+    shards={"quick": 2, "full": 4},
     per_set=True,
 )
 def photograph_study(effort, folder):
@@ -241,8 +241,9 @@ def ext_undistorted(results):
 # %% [markdown]
 # {glue:text}`straightness`
 #
-# The homography hides an error of the pose or of the centre. The angles of
-# the cross-validation do not.
+# These px are of the undistorted view, which stretches what is far from its
+# middle. The homography hides an error of the pose or of the centre. The
+# angles of the cross-validation do not.
 #
 # ## Compared models
 

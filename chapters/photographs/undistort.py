@@ -78,12 +78,15 @@ def undistorted(image_set, cameras, boards, width_px):
 
 
 def _farthest_out(image_set, cameras, boards):
-    """The board whose corners lie farthest from mid-image, where all have rays."""
+    """The board farthest from mid-image among those whose rim all cameras see."""
     middle = np.array([image_set.width - 1, image_set.height - 1]) / 2
 
     def reach(board):
-        distance = np.linalg.norm(board.view.pixels - middle, axis=1)
-        return np.mean(distance * _seen_by_all(cameras, board))
+        view, seen = board.view, _seen_by_all(cameras, board)
+        last = view.columns * view.rows - 1
+        rim = seen[[0, view.columns - 1, last + 1 - view.columns, last]]
+        distance = np.linalg.norm(view.pixels - middle, axis=1)
+        return rim.all(), np.mean(distance * seen)
 
     return max(boards, key=reach)
 
