@@ -59,8 +59,12 @@ def contact_sheet(study):
     for axes in grid.ravel():
         axes.set_axis_off()
     size = 7.5 if columns <= 5 else 5.5
+    # A letter is about 0.6 of the font size wide; 72 points to the inch.
+    characters = int(0.9 * WIDTH_IN / columns * 72 / (0.6 * size))
     for axes, image in zip(grid.ravel(), images, strict=False):
-        _one_photograph(axes, image, study.settings["width_px"], size)
+        _one_photograph(
+            axes, image, study.settings["width_px"], size, characters
+        )
     if images:
         drawn.legend(
             handles=_corner_legend(study),
@@ -82,7 +86,7 @@ def _sheet_caption(study):
     )
 
 
-def _one_photograph(axes, image, width_px, size):
+def _one_photograph(axes, image, width_px, size, characters):
     height, width = image.thumbnail.shape
     axes.imshow(
         image.thumbnail,
@@ -100,7 +104,7 @@ def _one_photograph(axes, image, width_px, size):
         axes.text(
             width / 2,
             height / 2,
-            textwrap.fill(image.reason, 26),
+            textwrap.fill(image.reason, characters),
             ha="center",
             va="center",
             fontsize=size,

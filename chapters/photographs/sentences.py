@@ -248,7 +248,7 @@ def straightness(study):
         for key, name in names.items()
     }
     parts = [
-        f"{name} {value:.2g} px"
+        f"{name} {value:.3g} px"
         for name, value in left.items()
         if value == value
     ]
