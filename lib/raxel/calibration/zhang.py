@@ -16,6 +16,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt
 from raxel.geometry.poses import pose, rotation_from_vector
 
+MOST_STEPS, SMALLEST_STEP = 200, 1e-8
 FEWEST_CORNERS = 6  # a view's six pose parameters and something left to fit
 
 
@@ -49,10 +50,18 @@ def calibrate_zhang(views, width, height):
     flat = [np.pad(v.points, ((0, 0), (0, 1))).astype(np.float32) for v in views]
     corners = [v.pixels.astype(np.float32)[:, None] for v in views]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+    # Until a step is smaller than this share of the parameters: OpenCV's default stops
+    # after 30 steps, converged or not.
+    enough = (
+        cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS,
+        MOST_STEPS,
+        SMALLEST_STEP,
+    )
     try:
         rms, K, distortion, turns, shifts = cv2.calibrateCamera(
-            flat, corners, (int(width), int(height)), None, None, flags=flags
-        )
+            flat, corners, (int(width), int(height)), None, None,
+            flags=flags, criteria=enough,
+        )  # fmt: skip
     except cv2.error as error:
         raise CalibrationError(f"Zhang's method: OpenCV refuses: {error.err}") from None
     # OpenCV takes single precision only: exact corners come back to about 1e-5 px.
