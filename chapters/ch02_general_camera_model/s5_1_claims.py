@@ -1,17 +1,18 @@
 """The claims about Fig. 2.3, each tested in every reading of the text.
 
-A test follows the wording of the ledger. Readings are combinations of the
-open questions: noise, scoring, extent, standard method, and the scale of
-the residual.
+A test follows the wording of the ledger; the first reading is the primary one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import product
+from collections.abc import Callable
 
 import numpy as np
 
+from chapters.ch02_general_camera_model.s5_1_readings import (
+    QUESTIONS,
+    judged,
+)
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
     FOV_NOISE,
     FOVS_DEG,
@@ -20,11 +21,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
     LEVELS,
     NOISE_FOV_DEG,
 )
-from chapters.ch02_general_camera_model.synthetic import (
-    CORNER_RADIUS_PX,
-    SCALES,
-    SCORINGS,
-)
+from chapters.ch02_general_camera_model.synthetic import CORNER_RADIUS_PX
 from raxel.evaluation.statistics import (
     HOLDS,
     Estimate,
@@ -39,94 +36,10 @@ from raxel.evaluation.statistics import (
     wins,
 )
 from repro.experiment import claim
-from repro.outcomes import DECISIONS, Reading
 
 PAGE = "s5_1_synthetic_data"
 
-QUESTIONS = {
-    "noise": ("px", "mm"),
-    "scoring": SCORINGS,
-    "extent": ("unbounded", "finite"),
-    "standard_method": ("as printed", "well conditioned"),
-    "residual_scale": ("corrected view", "source image"),
-}
-METHOD = {
-    "as printed": "generic_as_printed",
-    "well conditioned": "generic_well_conditioned",
-}
-SCALE = dict(zip(QUESTIONS["residual_scale"], SCALES, strict=True))
 FLAT_FOVS = [fov for fov in FOVS_DEG if 30 <= fov <= 120]
-Judge = Callable[["Case"], tuple[str, float | str, tuple | None, str]]
-
-
-class Case:
-    """Trials of one reading."""
-
-    def __init__(self, result, options: dict[str, str]) -> None:
-        self.result = result
-        self.options = options
-
-    def generic(self, quantity: str, **condition) -> np.ndarray:
-        """Trials of the generic method, (trials,)."""
-        return self._column(
-            METHOD[self._option("standard_method")], quantity, condition
-        )
-
-    def parametric(self, quantity: str, **condition) -> np.ndarray:
-        """Trials of the parametric method, (trials,)."""
-        return self._column("parametric", quantity, condition)
-
-    def column(self, name: str, **condition) -> np.ndarray:
-        """Trials of a value without a method, such as the point noise."""
-        return self.result.column(name, **self._with(condition))
-
-    def other(self, **options: str) -> Case:
-        """The same reading with other options."""
-        return Case(self.result, self.options | options)
-
-    def _column(
-        self, method: str, quantity: str, condition: dict
-    ) -> np.ndarray:
-        place = f"{method}.{self._option('scoring')}"
-        if quantity.endswith("_px"):
-            place += f".{SCALE[self._option('residual_scale')]}"
-        return self.result.column(
-            f"{place}.{quantity}", **self._with(condition)
-        )
-
-    def _with(self, condition: dict) -> dict:
-        domain = {"domain": self._option("noise")}
-        return domain | {"extent": self._option("extent")} | condition
-
-    def _option(self, question: str) -> str:
-        return self.options.get(question, QUESTIONS[question][0])
-
-
-def every_reading(result, questions: tuple[str, ...]) -> Iterator[Case]:
-    """One case per combination of options of the given questions."""
-    for options in product(*(QUESTIONS[q] for q in questions)):
-        yield Case(result, dict(zip(questions, options, strict=True)))
-
-
-def judged(
-    result, questions: tuple[str, ...], judge: Judge
-) -> list[Reading]:
-    """Readings of a claim: decision, value, interval and remark."""
-    readings = []
-    for case in every_reading(result, questions):
-        decision, value, interval, remark = judge(case)
-        readings.append(
-            Reading(
-                DECISIONS[decision],
-                value,
-                reading=case.options,
-                interval=interval,
-                reason=remark,
-            )
-        )
-    return readings
-
-
 ALL = tuple(QUESTIONS)
 PARAMETRIC = ("noise", "scoring", "extent", "residual_scale")
 

@@ -28,12 +28,9 @@ from chapters.ch02_general_camera_model.synthetic import (
     trial,
 )
 from repro.exercise import check
-from repro.experiment import experiment, figure, numbers
-from repro.outcomes import Drawing, Plan, Value
+from repro.experiment import experiment, numbers
+from repro.outcomes import Plan, Value
 from repro.reader import compared, open_results, show, show_code, value
-from repro.results import summary
-from repro.style import figure as new_figure
-from repro.style import plot_interval
 
 # %% [markdown]
 # ## What the thesis claims
@@ -197,187 +194,11 @@ def law_sweep(effort):
 #
 # Every point is the median over the trials of the mean (or SD) over the 999
 # points of a trial; the band is its 95 % interval. A trial in which a
-# method failed counts as its worst, and is listed below the figure.
+# method failed counts as its worst. The code that draws is in the chapter's
+# module `s5_1_figures.py`.
+
 
 # %% tags=["hide-cell"]
-NAMES = {
-    "parametric": "standard perspective",
-    "generic_as_printed": "central generic, as printed",
-    "generic_well_conditioned": "central generic, well conditioned",
-}
-
-
-def curve(result, name, x_name, xs, **condition):
-    """Median over trials and its 95 % interval along a sweep: (3, n)."""
-    found = [
-        summary(
-            worst_for_failed(
-                result.column(name, **{x_name: x}, **condition)
-            )
-        )
-        for x in xs
-    ]
-    return np.array(
-        [(row["median"], *row["median_interval"]) for row in found]
-    ).T
-
-
-def worst_for_failed(trials):
-    """Trials with the failed ones (nan) set to the worst that was seen."""
-    worst = np.nanmax(trials) if np.isfinite(trials).any() else np.nan
-    return np.where(np.isnan(trials), worst, trials)
-
-
-def method_curves(axes, data, result, quantity, sweep, reading):
-    """One panel: three methods along one sweep, in one reading.
-
-    Failed trials count as the worst that was seen.
-    """
-    x_name, xs = sweep
-    scoring, condition = reading
-    for index, method in enumerate(METHODS):
-        place = f"{method}.{scoring}.corrected" if scoring else method
-        found = curve(
-            result, f"{place}.{quantity}", x_name, xs, **condition
-        )
-        plot_interval(
-            axes, np.array(xs), *found, index=index, label=NAMES[method]
-        )
-        for row in zip(xs, *found, strict=True):
-            cells = (x_name, quantity, method, scoring, *condition.values())
-            for column, cell in zip(data, (*cells, *row), strict=True):
-                data[column].append(cell)
-    axes.set_yscale("log")
-
-
-COLUMNS = (
-    "sweep", "quantity", "method", "scoring", "noise_domain", "extent",
-    "x", "median", "low", "high",
-)  # fmt: skip
-
-
-@figure(
-    "fig_2_3",
-    needs=("fig_2_3_noise", "fig_2_3_fov"),
-    evidence="synthetic",
-)
-def fig_2_3(results):
-    """Mean and SD of the residual in the primary reading, both sweeps."""
-    drawn, axes = new_figure(2, 2, height_in=6.4, sharex="col")
-    data = {column: [] for column in COLUMNS}
-    reading = ("noisy", {"domain": "px", "extent": "unbounded"})
-    sweeps = (
-        (results["fig_2_3_noise"], ("noise", LEVELS)),
-        (results["fig_2_3_fov"], ("fov_deg", FOVS_DEG)),
-    )
-    for column, (result, sweep) in enumerate(sweeps):
-        for row, quantity in enumerate(("mean_px", "sd_px")):
-            panel = axes[row, column]
-            method_curves(panel, data, result, quantity, sweep, reading)
-    axes[0, 0].set_title("(a) rising noise")
-    axes[0, 1].set_title("(b) rising field of view")
-    for panel in axes[0]:
-        panel.set_ylabel("Mean residual (px)")
-    for panel in axes[1]:
-        panel.set_ylabel("SD of residual (px)")
-    axes[1, 0].set_xlabel("Noise SD (px)")
-    axes[1, 1].set_xlabel("Field of view (deg)")
-    axes[1, 1].set_xticks(range(30, 151, 30))
-    axes[1, 0].set_xscale("log")
-    drawn.legend(
-        *axes[0, 0].get_legend_handles_labels(), loc="outside lower center",
-        ncols=3,
-    )  # fmt: skip
-    return Drawing(
-        drawn,
-        data,
-        "Distortion residuals of the parametric and the generic method (a) "
-        "under rising noise and (b) under rising field of view, in the "
-        "primary reading. Top: mean, bottom: standard deviation. Medians "
-        "over trials with 95 % intervals; note the logarithmic axes.",
-    )
-
-
-@figure(
-    "ext_fig_2_3_readings", needs=("fig_2_3_fov",), evidence="synthetic"
-)
-def ext_fig_2_3_readings(results):
-    """Fig. 2.3(b) in eight readings."""
-    drawn, axes = new_figure(2, 4, height_in=5.2, sharex=True, sharey=True)
-    data = {column: [] for column in COLUMNS}
-    cases = [(d, e) for d in DOMAINS for e in EXTENTS]
-    for row, scoring in enumerate(SCORINGS):
-        for column, (domain, extent) in enumerate(cases):
-            panel = axes[row, column]
-            reading = (scoring, {"domain": domain, "extent": extent})
-            sweep = ("fov_deg", FOVS_DEG)
-            method_curves(
-                panel,
-                data,
-                results["fig_2_3_fov"],
-                "mean_px",
-                sweep,
-                reading,
-            )
-            panel.set_title(
-                f"noise in {domain},\n{extent}" if row == 0 else ""
-            )
-            panel.set_xticks((30, 90, 150))
-    for row, scoring in enumerate(SCORINGS):
-        axes[row, 0].set_ylabel(f"Mean residual,\n{scoring} data (px)")
-    for panel in axes[1]:
-        panel.set_xlabel("Field of view (deg)")
-    drawn.legend(
-        *axes[0, 0].get_legend_handles_labels(), loc="outside lower center",
-        ncols=3,
-    )  # fmt: skip
-    return Drawing(
-        drawn,
-        data,
-        "The field-of-view sweep in eight readings of the text: noise in "
-        "the image or on the grids, unbounded planes or grids of ±600 mm "
-        "(columns), scored on noisy or on clean data (rows). Medians over "
-        "trials with 95 % intervals.",
-    )
-
-
-@figure(
-    "ext_fig_2_3_rays",
-    needs=("fig_2_3_noise", "fig_2_3_fov"),
-    evidence="synthetic",
-)
-def ext_fig_2_3_rays(results):
-    """What the residual cannot see: the error of the rays themselves."""
-    drawn, axes = new_figure(1, 2, height_in=3.6, sharey=True)
-    data = {column: [] for column in COLUMNS}
-    primary = {"domain": "px", "extent": "unbounded"}
-    sweeps = (
-        (results["fig_2_3_noise"], ("noise", LEVELS)),
-        (results["fig_2_3_fov"], ("fov_deg", FOVS_DEG)),
-    )
-    for panel, (result, sweep) in zip(axes, sweeps, strict=True):
-        method_curves(panel, data, result, "ray_mrad", sweep, ("", primary))
-    axes[0].set_title("rising noise")
-    axes[1].set_title("rising field of view")
-    axes[0].set_ylabel("Median ray error (mrad)")
-    axes[0].set_xlabel("Noise SD (px)")
-    axes[1].set_xlabel("Field of view (deg)")
-    axes[1].set_xticks(range(30, 151, 30))
-    axes[0].set_xscale("log")
-    drawn.legend(
-        *axes[0].get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=3,
-    )
-    return Drawing(
-        drawn,
-        data,
-        "The error that a distortion residual does not show: the angle between "
-        "calibrated and true rays, after the best rotation, in the primary "
-        "reading. Medians over trials with 95 % intervals.",
-    )
-
-
 @numbers("fig_2_3", needs=("fig_2_3_fov",), evidence="synthetic")
 def numbers_fig_2_3(results):
     """The settings that the text states, as they were run."""

@@ -10,13 +10,13 @@ Source of RANSAC: Fischler and Bolles 1981, doi:10.1145/358669.358692.
 """
 
 import itertools
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from raxel.calibration.grunert import three_point_depths
 from raxel.errors import CalibrationError
+from raxel.geometry.consensus import best_hypothesis
 from raxel.geometry.poses import pose, rotation_from_vector
 
 SCORED = 1000  # points that judge a trial pose
@@ -72,21 +72,20 @@ def pose_three_point_ransac(
     """
     directions, points = _checked(directions, points)
     judges = rng.permutation(len(points))[:SCORED]
-    best, best_cost, drawn, needed = None, np.inf, 0, most_trials
-    while drawn < needed:
-        picks = _spread_triples(points, rng, 64)
-        drawn += 64
-        poses, _ = pose_of_triples(directions[picks], points[picks])
-        if len(poses) == 0:
-            continue
-        errors = _errors(directions[judges], points[judges], poses, metric)
-        squared = np.minimum(errors, threshold) ** 2
-        cost = squared.sum(axis=1)
-        i = int(np.argmin(cost))
-        if cost[i] < best_cost:
-            best, best_cost = poses[i], cost[i]
-            share = np.mean(errors[i] < threshold)
-            needed = min(most_trials, _trials_needed(share, confidence))
+
+    def propose(count):
+        picks = _spread_triples(points, rng, count)
+        return pose_of_triples(directions[picks], points[picks])[0]
+
+    best = best_hypothesis(
+        propose,
+        lambda T: _errors(directions[judges], points[judges], T, metric) ** 2,
+        threshold**2,
+        sample_size=3,
+        confidence=confidence,
+        most_trials=most_trials,
+        batch=64,
+    )
     if best is None:
         raise CalibrationError(
             "pose from rays: no three points give a pose; they lie on a line or the"
@@ -260,13 +259,6 @@ def _judged(directions, points, T, threshold, metric):
     inliers = errors < threshold
     rms = np.sqrt(np.mean(errors[inliers] ** 2)) if inliers.any() else np.inf
     return RayPose(T, inliers, float(rms))
-
-
-def _trials_needed(share, confidence):
-    miss = 1 - share**3
-    if miss <= 0:
-        return 0
-    return math.log(1 - confidence) / math.log(miss) if miss < 1 else math.inf
 
 
 def _checked(directions, points):

@@ -6,6 +6,7 @@ file that cannot be written; 130 interrupted. Nothing half-written is left.
 """
 
 import argparse
+import os
 import sys
 
 from raxel.errors import InputError
@@ -25,6 +26,8 @@ def main(argv=None):
     """Run one command; returns the exit status."""
     from raxel.cli.progress import Progress
 
+    # With several threads OpenCV's fits differ in the last digits from run to run.
+    os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
     progress = Progress(sys.stderr)
     try:
         options = _parser().parse_args(argv)

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.geometry.consensus import best_hypothesis
 
 BLOCK = 1 << 16
 
@@ -127,8 +128,7 @@ def homography_ransac(
     they no longer change. Returns H (3, 3) and inliers (N,) bool. Raises InputError
     when the input is refused as in `homography_dlt`, or no sample determines H. Any
     four points agree with some H: judge the number of inliers, not only their share.
-    Source: Fischler and Bolles 1981, doi:10.1145/358669.358692; Torr and Zisserman
-    2000, doi:10.1006/cviu.1999.0832 (truncated cost).
+    See `raxel.geometry.consensus` for the sources.
     """
     source, target, w = _checked(source, target, None)
     T_s = _normalising(_mean_square(source, w))
@@ -136,21 +136,20 @@ def homography_ransac(
     s, t = apply_homography(T_s, source), apply_homography(T_t, target)
     limit = (threshold * T_t[0, 0]) ** 2
     batch = int(np.clip(BLOCK // len(s), 1, 64))
-    best, best_cost, needed, drawn = None, np.inf, most_trials, 0
-    while drawn < needed:
-        picks = _samples(rng, len(s), batch)
-        drawn += batch
-        H = _four_point_homographies(_homogeneous(s)[picks], _homogeneous(t)[picks])
-        if len(H) == 0:
-            continue
-        squared = np.sum((apply_homography(H, s) - t) ** 2, axis=-1)
-        squared = np.where(squared < limit, squared, limit)
-        cost = squared.sum(axis=1)
-        i = int(np.argmin(cost))
-        if cost[i] < best_cost:
-            best, best_cost = H[i], cost[i]
-            share = np.mean(squared[i] < limit)
-            needed = min(most_trials, _trials_needed(share, confidence))
+
+    def propose(count):
+        picks = _samples(rng, len(s), count)
+        return _four_point_homographies(_homogeneous(s)[picks], _homogeneous(t)[picks])
+
+    best = best_hypothesis(
+        propose,
+        lambda H: np.sum((apply_homography(H, s) - t) ** 2, axis=-1),
+        limit,
+        sample_size=4,
+        confidence=confidence,
+        most_trials=most_trials,
+        batch=batch,
+    )
     if best is None:
         raise InputError(
             "homography: no four points in general position found; the points lie on "
@@ -313,13 +312,6 @@ def _four_point_homographies(s, t):
     good = np.minimum(least_s, least_t) > 1e-6
     ratio = weight_t[good] / weight_s[good]
     return np.einsum("ni,nij,nik->njk", ratio, t[good, :3], rows[good])
-
-
-def _trials_needed(share, confidence):
-    miss = 1 - share**4
-    if miss <= 0:
-        return 0
-    return math.log(1 - confidence) / math.log(miss) if miss < 1 else math.inf
 
 
 def _refitted(H, source, target, threshold):
