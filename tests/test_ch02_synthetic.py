@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model import coefficients, synthetic
+from chapters.ch02_general_camera_model import coefficients, laws, synthetic
 from raxel.geometry import apply_homography
 from repro.experiment import trial_rng
 
@@ -13,7 +13,7 @@ BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",
 
 def drawn(trial=0, **condition):
     case = BASE | condition
-    return synthetic.measure(case, trial_rng("test", case, trial))
+    return synthetic.measure(case, trial_rng("test", case, trial))[0]
 
 
 @pytest.mark.parametrize("law", ["equidistance", "equisolid", "stereographic"])
@@ -34,10 +34,14 @@ def test_grids_are_tilted_apart_and_face_the_camera():
 
 
 def test_finite_grids_are_kept_to_and_all_points_are_there():
-    data = drawn(fov_deg=150, extent="finite")
+    case = BASE | {"fov_deg": 150, "extent": "finite"}
+    data, draw = synthetic.measure(case, trial_rng("test", case, 0))
     assert data.points.shape == (3, 999, 2)
     assert np.abs(data.points).max() <= 600
-    assert drawn(fov_deg=150).accepted_share > data.accepted_share
+    assert draw["accepted_share"] < 0.6
+    # A corner of the nearest grid possible: 450 mm away, 150 mm off, tilted by 30.
+    assert synthetic.widest_angle_deg(data) < 69
+    assert synthetic.widest_angle_deg(drawn(fov_deg=150)) == pytest.approx(75, abs=2)
 
 
 @pytest.mark.parametrize("domain", ["px", "mm"])
@@ -98,6 +102,37 @@ def test_central_focal_is_the_focal_length():
     assert synthetic.central_focal(synthetic.fisheye("equidistance", 120)) == (
         pytest.approx(synthetic.CORNER_RADIUS_PX / np.radians(60), rel=1e-6)
     )
+
+
+@pytest.mark.parametrize("domain", ["px", "mm"])
+def test_projection_laws_share_rays_and_noise(domain):
+    case = {"fov_deg": 90, "noise": 0.5, "domain": domain, "extent": "unbounded"}
+    measured = laws.measure_laws(case, trial_rng("test", case, 0))
+    assert list(measured) == list(laws.LAWS)
+    first = measured["equidistance"]
+    rays = first.camera.rays(first.pixels).directions
+    for law, data in measured.items():
+        assert np.abs(data.camera.rays(data.pixels).directions - rays).max() < 1e-9
+        if law != "equidistance":
+            assert np.abs(data.pixels - first.pixels).max() > 1
+        # The noise that is given shifts both by the same.
+        if domain == "px":
+            shifts = [d.noisy_pixels - d.pixels for d in (data, first)]
+        else:
+            shifts = [d.noisy_points - d.points for d in (data, first)]
+        assert np.abs(shifts[0] - shifts[1]).max() < 1e-9
+        # Half a pixel is the rim of the image about the last pixel centres.
+        assert data.pixels.min() > -1
+        assert data.pixels.max() < synthetic.SIZE_PX
+
+
+def test_each_scale_has_its_own_correlation_with_grazing_angles():
+    data = drawn(fov_deg=150, noise=0.5)
+    found = synthetic.score_generic(data, 300.0, "well conditioned")["clean"]
+    corrected = found["corrected"]["grazing_spearman"]
+    source = found["source"]["grazing_spearman"]
+    # The corrected view is stretched where rays graze, the source image is not.
+    assert corrected > source + 0.1
 
 
 def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):

@@ -32,11 +32,17 @@ class Case:
         self.result = result
         self.options = options
 
-    def generic(self, quantity: str, **condition) -> np.ndarray:
-        """Trials of the generic method, (trials,)."""
-        return self._column(
-            METHOD[self._option("standard_method")], quantity, condition
-        )
+    def generic(
+        self, quantity: str, law: str | None = None, **condition
+    ) -> np.ndarray:
+        """Trials of the generic method, (trials,).
+
+        law: which one, in the sweep that holds several in every trial.
+        """
+        method = METHOD[self._option("standard_method")]
+        if law is not None:
+            method = f"{law}.{method}"
+        return self._column(method, quantity, condition)
 
     def parametric(self, quantity: str, **condition) -> np.ndarray:
         """Trials of the parametric method, (trials,)."""
@@ -53,9 +59,8 @@ class Case:
     def _column(
         self, method: str, quantity: str, condition: dict
     ) -> np.ndarray:
-        place = f"{method}.{self._option('scoring')}"
-        if quantity.endswith("_px"):
-            place += f".{SCALE[self._option('residual_scale')]}"
+        scale = SCALE[self._option("residual_scale")]
+        place = f"{method}.{self._option('scoring')}.{scale}"
         return self.result.column(
             f"{place}.{quantity}", **self._with(condition)
         )

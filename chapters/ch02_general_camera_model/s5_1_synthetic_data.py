@@ -14,16 +14,18 @@ from chapters.ch02_general_camera_model.exercises import (
     focal_of_equidistance,
     stretch_at,
 )
+from chapters.ch02_general_camera_model.laws import LAWS, laws_trial
 from chapters.ch02_general_camera_model.synthetic import (
     CORNER_RADIUS_PX,
+    FINITE_MM,
     METHODS,
     POINTS,
     SCORINGS,
     SIZE_PX,
     calibrate_generic,
     calibrate_parametric,
-    generic_trial,
     measure,
+    observe,
     score,
     trial,
 )
@@ -59,7 +61,7 @@ from repro.reader import compared, open_results, show, show_code, value
 # The code of one trial, from the chapter's module `synthetic.py`:
 
 # %% tags=["active-ipynb"]
-# show_code(measure)
+# show_code(measure, observe)
 
 # %% [markdown]
 # Both methods then work on the same data. The parametric method gets pixels
@@ -104,7 +106,6 @@ from repro.reader import compared, open_results, show, show_code, value
 # %%
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
 FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)
-LAWS = ("equidistance", "equisolid", "stereographic", "perspective")
 NOISE_FOV_DEG = 60
 FOV_NOISE = 0.5
 LAWS_FOV_DEG = 90
@@ -125,7 +126,13 @@ SETTINGS = {
         "fov_deg": list(FOVS_DEG),
         "noise": FOV_NOISE,
     },
+    "law_sweep": {
+        "laws": list(LAWS),
+        "fov_deg": LAWS_FOV_DEG,
+        "noise": FOV_NOISE,
+    },
     "fov": "on the image diagonal",
+    "finite_grids_mm": [-FINITE_MM, FINITE_MM],
     "grids": "600 mm away, shifted by up to 150 mm on every axis, tilted "
     "by 10 to 30 deg about a random axis, at least 10 deg apart",
 }
@@ -180,13 +187,9 @@ def fov_sweep(effort):
     "fig_2_3_laws", artefact="fig_2_3", shards={"quick": 1, "full": 2}
 )
 def law_sweep(effort):
-    """Four projection laws at 90 degrees, same image radius and noise."""
-    cases = [
-        case
-        for law in LAWS
-        for case in conditions(law, [LAWS_FOV_DEG], [FOV_NOISE])
-    ]
-    return Plan(generic_trial, cases, TRIALS[effort], SETTINGS)
+    """Four laws at 90 degrees: same image radius, rays and noise."""
+    cases = conditions("all four", [LAWS_FOV_DEG], [FOV_NOISE])
+    return Plan(laws_trial, cases, TRIALS[effort], SETTINGS)
 
 
 # %% [markdown]

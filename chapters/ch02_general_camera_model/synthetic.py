@@ -146,8 +146,6 @@ class Data:
     noisy_pixels: np.ndarray
     points: np.ndarray
     noisy_points: np.ndarray
-    accepted_share: float
-    least_angle_deg: float
 
 
 def measure(condition, rng):
@@ -155,11 +153,17 @@ def measure(condition, rng):
     camera = camera_of(condition["law"], condition["fov_deg"])
     grids, least_angle = draw_grids(rng)
     pixels, share = draw_pixels(camera, grids, condition["extent"], rng)
-    points = np.stack([back_project(camera, pixels, T)[0] for T in grids])
     noise = condition["noise"] * rng.standard_normal((3, POINTS, 2))
-    keep = np.ones(POINTS, bool)
+    data = observe(camera, grids, pixels, noise, condition["domain"])
+    return data, {"accepted_share": share, "least_angle_deg": least_angle}
+
+
+def observe(camera, grids, pixels, noise, domain):
+    """Data of pixels that see all grids; noise (3, N, 2) in px or mm."""
+    points = np.stack([back_project(camera, pixels, T)[0] for T in grids])
+    keep = np.ones(len(pixels), bool)
     noisy_pixels, noisy_points = np.repeat(pixels[None], 3, 0), points
-    if condition["domain"] == "px":
+    if domain == "px":
         noisy_pixels = pixels + noise
         seen = [
             back_project(camera, p, T)
@@ -171,7 +175,7 @@ def measure(condition, rng):
         noisy_points = points + noise
     return Data(
         camera, grids, pixels[keep], noisy_pixels[:, keep], points[:, keep],
-        noisy_points[:, keep], share, least_angle,
+        noisy_points[:, keep],
     )  # fmt: skip
 
 
@@ -303,9 +307,10 @@ def score_generic(data, focal, linear):
     for scoring in SCORINGS:
         lengths = score(corrected, known[scoring], data.camera, focal)
         out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
-        out[scoring]["grazing_spearman"] = _rank_correlation(
-            lengths["corrected"], 1 / _least_sine(data)
-        )
+        for scale in SCALES:
+            out[scoring][scale]["grazing_spearman"] = _rank_correlation(
+                lengths[scale], 1 / _least_sine(data)
+            )
     return out
 
 
@@ -333,27 +338,33 @@ def point_noise_ratio(data):
     directions = data.camera.rays(data.pixels).directions
     angle = np.arccos(np.clip(directions[:, 2], -1, 1))
     error = data.noisy_points - data.points
-    outer = error[:, angle > 0.8 * angle.max()].std()
-    inner = error[:, angle < 0.2 * angle.max()].std()
+    outer = error[:, angle > 0.8 * angle.max()].std(ddof=1)
+    inner = error[:, angle < 0.2 * angle.max()].std(ddof=1)
     return outer / inner
 
 
-def generic_trial(condition, rng):
-    """A trial without the parametric method."""
-    return trial(condition, rng, METHODS[1:])
+def widest_angle_deg(data):
+    """Largest angle from the axis at which all grids were measured."""
+    axial = data.camera.rays(data.pixels).directions[:, 2]
+    return np.degrees(np.arccos(axial.min()))
 
 
-def trial(condition, rng, methods=METHODS):
+def trial(condition, rng):
     """One trial: measure, calibrate with each method, score each way."""
-    data = measure(condition, rng)
-    focal = central_focal(data.camera)
-    out = {
-        "accepted_share": data.accepted_share,
-        "least_angle_deg": data.least_angle_deg,
+    data, drawn = measure(condition, rng)
+    out = drawn | {
         "points": len(data.pixels),
+        "widest_angle_deg": widest_angle_deg(data),
     }
     if condition["noise"] > 0:
         out["point_noise_ratio"] = point_noise_ratio(data)
+    return out | scores(data, METHODS)
+
+
+def scores(data, methods):
+    """Score every method; one that fails says why and the others go on."""
+    focal = central_focal(data.camera)
+    out = {}
     for method in methods:
         try:
             out[method] = _scored(method, data, focal)
