@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model import s5_1_claims as claims
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG, LEVELS
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG
 
 TRIALS = 50
 
@@ -118,16 +118,6 @@ def proportional(law):
 def test_proportion_holds_for_a_line_and_not_for_a_root():
     assert proportional(lambda noise: 1.25 * noise) == {"reproduced"}
     assert proportional(np.sqrt) == {"differs"}
-
-
-def test_a_line_whose_straightness_the_trials_leave_open_is_undecided():
-    def scattered(name, condition):
-        level = condition["noise"]
-        kink = 1.12 if LEVELS.index(level) % 2 else 0.88
-        return spread_about(kink * level, share=0.1, seed=int(1e3 * level))
-
-    found = verdicts(claims.judge_noise_linear_parametric, "fig_2_3_noise", scattered)
-    assert found == {"undecided"}
 
 
 def test_distortion_is_taken_over_the_area_that_the_grids_cover():
