@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model import s5_1_claims as claims
+from chapters.ch02_general_camera_model import s5_1_values
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG
 
 TRIALS = 50
@@ -155,3 +156,8 @@ def test_projection_laws_are_compared_trial_by_trial():
 
     found = verdicts(claims.judge_modality_independent, "fig_2_3_laws", values)
     assert found == {"reproduced"}
+
+
+def test_numbers_of_the_prose_count_failed_trials_as_the_worst():
+    half = Trials(lambda name, condition: [1.0, 2.0, np.nan, np.nan, 9.0])
+    assert s5_1_values.median_of(half, "any") == 9.0

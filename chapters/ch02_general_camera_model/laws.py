@@ -1,4 +1,4 @@
-"""The generic method under four projection laws, on the same rays and noise."""
+"""The generic method under four projection laws: same rays, same noise."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from chapters.ch02_general_camera_model.synthetic import (
 )
 
 LAWS = ("equidistance", "equisolid", "stereographic", "perspective")
-# Its radius is the largest at every angle short of the corner, so rays drawn
-# in its image lie inside the other images too.
+# Its radius is the largest at every angle short of the corner, so rays
+# drawn in its image lie inside the other images too.
 OUTERMOST_LAW = "equisolid"
 
 

@@ -165,8 +165,8 @@ def ext_fig_2_3_rays(results):
     """What the residual cannot see: the error of the rays themselves."""
     curves = Curves(results, 1, 2, height_in=3.6, sharey=True)
     for panel, sweep in zip(curves.axes, (NOISE, FOV), strict=True):
-        curves.draw(panel, sweep, "ray_mrad", PRIMARY)
-    curves.axes[0].set_ylabel("Median ray error (mrad)")
+        curves.draw(panel, sweep, "ray_deg", PRIMARY)
+    curves.axes[0].set_ylabel("Median ray error (deg)")
     curves.axes[0].set_title("rising noise")
     curves.axes[1].set_title("rising field of view")
     return curves.finished(

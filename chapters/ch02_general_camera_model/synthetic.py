@@ -182,7 +182,8 @@ def observe(camera, grids, pixels, noise, domain):
 def calibrate_parametric(data):
     """Zhang's method on the trial; returns a PerspectiveCamera.
 
-    Noise in mm disturbs the points it is given, noise in px the pixels.
+    Noise in mm disturbs the points it is given, noise in px the pixels:
+    the points of a target are known.
     """
     moved = not np.array_equal(data.noisy_pixels[0], data.pixels)
     points = data.points if moved else data.noisy_points
@@ -194,7 +195,10 @@ def calibrate_parametric(data):
 
 
 def calibrate_generic(data, linear):
-    """Algorithm 1, steps 3 and 4: rays (N, 3) in the base grid's frame."""
+    """Algorithm 1, steps 3 and 4: rays (N, 3) in the base grid's frame.
+
+    As printed, t_z divides by C_y (2.23).
+    """
     if linear == "as printed":
         start = linear_as_printed(*data.noisy_points)
     else:
@@ -288,7 +292,7 @@ def score_parametric(data, focal):
         out[scoring]["left_out_share"] = 1 - rays.valid.mean()
     true = data.camera.rays(data.pixels).directions
     found = camera.rays(data.pixels)
-    out["ray_mrad"] = _ray_error(
+    out["ray_deg"] = _ray_error(
         found.directions[found.valid], true[found.valid]
     )
     return out
@@ -300,7 +304,7 @@ def score_generic(data, focal, linear):
     corrected = view(about_principal_ray(directions, data.pixels), focal)
     known = targets(data, focal)
     out = {
-        "ray_mrad": _ray_error(
+        "ray_deg": _ray_error(
             directions, data.camera.rays(data.pixels).directions
         )
     }
@@ -315,8 +319,8 @@ def score_generic(data, focal, linear):
 
 
 def _ray_error(found, true):
-    """Median angle (mrad) between ray bundles after the best rotation."""
-    return 1e3 * np.median(angular_residual(found, true))
+    """Median angle (deg) between ray bundles after the best rotation."""
+    return np.degrees(np.median(angular_residual(found, true)))
 
 
 def _least_sine(data):
