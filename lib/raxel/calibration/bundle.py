@@ -3,7 +3,8 @@
 The grid poses and one direction per ray are adjusted so that the rays, all through the
 centre C, pass as close as possible to the points they see: the ray-point distance
 (4.18) of section 4.1.4. The centre and the base grid stay where the linear stage put
-them.
+them. The thesis moves the poses alone and then joins C to the centroid of the points of
+a ray; here the direction that minimises (4.18) itself takes the centroid's place.
 
 For given poses the best direction u of a ray has a closed form, the dominant
 eigenvector of the second moments of its points p_j = R_j (x, y, 0) + t_j - C. So only

@@ -52,12 +52,13 @@ ROWS = 16  # of the table, handled at once
 class GenericCalibration(NamedTuple):
     """The camera and how it came about.
 
-    camera: GeneralCamera; its frame has the centre as origin, z along the ray nearest
-    to mid-image and x along the image's u. centre (3,): in the base board's frame;
-    T_base_grid (m, 4, 4) and T_camera_grid (m, 4, 4): poses of the boards in `used`
-    (indices of views; the first three began, the very first is the base). left_out:
-    {index: reason}. share_with_ray: share of the image's pixels. rms_deg: root mean
-    square angle between rays and the points of all used boards, as adjusted.
+    camera: GeneralCamera; its frame has the centre as origin, z close to the ray of
+    mid-image and x along the image's u (as the rays of a plain fisheye fit best).
+    centre (3,): in the base board's frame; T_base_grid (m, 4, 4) and T_camera_grid
+    (m, 4, 4): poses of the boards in `used` (indices of views; the first three began,
+    the very first is the base). left_out: {index: reason}. share_with_ray: share of the
+    image's pixels. rms_deg: root mean square angle between rays and their points, of
+    the rays that two or more of the used boards share, as adjusted.
     linear: the LinearSolution that it began with.
     """
 
