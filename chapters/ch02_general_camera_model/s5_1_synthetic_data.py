@@ -205,12 +205,13 @@ def law_sweep(effort):
 def numbers_fig_2_3(results):
     """The settings that the text states, as they were run."""
     ran = results["fig_2_3_fov"]
+    fovs_deg = [condition["fov_deg"] for condition in ran.conditions]
     return {
         "s2_5_1_res": Value(ran.settings["image_px"][0], unit="px"),
         "s2_5_1_pts": Value(ran.settings["points_per_trial"], unit="count"),
         "s2_5_1_trials": Value(ran.trials_per_condition, unit="count"),
-        "s2_5_1_fov_min": Value(FOVS_DEG[0], unit="deg"),
-        "s2_5_1_fov_max": Value(FOVS_DEG[-1], unit="deg"),
+        "s2_5_1_fov_min": Value(min(fovs_deg), unit="deg"),
+        "s2_5_1_fov_max": Value(max(fovs_deg), unit="deg"),
     }
 
 
