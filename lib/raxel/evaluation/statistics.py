@@ -198,13 +198,6 @@ def welch_less(a: np.ndarray, b: np.ndarray) -> float:
     return float(found.pvalue)
 
 
-def spearman(x: np.ndarray, y: np.ndarray) -> float:
-    """Rank correlation of two sequences; ties share their mean rank."""
-    from scipy.stats import spearmanr
-
-    return float(spearmanr(x, y).statistic)
-
-
 class Line(NamedTuple):
     """A weighted straight-line fit: slope, intercept, R2."""
 
