@@ -21,7 +21,7 @@ def build_site(source: Path, out: Path) -> list[str]:
     otherwise count as done, and the next run would pass.
     """
     state, built = source.parent / "doctrees", source.parent / "html"
-    command = [sys.executable, "-m", "sphinx", "-b", "html", "-W", "--keep-going"]
+    command = [sys.executable, "-m", "sphinx", "-b", "html", "-W", "--keep-going", "-N"]
     command += ["-d", str(state), str(source), str(built)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     print(run.stdout, run.stderr, sep="\n")
