@@ -101,7 +101,7 @@ def show(artefact: str) -> Shown:
         [
             _anchor(artefact),
             f"::::{{figure}} /_extra/figures/{name}.svg",
-            f":name: {artefact}",
+            f":name: {_label_id(name)}",
             f":alt: {alt}",
             f":target: {_up()}figures/{name}.svg",
             "",
@@ -138,7 +138,7 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         [
             _anchor(artefact),
             f"::::{{table}} {titled}",
-            f":name: {artefact}",
+            f":name: {_label_id(name)}",
             "",
             pipe_table(head, cells, numeric),
             "::::",
@@ -298,6 +298,11 @@ def _titled(artefact: str, caption: str, bold: str = "") -> str:
 def _anchor(artefact: str) -> str:
     """The id as it stands: Sphinx would write its underscores as hyphens."""
     return f'<span id="{artefact}"></span>\n'
+
+
+def _label_id(name: str) -> str:
+    """The label of an artefact, one in the whole site: a set's has the set's name."""
+    return name.replace("@", "-of-")
 
 
 def _up() -> str:

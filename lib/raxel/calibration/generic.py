@@ -122,7 +122,7 @@ def calibrate_generic(
     if not growths:
         raise CalibrationError(f"generic calibration: {failures[0]}")
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
-    refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration")
+    refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
     return _completed(views, width, height, units, samples, best)
 
 

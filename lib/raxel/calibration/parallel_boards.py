@@ -4,21 +4,27 @@ import numpy as np
 
 from raxel.errors import CalibrationError
 
-SMALLEST_TILT_DEG = 3.0  # between some two boards
+SMALLEST_TILT_DEG = 3.0  # between boards that count as tilted against each other
 
 
-def refuse_parallel(rotations, method):
-    """Raise CalibrationError if all boards are parallel.
+def refuse_parallel(rotations, method, needed):
+    """Raise CalibrationError without ``needed`` (2 or 3) boards tilted pairwise.
 
     rotations: (n, 3, 3) of the boards as fitted, any common frame; method: for the
     message. Parallel boards share one vanishing line, so whatever focal length or
-    centre a fit came to rest at, it finds them parallel: the poses themselves tell.
+    centre a fit came to rest at, it finds them parallel: the poses themselves tell. A
+    centre that came out far away leaves the tilts to the noise, and a board or two may
+    seem tilted by chance; three of them pairwise do not.
     """
     normals = rotations[:, :, 2]
-    cosine = np.clip(normals @ normals.T, -1.0, 1.0)
-    widest = np.degrees(np.arccos(np.min(np.abs(cosine))))
-    if widest < SMALLEST_TILT_DEG:
+    cosine = np.clip(np.abs(normals @ normals.T), 0.0, 1.0)
+    angles = np.degrees(np.arccos(cosine))
+    apart = angles >= SMALLEST_TILT_DEG
+    pairs = apart.astype(int)
+    found = apart if needed == 2 else apart & (pairs @ pairs > 0)
+    if not found.any():
         raise CalibrationError(
-            f"{method}: all boards are parallel to within {widest:.1f} degrees; tilt"
-            " them against each other"
+            f"{method}: no {needed} boards are tilted against each other by"
+            f" {SMALLEST_TILT_DEG:.0f} degrees (widest pair {angles.max():.1f}): the"
+            " boards are parallel; tilt them more"
         )

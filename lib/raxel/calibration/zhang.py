@@ -70,7 +70,7 @@ def calibrate_zhang(views, width, height):
         raise CalibrationError("Zhang's method: the fit diverged; tilt the boards more")
     camera = PerspectiveCamera(K, radial, width, height)
     rotations = rotation_from_vector(np.array(turns).reshape(-1, 3))
-    refuse_parallel(rotations, "Zhang's method")
+    refuse_parallel(rotations, "Zhang's method", needed=2)
     poses = pose(rotations, np.array(shifts).reshape(-1, 3))
     return ZhangCalibration(camera, poses, float(rms))
 

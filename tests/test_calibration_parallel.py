@@ -1,0 +1,34 @@
+"""Enough boards have to be tilted against each other, pairwise."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.parallel_boards import refuse_parallel
+from raxel.errors import CalibrationError
+from raxel.geometry import rotation_from_vector
+
+
+def tilted(*degrees):
+    """Boards turned about x by these angles, and about their own normal at random."""
+    rng = np.random.default_rng(0)
+    spins = rotation_from_vector(rng.uniform(0, 3, (len(degrees), 1)) * [[0, 0, 1.0]])
+    tilts = rotation_from_vector(np.radians(degrees)[:, None] * [[1.0, 0, 0]])
+    return tilts @ spins
+
+
+@pytest.mark.parametrize(
+    ("degrees", "needed", "refused"),
+    [
+        ((0, 0.5, 1, 1.4), 2, True),
+        ((0, 7, 1, 0.5), 2, False),
+        ((0, 7, 1, 0.5), 3, True),
+        ((0, 7, -7, 0.5), 3, False),
+        ((0, 180, 179, 1), 3, True),
+    ],
+)
+def test_boards_count_when_they_are_tilted_against_each_other(degrees, needed, refused):
+    if refused:
+        with pytest.raises(CalibrationError, match="parallel; tilt them more"):
+            refuse_parallel(tilted(*degrees), "method", needed)
+    else:
+        assert refuse_parallel(tilted(*degrees), "method", needed) is None
