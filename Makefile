@@ -5,6 +5,7 @@ CORES ?=
 TRIALS ?=
 RECORDED ?=
 PORT ?= 8000
+SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 
 # Everything a run writes stays in the checkout; only package caches lie outside.
 RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
@@ -26,9 +27,10 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 notebooks: setup ## the chapters as notebooks with outputs: report/notebooks
 	@$(BUILD) notebooks $(OPTIONS)
 
-serve: ## show report/site on a local port (PORT=8000)
-	@test -f report/site/index.html || { echo "no report yet: make report"; exit 1; }
-	@$(PYTHON) -m http.server --bind 127.0.0.1 --directory report/site $(PORT)
+serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)
+	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
+	@$(PYTHON) -m http.server --bind 127.0.0.1 --directory $(SITE) $(PORT) 2>&1 \
+	  | sed -n 's/^OSError: .*Address already in use/port $(PORT) is taken: make serve PORT=8001/p; /HTTP/p'
 
 ch%: setup ## one chapter: make ch02
 	@$(BUILD) $@ $(OPTIONS)

@@ -59,11 +59,11 @@ from repro.reader import open_results, show, show_code, show_table, value
 # So both are scored twice: on all corners they have a ray for, and on the
 # corners that both have a ray for.
 
-# %% tags=["active-ipynb"]
+# %% tags=["active-ipynb", "hide-output"]
 # show_code(calibrated, fold_part, scores)
 
 
-# %%
+# %% tags=["hide-cell"]
 @experiment(
     "photograph_study",
     artefact="ext_models",
@@ -86,7 +86,7 @@ def study_of(results):
     return Study(results["photograph_study"])
 
 
-# %% tags=["active-ipynb"]
+# %% tags=["active-ipynb", "remove-input"]
 # study = Study(open_results("photograph_study"))
 
 # %% tags=["active-ipynb"]
@@ -131,7 +131,7 @@ def study_of(results):
 # {glue:text}`found`
 
 
-# %%
+# %% tags=["hide-cell"]
 @figure(
     "ext_corners",
     needs=("photograph_study",),
@@ -166,7 +166,7 @@ def ext_corners(results):
 # {glue:text}`kept_out`
 
 
-# %%
+# %% tags=["hide-cell"]
 @figure(
     "ext_residuals",
     needs=("photograph_study",),
@@ -190,7 +190,7 @@ def ext_residuals(results):
 # ## Error per photograph
 
 
-# %%
+# %% tags=["hide-cell"]
 @figure(
     "ext_cross_validation",
     needs=("photograph_study",),
@@ -223,7 +223,7 @@ def ext_images(results):
 # ## The photograph without distortion
 
 
-# %%
+# %% tags=["hide-cell"]
 @figure(
     "ext_undistorted",
     needs=("photograph_study",),
@@ -248,7 +248,7 @@ def ext_undistorted(results):
 # ## Compared models
 
 
-# %%
+# %% tags=["hide-cell"]
 @table(
     "ext_models",
     needs=("photograph_study",),

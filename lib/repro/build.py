@@ -67,7 +67,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     status = subprocess.run(command, cwd=root, check=False).returncode
     if status == 0:
         remember(work, _built(work, options.target))
-        _say_where(root, targets, changed=_ages(root, targets) != before)
+        _say_where(work, targets, changed=_ages(root, targets) != before)
     return status
 
 
@@ -125,7 +125,9 @@ def _bring_photographs(root: Path) -> None:
 def _targets(work: Work, target: str) -> list[str]:
     """Files that an order asks for."""
     if target in ("report", "quick"):
-        return [f"{work.site}/index.html"]
+        if not (work.root / work.site / "index.html").is_file():
+            (work.root / work.site_done).unlink(missing_ok=True)
+        return [work.site_done]
     if target == "notebooks":
         return ["report/notebooks/.done"]
     if target.startswith("ch") and target[2:].isdigit():
@@ -160,14 +162,19 @@ def _ages(root: Path, targets: list[str]) -> list[int]:
     return [p.stat().st_mtime_ns if p.exists() else 0 for p in paths]
 
 
-def _say_where(root: Path, targets: list[str], changed: bool) -> None:
+def _say_where(work: Work, targets: list[str], changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
     for target in targets[:1] if len(targets) > 3 else targets:
         path = Path(target)
+        if target == work.site_done:
+            path = Path(work.site) / "index.html"
         if path.name == ".done":
             path = path.parent
         for ending in (".svg", ".csv"):
-            if path.suffix == ".json" and (root / path).with_suffix(ending).is_file():
+            if (
+                path.suffix == ".json"
+                and (work.root / path).with_suffix(ending).is_file()
+            ):
                 path = path.with_suffix(ending)
                 break
         print(f"{what}Look at {path}", file=sys.stderr)

@@ -130,8 +130,8 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         head, *rows = list(csv.reader(file))
     cells = [[_shortened(cell, digits) for cell in row] for row in rows]
     numeric = [
-        all(_number(cell) is not None for cell in column)
-        for column in zip(*rows, strict=True)
+        bool(rows) and all(_number(row[place]) is not None for row in rows)
+        for place in range(len(head))
     ]
     titled = _titled(artefact, about["caption"])
     markdown = "\n".join(

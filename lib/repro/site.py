@@ -10,6 +10,8 @@ from pathlib import Path
 from repro.mirror import Content, files_below, mirror
 from repro.notebook import PageError
 
+DOWNLOADS = ("figures", "results", "notebooks", "source")
+GENERATED = {"search", "genindex"}
 NOT_PUBLISHED = (".buildinfo", ".buildinfo.bak", "objects.inv")
 
 
@@ -28,17 +30,41 @@ def build_site(source: Path, out: Path) -> list[str]:
     if run.returncode:
         shutil.rmtree(state, ignore_errors=True)
         raise PageError(_first_complaint(run.stderr, source))
+    for name in without_source(source, built):
+        (built / name).unlink()
     wanted: dict[str, Content] = {
         name: path
         for name, path in files_below(built).items()
         if name not in NOT_PUBLISHED
     }
-    # The start page comes last: it stands for the whole site in the workflow.
-    wanted["index.html"] = wanted.pop("index.html")
     changed = mirror(wanted, out)
-    (out / "index.html").touch()
     print(f"{out}: {len(wanted)} files, {len(changed)} changed")
     return changed
+
+
+def without_source(source: Path, built: Path) -> list[str]:
+    """Built files that nothing in the source stands for any more.
+
+    Sphinx leaves them where they are; a page or a picture of an image set that was
+    asked for once must not stay in the site for ever.
+    """
+    sources = files_below(source)
+    pages = {str(Path(name).with_suffix("")) for name in sources} | GENERATED
+    extra = {
+        name.removeprefix("_extra/") for name in sources if name.startswith("_extra/")
+    }
+    pictures = {Path(name).name for name in sources}
+    gone = []
+    for name in files_below(built):
+        top = name.split("/")[0]
+        page = name.endswith(".html") and top not in DOWNLOADS
+        if (
+            (page and name.removesuffix(".html") not in pages)
+            or (top in DOWNLOADS and name not in extra)
+            or (top == "_images" and Path(name).name not in pictures)
+        ):
+            gone.append(name)
+    return gone
 
 
 def _first_complaint(stderr: str, source: Path) -> str:

@@ -46,6 +46,8 @@ class Work:
         self.pages_folder = f"report/build/{effort}/pages"
         self.source = f"report/build/{effort}/source"
         self.site = "report/site" if effort == "full" else f"report/site-{effort}"
+        # The site itself is no output: Snakemake would take its start page away first.
+        self.site_done = f"report/build/{effort}/site.done"
         self.trials_option = "" if trials is None else f"--trials {trials}"
         self.reach = Reach(root)
 

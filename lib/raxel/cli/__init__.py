@@ -115,7 +115,11 @@ def _command(commands, name, summary, run, takes_camera=False):
 
 
 def _add_detector(parser):
-    parser.add_argument("--detector", choices=DETECTOR_NAMES, default=DETECTOR_NAMES[0])
+    parser.add_argument(
+        "--detector",
+        choices=DETECTOR_NAMES,
+        help="default: opencv, or opencv-sb where the board's size is not given",
+    )
 
 
 def _add_corners_file(parser):

@@ -1,6 +1,7 @@
 """`raxel calibrate SET --model auto|zhang|generic --out camera.npz --json F`"""
 
 import functools
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,10 @@ def calibrate(options, say):
     """Fit the asked model to the set's views for calibration."""
     for path in filter(None, (options.out, options.json)):
         check_can_be_written(path)
+    if options.json and Path(options.json).resolve() == Path(options.out).resolve():
+        raise InputError(
+            f"{options.json}: --json and --out name the same file; give two names"
+        )
     image_set = load_set(options.set)
     check_chessboard(image_set)
     views = image_set.views_for("calibrate")

@@ -1,6 +1,7 @@
 """`raxel corners SET --json F`"""
 
-from raxel.features.boards import detect_boards, write_boards
+from raxel.cli.boards import left_out
+from raxel.features.boards import detect_boards, detector_for, write_boards
 from raxel.files import check_can_be_written
 from raxel.sets import load_set
 
@@ -12,6 +13,9 @@ def corners(options, say):
     image_set = load_set(options.set)
     boards = detect_boards(image_set, options.detector, say=say)
     if options.json:
-        write_boards(options.json, image_set, options.detector, boards)
+        detector = options.detector or detector_for(image_set.target)
+        write_boards(options.json, image_set, detector, boards)
     found = sum(board.detection.found for board in boards)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
+    for missed in left_out(boards):
+        print(f"  {missed['file']}: {missed['reason']}")

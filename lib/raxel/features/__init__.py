@@ -12,8 +12,10 @@ from raxel.features.opencv import find_opencv, find_opencv_sb
 
 DETECTORS = {"opencv": find_opencv, "opencv-sb": find_opencv_sb}
 DEFAULT_DETECTOR = "opencv"
+COUNTING_DETECTOR = "opencv-sb"  # finds boards whose size is not given
 
 __all__ = [
+    "COUNTING_DETECTOR",
     "DEFAULT_DETECTOR",
     "DETECTORS",
     "Detection",

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features import DEFAULT_DETECTOR, DETECTORS
+from raxel.features import COUNTING_DETECTOR, DEFAULT_DETECTOR, DETECTORS
 from raxel.features.detector import Detection, refused
 from raxel.features.lattice import in_order_of_clicks
 from raxel.files import read_json, write_json
@@ -31,15 +31,22 @@ def check_chessboard(image_set):
         )
 
 
-def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
+def detector_for(target):
+    """Name of the detector to use unless told: one that counts where counts lack."""
+    known = target.columns is not None and target.rows is not None
+    return DEFAULT_DETECTOR if known else COUNTING_DETECTOR
+
+
+def detect_boards(image_set, detector=None, views=None, say=None):
     """Look for the board in each view; one Board per view, in order.
 
-    `detector` is a name in DETECTORS, `views` some of the set's views (default all),
-    `say` a callable told one line per image. All images are read before the first is
-    searched, so that a faulty one is known at once. Raises InputError for a set
-    without a chessboard and for images as `read_image` does.
+    `detector` is a name in DETECTORS (default: `detector_for` the target), `views` some
+    of the set's views (default all), `say` a callable told one line per image. All
+    images are read before the first is searched, so that a faulty one is known at once.
+    Raises InputError for a set without a chessboard and for images as `read_image`.
     """
     check_chessboard(image_set)
+    detector = detector or detector_for(image_set.target)
     views = image_set.views if views is None else views
     for view in views:
         read_image(image_set, view)
@@ -80,6 +87,12 @@ def read_boards(path, image_set, views=None):
     if not isinstance(entries, list):
         raise InputError(
             f"{path}: images: no list found; give a file that raxel corners wrote"
+        )
+    name = data.get("set")
+    if name is not None and name != image_set.name:
+        raise InputError(
+            f"{path}: set: found {name!r}, the set is {image_set.name!r}; give the "
+            "corners of this set"
         )
     found = {}
     labels = {view.label for view in image_set.views}
@@ -130,6 +143,15 @@ def _read_detection(where, entry, image_set):
         for key, expected in (("columns", target.columns), ("rows", target.rows))
     ]
     corners = _corners(f"{where}.corners", entry.get("corners"), size[0] * size[1])
+    beyond = (corners < -0.5) | (
+        corners > [image_set.width - 0.5, image_set.height - 0.5]
+    )
+    if beyond.any():
+        u, v = corners[beyond.any(axis=1)][0]
+        raise InputError(
+            f"{where}.corners: found ({u:g}, {v:g}), outside the image of "
+            f"{image_set.width} x {image_set.height} px; give corners in pixels of it"
+        )
     return Detection(True, corners, *size)
 
 

@@ -50,7 +50,7 @@ rule site:
         page=f"{WORK.base}/scoreboard.md",
         sources=WORK.site_sources(),
     output:
-        index=f"{WORK.site}/index.html",
+        done=touch(WORK.site_done),
     log:
         f"{WORK.base}/logs/site.log",
     conda:
