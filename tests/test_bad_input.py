@@ -500,6 +500,14 @@ CORNERS = {
         json.dumps({"images": [{**found("view0.png"), "corners": [[1, "a"]] * 35}]}),
         r"images\[0\]\.corners: a corner is no point",
     ),
+    "outside the image": (
+        json.dumps({"images": [{**found("view0.png"), "corners": [[99999, 1]] * 35}]}),
+        r"images\[0\]\.corners: found \(99999, 1\), outside the image of",
+    ),
+    "another set": (
+        json.dumps({"set": "elsewhere", "images": []}),
+        "set: found 'elsewhere', the set is ",
+    ),
     "infinity": (
         '{"images": [{"file": "view0.png", "x": Infinity}]}',
         "Infinity, which is no finite number",
@@ -528,6 +536,12 @@ def test_places_that_cannot_be_written(broken, fails, tmp_path):
     assert f"{nowhere}: no folder {tmp_path / 'no'}" in line
     line = fails("corners", broken, "--json", tmp_path)
     assert f"{tmp_path}: this is a folder" in line
+
+
+def test_one_name_for_two_outputs(broken, fails, tmp_path):
+    both = tmp_path / "camera.npz"
+    line = fails("calibrate", broken, "--out", both, "--json", both)
+    assert "--json and --out name the same file; give two names" in line
 
 
 def test_cameras_that_do_not_fit(broken, fails, tmp_path):

@@ -17,7 +17,7 @@ from repro.notebook import PageError, read_page, settle
 from repro.outcomes import Drawing
 from repro.page import main
 from repro.results import write_atomic, write_json
-from repro.site import build_site
+from repro.site import build_site, without_source
 
 ROOT = Path(__file__).parents[1]
 
@@ -413,3 +413,18 @@ def test_counts_come_in_the_order_of_the_verdicts():
     ]
     assert [r["number"] for r in assemble.chapter_table(rows, [])] == ["2", "5", "A"]
     json.dumps(counted)
+
+
+def test_what_has_no_source_any_more_leaves_the_site(tmp_path):
+    source, built = tmp_path / "source", tmp_path / "html"
+    kept = {
+        "source": ("index.md", "sets/one.ipynb", "_extra/figures/a@one.svg"),
+        "html": ("index.html", "sets/one.html", "search.html", "figures/a@one.svg"),
+    }
+    gone = ("sets/two.html", "figures/a@two.svg", "_images/a@two.svg")
+    for folder, names in (("source", kept["source"]), ("html", kept["html"] + gone)):
+        for name in names:
+            path = tmp_path / folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text("x")
+    assert sorted(without_source(source, built)) == sorted(gone)
