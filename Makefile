@@ -29,8 +29,8 @@ notebooks: setup ## the chapters as notebooks with outputs: report/notebooks
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
-	@$(PYTHON) -m http.server --bind 127.0.0.1 --directory $(SITE) $(PORT) 2>&1 \
-	  | sed -n 's/^OSError: .*Address already in use/port $(PORT) is taken: make serve PORT=8001/p; /HTTP/p'
+	@$(PYTHON) -u -m http.server --bind 127.0.0.1 --directory $(SITE) $(PORT) 2>&1 \
+	  | sed -un 's/^OSError: .*Address already in use/port $(PORT) is taken: make serve PORT=8001/p; /HTTP/p'
 
 ch%: setup ## one chapter: make ch02
 	@$(BUILD) $@ $(OPTIONS)
