@@ -148,7 +148,9 @@ def test_figures_come_with_data_and_description(report):
         if "caption" not in about:
             continue
         assert about["caption"]
-        assert path.with_suffix(".csv").stat().st_size > 20
+        # A set that people bring may have nothing to show; its figure then says why.
+        least = 0 if "@" in path.name else 20
+        assert path.with_suffix(".csv").stat().st_size > least
         if about["kind"] == "figure":
             assert path.with_suffix(".svg").read_text("utf-8").startswith("<?xml")
             assert path.with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
