@@ -67,7 +67,7 @@ SENTENCES = (
 def run(folder, out, shards=1):
     """The study of the set in `folder` at quick size, as the workflow runs it."""
     study.board_in.cache_clear()
-    order = jobs.Order(NAME, "quick", None, str(folder))
+    order = jobs.Order(NAME, "quick", None, str(folder), folder)
     parts = [out / f"{shard}-of-{shards}.json" for shard in range(shards)]
     for shard, part in enumerate(parts):
         out.mkdir(parents=True, exist_ok=True)
@@ -202,7 +202,7 @@ def test_both_models_are_scored_on_the_same_corners(drawn):
 
 def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
     folder, result = drawn
-    order = jobs.Order(NAME, "quick", None, str(folder))
+    order = jobs.Order(NAME, "quick", None, str(folder), folder)
     study.board_in.cache_clear()
     # Other neighbours in the same process: image 0, fold 0, and what lies between.
     jobs.run(ROOT, order, 0, 7, tmp_path / "part.json")

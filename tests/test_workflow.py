@@ -46,6 +46,15 @@ def spreads(effort):
     return Plan(wide, [{"dice": 2}], 4)
 
 
+@experiment(
+    "dice_again", artefact="fig_2_3", shards={"quick": 2, "full": 2},
+    needs=("dice_throws",),
+)
+def again(effort, results):
+    pool = results["dice_throws"].column("eyes", dice=1)
+    return Plan(lambda condition, rng: {"eyes": rng.choice(pool)}, [{"dice": 1}], 4)
+
+
 @figure("fig_2_3", needs=("dice_throws",), evidence="synthetic")
 def fig_2_3(results):
     from repro.style import figure as new_figure
@@ -124,6 +133,11 @@ THROWS = {
     "result dice_throws",
 }
 SPREAD = {"experiment dice_spread, part 0 of 1", "result dice_spread"}
+AGAIN = {
+    "experiment dice_again, part 0 of 2",
+    "experiment dice_again, part 1 of 2",
+    "result dice_again",
+}
 REST = {
     "figure fig_2_3",
     "claims and numbers of ch02_small/s1_dice",
@@ -131,10 +145,18 @@ REST = {
 }
 
 
+def eyes_thrown(root: Path) -> set[int]:
+    """Eyes in the trials of the experiment that another one reads."""
+    result = json.loads((root / "figures/quick/results/dice_throws.json").read_text())
+    return {trial["values"]["eyes"] for trial in result["trials"]}
+
+
 def test_a_change_rebuilds_what_it_reaches(checkout):
     status, text = build(checkout)
     assert status == 0, text
-    assert jobs(text) == THROWS | SPREAD | REST
+    assert jobs(text) == THROWS | AGAIN | SPREAD | REST
+    again = json.loads((checkout / "figures/quick/results/dice_again.json").read_text())
+    assert {t["values"]["eyes"] for t in again["trials"]} <= eyes_thrown(checkout)
 
     status, text = build(checkout)
     assert status == 0, text
@@ -155,7 +177,7 @@ def test_a_change_rebuilds_what_it_reaches(checkout):
 
     edit(checkout, "lib/raxel/dice.py", "1, 7))", "1, 5)) + 1")
     _, text = build(checkout)
-    assert jobs(text) == THROWS | REST, text
+    assert jobs(text) == THROWS | AGAIN | REST, text
     assert "changed: raxel.dice:throw -> dice_throws" in text
 
 

@@ -28,6 +28,7 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("--effort", choices=("quick", "full"), required=True)
         sub.add_argument("--trials", type=int)
         sub.add_argument("--set", dest="set_folder")
+        sub.add_argument("--results", type=Path, required=True)
     gather.add_argument("--code", required=True)
     gather.add_argument("--inputs", type=json.loads, default={})
     gather.add_argument("--shards", nargs="+", type=Path, required=True)
@@ -45,7 +46,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _order(a: argparse.Namespace) -> jobs.Order:
-    return jobs.Order(a.name, a.effort, a.trials, a.set_folder)
+    return jobs.Order(a.name, a.effort, a.trials, a.set_folder, a.results)
 
 
 def main(argv: list[str] | None = None) -> int:

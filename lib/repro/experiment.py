@@ -38,12 +38,15 @@ def experiment(
     artefact: str,
     shards: dict[str, int],
     inputs: Sequence[str] = (),
+    needs: Sequence[str] = (),
     per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs.
 
     With ``per_set`` (here and below) the producer stands once for every image set of
-    the report, and an experiment is called as ``function(effort, folder)``.
+    the report, and an experiment is called as ``function(effort, folder)``. With
+    ``needs`` it reads other experiments, as ``function(effort, results)``: for trials
+    that redraw a measuring error from the one found in rendered images.
     """
     return _mark(
         "experiment",
@@ -51,6 +54,7 @@ def experiment(
         artefact=artefact,
         shards=shards,
         inputs=inputs,
+        needs=needs,
         per_set=per_set,
     )
 

@@ -40,16 +40,22 @@ def function_of(found: discover.Producer):
 
 @dataclass(frozen=True)
 class Order:
-    """Which experiment to run: name, size, what-if trials, image set if any."""
+    """Which experiment to run: name, size, what-if trials, image set if any.
+
+    ``results`` is the folder of the results that other experiments have left.
+    """
 
     name: str
     effort: str
     trials: int | None
     set_folder: str | None
+    results: Path
 
     def plan(self, found: discover.Producer) -> Plan:
         """The experiment's plan, with the what-if number of trials if one is given."""
-        more = () if self.set_folder is None else (self.set_folder,)
+        more = [] if self.set_folder is None else [self.set_folder]
+        if found.needs:
+            more.append(_read(self.results, found.needs, ""))
         plan = function_of(found)(self.effort, *more)
         if self.trials is None:
             return plan

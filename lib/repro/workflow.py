@@ -113,7 +113,12 @@ class Work:
         return self.producers["experiment", name].details["shards"][self.effort]
 
     def inputs(self, wildcards) -> list[str]:
-        """Files that an experiment reads: its declared inputs, or its set's files."""
+        """Files that an experiment reads: what others found, and its own inputs."""
+        needed = self._needs("experiment", wildcards.experiment)
+        return needed + self._own_inputs(wildcards)
+
+    def _own_inputs(self, wildcards) -> list[str]:
+        """Declared inputs of an experiment, or its set's files."""
         producer = self.producers["experiment", wildcards.experiment]
         declared = [str(path) for path in producer.details.get("inputs", ())]
         name = wildcards.experiment.partition("@")[2]
@@ -134,7 +139,7 @@ class Work:
                 Path(path).name: hashlib.sha256(
                     (self.root / path).read_bytes()
                 ).hexdigest()
-                for path in self.inputs(wildcards)
+                for path in self._own_inputs(wildcards)
             },
             sort_keys=True,
         )
