@@ -24,6 +24,7 @@ from raxel.calibration.generic_linear import (
     linear_well_conditioned,
 )
 from raxel.calibration.grunert import three_point_depths
+from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
 from raxel.calibration.three_point import (
     RayPose,
     pose_from_rays,
@@ -36,6 +37,7 @@ __all__ = [
     "BoardView",
     "BundleResult",
     "GenericCalibration",
+    "KnownMotionRays",
     "LinearSolution",
     "RayPose",
     "ZhangCalibration",
@@ -52,6 +54,7 @@ __all__ = [
     "pose_three_point_ransac",
     "ray_directions",
     "ray_point_residuals",
+    "rays_from_known_motion",
     "refine_pose_ray_point",
     "solve_coefficients",
     "table_2_1",
