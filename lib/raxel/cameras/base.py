@@ -42,6 +42,8 @@ class Camera(abc.ABC):
     """
 
     kind = None
+    # False where a point has no pixel or no single one; `project` then says why.
+    projects = True
     width: int
     height: int
 
@@ -49,6 +51,11 @@ class Camera(abc.ABC):
     @abc.abstractmethod
     def central(self):
         """Whether all rays meet in one point."""
+
+    @property
+    @abc.abstractmethod
+    def parameters(self):
+        """Number of free intrinsic parameters; width and height are not counted."""
 
     @abc.abstractmethod
     def rays(self, pixels):
@@ -119,6 +126,18 @@ def checked_array(name, values, shape):
         raise InputError(f"field '{name}': holds values that are not finite")
     array.flags.writeable = False
     return array
+
+
+def checked_calibration_matrix(K):
+    """K (3, 3) of the form (2.1), read-only, or InputError naming the field."""
+    K = checked_array("K", K, (3, 3))
+    upper = K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])
+    if not (upper and K[0, 0] > 0 and K[1, 1] > 0):
+        raise InputError(
+            "field 'K': found " + str(K.tolist()) + "; (2.1) needs positive "
+            "focal lengths, zeros below the diagonal, and 1 in the corner"
+        )
+    return K
 
 
 def as_rows(values, length):

@@ -53,6 +53,11 @@ class FisheyeCamera(Camera):
                 f"field 'max_angle': found {max_angle}; give radians in (0, pi]"
             )
 
+    @property
+    def parameters(self):
+        """Focal length and principal point; the rim only says where to stop."""
+        return 3
+
     def project(self, points):
         """Pixels of points (N, 3), also of points behind the camera."""
         points = as_rows(points, 3)

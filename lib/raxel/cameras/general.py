@@ -103,6 +103,11 @@ class GeneralCamera(Camera):
         return self._table.central
 
     @property
+    def parameters(self):
+        """Two per ray of a central camera, four per ray (a line) otherwise."""
+        return (2 if self.central else 4) * int(np.count_nonzero(self.mask))
+
+    @property
     def directions(self):
         """(H, W, 3) unit directions, NaN without a ray; read-only."""
         return self._table.directions

@@ -1,14 +1,8 @@
 """Read a camera of any kind from its file."""
 
-from raxel.cameras.fisheye import FisheyeCamera
-from raxel.cameras.general import GeneralCamera
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.registry import CAMERAS
 from raxel.cameras.storage import CameraFile
 from raxel.errors import InputError
-
-KINDS = {
-    camera.kind: camera for camera in (PerspectiveCamera, FisheyeCamera, GeneralCamera)
-}
 
 
 def load_camera(path):
@@ -18,9 +12,9 @@ def load_camera(path):
     unknown kind, or holds values that no such camera can have.
     """
     with CameraFile(path) as file:
-        if file.kind not in KINDS:
+        if file.kind not in CAMERAS:
             raise InputError(
                 f"{path}: field 'kind': found {file.kind!r}; known are "
-                + ", ".join(KINDS)
+                + ", ".join(CAMERAS)
             )
-        return file.build(KINDS[file.kind])
+        return file.build(CAMERAS[file.kind])

@@ -9,8 +9,8 @@ from raxel.cameras.base import (
     as_rows,
     check_size,
     checked_array,
+    checked_calibration_matrix,
 )
-from raxel.errors import InputError
 
 
 class PerspectiveCamera(Camera):
@@ -31,14 +31,8 @@ class PerspectiveCamera(Camera):
 
     def __init__(self, K, radial, width, height):
         check_size(self, width, height)
-        self.K = checked_array("K", K, (3, 3))
+        self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (None,))
-        upper = self.K[1, 0] == 0 and np.array_equal(self.K[2], [0, 0, 1])
-        if not (upper and self.K[0, 0] > 0 and self.K[1, 1] > 0):
-            raise InputError(
-                "field 'K': found " + str(self.K.tolist()) + "; (2.1) needs positive "
-                "focal lengths, zeros below the diagonal, and 1 in the corner"
-            )
         # Ascending odd polynomial in s = r^2: distorted r is r * factor(s).
         factor = np.concatenate([[1.0], self.radial])
         self._factor = factor[::-1]
@@ -47,6 +41,11 @@ class PerspectiveCamera(Camera):
         self.max_distorted_radius = (
             self._distorted(self.max_radius) if np.isfinite(self.max_radius) else np.inf
         )
+
+    @property
+    def parameters(self):
+        """The five of K (2.1) and the radial coefficients."""
+        return 5 + len(self.radial)
 
     def project(self, points):
         """Pixels (2.2 with R = I, C = 0, then 2.4) of points (N, 3)."""

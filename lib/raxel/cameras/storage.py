@@ -76,6 +76,13 @@ class CameraFile:
             )
         return value.item()
 
+    def value(self, name):
+        """The text, number or array of numbers under `name`."""
+        value = self.array(name)
+        if value.shape == () and value.dtype.kind == "U":
+            return value.item()
+        return self.number(name) if value.shape == () else self.numbers(name)
+
     def build(self, camera_class):
         """The camera; its own complaints about a field get this file's name."""
         try:

@@ -1,0 +1,74 @@
+"""All kinds of camera by name."""
+
+import difflib
+
+from raxel.cameras.brown import BrownCamera
+from raxel.cameras.fisheye import FisheyeCamera
+from raxel.cameras.general import GeneralCamera
+from raxel.cameras.kannala_brandt import KannalaBrandtCamera
+from raxel.cameras.named_fields import argument_names
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
+from raxel.cameras.rational import LiftedRationalCamera, RationalCubicCamera
+from raxel.cameras.ray_polynomials import (
+    DivisionCamera,
+    ScaramuzzaCamera,
+    TardifCamera,
+)
+from raxel.cameras.unified_sphere import UnifiedSphereCamera
+from raxel.errors import InputError
+
+CAMERAS = {
+    camera.kind: camera
+    for camera in (
+        PerspectiveCamera,
+        FisheyeCamera,
+        GeneralCamera,
+        BrownCamera,
+        DivisionCamera,
+        FieldOfViewCamera,
+        RationalCubicCamera,
+        LiftedRationalCamera,
+        KannalaBrandtCamera,
+        MicusikPajdlaCamera,
+        ScaramuzzaCamera,
+        TardifCamera,
+        UnifiedSphereCamera,
+    )
+}
+
+
+def camera_from(kind, fields):
+    """The camera of a kind from its constructor's arguments by name.
+
+    kind: a key of CAMERAS; fields: dict name -> number, text or list.
+    Raises InputError, one line, for a kind or name that is unknown (with the nearest
+    known one) or missing, and for values that no such camera can have.
+    """
+    if kind not in CAMERAS:
+        raise InputError(f"field 'kind': found {kind!r}; {_nearest(kind, CAMERAS)}")
+    names, needed = argument_names(CAMERAS[kind])
+    for name in fields:
+        if name not in names:
+            raise InputError(
+                f"field '{name}': no such field of a {kind} camera; "
+                + _nearest(name, names)
+            )
+    for name in needed:
+        if name not in fields:
+            raise InputError(
+                f"field '{name}': missing; a {kind} camera needs " + ", ".join(needed)
+            )
+    try:
+        return CAMERAS[kind](**fields)
+    except (TypeError, ValueError) as fault:
+        raise InputError(
+            f"{kind} camera: a field has values of a wrong type ({fault}); give "
+            "numbers, or lists of numbers of equal length"
+        ) from fault
+
+
+def _nearest(name, known):
+    close = difflib.get_close_matches(str(name), known, 1, 0.5)
+    listing = "known are " + ", ".join(known)
+    return f"did you mean '{close[0]}'? {listing}" if close else listing

@@ -1,0 +1,45 @@
+"""Inverse of a rising function of one variable: Newton's method inside a bracket."""
+
+import numpy as np
+
+
+def smallest_positive_root(ascending):
+    """Smallest real root > 0 of a polynomial with ascending coefficients; else inf."""
+    roots = np.roots(np.trim_zeros(np.asarray(ascending, float)[::-1], "f"))
+    # Rounding splits a double root, the inflection of a curve, into a complex pair.
+    real = roots.real[np.abs(roots.imag) <= 1e-12 * np.abs(roots)]
+    return float(real[real > 0].min(initial=np.inf))
+
+
+def invert_rising(function, slope, targets, high):
+    """x in [0, high] with function(x) = targets, for a function rising from 0.
+
+    targets: (N,) in [0, function(high)]; `high` may be inf, then the targets must lie
+    below the function's supremum. Safeguarded: a tangent that leaves the bracket is
+    replaced by bisection, so that the branch between 0 and `high` is never left.
+    """
+    targets = np.asarray(targets, float)
+    low = np.zeros_like(targets)
+    top = np.full_like(targets, min(high, 1.0))
+    with np.errstate(all="ignore"):
+        while True:
+            short = (function(top) < targets) & (top < min(high, 1e200))
+            if not short.any():
+                break
+            low = np.where(short, top, low)
+            top = np.where(short, np.minimum(2 * top, high), top)
+        x = (low + top) / 2
+        done = np.zeros(len(targets), bool)
+        for _ in range(200):
+            gap = function(x) - targets
+            top = np.where(gap > 0, x, top)
+            low = np.where(gap < 0, x, low)
+            new = x - gap / slope(x)
+            new = np.where((new >= low) & (new <= top), new, (low + top) / 2)
+            # What has settled stays, so no result depends on its neighbours.
+            settled = (gap == 0) | (np.abs(new - x) <= 2e-16 * x) | (top <= low)
+            x = np.where(done | (gap == 0), x, new)
+            done |= settled
+            if done.all():
+                break
+    return x
