@@ -212,3 +212,25 @@ def test_result_files_do_not_depend_on_the_number_of_cores(checkout):
     assert build(checkout)[0] == 0
     assert result.read_bytes() == before
     edit(checkout, PAGE, '"quick": 3,', '"quick": 2,')
+
+
+def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
+    edit(checkout, PAGE, 'evidence="synthetic")', 'evidence="synthetic", scene=True)')
+    scene = 'Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))'
+    edit(checkout, PAGE, '"Four throws.")', f'"Four throws.", scene={scene})')
+    edit(
+        checkout,
+        PAGE,
+        "from repro.reader import",
+        "from repro.scene import Points, Scene\nfrom repro.reader import",
+    )
+    status, text = build(checkout, "fig_2_3")
+    assert status == 0, text
+    assert "figure fig_2_3" in jobs(text), text
+    page = (checkout / "figures" / "quick" / "fig_2_3.html").read_text()
+    assert "<title>Fig. 2.3 Four throws.</title>" in page
+
+    viewer = "lib/repro/viewer/viewer.js"
+    edit(checkout, viewer, "const STEP", "// Degrees a key turns.\nconst STEP")
+    _, text = build(checkout, "fig_2_3")
+    assert jobs(text) == {"figure fig_2_3"}, text

@@ -65,9 +65,20 @@ def figure(
     needs: Sequence[str] = (),
     evidence: str,
     per_set: bool = False,
+    scene: bool = False,
 ) -> Callable[[Producer], Producer]:
-    """Mark ``function(results) -> Drawing`` as the producer of a figure."""
-    return _mark("figure", identifier, needs=needs, evidence=evidence, per_set=per_set)
+    """Mark ``function(results) -> Drawing`` as the producer of a figure.
+
+    With ``scene`` the drawing brings a `repro.scene.Scene`, and the page offers it.
+    """
+    return _mark(
+        "figure",
+        identifier,
+        needs=needs,
+        evidence=evidence,
+        per_set=per_set,
+        scene=scene,
+    )
 
 
 def table(

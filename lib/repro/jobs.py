@@ -125,13 +125,17 @@ def gather(
 
 
 def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
-    """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json)."""
+    """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
+
+    A figure marked with a scene leaves that too (html).
+    """
     found = producer(root, kind, name)
     made = function_of(found)(_read(folder, found.needs, name))
     if isinstance(made, Drawing):
         from repro.style import save_drawing
 
         save_drawing(made, out.with_suffix(""))
+        _write_scene(found, made, out.with_suffix(".html"))
     else:
         results.write_atomic(out.with_suffix(".csv"), csv_text(made.columns))
     results.write_json(
@@ -143,8 +147,26 @@ def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
             "evidence": found.details["evidence"],
             "needs": list(found.needs),
             "check": _check(made),
+            "scene": bool(found.details.get("scene")),
+            "source": [f"{'/'.join(found.module.split('.')[1:])}.py", found.function],
         },
     )
+
+
+def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
+    """Write the figure's scene where its mark promises one."""
+    from repro.reader import label, plain
+    from repro.scene_page import scene_html
+
+    promised = found.details.get("scene", False)
+    if promised != (made.scene is not None):
+        raise ValueError(
+            f"{found.module}:{found.line}: {found.id} is marked with scene={promised}, "
+            f"and its drawing has {'a' if made.scene else 'no'} scene"
+        )
+    if made.scene is not None:
+        title = f"{label(found.id)} {plain(made.caption)}".strip()
+        results.write_atomic(out, scene_html(made.scene, title))
 
 
 def csv_text(columns) -> str:
@@ -195,7 +217,8 @@ def judge(
             if stem != page:
                 name += "@" + page.rpartition("/")[2]
             described = json.loads((folder / f"{name}.json").read_text("utf-8"))
-            endings = ("svg", "png", "csv") if found.kind == "figure" else ("csv",)
+            endings = ["svg", "png", "csv"] if found.kind == "figure" else ["csv"]
+            endings += ["html"] if found.details.get("scene") else []
             artefacts[name] = {
                 "evidence": evidence,
                 "files": [(folder / f"{name}.{e}").as_posix() for e in endings],

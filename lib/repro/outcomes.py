@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from repro.scene import Scene
+
 VERDICTS = ("reproduced", "differs", "undecided")
 DECISIONS = dict(zip(("holds", "fails", "undecided"), VERDICTS, strict=True))
 
@@ -72,12 +74,17 @@ class Check:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure, the data behind it (column name -> values), and its own check."""
+    """A figure, the data behind it (column name -> values), and its own check.
+
+    ``scene`` is the same thing to turn around, for a figure marked with ``scene=True``;
+    the figure remains what the page shows first, and on paper.
+    """
 
     figure: Figure
     data: Mapping[str, Sequence]
     caption: str
     check: Check | None = None
+    scene: Scene | None = None
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from repro.scoreboard import judged_with
 
 DRAW_CODE = (("repro.jobs", "draw"),)
 GUIDE = "data/recorded/README.md"
+VIEWER = ("lib/repro/viewer/page.html", "lib/repro/viewer/viewer.js")
 LEDGER = ("artefacts", "numbers", "claims", "settings")
 
 
@@ -151,9 +152,16 @@ class Work:
         name = self.pages[page].set if page else identifier.partition("@")[2]
         return f"--set {shlex.quote(self.sets[name])}" if name else ""
 
-    def pattern(self, kind: str) -> str:
-        """Wildcard constraint: exactly the artefacts of one kind."""
-        names = [re.escape(i) for k, i in self.producers if k == kind]
+    def pattern(self, kind: str, scene: bool = False) -> str:
+        """Wildcard constraint: exactly the artefacts of one kind, with a scene or not.
+
+        The rules differ in their outputs, which Snakemake wants to know beforehand.
+        """
+        names = [
+            re.escape(identifier)
+            for (of_kind, identifier), producer in self.producers.items()
+            if of_kind == kind and bool(producer.details.get("scene")) == scene
+        ]
         return "|".join(names) or "(?!)"
 
     def page_stem(self, wildcards) -> str:
@@ -183,6 +191,10 @@ class Work:
 
     def _is_per_set(self, experiment: str) -> bool:
         return ("experiment", experiment) not in self.producers
+
+    def scene_inputs(self, wildcards) -> list[str]:
+        """What a figure with a scene is made from: results, and the viewer's files."""
+        return self._needs("figure", wildcards.artefact) + list(VIEWER)
 
     def artefact_file(self, kind: str, identifier: str) -> str:
         """The description file of a figure or table, which names its other files."""

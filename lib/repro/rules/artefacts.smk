@@ -22,6 +22,20 @@ rule figure:
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
+# A figure that can be turned around leaves one file more.
+use rule figure as turnable_figure with:
+    input:
+        WORK.scene_inputs,
+    output:
+        description=f"{WORK.base}/{{artefact}}.json",
+        svg=f"{WORK.base}/{{artefact}}.svg",
+        png=f"{WORK.base}/{{artefact}}.png",
+        data=f"{WORK.base}/{{artefact}}.csv",
+        scene=f"{WORK.base}/{{artefact}}.html",
+    wildcard_constraints:
+        artefact=WORK.pattern("figure", scene=True),
+
+
 rule table:
     input:
         WORK.result_files("table"),
