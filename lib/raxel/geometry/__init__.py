@@ -19,6 +19,7 @@ from raxel.geometry.lines import (
     pluecker_vector,
     rays_of_pluecker_matrix,
 )
+from raxel.geometry.plane_pose import pose_from_homography
 from raxel.geometry.planes import (
     PlaneIntersection,
     intersect_lines_plane,
@@ -57,6 +58,7 @@ __all__ = [
     "pluecker_matrix_of_vector",
     "pluecker_vector",
     "pose",
+    "pose_from_homography",
     "rays_of_pluecker_matrix",
     "refine_homography",
     "rotate",
