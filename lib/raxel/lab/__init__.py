@@ -1,0 +1,42 @@
+"""The virtual laboratory: scenes in front of any camera, photographed.
+
+World frame, mm. Radiance is linear; 1.0 is a white diffuse surface in full light.
+"""
+
+from raxel.lab.render import Traced, render, trace
+from raxel.lab.scenes import Scene, board_scene
+from raxel.lab.sight import need_visible, visible_share
+from raxel.lab.surfaces import Cylinder, Disc, Hit, Rectangle, Relief, Surface, box
+from raxel.lab.textures import (
+    ChessboardTexture,
+    ImageTexture,
+    Panels,
+    Plain,
+    Stripes,
+    Texture,
+    Tiles,
+)
+
+__all__ = [
+    "ChessboardTexture",
+    "Cylinder",
+    "Disc",
+    "Hit",
+    "ImageTexture",
+    "Panels",
+    "Plain",
+    "Rectangle",
+    "Relief",
+    "Scene",
+    "Stripes",
+    "Surface",
+    "Texture",
+    "Tiles",
+    "Traced",
+    "board_scene",
+    "box",
+    "need_visible",
+    "render",
+    "trace",
+    "visible_share",
+]

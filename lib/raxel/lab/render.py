@@ -1,0 +1,238 @@
+"""Photographs without lens or sensor: the mean radiance over each pixel's square.
+
+A pixel is the square of side 1 around its centre. Its value is the mean, over that
+square, of the radiance that the camera's own rays meet; positions without a ray count
+as black. Rays go through the corners that pixels share. Where all four corners see
+one region of one texture the pixel has that colour; elsewhere it is sampled.
+
+What may be overlooked is a detail inside one pixel, reaching none of its corners,
+while the corners see one region: the tip of a sheet's corner, or a free-standing
+surface thinner than a pixel. Fields of a texture are regions of their own
+(`Texture.label`), so a square or a stripe is never lost, however thin.
+"""
+
+import os
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.lab.footprint import PixelMeans, lattice, tinted
+from raxel.lab.scenes import NO_RAY, NOTHING
+from raxel.lab.sight import RAYS_AT_ONCE, Sight, Viewer
+
+# Peak of memory for one pixel: the picture and what is kept beside it.
+BYTES_RENDERED, BYTES_TRACED = 16, 96
+# A centre farther from the middle of its pixel's corners than this share of the
+# footprint betrays a jump of the camera's map inside the pixel.
+EVEN = 0.05
+
+
+def render(camera, T_world_camera, scene, *, colour=False, samples=64, offsets=None):
+    """The radiance image (height, width), or (height, width, 3) RGB, float32.
+
+    T_world_camera: (4, 4), mm. samples: positions in a pixel that an edge crosses, in a
+    rank-1 lattice; offsets: positions (S, 2) in [-0.5, 0.5]^2 to use instead. Pixels
+    without a ray are 0. Raises InputError for a picture too large for the memory.
+    """
+    _check_memory(camera, BYTES_RENDERED * (3 if colour else 1))
+    view = Viewer(camera, np.asarray(T_world_camera, float), scene)
+    means = PixelMeans(view, lattice(samples) if offsets is None else offsets)
+    textures = scene.textures
+    centres = not all(texture.regional for texture in textures)
+    image = _canvas(camera, colour)
+    for rows in _row_blocks(camera):
+        block = _trace_rows(view, rows, centres)
+        image[rows.start : rows.stop] = _shade(block, means, textures, colour)
+    return image
+
+
+def trace(camera, T_world_camera, scene, *, samples=64, offsets=None):
+    """Rays and intersections of a view, kept to shade many textures: a `Traced`.
+
+    Arguments as `render`. Needs about 100 bytes a pixel.
+    """
+    _check_memory(camera, BYTES_TRACED)
+    view = Viewer(camera, np.asarray(T_world_camera, float), scene)
+    means = PixelMeans(view, lattice(samples) if offsets is None else offsets)
+    blocks = [_trace_rows(view, rows, True) for rows in _row_blocks(camera)]
+    return Traced(view, means, tuple(blocks))
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A view of a scene whose rays have met their surfaces."""
+
+    viewer: Viewer
+    means: PixelMeans
+    blocks: tuple
+
+    def shade(self, textures=None, *, colour=False):
+        """The radiance image, as `render`, with textures exchanged.
+
+        textures: dict index of the part -> Texture; other parts keep their own.
+        """
+        used = list(self.viewer.scene.textures)
+        for number, texture in (textures or {}).items():
+            used[number] = texture
+        image = _canvas(self.viewer.camera, colour)
+        for block in self.blocks:
+            rows = block.rows
+            image[rows.start : rows.stop] = _shade(block, self.means, used, colour)
+        return image
+
+
+@dataclass
+class _Block:
+    """Some rows of a view: what corners (h + 1, width + 1) and centres see."""
+
+    rows: range
+    corners: Sight
+    centres: Sight | None
+    # What the positions of pixels on a border between surfaces see; made when needed.
+    borders: list = field(default_factory=list)
+
+
+def _row_blocks(camera):
+    height = max(1, RAYS_AT_ONCE // (camera.width + 1) - 1)
+    for first in range(0, camera.height, height):
+        yield range(first, min(first + height, camera.height))
+
+
+def _trace_rows(view, rows, centres):
+    u = np.arange(view.camera.width + 1) - 0.5
+    v = np.arange(rows.start, rows.stop + 1) - 0.5
+    corners = view.look(_positions(u, v)).reshaped(len(v), len(u))
+    if not centres:
+        return _Block(rows, corners, None)
+    u, v = u[:-1] + 0.5, v[:-1] + 0.5
+    return _Block(rows, corners, view.look(_positions(u, v)).reshaped(len(v), len(u)))
+
+
+def _shade(block, means, textures, colour):
+    """Rows of the image."""
+    part = block.corners.part
+    keys = _keys(block.corners, textures)
+    first = keys[:-1, :-1]
+    edge = (keys[:-1, 1:] != first) | (keys[1:, :-1] != first) | (keys[1:, 1:] != first)
+    border = edge & ~_four_equal(part)
+    if block.centres is not None:
+        edge |= _keys(block.centres, textures) != first
+    height, width = edge.shape
+    image = np.zeros((height, width, 3) if colour else (height, width), np.float32)
+    for number in np.unique(part):
+        inside = ~edge & (part[:-1, :-1] == number)
+        if number == NOTHING:
+            background = np.asarray(means.viewer.scene.background, np.float32)
+            image[inside] = tinted(background[None], colour)
+        elif number != NO_RAY:
+            texture = textures[number]
+            if texture.averages:
+                uneven = inside & ~_even(block)
+                edge |= uneven
+                inside &= ~uneven
+            values = _inside_radiance(block, inside, texture, keys)
+            image[inside] = tinted(values, colour)
+    _shade_borders(block, border, means, textures, colour, image)
+    _shade_edges(block, edge & ~border, means, textures, colour, image)
+    return image
+
+
+def _shade_borders(block, border, means, textures, colour, image):
+    """Pixels between surfaces: which these are, no texture changes."""
+    v, u = np.nonzero(border)
+    step = means.pixels_at_once
+    for number, i in enumerate(range(0, len(v), step)):
+        row, column = v[i : i + step], u[i : i + step]
+        if number == len(block.borders):
+            pixels = np.column_stack([column, row + block.rows.start]).astype(float)
+            block.borders.append(means.look(pixels))
+        image[row, column] = means.mean(block.borders[number], textures, colour)
+
+
+def _shade_edges(block, edge, means, textures, colour, image):
+    """Pixels on one surface with an edge of its texture inside."""
+    v, u = np.nonzero(edge)
+    step = means.pixels_at_once
+    for i in range(0, len(v), step):
+        row, column = v[i : i + step], u[i : i + step]
+        pixels = np.column_stack([column, row + block.rows.start]).astype(float)
+        ring = row[:, None] + [0, 0, 1, 1], column[:, None] + [0, 1, 0, 1]
+        corners = block.corners.at(ring)
+        image[row, column] = means.mean_inside(pixels, corners, textures, colour)
+
+
+def _keys(sight, textures):
+    """One number for each part and region of it."""
+    part = sight.part
+    keys = (part.astype(np.int64) + 2) << 44
+    for number in np.unique(part[part >= 0]):
+        texture = textures[number]
+        here = part == number
+        if here.all():
+            keys += texture.label(sight.uv.reshape(-1, 2)).reshape(part.shape)
+        else:
+            keys[here] += texture.label(sight.uv[here])
+    return keys
+
+
+def _inside_radiance(block, inside, texture, keys):
+    """Radiance of pixels (h, w) that see one region of one texture."""
+    if texture.regional:
+        return texture.colours[keys[:-1, :-1][inside] & ((1 << 44) - 1)]
+    uv, cosine = block.centres.uv[inside], block.centres.cosine[inside]
+    if not texture.averages:
+        return texture.radiance(uv, cosine)
+    across, down = _footprint(block.corners.uv)
+    return texture.average(uv, across[inside], down[inside], cosine)
+
+
+def _footprint(uv):
+    """Sides (h, w, 2), (h, w, 2) in mm of the patch of surface that a pixel sees."""
+    a, b, c, d = uv[:-1, :-1], uv[:-1, 1:], uv[1:, :-1], uv[1:, 1:]
+    return (b + d - a - c) / 2, (c + d - a - b) / 2
+
+
+def _even(block):
+    """Whether the centre of each pixel lies in the middle of its footprint."""
+    uv = block.corners.uv
+    across, down = _footprint(uv)
+    middle = (uv[:-1, :-1] + uv[:-1, 1:] + uv[1:, :-1] + uv[1:, 1:]) / 4
+    off = np.abs(block.centres.uv - middle).sum(axis=-1)
+    with np.errstate(invalid="ignore"):
+        return off <= EVEN * (np.abs(across) + np.abs(down)).sum(axis=-1)
+
+
+def _four_equal(part):
+    first = part[:-1, :-1]
+    equal = (part[:-1, 1:] == first) & (part[1:, :-1] == first)
+    return equal & (part[1:, 1:] == first) & (first >= 0)
+
+
+def _positions(u, v):
+    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+
+
+def _canvas(camera, colour):
+    shape = (
+        (camera.height, camera.width, 3) if colour else (camera.height, camera.width)
+    )
+    return np.zeros(shape, np.float32)
+
+
+def _check_memory(camera, bytes_per_pixel):
+    need = camera.width * camera.height * bytes_per_pixel
+    have = _physical_memory()
+    if need > have / 2:
+        raise InputError(
+            f"camera: an image of {camera.width} x {camera.height} px needs "
+            f"{need / 1e9:.3g} GB, this machine has {have / 1e9:.3g} GB and half is "
+            "left to other work; give a smaller width and height"
+        )
+
+
+def _physical_memory():
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 8e9

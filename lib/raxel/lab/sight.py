@@ -1,0 +1,92 @@
+"""What the positions of a camera's image see in a scene."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras import Camera
+from raxel.errors import InputError
+from raxel.geometry import rotate, transform
+from raxel.lab.scenes import NO_RAY, Scene
+
+# Rays handled at once: a few MB, so that the steps between stay in cache.
+RAYS_AT_ONCE = 1 << 16
+
+
+class Sight(NamedTuple):
+    """What N positions see; the arrays may have more leading dimensions.
+
+    part: index of the scene's part, NOTHING or NO_RAY, int16; uv: (N, 2) mm on that
+    surface; cosine: (N,) of the angle between ray and normal.
+    """
+
+    part: np.ndarray
+    uv: np.ndarray
+    cosine: np.ndarray
+
+    def reshaped(self, *shape):
+        """The same with leading dimensions `shape`."""
+        part, uv, cosine = self
+        return Sight(part.reshape(shape), uv.reshape(*shape, 2), cosine.reshape(shape))
+
+    def at(self, where):
+        """The entries that an index of the leading dimensions takes."""
+        return Sight(*(field[where] for field in self))
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """A camera at its place in front of a scene. T_world_camera: (4, 4), mm."""
+
+    camera: Camera
+    T_world_camera: np.ndarray
+    scene: Scene
+
+    def look(self, pixels):
+        """The `Sight` of positions (N, 2) in the image."""
+        pixels = np.asarray(pixels, float)
+        steps = range(0, len(pixels), RAYS_AT_ONCE)
+        parts = [self._look(pixels[i : i + RAYS_AT_ONCE]) for i in steps]
+        if len(parts) == 1:
+            return parts[0]
+        if not parts:
+            return Sight(np.empty(0, np.int16), np.empty((0, 2)), np.empty(0))
+        return Sight(*(np.concatenate(field) for field in zip(*parts, strict=True)))
+
+    def _look(self, pixels):
+        origins, directions, valid = self.camera.rays(pixels)
+        if self.camera.central:
+            first = np.argmax(valid)
+            origins = origins[first : first + 1]
+        part, uv, cosine = self.scene.hit(
+            transform(self.T_world_camera, origins),
+            rotate(self.T_world_camera, directions),
+        )
+        part[~valid] = NO_RAY
+        return Sight(part, uv, cosine)
+
+
+def visible_share(camera, T_world_camera, surface, most=200_000):
+    """Share of the image's pixels whose rays meet a surface, 0 to 1.
+
+    Looks at the centres of all pixels, or of every n-th each way where there are more
+    than `most`. A surface that the camera does not see has share 0.
+    """
+    step = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / most))))
+    v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
+    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
+    hit = surface.hit(
+        transform(T_world_camera, rays.origins), rotate(T_world_camera, rays.directions)
+    )
+    return float(np.mean(rays.valid & np.isfinite(hit.distance)))
+
+
+def need_visible(camera, T_world_camera, surface, least_share=0.0, name="target"):
+    """Raise InputError, in one line, if a surface fills too little of the image."""
+    share = visible_share(camera, T_world_camera, surface)
+    if not share > least_share:
+        raise InputError(
+            f"scene: the {name} fills {100 * share:.2g} % of the image, more than "
+            f"{100 * least_share:.2g} % is needed; move or turn the camera towards it"
+        )

@@ -1,0 +1,276 @@
+"""Surfaces that rays can meet: rectangle, disc, cylinder, height field, box.
+
+A surface sits in the world by `T_world_surface` (4, 4), in mm, and carries its own
+two coordinates uv in mm, in which its texture is drawn. Every surface is seen from
+both sides.
+"""
+
+import abc
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry import pose, transform
+
+
+class Hit(NamedTuple):
+    """Where N rays first meet a surface.
+
+    distance: (N,) from the ray's origin, inf where it misses; uv: (N, 2) surface
+    coordinates in mm; cosine: (N,) of the angle between ray and normal, 0 to 1. Where
+    a ray misses, uv and cosine mean nothing.
+    """
+
+    distance: np.ndarray
+    uv: np.ndarray
+    cosine: np.ndarray
+
+
+class Surface(abc.ABC):
+    """Something that rays can meet; `T_world_surface` places it in the world."""
+
+    def __init__(self, T_world_surface):
+        T = np.array(T_world_surface, float)
+        if T.shape != (4, 4) or not np.isfinite(T).all():
+            raise InputError(
+                f"surface: found a pose of shape {T.shape}; give 4 x 4 finite numbers"
+            )
+        self.T_world_surface = T
+
+    def hit(self, origins, directions):
+        """Meet rays with the surface, in the world frame; returns a `Hit`.
+
+        origins: (N, 3), or (1, 3) for rays from one point; directions: (N, 3) unit;
+        rays that hold NaN miss.
+        """
+        R, t = self.T_world_surface[:3, :3], self.T_world_surface[:3, 3]
+        o = R.T @ (np.asarray(origins, float) - t).T
+        d = R.T @ np.asarray(directions, float).T
+        with np.errstate(all="ignore"):
+            return self._hit(o, d)
+
+    @abc.abstractmethod
+    def _hit(self, o, d):
+        """As `hit`, in the surface's frame; o is (3, 1) or (3, N), d is (3, N)."""
+
+    @property
+    @abc.abstractmethod
+    def outline(self):
+        """Straight borders as segments (n, 2, 3) in the world frame."""
+
+
+class Rectangle(Surface):
+    """Part of the plane z = 0 of its frame; uv is (x, y).
+
+    It reaches from `corner` (2,) by `width` along x and `height` along y, all mm.
+    """
+
+    def __init__(self, T_world_surface, width, height, corner=(0.0, 0.0)):
+        super().__init__(T_world_surface)
+        self.width = _positive("rectangle", "width", width)
+        self.height = _positive("rectangle", "height", height)
+        self.low = np.array(corner, float)
+        self.high = self.low + [self.width, self.height]
+
+    def _hit(self, o, d):
+        distance = -o[2] / d[2]
+        x, y = o[0] + distance * d[0], o[1] + distance * d[1]
+        (x0, y0), (x1, y1) = self.low, self.high
+        seen = (distance > 0) & (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+        return _as_hit(seen, distance, x, y, np.abs(d[2]))
+
+    @property
+    def outline(self):
+        """The four sides."""
+        (x0, y0), (x1, y1) = self.low, self.high
+        ring = np.array([[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]])
+        ring = transform(self.T_world_surface, ring)
+        return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+
+
+class Disc(Surface):
+    """Disc in the plane z = 0 around the origin of its frame; uv is (x, y).
+
+    inner_radius > 0 leaves a hole.
+    """
+
+    def __init__(self, T_world_surface, radius, inner_radius=0.0):
+        super().__init__(T_world_surface)
+        self.radius = _positive("disc", "radius", radius)
+        self.inner_radius = float(inner_radius)
+
+    def _hit(self, o, d):
+        distance = -o[2] / d[2]
+        x, y = o[0] + distance * d[0], o[1] + distance * d[1]
+        square = x * x + y * y
+        seen = (distance > 0) & (square <= self.radius**2)
+        seen &= square >= self.inner_radius**2
+        return _as_hit(seen, distance, x, y, np.abs(d[2]))
+
+    @property
+    def outline(self):
+        """None: a disc has no straight border."""
+        return np.empty((0, 2, 3))
+
+
+class Cylinder(Surface):
+    """Mantle around the z axis of its frame, from z = 0 to `height`.
+
+    uv is (radius * azimuth, z) with the azimuth in (-pi, pi] from the x axis: the seam
+    lies on the side of -x. Inside and outside are both seen; there are no lids.
+    """
+
+    def __init__(self, T_world_surface, radius, height):
+        super().__init__(T_world_surface)
+        self.radius = _positive("cylinder", "radius", radius)
+        self.height = _positive("cylinder", "height", height)
+
+    def _hit(self, o, d):
+        a = d[0] ** 2 + d[1] ** 2
+        b = o[0] * d[0] + o[1] * d[1]
+        c = o[0] ** 2 + o[1] ** 2 - self.radius**2
+        root = np.sqrt(b * b - a * c)
+        # The pair of roots in the form that loses no digits when c is small.
+        q = -(b + np.where(b >= 0, root, -root))
+        pair = np.stack([q / a, c / q])
+        z = o[2] + pair * d[2]
+        seen = (pair > 0) & (z >= 0) & (z <= self.height)
+        pair = np.where(seen, pair, np.inf)
+        distance = pair.min(axis=0)
+        x, y = o[0] + distance * d[0], o[1] + distance * d[1]
+        cosine = np.abs(x * d[0] + y * d[1]) / self.radius
+        along = self.radius * np.arctan2(y, x)
+        seen = np.isfinite(distance)
+        return _as_hit(seen, distance, along, o[2] + distance * d[2], cosine)
+
+    @property
+    def outline(self):
+        """None: both rims are circles."""
+        return np.empty((0, 2, 3))
+
+
+class Relief(Surface):
+    """A height field z = h(x, y) over a rectangle; uv is (x, y).
+
+    heights: (rows, columns) in mm at x = column * pitch_mm, y = row * pitch_mm,
+    interpolated bilinearly. In each cell a ray meets it where a quadratic vanishes, so
+    the intersection is exact to rounding. Seen from above and below.
+    """
+
+    def __init__(self, T_world_surface, heights, pitch_mm):
+        super().__init__(T_world_surface)
+        self.heights = np.array(heights, float)
+        if self.heights.ndim != 2 or min(self.heights.shape) < 2:
+            raise InputError(
+                f"relief: found heights of shape {self.heights.shape}; give at least "
+                "2 x 2"
+            )
+        if not np.isfinite(self.heights).all():
+            raise InputError("relief: heights hold values that are not finite")
+        self.pitch_mm = _positive("relief", "pitch_mm", pitch_mm)
+
+    def _hit(self, o, d):
+        count = d.shape[1]
+        o = np.broadcast_to(o, d.shape)
+        # In units of the pitch, where cells are unit squares.
+        o = np.stack([o[0] / self.pitch_mm, o[1] / self.pitch_mm, o[2]])
+        d = np.stack([d[0] / self.pitch_mm, d[1] / self.pitch_mm, d[2]])
+        enter, leave = self._slab(o, d)
+        distance = np.full(count, np.inf)
+        cosine = np.zeros(count)
+        rays = np.flatnonzero(enter < leave)
+        now = enter[rays]
+        while rays.size:
+            after, root, slant = self._in_cell(o[:, rays], d[:, rays], now, leave[rays])
+            found = np.isfinite(root)
+            distance[rays[found]] = root[found]
+            cosine[rays[found]] = slant[found]
+            on = ~found & (after < leave[rays])
+            rays, now = rays[on], after[on]
+        x, y = (o[:2] + distance * d[:2]) * self.pitch_mm
+        return _as_hit(np.isfinite(distance), distance, x, y, cosine)
+
+    def _slab(self, o, d):
+        """Distances at which rays enter and leave the box around the relief."""
+        rows, columns = self.heights.shape
+        # A little room above and below, so that a flat relief has an inside too.
+        room = 1e-6 * max(self.pitch_mm, np.ptp(self.heights))
+        low = np.array([0, 0, self.heights.min() - room])[:, None]
+        high = np.array([columns - 1, rows - 1, self.heights.max() + room])[:, None]
+        one, two = (low - o) / d, (high - o) / d
+        enter = np.fmin(one, two).max(axis=0)
+        leave = np.fmax(one, two).min(axis=0)
+        return np.maximum(enter, 0.0), leave
+
+    def _in_cell(self, o, d, now, leave):
+        """(next crossing of a grid line, first root before it or inf, cosine there)."""
+        rows, columns = self.heights.shape
+        # A step beyond the line decides which cell the ray is in.
+        ahead = now + 1e-9 / np.maximum(np.abs(d[:2]).max(axis=0), 1e-12)
+        x, y = o[:2] + ahead * d[:2]
+        i = np.clip(np.floor(x), 0, columns - 2).astype(int)
+        j = np.clip(np.floor(y), 0, rows - 2).astype(int)
+        across = np.where(d[0] > 0, i + 1 - o[0], i - o[0]) / d[0]
+        down = np.where(d[1] > 0, j + 1 - o[1], j - o[1]) / d[1]
+        after = np.maximum(np.fmin(np.fmin(across, down), leave), ahead)
+        h = self.heights
+        h00, h01, h10 = h[j, i], h[j, i + 1], h[j + 1, i]
+        bx, by, bxy = h01 - h00, h10 - h00, h[j + 1, i + 1] - h01 - h10 + h00
+        # Height of the ray over the patch, from `now` on: a t^2 + b t + c.
+        px, py, pz = o + now * d
+        px, py = px - i, py - j
+        a = -bxy * d[0] * d[1]
+        b = d[2] - bx * d[0] - by * d[1] - bxy * (px * d[1] + py * d[0])
+        c = pz - h00 - bx * px - by * py - bxy * px * py
+        q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4 * a * c), b))
+        pair = now + np.stack([q / a, c / q])
+        # A root on the line belongs to either cell; rounding may put it outside both.
+        slack = 1e-9 * (after - now)
+        pair = np.where((pair >= now - slack) & (pair <= after + slack), pair, np.inf)
+        root = pair.min(axis=0)
+        px, py, _ = o + np.where(np.isfinite(root), root, now) * d
+        slope_x, slope_y = bx + bxy * (py - j), by + bxy * (px - i)
+        normal = np.stack(
+            [-slope_x / self.pitch_mm, -slope_y / self.pitch_mm, np.ones_like(root)]
+        )
+        unit = d * np.array([self.pitch_mm, self.pitch_mm, 1.0])[:, None]
+        slant = np.abs((normal * unit).sum(axis=0)) / np.linalg.norm(normal, axis=0)
+        return after, root, slant
+
+    @property
+    def outline(self):
+        """None: the border follows the heights."""
+        return np.empty((0, 2, 3))
+
+
+def box(T_world_box, size):
+    """The six faces of a box of `size` (3,) mm with one corner at its frame's origin.
+
+    The first three faces lie at x = 0, y = 0 and z = 0, the others opposite.
+    Returns six Rectangles; uv is (y, z), (z, x) and (x, y) in turn.
+    """
+    size = np.array(size, float)
+    if size.shape != (3,) or not (size > 0).all():
+        raise InputError(f"box: found size {size.tolist()}; give three positive mm")
+    faces = []
+    for far in (False, True):
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            R = np.eye(3)[:, [u, v, axis]]
+            T = T_world_box @ pose(R, far * size[axis] * np.eye(3)[axis])
+            faces.append(Rectangle(T, size[u], size[v]))
+    return faces
+
+
+def _as_hit(seen, distance, u, v, cosine):
+    uv = np.empty((len(seen), 2))
+    uv[:, 0], uv[:, 1] = u, v
+    return Hit(np.where(seen, distance, np.inf), uv, cosine)
+
+
+def _positive(surface, name, value):
+    value = float(value)
+    if not (0 < value < np.inf):
+        raise InputError(f"{surface}: {name}: found {value}; give a positive length")
+    return value

@@ -1,0 +1,252 @@
+"""What surfaces look like: radiance as a function of the surface coordinates uv in mm.
+
+Radiance is linear. The scene is lit evenly from all sides, so a diffuse surface shows
+its albedo from every direction (Lambert's law under ambient light): 1.0 is a white
+surface in full light, and the cosine of view matters to no texture but a monitor.
+"""
+
+import abc
+
+import numpy as np
+
+from raxel.errors import InputError
+
+# Rec. 709 luminance of linear red, green, blue.
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+class Texture(abc.ABC):
+    """A picture on a surface; smooth, unless a subclass says otherwise."""
+
+    # True where the mean over a pixel's footprint is known in closed form.
+    averages = False
+    # True where radiance is constant in each region.
+    regional = False
+
+    @abc.abstractmethod
+    def radiance(self, uv, cosine):
+        """Radiance at points uv (N, 2) seen under cosine (N,): (N,) or (N, 3) RGB."""
+
+    def label(self, uv):
+        """Number (N,) of the region that each point lies in, int, 0 or more.
+
+        Where two points have unlike numbers an edge may lie between them.
+        """
+        return np.zeros(len(uv), np.int64)
+
+
+class RegionTexture(Texture):
+    """Constant radiance in each region: `label` is the index into `colours`.
+
+    Regions of one colour that do not touch have numbers of their own, so that what
+    lies between them is not overlooked however thin it is.
+    """
+
+    regional = True
+    colours: np.ndarray
+
+    def radiance(self, uv, cosine):
+        """The colour of the region; the cosine does not matter."""
+        return self.colours[self.label(uv)]
+
+
+class Plain(RegionTexture):
+    """One colour everywhere: a number or RGB."""
+
+    def __init__(self, colour):
+        self.colours = as_colour(colour)[None]
+
+    def label(self, uv):
+        """Zero: one region."""
+        return np.zeros(len(uv), np.int64)
+
+
+class ChessboardTexture(RegionTexture):
+    """A chessboard of columns x rows interior corners on a white border.
+
+    uv is the frame of `raxel.sets.Chessboard.points()`: the first interior corner at
+    (0, 0), x along a row of corners, y from row to row. The square beyond the first
+    corner, at negative x and y, is black. The border is `border_mm` wide around the
+    outer squares; `extent` gives the corner and size of the whole sheet.
+    """
+
+    def __init__(self, columns, rows, pitch_mm, border_mm, black=0.05, white=0.9):
+        if columns < 1 or rows < 1 or not pitch_mm > 0 or not border_mm >= 0:
+            raise InputError(
+                f"chessboard: found {columns} x {rows} corners, pitch {pitch_mm}, border "
+                f"{border_mm}; give positive counts and pitch, and no negative border"
+            )
+        self.columns, self.rows = int(columns), int(rows)
+        self.pitch_mm, self.border_mm = float(pitch_mm), float(border_mm)
+        squares = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2 == 1
+        squares = np.pad(squares, 1, constant_values=True)
+        self.colours = colour_table(black, white)[squares.ravel().astype(int)]
+
+    @property
+    def extent(self):
+        """(corner (2,), size (2,)) of the sheet in uv, mm."""
+        margin = self.pitch_mm + self.border_mm
+        size = self.pitch_mm * (np.array([self.columns, self.rows]) - 1) + 2 * margin
+        return np.array([-margin, -margin]), size
+
+    def label(self, uv):
+        """Number of the square, or of the strip of the border, row by row."""
+        uv = np.asarray(uv, float)
+        ix = strip(uv[:, 0], self.pitch_mm, self.columns)
+        iy = strip(uv[:, 1], self.pitch_mm, self.rows)
+        return iy * (self.columns + 3) + ix
+
+
+class Stripes(Texture):
+    """Stripes along v: of each `period_mm` of u the first `duty` share is bright."""
+
+    def __init__(self, period_mm, duty=0.5, dark=0.05, bright=0.9):
+        if not period_mm > 0 or not 0 < duty < 1:
+            raise InputError(
+                f"stripes: found period {period_mm} and duty {duty}; give a positive "
+                "period and a duty between 0 and 1"
+            )
+        self.period_mm, self.duty = float(period_mm), float(duty)
+        self.colours = colour_table(bright, dark)
+
+    def label(self, uv):
+        """Number of the stripe."""
+        return _natural(_bars(uv[:, 0], self.period_mm, self.duty))
+
+    def radiance(self, uv, cosine):
+        """Bright in the even stripes."""
+        return self.colours[self.label(uv) % 2]
+
+
+class Tiles(Texture):
+    """Tiles of two colours in turn with joints between them.
+
+    size: (2,) mm from joint to joint; joint: its width in mm; shift: how far every
+    second row is moved, as a share of the width (0.5: brickwork).
+    """
+
+    def __init__(self, size, colours, joint=0.0, joint_colour=0.5, shift=0.0):
+        self.size = np.array(size, float)
+        if self.size.shape != (2,) or not (self.size > joint).all() or joint < 0:
+            raise InputError(
+                f"tiles: found size {self.size.tolist()} and joint {joint}; give two "
+                "lengths greater than the joint"
+            )
+        self.joint, self.shift = float(joint), float(shift)
+        self.colours = colour_table(*colours, joint_colour)
+
+    def _cells(self, uv):
+        """Column, row, and whether the point lies in a joint."""
+        row = np.floor(uv[:, 1] / self.size[1])
+        x = uv[:, 0] / self.size[0] - self.shift * (row % 2)
+        column = np.floor(x)
+        in_joint = (x - column) * self.size[0] < self.joint
+        in_joint |= uv[:, 1] - row * self.size[1] < self.joint
+        return column, row, in_joint
+
+    def label(self, uv):
+        """Number of the tile; the joint beside it counts on its own."""
+        column, row, in_joint = self._cells(uv)
+        # 2^20 tiles each way from the origin are enough for any room.
+        return _natural(column) * 2**22 + _natural(row) * 2 + in_joint
+
+    def radiance(self, uv, cosine):
+        """Colours take turns along and across."""
+        column, row, in_joint = self._cells(uv)
+        count = len(self.colours) - 1
+        which = ((column + row) % count).astype(np.int64)
+        return self.colours[np.where(in_joint, count, which)]
+
+
+class Panels(RegionTexture):
+    """Rectangles painted over a ground colour, the later over the earlier.
+
+    patches: (x0, y0, x1, y1, colour) in mm. All their sides together cut the surface
+    into a grid whose cells are the regions.
+    """
+
+    def __init__(self, ground, patches):
+        if any(not (p[0] < p[2] and p[1] < p[3]) for p in patches):
+            raise InputError("panels: a patch has no area; give x0 < x1 and y0 < y1")
+        self.x = np.unique([x for p in patches for x in (p[0], p[2])])
+        self.y = np.unique([y for p in patches for y in (p[1], p[3])])
+        on_top = np.zeros((len(self.y) + 1, len(self.x) + 1), int)
+        for number, (x0, y0, x1, y1, _) in enumerate(patches, start=1):
+            i0, i1 = np.searchsorted(self.x, (x0, x1)) + 1
+            j0, j1 = np.searchsorted(self.y, (y0, y1)) + 1
+            on_top[j0:j1, i0:i1] = number
+        self.patches = tuple(patches)
+        self.colours = colour_table(ground, *(p[4] for p in patches))[on_top.ravel()]
+
+    def label(self, uv):
+        """Number of the cell of the grid."""
+        i = np.searchsorted(self.x, uv[:, 0], side="right")
+        j = np.searchsorted(self.y, uv[:, 1], side="right")
+        return j * (len(self.x) + 1) + i
+
+
+class ImageTexture(Texture):
+    """A picture (rows, columns) or (rows, columns, 3) of linear radiance.
+
+    Its pixels are mm_per_px wide, the outer corner of the first at uv = (0, 0), its
+    rows along v; between their centres it is bilinear, beyond the border constant. A
+    pixel is shaded by its centre: give a picture no finer than the pixels that see it.
+    """
+
+    def __init__(self, array, mm_per_px):
+        self.array = np.array(array, np.float32)
+        if self.array.ndim not in (2, 3) or 0 in self.array.shape or not mm_per_px > 0:
+            raise InputError(
+                f"image texture: found shape {self.array.shape}, {mm_per_px} mm per px; "
+                "give rows x columns (x 3) and a positive size"
+            )
+        self.mm_per_px = float(mm_per_px)
+
+    def radiance(self, uv, cosine):
+        """Bilinear between pixel centres."""
+        rows, columns = self.array.shape[:2]
+        x = np.clip(uv[:, 0] / self.mm_per_px - 0.5, 0, columns - 1)
+        y = np.clip(uv[:, 1] / self.mm_per_px - 0.5, 0, rows - 1)
+        i, j = x.astype(int), y.astype(int)
+        right, below = np.minimum(i + 1, columns - 1), np.minimum(j + 1, rows - 1)
+        rest = (slice(None),) + (None,) * (self.array.ndim - 2)
+        fx, fy = (x - i)[rest], (y - j)[rest]
+        upper = (1 - fx) * self.array[j, i] + fx * self.array[j, right]
+        lower = (1 - fx) * self.array[below, i] + fx * self.array[below, right]
+        return (1 - fy) * upper + fy * lower
+
+
+def as_colour(colour):
+    """A number () or RGB (3,) as float32; InputError for anything else."""
+    colour = np.array(colour, np.float32)
+    if colour.shape not in ((), (3,)) or not (colour >= 0).all():
+        raise InputError(
+            f"texture: found colour {colour.tolist()}; give one radiance, or three, "
+            "none negative"
+        )
+    return colour
+
+
+def colour_table(*colours):
+    """Colours as rows: (n,) if all are grey, else (n, 3)."""
+    colours = [as_colour(colour) for colour in colours]
+    if any(colour.ndim for colour in colours):
+        colours = [np.broadcast_to(colour, 3) for colour in colours]
+    return np.stack(colours)
+
+
+def strip(x, pitch, corners):
+    """0 in the border before the squares, 1 to corners + 1 in them, one more beyond."""
+    return np.clip(np.floor(x / pitch) + 2, 0, corners + 2).astype(np.int64)
+
+
+def _bars(x, period, duty):
+    """Number of the bar: even in the first `duty` share of a period, odd after it."""
+    turn = x / period
+    whole = np.floor(turn)
+    return 2 * whole + (turn - whole >= duty)
+
+
+def _natural(numbers):
+    """Whole numbers of any sign as numbers from 0 on, parity kept."""
+    return numbers.astype(np.int64) + 2**20
