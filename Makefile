@@ -13,7 +13,7 @@ RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR
 BUILD = $(RUN) .venv/bin/python -m repro.build
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
 
-.PHONY: report quick test notebooks serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test notebooks archive serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -26,6 +26,9 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 
 notebooks: setup ## the chapters as notebooks with outputs: report/notebooks
 	@$(BUILD) notebooks $(OPTIONS)
+
+archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.archive --effort $(EFFORT)
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
@@ -42,7 +45,7 @@ setup:
 	@$(PYTHON) lib/repro/bootstrap.py --rendering
 
 clean: ## remove what was built; .venv and the photographs stay
-	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick \
+	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/*.zip \
 	  report/build report/notebooks .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 from pathlib import Path
 
 import nbformat
@@ -17,6 +18,8 @@ from repro.notebook import PageError, read_page, settle
 from repro.outcomes import Drawing
 from repro.page import main
 from repro.results import write_atomic, write_json
+from repro.scene import Points, Scene
+from repro.scene_page import scene_html
 from repro.site import build_site, without_source
 
 ROOT = Path(__file__).parents[1]
@@ -67,6 +70,36 @@ if __name__ == "__main__":
 """.replace("# show_code(csv_text)", "# show_code(check)")
 
 
+LIBRARY = '''"""Lines: M = [a|b], `nan` where not valid."""
+
+
+class Line:
+    """A line through *two* points, (N, 3) each, #1 and $2."""
+
+    places: int
+
+    def __init__(self, a, b):
+        self._a = a
+
+    @property
+    def length(self) -> float:
+        """Its length, mm."""
+
+    def moved(self, by, *, very_long_name_of_an_argument=1.0, another_argument=None):
+        """The line moved.
+
+            code = here
+
+        Aligned:
+          a   one
+        """
+
+
+def _hidden():
+    """Nobody reads this."""
+'''
+
+
 @pytest.fixture
 def page(tmp_path):
     def write(text, name="s5_page"):
@@ -88,14 +121,18 @@ def run(page_file, out, *more):
 def small_checkout(root):
     """Figures, results and a scoreboard, as the jobs before the pages leave them."""
     base = root / "figures" / "quick"
-    (root / "data" / "published").mkdir(parents=True)
+    shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
+    shutil.copy(ROOT / "CITATION.cff", root)
     drawn, axes = style.figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel="Noise (px)", ylabel="Residual (px)")
     caption = "Residual against noise $\\sigma$."
     style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
     about = {"caption": caption, "evidence": "synthetic", "needs": ["sweep"]}
-    write_json(base / "fig_2_3.json", about)
+    about |= {"source": ["ch02_sample/s5_page.py", "half_of"], "scene": False}
+    write_json(base / "fig_2_3.json", about | {"scene": True})
+    scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))
+    write_atomic(base / "fig_2_3.html", scene_html(scene, "Fig. 2.3"))
     columns = {"i": ["1", "2"], "V_i": ["$|a|$", "0"], "residual": [1.23456, 2.0]}
     write_atomic(base / "table_2_1.csv", csv_text(columns))
     write_json(base / "table_2_1.json", about | {"needs": [], "caption": "Cells."})
@@ -111,6 +148,8 @@ def small_checkout(root):
         },
     )
     number = {"value": 0.11345, "interval": [0.111, 0.1162], "unit": "px"}
+    run = {"seconds": 1.5, "host": "some-machine", "versions": {"numpy": "2"}}
+    write_json(base / "results" / "sweep.run.json", run)
     write_json(
         base / "judged" / "ch02_sample" / "s5_page.json", {"numbers": {"n_one": number}}
     )
@@ -122,6 +161,10 @@ def small_checkout(root):
     write_atomic(base / "scoreboard.md", "# Scoreboard\n\nRows.\n")
     chapter = root / "chapters" / "ch02_sample" / "__init__.py"
     write_atomic(chapter, '"""Chapter 2: a sample.\n\nIts introduction.\n"""\n')
+    library = root / "lib" / "raxel" / "rays" / "lines.py"
+    write_atomic(library, LIBRARY)
+    write_atomic(library.with_name("__init__.py"), '"""Rays | of <cameras>."""\n')
+    write_atomic(library.parents[1] / "__init__.py", '"""A *library*."""\n')
     source = {
         name: path
         for name, path in assemble.files_below(ROOT / "report" / "source").items()
@@ -159,6 +202,19 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
     assert "The library computes the same." in text
     assert r"\end{split}\tag{2.11}\end{equation}" in text
     assert "command line" not in text
+    assert 'data-src="../figures/fig_2_3.html"' in text
+    assert "data-raxel-about" not in text
+    assert "section 2.5.1 (Experiments with Synthetic Data, from p. 43)" in text
+    assert "<b>(b)</b>: x: field of view (deg), 30..150; y: distortion" in text
+    assert "@phdthesis{dunne2009," in text
+    assert 'href="../source/ch02_sample/s5_page.py.html#half_of"' in text
+    assert 'href="../logs/sweep.json"' in text
+    assert "some-machine" not in (site / "logs" / "sweep.json").read_text()
+    reference = (site / "api" / "rays.html").read_text("utf-8")
+    assert "A line through *two* points, (N, 3) each, #1 and $2." in reference
+    assert "Rays | of &lt;cameras&gt;." in reference
+    assert 'id="raxel.rays.lines.Line"' in reference
+    assert "Nobody reads this" not in reference
     index = (site / "index.html").read_text("utf-8")
     assert "<strong>3</strong> rows" in index
     assert "<strong>1</strong> differs" in index
@@ -167,7 +223,12 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
         "figures/fig_2_3.svg",
         "figures/fig_2_3.png",
         "figures/fig_2_3.csv",
+        "figures/fig_2_3.html",
         "figures/table_2_1.csv",
+        "logs/sweep.json",
+        "source/ch02_sample/s5_page.py.html",
+        "source/raxel/rays/lines.py.html",
+        "api/index.html",
         "results/sweep.json",
         "notebooks/ch02_sample/s5_page.ipynb",
         "source/ch02_sample/s5_page.py",

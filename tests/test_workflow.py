@@ -88,7 +88,13 @@ def checkout(tmp_path_factory) -> Path:
     ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
     shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
-    for name in ("Snakefile", "environment.txt", "chapters/unfinished.yaml"):
+    single = (
+        "Snakefile",
+        "CITATION.cff",
+        "environment.txt",
+        "chapters/unfinished.yaml",
+    )
+    for name in single:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
     (root / PAGE).parent.mkdir(parents=True)

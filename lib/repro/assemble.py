@@ -18,9 +18,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from repro.api_reference import api_pages
 from repro.mirror import Content, files_below, mirror
 from repro.notebook import PageError
+from repro.reader import plain
 from repro.scoreboard import chapter_order, headline, natural
+from repro.source_pages import source_page
+
+GUIDES = "guides"
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,7 @@ class Document:
 
     name: str
     title: str
+    summary: str
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,11 @@ class Chapter:
         """The thesis's number or letter of the chapter; empty for other pages."""
         found = re.match(r"ch0*(\d+)_|appendix_([a-z])", self.folder)
         return (found[1] or found[2].upper()) if found else ""
+
+    @property
+    def guides(self) -> bool:
+        """Whether its pages stand for themselves, each with an entry at the start."""
+        return self.folder == GUIDES
 
 
 def assemble(
@@ -73,6 +84,7 @@ def assemble(
     wanted["scoreboard.md"] = scoreboard
     wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
     wanted |= _filled(root, effort, chapters, board)
+    wanted |= api_pages(root / "lib" / "raxel")
     wanted |= {
         f"_extra/{name}": content
         for name, content in _extra(root, effort, pages, rows).items()
@@ -113,22 +125,35 @@ def _chapter(root: Path, folder: str, pages: list[Path]) -> Chapter:
     if not text:
         raise PageError(f"{path}: no docstring; its first line is the chapter's title")
     title, _, intro = text.partition("\n")
-    documents = tuple(Document(f"{folder}/{p.stem}", title_of(p)) for p in pages)
+    documents = tuple(
+        Document(f"{folder}/{p.stem}", title_of(p), summary_of(p)) for p in pages
+    )
     return Chapter(folder, title.strip().rstrip("."), intro.strip(), documents)
 
 
 def title_of(path: Path) -> str:
     """First heading of a notebook or Markdown page, as plain text."""
-    text = path.read_text("utf-8")
-    if path.suffix == ".ipynb":
-        cells = json.loads(text)["cells"]
-        text = "\n".join(
-            "".join(c["source"]) for c in cells if c["cell_type"] == "markdown"
-        )
-    found = re.search(r"^# +(.+)$", text, flags=re.M)
+    found = re.search(r"^# +(.+)$", _markdown(path), flags=re.M)
     if not found:
         raise PageError(f"{path}: no heading; a page begins with a line '# Title'")
     return found[1].strip()
+
+
+def summary_of(path: Path) -> str:
+    """First paragraph below the first heading, as plain text; empty for none."""
+    _, _, rest = re.split(r"^(# +.+)$", _markdown(path), maxsplit=1, flags=re.M)
+    first = next((part for part in rest.split("\n\n") if part.strip()), "").strip()
+    return "" if re.match(r"[#|:`$<-]", first) else plain(first)
+
+
+def _markdown(path: Path) -> str:
+    text = path.read_text("utf-8")
+    if path.suffix != ".ipynb":
+        return text
+    cells = json.loads(text)["cells"]
+    return "\n\n".join(
+        "".join(c["source"]) for c in cells if c["cell_type"] == "markdown"
+    )
 
 
 def _documents(chapters: Iterable[Chapter]) -> list[Document]:
@@ -152,19 +177,41 @@ def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:
 def _extra(
     root: Path, effort: str, pages: Sequence[Path], rows: Path
 ) -> dict[str, Content]:
-    """What can be downloaded: figures, tables, results, pages, the scoreboard."""
+    """What can be downloaded: figures, tables, results, pages, the scoreboard, code."""
     base = root / "figures" / effort
     kept: dict[str, Content] = {"scoreboard.json": rows}
     for path in sorted(base.glob("*")):
-        if path.suffix in (".svg", ".png", ".csv"):
+        if path.suffix in (".svg", ".png", ".csv", ".html"):
             kept[f"figures/{path.name}"] = path
     for path in sorted((base / "results").glob("*.json")):
-        if not path.name.endswith(".run.json"):
+        if path.name.endswith(".run.json"):
+            kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
+        else:
             kept[f"results/{path.name}"] = path
     for path in pages:
         kept[f"notebooks/{path.parent.name}/{path.name}"] = path
         kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)
-    return kept
+    return kept | _code(root)
+
+
+def _log(run: Path) -> str:
+    """A run record to hand on: without the name of the machine."""
+    record = json.loads(run.read_text("utf-8"))
+    record.pop("host", None)
+    return json.dumps(record, indent=1) + "\n"
+
+
+def _code(root: Path) -> dict[str, Content]:
+    """The code of the chapters and of the library, as pages with anchors."""
+    chapters, library = root / "chapters", root / "lib"
+    files = {p: p.relative_to(chapters) for p in chapters.glob("*/*.py")}
+    files |= {p: p.relative_to(library) for p in library.glob("raxel/**/*.py")}
+    return {
+        f"source/{name.as_posix()}.html": source_page(
+            path, name.as_posix(), "../" * len(name.parts)
+        )
+        for path, name in sorted(files.items())
+    }
 
 
 def _filled(

@@ -24,7 +24,7 @@ LOADED = {
     "script": ("src",),
     "img": ("src", "srcset"),
     "source": ("src", "srcset"),
-    "iframe": ("src",),
+    "iframe": ("src", "data-src"),
     "embed": ("src",),
     "object": ("data",),
     "video": ("src", "poster"),

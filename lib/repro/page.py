@@ -14,6 +14,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from repro.furniture import Furnisher
 from repro.notebook import PageError, execute, read_page, settle
 from repro.results import write_atomic
 
@@ -36,6 +37,7 @@ def execute_page(
     notebook = read_page(page)
     execute(notebook, page, root, variables, CELL_SECONDS)
     settle(notebook, page)
+    Furnisher(root, effort, variables["RAXEL_PAGE"]).fill(notebook)
     notebook.metadata["raxel"] = {"source": source}
     nbformat.validate(notebook)
     write_atomic(out, nbformat.writes(notebook) + "\n")

@@ -97,6 +97,8 @@ def show(artefact: str) -> Shown:
     caption = about["caption"]
     alt = f"{label(artefact)} {plain(caption)}".strip()
     links = _links(name, about, ("svg", "png", "csv"))
+    if about.get("scene"):
+        links = f'<a href="{_up()}figures/{name}.html">3-D scene</a> · {links}'
     markdown = "\n".join(
         [
             _anchor(artefact),
@@ -109,6 +111,9 @@ def show(artefact: str) -> Shown:
             "",
             links,
             "::::",
+            "",
+            *([_turnable(name, alt), ""] if about.get("scene") else []),
+            mark(name),
         ]
     )
     data = base64.b64encode(svg.read_bytes()).decode()
@@ -144,6 +149,8 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
             "::::",
             "",
             f":::{{div}} raxel-links\n{_links(name, about, ('csv',))}\n:::",
+            "",
+            mark(name),
         ]
     )
     body = "".join(
@@ -281,6 +288,20 @@ def plain(text: str) -> str:
     text = re.sub(r"\\(?:mathrm|text|mathbf)\{([^}]*)\}", r"\1", text)
     text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
     return " ".join(re.sub(r"[$*`\\{}]", "", text).split())
+
+
+def mark(name: str) -> str:
+    """Where the page puts what is known about an artefact (`repro.furniture`)."""
+    return f'<div data-raxel-about="{name}"></div>'
+
+
+def _turnable(name: str, alt: str) -> str:
+    """The scene of a figure, folded; the page's script loads it when it is opened."""
+    return (
+        '<details class="raxel-scene"><summary>Turn it around (3-D)</summary>'
+        f'<iframe data-src="{_up()}figures/{name}.html" '
+        f'title="{html.escape(alt)} (3-D)"></iframe></details>'
+    )
 
 
 def _described(name: str) -> dict:

@@ -10,7 +10,7 @@ from pathlib import Path
 from repro.mirror import Content, files_below, mirror
 from repro.notebook import PageError
 
-DOWNLOADS = ("figures", "results", "notebooks", "source")
+DOWNLOADS = ("figures", "results", "notebooks", "source", "logs")
 GENERATED = {"search", "genindex"}
 NOT_PUBLISHED = (".buildinfo", ".buildinfo.bak", "objects.inv")
 

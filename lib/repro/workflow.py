@@ -19,7 +19,7 @@ from repro.scoreboard import judged_with
 DRAW_CODE = (("repro.jobs", "draw"),)
 GUIDE = "data/recorded/README.md"
 VIEWER = ("lib/repro/viewer/page.html", "lib/repro/viewer/viewer.js")
-LEDGER = ("artefacts", "numbers", "claims", "settings")
+LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
 
 
 @dataclass(frozen=True)
@@ -230,6 +230,7 @@ class Work:
             *self.judged_with(wildcards.page),
             *self.judged_inputs(wildcards),
             *self.ledger(),
+            "CITATION.cff",
         ]
 
     def judged_with(self, page: str) -> list[str]:
@@ -257,10 +258,15 @@ class Work:
         ]
 
     def site_sources(self) -> list[str]:
-        """Every file of the site's own source, and the guide that is a page of it."""
+        """Files of the site's own source, the guide, and the code that it shows."""
+        shown = [
+            *(self.root / "report" / "source").rglob("*"),
+            *(self.root / "lib" / "raxel").rglob("*.py"),
+            *(self.root / "chapters").glob("*/*.py"),
+        ]
         return [GUIDE] + sorted(
             path.relative_to(self.root).as_posix()
-            for path in (self.root / "report" / "source").rglob("*")
+            for path in shown
             if path.is_file() and "__pycache__" not in path.parts
         )
 

@@ -52,6 +52,7 @@ mathjax3_config = {"options": {"enableMenu": False}}
 html_theme = "furo"
 html_title = "Raxel"
 html_static_path = ["_static", str(mathjax / "static" / "mathjax" / mathjax_path)]
+html_js_files = [("scenes.js", {"defer": "defer"})]
 html_css_files = ["report.css", "scoreboard.css"]
 html_extra_path = ["_extra"]
 html_copy_source = False

@@ -1,0 +1,241 @@
+"""The library's reference for the site: one page per package, from its docstrings.
+
+The source is parsed, never imported: that takes a second, runs nothing, and shows
+signatures as they are written. Docstrings are plain text with names in backquotes, so
+everything else in them is escaped.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+CODE = re.compile(r"``(.+?)``|`(.+?)`", re.S)
+SPECIAL = re.compile(r"([\\*_\[\]<>$#|{}~^])")
+LIST_ITEM = re.compile(r"(-|\d+\.|\(\w\)) ")
+Documented = ast.FunctionDef | ast.ClassDef
+
+
+@dataclass(frozen=True)
+class Module:
+    """A parsed module: dotted name, path below lib, syntax."""
+
+    name: str
+    path: str
+    tree: ast.Module
+
+
+def api_pages(library: Path) -> dict[str, str]:
+    """Pages of the reference by name (`api/cameras.md`) for the package ``library``."""
+    packages = sorted(
+        path.parent for path in library.glob("*/__init__.py") if _is_public(path.parent)
+    )
+    pages = {f"api/{p.name}.md": _page(library, p, "*.py") for p in packages}
+    pages["api/index.md"] = _index(library, packages)
+    return pages
+
+
+def _index(library: Path, packages: list[Path]) -> str:
+    inside = {p.name: _module(library, p / "__init__.py") for p in packages}
+    cards = [
+        f"[raxel.{name}]({name}.md)\n: {prose(_summary(module.tree))}"
+        for name, module in inside.items()
+    ]
+    toctree = "\n".join(inside)
+    own = _module(library, library / "__init__.py")
+    modules = [_module(library, path) for path in _files(library, "*.py")]
+    return "\n\n".join(
+        [
+            "# The library",
+            prose(ast.get_docstring(own.tree) or ""),
+            "Install it alone with `pip install .`; it needs NumPy, SciPy, OpenCV, "
+            "PyYAML and jsonschema. [Conventions and notation](../conventions.md) hold "
+            "in every function: frames, units, pixel centres, names of poses.",
+            *cards,
+            *_sections(modules),
+            f"```{{toctree}}\n:hidden:\n\n{toctree}\n```\n",
+        ]
+    )
+
+
+def _page(library: Path, package: Path, pattern: str) -> str:
+    own = _module(library, package / "__init__.py")
+    modules = [_module(library, path) for path in _files(package, pattern)]
+    parts = [f"# {own.name}", prose(ast.get_docstring(own.tree) or "")]
+    homes = {node.name: m for m in modules for node in _public(m.tree.body)}
+    names = [name for name in _exported(own.tree) if name in homes]
+    if names:
+        listed = ", ".join(
+            f'<a href="#{_anchor(homes[n].name, n)}"><code>{n}</code></a>'
+            for n in names
+        )
+        parts.append(f"From `{own.name}`: {listed}.")
+    parts += _documented(own, own.tree.body)
+    return "\n\n".join([*parts, *_sections(modules)]) + "\n"
+
+
+def _files(package: Path, pattern: str) -> list[Path]:
+    return [path for path in sorted(package.glob(pattern)) if _is_public(path)]
+
+
+def _is_public(path: Path) -> bool:
+    return not path.name.startswith("_")
+
+
+def _module(library: Path, path: Path) -> Module:
+    below = path.relative_to(library.parent)
+    name = ".".join(below.with_suffix("").parts).removesuffix(".__init__")
+    return Module(name, below.as_posix(), ast.parse(path.read_text("utf-8")))
+
+
+def _sections(modules: list[Module]) -> Iterator[str]:
+    """Modules with something public in them, each under a heading."""
+    for module in modules:
+        entries = list(_documented(module, module.tree.body))
+        if entries:
+            yield f"## {module.name}"
+            yield prose(ast.get_docstring(module.tree) or "")
+            yield from entries
+
+
+def _documented(module: Module, body: list[ast.stmt]) -> Iterator[str]:
+    for node in _public(body):
+        yield f'<span id="{_anchor(module.name, node.name)}"></span>\n'
+        yield f"### {prose(node.name)}"
+        yield _signature(node, "")
+        yield prose(ast.get_docstring(node) or "")
+        if isinstance(node, ast.ClassDef):
+            for method in _public(node.body):
+                yield _signature(method, f"{node.name}.")
+                yield prose(ast.get_docstring(method) or "")
+        address = f"../source/{module.path}.html#{node.name}"
+        yield f'<p class="raxel-links"><a href="{address}">source</a></p>'
+
+
+def _public(body: list[ast.stmt]) -> list[Documented]:
+    """Functions and classes without an underscore; a setter repeats its property."""
+    return [
+        node
+        for node in body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef)
+        and not node.name.startswith("_")
+        and not any(ast.unparse(d).endswith(".setter") for d in node.decorator_list)
+    ]
+
+
+def _exported(tree: ast.Module) -> list[str]:
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return list(ast.literal_eval(node.value))
+    return []
+
+
+def _signature(node: Documented, owner: str) -> str:
+    """The first lines of a definition as code; of a class its bases and its fields."""
+    marks = [ast.unparse(mark) for mark in node.decorator_list]
+    name = f"{owner}{node.name}"
+    if isinstance(node, ast.ClassDef):
+        bases = ", ".join(ast.unparse(base) for base in node.bases)
+        fields = [
+            f"    {ast.unparse(field)}"
+            for field in node.body
+            if isinstance(field, ast.AnnAssign) and not _hidden(field.target)
+        ]
+        lines = [f"class {name}({bases})" if bases else f"class {name}", *fields]
+        lines += [
+            _call(made, name)
+            for made in node.body
+            if isinstance(made, ast.FunctionDef) and made.name == "__init__"
+        ]
+    elif {"property", "cached_property", "functools.cached_property"} & set(marks):
+        returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+        lines = [f"{name}{returns}  # property"]
+    else:
+        kept = [f"@{m}" for m in marks if m in ("classmethod", "staticmethod")]
+        lines = [*kept, _call(node, name)]
+    return "````python\n" + "\n".join(lines) + "\n````"
+
+
+def _hidden(target: ast.expr) -> bool:
+    return ast.unparse(target).startswith("_")
+
+
+def _call(node: ast.FunctionDef, name: str) -> str:
+    bare = ast.arguments(**{key: getattr(node.args, key) for key in node.args._fields})
+    if bare.args and bare.args[0].arg in ("self", "cls"):
+        bare.args = bare.args[1:]
+    returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+    line = f"{name}({ast.unparse(bare)}){returns}"
+    if len(line) <= 84:
+        return line
+    parts = _arguments(bare)
+    return f"{name}(\n" + "".join(f"    {p},\n" for p in parts) + f"){returns}"
+
+
+def _arguments(arguments: ast.arguments) -> list[str]:
+    """Arguments one by one, for a signature that needs several lines."""
+    call = ast.parse(f"def f({ast.unparse(arguments)}): pass").body[0].args
+    plain = [*call.posonlyargs, *call.args]
+    defaults = [None] * (len(plain) - len(call.defaults)) + list(call.defaults)
+    parts = [_one(a, d) for a, d in zip(plain, defaults, strict=True)]
+    if call.vararg:
+        parts.append(f"*{ast.unparse(call.vararg)}")
+    elif call.kwonlyargs:
+        parts.append("*")
+    parts += [
+        _one(a, d) for a, d in zip(call.kwonlyargs, call.kw_defaults, strict=True)
+    ]
+    if call.kwarg:
+        parts.append(f"**{ast.unparse(call.kwarg)}")
+    return parts
+
+
+def _one(argument: ast.arg, default: ast.expr | None) -> str:
+    text = ast.unparse(argument)
+    if default is None:
+        return text
+    return f"{text}{' = ' if argument.annotation else '='}{ast.unparse(default)}"
+
+
+def _anchor(module: str, name: str) -> str:
+    return f"{module}.{name}"
+
+
+def _summary(tree: ast.Module) -> str:
+    return (ast.get_docstring(tree) or "").split("\n\n")[0]
+
+
+def prose(docstring: str) -> str:
+    """A docstring as MyST: paragraphs and lists as they are, the rest as text."""
+    blocks = []
+    for block in re.split(r"\n\s*\n", docstring.strip("\n")):
+        lines = block.splitlines()
+        if lines and all(line.startswith("    ") for line in lines):
+            blocks.append(f"````text\n{textwrap.dedent(block)}\n````")
+        elif not LIST_ITEM.match(block) and re.search(r"(?m)^  ", block):
+            # Aligned by hand: only a fixed-width setting keeps it readable.
+            blocks.append(f"````text\n{block}\n````")
+        else:
+            blocks.append(escaped(block))
+    return "\n\n".join(block for block in blocks if block)
+
+
+def escaped(text: str) -> str:
+    """Text in which nothing but code in backquotes has a meaning to Markdown."""
+    parts, last = [], 0
+    for found in CODE.finditer(text):
+        parts.append(_plain(text[last : found.start()]))
+        code = " ".join((found[1] or found[2]).split())
+        parts.append(f"`{code}`")
+        last = found.end()
+    return "".join([*parts, _plain(text[last:])])
+
+
+def _plain(text: str) -> str:
+    text = SPECIAL.sub(r"\\\1", text).replace("`", r"\`")
+    # A line that begins like a list or a heading, but is the middle of a sentence.
+    return re.sub(r"(?m)^(\s*)([+=:]|-(?!\s))", r"\1\\\2", text)

@@ -1,0 +1,26 @@
+"use strict";
+// A 3-D scene is loaded when its reader opens it, and dressed in the page's theme.
+
+(() => {
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const theme = () => {
+    const chosen = document.body.dataset.theme;
+    return chosen === "dark" || (chosen !== "light" && dark.matches) ? "dark" : "light";
+  };
+  const frames = () => document.querySelectorAll(".raxel-scene iframe[src]");
+  const tell = () => {
+    for (const frame of frames())
+      frame.contentWindow.postMessage({ raxelTheme: theme() }, "*");
+  };
+  for (const fold of document.querySelectorAll("details.raxel-scene"))
+    fold.addEventListener("toggle", () => {
+      const frame = fold.querySelector("iframe");
+      if (fold.open && !frame.hasAttribute("src"))
+        frame.setAttribute("src", `${frame.dataset.src}#${theme()}`);
+    });
+  dark.addEventListener("change", tell);
+  new MutationObserver(tell).observe(document.body, {
+    attributes: true,
+    attributeFilter: ["data-theme"],
+  });
+})();
