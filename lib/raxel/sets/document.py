@@ -17,6 +17,7 @@ from raxel.errors import InputError
 
 SHOWN_CHARACTERS = 60
 MOST_VALUES = 1_000_000
+SET_SCHEMA = "raxel.sets", "image_set.schema.json"
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -83,20 +84,22 @@ def read_yaml(path):
     return data
 
 
-def validate(data, where):
-    """Check plain data (dicts, lists, numbers, texts) against the set's schema.
+def validate(data, where, schema=SET_SCHEMA):
+    """Check plain data (dicts, lists, numbers, texts) against a schema.
 
-    `where` is the file that the message names. Raises InputError for the first fault;
-    unknown keys come first, since a misspelt key also makes the right one missing.
+    `where` is the file that the message names, `schema` (package, file) of the JSON
+    schema. Raises InputError for the first fault; unknown keys come first, since a
+    misspelt key also makes the right one missing.
     """
+    validator = _validator(*schema)
     for field, number in _not_finite(data):
         raise InputError(
             f"{where}: {field}: found {number}; give a finite number"
             + (", or leave the key out" if field else "")
         )
-    errors = sorted(_validator().iter_errors(data), key=_order)
+    errors = sorted(validator.iter_errors(data), key=_order)
     if errors:
-        raise InputError(f"{where}: {_sentence(errors[0])}")
+        raise InputError(f"{where}: {_sentence(errors[0], validator.schema)}")
 
 
 def field_name(path):
@@ -149,10 +152,10 @@ def _expanded_size(data, known):
 
 
 @functools.cache
-def _validator():
+def _validator(package, name):
     import jsonschema
 
-    schema = resources.files("raxel.sets").joinpath("image_set.schema.json")
+    schema = resources.files(package).joinpath(name)
     return jsonschema.Draft202012Validator(json.loads(schema.read_text("utf-8")))
 
 
@@ -173,7 +176,7 @@ def _order(error):
     return kinds.get(error.validator, 2), path, str(error.validator)
 
 
-def _sentence(error):
+def _sentence(error, root):
     path = tuple(error.absolute_path)
     if error.validator == "additionalProperties":
         return _unknown_key(error, path)
@@ -181,10 +184,10 @@ def _sentence(error):
         missing = next(
             key for key in error.validator_value if key not in error.instance
         )
-        advice = _advice(error.schema.get("properties", {}).get(missing, {}))
+        advice = _advice(error.schema.get("properties", {}).get(missing, {}), root)
         return f"{field_name((*path, missing))}: key missing; {advice}"
     field = f"{field_name(path)}: " if path else ""
-    return f"{field}found {shown(error.instance)}; {_advice(error.schema)}"
+    return f"{field}found {shown(error.instance)}; {_advice(error.schema, root)}"
 
 
 def _unknown_key(error, path):
@@ -195,9 +198,9 @@ def _unknown_key(error, path):
     return f"{field_name((*path, unknown))}: unknown key; {advice}"
 
 
-def _advice(schema):
+def _advice(schema, root):
     """The schema's own words on what to give, followed through one $ref."""
     if "description" not in schema and "$ref" in schema:
         name = schema["$ref"].removeprefix("#/$defs/")
-        schema = _validator().schema["$defs"][name]
+        schema = root["$defs"][name]
     return schema.get("description", "see the description of the format")

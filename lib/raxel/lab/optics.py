@@ -1,0 +1,211 @@
+"""What a lens does to a picture on its way to the sensor: shade, smear and colour it.
+
+Everything is linear in radiance. Radii are pixels from the optical centre, or shares of
+the half diagonal, as each function says.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.lab.textures import LUMINANCE
+
+# Between neighbouring levels of blur the SD differs by at most this many px.
+BLUR_STEP_PX = 0.1
+# Taps of a discrete Gaussian reach this many SD, and at least this many px.
+REACH_SD, REACH_PX = 6, 3
+LANCZOS = 3
+NO_ABERRATION = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Optics:
+    """Vignetting, blur and lateral chromatic aberration of a lens.
+
+    blur_sd_px: (SD of the Gaussian point spread at the optical centre, at one half
+    diagonal from it), px; the variance grows with the square of the radius.
+    exit_pupil_px: distance of the exit pupil from the sensor in px; illumination then
+    falls as cos^4 of the angle at which light arrives there. For a pinhole the focal
+    length: then that is the field angle. None: no such falloff.
+    falloff: ((radius px, ...), (share of light, ...)), a measured curve in addition,
+    linear in between and constant beyond its ends.
+    chromatic_scale: magnification of red, green and blue about the centre. The camera
+    model is that of the grey picture, so only their ratios count: they are divided by
+    their mean, weighted as in luminance.
+    centre_px: (2,) the optical centre (u, v); None: the middle of the image.
+
+    Raises InputError naming the field that no lens can have.
+    """
+
+    blur_sd_px: tuple[float, float] = (0.0, 0.0)
+    exit_pupil_px: float | None = None
+    falloff: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    chromatic_scale: tuple[float, float, float] = NO_ABERRATION
+    centre_px: tuple[float, float] | None = None
+
+    def __post_init__(self):
+        if min(self.blur_sd_px) < 0:
+            raise InputError(
+                f"field 'blur_sd': found {list(self.blur_sd_px)}; give the SD of the "
+                "point spread, 0 or more"
+            )
+        if self.exit_pupil_px is not None and not self.exit_pupil_px > 0:
+            raise InputError(
+                f"field 'exit_pupil': found {self.exit_pupil_px}; it must be positive"
+            )
+        if self.falloff is not None:
+            _check_falloff(*self.falloff)
+        if not min(self.chromatic_scale) > 0:
+            raise InputError(
+                f"field 'chromatic_scale': found {list(self.chromatic_scale)}; give "
+                "three magnifications near 1"
+            )
+
+    def apply(self, image):
+        """Irradiance on the sensor from radiance (H, W) or (H, W, 3), float32.
+
+        Vignetting, then blur, then the three magnifications: what is blurred can be
+        resampled without loss, and a magnification near 1 leaves the blur as it is. A
+        grey picture stays grey: its red, green and blue copies add up by luminance.
+        Beyond the border the outermost pixels are repeated.
+        """
+        image = np.asarray(image, np.float32)
+        height, width = image.shape[:2]
+        centre = self._centre(width, height)
+        squared = _squared_radius(width, height, centre)
+        light = self._vignetting(squared)
+        if light is not None:
+            image = image * light.reshape(light.shape + (1,) * (image.ndim - 2))
+        if max(self.blur_sd_px) > 0:
+            image = self._blurred(image, squared)
+        if len(set(self.chromatic_scale)) > 1:
+            image = self._coloured(image, centre)
+        return image
+
+    def vignetting(self, width, height):
+        """Share of the light (height, width) that each pixel keeps."""
+        squared = _squared_radius(width, height, self._centre(width, height))
+        light = self._vignetting(squared)
+        return np.ones_like(squared) if light is None else light
+
+    def _centre(self, width, height):
+        middle = ((width - 1) / 2, (height - 1) / 2)
+        return np.array(middle if self.centre_px is None else self.centre_px, float)
+
+    def _vignetting(self, squared):
+        light = None
+        if self.exit_pupil_px is not None:
+            light = (1 + squared / np.float32(self.exit_pupil_px**2)) ** -2
+        if self.falloff is not None:
+            curve = np.interp(np.sqrt(squared), *self.falloff).astype(np.float32)
+            light = curve if light is None else light * curve
+        return light
+
+    def _blurred(self, image, squared):
+        """Each pixel between the two nearest of a few uniform blurs.
+
+        A mixture of two Gaussians with shares linear in the variance has exactly the
+        variance in between.
+        """
+        height, width = image.shape[:2]
+        low, high = (sd**2 for sd in self.blur_sd_px)
+        share = squared / np.float32((width**2 + height**2) / 4)
+        variance = low + (high - low) * share
+        levels = _levels(float(variance.min()), float(variance.max()))
+        if len(levels) == 1:
+            return gaussian_blur(image, levels[0])
+        blurred = np.zeros_like(image)
+        for index, level in enumerate(levels):
+            hat = np.zeros(len(levels))
+            hat[index] = 1
+            weight = np.interp(variance, levels, hat).astype(np.float32)
+            weight = weight.reshape(weight.shape + (1,) * (image.ndim - 2))
+            blurred += weight * gaussian_blur(image, level)
+        return blurred
+
+    def _coloured(self, image, centre):
+        scales = np.array(self.chromatic_scale) / (LUMINANCE @ self.chromatic_scale)
+        if image.ndim == 3:
+            parts = [magnified(image[..., c], s, centre) for c, s in enumerate(scales)]
+            return np.stack(parts, axis=-1)
+        grey = np.zeros_like(image)
+        for weight, scale in zip(LUMINANCE, scales, strict=True):
+            grey += np.float32(weight) * magnified(image, scale, centre)
+        return grey
+
+
+def gaussian_blur(image, variance):
+    """Blur with the discrete Gaussian of this variance, px^2, which it has exactly.
+
+    The kernel is exp(-v) I_n(v) (Lindeberg 1990, doi:10.1109/34.49051): sampling the
+    continuous one instead changes the variance where it is small.
+    """
+    import cv2
+    from scipy.special import ive
+
+    if variance == 0:
+        return image
+    reach = max(REACH_PX, int(np.ceil(REACH_SD * np.sqrt(variance))))
+    kernel = ive(np.abs(np.arange(-reach, reach + 1)), variance)
+    kernel /= kernel.sum()
+    return cv2.sepFilter2D(
+        image, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_REPLICATE
+    )
+
+
+def magnified(image, scale, centre):
+    """The picture (H, W) drawn larger by `scale` about `centre` (2,).
+
+    Rows and columns are resampled one after the other with Lanczos weights at the
+    exact places; beyond the border the outermost pixels are repeated.
+    """
+    if scale == 1:
+        return image
+    height, width = image.shape
+    return _stretched(_stretched(image, scale, centre[1]).T, scale, centre[0]).T
+
+
+def _stretched(image, scale, centre):
+    """The rows of a picture moved apart about row `centre`."""
+    count = len(image)
+    source = centre + (np.arange(count) - centre) / scale
+    first = np.floor(source).astype(int) - LANCZOS + 1
+    taps = first[:, None] + np.arange(2 * LANCZOS)
+    away = source[:, None] - taps
+    weights = np.sinc(away) * np.sinc(away / LANCZOS)
+    weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
+    out = np.zeros(image.shape, np.float32)
+    for tap, weight in zip(np.clip(taps, 0, count - 1).T, weights.T, strict=True):
+        out += weight[:, None] * image[tap]
+    return out
+
+
+def _levels(low, high):
+    """Variances from `low` to `high`, their roots evenly BLUR_STEP_PX apart or less."""
+    first, last = np.sqrt([low, high])
+    if last - first < 1e-6:
+        return [high]
+    steps = int(np.ceil((last - first) / BLUR_STEP_PX))
+    return np.linspace(first, last, steps + 1) ** 2
+
+
+def _squared_radius(width, height, centre):
+    u = np.arange(width) - centre[0]
+    v = np.arange(height) - centre[1]
+    return np.add.outer(v * v, u * u).astype(np.float32)
+
+
+def _check_falloff(radii, shares):
+    """A curve over radii that rise, of shares between 0 and 1."""
+    rising = len(radii) == len(shares) >= 2 and np.all(np.diff(radii) > 0)
+    if not (rising and radii[0] >= 0):
+        raise InputError(
+            f"field 'falloff': found {len(radii)} radii and {len(shares)} shares; give "
+            "as many of each, two or more, the radii rising from 0"
+        )
+    if not (min(shares) >= 0 and max(shares) <= 1):
+        raise InputError(
+            f"field 'falloff': found shares from {min(shares)} to {max(shares)}; a lens "
+            "passes between 0 and 1 of the light"
+        )

@@ -1,0 +1,342 @@
+"""A rig: camera, lens, sensor, target and poses, read from one file.
+
+Every quantity in the file is {value, unit, origin, reason}; the schema beside this
+module says which fields there are and in which unit.
+"""
+
+import difflib
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from raxel.cameras.base import Camera
+from raxel.cameras.quadric_mirror import QuadricMirrorCamera
+from raxel.cameras.registry import camera_from
+from raxel.errors import InputError
+from raxel.geometry.poses import pose, rotation_from_vector
+from raxel.lab.laboratory import Laboratory
+from raxel.lab.monitor import Monitor
+from raxel.lab.optics import Optics
+from raxel.lab.sensor import Sensor
+from raxel.lab.target_poses import DrawnPoses, ListedPoses, View, outline_of
+from raxel.sets.document import read_yaml, validate
+from raxel.sets.model import ActiveGrid, Chessboard
+
+SCHEMA = "raxel.lab", "rig.schema.json"
+# Units of camera fields; those not named here are pure numbers.
+CAMERA_UNITS = {
+    **dict.fromkeys(("width", "height", "K", "principal_point", "centre"), "px"),
+    **dict.fromkeys(("focal_px", "pixels_per_unit", "principal_column"), "px"),
+    **dict.fromkeys(("axes", "rim_radius", "hole_radius", "offset"), "mm"),
+    **dict.fromkeys(("slit_points", "image_distance", "pupil_shift"), "mm"),
+    **dict.fromkeys(("max_angle", "rotation"), "deg"),
+    "pixels_per_mm": "px/mm",
+}
+# A mirror without T_viewer_mirror stands at its viewer's focus, moved and turned.
+MIRROR_FIELDS = (
+    *("viewer", "shape", "axes", "rim_radius"),
+    *("offset", "rotation", "side", "hole_radius", "T_viewer_mirror"),
+)
+# Peak memory of one pixel on its way through lens and sensor, per channel.
+BYTES_PER_PIXEL = 80
+# A monitor is taken as seen where this many lines each way keep their distance.
+MONITOR_LINES = 9
+RADIANCES = {
+    "chessboard": {"black": 0.05, "white": 0.9, "background": 0.4},
+    "active_grid": {"background": 0.05},
+}
+
+
+@dataclass(frozen=True)
+class PatternPlan:
+    """The patterns that an active grid shows, (along x, along y); 0 for none."""
+
+    gray_bits: tuple[int, int] = (0, 0)
+    gray_inverse: bool = False
+    phase_steps: int = 4
+    phase_periods: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """What a rig file says. Lengths in mm, pixels, angles in radians.
+
+    border_mm: white margin around a chessboard's squares, 0 for a monitor; radiances:
+    keyword arguments of the ready-made scene; monitor and patterns: None for a
+    chessboard; count, evaluate: views of a rendered set, and how many more of them
+    are kept for evaluation.
+    """
+
+    path: Path
+    name: str
+    summary: str
+    camera: Camera
+    optics: Optics
+    sensor: Sensor
+    target: Chessboard | ActiveGrid
+    border_mm: float
+    radiances: dict
+    monitor: Monitor | None
+    patterns: PatternPlan | None
+    poses: DrawnPoses | ListedPoses
+    view: View
+    count: int
+    evaluate: int
+
+    def laboratory(self):
+        """The Laboratory with this rig's camera, lens and sensor."""
+        return Laboratory(self.camera, self.sensor, self.optics)
+
+    @property
+    def extent(self):
+        """(corner (2,), size (2,)) of the whole target in its plane, mm."""
+        if isinstance(self.target, ActiveGrid):
+            return np.zeros(2), np.array(self.target.monitor_mm)
+        margin = self.target.pitch_mm + self.border_mm
+        squares = np.array([self.target.columns, self.target.rows]) - 1
+        return np.full(2, -margin), self.target.pitch_mm * squares + 2 * margin
+
+    def draw_poses(self, rng, count):
+        """T_camera_target (count, 4, 4), each with the whole target in view.
+
+        rng: numpy Generator; a list of poses does not use it. Raises InputError with
+        the count of tries and the reasons where no such poses come up.
+        """
+        corner, size = self.extent
+        middle = corner + size / 2
+        try:
+            return self.poses.draw(rng, count, middle, self._fault)
+        except InputError as fault:
+            raise InputError(_named(self.path, "poses", fault)) from fault
+
+    def shows(self, T_camera_target):
+        """Whether a pose (4, 4) has the whole target in view, as `draw_poses` asks."""
+        return not self._fault(T_camera_target)
+
+    def _fault(self, T):
+        corner, size = self.extent
+        return self.view.fault(
+            self.camera, T, outline_of(corner, size), self._lattice()
+        )
+
+    def _lattice(self):
+        if isinstance(self.target, Chessboard):
+            shape = self.target.rows, self.target.columns, 2
+            return self.target.points().reshape(shape)
+        corner, size = self.extent
+        share = np.linspace(0, 1, MONITOR_LINES)
+        return corner + np.stack(np.meshgrid(share, share), axis=-1) * size
+
+
+def load_rig(path):
+    """The rig in a YAML file.
+
+    Raises InputError, one line with file and field, for a file that cannot be read,
+    unknown keys (with the nearest known one), wrong units, and numbers that no camera,
+    lens, sensor or target can have.
+    """
+    path = Path(path)
+    data = read_yaml(path)
+    validate(data, path, SCHEMA)
+    camera = _camera(path, data["camera"])
+    _check_memory(path, camera, data["sensor"])
+    plain = {key: _values(data.get(key, {})) for key in ("sensor", "target", "poses")}
+    target, sensor = plain["target"], plain["sensor"]
+    poses, count = _poses(path, plain["poses"])
+    is_board = target["kind"] == "chessboard"
+    return Rig(
+        path=path,
+        name=data["name"],
+        summary=data.get("summary", ""),
+        camera=camera,
+        optics=_built(path, "optics", _optics, _values(data.get("optics", {}))),
+        sensor=_built(path, "sensor", _sensor, sensor),
+        target=_chessboard(target) if is_board else _active_grid(target),
+        border_mm=float(target["border"]) if is_board else 0.0,
+        radiances=_radiances(target),
+        monitor=None if is_board else _built(path, "target", _monitor, target),
+        patterns=None if is_board else _patterns(path, target),
+        poses=poses,
+        view=View(plain["poses"]["margin"], plain["poses"]["least_spacing"]),
+        count=count,
+        evaluate=plain["poses"].get("evaluate", 0),
+    )
+
+
+def _values(data):
+    """A section with each leaf replaced by its value, lists by tuples."""
+    if isinstance(data, dict):
+        if "value" in data and "unit" in data:
+            return _tuples(data["value"])
+        return {key: _values(part) for key, part in data.items()}
+    return [_values(part) for part in data] if isinstance(data, list) else data
+
+
+def _tuples(value):
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _camera(path, data, field="camera"):
+    """The camera of a section; complaints of its class get file and field."""
+    fields = {}
+    for name, entry in data.items():
+        if name == "kind":
+            continue
+        if isinstance(entry, str):
+            fields[name] = entry
+        elif "kind" in entry:
+            fields[name] = _camera(path, entry, f"{field}.{name}")
+        else:
+            fields[name] = _camera_value(path, f"{field}.{name}", name, entry)
+    try:
+        if data["kind"] == "quadric mirror" and "T_viewer_mirror" not in fields:
+            return _placed_mirror(fields)
+        return camera_from(data["kind"], fields)
+    except InputError as fault:
+        raise InputError(_named(path, field, fault)) from fault
+
+
+def _camera_value(path, field, name, leaf):
+    unit = CAMERA_UNITS.get(name, "1")
+    if leaf["unit"] != unit:
+        raise InputError(
+            f"{path}: {field}.unit: found {leaf['unit']!r}; give {unit!r}, the unit of "
+            "this field"
+        )
+    if unit == "deg":
+        return np.radians(np.array(leaf["value"], float))[()]
+    return leaf["value"]
+
+
+def _placed_mirror(fields):
+    """A mirror at its viewer's focus, moved by `offset` and turned by `rotation`."""
+    for name in fields:
+        if name not in MIRROR_FIELDS:
+            near = difflib.get_close_matches(name, MIRROR_FIELDS, n=1)
+            advice = f"did you mean {near[0]}?" if near else "known are "
+            advice += "" if near else ", ".join(MIRROR_FIELDS)
+            raise InputError(f"field '{name}': unknown key; {advice}")
+    for name in ("viewer", "shape", "axes", "rim_radius"):
+        if name not in fields:
+            raise InputError(f"field '{name}': missing; a quadric mirror needs it")
+    return QuadricMirrorCamera.misaligned(**{"offset": (0, 0, 0)} | fields)
+
+
+def _optics(values):
+    falloff = values.get("falloff")
+    return Optics(
+        blur_sd_px=values.get("blur_sd", (0.0, 0.0)),
+        exit_pupil_px=values.get("exit_pupil"),
+        falloff=falloff and (falloff["radius"], falloff["light"]),
+        chromatic_scale=values.get("chromatic_scale", (1.0, 1.0, 1.0)),
+        centre_px=values.get("centre"),
+    )
+
+
+def _sensor(values):
+    if "gamma" in values and "response" in values:
+        raise InputError("field 'response': found beside gamma; give one of the two")
+    response = values.get("response")
+    return Sensor(
+        white_e=values["white"],
+        full_well_e=values["full_well"],
+        read_noise_e=values.get("read_noise", 0.0),
+        blooming=values.get("blooming", 0.0),
+        gamma=values.get("gamma", 1.0),
+        response=response and (response["charge"], response["value"]),
+        black_level=values.get("black_level", 0.0),
+        bits=values["bits"],
+        bayer=values.get("bayer"),
+    )
+
+
+def _chessboard(values):
+    return Chessboard(values["columns"], values["rows"], float(values["pitch"]))
+
+
+def _active_grid(values):
+    return ActiveGrid(values["monitor_px"], tuple(map(float, values["monitor_mm"])))
+
+
+def _monitor(values):
+    names = ("gamma", "black_level", "falloff_exponent", "white")
+    return Monitor(**{name: values[name] for name in names if name in values})
+
+
+def _radiances(values):
+    usual = RADIANCES[values["kind"]]
+    return {name: values.get(name, value) for name, value in usual.items()}
+
+
+def _patterns(path, values):
+    names = ("gray_bits", "gray_inverse", "phase_steps", "phase_periods")
+    plan = PatternPlan(**{name: values[name] for name in names if name in values})
+    if not any(plan.gray_bits) and not any(plan.phase_periods):
+        raise InputError(
+            f"{path}: target.gray_bits: no pattern asked for; give gray_bits or "
+            "phase_periods"
+        )
+    return plan
+
+
+def _poses(path, values):
+    """(DrawnPoses or ListedPoses, how many views)"""
+    if values["kind"] == "listed":
+        vectors = np.radians([entry["rotation"] for entry in values["list"]])
+        shifts = np.array([entry["translation"] for entry in values["list"]], float)
+        evaluate = values.get("evaluate", 0)
+        if evaluate >= len(shifts):
+            raise InputError(
+                f"{path}: poses.evaluate.value: found {evaluate} of {len(shifts)} "
+                "poses; leave some to calibrate with"
+            )
+        listed = ListedPoses(pose(rotation_from_vector(vectors), shifts))
+        return listed, len(shifts) - evaluate
+    ranges = {}
+    for name in ("distance", "off_axis", "tilt", "turn"):
+        low, high = values[name]
+        if low > high:
+            raise InputError(
+                f"{path}: poses.{name}.value: found [{low}, {high}]; give the least "
+                "first, then the greatest"
+            )
+        ranges[name] = (low, high) if name == "distance" else np.radians((low, high))
+    distance = ranges.pop("distance")
+    return DrawnPoses(distance, **ranges), values["count"]
+
+
+def _built(path, section, build, values):
+    try:
+        return build(values)
+    except InputError as fault:
+        raise InputError(_named(path, section, fault)) from fault
+
+
+def _named(path, section, fault):
+    """The fault of a section with file and field in front."""
+    name, text = section, str(fault)
+    while match := re.match(r"field '([^']+)': ", text):
+        name, text = f"{name}.{match[1]}", text[match.end() :]
+    return f"{path}: {name}: {text}"
+
+
+def _check_memory(path, camera, sensor):
+    channels = 3 if "bayer" in sensor else 1
+    need = camera.width * camera.height * BYTES_PER_PIXEL * channels
+    if need > physical_memory() / 2:
+        raise InputError(
+            f"{path}: camera.width: an image of {camera.width} x {camera.height} px "
+            f"needs {need / 1e9:.3g} GB, more than half of this machine's "
+            f"{physical_memory() / 1e9:.3g} GB; give fewer pixels"
+        )
+
+
+def physical_memory():
+    """Bytes of memory of this machine; 8 GB where it does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 8e9

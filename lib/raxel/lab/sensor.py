@@ -1,0 +1,172 @@
+"""From light on the sensor to the numbers in a file.
+
+Light is counted in electrons of one pixel of the picture. The order is that of nature:
+photons arrive at random, wells fill and overflow, reading adds its noise, and only then
+come the camera's own tone curve and the rounding.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.lab.textures import LUMINANCE
+
+BITS = {8: np.uint8, 16: np.uint16}
+# Which of red, green, blue (0, 1, 2) lies at (row, column) of the 2 x 2 mosaic.
+BAYER = {
+    "RGGB": ((0, 1), (1, 2)),
+    "BGGR": ((2, 1), (1, 0)),
+    "GRBG": ((1, 0), (2, 1)),
+    "GBRG": ((1, 2), (0, 1)),
+}
+# OpenCV names a mosaic after its second row and column.
+DEMOSAIC = {"RGGB": "BG", "BGGR": "RG", "GRBG": "GB", "GBRG": "GR"}
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor and what its camera does with the charge.
+
+    white_e: electrons that radiance 1.0 makes during the exposure. full_well_e:
+    electrons at which a pixel is full; they give the largest number of the file.
+    read_noise_e: SD, electrons. blooming: share of the charge above a full well that
+    runs along the column into the next pixels; the rest is drained.
+    gamma: the file holds (charge / full well)^(1 / gamma); response: ((charge as share
+    of the full well, ...), (share of the range, ...)) instead, linear in between.
+    black_level: share of the file's range that stands for no charge.
+    bits: 8 or 16. bayer: None, or the colours of the mosaic, row by row: 'RGGB', ...
+
+    Raises InputError naming the field that no sensor can have.
+    """
+
+    white_e: float
+    full_well_e: float
+    read_noise_e: float = 0.0
+    blooming: float = 0.0
+    gamma: float = 1.0
+    response: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    black_level: float = 0.0
+    bits: int = 8
+    bayer: str | None = None
+
+    def __post_init__(self):
+        limits = {
+            "white_e": (self.white_e > 0, "the exposure must be above 0"),
+            "full_well_e": (self.full_well_e > 0, "it must be above 0"),
+            "read_noise_e": (self.read_noise_e >= 0, "it must be 0 or more"),
+            "blooming": (0 <= self.blooming <= 1, "give a share, 0 to 1"),
+            "gamma": (self.gamma > 0, "it must be above 0"),
+            "black_level": (0 <= self.black_level < 1, "give a share below 1"),
+            "bits": (self.bits in BITS, "give 8 or 16"),
+            "bayer": (
+                self.bayer is None or self.bayer in BAYER,
+                f"give one of {', '.join(BAYER)}, or leave it out",
+            ),
+        }
+        for name, (good, advice) in limits.items():
+            if not good:
+                found = getattr(self, name)
+                raise InputError(f"field '{name}': found {found}; {advice}")
+        if self.response is not None:
+            _check_response(*self.response)
+
+    def expose(self, irradiance, rng, *, colour=False):
+        """The file's numbers, uint8 or uint16, from irradiance (H, W) or (H, W, 3).
+
+        rng: a numpy Generator. With a mosaic each pixel sees one colour, and the others
+        come from its neighbours. colour: (H, W, 3) red, green, blue; else (H, W), the
+        luminance of a coloured picture.
+        """
+        if self.bayer is None:
+            share = self.read_out(irradiance, rng)
+        else:
+            share = demosaiced(
+                self.read_out(mosaic(irradiance, self.bayer), rng), self.bayer
+            )
+        if colour and share.ndim == 2:
+            share = np.repeat(share[..., None], 3, axis=-1)
+        elif not colour and share.ndim == 3:
+            share = share @ LUMINANCE.astype(np.float32)
+        return self.develop(share)
+
+    def read_out(self, irradiance, rng):
+        """Charge after reading, as a share of the full well; noise may make it < 0."""
+        expected = np.maximum(np.asarray(irradiance, float) * self.white_e, 0)
+        # A well far beyond full is full whatever its noise; the generator has a limit.
+        charge = rng.poisson(np.minimum(expected, 1e15)).astype(np.float64)
+        charge = bloom(charge, self.full_well_e, self.blooming)
+        if self.read_noise_e > 0:
+            charge += self.read_noise_e * rng.standard_normal(charge.shape)
+        return (charge / self.full_well_e).astype(np.float32)
+
+    def develop(self, share):
+        """Tone curve and rounding of shares of the full well, (H, W) or (H, W, 3)."""
+        share = np.asarray(share, np.float32)
+        if self.response is not None:
+            share = np.interp(share, *self.response)
+        elif self.gamma != 1:
+            share = np.maximum(share, 0) ** np.float32(1 / self.gamma)
+        share = self.black_level + (1 - self.black_level) * share
+        top = 2**self.bits - 1
+        return np.clip(np.rint(top * share), 0, top).astype(BITS[self.bits])
+
+
+def bloom(charge, full_well, share):
+    """Charge (H, W[, C]) with no well above full; a share of the rest runs on.
+
+    What is too much in a pixel is halved and runs up and down its column, each half
+    until it has found room; what runs off the sensor is lost.
+    """
+    excess = np.maximum(charge - full_well, 0)
+    charge = np.minimum(charge, full_well)
+    if share == 0 or not excess.any():
+        return charge
+    half = share / 2 * excess
+    for rows in (range(len(charge)), range(len(charge) - 1, -1, -1)):
+        carried = np.zeros_like(charge[0])
+        for row in rows:
+            taken = np.minimum(carried, full_well - charge[row])
+            charge[row] += taken
+            carried += half[row] - taken
+    return charge
+
+
+def mosaic(image, pattern):
+    """One colour per pixel (H, W) of (H, W, 3); a grey picture looks alike in all."""
+    if image.ndim == 2:
+        return image
+    out = np.empty(image.shape[:2], image.dtype)
+    for row, colours in enumerate(BAYER[pattern]):
+        for column, c in enumerate(colours):
+            out[row::2, column::2] = image[row::2, column::2, c]
+    return out
+
+
+def demosaiced(raw, pattern):
+    """(H, W, 3) from one colour per pixel (H, W), shares of the full well.
+
+    Bilinear, as OpenCV does it, on numbers of 16 bit; the range leaves room for noise
+    on both sides.
+    """
+    import cv2
+
+    low, high = -0.25, 1.25
+    number = np.clip((raw - low) / (high - low), 0, 1) * 65535
+    code = getattr(cv2, f"COLOR_Bayer{DEMOSAIC[pattern]}2RGB")
+    picture = cv2.cvtColor(np.rint(number).astype(np.uint16), code)
+    return picture.astype(np.float32) / 65535 * (high - low) + low
+
+
+def _check_response(charge, value):
+    """A curve that starts at no charge, ends at a full well, and never falls."""
+    ordered = len(charge) == len(value) >= 2 and np.all(np.diff(charge) > 0)
+    if not (ordered and charge[0] == 0 and charge[-1] == 1):
+        raise InputError(
+            f"field 'response': found {len(charge)} charges and {len(value)} values; "
+            "give as many of each, the charges rising from 0 to 1"
+        )
+    if np.any(np.diff(value) < 0) or min(value) < 0 or max(value) > 1:
+        raise InputError(
+            "field 'response': the values must not fall and must lie from 0 to 1"
+        )
