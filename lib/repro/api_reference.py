@@ -74,7 +74,9 @@ def _page(library: Path, package: Path, pattern: str) -> str:
             for n in names
         )
         parts.append(f"From `{own.name}`: {listed}.")
-    parts += _documented(own, own.tree.body)
+    entries = list(_documented(own, own.tree.body))
+    if entries:
+        parts += ["## The package itself", *entries]
     return "\n\n".join([*parts, *_sections(modules)]) + "\n"
 
 

@@ -12,12 +12,16 @@
     for (const frame of frames())
       frame.contentWindow.postMessage({ raxelTheme: theme() }, "*");
   };
-  for (const fold of document.querySelectorAll("details.raxel-scene"))
-    fold.addEventListener("toggle", () => {
-      const frame = fold.querySelector("iframe");
-      if (fold.open && !frame.hasAttribute("src"))
-        frame.setAttribute("src", `${frame.dataset.src}#${theme()}`);
-    });
+  const load = (fold) => {
+    const frame = fold.querySelector("iframe");
+    if (fold.open && !frame.hasAttribute("src"))
+      frame.setAttribute("src", `${frame.dataset.src}#${theme()}`);
+  };
+  for (const fold of document.querySelectorAll("details.raxel-scene")) {
+    fold.addEventListener("toggle", () => load(fold));
+    // A browser may bring a page back with the fold open.
+    load(fold);
+  }
   dark.addEventListener("change", tell);
   new MutationObserver(tell).observe(document.body, {
     attributes: true,
