@@ -65,6 +65,7 @@ class AzimuthalCamera(NamedFields, Camera):
                 "smaller distortion coefficients"
             )
         self.max_angle, self.max_radius = reach, radius
+        self._asked_angle = max_angle
 
     def _check_angle(self, max_angle, reach):
         if max_angle is None:
@@ -87,6 +88,14 @@ class AzimuthalCamera(NamedFields, Camera):
     @staticmethod
     def _at(function, value):
         return float(function(np.array([value]))[0])
+
+    def _fields(self):
+        # The limit that was asked for: the law's own follows from the rest.
+        fields = super()._fields()
+        del fields["max_angle"]
+        if self._asked_angle is not None:
+            fields["max_angle"] = np.array(float(self._asked_angle))
+        return fields
 
     def project(self, points):
         """Pixels of points (N, 3)."""

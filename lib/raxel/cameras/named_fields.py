@@ -13,17 +13,21 @@ def argument_names(camera_class):
 
 
 class NamedFields:
-    """For a camera that keeps each constructor argument under the argument's name."""
+    """For a camera that keeps each constructor argument under the argument's name.
+
+    An argument that is None is left out of the file.
+    """
 
     def _fields(self):
         names, _ = argument_names(type(self))
-        return {
-            name: np.array(getattr(self, name))
+        values = {
+            name: getattr(self, name)
             for name in names
             if name not in ("width", "height")
         }
+        return {name: np.array(v) for name, v in values.items() if v is not None}
 
     @classmethod
     def _from_file(cls, file):
-        names, _ = argument_names(cls)
-        return cls(**{name: file.value(name) for name in names})
+        names, needed = argument_names(cls)
+        return cls(**{n: file.value(n) for n in names if n in needed or file.has(n)})

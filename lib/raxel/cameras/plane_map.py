@@ -6,6 +6,8 @@ import math
 import numpy as np
 
 BLOCK = 1 << 15
+# Squares of larger values overflow.
+REMOTE = 1e100
 RINGS, SPOKES = 96, 64
 SCAN = 400
 # Farthest radius of an unbounded map: 89.9 degrees off the axis of an image plane.
@@ -54,8 +56,8 @@ class PlaneMap(abc.ABC):
         p = np.full(q.shape, np.nan)
         for start in range(0, len(q), BLOCK):
             rows = slice(start, start + BLOCK)
-            finite = np.isfinite(q[rows]).all(axis=1)
-            p[rows][finite] = self._search(q[rows][finite])
+            near = (np.abs(q[rows]) < REMOTE).all(axis=1)
+            p[rows][near] = self._search(q[rows][near])
         return p, np.isfinite(p[:, 0])
 
     def _first_fold(self, radius, azimuths):
@@ -94,7 +96,7 @@ class PlaneMap(abc.ABC):
         if self._seeds is None:
             self._seeds = self._polar_seeds()
         tree, points, scale = self._seeds
-        count = min(4, len(points))
+        count = min(2, len(points))
         _, near = tree.query(q, k=count)
         near = near.reshape(len(q), count)
         p = np.full(q.shape, np.nan)

@@ -113,8 +113,9 @@ class LiftedMap(PlaneMap):
 
     def __init__(self, lifted, radius):
         self._lifted = lifted
-        # A mirror image has the other orientation everywhere.
-        self._sign = np.sign(determinant(self.jacobian(np.zeros((1, 2)))))
+        # A mirror image has the other orientation everywhere; rounding has none.
+        area = determinant(self.jacobian(np.zeros((1, 2))))[0]
+        self._sign = np.sign(area) * (abs(area) > 1e-24 * np.sum(lifted**2))
         super().__init__(radius)
 
     def value(self, p):

@@ -37,7 +37,7 @@ def invert_rising(function, slope, targets, high):
             new = x - gap / slope(x)
             new = np.where((new >= low) & (new <= top), new, (low + top) / 2)
             # What has settled stays, so no result depends on its neighbours.
-            settled = (gap == 0) | (np.abs(new - x) <= 2e-16 * x) | (top <= low)
+            settled = (gap == 0) | (np.abs(new - x) <= 1e-15 * x) | (top <= low)
             x = np.where(done | (gap == 0), x, new)
             done |= settled
             if done.all():

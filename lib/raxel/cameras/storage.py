@@ -76,6 +76,10 @@ class CameraFile:
             )
         return value.item()
 
+    def has(self, name):
+        """Whether there is a field `name`."""
+        return name in self._archive.files
+
     def value(self, name):
         """The text, number or array of numbers under `name`."""
         value = self.array(name)
