@@ -3,8 +3,10 @@
 World frame, mm. Radiance is linear; 1.0 is a white diffuse surface in full light.
 """
 
+from raxel.lab.patterns import MonitorLevel, MonitorPattern
 from raxel.lab.render import Traced, render, trace
-from raxel.lab.scenes import Scene, board_scene
+from raxel.lab.scene import Scene
+from raxel.lab.scenes import board_scene, facade, monitor_scene, room
 from raxel.lab.sight import need_visible, visible_share
 from raxel.lab.surfaces import Cylinder, Disc, Hit, Rectangle, Relief, Surface, box
 from raxel.lab.textures import (
@@ -23,6 +25,8 @@ __all__ = [
     "Disc",
     "Hit",
     "ImageTexture",
+    "MonitorLevel",
+    "MonitorPattern",
     "Panels",
     "Plain",
     "Rectangle",
@@ -35,8 +39,11 @@ __all__ = [
     "Traced",
     "board_scene",
     "box",
+    "facade",
+    "monitor_scene",
     "need_visible",
     "render",
+    "room",
     "trace",
     "visible_share",
 ]

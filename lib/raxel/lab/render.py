@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.lab.footprint import PixelMeans, lattice, tinted
-from raxel.lab.scenes import NO_RAY, NOTHING
+from raxel.lab.footprint import PixelMeans, lattice, numbers_in, tinted
+from raxel.lab.scene import NO_RAY, NOTHING
 from raxel.lab.sight import RAYS_AT_ONCE, Sight, Viewer
 
 # Peak of memory for one pixel: the picture and what is kept beside it.
@@ -120,7 +120,7 @@ def _shade(block, means, textures, colour):
         edge |= _keys(block.centres, textures) != first
     height, width = edge.shape
     image = np.zeros((height, width, 3) if colour else (height, width), np.float32)
-    for number in np.unique(part):
+    for number in numbers_in(part):
         inside = ~edge & (part[:-1, :-1] == number)
         if number == NOTHING:
             background = np.asarray(means.viewer.scene.background, np.float32)
@@ -166,7 +166,9 @@ def _keys(sight, textures):
     """One number for each part and region of it."""
     part = sight.part
     keys = (part.astype(np.int64) + 2) << 44
-    for number in np.unique(part[part >= 0]):
+    for number in numbers_in(part):
+        if number < 0:
+            continue
         texture = textures[number]
         here = part == number
         if here.all():

@@ -8,7 +8,7 @@ import numpy as np
 from raxel.cameras import Camera
 from raxel.errors import InputError
 from raxel.geometry import rotate, transform
-from raxel.lab.scenes import NO_RAY, Scene
+from raxel.lab.scene import NO_RAY, Scene
 
 # Rays handled at once: a few MB, so that the steps between stay in cache.
 RAYS_AT_ONCE = 1 << 16

@@ -18,8 +18,9 @@ class Hit(NamedTuple):
     """Where N rays first meet a surface.
 
     distance: (N,) from the ray's origin, inf where it misses; uv: (N, 2) surface
-    coordinates in mm; cosine: (N,) of the angle between ray and normal, 0 to 1. Where
-    a ray misses, uv and cosine mean nothing.
+    coordinates in mm; cosine: (N,) of the angle between ray and normal (the frame's z
+    axis, or away from a cylinder's axis), so above 0 where a flat surface is seen from
+    the front, with x right and y down. Where a ray misses, uv and cosine mean nothing.
     """
 
     distance: np.ndarray
@@ -78,7 +79,7 @@ class Rectangle(Surface):
         x, y = o[0] + distance * d[0], o[1] + distance * d[1]
         (x0, y0), (x1, y1) = self.low, self.high
         seen = (distance > 0) & (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
-        return _as_hit(seen, distance, x, y, np.abs(d[2]))
+        return _as_hit(seen, distance, x, y, d[2])
 
     @property
     def outline(self):
@@ -106,7 +107,7 @@ class Disc(Surface):
         square = x * x + y * y
         seen = (distance > 0) & (square <= self.radius**2)
         seen &= square >= self.inner_radius**2
-        return _as_hit(seen, distance, x, y, np.abs(d[2]))
+        return _as_hit(seen, distance, x, y, d[2])
 
     @property
     def outline(self):
@@ -139,7 +140,7 @@ class Cylinder(Surface):
         pair = np.where(seen, pair, np.inf)
         distance = pair.min(axis=0)
         x, y = o[0] + distance * d[0], o[1] + distance * d[1]
-        cosine = np.abs(x * d[0] + y * d[1]) / self.radius
+        cosine = (x * d[0] + y * d[1]) / self.radius
         along = self.radius * np.arctan2(y, x)
         seen = np.isfinite(distance)
         return _as_hit(seen, distance, along, o[2] + distance * d[2], cosine)
@@ -235,7 +236,7 @@ class Relief(Surface):
             [-slope_x / self.pitch_mm, -slope_y / self.pitch_mm, np.ones_like(root)]
         )
         unit = d * np.array([self.pitch_mm, self.pitch_mm, 1.0])[:, None]
-        slant = np.abs((normal * unit).sum(axis=0)) / np.linalg.norm(normal, axis=0)
+        slant = (normal * unit).sum(axis=0) / np.linalg.norm(normal, axis=0)
         return after, root, slant
 
     @property

@@ -27,6 +27,13 @@ class Texture(abc.ABC):
     def radiance(self, uv, cosine):
         """Radiance at points uv (N, 2) seen under cosine (N,): (N,) or (N, 3) RGB."""
 
+    def average(self, uv, across, down, cosine):
+        """Mean radiance over parallelograms; only where `averages` is True.
+
+        uv: (N, 2) their middles; across, down: (N, 2) their sides, all in mm.
+        """
+        raise NotImplementedError
+
     def label(self, uv):
         """Number (N,) of the region that each point lies in, int, 0 or more.
 
@@ -65,20 +72,22 @@ class ChessboardTexture(RegionTexture):
     """A chessboard of columns x rows interior corners on a white border.
 
     uv is the frame of `raxel.sets.Chessboard.points()`: the first interior corner at
-    (0, 0), x along a row of corners, y from row to row. The square beyond the first
-    corner, at negative x and y, is black. The border is `border_mm` wide around the
-    outer squares; `extent` gives the corner and size of the whole sheet.
+    (0, 0), x along a row of corners, y from row to row. The cell between the first
+    corners is white, as in the standard order that detectors answer in. The border is
+    `border_mm` wide around the outer squares; `extent` gives the corner and size of
+    the whole sheet.
     """
 
     def __init__(self, columns, rows, pitch_mm, border_mm, black=0.05, white=0.9):
         if columns < 1 or rows < 1 or not pitch_mm > 0 or not border_mm >= 0:
             raise InputError(
-                f"chessboard: found {columns} x {rows} corners, pitch {pitch_mm}, border "
-                f"{border_mm}; give positive counts and pitch, and no negative border"
+                f"chessboard: found {columns} x {rows} corners, pitch {pitch_mm}, "
+                f"border {border_mm}; give positive counts and pitch, and a border "
+                "that is not negative"
             )
         self.columns, self.rows = int(columns), int(rows)
         self.pitch_mm, self.border_mm = float(pitch_mm), float(border_mm)
-        squares = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2 == 1
+        squares = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2 == 0
         squares = np.pad(squares, 1, constant_values=True)
         self.colours = colour_table(black, white)[squares.ravel().astype(int)]
 
@@ -197,8 +206,8 @@ class ImageTexture(Texture):
         self.array = np.array(array, np.float32)
         if self.array.ndim not in (2, 3) or 0 in self.array.shape or not mm_per_px > 0:
             raise InputError(
-                f"image texture: found shape {self.array.shape}, {mm_per_px} mm per px; "
-                "give rows x columns (x 3) and a positive size"
+                f"image texture: found shape {self.array.shape} and {mm_per_px} mm per "
+                "px; give rows x columns (x 3) and a positive size"
             )
         self.mm_per_px = float(mm_per_px)
 

@@ -1,0 +1,146 @@
+"""What a monitor shows: coded patterns and even levels, as textures.
+
+uv is in mm from the upper left corner of the lit area, x right and y down. The value
+of a pattern runs from 0 to 1; `response(value, cosine)` makes it radiance, so gamma
+and the falloff with the viewing angle belong to the monitor (`raxel.lab.Monitor`).
+
+The lit area is drawn as a continuous picture: the fine raster of its own pixels is
+left out, but a Gray code's edges lie on the borders of its cells exactly.
+"""
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry import pose
+from raxel.lab.scene import Scene
+from raxel.lab.surfaces import Rectangle
+from raxel.lab.textures import Plain, Texture
+
+# Sides of a footprint, as shares of a stripe, below which it counts as that wide.
+NARROWEST = 1e-6
+
+
+class MonitorLevel(Texture):
+    """The whole monitor at one value, as for the white and the black photograph."""
+
+    averages = True
+
+    def __init__(self, value, response=None):
+        self.value = float(value)
+        self.response = response or _linear
+
+    def radiance(self, uv, cosine):
+        """The same everywhere but for the viewing angle."""
+        return self.response(np.full(len(uv), self.value), cosine)
+
+    def average(self, uv, across, down, cosine):
+        """As `radiance`."""
+        return self.radiance(uv, cosine)
+
+
+class MonitorPattern(Texture):
+    """One pattern of an active grid (`raxel.sets.Pattern`), Gray code or phase step.
+
+    monitor_px, monitor_mm: (width, height); without mm, a pixel is 1 mm wide. Gray
+    code counts 2^of equal cells across the monitor, bit 0 is the most significant.
+    Step k of a phase pattern is 1/2 + 1/2 sin(phi + 2 pi k / of), where phi = 2 pi
+    periods x / width starts at 0 on the left or upper border (3.5).
+
+    Means over a pixel's footprint are exact for Gray code, whose edges are parallel,
+    if the map is affine within the pixel. Of a phase pattern the mean value is exact;
+    `response` is applied to it, as the value hardly changes within a pixel.
+    """
+
+    averages = True
+
+    def __init__(self, monitor_px, monitor_mm, pattern, response=None):
+        size_mm = np.array(monitor_mm or monitor_px, float)
+        if pattern.axis not in ("x", "y") or pattern.kind not in ("gray", "phase"):
+            raise InputError(
+                f"pattern: found axis {pattern.axis!r} and kind {pattern.kind!r}; give "
+                "axis x or y and kind gray or phase"
+            )
+        self.pattern = pattern
+        self.axis = "xy".index(pattern.axis)
+        self.response = response or _linear
+        if pattern.kind == "gray":
+            # Bit k changes at odd multiples of 2^(of - 1 - k) cells; so in units of
+            # twice that, shifted by a half, it is whether the whole part is odd.
+            self._frequency = 2.0**pattern.bit / size_mm[self.axis]
+        else:
+            self._frequency = pattern.periods / size_mm[self.axis]
+
+    def radiance(self, uv, cosine):
+        """At points."""
+        x = uv[:, self.axis] * self._frequency
+        if self.pattern.kind == "gray":
+            return self._two_levels(np.floor(x + 0.5) % 2, cosine)
+        return self.response(0.5 + 0.5 * self._sine(x), cosine)
+
+    def average(self, uv, across, down, cosine):
+        """Means over footprints."""
+        x = uv[:, self.axis] * self._frequency
+        a = across[:, self.axis] * self._frequency
+        b = down[:, self.axis] * self._frequency
+        if self.pattern.kind == "gray":
+            return self._two_levels(_odd_share(x + 0.5, a, b), cosine)
+        swing = 0.5 * np.sinc(a) * np.sinc(b)
+        return self.response(0.5 + swing * self._sine(x), cosine)
+
+    def _sine(self, periods):
+        step = self.pattern.step / self.pattern.of
+        return np.sin(2 * np.pi * (periods + step))
+
+    def _two_levels(self, share, cosine):
+        if self.pattern.inverse:
+            share = 1 - share
+        low = self.response(np.zeros_like(share), cosine)
+        return low + share * (self.response(np.ones_like(share), cosine) - low)
+
+
+def monitor_scene(
+    active_grid, T_world_target, texture=None, frame_mm=20.0, frame=0.03, background=0.2
+):
+    """A monitor (`raxel.sets.ActiveGrid`) in its frame; part 0 is the lit area.
+
+    T_world_target: pose of the lit area, origin at its upper left corner, x right, y
+    down. texture: what it shows, white if not given (`Traced.shade` exchanges it).
+    """
+    size = np.array(active_grid.monitor_mm or active_grid.monitor_px, float)
+    lit = Rectangle(T_world_target, *size)
+    parts = [(lit, texture or MonitorLevel(1.0))]
+    if frame_mm > 0:
+        # Behind the lit area by a hair, so that which one is nearer is not left open.
+        behind = T_world_target @ pose(np.eye(3), [0, 0, 1e-3])
+        rim = Rectangle(behind, *(size + 2 * frame_mm), (-frame_mm, -frame_mm))
+        parts.append((rim, Plain(frame)))
+    return Scene(tuple(parts), background)
+
+
+def _linear(value, cosine):
+    return value
+
+
+def _odd_share(y, a, b):
+    """Share of y + a s + b t, s and t in [-0.5, 0.5], whose whole part is odd.
+
+    The square wave's second antiderivative, differenced over both sides.
+    """
+    whole = np.floor(y)
+    share = whole % 2
+    a, b = np.abs(a), np.abs(b)
+    past = y - whole
+    near = np.flatnonzero(np.minimum(past, 1 - past) < (a + b) / 2)
+    y = y[near]
+    a, b = np.maximum(a[near], NARROWEST), np.maximum(b[near], NARROWEST)
+    wide, narrow = (a + b) / 2, (a - b) / 2
+    total = _twice(y + wide) - _twice(y + narrow) - _twice(y - narrow)
+    total += _twice(y - wide)
+    share[near] = np.clip(0.5 + total / (a * b), 0, 1)
+    return share
+
+
+def _twice(y):
+    """Antiderivative of the antiderivative of the wave -1/2, 1/2 of period 2."""
+    r = y - 2 * np.floor(y / 2) - 1
+    return r * (np.abs(r) - 1) / 4
