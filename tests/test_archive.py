@@ -1,4 +1,4 @@
-"""The report as one file: the same bytes whenever it is packed, refused when unbuilt."""
+"""The report as one file: the same bytes whenever packed, refused when not built."""
 
 import os
 import zipfile

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from repro import ledger, row_html, scoreboard, verdict
+from repro import discover, ledger, row_html, scoreboard, verdict
 from repro.number_rules import VerdictError
 from repro.results import write_atomic, write_json
 
@@ -144,7 +144,8 @@ def test_text_is_escaped_and_never_ends_the_block():
             )
         ]
     )
-    for text in (scoreboard.page(rows), scoreboard.comparison(rows, "full", "../")):
+    compared = scoreboard.comparison(rows, "full", "../", {})
+    for text in (scoreboard.page(rows), compared):
         assert "<script>alert" not in text
         assert "&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; # Heading" in text
         block = text[text.index("<div") : text.rindex("</div>")]
@@ -312,9 +313,17 @@ def test_comparison_equals_the_board(checkout):
     board = scoreboard.rows_of(checkout, "full", folder)
     own = {"c2_noise_linear_generic", "c2_fov_persp_rises", "fig_2_3"}
     table = scoreboard.comparison_table(SECTION, "full", checkout)
+    found = discover.producers(checkout)
+    tests = {
+        p.id: f"source/{p.path}.html#{p.function}" for p in found if p.kind == "claim"
+    }
     assert table == scoreboard.comparison(
-        [r for r in board if r["id"] in own], "full", "../"
+        [r for r in board if r["id"] in own], "full", "../", tests
     )
+    flat = f"../source/{OTHER_PAGE}.py.html#flat"
+    assert flat not in Board(table).links
+    shown = scoreboard.comparison_table(OTHER_PAGE, "full", checkout)
+    assert {flat, "../results/sweep.json"} <= set(Board(shown).links)
     assert {a["data-id"] for a, _ in Board(table).rows} == own
     assert "../scoreboard.html#fig_2_3" in Board(table).links
     book = ledger.load(checkout)

@@ -20,6 +20,11 @@ from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
 CSS_URL = re.compile(r"""url\(\s*['"]?([^'")]+)|@import\s+['"]([^'"]+)""")
+# What a script written into a page fetches by a whole address.
+SCRIPT_LOADS = re.compile(
+    r"""(?:fetch\(|import\(?|importScripts\(|\.open\(|\.(?:src|href)\s*=)"""
+    r"""\s*["'`]((?:https?:)?//[^"'`]+)"""
+)
 LOADED = {
     "script": ("src",),
     "img": ("src", "srcset"),
@@ -57,14 +62,15 @@ class Problem(NamedTuple):
 
 
 class Page(HTMLParser):
-    """Ids, references and images without a text of one HTML file."""
+    """Ids and references of one HTML file, and what a reader without sight misses."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
         self.ids: set[str] = set()
         self.references: list[Reference] = []
-        self.without_text: list[int] = []
-        self._in_style = False
+        self.faults: list[tuple[int, str]] = []
+        self._inside = ""
+        self._in_figure = False
         self.feed(text)
         self.close()
 
@@ -72,9 +78,14 @@ class Page(HTMLParser):
         given = {name: value or "" for name, value in attrs}
         line = self.getpos()[0]
         self.ids |= {given[key] for key in ("id", "name") if given.get(key)}
-        self._in_style = tag == "style"
+        self._inside = tag if tag in ("style", "script") else ""
+        self._in_figure = self._in_figure or tag == "figure"
         if tag == "img" and "alt" not in given:
-            self.without_text.append(line)
+            self.faults.append((line, "image without alt text"))
+        if tag == "img" and self._in_figure and not given.get("alt", "x").strip():
+            self.faults.append((line, "figure with an empty alt text"))
+        if tag == "iframe" and not given.get("title", "").strip():
+            self.faults.append((line, "frame without a title"))
         if tag in ("a", "area") and "href" in given:
             self.references.append(Reference(line, given["href"], False))
         if tag == "link" and "href" in given:
@@ -87,12 +98,16 @@ class Page(HTMLParser):
             self.references.append(Reference(line, address, True))
 
     def handle_data(self, data: str) -> None:
-        if self._in_style:
-            line = self.getpos()[0]
+        line = self.getpos()[0]
+        if self._inside == "style":
             self.references += [Reference(line, a, True) for a in css_addresses(data)]
+        elif self._inside == "script":
+            found = SCRIPT_LOADS.findall(data)
+            self.references += [Reference(line, a, True) for a in found]
 
     def handle_endtag(self, tag: str) -> None:
-        self._in_style = False
+        self._inside = ""
+        self._in_figure = self._in_figure and tag != "figure"
 
 
 def _addresses(key: str, value: str) -> list[str]:
@@ -118,9 +133,7 @@ def check_site(site: Path) -> list[Problem]:
     problems: list[Problem] = []
     for path, page in sorted(pages.items()):
         name = path.relative_to(site.resolve()).as_posix()
-        problems += [
-            Problem(name, line, "image without alt text") for line in page.without_text
-        ]
+        problems += [Problem(name, line, text) for line, text in page.faults]
         for reference in page.references:
             text = _fault(site.resolve(), path, reference, pages)
             if text:

@@ -22,6 +22,11 @@ class Producer:
     details: dict
 
     @property
+    def path(self) -> str:
+        """File that holds the function, below chapters/."""
+        return "/".join(self.module.split(".")[1:]) + ".py"
+
+    @property
     def needs(self) -> tuple[str, ...]:
         """Experiments whose results the function reads."""
         return tuple(self.details.get("needs", ()))

@@ -148,7 +148,7 @@ def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
             "needs": list(found.needs),
             "check": _check(made),
             "scene": bool(found.details.get("scene")),
-            "source": [f"{'/'.join(found.module.split('.')[1:])}.py", found.function],
+            "source": [found.path, found.function],
         },
     )
 

@@ -32,7 +32,6 @@ def execute_page(
         "RAXEL_EFFORT": effort,
         "RAXEL_PAGE": f"{out.parent.name}/{out.stem}",
         "RAXEL_SET": image_set or "",
-        "RAXEL_SOURCE": source,
     }
     notebook = read_page(page)
     execute(notebook, page, root, variables, CELL_SECONDS)

@@ -340,9 +340,9 @@ def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
     for need in about["needs"]:
         own = _identified(need, folder)
         parts.append(f'<a href="{up}results/{own}.json">every trial: {need}</a>')
-    source = os.environ.get("RAXEL_SOURCE", "")
-    if source:
-        parts.append(f'<a href="{up}source/{source}">source</a>')
+    if "source" in about:
+        path, function = about["source"]
+        parts.append(f'<a href="{up}source/{path}.html#{function}">source</a>')
     parts.append(f"evidence: {about['evidence']}")
     return " · ".join(parts)
 

@@ -194,7 +194,12 @@ def comparison_table(page: str, effort: str, root: Path) -> str:
     elsewhere = {str(book.chapter(i)): "judged on another page" for i in every}
     rows = checked(verdict.rows(book, judged, elsewhere, effort))
     own = [row for row in rows if row["id"] in mine]
-    return comparison(own, effort, "../" * page.count("/"))
+    tests = {
+        p.id: f"source/{p.path}.html#{p.function}"
+        for p in discover.producers(root)
+        if p.kind == "claim"
+    }
+    return comparison(own, effort, "../" * page.count("/"), tests)
 
 
 def judged_with(root: Path, page: str, book: ledger.Ledger) -> list[str]:
@@ -206,8 +211,13 @@ def judged_with(root: Path, page: str, book: ledger.Ledger) -> list[str]:
     return [page, *sorted(pages - {page})]
 
 
-def comparison(rows: Sequence[Mapping], effort: str, up: str) -> str:
-    """Rows as one table per kind; ``up`` leads to the top of the site."""
+def comparison(
+    rows: Sequence[Mapping], effort: str, up: str, tests: Mapping[str, str]
+) -> str:
+    """Rows as one table per kind; ``up`` leads to the top of the site.
+
+    ``tests`` says where in the site the code of a claim's test is shown.
+    """
     parts = ['<div class="rx tex2jax_ignore mathjax_ignore">']
     if effort == "quick":
         parts.append(
@@ -217,13 +227,15 @@ def comparison(rows: Sequence[Mapping], effort: str, up: str) -> str:
     for kind in ("claim", "number", "artefact"):
         own = [row for row in rows if row["kind"] == kind]
         if own:
-            parts.append(_compared(kind, own, up))
+            parts.append(_compared(kind, own, up, tests))
     if not rows:
         parts.append("<p>This page has no rows on the scoreboard.</p>")
     return "\n".join([*parts, "</div>"])
 
 
-def _compared(kind: str, rows: Sequence[Mapping], up: str) -> str:
+def _compared(
+    kind: str, rows: Sequence[Mapping], up: str, tests: Mapping[str, str]
+) -> str:
     head = "".join(
         f'<th scope="col">{name}</th>'
         for name in (f"{kind}, verdict", "published", "regenerated", "reason, readings")
@@ -239,7 +251,7 @@ def _compared(kind: str, rows: Sequence[Mapping], up: str) -> str:
             f'<tr data-id="{row["id"]}" data-verdict="{row["verdict"]}">'
             f'<th scope="row">{name} {badge(row["verdict"])}</th>'
             f'<td class="p">{published(row)}</td><td class="g">{regenerated(row)}</td>'
-            f'<td class="r">{said}</td></tr>'
+            f'<td class="r">{said}{_behind(row, up, tests)}</td></tr>'
         )
     caption = f"{kind.capitalize()}s of this page"
     return "\n".join(
@@ -250,6 +262,14 @@ def _compared(kind: str, rows: Sequence[Mapping], up: str) -> str:
             "</tbody></table>",
         ]
     )
+
+
+def _behind(row: Mapping, up: str, tests: Mapping[str, str]) -> str:
+    """Links to the test of a claim and to the data it read."""
+    if row["id"] not in tests:
+        return ""
+    test = f'<a href="{text(up + tests[row["id"]])}">test</a>'
+    return f'<p class="rx-behind">{test} {links({**row, "page": None}, up, ())}</p>'
 
 
 def rows_of(root: Path, effort: str, folder: Path) -> list[dict]:
