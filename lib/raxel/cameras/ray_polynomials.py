@@ -109,8 +109,7 @@ class TardifCamera(RayPolynomialCamera):
     f(r) = c0 + c1 r + c2 r^2 + ..., r in pixels from principal_point (2,), all powers;
     the ray of p is (p, f(|p|)). It passes 90 degrees where f changes sign. With c0 < 0
     the centre of the image looks along -z. n + 2 parameters for n coefficients. Source:
-    Tardif, Sturm and Roy 2006, doi:10.1007/11744047_51. Raises InputError naming the
-    field.
+    Tardif, Sturm and Roy 2006, HAL inria-00387130. Raises InputError naming the field.
     """
 
     kind = "tardif"
