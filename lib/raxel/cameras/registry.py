@@ -2,12 +2,17 @@
 
 import difflib
 
+from raxel.cameras.axial import AxialCamera
 from raxel.cameras.brown import BrownCamera
 from raxel.cameras.fisheye import FisheyeCamera
 from raxel.cameras.general import GeneralCamera
 from raxel.cameras.kannala_brandt import KannalaBrandtCamera
 from raxel.cameras.named_fields import argument_names
+from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
+from raxel.cameras.pushbroom import PushbroomCamera
+from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
 from raxel.cameras.rational import LiftedRationalCamera, RationalCubicCamera
 from raxel.cameras.ray_polynomials import (
@@ -16,6 +21,7 @@ from raxel.cameras.ray_polynomials import (
     TardifCamera,
 )
 from raxel.cameras.unified_sphere import UnifiedSphereCamera
+from raxel.cameras.xslits import XSlitsCamera
 from raxel.errors import InputError
 
 CAMERAS = {
@@ -34,6 +40,12 @@ CAMERAS = {
         ScaramuzzaCamera,
         TardifCamera,
         UnifiedSphereCamera,
+        OrthographicCamera,
+        QuadricMirrorCamera,
+        PlanarMirrorsCamera,
+        XSlitsCamera,
+        PushbroomCamera,
+        AxialCamera,
     )
 }
 

@@ -1,0 +1,259 @@
+"""Cameras without a centre: parallel, crossed slits, pushbroom, axial; caustics."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from raxel.cameras import (
+    AxialCamera,
+    FisheyeCamera,
+    OrthographicCamera,
+    PerspectiveCamera,
+    PushbroomCamera,
+    Rays,
+    XSlitsCamera,
+    camera_from,
+    caustic_points,
+    centrality,
+    closest_point,
+    load_camera,
+)
+from raxel.errors import InputError
+
+W, H = 64, 48
+SLITS = {
+    "slit_points": [[0, 0, 2.0], [1, 0, -30.0]],
+    "slit_directions": [[0.1, 1, 0], [1, 0.05, 0.1]],
+    "image_distance": 8.0,
+    "pixels_per_mm": [10, 11],
+    "principal_point": [31, 24],
+    "width": W,
+    "height": H,
+}
+XSLITS = XSlitsCamera(**SLITS)
+PUSHBROOM = PushbroomCamera(50, 31.5, [0.3, 2.0, -0.4], W, H, 20)
+AXIAL = AxialCamera("equisolid", 28, [31.2, 23.1], [2.5, -0.3], W, H, 1.7)
+ORTHOGRAPHIC = OrthographicCamera(4, [31, 22.5], W, H)
+CAMERAS = [ORTHOGRAPHIC, XSLITS, PUSHBROOM, AXIAL]
+BY_KIND = pytest.mark.parametrize("camera", CAMERAS, ids=lambda c: c.kind)
+
+
+def on_lines(points, rays):
+    """Distance of points (N, 3) from the lines of rays."""
+    reach = points - rays.origins
+    return np.linalg.norm(np.cross(reach, rays.directions), axis=1)
+
+
+@BY_KIND
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=10, deadline=None)
+def test_points_on_a_ray_project_to_its_pixel(camera, seed):
+    rng = np.random.default_rng(seed)
+    pixels = rng.uniform(0, [W - 1, H - 1], (300, 2))
+    rays = camera.rays(pixels)
+    assert rays.valid.all()
+    np.testing.assert_allclose(np.linalg.norm(rays.directions, axis=1), 1, atol=1e-15)
+    depth = 10 ** rng.uniform(1.5, 5, (300, 1))
+    back = camera.project(rays.origins + depth * rays.directions)
+    assert back.valid.all()
+    assert np.abs(back.pixels - pixels).max() < 1e-9
+
+
+@BY_KIND
+def test_points_behind_the_origin_are_not_seen(camera):
+    rays = camera.rays(np.array([[30.0, 20], [10, 40], [50, 7]]))
+    assert not camera.project(rays.origins - 50 * rays.directions).valid.any()
+
+
+@BY_KIND
+def test_values_that_are_not_finite_have_no_answer(camera):
+    pixels = np.array([[np.nan, 1], [1, np.inf], [5, 5]])
+    rays = camera.rays(pixels)
+    np.testing.assert_array_equal(rays.valid, [False, False, True])
+    assert np.isnan(rays.origins[:2]).all()
+    assert np.isnan(rays.directions[:2]).all()
+    points = np.array([[np.nan, 0, 50], [0, 0, np.inf], [1, 2, 90.0]])
+    seen = camera.project(points)
+    np.testing.assert_array_equal(seen.valid, [False, False, True])
+    assert np.isnan(seen.pixels[:2]).all()
+
+
+@BY_KIND
+def test_a_camera_comes_back_to_the_bit(camera, tmp_path):
+    camera.save(tmp_path / "camera.npz")
+    back = load_camera(tmp_path / "camera.npz")
+    pixels = np.random.default_rng(0).uniform(0, [W, H], (50, 2))
+    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert back.parameters == camera.parameters
+    assert not camera.central
+
+
+def test_rays_of_crossed_slits_meet_both_slits():
+    pixels = np.random.default_rng(1).uniform(0, [W, H], (200, 2))
+    rays = XSLITS.rays(pixels)
+    for point, slit in zip(XSLITS.slit_points, XSLITS.slit_directions, strict=True):
+        across = np.cross(rays.directions, slit)
+        gap = np.sum((rays.origins - point) * across, axis=1)
+        assert np.abs(gap / np.linalg.norm(across, axis=1)).max() < 1e-12
+    # The slit ahead, at z near 2, is where rays begin.
+    assert np.abs(rays.origins[:, 2] - 2).max() < 1e-12
+
+
+def test_slits_moved_together_become_a_pinhole():
+    """A vertical and a horizontal slit a hair apart see as the pinhole does."""
+    fields = SLITS | {
+        "slit_points": [[0, 0, 0], [0, 0, 1e-6]],
+        "slit_directions": [[0, 1, 0], [1, 0, 0]],
+    }
+    pinhole = PerspectiveCamera([[80, 0, 31], [0, 88, 24], [0, 0, 1]], [], W, H)
+    points = np.random.default_rng(2).uniform([-40, -40, 90], [40, 40, 200], (99, 3))
+    ours, theirs = XSlitsCamera(**fields).project(points), pinhole.project(points)
+    np.testing.assert_allclose(ours.pixels, theirs.pixels, atol=1e-5)
+
+
+def test_a_pushbroom_is_crossed_slits_with_one_far_away():
+    """The far slit, along x at height h, leaves an error of order 1/h."""
+    camera = PushbroomCamera(60, 31, [0, 2.0, 0], W, H, 24)
+    far = 1e7
+    fields = SLITS | {
+        "slit_points": [[0, 0, 0], [0, 0, -far]],
+        "slit_directions": [[0, 1, 0], [1, 0, 0]],
+        "image_distance": 6.0,
+        "pixels_per_mm": [10, 0.5],
+    }
+    points = np.random.default_rng(3).uniform([-40, -40, 90], [40, 40, 200], (99, 3))
+    ours, theirs = camera.project(points), XSlitsCamera(**fields).project(points)
+    np.testing.assert_allclose(ours.pixels, theirs.pixels, atol=40 * 200 / far)
+
+
+def test_axial_rays_cross_the_axis_and_a_still_pupil_is_a_fisheye():
+    pixels = np.random.default_rng(4).uniform(0, [W - 1, H - 1], (200, 2))
+    rays = AXIAL.rays(pixels)
+    assert not rays.origins[:, :2].any()
+    still = AxialCamera("equisolid", 28, [31.2, 23.1], [], W, H, 1.7)
+    assert still.central
+    assert still.parameters == 3
+    lens = FisheyeCamera("equisolid", 28, [31.2, 23.1], W, H, 1.7)
+    for ours, theirs in zip(still.rays(pixels), lens.rays(pixels), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    np.testing.assert_array_equal(rays.directions, lens.rays(pixels).directions)
+
+
+def test_the_pupil_moves_with_the_square_of_a_small_angle():
+    angle = np.array([0, 1e-5, 0.9e-3, 1.1e-3, 0.5, 1.5])
+    height, slope = AXIAL.pupil(angle)
+    np.testing.assert_allclose(height[1], 2.5 * 1e-10 / 6, atol=1e-15)
+    step = 1e-6
+    ahead, behind = AXIAL.pupil(angle + step)[0], AXIAL.pupil(angle - step)[0]
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * step), atol=1e-9)
+
+
+def test_points_inside_the_axial_caustic_are_not_valid():
+    rays = AXIAL.rays(np.array([[58.0, 24.0]]))
+    angle = math.acos(rays.directions[0, 2])
+    reach = AXIAL.pupil(np.array([angle]))[1][0] * math.sin(angle)
+    assert AXIAL.project(rays.origins + 1.05 * reach * rays.directions).valid.all()
+    near = AXIAL.project(rays.origins + 0.95 * reach * rays.directions)
+    again = AXIAL.rays(near.pixels[near.valid])
+    # Another ray may pass there; the one behind its own caustic point does not count.
+    assert np.all(np.abs(near.pixels[near.valid] - [58, 24]).max(axis=1) > 1e-3)
+    assert again.valid.all()
+
+
+def test_the_caustic_of_the_axial_camera_is_known():
+    """One sheet on the axis, the other at z0'(theta) sin(theta) along the ray."""
+    pixels = np.array([[55.0, 30], [12, 40], [33, 30]])
+    rays = AXIAL.rays(pixels)
+    sheets = caustic_points(AXIAL, pixels)
+    angle = np.arccos(rays.directions[:, 2])
+    reach = AXIAL.pupil(angle)[1] * np.sin(angle)
+    np.testing.assert_allclose(sheets[:, 0], rays.origins, atol=1e-8)
+    meridional = rays.origins + reach[:, None] * rays.directions
+    np.testing.assert_allclose(sheets[:, 1], meridional, atol=1e-7)
+
+
+def test_the_caustic_of_crossed_slits_is_the_slits():
+    pixels = np.random.default_rng(5).uniform(5, [W - 5, H - 5], (50, 2))
+    sheets = caustic_points(XSLITS, pixels)
+    for k, slit in ((1, 0), (0, 1)):
+        unit = XSLITS.slit_directions[slit] / np.linalg.norm(
+            XSLITS.slit_directions[slit]
+        )
+        off = np.cross(sheets[:, k] - XSLITS.slit_points[slit], unit)
+        assert np.linalg.norm(off, axis=1).max() < 1e-7
+
+
+def test_caustics_at_the_centre_and_at_infinity():
+    pixels = np.array([[10.0, 20], [40, 30], [np.nan, 3]])
+    fisheye = FisheyeCamera("equidistance", 20, [31, 24], W, H)
+    sheets = caustic_points(fisheye, pixels)
+    assert not sheets[:2].any()
+    assert np.isnan(sheets[2]).all()
+    assert np.isnan(caustic_points(ORTHOGRAPHIC, pixels)).all()
+    # Rows of a pushbroom meet at their centre; its columns meet nowhere.
+    sheets = caustic_points(PushbroomCamera(50, 31, [0, 2, 0], W, H), pixels)
+    np.testing.assert_allclose(sheets[:2, 0], [[0, 40, 0], [0, 60, 0]], atol=1e-9)
+    assert np.isnan(sheets[:, 1]).all()
+
+
+def test_centrality_is_the_distance_from_the_best_point():
+    rng = np.random.default_rng(6)
+    d = rng.normal(size=(500, 3))
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    centre = np.array([300.0, -20, 1e3])
+    origins = centre + rng.uniform(-1e3, 1e3, (500, 1)) * d
+    valid = rng.random(500) < 0.9
+    origins[~valid] = np.nan
+    rays = Rays(origins, d, valid)
+    np.testing.assert_allclose(closest_point(rays), centre, atol=1e-10)
+    assert centrality(rays) < 1e-10
+    # Two skew lines, a distance 2 apart: each passes their middle at 1.
+    skew = Rays(
+        np.array([[5.0, 0, 1], [0, 7, -1]]), np.eye(3)[:2], np.array([True, True])
+    )
+    assert centrality(skew) == pytest.approx(1, abs=1e-12)
+    parallel = ORTHOGRAPHIC.rays(np.array([[29.0, 22.5], [33, 22.5]]))
+    assert centrality(parallel) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_the_pushbroom_is_far_from_central_and_the_distance_is_least():
+    rays = PUSHBROOM.rays(np.random.default_rng(7).uniform(0, [W, H], (300, 2)))
+    best, rms = closest_point(rays), centrality(rays)
+    assert rms > 5
+    for step in np.vstack([np.eye(3), -np.eye(3)]):
+        moved = np.sqrt(np.mean(on_lines(best + 0.1 * step, rays) ** 2))
+        assert moved > rms
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "value", "words"),
+    [
+        ("x-slits", "slit_directions", [[0, 1, 0], [0, 2, 0]], "parallel"),
+        ("x-slits", "slit_points", [[0, 0, 1], [0, 0, 1]], "slits meet"),
+        ("x-slits", "slit_directions", [[0, 0, 0], [1, 0, 0]], "zero"),
+        ("x-slits", "pixels_per_mm", [1, -1], "positive"),
+        ("x-slits", "image_distance", math.nan, "not finite"),
+        ("pushbroom", "velocity", [1, 0, 0], "y must not be zero"),
+        ("pushbroom", "focal_px", 0, "positive"),
+        ("axial", "max_angle", math.pi, "below pi"),
+        ("axial", "pupil_shift", [[1]], "shape"),
+        ("orthographic", "pixels_per_mm", -2, "positive"),
+    ],
+)
+def test_impossible_cameras_are_refused(kind, field, value, words):
+    camera = next(c for c in CAMERAS if c.kind == kind)
+    fields = {n: getattr(camera, n) for n in camera._fields()}
+    fields |= {"width": W, "height": H, field: value}
+    with pytest.raises(InputError, match=rf"field '{field}'.*{words}") as fault:
+        camera_from(kind, fields)
+    assert "\n" not in str(fault.value)
+
+
+def test_an_image_plane_through_a_slit_is_refused():
+    fields = SLITS | {"slit_directions": [[0, 1, 0], [1, 0, 0]], "image_distance": 2}
+    with pytest.raises(InputError, match=r"field 'image_distance'.*holds a slit"):
+        XSlitsCamera(**fields)

@@ -1,0 +1,515 @@
+"""Cameras from mirror geometry: reflection, centres, caustics, planar facets."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from raxel.cameras import (
+    FisheyeCamera,
+    GeneralCamera,
+    OrthographicCamera,
+    PerspectiveCamera,
+    PlanarMirrorsCamera,
+    QuadricMirrorCamera,
+    UnifiedSphereCamera,
+    camera_from,
+    caustic_points,
+    centrality,
+    load_camera,
+)
+from raxel.cameras.conic_mirror import ConicMirror, axes_of
+from raxel.cameras.reflection_point import stationarity
+from raxel.errors import InputError
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+
+W, H = 640, 480
+PINHOLE = PerspectiveCamera([[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]], [], W, H)
+WIDE = PerspectiveCamera([[300, 0, 319.5], [0, 300, 239.5], [0, 0, 1]], [], W, H)
+PARALLEL = OrthographicCamera(8, (319.5, 239.5), W, H)
+HYPERBOLOID = ("hyperboloid", (30, 20), 25)
+PARABOLOID = ("paraboloid", (10,), 25)
+ELLIPSOID = ("ellipsoid", (60, 40), 25)
+aligned, misaligned = QuadricMirrorCamera.aligned, QuadricMirrorCamera.misaligned
+on_axis = QuadricMirrorCamera.on_axis
+CENTRAL = {
+    "hyperboloid": aligned(PINHOLE, *HYPERBOLOID),
+    "hyperboloid inside": aligned(WIDE, "hyperboloid", (30, 40), 25, side="inside"),
+    "paraboloid": aligned(PARALLEL, *PARABOLOID, hole_radius=2),
+    "paraboloid inside": aligned(PARALLEL, "paraboloid", (10,), 15, side="inside"),
+    "ellipsoid": aligned(PINHOLE, *ELLIPSOID),
+}
+CONVEX = {
+    "sphere": on_axis(PINHOLE, "sphere", (30,), 25, 100),
+    "sphere, parallel": on_axis(PARALLEL, "sphere", (30,), 25, 100),
+    "hyperboloid off": misaligned(PINHOLE, *HYPERBOLOID, (3, -2, 10), (0.05, 0.02, 0)),
+    "hyperboloid near": misaligned(PINHOLE, *HYPERBOLOID, (1e-3, 0, 0)),
+    "paraboloid tilted": misaligned(PARALLEL, *PARABOLOID, (1, 2, 0), (0.05, -0.02, 0)),
+    "paraboloid, pinhole": on_axis(PINHOLE, *PARABOLOID, 90),
+}
+CONCAVE = {
+    "ellipsoid off": misaligned(PINHOLE, *ELLIPSOID, (2, 1, 5), (0.05, 0.02, 0)),
+    "sphere inside": on_axis(PINHOLE, "sphere", (100,), 30, 150, side="inside"),
+}
+MIRRORS = CENTRAL | CONVEX | CONCAVE
+EVERY = pytest.mark.parametrize("name", MIRRORS)
+
+
+def random_pixels(seed, count=1500):
+    return np.random.default_rng(seed).uniform(0, [W - 1, H - 1], (count, 2))
+
+
+@pytest.mark.parametrize("name", CENTRAL | CONVEX)
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=4, deadline=None)
+def test_points_on_a_ray_project_to_its_pixel(name, seed):
+    camera, pixels = MIRRORS[name], random_pixels(seed)
+    rays = camera.rays(pixels)
+    assert rays.valid.mean() > 0.1
+    depth = 10 ** np.random.default_rng(seed).uniform(0, 5, (len(pixels), 1))
+    back = camera.project(rays.origins + depth * rays.directions)
+    np.testing.assert_array_equal(back.valid, rays.valid)
+    assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
+
+
+@pytest.mark.parametrize("name", CONCAVE)
+def test_a_concave_mirror_finds_a_true_reflection_of_points_beyond_its_caustic(name):
+    """Points may have several images; whichever is found, its ray holds the point."""
+    camera, pixels = MIRRORS[name], random_pixels(3)
+    rays = camera.rays(pixels)
+    far = 500 * np.random.default_rng(3).uniform(1, 100, (len(pixels), 1))
+    points = rays.origins + far * rays.directions
+    back = camera.project(points)
+    np.testing.assert_array_equal(back.valid, rays.valid)
+    again = camera.rays(back.pixels)
+    reach = points - again.origins
+    off = np.linalg.norm(np.cross(reach, again.directions), axis=1)
+    assert np.nanmax(off / np.linalg.norm(reach, axis=1)) < 1e-11
+    assert np.mean(np.abs(back.pixels - pixels)[rays.valid].max(axis=1) < 1e-9) > 0.99
+
+
+@EVERY
+def test_origins_lie_on_the_mirror_within_its_rim(name):
+    camera = MIRRORS[name]
+    rays = camera.rays(random_pixels(1))
+    on = transform(inverse_pose(camera.T_viewer_mirror), rays.origins[rays.valid])
+    across = np.hypot(on[:, 0], on[:, 1])
+    assert across.max() <= camera.rim_radius * (1 + 1e-9)
+    assert across.min() >= camera.hole_radius * (1 - 1e-9)
+    a, b = (*camera.axes, camera.axes[0])[:2]
+    z = on[:, 2]
+    left = {
+        "hyperboloid": ((z + a) / a) ** 2 - (across / b) ** 2 - 1,
+        "ellipsoid": ((z - a) / a) ** 2 + (across / b) ** 2 - 1,
+        "sphere": (across**2 + (z - a) ** 2) / a**2 - 1,
+        "paraboloid": across**2 / (4 * a * a) - z / a,
+    }[camera.shape]
+    assert np.abs(left).max() < 1e-12
+
+
+@EVERY
+def test_the_angles_before_and_after_the_mirror_are_equal(name):
+    camera, pixels = MIRRORS[name], random_pixels(2)
+    rays, seen = camera.rays(pixels), camera.viewer.rays(pixels)
+    keep = rays.valid
+    on = transform(inverse_pose(camera.T_viewer_mirror), rays.origins[keep])
+    n = camera.mirror.normals(on) @ camera.T_viewer_mirror[:3, :3].T
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    before, after = seen.directions[keep], rays.directions[keep]
+    np.testing.assert_allclose(np.linalg.norm(after, axis=1), 1, atol=1e-14)
+    np.testing.assert_allclose(
+        np.sum(before * n, axis=1), -np.sum(after * n, axis=1), atol=1e-12
+    )
+    np.testing.assert_allclose(np.cross(before, n), np.cross(after, n), atol=1e-12)
+    assert np.all(np.sum(after * n, axis=1) > 0)
+
+
+@EVERY
+def test_the_path_over_the_mirror_is_stationary(name):
+    """Fermat: at the origin of a ray the path's length has no slope (differences)."""
+    camera, pixels = MIRRORS[name], random_pixels(4, 400)
+    rays = camera.rays(pixels)
+    pixels, origins = pixels[rays.valid], rays.origins[rays.valid]
+    scene = origins + 170 * rays.directions[rays.valid]
+    on = transform(inverse_pose(camera.T_viewer_mirror), origins)
+    across = np.hypot(on[:, 0], on[:, 1])[:, None]
+    p = on[:, :2] * on[:, 2:] / across**2
+
+    def length(p):
+        M = transform(camera.T_viewer_mirror, camera.mirror.point(p)[0])
+        parallel = camera.viewer is PARALLEL
+        before = M[:, 2] if parallel else np.linalg.norm(M, axis=1)
+        return before + np.linalg.norm(M - scene, axis=1)
+
+    np.testing.assert_allclose(camera.mirror.point(p)[0], on, atol=1e-11)
+    for axis in np.eye(2):
+        slope = (length(p + 1e-4 * axis) - length(p - 1e-4 * axis)) / 2e-4
+        assert np.abs(slope).max() < 1e-3 * camera.mirror.radius * 1e-2
+
+
+@pytest.mark.parametrize("name", CENTRAL)
+def test_an_aligned_camera_is_central_and_its_rays_meet_at_the_other_focus(name):
+    camera = CENTRAL[name]
+    assert camera.central
+    rays = camera.rays(random_pixels(5))
+    reach = camera.centre - rays.origins
+    off = np.linalg.norm(np.cross(reach, rays.directions), axis=1)
+    assert np.nanmax(off) < 1e-9
+    assert centrality(rays) < 1e-9
+    caustic = caustic_points(camera, random_pixels(5, 200))
+    assert np.nanmax(np.abs(caustic - camera.centre)) < 1e-7
+
+
+def test_known_foci():
+    """2c = 2 sqrt(a^2 + b^2) for the hyperboloid, 2 sqrt(a^2 - b^2), and f."""
+    expected = {
+        "hyperboloid": 2 * math.hypot(30, 20),
+        "hyperboloid inside": 2 * math.hypot(30, 40),
+        "ellipsoid": 2 * math.sqrt(60**2 - 40**2),
+    }
+    for name, z in expected.items():
+        np.testing.assert_allclose(CENTRAL[name].centre, [0, 0, z], atol=1e-12)
+    apex = CENTRAL["paraboloid"].T_viewer_mirror[2, 3]
+    np.testing.assert_allclose(CENTRAL["paraboloid"].centre, [0, 0, apex + 10])
+
+
+@pytest.mark.parametrize("name", CONVEX | CONCAVE)
+def test_other_cameras_are_not_central(name):
+    camera = MIRRORS[name]
+    assert not camera.central
+    assert camera.centre is None
+    assert centrality(camera.rays(random_pixels(6))) > 1e-5
+
+
+def test_centrality_ends_a_billionth_of_a_millimetre_off_the_focus():
+    assert misaligned(PINHOLE, *HYPERBOLOID, (0.5e-9, 0, 0)).central
+    assert not misaligned(PINHOLE, *HYPERBOLOID, (0, 0, 2e-9)).central
+    assert misaligned(PARALLEL, *PARABOLOID, (5, 3, 7)).central
+    assert not misaligned(PARALLEL, *PARABOLOID, (0, 0, 0), (1e-9, 0, 0)).central
+
+
+def test_a_viewer_tilted_about_its_focus_stays_central():
+    straight = aligned(PINHOLE, *HYPERBOLOID)
+    T = pose(rotation_from_vector([0.1, 0.05, 0]), [0, 0, 0]) @ straight.T_viewer_mirror
+    camera = QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, T)
+    assert camera.central
+    assert centrality(camera.rays(random_pixels(7))) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "xi", "focal", "flip"),
+    [
+        # e = c/a: xi = 2e / (1 + e^2), focal (e^2 - 1) / (e^2 + 1); seen backwards.
+        ("hyperboloid", None, 600, -1),
+        ("paraboloid", 1.0, 8 * 20, -1),
+    ],
+)
+def test_a_convex_mirror_is_a_unified_sphere(name, xi, focal, flip):
+    camera = CENTRAL[name]
+    if xi is None:
+        e = math.hypot(30, 20) / 30
+        xi, focal = 2 * e / (1 + e * e), focal * (e * e - 1) / (e * e + 1)
+    K = [[focal, 0, 319.5], [0, focal, 239.5], [0, 0, 1]]
+    pixels = random_pixels(8)
+    ours, theirs = camera.rays(pixels), UnifiedSphereCamera(xi, K, W, H).rays(pixels)
+    keep = ours.valid
+    assert theirs.valid[keep].all()
+    np.testing.assert_allclose(
+        ours.directions[keep], theirs.directions[keep] * [1, 1, flip], atol=1e-12
+    )
+
+
+def test_the_sphere_agrees_with_the_quartic_of_alhazen():
+    """In the plane of centre, viewer and point: a quartic in the half-angle tangent."""
+    camera = CONVEX["sphere"]
+    R, far = 30.0, 130.0
+    rng = np.random.default_rng(9)
+    for _ in range(60):
+        angle, distance = rng.uniform(0.05, 2.4), rng.uniform(60, 2000)
+        x, y = distance * math.sin(angle), distance * math.cos(angle)
+        # With N = (sin t, cos t): cross(N, C/R - N) (P/R - N).N + the same swapped = 0.
+        one = np.poly1d([1, 0, 1])
+        sine, cosine = np.poly1d([2, 0]), np.poly1d([-1, 0, 1])
+        across_c, along_c = far / R * sine, far / R * cosine - one
+        across_p = (y * sine - x * cosine) / R
+        along_p = (x * sine + y * cosine) / R - one
+        roots = (across_c * along_p + across_p * along_c).roots
+        half = roots.real[np.abs(roots.imag) < 1e-7]
+        t = 2 * np.arctan(half)
+        n = np.column_stack([np.sin(t), np.cos(t)])
+        lit = (n @ [0, far] > R) & (n @ [x, y] > R)
+        turn = rng.uniform(0, 2 * math.pi)
+        unit = np.array([math.cos(turn), math.sin(turn)])
+        point = np.array([*(x * unit), far - y])
+        seen = camera.project(point[None])
+        within = lit & (R * n[:, 0] <= camera.rim_radius) & (n[:, 0] > 0)
+        assert seen.valid[0] == within.any()
+        if within.any():
+            (m,) = n[within]
+            place = np.array([*(R * m[0] * unit), far - R * m[1]])
+            pixel = PINHOLE.project(place[None]).pixels
+            np.testing.assert_allclose(seen.pixels, pixel, atol=1e-7)
+
+
+def test_the_caustic_of_a_sphere_under_parallel_light_is_known():
+    """At incidence i: R cos(i) / 2 behind the surface, and R / (2 cos i) across."""
+    camera = CONVEX["sphere, parallel"]
+    pixels = random_pixels(10, 300)
+    pixels[0] = 319.5, 239.5
+    rays = camera.rays(pixels)
+    cosine = np.sqrt((1 - rays.directions[:, 2]) / 2)
+    steps = np.stack([-15 / cosine, -15 * cosine], axis=1)
+    expected = rays.origins[:, None] + steps[..., None] * rays.directions[:, None]
+    sheets = caustic_points(camera, pixels)
+    has = np.isfinite(sheets).all(axis=(1, 2))
+    assert has.sum() > 0.9 * rays.valid.sum()
+    # On the axis both are R/2 behind the apex, at z = 100.
+    np.testing.assert_allclose(sheets[0], [[0, 0, 115]] * 2, atol=1e-6)
+    np.testing.assert_allclose(sheets[has], expected[has], atol=1e-6)
+
+
+def test_the_derivative_of_the_stationarity_equations():
+    mirror = ConicMirror(*HYPERBOLOID, 0, "outside")
+    rng = np.random.default_rng(11)
+    p = rng.uniform(-0.2, 0.2, (20, 2))
+    points, eye = rng.uniform(-300, -100, (20, 3)), np.array([3.0, -4, -70])
+
+    def arrivals(M):
+        distance = np.linalg.norm(M - eye, axis=1)
+        return (M - eye) / distance[:, None], 1 / distance
+
+    _, slope = stationarity(mirror, p, points, arrivals)
+    for k, axis in enumerate(np.eye(2) * 1e-6):
+        ahead = stationarity(mirror, p + axis, points, arrivals)[0]
+        behind = stationarity(mirror, p - axis, points, arrivals)[0]
+        numeric = (ahead - behind) / 2e-6
+        np.testing.assert_allclose(slope[..., k], numeric, rtol=1e-6, atol=1e-2)
+
+
+def test_points_behind_the_mirror_and_beyond_its_rim_are_not_seen():
+    for name in ("hyperboloid", "hyperboloid off", "sphere"):
+        camera = MIRRORS[name]
+        behind = [[0.0, 0, 300], [5, 5, 150], [0, 0, np.nan], [np.inf, 0, 0]]
+        seen = camera.project(np.array(behind))
+        assert not seen.valid.any()
+        assert np.isnan(seen.pixels).all()
+
+
+def test_rays_that_meet_the_mirror_twice_have_no_pixel():
+    """A deep bowl, seen from next to its wall: past its centre light gets out."""
+    fisheye = FisheyeCamera("equidistance", 180, (320, 240), W, H)
+    T = pose(np.diag([1.0, -1, -1]), [20, 0, 10])
+    camera = QuadricMirrorCamera(fisheye, "sphere", (30,), 30, T, side="inside")
+    angle = np.radians([-45, 0, 50])
+    pixels = np.column_stack([320 + 180 * angle, np.full(3, 240)])
+    np.testing.assert_array_equal(camera.rays(pixels).valid, [True, False, False])
+
+
+def test_a_hole_has_no_pixels():
+    pixels = np.array([[319.5, 239.5], [319.5 + 8 * 1.9, 239.5], [319.5 + 17, 239.5]])
+    np.testing.assert_array_equal(
+        CENTRAL["paraboloid"].rays(pixels).valid, [False, False, True]
+    )
+
+
+@EVERY
+def test_a_camera_comes_back_to_the_bit(name, tmp_path):
+    camera = MIRRORS[name]
+    camera.save(tmp_path / "camera.npz")
+    back = load_camera(tmp_path / "camera.npz")
+    pixels = random_pixels(12, 200)
+    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert (back.central, back.parameters) == (camera.central, camera.parameters)
+
+
+def test_a_mirror_camera_from_plain_fields():
+    fields = {
+        "viewer": {
+            "kind": "orthographic",
+            "pixels_per_mm": 8,
+            "principal_point": [319.5, 239.5],
+            "width": W,
+            "height": H,
+        },
+        "shape": "paraboloid",
+        "axes": [10],
+        "rim_radius": 25,
+        "T_viewer_mirror": np.diag([1.0, 1, 1, 1]).tolist(),
+    }
+    fields["T_viewer_mirror"][2][3] = 30.0
+    camera = camera_from("quadric mirror", fields)
+    assert camera.central
+    assert camera.parameters == 4
+    fields["viewer"]["pixel_per_mm"] = fields["viewer"].pop("pixels_per_mm")
+    with pytest.raises(InputError, match=r"viewer.*did you mean 'pixels_per_mm'"):
+        camera_from("quadric mirror", fields)
+
+
+def test_a_damaged_viewer_is_named(tmp_path):
+    path = tmp_path / "camera.npz"
+    CENTRAL["hyperboloid"].save(path)
+    with np.load(path) as archive:
+        fields = dict(archive)
+    np.savez(path, **(fields | {"viewer.K": np.eye(2)}))
+    with pytest.raises(InputError, match=r"camera\.npz: field 'viewer'.*'K'"):
+        load_camera(path)
+    np.savez(path, **(fields | {"viewer.kind": np.array("telescope")}))
+    with pytest.raises(InputError, match=r"camera\.npz: field 'viewer'.*telescope"):
+        load_camera(path)
+
+
+BEHIND = pose(np.eye(3), [0, 0, -50])
+TURNED = pose(np.diag([1.0, -1, -1]), [0, 0, 50])
+NON_CENTRAL = GeneralCamera(
+    np.tile([0.0, 0, 1], (3, 3, 1)), np.ones((3, 3), bool), np.zeros((3, 3, 3))
+)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: aligned(PINHOLE, "torus", (1,), 1), "'shape'.*torus"),
+        (lambda: aligned(PINHOLE, "hyperboloid", (30,), 5), r"'axes'.*\(a, b\)"),
+        (lambda: aligned(PINHOLE, "hyperboloid", (-3, 2), 5), "'axes'.*positive"),
+        (lambda: aligned(PINHOLE, "ellipsoid", (30, 40), 5), "'axes'.*exceed b"),
+        (lambda: aligned(PINHOLE, "ellipsoid", (60, 40), 41), "'rim_radius'.*40 mm"),
+        (lambda: aligned(PINHOLE, "hyperboloid", (3, 4), 0), "'rim_radius'.*positive"),
+        (lambda: aligned(PINHOLE, *HYPERBOLOID, hole_radius=26), "'hole_radius'"),
+        (lambda: aligned(PINHOLE, *HYPERBOLOID, side="top"), "'side'.*top"),
+        (lambda: aligned(PINHOLE, "sphere", (30,), 5), "'shape'.*no central"),
+        (lambda: aligned(PINHOLE, *PARABOLOID), "'viewer'.*orthographic"),
+        (lambda: aligned(PARALLEL, *HYPERBOLOID), "'viewer'.*orthographic"),
+        (lambda: aligned(NON_CENTRAL, *HYPERBOLOID), "'viewer'.*central viewer"),
+        (lambda: aligned("pinhole", *HYPERBOLOID), "'viewer'.*str"),
+        (lambda: aligned({"f": 1}, *HYPERBOLOID), "'viewer'.*'kind'"),
+        (lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, BEHIND), "behind the v"),
+        (lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, TURNED), "silvered"),
+        (lambda: QuadricMirrorCamera(PARALLEL, *PARABOLOID, TURNED), "silvered"),
+        (
+            lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, 2 * np.eye(4)),
+            "'T_viewer_mirror': not a pose",
+        ),
+        (lambda: axes_of("hyperboloid", 10, 0.9), "'eccentricity'.*above 1"),
+        (lambda: axes_of("ellipsoid", 10, 1.2), "'eccentricity'.*between 0 and 1"),
+        (lambda: axes_of("sphere", 10, 0.5), "'eccentricity'.*it is 0"),
+        (lambda: axes_of("sphere", -10), "'axes'.*positive"),
+    ],
+)
+def test_impossible_mirrors_are_refused_in_one_line(build, words):
+    with pytest.raises(InputError, match=words) as fault:
+        build()
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("shape", "eccentricity"),
+    [("hyperboloid", 1.3), ("ellipsoid", 0.6), ("paraboloid", None), ("sphere", None)],
+)
+def test_axes_from_eccentricity_and_apex_radius(shape, eccentricity):
+    side = "outside"
+    mirror = ConicMirror(shape, axes_of(shape, 12.0, eccentricity), 5, 0, side)
+    assert mirror.radius == pytest.approx(12, rel=1e-14)
+    if eccentricity is not None:
+        assert mirror.eccentricity == pytest.approx(eccentricity, rel=1e-13)
+
+
+def facet(turn_deg, x, depth=200.0, half=60.0):
+    """A square mirror at (x, 0, depth) turned about y."""
+    R = rotation_from_vector([0, math.radians(turn_deg), 0])
+    square = [[-half, -half], [half, -half], [half, half], [-half, half]]
+    return pose(R, [x, 0, depth]), square
+
+
+def mirrors_of(*facets):
+    poses, outlines = zip(*facets, strict=True)
+    return PlanarMirrorsCamera(WIDE, np.array(poses), outlines)
+
+
+STEREO = mirrors_of(facet(150, -55), facet(-150, 55))
+
+
+def test_every_facet_is_a_viewer_behind_it():
+    pixels = random_pixels(13)
+    facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
+    assert (rays.valid <= (facets >= 0)).all()
+    for k, T in enumerate(STEREO.T_viewer_facets):
+        mine = rays.valid & (facets == k)
+        assert mine.sum() > 50
+        centre = 2 * T[:3, 3] @ T[:3, 2] * T[:3, 2]
+        reach = centre - rays.origins[mine]
+        assert np.abs(np.cross(reach, rays.directions[mine])).max() < 1e-10
+    assert centrality(rays) > 10
+    assert not STEREO.central
+    assert STEREO.parameters == 5 + 6
+
+
+def test_planar_mirrors_round_trip_in_each_facet():
+    pixels = random_pixels(14)
+    facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
+    depth = np.random.default_rng(14).uniform(1, 5000, (len(pixels), 1))
+    points = rays.origins + depth * rays.directions
+    for k in range(STEREO.facets):
+        mine = rays.valid & (facets == k)
+        seen = STEREO.project_facet(points[mine], k)
+        assert seen.valid.all()
+        assert np.abs(seen.pixels - pixels[mine]).max() < 1e-9
+        assert not STEREO.project_facet(2 * STEREO.T_viewer_facets[k, :3, 3][None], k)[
+            1
+        ].any()
+    assert STEREO.project(points).valid[rays.valid].all()
+
+
+def test_a_point_before_two_facets_has_two_pixels():
+    camera = mirrors_of(facet(172, -60), facet(-172, 60))
+    point = np.array([[0.0, 10, -300]])
+    first, second = (camera.project_facet(point, k) for k in range(2))
+    assert first.valid.all()
+    assert second.valid.all()
+    assert first.pixels[0, 0] < W / 2 < second.pixels[0, 0]
+    np.testing.assert_array_equal(camera.project(point).pixels, first.pixels)
+
+
+def test_a_facet_hides_what_lies_behind_it():
+    camera = mirrors_of(facet(180, 0, 300, 90), facet(180, 0, 200, 20))
+    facets = camera.facet_of(np.array([[319.5, 239.5], [400, 239.5]]))
+    np.testing.assert_array_equal(facets, [1, 0])
+    # Straight back from the rear facet is the back of the front one.
+    assert not camera.project_facet(np.array([[0.0, 0, 100]]), 0).valid.any()
+
+
+def test_planar_mirrors_come_back_to_the_bit(tmp_path):
+    triangle = [[0, 0], [30, 5], [10, 40]]
+    camera = PlanarMirrorsCamera(
+        FisheyeCamera("equidistance", 200, (320, 240), W, H),
+        [facet(150, -55)[0], facet(-150, 55)[0]],
+        [triangle, facet(0, 0)[1]],
+    )
+    camera.save(tmp_path / "camera.npz")
+    back = load_camera(tmp_path / "camera.npz")
+    pixels = random_pixels(15, 300)
+    assert camera.rays(pixels).valid.any()
+    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+T_FRONT, SQUARE = facet(150, 0)
+
+
+@pytest.mark.parametrize(
+    ("poses", "outlines", "words"),
+    [
+        ([], [], "'outlines'"),
+        ([T_FRONT], [SQUARE, SQUARE], "2 outlines for 1 poses"),
+        ([T_FRONT], [[[0, 0], [1, 1], [2, 2]]], r"outlines\[0\].*no area"),
+        ([T_FRONT], [[[0, 0], [1, 1]]], r"outlines\[0\].*2 corners"),
+        ([BEHIND], [SQUARE], r"T_viewer_facets\[0\].*behind"),
+        ([facet(90, 0)[0]], [SQUARE], "edge on"),
+        ([np.ones((4, 4))], [SQUARE], "not a pose"),
+    ],
+)
+def test_impossible_facets_are_refused(poses, outlines, words):
+    with pytest.raises(InputError, match=words):
+        PlanarMirrorsCamera(WIDE, poses, outlines)
