@@ -54,7 +54,9 @@ const home = (() => {
   const level = unit(sub(scene.eye, scale(axis, dot(scene.eye, axis))));
   return { distance, height, level, side: cross(axis, level) };
 })();
-const view = { turn: 0, height: home.height, distance: home.distance };
+const view = {
+  turn: 0, height: home.height, distance: home.distance, untouched: true,
+};
 
 function eye() {
   const { turn, height, distance } = view;
@@ -66,19 +68,22 @@ function eye() {
 
 function turnBy(across, upwards) {
   const most = Math.PI / 2 - 0.01;
+  view.untouched = false;
   view.turn -= across;
   view.height = Math.max(-most, Math.min(most, view.height + upwards));
   redraw();
 }
 
 function approach(factor) {
+  view.untouched = false;
   const least = scene.radius / 50;
   view.distance = Math.max(least, Math.min(20 * home.distance, view.distance * factor));
   redraw();
 }
 
 function start() {
-  Object.assign(view, { turn: 0, height: home.height, distance: home.distance });
+  Object.assign(view, { turn: 0, height: home.height, untouched: true });
+  stepBack();
   redraw();
 }
 
@@ -176,7 +181,7 @@ function prepared(part, programs) {
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
   const points = new Float32Array(bytes(part.points));
-  const made = { ...part, using, array, middle: middle(points) };
+  const made = { ...part, using, array, middle: middle(points), corners: points };
   if (part.kind === "surface") {
     attribute(using, "a", points, 3);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
@@ -238,6 +243,30 @@ function redraw() {
   requestAnimationFrame(() => { waiting = false; draw(); });
 }
 
+function seenFrom(from, aspect) {
+  const distance = Math.hypot(...from);
+  const far = distance + 2 * scene.radius;
+  const near = Math.max(distance - 1.2 * scene.radius, far / 2000);
+  return multiply(perspective(aspect, near, far), lookAtOrigin(from, axis));
+}
+
+// Steps back until the window shows every point, but not for ever: a scene may mean
+// to have rays that lead out of it.
+function stepBack() {
+  const aspect = canvas.clientWidth / Math.max(1, canvas.clientHeight);
+  const outside = (m) => parts.some(({ corners }) => {
+    for (let i = 0; i < corners.length; i += 3) {
+      const [x, y, , w] = [0, 1, 2, 3].map((row) => m[12 + row] +
+        m[row] * corners[i] + m[4 + row] * corners[i + 1] + m[8 + row] * corners[i + 2]);
+      if (Math.abs(x) > 0.97 * w || Math.abs(y) > 0.97 * w) return true;
+    }
+    return false;
+  });
+  view.distance = home.distance;
+  for (let tries = 0; tries < 12 && outside(seenFrom(eye(), aspect)); tries++)
+    view.distance *= 1.05;
+}
+
 function draw() {
   const ratio = window.devicePixelRatio || 1;
   const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
@@ -251,10 +280,7 @@ function draw() {
   gl.enable(gl.DEPTH_TEST);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   const from = eye();
-  const far = view.distance + 2 * scene.radius;
-  const near = Math.max(view.distance - 1.2 * scene.radius, far / 2000);
-  const lens = perspective(width / height, near, far);
-  const matrix = multiply(lens, lookAtOrigin(from, axis));
+  const matrix = seenFrom(from, width / height);
   const distance = (part) => Math.hypot(...sub(part.middle, from));
   const seen = parts.filter((part) => !part.hidden);
   const clear = seen.filter((part) => part.opacity < 1);
@@ -326,8 +352,11 @@ function listen() {
   });
   for (const button of document.querySelectorAll("[data-do]"))
     button.addEventListener("click", ACTIONS[button.dataset.do]);
-  // At once: a frame later the old picture would be seen stretched.
-  new ResizeObserver(draw).observe(canvas);
+  new ResizeObserver(() => {
+    if (view.untouched) stepBack();
+    // At once: a frame later the old picture would be seen stretched.
+    draw();
+  }).observe(canvas);
 }
 
 // One button a label: parts of one name come and go together.
@@ -359,7 +388,6 @@ function begin() {
   legend();
   listen();
   document.getElementById("controls").hidden = false;
-  redraw();
 }
 
 // The report tells its theme: in the address at first, in a message when it changes.
