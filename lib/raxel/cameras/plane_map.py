@@ -113,6 +113,7 @@ class PlaneMap(abc.ABC):
         """Newton from p towards q: points, and which arrived inside the disc."""
         miss = self.value(p) - q
         size = np.hypot(*miss.T)
+        enough = 1e-11 * (scale + np.hypot(*q.T))
         todo = np.arange(len(q))
         for _ in range(60):
             if not len(todo):
@@ -120,16 +121,20 @@ class PlaneMap(abc.ABC):
             J = self.jacobian(p[todo])
             with np.errstate(all="ignore"):
                 step = solve(J, miss[todo])
-            new, gap, better = self._shortened(q[todo], p[todo], step, size[todo])
+            new, gap, better = self._shortened(
+                q[todo], p[todo], step, size[todo], enough[todo]
+            )
             moved = todo[better]
             p[moved], miss[moved] = new[better], gap[better]
             size[moved] = np.hypot(*gap[better].T)
             todo = moved[size[moved] > 0]
-        close = size <= 1e-11 * (scale + np.hypot(*q.T))
-        return p, close & self.regular(p)
+        return p, (size <= enough) & self.regular(p)
 
-    def _shortened(self, q, p, step, size):
-        """Halve steps until they stay in the disc and come nearer to q."""
+    def _shortened(self, q, p, step, size, enough):
+        """Halve steps until they stay in the disc and come nearer to q.
+
+        Where `enough` is reached a whole step is tried and no other: rounding is near.
+        """
         new, gap = p.copy(), np.full_like(p, np.nan)
         better = np.zeros(len(p), bool)
         todo = np.flatnonzero(np.isfinite(step).all(axis=1))
@@ -142,7 +147,7 @@ class PlaneMap(abc.ABC):
                 good &= np.hypot(*trial.T) <= self.limit
             done = todo[good]
             new[done], gap[done], better[done] = trial[good], miss[good], True
-            todo, length = todo[~good], length / 2
+            todo, length = todo[~good & (size[todo] > enough[todo])], length / 2
         return new, gap, better
 
 
