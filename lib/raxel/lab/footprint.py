@@ -13,6 +13,8 @@ CORNERS, OTHERS = [0, 2, 6, 8], [1, 3, 4, 5, 7]
 # nodes, in pixels. Jumps and kinks of a camera's map exceed it.
 SMOOTH = 0.02
 SAMPLES_AT_ONCE = 1 << 18
+# Mean of a parabola from its values at both ends and in the middle.
+SIMPSON = np.array([1, 4, 1]) / 6
 
 
 def lattice(samples):
@@ -93,9 +95,10 @@ class PixelMeans:
     def mean_inside(self, pixels, corners, textures, colour):
         """Mean radiance of pixels (n, 2) whose corners, `Sight` (n, 4), see one part.
 
-        Within such a pixel uv comes from a surface of second degree through nine rays,
-        unless the camera's map is not smooth there or something else shows through;
-        then every position has its own ray.
+        Within such a pixel uv comes from a surface of second degree through nine rays.
+        A texture that knows the mean over a parallelogram then needs no positions.
+        Where the camera's map is not smooth, or something else shows through, every
+        position has its own ray.
         """
         others = pixels[:, None] + NODES[OTHERS]
         others = self.viewer.look(others.reshape(-1, 2)).reshaped(len(pixels), 5)
@@ -108,14 +111,30 @@ class PixelMeans:
         means[rest] = self.mean(self.look(pixels[rest]), textures, colour)
         for number in numbers_in(corners.part[whole]):
             here = np.flatnonzero(whole & (corners.part[:, 0] == number))
-            spots = np.empty((len(here), len(self.positions), 2))
-            for axis in range(2):
-                spots[..., axis] = uv[here, :, axis] @ self._spread.T
-            cosine = np.repeat(others.cosine[here, 2], len(self.positions))
-            radiance = textures[number].radiance(spots.reshape(-1, 2), cosine)
-            radiance = radiance.reshape(*spots.shape[:2], *radiance.shape[1:])
-            means[here] = tinted(radiance.mean(axis=1), colour)
+            found = self._on_texture(uv[here], others.cosine[here, 2], textures[number])
+            means[here] = tinted(found, colour)
         return means
+
+    def _on_texture(self, uv, cosine, texture):
+        """Mean radiance (n, [3]) of pixels by their nodes uv (n, 9, 2)."""
+        if not texture.averages:
+            return self._sampled(uv, cosine, texture)
+        nodes = uv.reshape(-1, 3, 3, 2)
+        across = np.einsum("j,njc->nc", SIMPSON, nodes[:, :, 2] - nodes[:, :, 0])
+        down = np.einsum("i,nic->nc", SIMPSON, nodes[:, 2] - nodes[:, 0])
+        middle = np.einsum("j,i,njic->nc", SIMPSON, SIMPSON, nodes)
+        means = texture.average(middle, across, down, cosine)
+        open_ones = np.flatnonzero(np.isnan(means.reshape(len(means), -1)[:, 0]))
+        means[open_ones] = self._sampled(uv[open_ones], cosine[open_ones], texture)
+        return means
+
+    def _sampled(self, uv, cosine, texture):
+        spots = np.empty((len(uv), len(self.positions), 2))
+        for axis in range(2):
+            spots[..., axis] = uv[..., axis] @ self._spread.T
+        cosine = np.repeat(cosine, len(self.positions))
+        radiance = texture.radiance(spots.reshape(-1, 2), cosine)
+        return radiance.reshape(*spots.shape[:2], *radiance.shape[1:]).mean(axis=1)
 
 
 def _quadratic(t):

@@ -127,7 +127,7 @@ def _shade(block, means, textures, colour):
             image[inside] = tinted(background[None], colour)
         elif number != NO_RAY:
             texture = textures[number]
-            if texture.averages:
+            if texture.averages and not texture.regional:
                 uneven = inside & ~_even(block)
                 edge |= uneven
                 inside &= ~uneven

@@ -13,12 +13,14 @@ from raxel.errors import InputError
 
 # Rec. 709 luminance of linear red, green, blue.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# Ratio of the sides of a footprint below which one counts as that narrow.
+NARROWEST = 1e-6
 
 
 class Texture(abc.ABC):
     """A picture on a surface; smooth, unless a subclass says otherwise."""
 
-    # True where the mean over a pixel's footprint is known in closed form.
+    # True where means over a pixel's footprint are known in closed form.
     averages = False
     # True where radiance is constant in each region.
     regional = False
@@ -30,7 +32,8 @@ class Texture(abc.ABC):
     def average(self, uv, across, down, cosine):
         """Mean radiance over parallelograms; only where `averages` is True.
 
-        uv: (N, 2) their middles; across, down: (N, 2) their sides, all in mm.
+        uv: (N, 2) their middles; across, down: (N, 2) their sides, all in mm. NaN
+        where a texture with regions has no closed form.
         """
         raise NotImplementedError
 
@@ -57,6 +60,51 @@ class RegionTexture(Texture):
         return self.colours[self.label(uv)]
 
 
+class GridTexture(RegionTexture):
+    """Cells between lines u = const and v = const; a cell has one colour.
+
+    lines: two rising arrays, of u and of v; colours: (cells of v * cells of u[, 3]),
+    row by row, the outer cells without end.
+    """
+
+    averages = True
+
+    def __init__(self, lines, colours):
+        self.lines = tuple(np.asarray(axis, float) for axis in lines)
+        self.colours = colours
+
+    def _cell(self, values, axis):
+        """Number of the cell along an axis, int (N,)."""
+        return np.searchsorted(self.lines[axis], values, side="right")
+
+    def label(self, uv):
+        """Number of the cell, row by row."""
+        row, column = self._cell(uv[:, 1], 1), self._cell(uv[:, 0], 0)
+        return row * (len(self.lines[0]) + 1) + column
+
+    def average(self, uv, across, down, cosine):
+        """Exact where at most one line crosses the parallelogram, else NaN."""
+        reach = (np.abs(across) + np.abs(down)) / 2
+        low, high = self.label(uv - reach), self.label(uv + reach)
+        step = high - low
+        columns = len(self.lines[0]) + 1
+        axis = (step == columns).astype(int)
+        row, column = high // columns, high % columns
+        number = np.where(axis == 1, row, column) - 1
+        last = np.where(axis == 1, len(self.lines[1]), len(self.lines[0])) - 1
+        number = np.clip(number, 0, last) + axis * len(self.lines[0])
+        line = np.concatenate(self.lines)[number] if last.max() >= 0 else 0.0
+        pick = np.arange(len(uv))
+        share = share_beyond(
+            uv[pick, axis] - line, across[pick, axis], down[pick, axis]
+        )
+        if self.colours.ndim == 2:
+            share, step = share[:, None], step[:, None]
+        mixed = (1 - share) * self.colours[low] + share * self.colours[high]
+        known = (step == 0) | (step == 1) | (step == columns)
+        return np.where(known, mixed, np.nan)
+
+
 class Plain(RegionTexture):
     """One colour everywhere: a number or RGB."""
 
@@ -68,7 +116,7 @@ class Plain(RegionTexture):
         return np.zeros(len(uv), np.int64)
 
 
-class ChessboardTexture(RegionTexture):
+class ChessboardTexture(GridTexture):
     """A chessboard of columns x rows interior corners on a white border.
 
     uv is the frame of `raxel.sets.Chessboard.points()`: the first interior corner at
@@ -89,7 +137,8 @@ class ChessboardTexture(RegionTexture):
         self.pitch_mm, self.border_mm = float(pitch_mm), float(border_mm)
         squares = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2 == 0
         squares = np.pad(squares, 1, constant_values=True)
-        self.colours = colour_table(black, white)[squares.ravel().astype(int)]
+        lines = [self.pitch_mm * np.arange(-1, n + 1) for n in (columns, rows)]
+        super().__init__(lines, colour_table(black, white)[squares.ravel().astype(int)])
 
     @property
     def extent(self):
@@ -98,12 +147,10 @@ class ChessboardTexture(RegionTexture):
         size = self.pitch_mm * (np.array([self.columns, self.rows]) - 1) + 2 * margin
         return np.array([-margin, -margin]), size
 
-    def label(self, uv):
-        """Number of the square, or of the strip of the border, row by row."""
-        uv = np.asarray(uv, float)
-        ix = strip(uv[:, 0], self.pitch_mm, self.columns)
-        iy = strip(uv[:, 1], self.pitch_mm, self.rows)
-        return iy * (self.columns + 3) + ix
+    def _cell(self, values, axis):
+        # Even spacing needs no search.
+        last = len(self.lines[axis])
+        return np.clip(np.floor(values / self.pitch_mm) + 2, 0, last).astype(np.int64)
 
 
 class Stripes(Texture):
@@ -167,7 +214,7 @@ class Tiles(Texture):
         return self.colours[np.where(in_joint, count, which)]
 
 
-class Panels(RegionTexture):
+class Panels(GridTexture):
     """Rectangles painted over a ground colour, the later over the earlier.
 
     patches: (x0, y0, x1, y1, colour) in mm. All their sides together cut the surface
@@ -177,21 +224,16 @@ class Panels(RegionTexture):
     def __init__(self, ground, patches):
         if any(not (p[0] < p[2] and p[1] < p[3]) for p in patches):
             raise InputError("panels: a patch has no area; give x0 < x1 and y0 < y1")
-        self.x = np.unique([x for p in patches for x in (p[0], p[2])])
-        self.y = np.unique([y for p in patches for y in (p[1], p[3])])
-        on_top = np.zeros((len(self.y) + 1, len(self.x) + 1), int)
+        x = np.unique([x for p in patches for x in (p[0], p[2])])
+        y = np.unique([y for p in patches for y in (p[1], p[3])])
+        on_top = np.zeros((len(y) + 1, len(x) + 1), int)
         for number, (x0, y0, x1, y1, _) in enumerate(patches, start=1):
-            i0, i1 = np.searchsorted(self.x, (x0, x1)) + 1
-            j0, j1 = np.searchsorted(self.y, (y0, y1)) + 1
+            i0, i1 = np.searchsorted(x, (x0, x1)) + 1
+            j0, j1 = np.searchsorted(y, (y0, y1)) + 1
             on_top[j0:j1, i0:i1] = number
         self.patches = tuple(patches)
-        self.colours = colour_table(ground, *(p[4] for p in patches))[on_top.ravel()]
-
-    def label(self, uv):
-        """Number of the cell of the grid."""
-        i = np.searchsorted(self.x, uv[:, 0], side="right")
-        j = np.searchsorted(self.y, uv[:, 1], side="right")
-        return j * (len(self.x) + 1) + i
+        colours = colour_table(ground, *(p[4] for p in patches))
+        super().__init__((x, y), colours[on_top.ravel()])
 
 
 class ImageTexture(Texture):
@@ -244,9 +286,24 @@ def colour_table(*colours):
     return np.stack(colours)
 
 
-def strip(x, pitch, corners):
-    """0 in the border before the squares, 1 to corners + 1 in them, one more beyond."""
-    return np.clip(np.floor(x / pitch) + 2, 0, corners + 2).astype(np.int64)
+def share_beyond(away, across, down):
+    """Share of a parallelogram beyond a straight line, exactly.
+
+    away: (N,) how far its middle lies beyond the line; across, down: (N,) how far its
+    two sides reach in that direction, same unit.
+    """
+    a, b = np.abs(across), np.abs(down)
+    # Where a side runs along the line its width there does not matter.
+    least = NARROWEST * (a + b) + 1e-300
+    a, b = np.maximum(a, least), np.maximum(b, least)
+    wide, narrow = (a + b) / 2, (a - b) / 2
+    total = _ramp(away + wide) - _ramp(away + narrow)
+    total += _ramp(away - wide) - _ramp(away - narrow)
+    return np.clip(total / (a * b), 0, 1)
+
+
+def _ramp(x):
+    return np.maximum(x, 0) ** 2 / 2
 
 
 def _bars(x, period, duty):
