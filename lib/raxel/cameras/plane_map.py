@@ -152,8 +152,8 @@ class PlaneMap(abc.ABC):
 
 
 def spread(radius, count):
-    """Radii from 0 to `radius`: even for small ones, in even angles for large ones."""
-    return np.tan(np.linspace(0, 1, count) * math.atan(radius))
+    """Radii from 0 to `radius`: evenly spaced near 0, by equal factors far out."""
+    return np.sinh(np.linspace(0, 1, count) * math.asinh(radius))
 
 
 def determinant(J):

@@ -5,7 +5,10 @@ import numpy as np
 
 def smallest_positive_root(ascending):
     """Smallest real root > 0 of a polynomial with ascending coefficients; else inf."""
-    roots = np.roots(np.trim_zeros(np.asarray(ascending, float)[::-1], "f"))
+    descending = np.array(ascending, float)[::-1]
+    # So small a leading coefficient has its root beyond all numbers.
+    descending[np.abs(descending) < 1e-200 * np.abs(descending).max()] = 0
+    roots = np.roots(np.trim_zeros(descending, "f"))
     # Rounding splits a double root, the inflection of a curve, into a complex pair.
     real = roots.real[np.abs(roots.imag) <= 1e-12 * np.abs(roots)]
     return float(real[real > 0].min(initial=np.inf))
