@@ -116,15 +116,22 @@ def _quadratic(a, basis, p, q):
     return row, dot(a, a)
 
 
-def singular_values(matrix):
-    """Singular values over the largest, columns first brought to unit norm.
+def column_sizes(matrix):
+    """Norms (n,) that bring the columns of A or D to order one.
 
-    Columns hold quantities of different units. A column that vanishes
-    beside the largest is left as it is.
+    Columns hold quantities of different units. In D the column of l1 l2
+    may be zero but for rounding, and takes the norm of that of l1^2.
     """
     size = np.linalg.norm(matrix, axis=0)
-    size = np.where(size > RANK_TOLERANCE * size.max(), size, size.max())
-    values = np.linalg.svd(matrix / size, compute_uv=False)
+    if len(size) == len(UNKNOWNS_V):
+        size[2] = size[3]
+    return np.where(size > 0, size, 1.0)
+
+
+def singular_values(matrix):
+    """Singular values over the largest, columns brought to order one."""
+    scaled = matrix / column_sizes(matrix)
+    values = np.linalg.svd(scaled, compute_uv=False)
     return values / values[0]
 
 
@@ -136,12 +143,10 @@ def rank_of(values):
 def null_entries(matrix):
     """Largest entry of a null vector of D on the unknowns sought.
 
-    Relative to the vector's norm, in columns brought to unit norm.
+    Relative to the vector's norm, columns brought to order one.
     """
-    size = np.linalg.norm(matrix, axis=0)
-    size = np.where(size > RANK_TOLERANCE * size.max(), size, size.max())
-    null = np.linalg.svd(matrix / size)[2][5:] / size
-    null = null / np.linalg.norm(null, axis=1, keepdims=True)
+    size = column_sizes(matrix)
+    null = np.linalg.svd(matrix / size)[2][5:]
     return float(np.abs(null[:, list(SOUGHT)]).max())
 
 
@@ -150,8 +155,7 @@ def solve_u(points):
     coefficients = scaled_coefficients(points)
     a, basis = solution_space(*matrix_a(coefficients))
     D, y = matrix_d(a, basis, coefficients)
-    size = np.linalg.norm(D, axis=0)
-    size = np.where(size > RANK_TOLERANCE * size.max(), size, size.max())
+    size = column_sizes(D)
     v = np.linalg.lstsq(D / size, y, rcond=RANK_TOLERANCE)[0] / size
     return a + v[0] * basis[0] + v[1] * basis[1], coefficients
 
