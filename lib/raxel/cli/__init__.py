@@ -1,4 +1,4 @@
-"""The command line: raxel corners | calibrate | evaluate | undistort | check.
+"""The command line: raxel corners | calibrate | evaluate | undistort | check | render.
 
 Results are files, a short summary goes to standard output, progress to standard
 error. Exit status: 0 done; 2 bad input, with one line that says what and where; 1 a
@@ -59,6 +59,7 @@ def _parser():
     _add_evaluate(commands)
     _add_undistort(commands)
     _add_check(commands)
+    _add_render(commands)
     return parser
 
 
@@ -103,6 +104,30 @@ def _add_undistort(commands):
 
 def _add_check(commands):
     _command(commands, "check", "read all of a set and say what is in it", _check)
+
+
+def _add_render(commands):
+    summary = "photograph a rig's target in the virtual laboratory"
+    parser = commands.add_parser("render", help=summary, description=summary)
+    parser.add_argument(
+        "rig", metavar="RIG", help="a rig file, such as data/rigs/*.yaml"
+    )
+    parser.add_argument(
+        "--out", metavar="SET", required=True, help="the new folder of the image set"
+    )
+    parser.add_argument(
+        "--seed",
+        type=_seed,
+        default=0,
+        help="of poses and noise; the same seed gives the same bytes (default 0)",
+    )
+    parser.set_defaults(command=_render)
+
+
+def _seed(text):
+    if not text.isascii() or not text.isdigit() or len(text) > 18:
+        raise argparse.ArgumentTypeError(f"found {text!r}; give a whole number from 0")
+    return int(text)
 
 
 def _command(commands, name, summary, run, takes_camera=False):
@@ -156,3 +181,9 @@ def _check(options, say):
     from raxel.cli.check import check
 
     check(options, say)
+
+
+def _render(options, say):
+    from raxel.cli.render import render
+
+    render(options, say)

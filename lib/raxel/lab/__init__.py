@@ -3,10 +3,16 @@
 World frame, mm. Radiance is linear; 1.0 is a white diffuse surface in full light.
 """
 
+from raxel.lab.laboratory import Laboratory
+from raxel.lab.monitor import Monitor
+from raxel.lab.optics import Optics
 from raxel.lab.patterns import MonitorLevel, MonitorPattern
 from raxel.lab.render import Traced, render, trace
+from raxel.lab.render_set import render_set
+from raxel.lab.rig import Rig, load_rig
 from raxel.lab.scene import Scene
 from raxel.lab.scenes import board_scene, facade, monitor_scene, room
+from raxel.lab.sensor import Sensor
 from raxel.lab.sight import need_visible, visible_share
 from raxel.lab.surfaces import Cylinder, Disc, Hit, Rectangle, Relief, Surface, box
 from raxel.lab.textures import (
@@ -25,13 +31,18 @@ __all__ = [
     "Disc",
     "Hit",
     "ImageTexture",
+    "Laboratory",
+    "Monitor",
     "MonitorLevel",
     "MonitorPattern",
+    "Optics",
     "Panels",
     "Plain",
     "Rectangle",
     "Relief",
+    "Rig",
     "Scene",
+    "Sensor",
     "Stripes",
     "Surface",
     "Texture",
@@ -40,9 +51,11 @@ __all__ = [
     "board_scene",
     "box",
     "facade",
+    "load_rig",
     "monitor_scene",
     "need_visible",
     "render",
+    "render_set",
     "room",
     "trace",
     "visible_share",

@@ -15,7 +15,8 @@ from raxel.lab.textures import LUMINANCE
 BLUR_STEP_PX = 0.1
 # Taps of a discrete Gaussian reach this many SD, and at least this many px.
 REACH_SD, REACH_PX = 6, 3
-LANCZOS = 3
+# Pixels from which one is resampled, along each axis.
+TAPS = 6
 NO_ABERRATION = (1.0, 1.0, 1.0)
 
 
@@ -157,12 +158,12 @@ def gaussian_blur(image, variance):
 def magnified(image, scale, centre):
     """The picture (H, W) drawn larger by `scale` about `centre` (2,).
 
-    Rows and columns are resampled one after the other with Lanczos weights at the
-    exact places; beyond the border the outermost pixels are repeated.
+    Rows and columns are resampled one after the other at the exact places, by the
+    polynomial through the six nearest pixels; it leaves straight ramps straight, and so
+    edges in place. Beyond the border the outermost pixels are repeated.
     """
     if scale == 1:
         return image
-    height, width = image.shape
     return _stretched(_stretched(image, scale, centre[1]).T, scale, centre[0]).T
 
 
@@ -170,15 +171,23 @@ def _stretched(image, scale, centre):
     """The rows of a picture moved apart about row `centre`."""
     count = len(image)
     source = centre + (np.arange(count) - centre) / scale
-    first = np.floor(source).astype(int) - LANCZOS + 1
-    taps = first[:, None] + np.arange(2 * LANCZOS)
-    away = source[:, None] - taps
-    weights = np.sinc(away) * np.sinc(away / LANCZOS)
-    weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
+    first = np.floor(source).astype(int) - TAPS // 2 + 1
+    taps = first[:, None] + np.arange(TAPS)
+    weights = _lagrange(source - first).astype(np.float32)
     out = np.zeros(image.shape, np.float32)
     for tap, weight in zip(np.clip(taps, 0, count - 1).T, weights.T, strict=True):
         out += weight[:, None] * image[tap]
     return out
+
+
+def _lagrange(at):
+    """Weights (N, TAPS) of samples at 0, 1, ... for values at `at` (N,)."""
+    nodes = np.arange(TAPS)
+    weights = np.ones((len(at), TAPS))
+    for k in nodes:
+        for other in nodes[nodes != k]:
+            weights[:, k] *= (at - other) / (k - other)
+    return weights
 
 
 def _levels(low, high):
@@ -206,6 +215,6 @@ def _check_falloff(radii, shares):
         )
     if not (min(shares) >= 0 and max(shares) <= 1):
         raise InputError(
-            f"field 'falloff': found shares from {min(shares)} to {max(shares)}; a lens "
-            "passes between 0 and 1 of the light"
+            f"field 'falloff': found shares from {min(shares)} to {max(shares)}; a "
+            "lens passes between 0 and 1 of the light"
         )

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from raxel.cameras.base import Camera
+from raxel.cameras.named_fields import argument_names
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
-from raxel.cameras.registry import camera_from
+from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.laboratory import Laboratory
@@ -36,6 +37,7 @@ CAMERA_UNITS = {
     "pixels_per_mm": "px/mm",
 }
 # A mirror without T_viewer_mirror stands at its viewer's focus, moved and turned.
+MIRROR = QuadricMirrorCamera.kind
 MIRROR_FIELDS = (
     *("viewer", "shape", "axes", "rim_radius"),
     *("offset", "rotation", "side", "hole_radius", "T_viewer_mirror"),
@@ -189,17 +191,27 @@ def _camera(path, data, field="camera"):
             fields[name] = entry
         elif "kind" in entry:
             fields[name] = _camera(path, entry, f"{field}.{name}")
-        else:
+        elif name in _camera_fields(data["kind"]):
             fields[name] = _camera_value(path, f"{field}.{name}", name, entry)
+        else:
+            # The camera's own refusal knows the names.
+            fields[name] = entry["value"]
     try:
-        if data["kind"] == "quadric mirror" and "T_viewer_mirror" not in fields:
+        if data["kind"] == MIRROR and "T_viewer_mirror" not in fields:
             return _placed_mirror(fields)
         return camera_from(data["kind"], fields)
     except InputError as fault:
         raise InputError(_named(path, field, fault)) from fault
 
 
+def _camera_fields(kind):
+    if kind == MIRROR:
+        return MIRROR_FIELDS
+    return argument_names(CAMERAS[kind])[0] if kind in CAMERAS else ()
+
+
 def _camera_value(path, field, name, leaf):
+    """The leaf's value, radians for an angle, after a check of its unit."""
     unit = CAMERA_UNITS.get(name, "1")
     if leaf["unit"] != unit:
         raise InputError(

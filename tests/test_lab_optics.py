@@ -1,0 +1,145 @@
+"""The lens against closed forms: falloff, point spread of an edge, colour fringes."""
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from raxel.errors import InputError
+from raxel.lab.optics import Optics, gaussian_blur, magnified
+from raxel.lab.textures import LUMINANCE
+
+
+def edge(height, width, at, slope):
+    """Exact coverage of pixels right of the line u = at + slope v (averaged in v)."""
+    v = np.arange(height)[:, None] + np.linspace(-0.5, 0.5, 101)
+    place = (at + slope * v)[:, None, :]
+    u = np.arange(width)[:, None]
+    return np.clip(u + 0.5 - place, 0, 1).mean(axis=-1).astype(np.float32)
+
+
+def box_erf(x, sd):
+    """A step smeared by a Gaussian and by a pixel, at x (N,) from the step."""
+    fine = x[:, None] + np.linspace(-0.5, 0.5, 101)
+    return (0.5 + 0.5 * erf(fine / (sd * np.sqrt(2)))).mean(axis=1)
+
+
+@pytest.mark.parametrize(
+    ("sd", "most"), [(0.6, 0.085), (1.0, 0.045), (2.5, 0.006), (5.0, 0.0015)]
+)
+def test_blurred_edge_is_an_error_function(sd, most):
+    height, width, at, slope = 121, 101, 50.0, 0.05
+    image = edge(height, width, at, slope)
+    blurred = Optics(blur_sd_px=(sd, sd)).apply(image)
+    inner = slice(40, 81)
+    v, u = np.mgrid[inner, :width]
+    across = (u - (at + slope * v)) / np.hypot(1, slope)
+    off = blurred[inner].ravel() - box_erf(across.ravel(), sd)
+    # A pixel keeps the share of an edge inside it, but not its place there: the edge
+    # comes out a little narrower or wider than the truth, which fades as blur grows.
+    assert np.abs(off).max() < most
+
+
+@pytest.mark.parametrize("sd", [0.6, 1.0])
+def test_blur_leaves_edges_in_place_wherever_they_cross_a_pixel(sd):
+    places = 30 + np.linspace(0, 1, 21)
+    image = np.concatenate([edge(1, 61, at, 0.0) for at in places])
+    blurred = np.concatenate(
+        [Optics(blur_sd_px=(sd, sd)).apply(row[None]) for row in image]
+    )
+    np.testing.assert_allclose(60.5 - blurred.sum(axis=1), places, atol=1e-5)
+
+
+@pytest.mark.parametrize("sd", [0.3, 0.6, 1.7])
+def test_point_spread_has_its_variance_and_keeps_the_light(sd):
+    point = np.zeros((41, 41), np.float32)
+    point[20, 20] = 1
+    spread = gaussian_blur(point, sd**2)
+    away = np.arange(41) - 20
+    assert spread.sum() == pytest.approx(1, abs=1e-5)
+    assert spread.sum(axis=0) @ away**2 == pytest.approx(sd**2, rel=2e-4)
+
+
+def test_blur_grows_from_centre_to_corner_with_the_square_of_the_radius():
+    optics = Optics(blur_sd_px=(0.6, 1.4))
+    size = 241
+    half_diagonal = np.hypot(size, size) / 2
+    away = np.arange(size)
+    for place in (120, 160, 200, 225):
+        point = np.zeros((size, size), np.float32)
+        point[place, place] = 1
+        spread = optics.apply(point)
+        across = spread.sum(axis=0)
+        mean = away @ across / across.sum()
+        share = 2 * (place - 120) ** 2 / half_diagonal**2
+        expected = 0.36 + (1.96 - 0.36) * share
+        variance = (away - mean) ** 2 @ across / across.sum()
+        # Each pixel gathers with its own width: a point's spread is a little uneven.
+        assert variance == pytest.approx(expected, rel=0.01, abs=2e-3)
+
+
+def test_pinhole_falls_off_as_the_fourth_power_of_the_cosine():
+    focal, width, height = 300.0, 400, 300
+    light = Optics(exit_pupil_px=focal).vignetting(width, height)
+    v, u = np.mgrid[:height, :width]
+    angle = np.arctan(np.hypot(u - 199.5, v - 149.5) / focal)
+    np.testing.assert_allclose(light, np.cos(angle) ** 4, rtol=1e-6)
+
+
+def test_falloff_curve_and_own_centre():
+    optics = Optics(falloff=((0, 50, 100), (1.0, 0.8, 0.2)), centre_px=(10, 20))
+    light = optics.vignetting(200, 40)
+    assert light[20, 10] == 1
+    assert light[20, 60] == pytest.approx(0.8)
+    assert light[20, 85] == pytest.approx(0.5)
+    assert light[20, 190] == pytest.approx(0.2)
+
+
+def test_fringes_move_colours_by_the_ratio_of_their_scales():
+    size, scales = 401, (1.002, 1.0, 0.997)
+    image = np.repeat(
+        gaussian_blur(edge(size, size, 350.0, 0.0), 0.5)[..., None], 3, axis=-1
+    )
+    seen = Optics(chromatic_scale=scales).apply(image)
+    places = size - 0.5 - seen[200].astype(float).sum(axis=0)
+    expected = 200 + (350 - 200) * np.array(scales) / (LUMINANCE @ scales)
+    np.testing.assert_allclose(places, expected, atol=2e-3)
+
+
+def test_fringes_leave_edges_of_a_grey_picture_in_place():
+    image = gaussian_blur(edge(401, 401, 350.3, 0.0), 0.5)
+    seen = Optics(chromatic_scale=(1.002, 1.0, 0.997)).apply(image)
+    place = 400.5 - seen[200].astype(float).sum()
+    assert place == pytest.approx(350.3, abs=2e-3)
+
+
+def test_magnified_picture_of_a_smooth_scene():
+    v, u = np.mgrid[:80, :100].astype(float)
+
+    def wave(u, v):
+        return np.sin(u / 5) * np.cos(v / 7)
+
+    centre = np.array([40.0, 30.0])
+    larger = magnified(wave(u, v).astype(np.float32), 1.01, centre)
+    truth = wave(40 + (u - 40) / 1.01, 30 + (v - 30) / 1.01)
+    assert np.abs(larger - truth)[4:-4, 4:-4].max() < 2e-3
+
+
+def test_a_perfect_lens_changes_nothing():
+    image = np.random.default_rng(1).random((20, 30, 3)).astype(np.float32)
+    np.testing.assert_array_equal(Optics().apply(image), image)
+
+
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [
+        ("blur_sd", {"blur_sd_px": (-0.1, 1)}),
+        ("exit_pupil", {"exit_pupil_px": 0}),
+        ("falloff", {"falloff": ((0, 5), (1, 0.5, 0.2))}),
+        ("falloff", {"falloff": ((0, 5), (1, 1.5))}),
+        ("chromatic_scale", {"chromatic_scale": (1, 0, 1)}),
+    ],
+)
+def test_a_lens_that_cannot_be_is_refused(field, values):
+    with pytest.raises(InputError, match=f"^field '{field}': found .*;") as fault:
+        Optics(**values)
+    assert "\n" not in str(fault.value)

@@ -1,0 +1,313 @@
+"""Rig files: what those of the repository say, poses in view, one-line refusals."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from raxel.errors import InputError
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.lab import rig as rig_module
+from raxel.lab.rig import load_rig
+
+RIGS = sorted((Path(__file__).resolve().parents[1] / "data" / "rigs").glob("*.yaml"))
+ORIGINS = {"thesis", "data sheet", "physics", "choice"}
+
+
+def leaf(value, unit):
+    return {"value": value, "unit": unit, "origin": "choice", "reason": "a test"}
+
+
+def small_rig():
+    """Plain data of a small rig: a fisheye before a board of 4 x 3 corners."""
+    return {
+        "raxel_rig": 1,
+        "name": "small",
+        "camera": {
+            "kind": "fisheye",
+            "projection": "equidistance",
+            "focal_px": leaf(100, "px"),
+            "principal_point": leaf([79.5, 59.5], "px"),
+            "max_angle": leaf(80, "deg"),
+            "width": leaf(160, "px"),
+            "height": leaf(120, "px"),
+        },
+        "sensor": {
+            "white": leaf(9000, "e"),
+            "full_well": leaf(10000, "e"),
+            "bits": leaf(8, "bit"),
+        },
+        "target": {
+            "kind": "chessboard",
+            "columns": leaf(4, "1"),
+            "rows": leaf(3, "1"),
+            "pitch": leaf(10, "mm"),
+            "border": leaf(10, "mm"),
+        },
+        "poses": {
+            "kind": "drawn",
+            "count": leaf(2, "1"),
+            "distance": leaf([100, 140], "mm"),
+            "off_axis": leaf([0, 10], "deg"),
+            "tilt": leaf([5, 30], "deg"),
+            "turn": leaf([-20, 20], "deg"),
+            "margin": leaf(3, "px"),
+            "least_spacing": leaf(4, "px"),
+        },
+    }
+
+
+def changed(path, **changes):
+    """Write the small rig with `section__field=value`, None taking a field out."""
+    data = small_rig()
+    for name, value in changes.items():
+        *sections, field = name.split("__")
+        part = data
+        for section in sections:
+            part = part[section]
+        part.pop(field, None)
+        if value is not None:
+            part[field] = value
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
+def test_rigs_of_the_repository_are_complete(path):
+    rig = load_rig(path)
+    assert rig.name == path.stem
+    assert rig.laboratory().camera is rig.camera
+    assert rig.camera.width >= 640
+    leaves = list(quantities(yaml.safe_load(path.read_text(encoding="utf-8"))))
+    assert len(leaves) > 20
+    for quantity in leaves:
+        assert quantity["origin"] in ORIGINS
+        assert len(quantity["reason"]) > 5
+
+
+def quantities(data):
+    if isinstance(data, dict) and "value" in data:
+        yield data
+    elif isinstance(data, dict):
+        for part in data.values():
+            yield from quantities(part)
+
+
+def test_three_zoom_settings_show_the_same_lens_ever_more_distorted():
+    zooms = [load_rig(p) for p in RIGS if p.stem.startswith("coolpix")]
+    assert len(zooms) == 3
+    scale = [rig.camera.pixels_per_unit[0] for rig in zooms]
+    np.testing.assert_allclose(np.array(scale) / scale[2] * 7.85, [32, 16, 7.85], 1e-3)
+    for rig in zooms:
+        np.testing.assert_array_equal(rig.camera.k, zooms[0].camera.k)
+        assert rig.camera.max_angle == pytest.approx(np.radians(91.5))
+    # The whole circle of 183 degrees just fits the height of the third.
+    rim = zooms[2].camera.project(np.array([[0, 1, np.tan(np.radians(-1.49))]]))
+    assert 330 < rim.pixels[0, 1] - 381.7 < 384
+
+
+@pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
+def test_drawn_poses_show_the_whole_target_facing_the_camera(path):
+    rig = load_rig(path)
+    poses = rig.draw_poses(np.random.default_rng(1), 4)
+    assert poses.shape == (4, 4, 4)
+    corner, size = rig.extent
+    box = corner + np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * size
+    for T in poses:
+        pixels, valid = rig.camera.project(transform(T, np.pad(box, ((0, 0), (0, 1)))))
+        assert valid.all()
+        assert rig.camera.in_image(pixels).all()
+        assert np.all(rig.camera.rays(pixels).directions @ T[:3, 2] > 0)
+        assert rig.shows(T)
+
+
+def test_poses_lie_in_their_ranges_and_depend_on_the_seed_alone(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml"))
+    poses = rig.draw_poses(np.random.default_rng(3), 60)
+    np.testing.assert_array_equal(
+        poses[:20], rig.draw_poses(np.random.default_rng(3), 20)
+    )
+    corner, size = rig.extent
+    middle = transform(poses, np.array([[*(corner + size / 2), 0.0]]))[:, 0]
+    distance = np.linalg.norm(middle, axis=1)
+    assert 100 <= distance.min() < 110 < 130 < distance.max() <= 140
+    off_axis = np.degrees(np.arccos(middle[:, 2] / distance))
+    assert off_axis.max() <= 10 + 1e-9
+    cosine = np.sum(middle * poses[:, :3, 2], axis=1) / distance
+    tilt = np.degrees(np.arccos(cosine))
+    assert 5 <= tilt.min() < 12 < 24 < tilt.max() <= 30
+
+
+def test_shows_refuses_what_is_out_of_view(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml"))
+    ahead = pose(np.eye(3), [-15, -10, 120])
+    assert rig.shows(ahead)
+    assert not rig.shows(pose(np.eye(3), [90, -10, 120]))
+    assert not rig.shows(pose(np.eye(3), [-15, -10, -120]))
+    assert not rig.shows(pose(np.eye(3), [-15, -10, 900]))
+    behind = rotation_from_vector(np.array([0, np.pi, 0]))
+    assert not rig.shows(pose(behind, [15, -10, 120]))
+
+
+def test_listed_poses_come_in_their_order(tmp_path):
+    entry = {"translation": leaf([-15, -10, 120], "mm")}
+    entry["rotation"] = leaf([0, 20, 0], "deg")
+    poses = {"kind": "listed", "margin": leaf(3, "px"), "least_spacing": leaf(4, "px")}
+    far = entry | {"translation": leaf([400, -10, 120], "mm")}
+    path = changed(tmp_path / "rig.yaml", poses=poses | {"list": [entry, entry]})
+    rig = load_rig(path)
+    drawn = rig.draw_poses(np.random.default_rng(0), 2)
+    expected = rotation_from_vector(np.radians([0, 20, 0]))
+    np.testing.assert_allclose(drawn[1], pose(expected, [-15, -10, 120]), atol=1e-15)
+    rig = load_rig(changed(tmp_path / "far.yaml", poses=poses | {"list": [far]}))
+    with pytest.raises(InputError, match=r"far.yaml: poses.list\[0\]: the target is "):
+        rig.draw_poses(np.random.default_rng(0), 1)
+
+
+MIRROR = {
+    "kind": "quadric mirror",
+    "viewer": {
+        "kind": "perspective",
+        "K": leaf([[200, 0, 79.5], [0, 200, 59.5], [0, 0, 1]], "px"),
+        "radial": leaf([], "1"),
+        "width": leaf(160, "px"),
+        "height": leaf(120, "px"),
+    },
+    "shape": "hyperboloid",
+    "axes": leaf([30, 15], "mm"),
+    "rim_radius": leaf(20, "mm"),
+}
+
+
+def test_mirror_stands_at_the_focus_unless_moved(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml", camera=MIRROR))
+    assert rig.camera.central
+    moved = MIRROR | {"offset": leaf([1, 0, 0], "mm")}
+    assert not load_rig(changed(tmp_path / "rig.yaml", camera=moved)).camera.central
+
+
+BAD = {
+    "behind": (
+        {"camera": MIRROR | {"offset": leaf([0, 0, -500], "mm")}},
+        "camera.T_viewer_mirror: .*behind",
+    ),
+    "mirror key": (
+        {"camera": MIRROR | {"rim_radios": leaf(20, "mm")}},
+        "camera.rim_radios: unknown key; did you mean rim_radius",
+    ),
+    "nested": (
+        {"camera": MIRROR | {"viewer": MIRROR["viewer"] | {"K": leaf([[1]], "px")}}},
+        "camera.viewer.K: ",
+    ),
+    "pitch": (
+        {"target__pitch": leaf(-10, "mm")},
+        "target.pitch.value: found -10; give a length above 0",
+    ),
+    "field of view": (
+        {"camera__max_angle": leaf(200, "deg")},
+        "camera.max_angle: ",
+    ),
+    "exposure": (
+        {"sensor__white": leaf(0, "e")},
+        "sensor.white.value: found 0; give a number of electrons above 0",
+    ),
+    "unit": (
+        {"target__pitch": leaf(1, "cm")},
+        "target.pitch.unit: found 'cm'; give 'mm'",
+    ),
+    "camera unit": (
+        {"camera__focal_px": leaf(3, "mm")},
+        "camera.focal_px.unit: found 'mm'; give 'px'",
+    ),
+    "key": (
+        {"sensor__ful_well": leaf(1, "e")},
+        "sensor.ful_well: unknown key; did you mean full_well",
+    ),
+    "camera key": (
+        {"camera__focal": leaf(100, "px"), "camera__focal_px": None},
+        "camera.focal.*did you mean 'focal_px'",
+    ),
+    "camera kind": ({"camera__kind": "fishey"}, "camera.kind: .*fisheye"),
+    "reason": (
+        {"target__pitch": {"value": 10, "unit": "mm", "origin": "choice"}},
+        "target.pitch.reason: key missing; say in a sentence why",
+    ),
+    "origin": (
+        {"target__pitch": leaf(10, "mm") | {"origin": "guess"}},
+        "target.pitch.origin: found 'guess'; say where the value comes from",
+    ),
+    "bare number": ({"target__pitch": 10}, "target.pitch: found 10; give {value: "),
+    "missing": ({"target__pitch": None}, "target.pitch: key missing; give {value: "),
+    "order": (
+        {"poses__distance": leaf([140, 100], "mm")},
+        "poses.distance.value: found .*; give the least first",
+    ),
+    "two curves": (
+        {
+            "sensor__gamma": leaf(2.2, "1"),
+            "sensor__response": {
+                "charge": leaf([0, 1], "1"),
+                "value": leaf([0, 1], "1"),
+            },
+        },
+        "sensor.response: found beside gamma",
+    ),
+    "falloff": (
+        {
+            "optics": {
+                "falloff": {
+                    "radius": leaf([9, 5], "px"),
+                    "light": leaf([1, 0], "1"),
+                }
+            }
+        },
+        "optics.falloff: found 2 radii and 2 shares",
+    ),
+    "no pattern": (
+        {
+            "target": {
+                "kind": "active_grid",
+                "monitor_px": leaf([64, 48], "px"),
+                "monitor_mm": leaf([64, 48], "mm"),
+                "gamma": leaf(2.2, "1"),
+            }
+        },
+        "target.gray_bits: no pattern asked for",
+    ),
+    "version": ({"raxel_rig": 2}, "raxel_rig: found 2; give the version"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_rigs_are_refused_in_one_line_with_file_and_field(tmp_path, case):
+    changes, message = BAD[case]
+    path = changed(tmp_path / "bad.yaml", **changes)
+    with pytest.raises(InputError, match=f"bad.yaml: {message}") as fault:
+        load_rig(path)
+    assert "\n" not in str(fault.value)
+
+
+def test_an_image_too_large_for_the_memory_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(rig_module, "physical_memory", lambda: 2e6)
+    path = changed(tmp_path / "large.yaml")
+    with pytest.raises(InputError, match=r"large.yaml: camera.width: .* needs .* GB"):
+        load_rig(path)
+
+
+def test_poses_that_never_show_the_target_are_counted_and_refused(tmp_path):
+    path = changed(tmp_path / "near.yaml", poses__distance=leaf([20, 25], "mm"))
+    with pytest.raises(
+        InputError,
+        match=r"near.yaml: poses: 0 of 2 .* 2000 tries \(.* times .*\); give",
+    ) as fault:
+        load_rig(path).draw_poses(np.random.default_rng(0), 2)
+    assert "\n" not in str(fault.value)
+
+
+def test_a_file_that_is_none(tmp_path):
+    with pytest.raises(InputError, match=r"none.yaml: cannot be read"):
+        load_rig(tmp_path / "none.yaml")
+    (tmp_path / "text.yaml").write_text("hello")
+    with pytest.raises(InputError, match=r"text.yaml: found 'hello'; give a mapping"):
+        load_rig(tmp_path / "text.yaml")

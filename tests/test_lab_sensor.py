@@ -1,0 +1,170 @@
+"""The sensor against closed forms: mean, photon transfer, saturation, rounding."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from raxel.errors import InputError
+from raxel.lab.monitor import Monitor
+from raxel.lab.sensor import Sensor, bloom, demosaiced, mosaic
+
+SHAPE = 250, 400
+COUNT = SHAPE[0] * SHAPE[1]
+
+
+def flat(sensor, level, seed=0):
+    """Numbers of an evenly lit picture."""
+    image = np.full(SHAPE, level)
+    return sensor.expose(image, np.random.default_rng(seed)).astype(float)
+
+
+def test_mean_is_the_share_of_the_full_well():
+    sensor = Sensor(white_e=20000, full_well_e=40000, read_noise_e=10, bits=16)
+    for level in (0.05, 0.4, 1.2):
+        mean = flat(sensor, level).mean() / 65535 * 40000
+        sd = np.sqrt(20000 * level + 100) / np.sqrt(COUNT)
+        assert mean == pytest.approx(20000 * level, abs=4 * sd + 0.1)
+
+
+def test_photon_transfer_is_a_line_with_slope_one_and_the_read_noise_as_offset():
+    read = 30.0
+    sensor = Sensor(white_e=20000, full_well_e=40000, read_noise_e=read, bits=16)
+    levels = np.linspace(0.02, 1.5, 12)
+    charges = [flat(sensor, lev, k) / 65535 * 40000 for k, lev in enumerate(levels)]
+    mean = np.array([charge.mean() for charge in charges])
+    variance = np.array([charge.var() for charge in charges])
+    # Each variance is known to sqrt(2 / COUNT): weigh by that.
+    slope, offset = np.polyfit(mean, variance, 1, w=1 / variance)
+    assert slope == pytest.approx(1, abs=0.01)
+    assert offset == pytest.approx(read**2, rel=0.03)
+
+
+def test_share_of_saturated_pixels():
+    full = 10000.0
+    sensor = Sensor(white_e=full, full_well_e=full, bits=8)
+    level = 0.99
+    share = np.mean(flat(sensor, level) == 255)
+    # 254.5 / 255 of the well rounds up to the top number; 10^4 electrons are normal.
+    expected = norm.sf((full * 254.5 / 255 - full * level) / np.sqrt(full * level))
+    assert share == pytest.approx(expected, abs=4 * np.sqrt(expected / COUNT) + 0.003)
+    assert np.all(flat(sensor, 3.0) == 255)
+
+
+def test_rounding_adds_a_twelfth():
+    ramp = np.linspace(0.1, 0.9, COUNT)
+    numbers = Sensor(1, 1, bits=8).develop(ramp)
+    error = numbers - 255 * ramp
+    assert error.var() == pytest.approx(1 / 12, rel=0.01)
+    assert abs(error.mean()) < 0.005
+
+
+def test_gamma_table_and_black_level():
+    share = np.array([0.0, 0.25, 0.5, 1.0, -0.1, 1.3])
+    gamma = Sensor(1, 1, gamma=2.2, bits=16).develop(share)
+    expected = np.clip(share, 0, 1) ** (1 / 2.2) * 65535
+    np.testing.assert_allclose(gamma, expected, atol=0.6)
+    table = ((0, 0.5, 1), (0, 0.8, 1))
+    np.testing.assert_array_equal(
+        Sensor(1, 1, response=table).develop(share), [0, 102, 204, 255, 0, 255]
+    )
+    dark = Sensor(1, 1, black_level=0.1, bits=8).develop(share)
+    np.testing.assert_array_equal(dark[[0, 3]], [26, 255])
+
+
+def test_blooming_runs_along_the_column_and_keeps_the_charge():
+    charge = np.zeros((41, 5))
+    charge[20, 2] = 1000
+    spilt = bloom(charge.copy(), 100, 1.0)
+    assert spilt.sum() == pytest.approx(1000)
+    assert spilt.max() <= 100
+    assert not spilt[:, [0, 1, 3, 4]].any()
+    np.testing.assert_allclose(spilt[:, 2], spilt[::-1, 2])
+    assert np.count_nonzero(spilt[:, 2]) == 11
+
+
+def test_blooming_fills_wells_that_are_partly_full():
+    charge = np.full((30, 1), 60.0)
+    charge[10] = 300
+    spilt = bloom(charge.copy(), 100, 0.5)[:, 0]
+    assert spilt.sum() == pytest.approx(29 * 60 + 100 + 100)
+    np.testing.assert_allclose(spilt[8:13], [70, 100, 100, 100, 70])
+
+
+def test_what_runs_off_the_sensor_is_lost_and_a_drain_takes_the_rest():
+    charge = np.array([[500.0], [0.0]])
+    assert bloom(charge.copy(), 100, 1.0).ravel() == pytest.approx([100, 100])
+    assert bloom(charge.copy(), 100, 0.0).ravel() == pytest.approx([100, 0])
+
+
+@pytest.mark.parametrize("pattern", ["RGGB", "BGGR", "GRBG", "GBRG"])
+def test_mosaic_comes_back_where_colours_are_even(pattern):
+    colour = np.array([0.2, 0.5, 0.9], np.float32)
+    image = np.broadcast_to(colour, (12, 14, 3))
+    back = demosaiced(mosaic(image, pattern), pattern)
+    assert back.shape == image.shape
+    np.testing.assert_allclose(back, image, atol=3e-5)
+
+
+def test_colour_and_grey_of_a_picture_behind_a_mosaic():
+    sensor = Sensor(20000, 20000, bits=16, bayer="RGGB")
+    image = np.broadcast_to(np.array([0.2, 0.5, 0.8]), (60, 80, 3))
+    rng = np.random.default_rng(5)
+    colour = sensor.expose(image, rng, colour=True)
+    grey = sensor.expose(image, rng)
+    assert colour.shape == (60, 80, 3)
+    assert colour.dtype == np.uint16
+    means = colour.mean(axis=(0, 1)) / 65535
+    np.testing.assert_allclose(means, [0.2, 0.5, 0.8], atol=1e-3)
+    luminance = np.dot([0.2126, 0.7152, 0.0722], [0.2, 0.5, 0.8])
+    assert grey.mean() / 65535 == pytest.approx(luminance, abs=1e-3)
+
+
+def test_the_generator_alone_decides():
+    sensor = Sensor(500, 1000, read_noise_e=5)
+    np.testing.assert_array_equal(flat(sensor, 0.7, 3), flat(sensor, 0.7, 3))
+    assert np.any(flat(sensor, 0.7, 3) != flat(sensor, 0.7, 4))
+
+
+def test_monitor_gamma_black_level_and_falloff():
+    monitor = Monitor(gamma=2.2, black_level=0.01, falloff_exponent=1.5, white=0.8)
+    assert monitor.radiance(1.0, 1.0) == pytest.approx(0.8)
+    assert monitor.radiance(0.0, 1.0) == pytest.approx(0.008)
+    angle = np.radians([0, 30, 60])
+    light = monitor.radiance(np.full(3, 0.5), np.cos(angle))
+    expected = 0.8 * (0.01 + 0.99 * 0.5**2.2) * np.cos(angle) ** 1.5
+    np.testing.assert_allclose(light, expected)
+    assert monitor.radiance(1.0, -0.5) == 0
+    assert Monitor().radiance(1.0, 0.3) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("build", "values", "field"),
+    [
+        (Sensor, {"white_e": 0, "full_well_e": 1}, "white_e"),
+        (Sensor, {"white_e": 1, "full_well_e": -1}, "full_well_e"),
+        (Sensor, {"white_e": 1, "full_well_e": 1, "read_noise_e": -1}, "read_noise_e"),
+        (Sensor, {"white_e": 1, "full_well_e": 1, "blooming": 2}, "blooming"),
+        (Sensor, {"white_e": 1, "full_well_e": 1, "gamma": 0}, "gamma"),
+        (Sensor, {"white_e": 1, "full_well_e": 1, "black_level": 1}, "black_level"),
+        (Sensor, {"white_e": 1, "full_well_e": 1, "bits": 12}, "bits"),
+        (Sensor, {"white_e": 1, "full_well_e": 1, "bayer": "RGBG"}, "bayer"),
+        (
+            Sensor,
+            {"white_e": 1, "full_well_e": 1, "response": ((0, 1), (1, 0))},
+            "response",
+        ),
+        (
+            Sensor,
+            {"white_e": 1, "full_well_e": 1, "response": ((0, 0.5), (0, 1))},
+            "response",
+        ),
+        (Monitor, {"gamma": -1}, "gamma"),
+        (Monitor, {"black_level": 1}, "black_level"),
+        (Monitor, {"falloff_exponent": -1}, "falloff_exponent"),
+        (Monitor, {"white": 0}, "white"),
+    ],
+)
+def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
+    with pytest.raises(InputError, match=f"^field '{field}': .*") as fault:
+        build(**values)
+    assert "\n" not in str(fault.value)
