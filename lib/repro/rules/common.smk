@@ -20,7 +20,7 @@ shell.prefix(
 
 
 wildcard_constraints:
-    experiment="[a-z0-9_]+(@[^/]+)?",
+    experiment="[A-Za-z0-9_]+(@[^/]+)?",
     artefact="[a-z]+_[a-z0-9_]+(@[^/]+)?",
     page="[a-z0-9_]+/[^/]+",
     shard=r"\d+",
