@@ -359,6 +359,7 @@ def test_mirror_touches_only_what_differs(tmp_path):
 def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
     books = []
     names = [
+        "guides/s1_first",
         "photographs/b10",
         "photographs/b9",
         "appendix_a/s1",
@@ -373,12 +374,62 @@ def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
         write_atomic(package, f'"""About {book.parent.name}."""\n')
         books.append(book)
     chapters = assemble.chapters_of(tmp_path, books)
-    assert [c.number for c in chapters] == ["2", "10", "A", ""]
-    assert [p.title for p in chapters[3].pages] == ["photographs/b9", "photographs/b10"]
+    assert [c.number for c in chapters] == ["2", "10", "A", "", ""]
+    assert [c.guides for c in chapters] == [False, False, False, True, False]
+    assert [p.title for p in chapters[4].pages] == ["photographs/b9", "photographs/b10"]
     assert chapters[0].title == "About ch02_x"
     write_atomic(tmp_path / "chapters" / "ch02_x" / "__init__.py", "")
     with pytest.raises(PageError, match=r"ch02_x/__init__\.py: no docstring"):
         assemble.chapters_of(tmp_path, books)
+
+
+@pytest.mark.parametrize(
+    ("text", "summary"),
+    [
+        ("# T\n\nA [way](x.md) to\n*go*, $x$.\n\nMore.", "A way to go, x."),
+        ("# T\n\n## Next\n\nText.", ""),
+        ("# T\n\n| a |\n| - |\n", ""),
+        ("# T\n", ""),
+    ],
+)
+def test_a_guide_is_announced_by_its_first_paragraph(tmp_path, text, summary):
+    path = tmp_path / "guide.md"
+    path.write_text(text)
+    assert assemble.summary_of(path) == summary
+
+
+def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
+    small_checkout(tmp_path)
+    books = []
+    for name in ("guides/which_method", "guides/teachers", "ch02_sample/s5_page"):
+        title = name.rpartition("/")[2].replace("_", " ")
+        cells = [
+            {"cell_type": "markdown", "source": [f"# {title}\n"]},
+            {"cell_type": "markdown", "source": [f"About {title}.\n"]},
+        ]
+        book = tmp_path / "pages" / f"{name}.ipynb"
+        notes = {"raxel": {"source": f"{name}.py"}}
+        write_json(book, {"cells": cells, "metadata": notes})
+        write_atomic(tmp_path / "chapters" / f"{name}.py", "# %%\n")
+        books.append(book)
+    write_atomic(tmp_path / "chapters" / "guides" / "__init__.py", '"""Guides."""\n')
+    base, out = tmp_path / "figures" / "quick", tmp_path / "source"
+    boards = (base / "scoreboard.md", base / "scoreboard.json")
+    assemble.assemble(tmp_path, "quick", books, *boards, out)
+    start = (out / "index.md").read_text("utf-8")
+    places = [
+        start.index(text)
+        for text in (
+            "{grid-item-card} teachers\n:link: guides/teachers\n",
+            "About teachers.",
+            "{grid-item-card} which method\n:link: guides/which_method\n",
+            "{grid-item-card} Chapter 2: a sample\n",
+            "{toctree}",
+            "guides/index\nch02_sample/index\nscoreboard\n",
+        )
+    ]
+    assert places == sorted(places)
+    assert "{grid-item-card} Guides" not in start
 
 
 def test_names_and_captions_for_people():

@@ -154,7 +154,7 @@ def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
 
 
 def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
-    """Write the figure's scene where its mark promises one."""
+    """Write the figure's scene where its mark promises one; drop an old one if not."""
     from repro.reader import label, plain
     from repro.scene_page import scene_html
 
@@ -164,7 +164,9 @@ def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
             f"{found.module}:{found.line}: {found.id} is marked with scene={promised}, "
             f"and its drawing has {'a' if made.scene else 'no'} scene"
         )
-    if made.scene is not None:
+    if made.scene is None:
+        out.unlink(missing_ok=True)
+    else:
         title = f"{label(found.id)} {plain(made.caption)}".strip()
         results.write_atomic(out, scene_html(made.scene, title))
 

@@ -23,7 +23,10 @@ a.n { color: inherit; opacity: .55; text-decoration: none; user-select: none; }
 def source_page(path: Path, name: str, up: str) -> str:
     """HTML of a Python file; ``name`` is its place, ``up`` the way to the top."""
     text = path.read_text("utf-8")
-    anchors = {line: anchor for anchor, line in definitions(ast.parse(text), "")}
+    first: dict[str, int] = {}
+    for anchor, line in definitions(ast.parse(text), ""):
+        first.setdefault(anchor, line)  # a property has its setter under the same name
+    anchors = {line: anchor for anchor, line in first.items()}
     lines = text.splitlines()
     width = len(str(len(lines)))
     body = "\n".join(

@@ -88,10 +88,10 @@ function start() {
 }
 
 const ACTIONS = {
-  left: () => turnBy(STEP, 0),
-  right: () => turnBy(-STEP, 0),
-  up: () => turnBy(0, STEP),
-  down: () => turnBy(0, -STEP),
+  left: () => turnBy(-STEP, 0),
+  right: () => turnBy(STEP, 0),
+  up: () => turnBy(0, -STEP),
+  down: () => turnBy(0, STEP),
   nearer: () => approach(0.85),
   farther: () => approach(1 / 0.85),
   start,

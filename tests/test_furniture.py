@@ -1,0 +1,84 @@
+"""What stands below an artefact: the original in words, source, logs, how to cite."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from nbformat import v4
+
+from repro.furniture import Furnisher, in_words
+from repro.reader import mark
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def furnisher(tmp_path):
+    """Furniture of a page of a checkout with two artefacts, one of an image set."""
+    shutil.copytree(ROOT / "data" / "published", tmp_path / "data" / "published")
+    shutil.copy(ROOT / "CITATION.cff", tmp_path)
+    results = tmp_path / "figures" / "full" / "results"
+    results.mkdir(parents=True)
+    about = {"needs": ["sweep"], "source": ["ch02_x/s5_figures.py", "draw"]}
+    for name in ("fig_2_6", "ext_corners@my-set"):
+        (results.parent / f"{name}.json").write_text(json.dumps(about))
+    for name in ("sweep", "sweep@my-set"):
+        (results / f"{name}.json").write_text("{}")
+        (results / f"{name}.run.json").write_text("{}")
+    return Furnisher(tmp_path, "full", "ch02_x/s5_page")
+
+
+def test_the_original_is_told_in_words(furnisher):
+    block = furnisher.block("fig_2_6")
+    assert "Fig. 2.6, section 2.5.2 (Experiments with Real Data, from p. 45)" in block
+    assert "x: translation; y: translation; series: standard perspective" in block
+    assert "step (mm): 25" in block
+    assert 'href="../source/ch02_x/s5_figures.py.html#draw"' in block
+    assert 'href="../logs/sweep.json"' in block
+    assert "note = {Fig. 2.6}" in block
+    assert "Dunne, Aubrey K." in block
+    assert "\n\n" not in block
+
+
+def test_what_is_not_in_the_thesis_has_no_original_and_its_set_s_log(furnisher):
+    block = furnisher.block("ext_corners@my-set")
+    assert "In the thesis" not in block
+    assert 'href="../logs/sweep@my-set.json"' in block
+    assert "version 0.1.0, ext_corners." in block
+
+
+def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
+    markdown = f"Before.\n\n{mark('fig_2_6')}\n\nAfter."
+    outputs = [
+        v4.new_output("display_data", {"text/markdown": text, "text/html": text})
+        for text in (markdown, "plain")
+    ]
+    notebook = v4.new_notebook(cells=[v4.new_code_cell("show()", outputs=outputs)])
+    furnisher.fill(notebook)
+    first, second = (output.data for output in notebook.cells[0].outputs)
+    assert first["text/markdown"].startswith("Before.\n\n<details")
+    assert first["text/markdown"].endswith("</details>\n\nAfter.")
+    assert first["text/html"] == markdown
+    assert second["text/markdown"] == "plain"
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (None, ""),
+        ([1, [2, "a<b"]], "1, 2, a&lt;b"),
+        ({"a,b": {"x": "place"}}, "<b>(a,b)</b>: x: place"),
+        (
+            {"fov_deg": [30, 150], "seen": True},
+            "field of view (degrees): 30, 150; seen: yes",
+        ),
+    ],
+)
+def test_values_of_the_ledger_are_phrases(value, words):
+    assert in_words(value) == words
+
+
+def test_every_section_of_an_artefact_has_its_page(furnisher):
+    for entry in furnisher.artefacts.values():
+        assert str(entry["section"]) in furnisher.sections
