@@ -1,4 +1,4 @@
-"""Cameras from mirror geometry: reflection, centres, caustics, planar facets."""
+"""Cameras from mirror geometry: reflection, centres, caustics."""
 
 import math
 
@@ -12,7 +12,6 @@ from raxel.cameras import (
     GeneralCamera,
     OrthographicCamera,
     PerspectiveCamera,
-    PlanarMirrorsCamera,
     QuadricMirrorCamera,
     UnifiedSphereCamera,
     camera_from,
@@ -134,8 +133,7 @@ def test_the_path_over_the_mirror_is_stationary(name):
     pixels, origins = pixels[rays.valid], rays.origins[rays.valid]
     scene = origins + 170 * rays.directions[rays.valid]
     on = transform(inverse_pose(camera.T_viewer_mirror), origins)
-    across = np.hypot(on[:, 0], on[:, 1])[:, None]
-    p = on[:, :2] * on[:, 2:] / across**2
+    p = camera.mirror.chart(on)
 
     def length(p):
         M = transform(camera.T_viewer_mirror, camera.mirror.point(p)[0])
@@ -146,7 +144,8 @@ def test_the_path_over_the_mirror_is_stationary(name):
     np.testing.assert_allclose(camera.mirror.point(p)[0], on, atol=1e-11)
     for axis in np.eye(2):
         slope = (length(p + 1e-4 * axis) - length(p - 1e-4 * axis)) / 2e-4
-        assert np.abs(slope).max() < 1e-3 * camera.mirror.radius * 1e-2
+        # Differences err by 1e-8 of a third derivative of a few hundred radii.
+        assert np.abs(slope).max() < 1e-5 * camera.mirror.radius
 
 
 @pytest.mark.parametrize("name", CENTRAL)
@@ -270,8 +269,9 @@ def test_the_caustic_of_a_sphere_under_parallel_light_is_known():
     np.testing.assert_allclose(sheets[has], expected[has], atol=1e-6)
 
 
-def test_the_derivative_of_the_stationarity_equations():
-    mirror = ConicMirror(*HYPERBOLOID, 0, "outside")
+@pytest.mark.parametrize("shape", [HYPERBOLOID, PARABOLOID, ELLIPSOID])
+def test_the_derivative_of_the_stationarity_equations(shape):
+    mirror = ConicMirror(*shape, 0, "outside")
     rng = np.random.default_rng(11)
     p = rng.uniform(-0.2, 0.2, (20, 2))
     points, eye = rng.uniform(-300, -100, (20, 3)), np.array([3.0, -4, -70])
@@ -286,6 +286,31 @@ def test_the_derivative_of_the_stationarity_equations():
         behind = stationarity(mirror, p - axis, points, arrivals)[0]
         numeric = (ahead - behind) / 2e-6
         np.testing.assert_allclose(slope[..., k], numeric, rtol=1e-6, atol=1e-2)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=10, deadline=None)
+def test_any_convex_mirror_off_its_focus_finds_every_reflection(seed):
+    rng = np.random.default_rng(seed)
+    shape = ("hyperboloid", "ellipsoid", "sphere", "paraboloid")[rng.integers(4)]
+    limits = {"hyperboloid": (1.05, 3), "ellipsoid": (0.1, 0.95)}
+    R = rng.uniform(10, 60)
+    axes = axes_of(shape, R, rng.uniform(*limits[shape]) if shape in limits else None)
+    widest = axes[-1] if shape in ("sphere", "ellipsoid") else 3 * R
+    rim = widest * rng.uniform(0.3, 0.98)
+    viewer = (WIDE, PARALLEL)[rng.integers(2)]
+    straight = on_axis(
+        viewer, shape, axes, rim, R * rng.uniform(1, 8), side="outside"
+    ).T_viewer_mirror
+    turn = rotation_from_vector(rng.normal(0, 0.1, 3))
+    T = pose(turn, straight[:3, 3] + rng.normal(0, 0.05 * R, 3))
+    camera = QuadricMirrorCamera(viewer, shape, axes, rim, T, side="outside")
+    pixels = random_pixels(seed, 500)
+    rays = camera.rays(pixels)
+    points = rays.origins + 10 ** rng.uniform(0, 5, (500, 1)) * rays.directions
+    back = camera.project(points)
+    np.testing.assert_array_equal(back.valid, rays.valid)
+    assert np.abs(back.pixels - pixels)[rays.valid].max(initial=0) < 1e-9
 
 
 def test_points_behind_the_mirror_and_beyond_its_rim_are_not_seen():
@@ -414,102 +439,3 @@ def test_axes_from_eccentricity_and_apex_radius(shape, eccentricity):
     assert mirror.radius == pytest.approx(12, rel=1e-14)
     if eccentricity is not None:
         assert mirror.eccentricity == pytest.approx(eccentricity, rel=1e-13)
-
-
-def facet(turn_deg, x, depth=200.0, half=60.0):
-    """A square mirror at (x, 0, depth) turned about y."""
-    R = rotation_from_vector([0, math.radians(turn_deg), 0])
-    square = [[-half, -half], [half, -half], [half, half], [-half, half]]
-    return pose(R, [x, 0, depth]), square
-
-
-def mirrors_of(*facets):
-    poses, outlines = zip(*facets, strict=True)
-    return PlanarMirrorsCamera(WIDE, np.array(poses), outlines)
-
-
-STEREO = mirrors_of(facet(150, -55), facet(-150, 55))
-
-
-def test_every_facet_is_a_viewer_behind_it():
-    pixels = random_pixels(13)
-    facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
-    assert (rays.valid <= (facets >= 0)).all()
-    for k, T in enumerate(STEREO.T_viewer_facets):
-        mine = rays.valid & (facets == k)
-        assert mine.sum() > 50
-        centre = 2 * T[:3, 3] @ T[:3, 2] * T[:3, 2]
-        reach = centre - rays.origins[mine]
-        assert np.abs(np.cross(reach, rays.directions[mine])).max() < 1e-10
-    assert centrality(rays) > 10
-    assert not STEREO.central
-    assert STEREO.parameters == 5 + 6
-
-
-def test_planar_mirrors_round_trip_in_each_facet():
-    pixels = random_pixels(14)
-    facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
-    depth = np.random.default_rng(14).uniform(1, 5000, (len(pixels), 1))
-    points = rays.origins + depth * rays.directions
-    for k in range(STEREO.facets):
-        mine = rays.valid & (facets == k)
-        seen = STEREO.project_facet(points[mine], k)
-        assert seen.valid.all()
-        assert np.abs(seen.pixels - pixels[mine]).max() < 1e-9
-        assert not STEREO.project_facet(2 * STEREO.T_viewer_facets[k, :3, 3][None], k)[
-            1
-        ].any()
-    assert STEREO.project(points).valid[rays.valid].all()
-
-
-def test_a_point_before_two_facets_has_two_pixels():
-    camera = mirrors_of(facet(172, -60), facet(-172, 60))
-    point = np.array([[0.0, 10, -300]])
-    first, second = (camera.project_facet(point, k) for k in range(2))
-    assert first.valid.all()
-    assert second.valid.all()
-    assert first.pixels[0, 0] < W / 2 < second.pixels[0, 0]
-    np.testing.assert_array_equal(camera.project(point).pixels, first.pixels)
-
-
-def test_a_facet_hides_what_lies_behind_it():
-    camera = mirrors_of(facet(180, 0, 300, 90), facet(180, 0, 200, 20))
-    facets = camera.facet_of(np.array([[319.5, 239.5], [400, 239.5]]))
-    np.testing.assert_array_equal(facets, [1, 0])
-    # Straight back from the rear facet is the back of the front one.
-    assert not camera.project_facet(np.array([[0.0, 0, 100]]), 0).valid.any()
-
-
-def test_planar_mirrors_come_back_to_the_bit(tmp_path):
-    triangle = [[0, 0], [30, 5], [10, 40]]
-    camera = PlanarMirrorsCamera(
-        FisheyeCamera("equidistance", 200, (320, 240), W, H),
-        [facet(150, -55)[0], facet(-150, 55)[0]],
-        [triangle, facet(0, 0)[1]],
-    )
-    camera.save(tmp_path / "camera.npz")
-    back = load_camera(tmp_path / "camera.npz")
-    pixels = random_pixels(15, 300)
-    assert camera.rays(pixels).valid.any()
-    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
-        np.testing.assert_array_equal(ours, theirs)
-
-
-T_FRONT, SQUARE = facet(150, 0)
-
-
-@pytest.mark.parametrize(
-    ("poses", "outlines", "words"),
-    [
-        ([], [], "'outlines'"),
-        ([T_FRONT], [SQUARE, SQUARE], "2 outlines for 1 poses"),
-        ([T_FRONT], [[[0, 0], [1, 1], [2, 2]]], r"outlines\[0\].*no area"),
-        ([T_FRONT], [[[0, 0], [1, 1]]], r"outlines\[0\].*2 corners"),
-        ([BEHIND], [SQUARE], r"T_viewer_facets\[0\].*behind"),
-        ([facet(90, 0)[0]], [SQUARE], "edge on"),
-        ([np.ones((4, 4))], [SQUARE], "not a pose"),
-    ],
-)
-def test_impossible_facets_are_refused(poses, outlines, words):
-    with pytest.raises(InputError, match=words):
-        PlanarMirrorsCamera(WIDE, poses, outlines)

@@ -156,13 +156,46 @@ class ConicMirror:
             q = -(b + np.copysign(np.sqrt(b * b - a * c), b))
             return np.column_stack([q / a, c / q])
 
-    def point(self, p):
-        """Surface point (N, 3) of p (N, 2): 2 R (p, |p|^2) / (1 + kappa |p|^2).
+    def chart(self, points):
+        """Chart coordinates p (N, 2) of places next to points (N, 3), see `point`."""
+        if self.kappa <= 0:
+            return points[:, :2] / (2 * self.radius)
+        across = np.sum(points[:, :2] ** 2, axis=1)
+        return points[:, :2] * (points[:, 2] / across)[:, None]
 
-        p is the direction from the apex to the point, as slopes x/r z/r and y/r z/r:
-        a chart without singularities over all of the surface but the far apex.
+    @property
+    def chart_extent(self):
+        """|p| at the rim."""
+        if self.kappa <= 0:
+            return self.rim / (2 * self.radius)
+        return self.slope_at(self.rim)
+
+    def point(self, p):
+        """Surface points (N, 3) of chart coordinates p (N, 2), pure numbers.
+
+        Open surfaces: x and y over 2 R. Closed ones: the slopes x/r z/r and y/r z/r of
+        the line from the apex, 2 R (p, |p|^2) / (1 + kappa |p|^2), which reach past the
+        widest circle. Near the apex both are the same.
         Returns the points, their first derivatives (N, 3, 2) and second (N, 3, 2, 2).
         """
+        return self._open_point(p) if self.kappa <= 0 else self._closed_point(p)
+
+    def _open_point(self, p):
+        double = 2 * self.radius
+        across = double * p
+        square = np.sum(across**2, axis=1)
+        root = np.sqrt(self.radius**2 - self.kappa * square)
+        points = np.column_stack([across, square / (self.radius + root)])
+        first = np.zeros((len(p), 3, 2))
+        first[:, :2] = double * np.eye(2)
+        first[:, 2] = double * across / root[:, None]
+        second = np.zeros((len(p), 3, 2, 2))
+        bend = self.kappa * across[:, :, None] * across[:, None, :]
+        bend = np.eye(2) + bend / root[:, None, None] ** 2
+        second[:, 2] = double**2 * bend / root[:, None, None]
+        return points, first, second
+
+    def _closed_point(self, p):
         square = np.sum(p * p, axis=1)
         scale = 1 / (1 + self.kappa * square)
         lifted = np.column_stack([p, square])

@@ -55,7 +55,7 @@ class QuadricMirrorCamera(Camera):
     Raises InputError for a mirror behind the viewer, a viewer behind the mirror, and
     values no mirror can have.
     Source: Baker, Nayar 1999, doi:10.1023/A:1008128724364; off the focus, Micusik,
-    Pajdla 2004, doi:10.1109/CVPR.2004.1315057.
+    Pajdla 2004, CVPR.
     """
 
     kind = "quadric mirror"
@@ -180,6 +180,9 @@ class QuadricMirrorCamera(Camera):
 
         Central: the line from the focus to the point holds the mirror point. Else:
         the path from viewer to point is stationary (`reflection_points`), to rounding.
+        A convex mirror shows a point once. A concave one may show a point short of
+        its caustic several times: one of these pixels is given, and rarely, where two
+        nearly coincide, none.
         """
         points = transform(self._T_mirror_viewer, finite_rows(points))
         if self.central:
@@ -226,7 +229,8 @@ class QuadricMirrorCamera(Camera):
             off = np.linalg.norm(np.cross(reach, met.directions), axis=1)
             slack = RETRACE_LENGTH * self.mirror.radius
             straight = off <= RETRACE_ANGLE * along + slack
-            return met.valid & (miss <= slack) & (along > 0) & straight
+            seen = self.viewer.project(transform(self.T_viewer_mirror, M)).valid
+            return seen & met.valid & (miss <= slack) & (along > 0) & straight
 
     def _check_sides(self):
         apex = self.T_viewer_mirror[:3, 3]

@@ -10,8 +10,9 @@ side, b the unit vector from the scene point to M.
 import numpy as np
 
 BLOCK = 2048
-RINGS, SPOKES = 8, 16
-STARTS = 4
+# Rings and spokes of the grid of starts, and how many of them are tried: a convex
+# mirror has one reflection, a concave one may have several close together.
+CONVEX_GRID, CONCAVE_GRID = (8, 16, 4), (12, 24, 24)
 ITERATIONS = 80
 # Of the chart's extent at the rim: a Newton step this small is the last one needed.
 LAST_STEP = 1e-12
@@ -27,7 +28,8 @@ def reflection_points(mirror, points, arrivals, accept):
     one over the distance, zero for parallel rays. accept(M, points) -> (n,) bool tells
     which stationary points are true reflections: one that is not, such as a reflection
     off the back, gives way to the next start. A point seen several times, as concave
-    mirrors allow, gets the reflection whose coarse start was the best.
+    mirrors allow, gets the reflection whose coarse start was the best; of two that
+    nearly coincide, next to the caustic, the grid of starts may miss both.
     """
     found = np.full((len(points), 3), np.nan)
     for first in range(0, len(points), BLOCK):
@@ -56,7 +58,9 @@ def stationarity(mirror, p, points, arrivals):
     M, J, second = mirror.point(p)
     a, a_curvature = arrivals(M)
     reach = M - points
+    # A point on the mirror has no direction, and gets no reflection.
     distance = np.linalg.norm(reach, axis=1)
+    distance = np.where(distance > 0, distance, np.nan)
     total = distance[:, None] * a + reach
     square = np.einsum("nik,nil->nkl", J, J)
     along_a = np.einsum("nik,ni->nk", J, a)
@@ -69,15 +73,17 @@ def stationarity(mirror, p, points, arrivals):
 
 
 def _starts(mirror, points, arrivals):
-    """Up to STARTS + 1 chart points to begin at (N, STARTS + 1, 2), NaN where fewer.
+    """Chart points to begin at (N, S, 2), NaN after the last of a row.
 
     They are the local minima, best first, on a polar grid over the mirror, of how far
-    the bisector of the two directions is from the normal. Last comes the place of the
-    mirror next to a point so near to it that the grid is too coarse.
+    the bisector of the two directions is from the normal; on a concave mirror other
+    places of the grid follow. Last comes the place of the mirror next to a point so
+    near to it that the grid is too coarse.
     """
-    extent = mirror.slope_at(mirror.rim)
-    ring = extent * (np.arange(RINGS) + 0.5) / RINGS
-    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    rings, spokes, count = CONCAVE_GRID if mirror.inside else CONVEX_GRID
+    extent = mirror.chart_extent
+    ring = extent * (np.arange(rings) + 0.5) / rings
+    angle = 2 * np.pi * np.arange(spokes) / spokes
     p = ring[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     p = p.reshape(-1, 2)
     M = mirror.point(p)[0]
@@ -90,17 +96,18 @@ def _starts(mirror, points, arrivals):
         total = a + b
         across = np.sum(total**2, axis=2) - np.einsum("nki,ki->nk", total, n) ** 2
         behind = (np.einsum("nki,ki->nk", b, n) > 0) | (np.sum(a * n, axis=1) > 0)
-    cost = np.where(behind, across + 4, across).reshape(-1, RINGS, SPOKES)
+    cost = np.where(behind, across + 4, across).reshape(-1, rings, spokes)
     cost = np.where(np.isfinite(cost), cost, np.inf)
     padded = np.pad(cost, ((0, 0), (1, 1), (0, 0)), constant_values=np.inf)
     lowest = (cost <= padded[:, :-2]) & (cost <= padded[:, 2:])
     lowest &= (cost <= np.roll(cost, 1, axis=2)) & (cost <= np.roll(cost, -1, axis=2))
-    cost = np.where(lowest, cost, np.inf).reshape(len(points), -1)
-    order = np.argsort(cost, axis=1, kind="stable")[:, :STARTS]
+    cost = np.where(lowest, cost, cost + 8 if mirror.inside else np.inf)
+    cost = cost.reshape(len(points), -1)
+    order = np.argsort(cost, axis=1, kind="stable")[:, :count]
     chosen = p[order]
     chosen[~np.isfinite(np.take_along_axis(cost, order, axis=1))] = np.nan
     with np.errstate(invalid="ignore", divide="ignore"):
-        next_to = points[:, :2] * points[:, 2:] / np.sum(points[:, :2] ** 2, 1)[:, None]
+        next_to = mirror.chart(points)
         length = np.linalg.norm(next_to, axis=1, keepdims=True)
         next_to *= np.minimum(1, extent / length)
     return np.concatenate([chosen, next_to[:, None]], axis=1)
@@ -111,10 +118,8 @@ def _newton(mirror, p, points, arrivals):
 
     Each row goes its own way, so no result depends on its neighbours.
     """
-    extent = mirror.slope_at(mirror.rim)
+    extent = mirror.chart_extent
     limit = MARGIN * extent
-    if mirror.kappa < 0:
-        limit = min(limit, 0.5 * (extent + 1 / np.sqrt(-mirror.kappa)))
     p, settled = p.copy(), np.zeros(len(p), bool)
     rows = np.arange(len(p))
     g, H = stationarity(mirror, p, points, arrivals)

@@ -1,0 +1,123 @@
+"""Several planar mirrors before one viewer: catadioptric stereo."""
+
+import math
+
+import numpy as np
+import pytest
+
+from raxel.cameras import (
+    FisheyeCamera,
+    PerspectiveCamera,
+    PlanarMirrorsCamera,
+    centrality,
+    load_camera,
+)
+from raxel.errors import InputError
+from raxel.geometry import pose, rotation_from_vector
+
+W, H = 640, 480
+WIDE = PerspectiveCamera([[300, 0, 319.5], [0, 300, 239.5], [0, 0, 1]], [], W, H)
+BEHIND = pose(np.eye(3), [0, 0, -50])
+
+
+def random_pixels(seed, count=1500):
+    return np.random.default_rng(seed).uniform(0, [W - 1, H - 1], (count, 2))
+
+
+def facet(turn_deg, x, depth=200.0, half=60.0):
+    """A square mirror at (x, 0, depth) turned about y."""
+    R = rotation_from_vector([0, math.radians(turn_deg), 0])
+    square = [[-half, -half], [half, -half], [half, half], [-half, half]]
+    return pose(R, [x, 0, depth]), square
+
+
+def mirrors_of(*facets):
+    poses, outlines = zip(*facets, strict=True)
+    return PlanarMirrorsCamera(WIDE, np.array(poses), outlines)
+
+
+STEREO = mirrors_of(facet(150, -55), facet(-150, 55))
+
+
+def test_every_facet_is_a_viewer_behind_it():
+    pixels = random_pixels(13)
+    facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
+    assert (rays.valid <= (facets >= 0)).all()
+    for k, T in enumerate(STEREO.T_viewer_facets):
+        mine = rays.valid & (facets == k)
+        assert mine.sum() > 50
+        centre = 2 * T[:3, 3] @ T[:3, 2] * T[:3, 2]
+        reach = centre - rays.origins[mine]
+        assert np.abs(np.cross(reach, rays.directions[mine])).max() < 1e-10
+    assert centrality(rays) > 10
+    assert not STEREO.central
+    assert STEREO.parameters == 5 + 6
+
+
+def test_planar_mirrors_round_trip_in_each_facet():
+    pixels = random_pixels(14)
+    facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
+    depth = np.random.default_rng(14).uniform(1, 5000, (len(pixels), 1))
+    points = rays.origins + depth * rays.directions
+    for k in range(STEREO.facets):
+        mine = rays.valid & (facets == k)
+        seen = STEREO.project_facet(points[mine], k)
+        assert seen.valid.all()
+        assert np.abs(seen.pixels - pixels[mine]).max() < 1e-9
+        assert not STEREO.project_facet(2 * STEREO.T_viewer_facets[k, :3, 3][None], k)[
+            1
+        ].any()
+    assert STEREO.project(points).valid[rays.valid].all()
+
+
+def test_a_point_before_two_facets_has_two_pixels():
+    camera = mirrors_of(facet(172, -60), facet(-172, 60))
+    point = np.array([[0.0, 10, -300]])
+    first, second = (camera.project_facet(point, k) for k in range(2))
+    assert first.valid.all()
+    assert second.valid.all()
+    assert first.pixels[0, 0] < W / 2 < second.pixels[0, 0]
+    np.testing.assert_array_equal(camera.project(point).pixels, first.pixels)
+
+
+def test_a_facet_hides_what_lies_behind_it():
+    camera = mirrors_of(facet(180, 0, 300, 90), facet(180, 0, 200, 20))
+    facets = camera.facet_of(np.array([[319.5, 239.5], [400, 239.5]]))
+    np.testing.assert_array_equal(facets, [1, 0])
+    # Straight back from the rear facet is the back of the front one.
+    assert not camera.project_facet(np.array([[0.0, 0, 100]]), 0).valid.any()
+
+
+def test_planar_mirrors_come_back_to_the_bit(tmp_path):
+    triangle = [[0, 0], [30, 5], [10, 40]]
+    camera = PlanarMirrorsCamera(
+        FisheyeCamera("equidistance", 200, (320, 240), W, H),
+        [facet(150, -55)[0], facet(-150, 55)[0]],
+        [triangle, facet(0, 0)[1]],
+    )
+    camera.save(tmp_path / "camera.npz")
+    back = load_camera(tmp_path / "camera.npz")
+    pixels = random_pixels(15, 300)
+    assert camera.rays(pixels).valid.any()
+    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+T_FRONT, SQUARE = facet(150, 0)
+
+
+@pytest.mark.parametrize(
+    ("poses", "outlines", "words"),
+    [
+        ([], [], "'outlines'"),
+        ([T_FRONT], [SQUARE, SQUARE], "2 outlines for 1 poses"),
+        ([T_FRONT], [[[0, 0], [1, 1], [2, 2]]], r"outlines\[0\].*no area"),
+        ([T_FRONT], [[[0, 0], [1, 1]]], r"outlines\[0\].*2 corners"),
+        ([BEHIND], [SQUARE], r"T_viewer_facets\[0\].*behind"),
+        ([facet(90, 0)[0]], [SQUARE], "edge on"),
+        ([np.ones((4, 4))], [SQUARE], "not a pose"),
+    ],
+)
+def test_impossible_facets_are_refused(poses, outlines, words):
+    with pytest.raises(InputError, match=words):
+        PlanarMirrorsCamera(WIDE, poses, outlines)
