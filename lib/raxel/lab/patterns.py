@@ -14,10 +14,7 @@ from raxel.errors import InputError
 from raxel.geometry import pose
 from raxel.lab.scene import Scene
 from raxel.lab.surfaces import Rectangle
-from raxel.lab.textures import Plain, Texture
-
-# Sides of a footprint, as shares of a stripe, below which it counts as that wide.
-NARROWEST = 1e-6
+from raxel.lab.textures import Plain, Texture, share_in_bars
 
 
 class MonitorLevel(Texture):
@@ -83,7 +80,9 @@ class MonitorPattern(Texture):
         a = across[:, self.axis] * self._frequency
         b = down[:, self.axis] * self._frequency
         if self.pattern.kind == "gray":
-            return self._two_levels(_odd_share(x + 0.5, a, b), cosine)
+            # Cells with an odd whole part, as bars of half a period.
+            bars = share_in_bars((x - 0.5) / 2, a / 2, b / 2, 0.5)
+            return self._two_levels(bars, cosine)
         swing = 0.5 * np.sinc(a) * np.sinc(b)
         return self.response(0.5 + swing * self._sine(x), cosine)
 
@@ -119,28 +118,3 @@ def monitor_scene(
 
 def _linear(value, cosine):
     return value
-
-
-def _odd_share(y, a, b):
-    """Share of y + a s + b t, s and t in [-0.5, 0.5], whose whole part is odd.
-
-    The square wave's second antiderivative, differenced over both sides.
-    """
-    whole = np.floor(y)
-    share = whole % 2
-    a, b = np.abs(a), np.abs(b)
-    past = y - whole
-    near = np.flatnonzero(np.minimum(past, 1 - past) < (a + b) / 2)
-    y = y[near]
-    a, b = np.maximum(a[near], NARROWEST), np.maximum(b[near], NARROWEST)
-    wide, narrow = (a + b) / 2, (a - b) / 2
-    total = _twice(y + wide) - _twice(y + narrow) - _twice(y - narrow)
-    total += _twice(y - wide)
-    share[near] = np.clip(0.5 + total / (a * b), 0, 1)
-    return share
-
-
-def _twice(y):
-    """Antiderivative of the antiderivative of the wave -1/2, 1/2 of period 2."""
-    r = y - 2 * np.floor(y / 2) - 1
-    return r * (np.abs(r) - 1) / 4

@@ -56,9 +56,10 @@ class Viewer:
 
     def _look(self, pixels):
         origins, directions, valid = self.camera.rays(pixels)
-        if self.camera.central:
-            first = np.argmax(valid)
-            origins = origins[first : first + 1]
+        # A central camera may still start its rays on a mirror, each where it leaves.
+        first = origins[np.argmax(valid)]
+        if self.camera.central and np.all((origins == first) | ~valid[:, None]):
+            origins = first[None]
         part, uv, cosine = self.scene.hit(
             transform(self.T_world_camera, origins),
             rotate(self.T_world_camera, directions),

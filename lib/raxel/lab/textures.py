@@ -156,6 +156,8 @@ class ChessboardTexture(GridTexture):
 class Stripes(Texture):
     """Stripes along v: of each `period_mm` of u the first `duty` share is bright."""
 
+    averages = True
+
     def __init__(self, period_mm, duty=0.5, dark=0.05, bright=0.9):
         if not period_mm > 0 or not 0 < duty < 1:
             raise InputError(
@@ -163,15 +165,21 @@ class Stripes(Texture):
                 "period and a duty between 0 and 1"
             )
         self.period_mm, self.duty = float(period_mm), float(duty)
-        self.colours = colour_table(bright, dark)
-
-    def label(self, uv):
-        """Number of the stripe."""
-        return _natural(_bars(uv[:, 0], self.period_mm, self.duty))
+        self.dark, self.bright = colour_table(dark, bright)
 
     def radiance(self, uv, cosine):
-        """Bright in the even stripes."""
-        return self.colours[self.label(uv) % 2]
+        """At points."""
+        turn = uv[:, 0] / self.period_mm
+        return self._mixed((turn - np.floor(turn) < self.duty).astype(float))
+
+    def average(self, uv, across, down, cosine):
+        """Exact for any number of stripes."""
+        turn, a, b = (x[:, 0] / self.period_mm for x in (uv, across, down))
+        return self._mixed(share_in_bars(turn, a, b, self.duty))
+
+    def _mixed(self, share):
+        share = share.reshape(-1, *(1,) * self.dark.ndim)
+        return self.dark + share * (self.bright - self.dark)
 
 
 class Tiles(Texture):
@@ -306,11 +314,35 @@ def _ramp(x):
     return np.maximum(x, 0) ** 2 / 2
 
 
-def _bars(x, period, duty):
-    """Number of the bar: even in the first `duty` share of a period, odd after it."""
-    turn = x / period
-    whole = np.floor(turn)
-    return 2 * whole + (turn - whole >= duty)
+def share_in_bars(y, across, down, duty):
+    """Share of a parallelogram in bars of period 1, each on [k, k + duty), exactly.
+
+    y: (N,) where its middle lies; across, down: (N,) how far its sides reach.
+    """
+    past = y - np.floor(y)
+    share = (past < duty).astype(float)
+    a, b = np.abs(across), np.abs(down)
+    reach = (a + b) / 2
+    edge = np.minimum(np.minimum(past, 1 - past), np.abs(past - duty)) < reach
+    near = np.flatnonzero(edge)
+    least = NARROWEST * reach[near] + 1e-300
+    y, a, b = y[near], np.maximum(a[near], least), np.maximum(b[near], least)
+    wide, narrow = (a + b) / 2, (a - b) / 2
+    total = _bars_twice(y + wide, duty) - _bars_twice(y + narrow, duty)
+    total += _bars_twice(y - wide, duty) - _bars_twice(y - narrow, duty)
+    share[near] = np.clip(duty + total / (a * b), 0, 1)
+    return share
+
+
+def _bars_twice(y, duty):
+    """Second antiderivative, without mean, of the bars less their mean."""
+    r = y - np.floor(y)
+    r, rise, sign = (
+        np.where(r < duty, r, 1 - r),
+        np.where(r < duty, 1 - duty, duty),
+        np.where(r < duty, 1.0, -1.0),
+    )
+    return sign * r * (rise * r - duty * (1 - duty)) / 2
 
 
 def _natural(numbers):

@@ -1,0 +1,246 @@
+"""Rendered pictures against truth: corners of every camera, areas, sums, refusals."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+from lab_cameras import EVERY, H, W
+from lab_corners import board_before, fitted_corners
+from raxel.cameras import FisheyeCamera, OrthographicCamera, PerspectiveCamera
+from raxel.cameras.registry import CAMERAS
+from raxel.errors import InputError
+from raxel.features.opencv import refine
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.lab import (
+    ChessboardTexture,
+    Panels,
+    Plain,
+    Rectangle,
+    Scene,
+    Stripes,
+    Texture,
+    Tiles,
+    board_scene,
+    need_visible,
+    render,
+    trace,
+    visible_share,
+)
+from raxel.lab import render as render_function
+from raxel.lab.footprint import lattice
+from raxel.sets import Chessboard
+
+HERE = np.eye(4)
+# Looks along z; the pixel (u, v) sees the square around (u, v) mm.
+ORTHO = OrthographicCamera(1, (0, 0), 12, 10)
+
+
+def flat(texture, rectangle=(40, 40, (-20, -20)), background=0.0):
+    """A texture in the plane z = 100 before the orthographic camera."""
+    T = pose(np.eye(3), [0, 0, 100])
+    return Scene(((Rectangle(T, *rectangle), texture),), background)
+
+
+def test_every_kind_of_camera_is_rendered():
+    assert {camera.kind for camera, _ in EVERY.values()} == set(CAMERAS)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_rendered_corners_lie_at_their_projections(name):
+    """Far within the 0.02 px asked for: the fit itself leaves a few thousandths."""
+    camera, places = EVERY[name]
+    for middle in places:
+        board, T = board_before(camera, middle)
+        image = render(camera, HERE, board_scene(board, T))
+        corners = np.column_stack([board.points(), np.zeros(len(board.points()))])
+        pixels = camera.project(transform(T, corners)).pixels
+        found, misfit = fitted_corners(image, pixels)
+        assert np.linalg.norm(found - pixels, axis=1).max() < 0.01
+        assert misfit.max() < 0.005
+
+
+def test_the_detector_of_the_library_finds_rendered_corners():
+    """cornerSubPix is biased by sharp edges, so the board is softened by 1 px here."""
+    import cv2
+
+    camera = PerspectiveCamera(
+        [[500, 0, 199.5], [0, 500, 149.5], [0, 0, 1]], [], 400, 300
+    )
+    board = Chessboard(7, 5, 10.0)
+    R = rotation_from_vector([0.2, -0.2, 0.1])
+    T = pose(R, [0, 0, 130] - R @ [30, 20, 0])
+    image = cv2.GaussianBlur(render(camera, HERE, board_scene(board, T)), (0, 0), 1.0)
+    truth = camera.project(transform(T, np.insert(board.points(), 2, 0, axis=1))).pixels
+    found = refine((60000 * image).astype(np.uint16), truth + 0.3, 7, 5)
+    error = found - truth
+    assert np.median(np.linalg.norm(error, axis=1)) < 0.02
+    assert np.abs(error.mean(axis=0)).max() < 0.01
+
+
+@pytest.mark.parametrize("x", [0.0, 0.137, 0.4999, -0.32])
+def test_a_pixel_on_an_edge_has_the_covered_area(x):
+    board = ChessboardTexture(3, 3, 4.0, 4.0, black=0.0, white=1.0)
+    scene = Scene(
+        ((Rectangle(pose(np.eye(3), [x, 0, 100]), 40, 40, (-20, -20)), board),)
+    )
+    image = render(ORTHO, HERE, scene)
+    # The edge at u = 0 + x; the pixel at (0, 1) holds black (left is white here).
+    assert image[1, 0] == pytest.approx(0.5 - x, abs=1e-6)
+    # The saddle lies at (x, 0): quarters of the pixel (0, 0).
+    black = 0.5 * (0.5 + x) + 0.5 * (0.5 - x)
+    assert image[0, 0] == pytest.approx(1 - black, abs=1 / 64)
+    many = render(ORTHO, HERE, scene, samples=4096)
+    assert many[0, 0] == pytest.approx(1 - black, abs=1e-3)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.2, 0.7, np.pi / 4, 1.1])
+def test_a_slanting_edge_covers_the_polygon_it_cuts_off(angle):
+    T = pose(rotation_from_vector([0, 0, angle]), [3.21, 4.37, 100])
+    half = Panels(0.0, [(0, -1e3, 1e3, 1e3, 1.0)])
+    scene = Scene(((Rectangle(T, 2e3, 2e3, (-1e3, -1e3)), half),))
+    image = render(ORTHO, HERE, scene)
+    fine = (np.arange(400) + 0.5) / 400 - 0.5
+    v, u = np.mgrid[:10, :12]
+    for row, column in zip(*np.nonzero((image > 0) & (image < 1)), strict=True):
+        y, x = np.meshgrid(row + fine - 4.37, column + fine - 3.21, indexing="ij")
+        share = np.mean(np.cos(angle) * x + np.sin(angle) * y > 0)
+        assert image[row, column] == pytest.approx(share, abs=2e-3)
+    assert set(np.unique(image[(np.abs(u - 3.21) + np.abs(v - 4.37)) > 99])) <= {0, 1}
+
+
+def test_the_border_of_a_surface_is_sampled_without_bias():
+    scene = flat(Plain(1.0), (6.4, 5.3, (1.27, 2.18)))
+    image = render(ORTHO, HERE, scene)
+    # One part in twice the number of samples on each side, whatever its place.
+    assert image.sum() == pytest.approx(6.4 * 5.3, abs=24 / 128)
+    many = render(ORTHO, HERE, scene, samples=4096)
+    assert many.sum() == pytest.approx(6.4 * 5.3, abs=24 / 8192)
+
+
+@pytest.mark.parametrize("period", [0.13, 0.5, 1.7, 4.0])
+def test_stripes_of_known_duty_average_to_it(period):
+    """Also where many stripes share a pixel: none is missed."""
+    texture = Stripes(period, duty=0.3, dark=0.1, bright=0.9)
+    size = 10 * 4.0
+    camera = OrthographicCamera(1, (-0.5, -0.5), 40, 8)
+    scene = flat(texture, (size, size, (0, 0)))
+    image = render(camera, HERE, scene)
+    count = size / period
+    whole, part = divmod(count, 1)
+    bright = (whole * 0.3 + min(part, 0.3)) * period / size
+    assert image.mean() == pytest.approx(0.1 + 0.8 * bright, abs=0.0005)
+
+
+def test_squares_thinner_than_a_pixel_are_not_lost():
+    board = ChessboardTexture(40, 40, 0.3, 0.0, black=0.0, white=1.0)
+    image = render(ORTHO, HERE, flat(board, (20, 20, (-5, -5))))
+    # A pixel holds a little more of one colour: at most a ninth of a square's area.
+    assert np.abs(image[2:9, 2:9] - 0.5).max() < 0.08
+    line = Panels(0.2, [(3.1, -20, 3.2, 20, 1.0)])
+    image = render(ORTHO, HERE, flat(line))
+    np.testing.assert_allclose(image[:, 3], 0.2 + 0.8 * 0.1, atol=0.01)
+
+
+def test_the_sum_over_the_image_does_not_depend_on_where_the_edges_fall():
+    board = ChessboardTexture(5, 4, 1.0, 1.0, black=0.0, white=1.0)
+    corner, size = board.extent
+    sums = []
+    for shift in ([0, 0], [0.2, 0.7], [-0.41, 0.13]):
+        camera = OrthographicCamera(5, [30 + shift[0], 30 + shift[1]], 80, 70)
+        scene = Scene(((Rectangle(HERE, *size, corner), board),))
+        T = pose(np.eye(3), [0, 0, -50])
+        sums.append(render(camera, T, scene).sum())
+    black = 15 * 25
+    assert np.ptp(sums) < 2
+    assert sums[0] == pytest.approx(25 * size.prod() - black, rel=2e-3)
+
+
+def test_light_from_all_sides_makes_radiance_the_albedo_from_any_direction():
+    camera = FisheyeCamera("equidistance", 60, (79.5, 59.5), 160, 120, 1.5)
+    T = pose(rotation_from_vector([0.6, 0.3, 0]), [0, 0, 10])
+    scene = Scene(((Rectangle(T, 1e4, 1e4, (-5e3, -5e3)), Plain(0.37)),))
+    image = render(camera, HERE, scene)
+    assert set(np.unique(image)) >= {np.float32(0.37)}
+    assert image.max() == np.float32(0.37)
+
+
+def test_pixels_without_a_ray_are_black_and_colour_agrees_with_grey():
+    camera = FisheyeCamera("equisolid", 20, (31.5, 23.5), 64, 48, 1.0)
+    tiles = Tiles((7, 5), [(0.9, 0.2, 0.1), (0.2, 0.3, 0.8)], 0.5, 0.4, shift=0.5)
+    T = pose(np.eye(3), [-60, -60, 40])
+    scene = Scene(((Rectangle(T, 120, 100), tiles),), (0.3, 0.6, 0.9))
+    colour = render(camera, HERE, scene, colour=True)
+    grey = render(camera, HERE, scene)
+    assert colour.shape == (48, 64, 3)
+    assert grey.shape == (48, 64)
+    assert (grey[0, :3] == 0).all()
+    np.testing.assert_allclose(grey, colour @ [0.2126, 0.7152, 0.0722], atol=1e-6)
+
+
+class Slope(Texture):
+    """Radiance that rises linearly: its mean over a pixel is its middle's."""
+
+    def radiance(self, uv, cosine):
+        """A thousandth per mm."""
+        return 0.5 + 0.001 * uv[:, 0]
+
+
+def test_smooth_textures_take_the_centre_and_one_trace_shades_many():
+    traced = trace(ORTHO, HERE, flat(Plain(0.0)))
+    u = np.arange(12) * np.ones((10, 1))
+    np.testing.assert_allclose(traced.shade({0: Slope()}), 0.5 + 0.001 * u, atol=1e-6)
+    board = ChessboardTexture(3, 3, 1.7, 1.0)
+    np.testing.assert_array_equal(
+        traced.shade({0: board}), render(ORTHO, HERE, flat(board))
+    )
+    assert (traced.shade() == 0).all()
+
+
+def test_given_positions_take_the_place_of_the_lattice():
+    scene = flat(Plain(1.0), (10, 10, (0.3, -5)))
+    one = render(ORTHO, HERE, scene, offsets=[[0.0, 0.0]])
+    assert one[2, 0] == 0
+    assert one[2, 1] == 1
+    two = render(ORTHO, HERE, scene, offsets=[[-0.4, 0.0], [0.4, 0.0]])
+    assert two[2, 0] == 0.5
+
+
+@pytest.mark.parametrize("samples", [1, 2, 7, 16, 64, 100])
+def test_the_lattice_is_centred_even_and_symmetric(samples):
+    points = lattice(samples)
+    even = (np.arange(samples) + 0.5) / samples - 0.5
+    for axis in range(2):
+        np.testing.assert_allclose(np.sort(points[:, axis]), even, atol=1e-12)
+    both = np.concatenate([points, -points]).round(9) + 0.0
+    assert len(np.unique(both, axis=0)) == samples
+
+
+def test_rows_in_blocks_make_the_same_picture(monkeypatch):
+    camera, places = EVERY["stereographic"]
+    board, T = board_before(camera, places[0])
+    scene = board_scene(board, T)
+    whole = render(camera, HERE, scene)
+    module = importlib.import_module("raxel.lab.render")
+    monkeypatch.setattr(module, "RAYS_AT_ONCE", 7 * W)
+    np.testing.assert_array_equal(render(camera, HERE, scene), whole)
+    assert whole.shape == (H, W)
+
+
+def test_share_of_the_image_that_a_surface_fills():
+    T = pose(np.eye(3), [0, 0, 50])
+    half = Rectangle(T, 100, 100, (-50, 4.5))
+    assert visible_share(ORTHO, HERE, half) == 0.5
+    behind = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
+    with pytest.raises(InputError, match="the board fills 0 % of the image") as fault:
+        need_visible(ORTHO, HERE, behind, name="board")
+    assert "\n" not in str(fault.value)
+    need_visible(ORTHO, HERE, half)
+
+
+def test_a_picture_too_large_for_the_memory_is_refused_in_one_line():
+    huge = PerspectiveCamera([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [], 10**6, 10**6)
+    for function in (render_function, trace):
+        with pytest.raises(InputError, match="1000000 x 1000000 px needs") as fault:
+            function(huge, HERE, flat(Plain(0.5)))
+        assert "\n" not in str(fault.value)
