@@ -27,7 +27,7 @@ from raxel.geometry import (
 # Fig. 2.1: a small image, so that its pixels can be drawn, and the pixel i
 # whose matrix is printed.
 TABLE_PX = (14, 10)
-PIXEL_I = (11, 3)
+PIXEL_I = (3, 3)
 
 
 def table_trial(condition, rng):

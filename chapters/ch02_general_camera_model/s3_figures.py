@@ -115,7 +115,9 @@ def fig_2_1(results):
         _draw_image(images[column], table)
         images[column].set_title(SIDES[camera])
         space = drawn.add_axes(
-            [left - 0.03, -0.02, 0.52, 0.72], projection="3d"
+            [left - 0.03, -0.02, 0.52, 0.72],
+            projection="3d",
+            zorder=2 - column,
         )
         _draw_rays(space, table)
     gap = max(table.gap() for table in tables.values())
@@ -288,6 +290,8 @@ def fig_2_2(results):
     drawn.set_layout_engine("none")
     for panel, left in zip(axes, (-0.04, 0.46), strict=True):
         panel.set_position([left, -0.02, 0.54, 0.95])
+        # The label of the left z axis reaches into the right panel.
+        panel.set_zorder(1 - left)
     titles = (
         "(a) general: $T_1$ known",
         "(b) generic: $T_1$, $T_2$ unknown",
