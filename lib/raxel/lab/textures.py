@@ -15,6 +15,8 @@ from raxel.errors import InputError
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Ratio of the sides of a footprint below which one counts as that narrow.
 NARROWEST = 1e-6
+# Keeps a footprint without extent apart from zero, mm.
+SMALLEST = 1e-30
 
 
 class Texture(abc.ABC):
@@ -300,14 +302,24 @@ def share_beyond(away, across, down):
     away: (N,) how far its middle lies beyond the line; across, down: (N,) how far its
     two sides reach in that direction, same unit.
     """
-    a, b = np.abs(across), np.abs(down)
-    # Where a side runs along the line its width there does not matter.
-    least = NARROWEST * (a + b) + 1e-300
-    a, b = np.maximum(a, least), np.maximum(b, least)
+    a, b, reach = _sides(across, down)
+    # Far from the line the ramps' difference would lose its digits.
+    away = np.clip(away, -reach, reach)
     wide, narrow = (a + b) / 2, (a - b) / 2
     total = _ramp(away + wide) - _ramp(away + narrow)
     total += _ramp(away - wide) - _ramp(away - narrow)
     return np.clip(total / (a * b), 0, 1)
+
+
+def _sides(across, down):
+    """Lengths of both sides, none quite zero, and how far the middle is from the end.
+
+    Where a side runs along the line its width there does not matter.
+    """
+    a, b = np.abs(across), np.abs(down)
+    least = NARROWEST * (a + b) + SMALLEST
+    a, b = np.maximum(a, least), np.maximum(b, least)
+    return a, b, (a + b) / 2
 
 
 def _ramp(x):
@@ -321,16 +333,19 @@ def share_in_bars(y, across, down, duty):
     """
     past = y - np.floor(y)
     share = (past < duty).astype(float)
-    a, b = np.abs(across), np.abs(down)
-    reach = (a + b) / 2
-    edge = np.minimum(np.minimum(past, 1 - past), np.abs(past - duty)) < reach
-    near = np.flatnonzero(edge)
-    least = NARROWEST * reach[near] + 1e-300
-    y, a, b = y[near], np.maximum(a[near], least), np.maximum(b[near], least)
-    wide, narrow = (a + b) / 2, (a - b) / 2
+    reach = (np.abs(across) + np.abs(down)) / 2
+    single = reach < min(duty, 1 - duty) / 4
+    rise, fall = past - np.rint(past), past - duty
+    near = np.flatnonzero(single & (np.abs(rise) <= reach))
+    share[near] = share_beyond(rise[near], across[near], down[near])
+    near = np.flatnonzero(single & (np.abs(fall) <= reach))
+    share[near] = 1 - share_beyond(fall[near], across[near], down[near])
+    many = np.flatnonzero(~single)
+    a, b, wide = _sides(across[many], down[many])
+    y, narrow = y[many], (a - b) / 2
     total = _bars_twice(y + wide, duty) - _bars_twice(y + narrow, duty)
     total += _bars_twice(y - wide, duty) - _bars_twice(y - narrow, duty)
-    share[near] = np.clip(duty + total / (a * b), 0, 1)
+    share[many] = np.clip(duty + total / (a * b), 0, 1)
     return share
 
 

@@ -1,0 +1,205 @@
+"""Rays meet surfaces where the formulas say; scenes keep what is nearest."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+from raxel.lab import (
+    ChessboardTexture,
+    Cylinder,
+    Disc,
+    ImageTexture,
+    Panels,
+    Plain,
+    Rectangle,
+    Relief,
+    Scene,
+    Stripes,
+    Tiles,
+    box,
+    facade,
+    room,
+)
+
+T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
+
+
+def random_rays(seed=0, count=4000, spread=150.0):
+    rng = np.random.default_rng(seed)
+    origins = rng.normal(0, spread, (count, 3))
+    aims = transform(T, rng.normal(0, 25, (count, 3)))
+    directions = aims - origins
+    return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def met_points(surface, origins, directions):
+    """(hit, which rays hit, where they do in the surface's frame)."""
+    hit = surface.hit(origins, directions)
+    seen = np.isfinite(hit.distance)
+    assert 0.05 < seen.mean() < 0.95
+    points = (origins + hit.distance[:, None] * directions)[seen]
+    return hit, seen, transform(inverse_pose(T), points)
+
+
+def test_a_rectangle_is_met_inside_its_sides_and_from_both():
+    rectangle = Rectangle(T, 40, 30, (-10, -20))
+    origins, directions = random_rays()
+    hit, seen, points = met_points(rectangle, origins, directions)
+    np.testing.assert_allclose(points[:, 2], 0, atol=1e-11)
+    np.testing.assert_allclose(points[:, :2], hit.uv[seen], atol=1e-11)
+    assert (points[:, :2] >= [-10, -20]).all()
+    assert (points[:, :2] <= [30, 10]).all()
+    np.testing.assert_allclose(hit.cosine, directions @ T[:3, 2], atol=1e-12)
+    sides = rectangle.outline
+    np.testing.assert_allclose(
+        np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1), [40, 30, 40, 30]
+    )
+
+
+def test_a_disc_with_a_hole():
+    origins, directions = random_rays(1)
+    hit, seen, points = met_points(Disc(T, 30, 12), origins, directions)
+    radius = np.hypot(*points[:, :2].T)
+    np.testing.assert_allclose(points[:, 2], 0, atol=1e-11)
+    assert radius.max() <= 30
+    assert radius.min() >= 12
+    np.testing.assert_allclose(points[:, :2], hit.uv[seen], atol=1e-11)
+
+
+def test_a_cylinder_is_met_on_its_mantle_nearest_first_and_inside_too():
+    cylinder = Cylinder(T, 17.0, 40.0)
+    origins, directions = random_rays(2)
+    hit, seen, points = met_points(cylinder, origins, directions)
+    np.testing.assert_allclose(np.hypot(*points[:, :2].T), 17, atol=1e-10)
+    assert (points[:, 2] >= 0).all()
+    assert (points[:, 2] <= 40).all()
+    angle = np.arctan2(points[:, 1], points[:, 0])
+    uv = np.column_stack([17 * angle, points[:, 2]])
+    np.testing.assert_allclose(uv, hit.uv[seen], atol=1e-9)
+    centre = transform(T, np.array([[0, 0, 20.0]]))
+    inside = cylinder.hit(centre, directions)
+    across = np.linalg.norm(np.cross(directions, T[:3, 2]), axis=1)
+    steep = across > 0.8
+    np.testing.assert_allclose((inside.distance * across)[steep], 17, rtol=1e-12)
+    assert (inside.cosine[steep] > 0).all()
+
+
+def height_at(relief, x, y):
+    j, i = np.minimum(y.astype(int), 8), np.minimum(x.astype(int), 10)
+    fx, fy, h = x - i, y - j, relief.heights
+    low = (1 - fx) * h[j, i] + fx * h[j, i + 1]
+    return (1 - fy) * low + fy * ((1 - fx) * h[j + 1, i] + fx * h[j + 1, i + 1])
+
+
+@pytest.mark.parametrize("steepness", [0.0, 1.0, 12.0])
+def test_a_relief_is_met_on_its_surface_and_nowhere_before(steepness):
+    rng = np.random.default_rng(3)
+    relief = Relief(T, steepness * rng.normal(0, 1, (10, 12)), 5.0)
+    origins, directions = random_rays(4, 800)
+    hit, seen, points = met_points(relief, origins, directions)
+    heights = height_at(relief, *(points[:, :2].T / 5))
+    np.testing.assert_allclose(points[:, 2], heights, atol=1e-9)
+    # Walk along each ray: on which side it is must not change before the hit.
+    local_o = transform(inverse_pose(T), origins)
+    local_d = directions @ T[:3, :3]
+    reach = np.where(seen, hit.distance * (1 - 1e-9), 600.0)
+    walk = local_o[:, None] + (
+        np.linspace(0, 1, 1500)[:, None] * reach[:, None, None] * local_d[:, None]
+    )
+    x, y, z = np.moveaxis(walk, -1, 0)
+    over = (x >= 0) & (x <= 55) & (y >= 0) & (y <= 45)
+    gap = z - height_at(relief, np.clip(x / 5, 0, 11), np.clip(y / 5, 0, 9))
+    both = over[:, 1:] & over[:, :-1] & (gap[:, 1:] * gap[:, :-1] < -1e-9)
+    assert not both.any()
+
+
+def test_a_flat_relief_is_a_rectangle():
+    origins, directions = random_rays(5)
+    flat = Relief(T, np.zeros((4, 6)), 8.0).hit(origins, directions)
+    plane = Rectangle(T, 40, 24).hit(origins, directions)
+    np.testing.assert_allclose(flat.distance, plane.distance, rtol=1e-10)
+    seen = np.isfinite(plane.distance)
+    np.testing.assert_allclose(flat.cosine[seen], plane.cosine[seen], atol=1e-9)
+
+
+def test_rays_along_the_axes_meet_a_relief_too():
+    relief = Relief(np.eye(4), np.full((3, 3), 2.0) + np.diag([0, 1.0, 0]), 10.0)
+    above = np.array([[10.0, 10, 50], [3, 20 - 1e-9, 50]])
+    down = relief.hit(above, np.array([[0, 0, -1.0]] * 2))
+    np.testing.assert_allclose(down.distance, [47, 48], rtol=1e-12)
+    level = relief.hit(np.array([[-5.0, 10, 2.5]]), np.array([[1.0, 0, 0]]))
+    np.testing.assert_allclose(level.distance, [10.0], rtol=1e-12)
+
+
+def test_a_box_is_closed():
+    faces = box(T, (30, 20, 10))
+    scene = Scene(tuple((face, Plain(0.5)) for face in faces))
+    _, directions = random_rays(6)
+    middle = transform(T, np.array([[15.0, 10, 5]]))
+    part, _, _ = scene.hit(middle, directions)
+    assert (part >= 0).all()
+    assert len(np.unique(part)) == 6
+    for face in faces:
+        inside = transform(inverse_pose(T), face.outline.reshape(-1, 3))
+        assert (inside > -1e-9).all()
+        assert (inside < np.array([30, 20, 10]) + 1e-9).all()
+
+
+def test_the_nearest_surface_wins():
+    near, far = (Rectangle(pose(np.eye(3), [0, 0, z]), 10, 10) for z in (5, 9))
+    for parts in ((near, far), (far, near)):
+        scene = Scene(tuple((surface, Plain(1.0)) for surface in parts))
+        part, uv, cosine = scene.hit(np.array([[3.0, 4, 0]]), np.array([[0, 0, 1.0]]))
+        assert scene.surfaces[part[0]] is near
+        np.testing.assert_allclose(uv, [[3, 4]])
+        assert cosine[0] == 1
+    part, _, _ = scene.hit(np.array([[30.0, 4, 0]]), np.array([[0, 0, 1.0]]))
+    assert part[0] == -1
+
+
+@pytest.mark.parametrize("make", [room, facade])
+def test_ready_made_scenes_are_the_same_each_time_and_their_edges_are_seen(make):
+    scene, again = make(), make()
+    np.testing.assert_array_equal(scene.straight_edges, again.straight_edges)
+    assert scene.straight_edges.shape[1:] == (2, 3)
+    # Points along an edge lie on a surface: a ray to it ends there or before.
+    eye = np.array([[100.0, -200, -1500]])
+    share = np.linspace(0.1, 0.9, 5)[:, None, None]
+    a, b = scene.straight_edges[:, 0], scene.straight_edges[:, 1]
+    points = ((1 - share) * a + share * b).reshape(-1, 3)
+    off = points - eye
+    length = np.linalg.norm(off, axis=1)
+    nearest = np.full(len(points), np.inf)
+    for surface in scene.surfaces:
+        # A hair wider, as edges lie on borders.
+        for jitter in ([0, 0, 0], [1e-6, 1e-6, 1e-6], [-1e-6, -1e-6, -1e-6]):
+            aim = (off + jitter) / length[:, None]
+            nearest = np.minimum(nearest, surface.hit(eye, aim).distance)
+    assert (nearest <= length + 1e-3).mean() > 0.98
+    assert (np.abs(nearest - length) < 1e-3).mean() > 0.6
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (lambda: Rectangle(T, 0, 3), "rectangle: width: found 0"),
+        (lambda: Rectangle(np.eye(3), 1, 3), "4 x 4"),
+        (lambda: Disc(T, -1), "disc: radius"),
+        (lambda: Cylinder(T, 1, np.nan), "cylinder: height: found nan"),
+        (lambda: Relief(T, np.zeros((1, 4)), 1), "at least 2 x 2"),
+        (lambda: Relief(T, np.full((2, 4), np.nan), 1), "not finite"),
+        (lambda: box(T, (1, 2)), "three positive"),
+        (lambda: ChessboardTexture(0, 3, 1, 1), "0 x 3 corners"),
+        (lambda: ChessboardTexture(4, 3, -1, 1), "pitch -1"),
+        (lambda: Stripes(1, 1.5), "duty 1.5"),
+        (lambda: Tiles((1, 2), [0.1], joint=3), "joint 3"),
+        (lambda: Panels(0.5, [(0, 0, 0, 1, 0.2)]), "no area"),
+        (lambda: Plain((0.1, 0.2)), "one radiance, or three"),
+        (lambda: ImageTexture(np.zeros((3, 4)), 0), "positive size"),
+    ],
+)
+def test_impossible_surfaces_and_textures_are_refused_in_one_line(function, words):
+    with pytest.raises(InputError, match=words) as fault:
+        function()
+    assert "\n" not in str(fault.value)
