@@ -100,7 +100,7 @@ def matrix_d(a, basis, coefficients):
 
 
 def _quadratic(a, basis, p, q):
-    """u_p u_q + u_(p+2) u_(q+2) along l1, l2, l1 l2, l1^2, l2^2; constant."""
+    """u_p u_q + u_(p+2) u_(q+2): of l1, l2, l1 l2, l1^2, l2^2; constant."""
     b, c = basis
 
     def dot(f, g):
@@ -161,7 +161,7 @@ def solve_u(points):
 
 
 def depth_squared(u, coefficients, printed):
-    """C_z^2 of (2.23): numerator u5 u6 + u7 u8, or u6 u6 + u7 u8 printed."""
+    """C_z^2 of (2.23): numerator u5 u6 + u7 u8; printed, u6 u6 + u7 u8."""
     first = u[5] if printed else u[4]
     v = coefficients[0]
     return -(first * u[5] + u[6] * u[7]) / (v[3] * v[4])

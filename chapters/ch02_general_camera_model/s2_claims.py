@@ -73,7 +73,7 @@ def plane_trial(condition, rng):
     "exp_c2_fov180", artefact="sec_2_2", shards={"quick": 1, "full": 1}
 )
 def planes(effort):
-    """The linear programme n . r_i >= eps over a sweep of fields of view."""
+    """The linear programme n . r_i >= eps over fields of view."""
     settings = {
         "rays": {"on the rim": RIM, "within": INNER},
         "eps": LEAST_COSINE,
@@ -110,7 +110,7 @@ def judge_fov180(results):
             f"{max(feasible, default=0)} deg, none from "
             f"{min((f for f in FOVS_DEG if f not in feasible), default=0)} "
             "deg on",
-            reason="with both ends of a diameter of the rim among the rays, "
-            "the programme has no solution from 180 deg on",
+            reason="with both ends of a diameter of the rim among the "
+            "rays, the programme has no solution from 180 deg on",
         )
     ]

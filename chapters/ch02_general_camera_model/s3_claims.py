@@ -26,8 +26,8 @@ LEAST_R2 = 0.98
 
 LINE_SETTINGS = {
     "lines_per_trial": 100,
-    "points": "within 1 m of a point of the line, at least 5 cm apart, each "
-    "at a homogeneous scale of its own",
+    "points": "within 1 m of a point of the line, at least 5 cm apart, "
+    "each at a homogeneous scale of its own",
     "lines": "through a point within a cube of 2 m about the origin, or "
     "through the origin",
 }
@@ -89,9 +89,9 @@ def judge_pluecker_origin(results):
         Reading(
             "reproduced" if through < ROUNDING < beside else "differs",
             float(through),
-            reason="norm of the last three entries over that of the vector, "
-            f"lengths in m; at least {beside:.2g} for lines that pass the "
-            f"origin at {1e3 * nearest:.2g} mm or more",
+            reason="norm of the last three entries over that of the "
+            f"vector, lengths in m; at least {beside:.2g} for lines that pass "
+            f"the origin at {1e3 * nearest:.2g} mm or more",
         )
     ]
 

@@ -28,7 +28,7 @@ SHEET = "#9aa5b1"
 
 
 def in_axes(points):
-    """Camera coordinates (..., 3) in the order of the drawn axes: x, z, y."""
+    """Camera coordinates (..., 3) in the order of drawing: x, z, y."""
     return np.moveaxis(np.asarray(points, float), -1, 0)[[0, 2, 1]]
 
 
@@ -137,11 +137,11 @@ def fig_2_1(results):
     return Drawing(
         drawn,
         data,
-        "The general camera model. Top: an image, every second pixel marked, "
-        "and the Plücker matrix that the look-up table holds for pixel $i$ "
-        "(orange; lengths in mm). Bottom: the rays of the marked pixels, from "
-        "the camera's table, with their anchor points. Left, the rays of a "
-        "fisheye have one anchor point, the centre; right, each ray of a "
+        "The general camera model. Top: an image, every second pixel "
+        "marked, and the Plücker matrix that the look-up table holds for pixel "
+        "$i$ (orange; lengths in mm). Bottom: the rays of the marked pixels, "
+        "from the camera's table, with their anchor points. Left, the rays "
+        "of a fisheye have one anchor point, the centre; right, each ray of a "
         "camera that looks into four plane mirrors has its own.",
         Check(
             gap < TOLERANCE_MM,
@@ -241,8 +241,8 @@ def _scene_2_1(tables):
         parts,
         (450.0, -700.0, -1600.0),
         (450.0, 0.0, 100.0),
-        note="Left a fisheye: all rays leave one point. Right a camera before "
-        "four mirrors: every ray has an anchor point of its own.",
+        note="Left a fisheye: all rays leave one point. Right a camera "
+        "before four mirrors: every ray has an anchor point of its own.",
     )
 
 
@@ -260,7 +260,7 @@ class Grids:
             setattr(self, name, result.arrays(name, method=method)[0])
 
     def gap(self):
-        """Largest distance (mm) of a drawn point from its ray or its grid."""
+        """Largest distance (mm) of a drawn point from its ray or grid."""
         offset = self.meetings - self.origins
         across = np.cross(offset, self.directions)
         off_ray = np.linalg.norm(across, axis=2).max()
@@ -313,10 +313,10 @@ def fig_2_2(results):
         drawn,
         data,
         "Calibration configurations, drawn in the frame of the first grid "
-        "from rays that the library calibrated: (a) the general method, two "
-        "grids a known $T_1$ apart; (b) the generic method, three grids whose "
-        "poses $T_1$ and $T_2$ were found in the calibration. Dots: where "
-        "calibrated rays meet the grids.",
+        "from rays that the library calibrated: (a) the general method, "
+        "two grids a known $T_1$ apart; (b) the generic method, three "
+        "grids whose poses $T_1$ and $T_2$ were found in the calibration. "
+        "Dots: where calibrated rays meet the grids.",
         Check(
             gap < TOLERANCE_MM,
             "every drawn point lies on its ray and on its grid, to "
@@ -408,7 +408,7 @@ def ext_fig_2_2_error(results):
     return Drawing(
         drawn,
         data,
-        "Error of the rays of the two-pose method against an error put on the "
-        "known motion, with nothing else wrong: left a shift, right a turn of "
-        "the second grid. Medians over trials with 95 % intervals.",
+        "Error of the rays of the two-pose method against an error put on "
+        "the known motion, with nothing else wrong: left a shift, right "
+        "a turn of the second grid. Medians over trials with 95 % intervals.",
     )

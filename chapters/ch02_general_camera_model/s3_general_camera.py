@@ -113,7 +113,7 @@ def tables(effort):
     "fig_2_2_grids", artefact="fig_2_2", shards={"quick": 1, "full": 1}
 )
 def grids(effort):
-    """One camera, calibrated with two known and with three unknown poses."""
+    """One camera, calibrated with two known and three unknown poses."""
     conditions = [{"method": name} for name in ("general", "generic")]
     settings = {"image_px": list(IMAGE_PX), "T_1_mm": list(KNOWN_SHIFT_MM)}
     return Plan(grids_trial, conditions, 1, settings)
@@ -207,9 +207,9 @@ def wrong_motion(effort):
 #
 # - **Any camera.** Two known grids give the rays of the faceted camera to
 #   {glue:text}`faceted_rad:.0e` rad, and the lines pass the mirrors'
-#   points at {glue:text}`faceted_mm:.0e` mm. The fisheye is no easier:
-#   {glue:text}`fisheye_rad:.0e` rad. The method does not notice that rays
-#   of neighbours in the faceted camera jump by up to
+#   points at {glue:text}`faceted_mm:.0e` mm. That is rounding, as it is
+#   for the fisheye ({glue:text}`fisheye_rad:.0e` rad). The method does not
+#   notice that rays of neighbours in the faceted camera jump by up to
 #   {glue:text}`jump_deg:.0f`° (in the fisheye, by at most
 #   {glue:text}`smooth_deg:.1f`°), because it never looks at a neighbour.
 # - **What that does not say.** Nothing is exact with noise. A ray is made

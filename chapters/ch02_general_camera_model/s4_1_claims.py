@@ -58,8 +58,8 @@ def judge_rank_a(results):
             "reproduced" if holds else "differs",
             float(np.median(ranks)),
             interval=(float(ranks.min()), float(ranks.max())),
-            reason=f"{len(ranks)} scenes; smallest of the 12 singular values "
-            f"{ran.column('smallest').min():.2g} of the largest",
+            reason=f"{len(ranks)} scenes; smallest of the 12 singular "
+            f"values {ran.column('smallest').min():.2g} of the largest",
         )
     ]
 
@@ -135,18 +135,20 @@ def judge_linear_exact(results):
         and found["corrected"]["rotation_rad"] < EXACT_RAD
     )
     fails = printed.min() > EXACT_MM
-    other = found["well_conditioned"]
+    other = max(
+        found["well_conditioned"][name]
+        for name in ("centre_mm", "translation_mm")
+    )
     return [
         Reading(
             "reproduced" if exact and fails else "differs",
             lengths,
             unit="mm",
             reason="largest error of centre and translations, corrected "
-            f"(rotations {found['corrected']['rotation_rad']:.1g} rad); well "
-            f"conditioned {max(other['centre_mm'], other['translation_mm']):.1g}"
-            f" mm. The printed C_z^2 is negative in {negative} of "
-            f"{len(printed)} scenes and otherwise wrong by at least "
-            f"{printed.min():.2g} mm",
+            f"(rotations {found['corrected']['rotation_rad']:.1g} rad); "
+            f"well conditioned {other:.1g} mm. The printed C_z^2 is "
+            f"negative in {negative} of {len(printed)} scenes and "
+            f"otherwise wrong by at least {printed.min():.2g} mm",
         )
     ]
 

@@ -155,8 +155,8 @@ def algorithm_run(effort):
 EXACT_DEG = 1e-6
 STEPS = (
     (
-        "image the grid in three or more overlapping poses, and more of them "
-        "to cover the field of view",
+        "image the grid in three or more overlapping poses, and more "
+        "of them to cover the field of view",
         "BoardView",
     ),
     (
@@ -198,8 +198,8 @@ def outcomes(ran, camera):
         f"{found('others.left_out'):.0f} left out; largest error of a "
         f"position {found('others.pose_mm'):.1g} mm",
         f"{found('table.matrices'):.0f} matrices, "
-        f"{100 * found('table.share'):.0f} % of the pixels; median ray error "
-        f"{found('table.median_deg'):.1g}°",
+        f"{100 * found('table.share'):.0f} % of the pixels; median ray "
+        f"error {found('table.median_deg'):.1g}°",
     ]
 
 
@@ -222,9 +222,9 @@ def alg_1(results):
         "performs each, and what it gave in one run without noise.",
         Check(
             bool(exact < EXACT_DEG and median < pixel / 2),
-            f"the rays of the pinhole are reproduced to {exact:.1g}° (all), "
-            f"those of the fisheye to {median:.2g}° (median), less than half "
-            f"a pixel of {pixel:.2g}°",
+            f"the rays of the pinhole are reproduced to {exact:.1g}° "
+            f"(all), those of the fisheye to {median:.2g}° (median), less "
+            f"than half a pixel of {pixel:.2g}°",
         ),
     )
 
@@ -350,9 +350,9 @@ def alg_1(results):
 #   in simulation is a theorem.
 # - **Exactness.** With the corrected formulas the centre is exact to
 #   {glue:text}`corrected:.0e` mm, and to {glue:text}`conditioned:.0e` mm in
-#   the well-conditioned form. The six lost digits are the price of $C_z$
-#   through the product $V'_4 V'_5$, which is small when a grid is turned
-#   about one axis only. $t_z$ is taken as $C_z + V'_6/\lambda$ here; the
+#   the well-conditioned form. The digits between the two are the price of
+#   $C_z$ through the product $V'_4 V'_5$, which is small when a grid is
+#   tilted about one of its axes only. $t_z$ is taken as $C_z + V'_6/\lambda$ here; the
 #   printed form divides by $C_y$ (E-2.12).
 # - **As printed, $C_z$ fails**: the numerator $u_6 u_6 + u_7 u_8$ gives a
 #   negative square in {glue:text}`negative` of {glue:text}`scenes` scenes,

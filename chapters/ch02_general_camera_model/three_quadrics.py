@@ -125,7 +125,7 @@ def _others(x, problem):
 
 
 def _polished(depths, problem):
-    """Newton on (2.26) in complex numbers, (M, 3); the real ones it ends at.
+    """Newton on (2.26) in complex numbers, (M, 3); the real ones found.
 
     Roots that are close together start off the real axis by the square
     root of the rounding, and find back to it.
@@ -172,7 +172,7 @@ TURN_RAD = 0.6
 
 
 def draw_triplet(rng, anchors):
-    """Anchors (3, 3), unit directions (3, 3), points (3, 2), depths (3,)."""
+    """Anchors and unit directions (3, 3), points (3, 2), depths (3,)."""
     turn = rotation_from_vector(TURN_RAD * rng.normal(size=3))
     shift = rng.uniform([-200, -200, 150], [200, 200, 900])
     points = rng.uniform(-POINT_MM, POINT_MM, (3, 2))
