@@ -3,7 +3,9 @@
 A pixel is the square of side 1 around its centre. Its value is the mean, over that
 square, of the radiance that the camera's own rays meet; positions without a ray count
 as black. Rays go through the corners that pixels share. Where all four corners see
-one region of one texture the pixel has that colour; elsewhere it is sampled.
+one region of one texture the pixel has that colour. A line of a texture across a pixel
+covers an exact share of it; where lines meet, and on borders between surfaces, the
+pixel is sampled.
 
 What may be overlooked is a detail inside one pixel, reaching none of its corners,
 while the corners see one region: the tip of a sheet's corner, or a free-standing

@@ -131,14 +131,25 @@ class Cylinder(Surface):
         a = d[0] ** 2 + d[1] ** 2
         b = o[0] * d[0] + o[1] * d[1]
         c = o[0] ** 2 + o[1] ** 2 - self.radius**2
-        root = np.sqrt(b * b - a * c)
+        square = b * b - a * c
+        # Most rays pass a slim cylinder by: only the others are followed.
+        rays = np.flatnonzero(square >= 0)
+        o = np.broadcast_to(o, d.shape)[:, rays]
+        near = self._followed(o, d[:, rays], a[rays], b[rays], np.sqrt(square[rays]))
+        distance, uv = np.full(len(a), np.inf), np.zeros((len(a), 2))
+        cosine = np.zeros(len(a))
+        distance[rays], uv[rays], cosine[rays] = near
+        return Hit(distance, uv, cosine)
+
+    def _followed(self, o, d, a, b, root):
+        """`Hit` of rays whose lines meet the endless mantle."""
+        c = o[0] ** 2 + o[1] ** 2 - self.radius**2
         # The pair of roots in the form that loses no digits when c is small.
         q = -(b + np.where(b >= 0, root, -root))
         pair = np.stack([q / a, c / q])
         z = o[2] + pair * d[2]
         seen = (pair > 0) & (z >= 0) & (z <= self.height)
-        pair = np.where(seen, pair, np.inf)
-        distance = pair.min(axis=0)
+        distance = np.where(seen, pair, np.inf).min(axis=0)
         x, y = o[0] + distance * d[0], o[1] + distance * d[1]
         cosine = (x * d[0] + y * d[1]) / self.radius
         along = self.radius * np.arctan2(y, x)
