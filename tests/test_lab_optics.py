@@ -39,6 +39,20 @@ def test_blurred_edge_is_an_error_function(sd, most):
     assert np.abs(off).max() < most
 
 
+@pytest.mark.parametrize(("fineness", "most"), [(2, 0.035), (4, 0.012)])
+def test_finer_pixels_bring_the_blurred_edge_to_the_error_function(fineness, most):
+    height, width, at, slope, sd = 61, 61, 30.0, 0.05, 0.6
+    fine_at = (at + 0.5 - 0.5 * slope) * fineness - 0.5 + 0.5 * slope
+    image = edge(height * fineness, width * fineness, fine_at, slope)
+    blurred = Optics(blur_sd_px=(sd, sd)).apply(image, fineness)
+    assert blurred.shape == (height, width)
+    inner = slice(20, 41)
+    v, u = np.mgrid[inner, :width]
+    across = (u - (at + slope * v)) / np.hypot(1, slope)
+    off = blurred[inner].ravel() - box_erf(across.ravel(), sd)
+    assert np.abs(off).max() < most
+
+
 @pytest.mark.parametrize("sd", [0.6, 1.0])
 def test_blur_leaves_edges_in_place_wherever_they_cross_a_pixel(sd):
     places = 30 + np.linspace(0, 1, 21)

@@ -1,6 +1,6 @@
 """A camera with its lens and sensor: the physical order of a photograph lives here.
 
-Scene radiance; vignetting, blur and chromatic aberration of the lens; charge with its
+Scene radiance; blur, vignetting and chromatic aberration of the lens; charge with its
 shot noise, saturation and blooming; read noise; tone curve; rounding.
 """
 
@@ -12,6 +12,10 @@ from raxel.cameras.base import Camera
 from raxel.lab.optics import Optics
 from raxel.lab.render import render
 from raxel.lab.sensor import Sensor
+
+# Pixels each way that stand for one of the sensor where the lens blurs: with two,
+# corners of a chessboard are found as well as with four.
+FINENESS = 2
 
 
 @dataclass(frozen=True)
@@ -30,12 +34,31 @@ class Laboratory:
         taken in colour.
         """
         coloured = colour or self.sensor.bayer is not None
-        radiance = render(self.camera, T_world_camera, scene, colour=coloured)
-        return self.develop(radiance, rng, colour=colour)
+        fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
+        camera = _Finer(self.camera, fineness) if fineness > 1 else self.camera
+        radiance = render(camera, T_world_camera, scene, colour=coloured)
+        return self.develop(radiance, rng, colour=colour, fineness=fineness)
 
-    def develop(self, radiance, rng, *, colour=False):
-        """The picture that radiance (H, W) or (H, W, 3) leaves in the file."""
+    def develop(self, radiance, rng, *, colour=False, fineness=1):
+        """The picture that radiance leaves in the file.
+
+        radiance: (H, W) or (H, W, 3), or with `fineness` times as many pixels each way
+        (`Optics.apply`).
+        """
         if self.sensor.bayer is not None and radiance.ndim == 2:
             radiance = np.repeat(radiance[..., None], 3, axis=-1)
-        irradiance = self.optics.apply(radiance)
+        irradiance = self.optics.apply(radiance, fineness)
         return self.sensor.expose(irradiance, rng, colour=colour)
+
+
+class _Finer:
+    """A camera's view in `fineness` times as many pixels each way."""
+
+    def __init__(self, camera, fineness):
+        self._camera, self._fineness = camera, fineness
+        self.width, self.height = camera.width * fineness, camera.height * fineness
+        self.central = camera.central
+
+    def rays(self, pixels):
+        """Rays of positions (N, 2) in the finer image."""
+        return self._camera.rays((pixels + 0.5) / self._fineness - 0.5)

@@ -11,8 +11,9 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
 
-# Between neighbouring levels of blur the SD differs by at most this many px.
-BLUR_STEP_PX = 0.1
+# Between neighbouring levels of blur the SD differs by at most this many px, or by this
+# share of the smallest.
+BLUR_STEP_PX, BLUR_STEP = 0.1, 0.15
 # Taps of a discrete Gaussian reach this many SD, and at least this many px.
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.
@@ -63,23 +64,30 @@ class Optics:
                 "three magnifications near 1"
             )
 
-    def apply(self, image):
+    def apply(self, image, fineness=1):
         """Irradiance on the sensor from radiance (H, W) or (H, W, 3), float32.
 
-        Vignetting, then blur, then the three magnifications: what is blurred can be
-        resampled without loss, and a magnification near 1 leaves the blur as it is. A
-        grey picture stays grey: its red, green and blue copies add up by luminance.
-        Beyond the border the outermost pixels are repeated.
+        fineness: how many pixels of `image` make one of the sensor, each way. Within a
+        pixel an edge has a share but no place, so a sharp picture that is blurred at
+        the sensor's own resolution shows edges up to 0.1 px^2 too narrow or too wide
+        in variance, in their right place; with two pixels each way a quarter of that.
+
+        Blur comes first, since only it needs the finer pixels: what is blurred can be
+        resampled without loss, and vignetting and magnifications change too slowly
+        over a point spread for the order to matter. A grey picture stays grey: its
+        red, green and blue copies add up by luminance. Beyond the border the outermost
+        pixels are repeated.
         """
         image = np.asarray(image, np.float32)
+        if max(self.blur_sd_px) > 0:
+            image = self._blurred(image, fineness)
+        if fineness > 1:
+            image = _binned(image, fineness)
         height, width = image.shape[:2]
         centre = self._centre(width, height)
-        squared = _squared_radius(width, height, centre)
-        light = self._vignetting(squared)
+        light = self._vignetting(_squared_radius(width, height, centre))
         if light is not None:
-            image = image * light.reshape(light.shape + (1,) * (image.ndim - 2))
-        if max(self.blur_sd_px) > 0:
-            image = self._blurred(image, squared)
+            image = image * _over_colours(light, image)
         if len(set(self.chromatic_scale)) > 1:
             image = self._coloured(image, centre)
         return image
@@ -103,14 +111,17 @@ class Optics:
             light = curve if light is None else light * curve
         return light
 
-    def _blurred(self, image, squared):
+    def _blurred(self, image, fineness):
         """Each pixel between the two nearest of a few uniform blurs.
 
         A mixture of two Gaussians with shares linear in the variance has exactly the
         variance in between.
         """
         height, width = image.shape[:2]
-        low, high = (sd**2 for sd in self.blur_sd_px)
+        centre = self._centre(width / fineness, height / fineness)
+        fine_centre = (centre + 0.5) * fineness - 0.5
+        squared = _squared_radius(width, height, fine_centre)
+        low, high = ((fineness * sd) ** 2 for sd in self.blur_sd_px)
         share = squared / np.float32((width**2 + height**2) / 4)
         variance = low + (high - low) * share
         levels = _levels(float(variance.min()), float(variance.max()))
@@ -121,8 +132,7 @@ class Optics:
             hat = np.zeros(len(levels))
             hat[index] = 1
             weight = np.interp(variance, levels, hat).astype(np.float32)
-            weight = weight.reshape(weight.shape + (1,) * (image.ndim - 2))
-            blurred += weight * gaussian_blur(image, level)
+            blurred += _over_colours(weight, image) * gaussian_blur(image, level)
         return blurred
 
     def _coloured(self, image, centre):
@@ -191,12 +201,25 @@ def _lagrange(at):
 
 
 def _levels(low, high):
-    """Variances from `low` to `high`, their roots evenly BLUR_STEP_PX apart or less."""
+    """Variances from `low` to `high`, their roots evenly and closely spaced."""
     first, last = np.sqrt([low, high])
     if last - first < 1e-6:
         return [high]
-    steps = int(np.ceil((last - first) / BLUR_STEP_PX))
+    step = max(BLUR_STEP_PX, BLUR_STEP * first)
+    steps = int(np.ceil((last - first) / step))
     return np.linspace(first, last, steps + 1) ** 2
+
+
+def _binned(image, fineness):
+    """Means over fineness x fineness pixels."""
+    height, width = (size // fineness for size in image.shape[:2])
+    cells = image.reshape(height, fineness, width, fineness, -1)
+    return cells.mean(axis=(1, 3)).reshape(height, width, *image.shape[2:])
+
+
+def _over_colours(factor, image):
+    """A factor (H, W) shaped so that it multiplies every colour of an image."""
+    return factor.reshape(factor.shape + (1,) * (image.ndim - 2))
 
 
 def _squared_radius(width, height, centre):
