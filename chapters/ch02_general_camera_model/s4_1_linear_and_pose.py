@@ -366,6 +366,10 @@ def alg_1(results):
 #   {glue:text}`distinct_most`, {glue:text}`distinct_two` triplets have only
 #   two, and {glue:text}`distinct_paired` have a pair: the thesis's words
 #   hold for central cameras (E-2.15).
+#   A count is as good as the solver. Real solutions come in an even number,
+#   so an odd one betrays a lost root. A first version eliminated along one
+#   ray only and lost some where two roots nearly coincide; elimination
+#   along each of the three rays in turn finds them.
 # - **Limits.** All of this is without noise; section 2.5.1 adds it. The
 #   library's pose from three rays is for central cameras, like the rest of
 #   its generic method.
