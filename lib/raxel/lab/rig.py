@@ -43,7 +43,7 @@ MIRROR_FIELDS = (
     *("offset", "rotation", "side", "hole_radius", "T_viewer_mirror"),
 )
 # Peak memory of one pixel on its way through lens and sensor, per channel.
-BYTES_PER_PIXEL = 120
+BYTES_PER_PIXEL = 150
 # A monitor is taken as seen where this many lines each way keep their distance.
 MONITOR_LINES = 9
 RADIANCES = {
