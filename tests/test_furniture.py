@@ -20,10 +20,16 @@ def furnisher(tmp_path):
     shutil.copy(ROOT / "CITATION.cff", tmp_path)
     results = tmp_path / "figures" / "full" / "results"
     results.mkdir(parents=True)
-    about = {"needs": ["sweep"], "source": ["ch02_x/s5_figures.py", "draw"]}
-    for name in ("fig_2_6", "ext_corners@my-set"):
-        (results.parent / f"{name}.json").write_text(json.dumps(about))
-    for name in ("sweep", "sweep@my-set"):
+    about = {"source": ["ch02_x/s5_figures.py", "draw"]}
+    of_all = {"sweep": {name: f"sweep@{name}" for name in ("my-set", "other")}}
+    for name, read in (
+        ("fig_2_6", {"sweep": "sweep"}),
+        ("ext_corners@my-set", {"sweep": "sweep@my-set"}),
+        ("ext_all", of_all),
+    ):
+        described = json.dumps(about | {"results": read})
+        (results.parent / f"{name}.json").write_text(described)
+    for name in ("sweep", "sweep@my-set", "sweep@other"):
         (results / f"{name}.json").write_text("{}")
         (results / f"{name}.run.json").write_text("{}")
     return Furnisher(tmp_path, "full", "ch02_x/s5_page")
@@ -44,8 +50,14 @@ def test_the_original_is_told_in_words(furnisher):
 def test_what_is_not_in_the_thesis_has_no_original_and_its_set_s_log(furnisher):
     block = furnisher.block("ext_corners@my-set")
     assert "In the thesis" not in block
-    assert 'href="../logs/sweep@my-set.json"' in block
+    assert 'href="../logs/sweep@my-set.json">log of sweep</a>' in block
     assert "version 0.1.0, ext_corners." in block
+
+
+def test_what_shows_every_set_has_every_set_s_log(furnisher):
+    block = furnisher.block("ext_all")
+    for name in ("my-set", "other"):
+        assert f'href="../logs/sweep@{name}.json">log of sweep of {name}</a>' in block
 
 
 def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):

@@ -128,14 +128,14 @@ def small_checkout(root):
     axes.set(xlabel="Noise (px)", ylabel="Residual (px)")
     caption = "Residual against noise $\\sigma$."
     style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
-    about = {"caption": caption, "evidence": "synthetic", "needs": ["sweep"]}
+    about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
     about |= {"source": ["ch02_sample/s5_page.py", "half_of"], "scene": False}
     write_json(base / "fig_2_3.json", about | {"scene": True})
     scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))
     write_atomic(base / "fig_2_3.html", scene_html(scene, "Fig. 2.3"))
     columns = {"i": ["1", "2"], "V_i": ["$|a|$", "0"], "residual": [1.23456, 2.0]}
     write_atomic(base / "table_2_1.csv", csv_text(columns))
-    write_json(base / "table_2_1.json", about | {"needs": [], "caption": "Cells."})
+    write_json(base / "table_2_1.json", about | {"results": {}, "caption": "Cells."})
     write_json(
         base / "results" / "sweep.json",
         {

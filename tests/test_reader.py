@@ -17,7 +17,7 @@ def built(tmp_path, monkeypatch):
         (tmp_path / "sets" / name).mkdir(parents=True)
         stem = tmp_path / "figures" / "quick" / f"ext_images@{name}"
         stem.with_suffix(".csv").write_text("Photograph,Corners\n" + rows)
-        about = {"caption": "Photographs.", "needs": [], "evidence": "photograph"}
+        about = {"caption": "Photographs.", "results": {}, "evidence": "photograph"}
         stem.with_suffix(".json").write_text(json.dumps(about))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("RAXEL_EFFORT", "quick")

@@ -84,7 +84,16 @@ def spread(rng):
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory) -> Path:
     """A small checkout in a folder with spaces in its name."""
-    root = tmp_path_factory.mktemp("work") / "a path with spaces"
+    root = small_checkout(tmp_path_factory.mktemp("work") / "a path with spaces")
+    (root / PAGE).parent.mkdir(parents=True)
+    (root / PAGE).with_name("__init__.py").write_text("")
+    (root / PAGE).write_text(CHAPTER.lstrip())
+    (root / "lib" / "raxel" / "dice.py").write_text(dedent(DICE))
+    return root
+
+
+def small_checkout(root: Path) -> Path:
+    """A checkout with everything but chapters and photographs."""
     ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
     shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
@@ -97,11 +106,7 @@ def checkout(tmp_path_factory) -> Path:
     for name in single:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
-    (root / PAGE).parent.mkdir(parents=True)
-    for package in ("chapters", "chapters/ch02_small"):
-        (root / package / "__init__.py").write_text("")
-    (root / PAGE).write_text(CHAPTER.lstrip())
-    (root / "lib" / "raxel" / "dice.py").write_text(dedent(DICE))
+    (root / "chapters" / "__init__.py").write_text("")
     return root
 
 

@@ -29,24 +29,35 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("--trials", type=int)
         sub.add_argument("--set", dest="set_folder")
         sub.add_argument("--results", type=Path, required=True)
+        _add_sets(sub)
     gather.add_argument("--code", required=True)
     gather.add_argument("--inputs", type=json.loads, default={})
     gather.add_argument("--shards", nargs="+", type=Path, required=True)
     for kind in ("figure", "table"):
         draw = command(kind)
         draw.add_argument("--results", type=Path, required=True)
+        _add_sets(draw)
     judge = command("judge")
     judge.add_argument("--effort", choices=("quick", "full"), required=True)
     judge.add_argument("--folder", type=Path, required=True)
     judge.add_argument("--stem", required=True, help="id of the chapter file")
+    _add_sets(judge)
     books = commands.add_parser("notebooks")
     books.add_argument("pages", nargs="+", type=Path)
     books.add_argument("--out", type=Path, required=True)
     return parser
 
 
+def _add_sets(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--sets", nargs="*", default=[], help="names of this build's image sets"
+    )
+
+
 def _order(a: argparse.Namespace) -> jobs.Order:
-    return jobs.Order(a.name, a.effort, a.trials, a.set_folder, a.results)
+    return jobs.Order(
+        a.name, a.effort, a.trials, a.set_folder, a.results, tuple(a.sets)
+    )
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -59,9 +70,9 @@ def main(argv: list[str] | None = None) -> int:
     elif a.command == "gather":
         jobs.gather(root, _order(a), a.code, a.inputs, a.shards, a.out)
     elif a.command in ("figure", "table"):
-        jobs.draw(root, a.command, a.name, a.results, a.out)
+        jobs.draw(root, a.command, a.name, a.results, a.out, a.sets)
     elif a.command == "judge":
-        jobs.judge(root, a.name, a.stem, a.effort, a.folder, a.out)
+        jobs.judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets)
     else:
         jobs.notebooks(a.pages, a.out)
     return 0

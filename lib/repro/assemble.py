@@ -105,11 +105,17 @@ def assemble(
 def chapters_of(root: Path, pages: Iterable[Path]) -> list[Chapter]:
     """Chapters of the given notebooks, in the order of the thesis, the others last."""
     found: dict[str, list[Path]] = {}
-    for path in sorted(pages, key=lambda path: natural(path.stem)):
+    for path in sorted(pages, key=lambda path: _place(root, path)):
         found.setdefault(path.parent.name, []).append(path)
     return [
         _chapter(root, folder, found[folder]) for folder in sorted(found, key=_order)
     ]
+
+
+def _place(root: Path, page: Path) -> tuple:
+    """Sort key in a chapter: pages of image sets stand after those of a file's name."""
+    file = root / "chapters" / page.parent.name / f"{page.stem}.py"
+    return not file.is_file(), natural(page.stem)
 
 
 def _order(folder: str) -> tuple:

@@ -153,7 +153,7 @@ def _built(work: Work, target: str) -> set[str]:
         wanted = {identifier for _, identifier in work.producers}
     else:
         wanted = {target}
-    needed = {n for (_, i), p in work.producers.items() if i in wanted for n in p.needs}
+    needed = {n for k, i in work.producers if i in wanted for n in work.needed(k, i)}
     return wanted | needed
 
 

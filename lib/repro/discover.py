@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,6 +62,39 @@ def producers(root: Path) -> list[Producer]:
                 )
             found[key] = producer
     return list(found.values())
+
+
+def per_set_experiments(made: Iterable[Producer]) -> set[str]:
+    """Ids of the experiments that stand once for every image set."""
+    return {p.id for p in made if p.kind == "experiment" and p.details.get("per_set")}
+
+
+def results_read(
+    needs: Iterable[str], per_set: set[str], own: str, sets: Iterable[str]
+) -> dict[str, str | dict[str, str]]:
+    """Which results a producer reads: need -> result id, or set name -> result id.
+
+    An experiment of ``per_set`` has a result per image set. A producer that stands once
+    for every set reads that of its ``own``; any other one reads all of ``sets``.
+    """
+    found: dict[str, str | dict[str, str]] = {}
+    for need in needs:
+        if need not in per_set:
+            found[need] = need
+        elif own:
+            found[need] = f"{need}@{own}"
+        else:
+            found[need] = {name: f"{need}@{name}" for name in sets}
+    return found
+
+
+def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
+    """The result ids of `results_read`, one after the other."""
+    return [
+        identifier
+        for one in read.values()
+        for identifier in ([one] if isinstance(one, str) else one.values())
+    ]
 
 
 def _of_file(root: Path, path: Path) -> list[Producer]:

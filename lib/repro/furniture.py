@@ -17,6 +17,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from repro import ledger
+from repro.discover import result_ids
 from repro.reader import label, mark
 
 MARK = re.compile(re.escape(mark("NAME")).replace("NAME", '([^"]+)'))
@@ -104,15 +105,13 @@ class Furnisher:
 
     def _runs(self, name: str, about: Mapping) -> str:
         """The run records of the experiments that were read."""
-        set_name = name.partition("@")[2]
         links = []
-        for need in about["needs"]:
-            of_set = f"{need}@{set_name}"
-            own = of_set if (self.base / f"results/{of_set}.json").is_file() else need
-            if (self.base / f"results/{own}.run.json").is_file():
+        for result in result_ids(about["results"]):
+            if (self.base / f"results/{result}.run.json").is_file():
+                said = result.removesuffix(f"@{name.partition('@')[2]}")
                 links.append(
-                    f'<a href="{self.up}logs/{escape(own)}.json">log of {escape(need)}'
-                    "</a> (time taken, versions)"
+                    f'<a href="{self.up}logs/{escape(result)}.json">log of '
+                    f"{escape(said.replace('@', ' of '))}</a> (time taken, versions)"
                 )
         return ", ".join(links)
 

@@ -13,7 +13,7 @@ import platform
 import shutil
 import tempfile
 import time
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -42,7 +42,8 @@ def function_of(found: discover.Producer):
 class Order:
     """Which experiment to run: name, size, what-if trials, image set if any.
 
-    ``results`` is the folder of the results that other experiments have left.
+    ``results`` is the folder of the results that other experiments have left, and
+    ``sets`` are the image sets of the build, for an experiment that reads every set's.
     """
 
     name: str
@@ -50,12 +51,14 @@ class Order:
     trials: int | None
     set_folder: str | None
     results: Path
+    sets: Sequence[str] = ()
 
-    def plan(self, found: discover.Producer) -> Plan:
+    def plan(self, root: Path, found: discover.Producer) -> Plan:
         """The experiment's plan, with the what-if number of trials if one is given."""
         more = [] if self.set_folder is None else [self.set_folder]
         if found.needs:
-            more.append(_read(self.results, found.needs, ""))
+            read = results_of(root, found, self.name, self.sets)
+            more.append(results.opened(self.results, read))
         plan = function_of(found)(self.effort, *more)
         if self.trials is None:
             return plan
@@ -65,7 +68,7 @@ class Order:
 def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
     """Run one shard of an experiment into ``out`` (JSON, with an .npz beside it)."""
     found = producer(root, "experiment", order.name)
-    plan = order.plan(found)
+    plan = order.plan(root, found)
     start = time.monotonic()
     pairs = experiment.shard_pairs(plan, shard, of)
     records, arrays = experiment.run_trials(_seed_name(found, order), plan, pairs)
@@ -93,7 +96,7 @@ def gather(
     import numpy as np
 
     found = producer(root, "experiment", order.name)
-    plan = order.plan(found)
+    plan = order.plan(root, found)
     records, arrays, seconds = [], {}, 0.0
     for shard in shards:
         content = json.loads(shard.read_text("utf-8"))
@@ -124,13 +127,22 @@ def gather(
     )
 
 
-def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
+def draw(
+    root: Path,
+    kind: str,
+    name: str,
+    folder: Path,
+    out: Path,
+    sets: Sequence[str] = (),
+) -> None:
     """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
 
-    A figure marked with a scene leaves that too (html).
+    A figure marked with a scene leaves that too (html). ``sets`` are the image sets of
+    the build, for what shows all of them.
     """
     found = producer(root, kind, name)
-    made = function_of(found)(_read(folder, found.needs, name))
+    read = results_of(root, found, name, sets)
+    made = function_of(found)(results.opened(folder, read))
     if isinstance(made, Drawing):
         from repro.style import save_drawing
 
@@ -145,7 +157,7 @@ def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
             "kind": kind,
             "caption": made.caption,
             "evidence": found.details["evidence"],
-            "needs": list(found.needs),
+            "results": read,
             "check": _check(made),
             "scene": bool(found.details.get("scene")),
             "source": [found.path, found.function],
@@ -189,35 +201,40 @@ def _check(made: Drawing | Table) -> dict | None:
 
 
 def judge(
-    root: Path, page: str, stem: str, effort: str, folder: Path, out: Path
+    root: Path,
+    page: str,
+    stem: str,
+    effort: str,
+    folder: Path,
+    out: Path,
+    sets: Sequence[str] = (),
 ) -> None:
     """Run every claim test of a page, and collect its numbers and artefacts.
 
     ``stem`` is the id of the chapter file; it differs from the page's where the file
-    makes one page per image set.
+    makes one page per image set. ``sets`` are the image sets of the build.
     """
     mine = [p for p in discover.producers(root) if p.page == stem]
     claims, numbers, artefacts = {}, {}, {}
     for found in mine:
         evidence = found.details.get("evidence")
+        name = found.id if stem == page else f"{found.id}@{page.rpartition('/')[2]}"
+        if found.kind in ("claim", "numbers"):
+            read = results_of(root, found, name, sets)
+            outcome = function_of(found)(results.opened(folder / "results", read))
+            data = [f"results/{need}.json" for need in discover.result_ids(read)]
         if found.kind == "claim":
-            readings = function_of(found)(_read(folder / "results", found.needs, ""))
             claims[found.id] = {
                 "evidence": evidence,
-                "readings": [_finite(r.as_dict()) for r in readings],
-                "data": [f"results/{need}.json" for need in found.needs],
+                "readings": [_finite(r.as_dict()) for r in outcome],
+                "data": data,
             }
         elif found.kind == "numbers":
-            values = function_of(found)(_read(folder / "results", found.needs, ""))
-            data = [f"results/{need}.json" for need in found.needs]
             numbers |= {
                 key: _finite({**vars(value), "evidence": evidence, "data": data})
-                for key, value in values.items()
+                for key, value in outcome.items()
             }
         elif found.kind in ("figure", "table"):
-            name = found.id
-            if stem != page:
-                name += "@" + page.rpartition("/")[2]
             described = json.loads((folder / f"{name}.json").read_text("utf-8"))
             endings = ["svg", "png", "csv"] if found.kind == "figure" else ["csv"]
             endings += ["html"] if found.details.get("scene") else []
@@ -255,12 +272,12 @@ def _finite(values: dict) -> dict:
     return {key: plain(value) for key, value in values.items()}
 
 
-def _read(
-    folder: Path, needs: Iterable[str], identifier: str
-) -> dict[str, results.Result]:
-    """Results by experiment; an artefact of one set reads that set's results."""
-    _, at, name = identifier.partition("@")
-    return {need: results.Result(folder / f"{need}{at}{name}.json") for need in needs}
+def results_of(
+    root: Path, found: discover.Producer, name: str, sets: Sequence[str]
+) -> dict[str, str | dict[str, str]]:
+    """Result ids that the producer called ``name`` reads: `discover.results_read`."""
+    per_set = discover.per_set_experiments(discover.producers(root))
+    return discover.results_read(found.needs, per_set, name.partition("@")[2], sets)
 
 
 def notebooks(pages: list[Path], folder: Path) -> None:

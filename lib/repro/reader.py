@@ -20,7 +20,8 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
-from repro.results import Result
+from repro.discover import result_ids
+from repro.results import Result, opened
 from repro.sets_of_report import name_of
 
 NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
@@ -87,6 +88,16 @@ def open_results(experiment: str) -> Result:
     folder = base() / "results"
     name = _identified(experiment, folder)
     return Result(_needed(folder / f"{name}.json", "report"))
+
+
+def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
+    """The results that a figure or table was made from, just as its producer got them.
+
+    Experiment -> Result; for one that every image set has, and an artefact that shows
+    all sets of the build, experiment -> set name -> Result.
+    """
+    name = _identified(artefact, base())
+    return opened(base() / "results", _described(name)["results"])
 
 
 def show(artefact: str) -> Shown:
@@ -336,10 +347,10 @@ def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
     parts = [
         f'<a href="{up}figures/{name}.{e}" download>{e.upper()}</a>' for e in endings
     ]
-    folder = base() / "results"
-    for need in about["needs"]:
-        own = _identified(need, folder)
-        parts.append(f'<a href="{up}results/{own}.json">every trial: {need}</a>')
+    for result in result_ids(about["results"]):
+        said = result.removesuffix(name[name.find("@") :] if "@" in name else "")
+        said = said.replace("@", " of ")
+        parts.append(f'<a href="{up}results/{result}.json">every trial: {said}</a>')
     if "source" in about:
         path, function = about["source"]
         parts.append(f'<a href="{up}source/{path}.html#{function}">source</a>')

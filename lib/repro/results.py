@@ -167,3 +167,19 @@ class Result:
 
 def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else float("nan")
+
+
+def opened(
+    folder: Path, read: Mapping[str, str | Mapping[str, str]]
+) -> dict[str, Result | dict[str, Result]]:
+    """The results themselves: need -> Result, or set name -> Result."""
+
+    def result(identifier: str) -> Result:
+        return Result(folder / f"{identifier}.json")
+
+    return {
+        need: result(one)
+        if isinstance(one, str)
+        else {name: result(identifier) for name, identifier in one.items()}
+        for need, one in read.items()
+    }

@@ -115,7 +115,7 @@ class Work:
 
     def inputs(self, wildcards) -> list[str]:
         """Files that an experiment reads: what others found, and its own inputs."""
-        needed = self._needs("experiment", wildcards.experiment)
+        needed = self._result_files("experiment", wildcards.experiment)
         return needed + self._own_inputs(wildcards)
 
     def _own_inputs(self, wildcards) -> list[str]:
@@ -176,25 +176,55 @@ class Work:
         """Input function: the results that a figure or table reads."""
 
         def files(wildcards) -> list[str]:
-            return self._needs(kind, wildcards.artefact)
+            return self._result_files(kind, wildcards.artefact)
 
         return files
 
-    def _needs(self, kind: str, identifier: str) -> list[str]:
-        producer = self.producers[kind, identifier]
+    def needed(self, kind: str, identifier: str) -> list[str]:
+        """Ids of the experiments that a producer reads, with their sets."""
         name = identifier.partition("@")[2]
-        suffix = f"@{name}" if name else ""
-        return [
-            f"{self.base}/results/{need}{suffix if self._is_per_set(need) else ''}.json"
-            for need in producer.needs
-        ]
+        needs = self.producers[kind, identifier].needs
+        return discover.result_ids(
+            discover.results_read(needs, self._per_set, name, self.sets)
+        )
 
-    def _is_per_set(self, experiment: str) -> bool:
-        return ("experiment", experiment) not in self.producers
+    def _result_files(self, kind: str, identifier: str) -> list[str]:
+        return [f"{self.base}/results/{n}.json" for n in self.needed(kind, identifier)]
+
+    @cached_property
+    def _per_set(self) -> set[str]:
+        return discover.per_set_experiments(discover.producers(self.root))
+
+    def sets_option(self, kind: str):
+        """Parameter function: `--sets NAME...` for what reads a result of every set.
+
+        The jobs are told, because results of earlier builds' sets may lie about.
+        """
+
+        def option(wildcards) -> str:
+            identifier = wildcards.get("artefact") or wildcards.experiment
+            return self._sets_option([(kind, identifier)])
+
+        return option
+
+    def judge_sets(self, wildcards) -> str:
+        """`--sets NAME...` where a judgement of the page reads every set."""
+        page = wildcards.page
+        kinds = ("claim", "numbers")
+        return self._sets_option([(k, i) for k in kinds for i in self.of_page(page, k)])
+
+    def _sets_option(self, made: list[tuple[str, str]]) -> str:
+        whole = any(
+            need in self._per_set
+            for kind, identifier in made
+            if "@" not in identifier
+            for need in self.producers[kind, identifier].needs
+        )
+        return f"--sets {shlex.join(self.sets)}".strip() if whole else ""
 
     def scene_inputs(self, wildcards) -> list[str]:
         """What a figure with a scene is made from: results, and the viewer's files."""
-        return self._needs("figure", wildcards.artefact) + list(VIEWER)
+        return self._result_files("figure", wildcards.artefact) + list(VIEWER)
 
     def artefact_file(self, kind: str, identifier: str) -> str:
         """The description file of a figure or table, which names its other files."""
@@ -214,7 +244,7 @@ class Work:
         files: set[str] = set()
         for kind in ("figure", "table", "claim", "numbers"):
             for identifier in self.of_page(page, kind):
-                files |= set(self._needs(kind, identifier))
+                files |= set(self._result_files(kind, identifier))
         for identifier in self.of_page(page, "experiment"):
             files.add(f"{self.base}/results/{identifier}.json")
         return sorted(files)

@@ -15,10 +15,11 @@ rule figure:
     params:
         code=WORK.figure_code,
         results=WORK.folder(f"{WORK.base}/results"),
+        sets=WORK.sets_option("figure"),
     message:
         "figure {wildcards.artefact}"
     shell:
-        "python -m repro figure {wildcards.artefact:q} "
+        "python -m repro figure {wildcards.artefact:q} {params.sets} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -51,10 +52,11 @@ rule table:
     params:
         code=WORK.table_code,
         results=WORK.folder(f"{WORK.base}/results"),
+        sets=WORK.sets_option("table"),
     message:
         "table {wildcards.artefact}"
     shell:
-        "python -m repro table {wildcards.artefact:q} "
+        "python -m repro table {wildcards.artefact:q} {params.sets} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -72,9 +74,10 @@ rule judge:
         effort=WORK.effort,
         folder=WORK.folder(WORK.base),
         stem=WORK.page_stem,
+        sets=WORK.judge_sets,
     message:
         "claims and numbers of {wildcards.page}"
     shell:
         "python -m repro judge {wildcards.page:q} --stem {params.stem:q} "
-        "--effort {params.effort} --folder {params.folder:q} "
+        "--effort {params.effort} {params.sets} --folder {params.folder:q} "
         "--out {output.judged:q} > {log:q} 2>&1"

@@ -13,12 +13,13 @@ rule shard:
         effort=WORK.effort,
         trials=WORK.trials_option,
         set=WORK.set_option,
+        sets=WORK.sets_option("experiment"),
         results=WORK.folder(f"{WORK.base}/results"),
     message:
         "experiment {wildcards.experiment}, part {wildcards.shard} of {wildcards.of}"
     shell:
         "python -m repro run {wildcards.experiment:q} --effort {params.effort} "
-        "{params.trials} {params.set} --results {params.results:q} "
+        "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--shard {wildcards.shard}/{wildcards.of} "
         "--out {output.records:q} > {log:q} 2>&1"
 
@@ -39,12 +40,13 @@ rule gather:
         hashes=WORK.input_hashes,
         trials=WORK.trials_option,
         set=WORK.set_option,
+        sets=WORK.sets_option("experiment"),
         results=WORK.folder(f"{WORK.base}/results"),
     message:
         "result {wildcards.experiment}"
     shell:
         "python -m repro gather {wildcards.experiment:q} --effort {params.effort} "
-        "{params.trials} {params.set} --results {params.results:q} "
+        "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--code {params.code} "
         "--inputs {params.hashes:q} --shards {input.shards:q} "
         "--out {output.result:q} > {log:q} 2>&1"

@@ -1,0 +1,238 @@
+"""What shows every image set reads those of this build, and of no earlier one."""
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from repro import discover
+from repro.sets_of_report import sets_of_report
+from repro.workflow import Work
+from tests.test_workflow import build, jobs, small_checkout
+
+FOLDER = "chapters/ch03_pictures"
+PAGE = f"{FOLDER}/all.py"
+ALL = '''
+# %% [markdown]
+# # All pictures
+#
+# There are {glue:text}`count` sets: {glue:text}`names`.
+
+# %%
+from repro.experiment import claim, experiment, numbers, table
+from repro.outcomes import Plan, Reading, Table, Value
+from repro.reader import results_behind, show_table, value
+
+
+def sizes(results):
+    """Bytes of every set, by its name."""
+    found = results["picture_size"]
+    return {name: int(one.column("bytes")[0]) for name, one in found.items()}
+
+
+@experiment(
+    "all_sizes", artefact="ext_all", shards={"quick": 2, "full": 2},
+    needs=("picture_size",),
+)
+def all_sizes(effort, results):
+    total = sum(sizes(results).values())
+    return Plan(lambda condition, rng: {"total": total}, [{}], 2)
+
+
+@table("ext_all", needs=("picture_size", "all_sizes"), evidence="photograph")
+def ext_all(results):
+    found = sizes(results)
+    total = int(results["all_sizes"].column("total")[0])
+    columns = {"set": list(found), "bytes": list(found.values())}
+    return Table(columns | {"total": [total] * len(found)}, "Sizes.")
+
+
+@claim("c_pictures", needs=("picture_size",), evidence="photograph")
+def judge_pictures(results):
+    return [Reading("undecided", " ".join(sizes(results)))]
+
+
+@numbers("n_pictures", needs=("picture_size",), evidence="photograph")
+def count_pictures(results):
+    return {"n_pictures": Value(len(sizes(results)))}
+
+
+# %% tags=["active-ipynb"]
+# found = results_behind("ext_all")["picture_size"]
+
+# %% tags=["active-ipynb"]
+# value("count", len(found))
+
+# %% tags=["active-ipynb"]
+# value("names", ", ".join(found))
+
+# %% tags=["active-ipynb"]
+# show_table("ext_all")
+'''
+ONE = """
+# %% [markdown]
+# # A set of pictures
+#
+# %%
+from pathlib import Path
+
+from repro.experiment import experiment, table
+from repro.outcomes import Plan, Table
+from repro.reader import show_table
+
+
+@experiment(
+    "picture_size", artefact="ext_one", shards={"quick": 1, "full": 1}, per_set=True
+)
+def picture_size(effort, folder):
+    size = (Path(folder) / "left.png").stat().st_size
+    return Plan(lambda condition, rng: {"bytes": size}, [{}], 1)
+
+
+@experiment(
+    "picture_share", artefact="ext_one", shards={"quick": 1, "full": 1}, per_set=True,
+    needs=("picture_size",),
+)
+def picture_share(effort, folder, results):
+    size = results["picture_size"].column("bytes")[0]
+    return Plan(lambda condition, rng: {"kilobytes": size / 1000}, [{}], 1)
+
+
+@table("ext_one", needs=("picture_size", "picture_share"), evidence="photograph",
+       per_set=True)
+def ext_one(results):
+    return Table(
+        {
+            "bytes": results["picture_size"].column("bytes"),
+            "kilobytes": results["picture_share"].column("kilobytes"),
+        },
+        "Its size.",
+    )
+
+
+# %% tags=["active-ipynb"]
+# show_table("ext_one")
+"""
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory) -> Path:
+    """A small checkout with two image sets, a page for each and one for both."""
+    root = small_checkout(tmp_path_factory.mktemp("sets") / "work")
+    (root / FOLDER).mkdir(parents=True)
+    (root / FOLDER / "__init__.py").write_text("")
+    (root / PAGE).write_text(ALL.lstrip())
+    (root / FOLDER / "one.py").write_text(ONE.lstrip())
+    add_set(root, "b-set", 7)
+    add_set(root, "a-set", 5)
+    return root
+
+
+def add_set(root: Path, name: str, size: int) -> None:
+    folder = root / "data" / "recorded" / name
+    folder.mkdir(parents=True)
+    (folder / "left.png").write_bytes(b"x" * size)
+    (folder / "set.yaml").write_text("views:\n- image: left.png\n")
+
+
+def work(root: Path) -> Work:
+    return Work(root, "quick", None, sets_of_report(root, ""))
+
+
+def rows(root: Path) -> list[list[str]]:
+    with (root / "figures/quick/ext_all.csv").open(newline="") as file:
+        return list(csv.reader(file))[1:]
+
+
+def judged(root: Path) -> dict:
+    path = root / "figures/quick/judged/ch03_pictures/all.json"
+    return json.loads(path.read_text())
+
+
+def page(root: Path) -> str:
+    return (root / "report/build/quick/pages/ch03_pictures/all.ipynb").read_text()
+
+
+def size_of(name: str) -> set[str]:
+    return {
+        f"experiment picture_size@{name}, part 0 of 1",
+        f"result picture_size@{name}",
+    }
+
+
+OF_ALL = {
+    "experiment all_sizes, part 0 of 2",
+    "experiment all_sizes, part 1 of 2",
+    "result all_sizes",
+    "table ext_all",
+}
+PAGE_OF_ALL = {"claims and numbers of ch03_pictures/all", "page ch03_pictures/all"}
+
+
+def test_a_producer_reads_its_own_set_or_every_set_of_the_build():
+    def read(own):
+        return discover.results_read(("one", "two"), {"two"}, own, ("b", "a"))
+
+    assert read("a") == {"one": "one", "two": "two@a"}
+    assert read("") == {"one": "one", "two": {"b": "two@b", "a": "two@a"}}
+    assert discover.result_ids(read("")) == ["one", "two@b", "two@a"]
+
+
+def test_inputs_name_every_set_of_the_build(checkout):
+    planned = work(checkout)
+    assert list(planned.sets) == ["a-set", "b-set"]
+    both = ["picture_size@a-set", "picture_size@b-set"]
+    assert planned.needed("table", "ext_all") == [*both, "all_sizes"]
+    assert planned.needed("experiment", "all_sizes") == both
+    own = ["picture_size@a-set", "picture_share@a-set"]
+    assert planned.needed("table", "ext_one@a-set") == own
+    read = set(planned.page_results("ch03_pictures/all"))
+    assert {f"figures/quick/results/{name}.json" for name in both} <= read
+    assert set(planned.page_results("ch03_pictures/a-set")) == {
+        f"figures/quick/results/{name}.json" for name in own
+    }
+
+
+def test_every_set_of_the_build_and_no_other(checkout):
+    status, text = build(checkout, "ch03")
+    assert status == 0, text
+    assert jobs(text) > size_of("a-set") | size_of("b-set") | OF_ALL
+    assert rows(checkout) == [["a-set", "5", "12"], ["b-set", "7", "12"]]
+    assert "There are 2 sets: a-set, b-set." in page(checkout)
+    claim = judged(checkout)["claims"]["c_pictures"]
+    assert claim["readings"][0]["regenerated"] == "a-set b-set"
+    assert claim["data"] == [
+        f"results/picture_size@{name}.json" for name in ("a-set", "b-set")
+    ]
+
+    # The result of the set that goes away stays where it is, and is not read.
+    shutil.rmtree(checkout / "data" / "recorded" / "a-set")
+    status, text = build(checkout, "ch03")
+    assert status == 0, text
+    assert jobs(text) == OF_ALL | PAGE_OF_ALL, text
+    assert (checkout / "figures/quick/results/picture_size@a-set.json").is_file()
+    assert rows(checkout) == [["b-set", "7", "7"]]
+    assert judged(checkout)["numbers"]["n_pictures"]["value"] == 1
+    assert "There are 1 sets: b-set." in page(checkout)
+    assert "a-set" not in page(checkout)
+
+    _, text = build(checkout, "ch03")
+    assert jobs(text) == set(), text
+
+
+def test_a_new_set_reaches_what_shows_all(checkout):
+    add_set(checkout, "c-set", 3)
+    status, text = build(checkout, "ext_all")
+    assert status == 0, text
+    assert jobs(text) == size_of("c-set") | OF_ALL, text
+    assert rows(checkout) == [["b-set", "7", "10"], ["c-set", "3", "10"]]
+
+
+def test_without_any_set_the_page_of_all_is_built(checkout):
+    shutil.rmtree(checkout / "data" / "recorded")
+    status, text = build(checkout, "ch03")
+    assert status == 0, text
+    assert rows(checkout) == []
+    assert "There are 0 sets: ." in page(checkout)
