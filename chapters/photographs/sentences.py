@@ -191,16 +191,16 @@ def comparison(study):
         f"general camera, is {ratio.value:.3g} ({ratio.low:.3g} to "
         f"{ratio.high:.3g}). "
     )
-    if _decided(for_general):
+    if decided(for_general):
         return (
             text + "**The general camera predicts these corners better.**"
         )
-    if _decided(for_zhang):
+    if decided(for_zhang):
         return text + "**Zhang's model predicts these corners better.**"
     return text + "**These photographs do not decide between the two.**"
 
 
-def _decided(won):
+def decided(won):
     """Whether a paired comparison of photographs comes out in favour.
 
     The number of photographs is what was brought, so it is not asked for here: with

@@ -11,7 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.photographs.undistort import reduced, undistorted
+from chapters.photographs.level import distortion_level
+from chapters.photographs.undistort import (
+    corrected_errors,
+    reduced,
+    undistorted,
+)
 from raxel.calibration import (
     BoardView,
     calibrate_generic,
@@ -213,6 +218,7 @@ def general_numbers(calibration, boards):
             for k, why in calibration.left_out.items()
         },
         "coverage": reduced(np.uint8(255) * mask, COVERAGE_PX),
+        "distortion": distortion_level(calibration.camera)._asdict(),
     }
 
 
@@ -266,9 +272,15 @@ def scores(cameras, view):
     answered = np.all(
         [np.isfinite(s.residuals_px) for s in same.values()], axis=0
     )
+    corrected = corrected_errors(
+        cameras,
+        view._replace(pixels=np.where(answered, view.pixels, np.nan)),
+    )
     for model, score in same.items():
         residuals = np.where(answered, score.residuals_px, np.nan)
-        result[model]["same"] = errors(score, residuals)
+        result[model]["same"] = errors(score, residuals) | {
+            "corrected_px": corrected[model]
+        }
     return result
 
 

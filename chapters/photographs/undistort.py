@@ -46,7 +46,7 @@ def undistorted(image_set, cameras, boards, width_px):
     if not boards or not cameras:
         return {"reason": "no camera to look through"}
     board = _farthest_out(image_set, cameras, boards)
-    planes, reasons, towards = _planes(image_set, cameras, board)
+    planes, reasons, towards = view_planes(cameras, board.view)
     shown = boards if towards == "mid-image" else [board]
     zoom = _zoom(image_set, cameras, planes, shown)
     image = as_8_bit(read_image(image_set, image_set.views[board.index]))
@@ -60,7 +60,9 @@ def undistorted(image_set, cameras, boards, width_px):
     }
     shared = _seen_by_all(cameras, board)
     result["taken"] = {
-        "distortion_px": _distortion(board.view, board.view.pixels, shared)
+        "distortion_px": distortion_rms(
+            board.view, board.view.pixels, shared
+        )
     }
     for model, camera in cameras.items():
         result[model] = {"reason": reasons.get(model, "")}
@@ -69,7 +71,7 @@ def undistorted(image_set, cameras, boards, width_px):
             result[model] |= _picture(camera, view, image)
             corners = _corners(camera, view, board.view.pixels)
             result[model]["corners"] = corners
-            result[model]["distortion_px"] = _distortion(
+            result[model]["distortion_px"] = distortion_rms(
                 board.view,
                 corners * image_set.width / view.width / zoom,
                 shared,
@@ -97,7 +99,28 @@ def _seen_by_all(cameras, board):
     return np.all([r.valid for r in rays], axis=0)
 
 
-def _distortion(view, corners, shared):
+def corrected_errors(cameras, view):
+    """{model: RMS in px} of section 2.5.2, on the corners that all cameras see.
+
+    The corners of one board in the distortion-free view of each camera, less what a
+    homography from the board makes of them. Looks where `view_planes` does. NaN where
+    fewer than twelve corners lie ahead of every camera.
+    """
+    planes, reasons, _ = view_planes(cameras, view)
+    if reasons:
+        return dict.fromkeys(cameras, np.nan)
+    seen = {
+        m: corrected_view(camera.rays(view.pixels).directions, planes[m])
+        for m, camera in cameras.items()
+    }
+    shared = np.all([valid for _, valid in seen.values()], axis=0)
+    return {
+        m: distortion_rms(view, corners, shared)
+        for m, (corners, _) in seen.items()
+    }
+
+
+def distortion_rms(view, corners, shared):
     """RMS in px of what a homography from the board leaves of its corners."""
     use = shared & np.isfinite(corners[:, 0])
     if np.count_nonzero(use) < FEWEST_CORNERS:
@@ -106,12 +129,13 @@ def _distortion(view, corners, shared):
     return np.sqrt(np.mean(np.sum(residuals**2, axis=1)))
 
 
-def _planes(image_set, cameras, board):
+def view_planes(cameras, view):
     """{model: SyntheticPlane}, {model: reason}, and what the view looks at."""
-    middle = np.array([image_set.width - 1, image_set.height - 1]) / 2
+    sizes = {(c.width, c.height) for c in cameras.values()}
+    middle = (np.array(sizes.pop()) - 1) / 2
     towards = {
         "mid-image": middle,
-        "the board": board.view.pixels.mean(axis=0),
+        "the board": np.nanmean(view.pixels, axis=0),
     }
     for name, pixel in towards.items():  # noqa: B007
         planes, reasons = {}, {}
