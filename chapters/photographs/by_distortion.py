@@ -95,9 +95,11 @@ from repro.reader import results_behind, show, show_code, show_table, value
 # - *Residual*: the board's pose is fitted to the rays, and its corners are
 #   projected back into the photograph. The distance to the corners found.
 # - *Corrected*, the thesis's own: rays meet a plane at right angles to the
-#   principal ray, and a homography from the board is taken out. It is
-#   measured in px of the corrected view, which stretches what is far from
-#   the axis. Corners at 90° or beyond have no place in that view.
+#   principal ray, and a homography from the board is taken out. The
+#   principal ray is that of mid-image, or, where both models do not have
+#   it, that of the board's middle. The px are of the corrected view, which
+#   stretches what is far from the axis. Corners at 90° or beyond have no
+#   place in it.
 
 # %% tags=["active-ipynb", "hide-output"]
 # show_code(corrected_errors)
@@ -163,9 +165,9 @@ def ext_real_by_distortion_figure(results):
 #   would do better on a fisheye. The general camera needs no such choice.
 # - Both are scored where the general camera has a ray. Elsewhere only the
 #   parametric model answers, rightly or not; the table gives the share.
-# - Boards that the detector did not find are missing, and strong distortion
-#   is why it misses them. So the most distorted sets are judged on their
-#   easy part. The thesis says the same of its own.
+# - Boards that the detector did not find are missing. Strong distortion is
+#   one reason to miss them, so distorted sets may be judged on their easy
+#   part. The thesis says the same of its own images.
 # - The level of a mirror is rough. The middle of its image shows the camera
 #   itself, so the slope at the axis is an extrapolation.
 
@@ -193,9 +195,9 @@ def ext_real_by_distortion_figure(results):
 # check(None, **level_task(lens))
 
 # %% [markdown]
-# **2.** A one-sided signed-rank test compares two models on $n$ photographs.
-# The clearest outcome is that one of them wins on every photograph. How
-# many photographs does it take at least for $p < 0.01$?
+# **2.** A one-sided signed-rank test compares two models on $n$
+# photographs. The clearest outcome is that one of them wins on every
+# photograph. How many photographs does it take at least for $p < 0.01$?
 
 # %% tags=["active-ipynb"]
 # check(None, **photographs_task())

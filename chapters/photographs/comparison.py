@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import ceil, isfinite, log2
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter
 
 from chapters.photographs.pictures import EMPTY_IN, note
 from chapters.photographs.reading import (
@@ -33,7 +34,7 @@ QUANTITIES = {
 # One-sided signed ranks over n pairs reach p = 1 / 2^n at best.
 FEWEST_DECIDING = ceil(log2(1 / SIGNIFICANCE))
 APART = (
-    0.0045  # of the two models' marks at one level, as a share of the axis
+    0.006  # half of that of the two models' marks, as a share of the axis
 )
 NAME_APART = 0.055  # of the names above the figure
 
@@ -158,7 +159,9 @@ def _row(one):
         "Set": one.name if one else "",
         "Level (1)": _number(one.level if one else np.nan, 3),
         "Widest angle (deg)": _number(one.widest_deg if one else np.nan, 3),
-        "Boards found": f"{len(found)} of {len(images)}",
+        "Boards found": f"{len(found)} of {len(images)}"
+        if images
+        else NONE,
         "Zhang (px)": zhang["rms_px"],
         "General (px)": general["rms_px"],
         "Zhang, corrected (px)": zhang["corrected_px"],
@@ -198,13 +201,17 @@ def sets_figure(results):
             axes, "No image set of this build compares the two models.", 60
         )
         return Drawing(drawn, data, _figure_caption(sets))
-    drawn, axes = new_figure(2, 1, height_in=5.6, sharex=True)
+    drawn, axes = new_figure(2, 1, height_in=5.6, sharex=True, sharey=True)
     for place, (quantity, label) in zip(
         axes, QUANTITIES.items(), strict=True
     ):
         _panel(place, sets, quantity)
         place.set_ylabel(label)
         place.set_yscale("log")
+        place.yaxis.set_major_formatter(
+            FuncFormatter(lambda y, _: f"{y:g}")
+        )
+        place.grid(False, axis="x")
     span = max(1.0, *(one.level for one in sets))
     axes[1].set_xlim(-0.04 * span, 1.06 * span)
     axes[1].set_xlabel("Distortion level (1)")
@@ -219,12 +226,9 @@ def _panel(axes, sets, quantity):
     shown = [one for one in sets if one.errors[quantity]]
     span = max(1.0, *(one.level for one in sets))
     for one in sets:
-        axes.axvline(one.level, color="#b8bec5", linewidth=0.8, zorder=0)
+        axes.axvline(one.level, color="#8b929a", linewidth=0.8, zorder=0)
     for index, (model, name) in enumerate(NAMES.items()):
-        at = [
-            one.level + (2 * index - 1) * APART * 1.1 * span
-            for one in shown
-        ]
+        at = [one.level + (2 * index - 1) * APART * span for one in shown]
         found = np.array(
             [one.errors[quantity][model][:3] for one in shown]
         ).reshape(-1, 3)

@@ -48,8 +48,9 @@ def trend(sets):
     return (
         f"From the least distorted set to the most distorted, level "
         f"{first.level:.2g} to {last.level:.2g}: in {first.name} "
-        f"{_both(first)}; in {last.name} {_both(last)}. Zhang's error over the "
-        f"general camera's goes from {_ratio(first):.2g} to {_ratio(last):.2g}."
+        f"{_both(first)}; in {last.name} {_both(last)}. The ratio of "
+        f"Zhang's error to the general camera's goes from {_ratio(first):.2g} to "
+        f"{_ratio(last):.2g}."
     )
 
 
@@ -83,9 +84,11 @@ def winners(sets):
 
 
 def _said_better(outcome):
-    if outcome in NAMES.values():
-        return f"{outcome} predicts better"
-    return outcome
+    said = {
+        NAMES["general"]: "the general camera predicts better",
+        NAMES["zhang"]: "Zhang's model predicts better",
+    }
+    return said.get(outcome, outcome)
 
 
 def corrected(sets):
@@ -117,7 +120,7 @@ def axis(sets):
         for one in known
     ]
     return (
-        "Half of the pixels lie nearer to the fitted curve than: "
+        "Median distance of the pixels from the fitted curve: "
         f"{', '.join(parts)}. Where that is much, the camera is not round, or "
         "its rays do not meet, and its level is rough."
     )

@@ -264,7 +264,8 @@ def ext_models(results):
 # show_table("ext_models", digits=3)
 
 # %% [markdown]
-# {glue:text}`comparison` {glue:text}`angles`
+# {glue:text}`comparison` {glue:text}`angles` Other lenses stand beside this
+# one on [a page of their own](by_distortion.ipynb).
 #
 # A model counts as better when a one-sided Wilcoxon signed-rank test over
 # the photographs gives p < 0.01 and its median error is smaller by a factor
