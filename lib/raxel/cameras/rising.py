@@ -14,6 +14,9 @@ def smallest_positive_root(ascending):
     return float(real[real > 0].min(initial=np.inf))
 
 
+NODES = 1025  # of the table that gives the first guess
+
+
 def invert_rising(function, slope, targets, high):
     """x in [0, high] with function(x) = targets, for a function rising from 0.
 
@@ -22,16 +25,8 @@ def invert_rising(function, slope, targets, high):
     replaced by bisection, so that the branch between 0 and `high` is never left.
     """
     targets = np.asarray(targets, float)
-    low = np.zeros_like(targets)
-    top = np.full_like(targets, min(high, 1.0))
     with np.errstate(all="ignore"):
-        while True:
-            short = (function(top) < targets) & (top < min(high, 1e200))
-            if not short.any():
-                break
-            low = np.where(short, top, low)
-            top = np.where(short, np.minimum(2 * top, high), top)
-        x = (low + top) / 2
+        low, top, x = _bracket(function, targets, high)
         done = np.zeros(len(targets), bool)
         for _ in range(200):
             gap = function(x) - targets
@@ -46,3 +41,25 @@ def invert_rising(function, slope, targets, high):
             if done.all():
                 break
     return x
+
+
+def _bracket(function, targets, high):
+    """Ends around each solution, and a first guess between them.
+
+    Where the range is finite, from a table of the function: it depends on nothing but
+    the range, so a guess does not depend on the other targets.
+    """
+    if np.isfinite(high):
+        nodes = np.linspace(0, high, NODES)
+        values = np.maximum.accumulate(function(nodes))
+        if np.isfinite(values).all():
+            place = np.clip(np.searchsorted(values, targets), 1, NODES - 1)
+            return nodes[place - 1], nodes[place], np.interp(targets, values, nodes)
+    low = np.zeros_like(targets)
+    top = np.full_like(targets, min(high, 1.0))
+    while True:
+        short = (function(top) < targets) & (top < min(high, 1e200))
+        if not short.any():
+            return low, top, (low + top) / 2
+        low = np.where(short, top, low)
+        top = np.where(short, np.minimum(2 * top, high), top)
