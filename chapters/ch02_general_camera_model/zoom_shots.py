@@ -1,0 +1,135 @@
+"""The pictures of section 2.5.2: boards before a lens at three zoom settings.
+
+A seed draws its poses; its corners are then found in rendered pictures, or
+redrawn: true projections, each board with the errors of one board that was
+found in a rendered picture (or not found at all, as some of those).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration import BoardView
+from raxel.features import find_opencv
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.lab import board_scene, load_rig
+
+ROOT = Path(__file__).resolve().parents[2]
+ZOOMS = (1, 2, 3)
+STAGE_ZOOM, FACADE_ZOOM = 3, 2
+STAGE_IMAGES, STEP_MM = 5, 25.0
+STAGE_TURN_DEG = 10.0
+MOST_DRAWS = 2000
+
+
+class Counts(NamedTuple):
+    """How many pictures of boards a seed has, by their use."""
+
+    calibration: int
+    held_out: int
+
+
+class Boards(NamedTuple):
+    """Corners (n, N, 2) of n boards, NaN where not found, and true ones.
+
+    The stage's boards are none where the zoom is not STAGE_ZOOM.
+    """
+
+    found: np.ndarray
+    true: np.ndarray
+
+
+@cache
+def rig_of(zoom):
+    """The rig of one zoom setting."""
+    path = ROOT / "data" / "rigs" / f"coolpix-fce8-zoom-{zoom}.yaml"
+    return load_rig(path)
+
+
+@cache
+def camera_of(zoom):
+    """The true camera: for projecting and for scoring, not for calibrating."""
+    return rig_of(zoom).laboratory().camera
+
+
+def draw_poses(zoom, counts, rng):
+    """Poses T_camera_grid (n, 4, 4) of a seed's boards, by their use."""
+    rig = rig_of(zoom)
+    uses = {
+        "calibration": rig.draw_poses(rng, counts.calibration),
+        "held_out": rig.draw_poses(rng, counts.held_out),
+    }
+    if zoom == STAGE_ZOOM:
+        uses["stage"] = draw_stage(rig, rng)
+    return uses
+
+
+def draw_stage(rig, rng):
+    """Five poses, 25 mm apart along one line, all in view."""
+    for _ in range(MOST_DRAWS):
+        middle = rig.draw_poses(rng, 1)[0]
+        axis = rng.standard_normal(3)
+        turn = np.radians(rng.uniform(0, STAGE_TURN_DEG))
+        turned = rotation_from_vector(turn * axis / np.linalg.norm(axis))
+        along = middle[:3, :3] @ turned[:, 0]
+        steps = np.arange(STAGE_IMAGES) - (STAGE_IMAGES - 1) / 2
+        shifts = middle[:3, 3] + STEP_MM * steps[:, None] * along
+        poses = pose(middle[:3, :3], shifts)
+        if all(rig.shows(T) for T in poses):
+            return poses
+    raise RuntimeError("the rig's boards leave no room for the stage")
+
+
+def true_corners(zoom, poses):
+    """Projections (n, N, 2) of the board's corners."""
+    flat = np.pad(rig_of(zoom).target.points(), ((0, 0), (0, 1)))
+    return np.stack(
+        [camera_of(zoom).project(transform(T, flat)).pixels for T in poses]
+    )
+
+
+def photograph(zoom, T_camera_grid, rng):
+    """One picture of the board, uint8 (height, width)."""
+    rig = rig_of(zoom)
+    scene = board_scene(rig.target, T_camera_grid, rig.border_mm)
+    return rig.laboratory().photograph(scene, np.eye(4), rng)
+
+
+def find(zoom, image):
+    """Corners (N, 2) that the detector finds, or NaN."""
+    target = rig_of(zoom).target
+    seen = find_opencv(image, target.columns, target.rows)
+    if seen.found:
+        return seen.corners
+    return np.full((target.columns * target.rows, 2), np.nan)
+
+
+def found_in_pictures(zoom, poses, rng):
+    """Photograph the boards and search every picture: (Boards, pictures)."""
+    pictures = [photograph(zoom, T, rng) for T in poses]
+    found = np.stack([find(zoom, picture) for picture in pictures])
+    return Boards(found, true_corners(zoom, poses)), pictures
+
+
+def redrawn(zoom, poses, errors, rng):
+    """Boards whose corners err as one board of `errors` (m, N, 2) each."""
+    true = true_corners(zoom, poses)
+    return Boards(
+        true + errors[rng.integers(len(errors), size=len(true))], true
+    )
+
+
+def views_of(zoom, corners):
+    """BoardViews of the boards that were found."""
+    target = rig_of(zoom).target
+    return [
+        BoardView(
+            pixels, target.points(), target.columns, target.rows, str(index)
+        )
+        for index, pixels in enumerate(corners)
+        if np.isfinite(pixels).all()
+    ]

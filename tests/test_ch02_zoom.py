@@ -1,0 +1,109 @@
+"""Scores of section 2.5.2: nothing left by the true camera, and known patterns seen."""
+
+import numpy as np
+import pytest
+
+from chapters.ch02_general_camera_model import synthetic, true_centre, zoom_scores
+from raxel.calibration import BoardView
+from raxel.cameras import FisheyeCamera, PerspectiveCamera
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+from raxel.sets import Chessboard
+
+BOARD = Chessboard(12, 9, 15.0)
+LENS = FisheyeCamera("equidistance", 250.0, [320.0, 240.0], 640, 480)
+
+
+def seen(camera, vector, shift):
+    """The board from one pose: BoardView and T_camera_grid."""
+    R = rotation_from_vector(np.array(vector, float))
+    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    T = pose(R, np.array(shift) - R @ flat.mean(axis=0))
+    pixels = camera.project(transform(T, flat)).pixels
+    return BoardView(pixels, BOARD.points(), 12, 9), T
+
+
+def test_the_true_camera_leaves_no_residual():
+    view, _ = seen(LENS, [0.3, -0.2, 0.5], [10.0, -5.0, 180.0])
+    pixels, corrected, source, left_out = zoom_scores.residuals_of(LENS, view)
+    assert left_out == 0
+    assert len(pixels) == 108
+    assert np.abs(corrected).max() < 1e-8
+    assert np.abs(source).max() < 1e-8
+
+
+def test_residuals_of_both_scales_agree_at_the_centre():
+    """There a px of the corrected view is as large as one of the image."""
+    view, _ = seen(LENS, [0.0, 0.0, 0.0], [0.0, 0.0, 5000.0])
+    noise = np.random.default_rng(0).normal(0, 0.2, view.pixels.shape)
+    view = view._replace(pixels=view.pixels + noise)
+    _, corrected, source, _ = zoom_scores.residuals_of(LENS, view)
+    assert np.allclose(corrected, source, atol=2e-3)
+
+
+def test_a_wrong_law_leaves_a_radial_pattern_that_turns_round():
+    pinhole = PerspectiveCamera(
+        [[250.0, 0, 319.5], [0, 250.0, 239.5], [0, 0, 1]], [], 640, 480
+    )
+    views = [seen(LENS, [0.0, 0.0, k], [0.0, 0.0, 120.0])[0] for k in (0.0, 0.4, 0.9)]
+    found = zoom_scores.radial_bias(pinhole, views, np.array([320.0, 240.0]))
+    inner, outer = found["corrected"]["q2"], found["corrected"]["q5"]
+    assert inner["mean_px"] * outer["mean_px"] < 0
+    assert inner["p"] < 0.01
+    assert outer["p"] < 0.01
+
+
+def test_morans_index_tells_a_field_from_noise():
+    rng = np.random.default_rng(1)
+    places = BOARD.points()
+    smooth = np.column_stack([np.sin(places[:, 0] / 40), np.cos(places[:, 1] / 40)])
+    index, p = zoom_scores.moran(places, smooth, rng)
+    assert index > 0.5
+    assert p == pytest.approx(1 / 1000)
+    chance = [zoom_scores.moran(places, rng.normal(size=(108, 2)), rng)[1]
+              for _ in range(40)]  # fmt: skip
+    # p is uniform without a pattern: 40 draws rarely have more than 4 below 0.02.
+    assert np.count_nonzero(np.array(chance) < 0.02) <= 4
+
+
+def test_steps_of_a_stage_come_back_in_both_frames():
+    _, first = seen(LENS, [0.2, 0.3, 0.1], [-20.0, 0.0, 200.0])
+    along = first[:3, :3] @ [1.0, 0, 0]
+    poses = [first]
+    for _ in range(4):
+        poses.append(poses[-1].copy())
+        poses[-1][:3, 3] += 25 * along
+    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    views = [
+        BoardView(LENS.project(transform(T, flat)).pixels, BOARD.points(), 12, 9)
+        for T in poses
+    ]
+    found = zoom_scores.stage_poses(LENS, views)
+    steps = zoom_scores.steps_of(found)
+    assert np.allclose(steps["grid"], [25.0, 0, 0], atol=1e-6)
+    assert np.allclose(steps["camera"], 25 * along, atol=1e-6)
+    scatter = zoom_scores.scatter_of(steps["grid"])
+    assert scatter["step_mm"] == pytest.approx(25)
+    assert scatter["deviation_mm"] < 1e-6
+
+
+def test_the_true_centre_is_that_of_the_base_grids_frame():
+    out = true_centre.centre_trial({}, np.random.default_rng(3))
+    for linear in ("as printed", "well conditioned"):
+        assert out[linear]["centre_error_mm"] > 0
+        ratio = out[linear]["corrected"]["ratio"]
+        assert 0 < ratio < 1.5
+
+
+def test_without_noise_the_true_centre_leaves_nothing():
+    scene = true_centre.SCENE | {"noise": 0.0}
+    data, _ = synthetic.measure(scene, np.random.default_rng(0))
+    T_base_grid = inverse_pose(data.grids[0]) @ data.grids
+    left = true_centre.rms_of(data, inverse_pose(data.grids[0])[:3, 3], T_base_grid)
+    assert max(left.values()) < 1e-6
+
+
+def test_a_homography_removes_a_plane_and_leaves_distortion():
+    for seed in range(5):
+        out = true_centre.homography_trial({}, np.random.default_rng(seed))
+        assert out["without_px"] < 1e-8
+        assert out["with_px"] > 0.05
