@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras.base import pixel_grid
+from raxel.cameras.centrality import closest_point
 from raxel.cameras.perspective import PerspectiveCamera
 from raxel.errors import InputError
 
@@ -14,6 +15,8 @@ WIDEST = np.radians(60)
 LEAST_SLOPE = 1e-9
 BLOCK = 1 << 16
 NOWHERE = -10.0
+# Points stand for directions at this range, mm: beyond any mirror of the camera's.
+FAR = 1e6
 
 
 class PerspectiveView(NamedTuple):
@@ -28,6 +31,13 @@ class PerspectiveView(NamedTuple):
     centre: np.ndarray
     width: int
     height: int
+
+    def directions(self, pixels):
+        """Unit directions (N, 3), in the camera frame, of the view's pixels (N, 2)."""
+        homogeneous = np.column_stack((pixels, np.ones(len(pixels))))
+        straight = homogeneous @ np.linalg.inv(self.K).T
+        straight /= np.linalg.norm(straight, axis=1, keepdims=True)
+        return straight @ self.R_camera_view.T
 
 
 def perspective_view(camera):
@@ -57,7 +67,7 @@ def perspective_view(camera):
     own_scale = 1 / np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
     focal = min(own_scale, _focal_that_holds(camera, R_camera_view, middle))
     K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
-    return PerspectiveView(K, R_camera_view, rays.origins[0], *size)
+    return PerspectiveView(K, R_camera_view, closest_point(rays), *size)
 
 
 def _focal_that_holds(camera, R_camera_view, middle):
@@ -74,17 +84,15 @@ def _focal_that_holds(camera, R_camera_view, middle):
 def source_pixels(camera, view):
     """Where each pixel of the view comes from, (height, width, 2) float32.
 
-    Far outside the image where the camera does not see that direction.
+    view: anything with `directions`, `centre`, `width` and `height`. The position is
+    far outside the image where the camera does not see that direction.
     """
     sources = np.full((view.height * view.width, 2), NOWHERE, dtype=np.float32)
-    K_inverse = np.linalg.inv(view.K)
     rows = max(1, BLOCK // view.width)
     for top in range(0, view.height, rows):
         count = min(rows, view.height - top)
         pixels = pixel_grid(view.width, count) + [0, top]
-        straight = np.column_stack((pixels, np.ones(len(pixels)))) @ K_inverse.T
-        straight /= np.linalg.norm(straight, axis=1, keepdims=True)
-        seen, valid = camera.project(straight @ view.R_camera_view.T + view.centre)
+        seen, valid = camera.project(FAR * view.directions(pixels) + view.centre)
         block = sources[top * view.width : (top + count) * view.width]
         block[valid] = seen[valid]
     return sources.reshape(view.height, view.width, 2)
