@@ -90,6 +90,14 @@ def open_results(experiment: str) -> Result:
     return Result(_needed(folder / f"{name}.json", "report"))
 
 
+def seconds(experiment: str) -> float:
+    """Seconds that an experiment took when it was run, added up over its jobs."""
+    folder = base() / "results"
+    name = _identified(experiment, folder)
+    record = _needed(folder / f"{name}.run.json", "report")
+    return float(json.loads(record.read_text("utf-8"))["seconds"])
+
+
 def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
     """The results that a figure or table was made from, just as its producer got them.
 

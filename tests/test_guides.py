@@ -1,0 +1,218 @@
+"""The guides: a table from made-up results, and exercises found in pages."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chapters.guides import choose_a_method, class_exercises, for_teachers
+from chapters.guides.method_table import (
+    COLUMNS,
+    NONE,
+    costs,
+    method_seconds,
+    named,
+    rounded_seconds,
+)
+from repro import reader
+from repro.results import Result
+
+ROOT = Path(__file__).resolve().parents[1]
+METHODS = ("parametric", "generic_well_conditioned")
+
+
+def result(folder, name, settings, cases):
+    """A result of three trials a condition: cases are (condition, values)."""
+    path = folder / f"{name}.json"
+    trials = [
+        {"condition": i, "trial": t, "values": values(t)}
+        for i, (_, values) in enumerate(cases)
+        for t in range(3)
+    ]
+    content = {
+        "experiment": name,
+        "effort": "quick",
+        "settings": settings,
+        "conditions": [condition for condition, _ in cases],
+        "trials_per_condition": 3,
+        "trials": trials,
+    }
+    path.write_text(json.dumps(content))
+    return Result(path)
+
+
+def of_methods(*names, zhang, generic):
+    """Values of a trial: the same names of both methods."""
+    return lambda t: {
+        f"{method}.{name}": level + 0.01 * t
+        for method, level in zip(METHODS, (zhang, generic), strict=True)
+        for name in names
+    }
+
+
+@pytest.fixture
+def results(tmp_path):
+    scores = of_methods("ray_deg", "clean.source.mean_px", zhang=0.5, generic=0.25)
+    fov = [
+        ({"fov_deg": f, "domain": "px", "extent": e}, scores)
+        for f in (60, 120, 150)
+        for e in ("unbounded", "finite")
+    ]
+    kept_out = "held_out.corrected.rms_px"
+    zoom = [({"zoom": z}, of_methods(kept_out, zhang=z, generic=0.7)) for z in (1, 2)]
+    stage = "stage.grid.deviation_mm"
+    zoom.append(({"zoom": 3}, of_methods(kept_out, stage, zhang=3, generic=0.7)))
+    wrong = [
+        ({"kind": kind}, lambda t: {"ray_deg.1": 0.2})
+        for kind in ("translation", "rotation")
+    ]
+    return {
+        "fig_2_3_fov": result(
+            tmp_path, "fig_2_3_fov", {"fov_sweep": {"noise": 0.5}}, fov
+        ),
+        "table_2_2_redrawn": result(
+            tmp_path, "table_2_2_redrawn", {"calibration_images": 14}, zoom
+        ),
+        "fig_2_2_error": result(tmp_path, "fig_2_2_error", {}, wrong),
+        "photograph_study": {},
+    }
+
+
+def test_the_table_has_a_row_for_everything_measured(results):
+    table = choose_a_method.ext_methods(results)
+    assert tuple(table.columns) == COLUMNS
+    assert {len(cells) for cells in table.columns.values()} == {6 + 3 + 1 + 2}
+    zhang, generic = table.columns["Zhang"], table.columns["Generic, unknown poses"]
+    assert zhang[0].startswith("0.51 (")
+    assert generic[0].startswith("0.26 (")
+    motion = table.columns["General, known motion"]
+    assert motion[:-2] == [NONE] * 10
+    assert zhang[-2:] == generic[-2:] == [NONE] * 2
+    assert motion[-1].startswith("0.2 (")
+
+
+def test_a_method_that_never_worked_has_a_dash(results, tmp_path):
+    cases = [
+        ({"zoom": z}, of_methods("left_out", zhang=0.0, generic=0.0)) for z in (1, 2, 3)
+    ]
+    settings = {"calibration_images": 8}
+    results["table_2_2_redrawn"] = result(tmp_path, "none", settings, cases)
+    rows = choose_a_method.ext_methods(results).columns
+    # Six simulated rows stand above the rendered ones.
+    assert rows["Evidence"][6:10] == ["rendered"] * 4
+    assert rows["Zhang"][6:10] == [NONE] * 4
+    assert named(results)["zhang.stage"] == "no value of"
+
+
+def test_every_number_of_the_decision_page_is_named(results):
+    text = Path(choose_a_method.__file__).read_text("utf-8")
+    used = {part.split("`")[1] for part in text.split("{glue:text}")[1:]}
+    assert used <= set(named(results))
+    assert named(results)["general.zoom.2"] == "0.71"
+
+
+def test_every_method_is_timed():
+    took = method_seconds()
+    assert set(took) == {"zhang", "general", "motion"}
+    assert all(np.isfinite(list(took.values())))
+    assert costs(took).markdown.count("\n") == 4
+
+
+def test_run_times_are_coarse():
+    assert [rounded_seconds(s) for s in (0.2, 1.4, 61.7)] == [
+        "under 1 s",
+        "1 s",
+        "62 s",
+    ]
+
+
+PAGE = """# %% [markdown]
+# # 9.9 A page
+#
+# `check(None, ...)` in prose does not count.
+
+# %% tags=["active-ipynb"]
+# base = start()
+
+# %% tags=["active-ipynb"]
+# double = 2 * base
+
+# %% tags=["active-ipynb", "remove-input"]
+# check(None, expected=lambda: double, hint="twice")
+
+# %% tags=["active-ipynb"]
+# show("fig_9_9")
+
+# %% tags=["active-ipynb"]
+# check_function(None, reference, cases)
+"""
+
+
+def test_exercises_are_counted_where_they_are_checked():
+    assert class_exercises.title_of(PAGE) == "9.9 A page"
+    assert [line.partition("(")[0] for line in class_exercises.checks(PAGE)] == [
+        "check",
+        "check_function",
+    ]
+
+
+def test_a_timed_exercise_is_computed_with_what_its_page_defines():
+    from repro.exercise import check, check_function
+
+    computed = []
+
+    def reference(x):
+        computed.append("function")
+        return x
+
+    names = {
+        "check": lambda answer, expected, **rest: (
+            computed.append(expected()) or check(answer, expected, **rest)
+        ),
+        "check_function": check_function,
+        "start": lambda: 21,
+        "reference": reference,
+        "cases": lambda: computed.append("cases") or [(1.0,)],
+    }
+    seconds = class_exercises.check_seconds(PAGE, names)
+    assert len(seconds) == 2
+    assert computed == [42, "cases"]
+    assert "double" not in names
+
+
+def test_exercises_of_a_real_page_can_be_timed():
+    pages = {page.id: page for page in class_exercises.pages_with_exercises()}
+    page = pages["ch02_general_camera_model/s4_generic_calibration"]
+    assert len(page.checks) == 2
+    assert class_exercises.timed_page(page).endswith(" s")
+    assert page.title in class_exercises.exercise_list([page]).markdown
+
+
+def test_the_routes_take_a_lesson_each():
+    text = Path(for_teachers.__file__).read_text("utf-8")
+    routes = text.split("# ## Route ")[1:]
+    assert len(routes) == 4
+    for route in routes:
+        steps = [p.split()[0] for p in route.split("# - **")[1:] if " min.**" in p]
+        assert sum(int(minutes) for minutes in steps) == 50
+
+
+def test_runs_of_a_class(results):
+    del results["photograph_study"]
+    columns = for_teachers.ext_class_runs(results).columns
+    assert columns["Trials each"] == [3, 3, 3]
+    assert columns["Conditions"] == [6, 3, 2]
+
+
+def test_seconds_are_those_of_the_run_record(tmp_path, monkeypatch):
+    for folder in ("chapters", "data/published", "figures/quick/results"):
+        (tmp_path / folder).mkdir(parents=True)
+    record = tmp_path / "figures/quick/results/fig_9_9.run.json"
+    record.write_text('{"seconds": 12.5, "jobs": 2}')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("RAXEL_EFFORT", "quick")
+    monkeypatch.delenv("RAXEL_SET", raising=False)
+    assert reader.seconds("fig_9_9") == 12.5
+    with pytest.raises(reader.Missing, match="make report"):
+        reader.seconds("fig_9_8")
