@@ -19,7 +19,7 @@ from repro.reader import results_behind, show_table, value
 # %% tags=["active-ipynb", "remove-input"]
 # found = named(results_behind("ext_methods"))
 
-# %% tags=["active-ipynb", "remove-input"]
+# %% tags=["active-ipynb"]
 # for name, text in found.items(): value(name, text)
 
 # %% [markdown]
@@ -127,7 +127,9 @@ def ext_methods(results):
 # %% [markdown]
 # *Residual, clean*: mean distance to points without noise, in px of the
 # source image. *Ray error*: median angle to the true rays after the best
-# rotation. *Kept out*: pictures that the calibration did not see. The
+# rotation. *Kept out*: pictures that the calibration did not see; *left
+# after correction*, RMS in px of the corrected view, as in Table 2.2;
+# otherwise in px of the photograph, after fitting the board's pose. The
 # generic method here is the well conditioned one that `raxel` uses.
 #
 # ## Cost

@@ -18,19 +18,19 @@ from repro.reader import open_results, seconds, show_table, value
 # %% tags=["active-ipynb", "remove-input"]
 # pages = pages_with_exercises()
 
-# %% tags=["active-ipynb", "remove-input"]
+# %% tags=["active-ipynb"]
 # value("pages", len(pages))
 
-# %% tags=["active-ipynb", "remove-input"]
+# %% tags=["active-ipynb"]
 # value("exercises", sum(len(page.checks) for page in pages))
 
-# %% tags=["active-ipynb", "remove-input"]
+# %% tags=["active-ipynb"]
 # value("fov", rounded_seconds(seconds("fig_2_3_fov")))
 
-# %% tags=["active-ipynb", "remove-input"]
+# %% tags=["active-ipynb"]
 # value("noise", rounded_seconds(seconds("fig_2_3_noise")))
 
-# %% tags=["active-ipynb", "remove-input"]
+# %% tags=["active-ipynb"]
 # value("trials", open_results("fig_2_3_fov").trials_per_condition)
 
 # %% [markdown]

@@ -100,7 +100,8 @@ def rendered_rows(zoom):
     for at in ZOOMS:
         found = of_both(zoom, name, zoom=at)
         camera = f"fisheye converter, set {at}"
-        yield ("rendered", camera, "residual, kept out (px)", *found, None)
+        quantity = "left after correction, kept out (px)"
+        yield ("rendered", camera, quantity, *found, None)
     found = of_both(zoom, "stage.grid.deviation_mm", zoom=STAGE_ZOOM)
     camera = f"fisheye converter, set {STAGE_ZOOM}"
     yield ("rendered", camera, "scatter of equal steps (mm)", *found, None)
