@@ -5,6 +5,8 @@ import pytest
 
 from chapters.ch02_general_camera_model import s5_1_claims as claims
 from chapters.ch02_general_camera_model import s5_1_values
+from chapters.ch02_general_camera_model import s5_2_agreement as agreement
+from chapters.ch02_general_camera_model import s5_2_claims as zoom_claims
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG
 
 TRIALS = 50
@@ -121,7 +123,24 @@ def test_proportion_holds_for_a_line_and_not_for_a_root():
     assert proportional(np.sqrt) == {"differs"}
 
 
-def test_distortion_is_taken_over_the_area_that_the_grids_cover():
+def rising_with_level(parametric, generic):
+    """The three sets at levels 0.1, 0.3 and 0.7, errors rising exponentially."""
+    levels = {1: 0.1, 2: 0.3, 3: 0.7}
+
+    def values(name, condition):
+        level = levels[condition["zoom"]]
+        if name == "distortion_level":
+            return np.full(TRIALS, level)
+        slope = parametric if name.startswith("parametric") else generic
+        return spread_about(np.exp(slope * level), 0.01, condition["zoom"])
+
+    return Trials(values)
+
+
+@pytest.mark.parametrize(
+    ("sets", "verdict"), [((5.0, 0.5), "reproduced"), ((5.0, 3.0), "differs")]
+)
+def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
     """Generic error flat over covered angles, whatever field of view was asked."""
 
     def values(name, condition):
@@ -129,19 +148,103 @@ def test_distortion_is_taken_over_the_area_that_the_grids_cover():
         if name == "widest_angle_deg":
             return np.full(TRIALS, covered)
         slope = 5.0 if name.startswith("parametric") else 0.5
-        level = claims.distortion_level(covered)
+        level = agreement.distortion_level(covered)
         return spread_about(np.exp(slope * level), 0.01, condition["fov_deg"])
 
-    readings = claims.judge_depends_on_distortion({"fig_2_3_fov": Trials(values)})
-    assert {r.verdict for r in readings} == {"reproduced"}
+    readings = agreement.judge_depends_on_distortion(
+        {"fig_2_3_fov": Trials(values), "table_2_2_redrawn": rising_with_level(*sets)}
+    )
+    assert {r.verdict for r in readings} == {verdict}
     assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
 
 
 def test_distortion_level_of_the_equidistance_law():
     # r / r_pinhole = f theta / (f tan theta), smallest at the widest angle.
-    assert claims.distortion_level(45) == pytest.approx(1 - np.pi / 4)
-    levels = [claims.distortion_level(fov / 2) for fov in FOVS_DEG]
+    assert agreement.distortion_level(45) == pytest.approx(1 - np.pi / 4)
+    levels = [agreement.distortion_level(fov / 2) for fov in FOVS_DEG]
     assert np.all(np.diff(levels) > 0)
+
+
+def of_zoom(parametric, generic):
+    """Residuals of the three sets, the same in every reading."""
+
+    def values(name, condition):
+        which = parametric if name.startswith("parametric") else generic
+        return which(condition["zoom"])
+
+    return Trials(values)
+
+
+@pytest.mark.parametrize(("growth", "verdict"), [(1.05, "reproduced"), (2, "differs")])
+def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
+    made = of_zoom(None, lambda zoom: spread_about(growth**zoom, 0.01, zoom))
+    readings = zoom_claims.judge_generic_flat({"table_2_2_redrawn": made})
+    assert {r.verdict for r in readings} == {verdict}
+    assert len(readings) == 16
+
+
+def test_a_failed_generic_seed_counts_against_it():
+    generic = np.full(TRIALS, 1.0)
+    generic[:6] = np.nan
+    made = of_zoom(lambda zoom: np.full(TRIALS, 2.0), lambda zoom: generic)
+    readings = zoom_claims.judge_parametric_worse({"table_2_2_redrawn": made})
+    assert {r.verdict for r in readings} == {"differs"}
+    assert readings[0].regenerated == pytest.approx(0.88)
+
+
+@pytest.mark.parametrize(("inner", "verdict"), [(-0.4, "reproduced"), (0.4, "differs")])
+def test_radial_bias_must_turn_round(inner, verdict):
+    def values(name, condition):
+        if name.endswith(".p"):
+            return np.full(TRIALS, 1e-5)
+        outer = name.endswith(("q4.mean_px", "q5.mean_px"))
+        return np.full(TRIALS, 0.5 if outer else inner)
+
+    made = {"table_2_2_redrawn": Trials(values)}
+    assert {r.verdict for r in zoom_claims.judge_radial_bias(made)} == {verdict}
+
+
+@pytest.mark.parametrize(("bias", "verdict"), [(0.2, "reproduced"), (0.3, "differs")])
+def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
+    def values(name, condition):
+        return np.full(TRIALS, 1.0 if name.endswith("rms_px") else -bias)
+
+    made = {"table_2_2_redrawn": Trials(values)}
+    assert {r.verdict for r in zoom_claims.judge_no_radial_bias(made)} == {verdict}
+
+
+@pytest.mark.parametrize(
+    ("p", "ratio", "verdict"),
+    [(0.001, 0.5, "reproduced"), (0.5, 0.5, "differs"), (0.001, 0.95, "differs")],
+)
+def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
+    made = {
+        "table_2_2_redrawn": Trials(lambda name, condition: np.full(TRIALS, p)),
+        "fig_2_5_true_centre": Trials(lambda name, condition: spread_about(ratio)),
+    }
+    assert {r.verdict for r in zoom_claims.judge_systematic(made)} == {verdict}
+
+
+def scatter(better, missing):
+    def values(name, condition):
+        middle = better if name.startswith("parametric") else 1.0
+        found = spread_about(middle, 0.1, len(name))
+        found[:missing] = np.nan
+        return found
+
+    return {"table_2_2_redrawn": Trials(values)}
+
+
+@pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
+def test_motion_is_won_by_the_smaller_scatter(better, verdict):
+    readings = zoom_claims.judge_motion(scatter(better, missing=0))
+    assert {r.verdict for r in readings} == {verdict}
+
+
+def test_motion_is_undecided_with_fewer_than_fifty_seeds():
+    readings = zoom_claims.judge_motion(scatter(3.0, missing=2))
+    assert {r.verdict for r in readings} == {"undecided"}
+    assert "2 seeds without" in readings[0].reason
 
 
 def test_projection_laws_are_compared_trial_by_trial():

@@ -322,51 +322,6 @@ def judge_crossover(results):
     return judged(results["fig_2_3_fov"], ALL, judge)
 
 
-def distortion_level(angle_deg: float) -> float:
-    """|r_distorted / r_pinhole - 1| of the equidistance law at an angle.
-
-    It rises with the angle from the axis: the widest one has the largest.
-    """
-    angle = np.radians(angle_deg)
-    return float(1 - angle / np.tan(angle))
-
-
-def _log_slope(x: np.ndarray, medians: np.ndarray) -> float:
-    return float(np.polyfit(x, np.log(medians), 1)[0])
-
-
-@claim("c2_real_vs_sim_agree", needs=("fig_2_3_fov",), evidence="synthetic")
-def judge_depends_on_distortion(results):
-    """Parametric error depends on distortion, generic a fifth at most."""
-
-    def judge(case):
-        widest = [
-            case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG
-        ]
-        levels = np.array([distortion_level(np.median(w)) for w in widest])
-        slopes = [
-            trend(
-                levels,
-                [one("mean_px", fov_deg=f) for f in FOVS_DEG],
-                _log_slope,
-            )
-            for one in (case.parametric, case.generic)
-        ]
-        parametric, generic = slopes
-        bound = parametric.value / 5
-        return (
-            all_of([parametric.above(0.0), generic.within(-bound, bound)]),
-            generic.value,
-            (generic.low, generic.high),
-            "generic slope of log residual; parametric slope "
-            f"{parametric.value:.2f} ({parametric.low:.2f} to "
-            f"{parametric.high:.2f}); the simulated half of the claim, real "
-            "images follow with Table 2.2",
-        )
-
-    return judged(results["fig_2_3_fov"], ALL, judge)
-
-
 @claim(
     "c2_modality_independent", needs=("fig_2_3_laws",), evidence="synthetic"
 )

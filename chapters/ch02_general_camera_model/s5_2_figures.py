@@ -104,7 +104,7 @@ def cell_of(result, method, statistic, zoom):
 def fig_2_5(results):
     """Residual vectors of one picture of set 3, fifty times as long."""
     rendered = results["table_2_2_rendered"]
-    drawn, axes = new_figure(1, 2, height_in=3.6, sharex=True, sharey=True)
+    drawn, axes = new_figure(1, 2, height_in=4.0, sharex=True, sharey=True)
     data = {name: [] for name in ("method", "u", "v", "du", "dv")}
     panels = ("parametric", "generic_as_printed")
     for panel, method, letter in zip(axes, panels, "ab", strict=True):
@@ -117,21 +117,22 @@ def fig_2_5(results):
         )  # fmt: skip
         panel.plot(u, v, "o", ms=1.2, color="0.4", zorder=0)
         rms = np.sqrt(np.nanmean(du**2 + dv**2))
-        panel.set_title(f"({letter}) {NAMES[method]}, RMS {rms:.2f} px")
-        panel.title.set_fontsize(8.5)
+        panel.set_title(f"({letter}) {NAMES[method]}\nRMS {rms:.2f} px")
         panel.set_aspect("equal")
         panel.set_xlabel("u in the image (px)")
         for row in zip(u, v, du, dv, strict=True):
             for name, cell in zip(data, (method, *row), strict=True):
                 data[name].append(cell)
-    axes[0].invert_yaxis()
+    axes[0].set_xlim(u.min() - 60, u.max() + 60)
+    axes[0].set_ylim(v.max() + 60, v.min() - 60)
     axes[0].set_ylabel("v in the image (px)")
     return Drawing(
         drawn,
         data,
         "Residual vectors at the corners of one calibration picture of set "
         f"3, in px of the corrected view, drawn {FIELD_SCALE} times as long "
-        "as they are. The picture is that of Fig. 2.4.",
+        "as they are; long ones leave the frame. The picture is that of "
+        "Fig. 2.4.",
     )
 
 
@@ -142,7 +143,7 @@ def fig_2_5(results):
 )
 def fig_2_6(results):
     """Recovered steps end to end, deviations twenty times as large."""
-    drawn, axes = new_figure(1, 2, height_in=3.3, width_ratios=(3, 2))
+    drawn, axes = new_figure(1, 2, height_in=3.6, width_ratios=(3, 2))
     data = {name: [] for name in ("method", "x_mm", "y_mm")}
     rendered = results["table_2_2_rendered"]
     axes[0].plot(

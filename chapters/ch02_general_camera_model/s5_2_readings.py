@@ -97,4 +97,4 @@ def share_of(true, total):
         / (1 + z**2 / total)
         * np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
     )
-    return f"{true} of {total} seeds ({middle - half:.2f} to {middle + half:.2f})"
+    return f"{true} of {total} seeds ({max(middle - half, 0):.2f} to {middle + half:.2f})"

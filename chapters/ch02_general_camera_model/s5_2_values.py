@@ -73,6 +73,8 @@ def name_values(open_results):
     made = open_results("table_2_2_redrawn")
     rendered = open_results("table_2_2_rendered")
     centre = open_results("fig_2_5_true_centre")
+    trials = rendered.trials_per_condition
+    value("asked", trials * rendered.settings["calibration_images"])
     shown = value("seeds", made.trials_per_condition)
     value("rendered_seeds", rendered.trials_per_condition)
     for zoom in ZOOMS:

@@ -1,0 +1,91 @@
+"""Real and simulated data compared: the error against the distortion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s5_1_claims import ALL
+from chapters.ch02_general_camera_model.s5_1_readings import judged
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG
+from chapters.ch02_general_camera_model.s5_2_claims import rendered_slopes
+from chapters.ch02_general_camera_model.s5_2_readings import (
+    Case as ZoomCase,
+)
+from raxel.evaluation.statistics import all_of, trend
+from repro.experiment import claim
+
+PAGE = "s5_2_real_data"
+
+
+def distortion_level(angle_deg: float) -> float:
+    """|r_distorted / r_pinhole - 1| of the equidistance law at an angle.
+
+    It rises with the angle from the axis: the widest one has the largest.
+    """
+    angle = np.radians(angle_deg)
+    return float(1 - angle / np.tan(angle))
+
+
+def _log_slope(x: np.ndarray, medians: np.ndarray) -> float:
+    return float(np.polyfit(x, np.log(medians), 1)[0])
+
+
+def _depends(parametric, generic) -> str:
+    """Parametric slope above zero, generic within a fifth of it."""
+    bound = abs(parametric.value) / 5
+    return all_of([parametric.above(0.0), generic.within(-bound, bound)])
+
+
+def _as_text(parametric, generic) -> str:
+    """Both slopes with their intervals, and what they decide."""
+    slopes = ", ".join(
+        f"{name} {s.value:.2f} ({s.low:.2f} to {s.high:.2f})"
+        for name, s in (("parametric", parametric), ("generic", generic))
+    )
+    return f"{slopes}: {_depends(parametric, generic)}"
+
+
+@claim(
+    "c2_real_vs_sim_agree",
+    needs=("fig_2_3_fov", "table_2_2_redrawn"),
+    evidence="rendered",
+)
+def judge_depends_on_distortion(results):
+    """Parametric error depends on distortion, generic a fifth at most.
+
+    In the simulated sweep and in the three rendered sets: both must agree.
+    """
+    sets = results["table_2_2_redrawn"]
+
+    def judge(case):
+        widest = [
+            case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG
+        ]
+        levels = np.array([distortion_level(np.median(w)) for w in widest])
+        slopes = [
+            trend(
+                levels,
+                [one("mean_px", fov_deg=f) for f in FOVS_DEG],
+                _log_slope,
+            )
+            for one in (case.parametric, case.generic)
+        ]
+        shared = ("standard_method", "residual_scale")
+        options = {name: case.options[name] for name in shared}
+        halves = slopes, rendered_slopes(ZoomCase(sets, options))
+        decision = all_of([_depends(*half) for half in halves])
+        generic = slopes[1]
+        return (
+            decision,
+            generic.value,
+            (generic.low, generic.high),
+            "generic slope of log residual in the sweep; "
+            + "; ".join(
+                f"{name}: {_as_text(*half)}"
+                for name, half in zip(
+                    ("sweep", "three sets"), halves, strict=True
+                )
+            ),
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
