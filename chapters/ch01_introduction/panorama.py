@@ -1,0 +1,170 @@
+"""The picture of Fig. 1.1: a room in a mirror, and its unwrapping."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from raxel.cameras import PerspectiveCamera
+from raxel.cameras.quadric_mirror import QuadricMirrorCamera
+from raxel.geometry import inverse_pose, pose, transform
+from raxel.lab import Laboratory, load_rig, room
+from raxel.multiview.cylindrical_view import cylindrical_view
+from raxel.multiview.perspective_view import resample, source_pixels
+
+ROOT = Path(__file__).resolve().parents[2]
+RIG = "panorama-hyperboloid"
+# The camera looks straight up, the top of its picture is straight ahead:
+# its x, y and z axes in the world, which has x right, y down, z ahead.
+R_WORLD_CAMERA = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
+DOWN, AHEAD = R_WORLD_CAMERA.T @ [0, 1, 0], R_WORLD_CAMERA.T @ [0, 0, 1]
+ON_EDGE = 60
+LEVEL_MM = 2000.0
+# A border is looked for this far, px, from where its column should be.
+SEARCH_PX = 3
+LEAST_STEP = 12.0
+FEWEST_ROWS = 8
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+@cache
+def laboratory(size):
+    """The rig, with `size` times its pixels each way."""
+    rig = load_rig(ROOT / "data" / "rigs" / f"{RIG}.yaml")
+    mirror, viewer = rig.camera, rig.camera.viewer
+    width, height = (round(size * n) for n in (viewer.width, viewer.height))
+    # Pixel centres are at whole numbers: a picture starts at -0.5.
+    K = np.diag([size, size, 1.0]) @ viewer.K
+    K[:2, 2] += (size - 1) / 2
+    camera = QuadricMirrorCamera(
+        PerspectiveCamera(K, viewer.radial, width, height),
+        mirror.shape,
+        mirror.axes,
+        mirror.rim_radius,
+        mirror.T_viewer_mirror,
+        mirror.side,
+        mirror.hole_radius,
+    )
+    pupil = size * rig.optics.exit_pupil_px
+    optics = replace(rig.optics, exit_pupil_px=pupil)
+    return Laboratory(camera, rig.sensor, optics)
+
+
+def T_world_camera(camera):
+    """The mirror's inner focus in the middle of the room, at eye level."""
+    return pose(R_WORLD_CAMERA, -R_WORLD_CAMERA @ camera.centre)
+
+
+def view_of(camera):
+    """The cylinder about the mirror's focus, as wide as the picture."""
+    return cylindrical_view(camera, DOWN, AHEAD, camera.width)
+
+
+def picture_trial(condition, rng):
+    """Photograph the room, unwrap the picture, and look for its verticals."""
+    lab = laboratory(condition["size"])
+    camera, view = lab.camera, view_of(lab.camera)
+    picture = lab.photograph(
+        room(), T_world_camera(camera), rng, colour=True
+    )
+    unwrapped = resample(picture, source_pixels(camera, view))
+    row, columns = through_the_mirror(camera, view)
+    return {
+        "picture": picture,
+        "unwrapped": unwrapped,
+        "horizon_px": view.horizon,
+        "radius_px": view.radius,
+        "highest_deg": np.degrees(view.elevations([0])[0]),
+        "lowest_deg": np.degrees(view.elevations([view.height - 1])[0]),
+        "spread_px": columns,
+        "horizon_error_px": row,
+        "borders": borders(unwrapped, camera, view),
+    }
+
+
+@cache
+def uprights():
+    """Points (edges, ON_EDGE, 3), world, on the room's vertical edges."""
+    ends = room().straight_edges
+    run = np.abs(ends[:, 1] - ends[:, 0])
+    upright = (run[:, 0] < 1e-6) & (run[:, 2] < 1e-6)
+    share = np.linspace(0, 1, ON_EDGE)[:, None]
+    start, stop = ends[upright][:, :1], ends[upright][:, 1:]
+    return start + share * (stop - start)
+
+
+def unwrapped_places(camera, view, points):
+    """Where world points (N, 3) land: into the picture, and out of it.
+
+    The picture's pixel is found by projection, and unwrapped with the ray
+    of that pixel. NaN where the picture does not hold the point.
+    """
+    T_camera_world = inverse_pose(T_world_camera(camera))
+    pixels = camera.project(transform(T_camera_world, points)).pixels
+    rays = camera.rays(pixels)
+    return view.project(rays.origins + LEVEL_MM * rays.directions)
+
+
+def through_the_mirror(camera, view):
+    """Largest error (px) of horizon points' rows, spread of uprights'."""
+    azimuth = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    level = LEVEL_MM * np.column_stack(
+        [np.sin(azimuth), np.zeros(360), np.cos(azimuth)]
+    )
+    rows = unwrapped_places(camera, view, level)[:, 1]
+    points = uprights()
+    places = unwrapped_places(camera, view, points.reshape(-1, 3))
+    columns = places[:, 0].reshape(points.shape[:2])
+    columns = columns[np.isfinite(columns).any(axis=1)]
+    spread = np.nanmax(columns, axis=1) - np.nanmin(columns, axis=1)
+    return float(np.abs(rows - view.horizon).max()), float(spread.max())
+
+
+def borders(unwrapped, camera, view):
+    """Upright borders found in the unwrapped picture.
+
+    Rows (n, 4): column (px) where an upright edge of the room should be,
+    median of the columns where a step of brightness is found near it, their
+    median absolute deviation from that (px), and how many rows showed one.
+    The step may be that of a border beside the edge: what is measured is
+    how straight it comes out, not where. Edges at the picture's seam, or
+    hidden, or with several steps beside them are left out.
+    """
+    grey = unwrapped @ LUMINANCE
+    T_camera_world = inverse_pose(T_world_camera(camera))
+    out = []
+    for points in np.unique(np.round(uprights(), 3), axis=0):
+        places = view.project(transform(T_camera_world, points))
+        column, (top, bottom) = places[0, 0], np.sort(places[[0, -1], 1])
+        # Beside its ends an edge meets other edges.
+        rows = np.arange(np.ceil(top) + 2, np.floor(bottom) - 1).astype(int)
+        rows = rows[(rows > 0) & (rows < view.height - 1)]
+        found = steps_along(grey, column, rows)
+        found = found[np.isfinite(found)]
+        if len(found) >= FEWEST_ROWS:
+            middle = np.median(found)
+            off = np.median(np.abs(found - middle))
+            out.append((column, middle, off, len(found)))
+    return np.array(out).reshape(-1, 4)
+
+
+def steps_along(grey, column, rows):
+    """Columns (rows,) of the brightness step nearest to `column`, or NaN.
+
+    The place of a step is the mean column of the gradient, weighted by
+    its size, within a few pixels.
+    """
+    first = round(column) - SEARCH_PX
+    window = np.arange(first, first + 2 * SEARCH_PX + 1)
+    if window[0] < 1 or window[-1] > grey.shape[1] - 2 or not len(rows):
+        return np.full(len(rows), np.nan)
+    slope = (grey[rows][:, window + 1] - grey[rows][:, window - 1]) / 2
+    signed = slope.sum(axis=1)
+    # A thin frame has two steps, up and down: no single place.
+    single = np.abs(signed) > 0.9 * np.abs(slope).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = slope @ window / signed
+    return np.where(single & (np.abs(signed) > LEAST_STEP), places, np.nan)
