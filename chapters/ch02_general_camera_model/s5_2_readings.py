@@ -97,4 +97,5 @@ def share_of(true, total):
         / (1 + z**2 / total)
         * np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
     )
-    return f"{true} of {total} seeds ({max(middle - half, 0):.2f} to {middle + half:.2f})"
+    low, high = max(middle - half, 0), middle + half
+    return f"{true} of {total} seeds ({low:.2f} to {high:.2f})"
