@@ -1,4 +1,5 @@
-"""The command line: raxel corners | calibrate | evaluate | undistort | check | render.
+"""The command line: raxel corners | calibrate | evaluate | undistort | check | render
+| score.
 
 Results are files, a short summary goes to standard output, progress to standard
 error. Exit status: 0 done; 2 bad input, with one line that says what and where; 1 a
@@ -60,6 +61,7 @@ def _parser():
     _add_undistort(commands)
     _add_check(commands)
     _add_render(commands)
+    _add_score(commands)
     return parser
 
 
@@ -122,6 +124,21 @@ def _add_render(commands):
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
     parser.set_defaults(command=_render)
+
+
+def _add_score(commands):
+    summary = "compare results with the truth of a rendered set"
+    parser = _command(commands, "score", summary, _score)
+    parser.add_argument(
+        "--corners", metavar="FILE", help="corners, in the form of raxel corners"
+    )
+    parser.add_argument(
+        "--points",
+        metavar="FOLDER",
+        help="decoded points: an .npz file per view with points_mm (height, width, 2)",
+    )
+    parser.add_argument("--camera", metavar="CAMERA", help="a central camera, .npz")
+    parser.add_argument("--json", metavar="FILE", help="write the scores here")
 
 
 def _seed(text):
@@ -187,3 +204,9 @@ def _render(options, say):
     from raxel.cli.render import render
 
     render(options, say)
+
+
+def _score(options, say):
+    from raxel.cli.score import score
+
+    score(options, say)

@@ -1,0 +1,221 @@
+"""Scores against the truth of a rendered set: corners, decoded points, cameras.
+
+The folder that a set names as its `truth` (written by `raxel.lab.render_set`) is opened
+here and by no detector, decoder or calibration.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from raxel.cameras.io import load_camera
+from raxel.errors import InputError
+from raxel.evaluation.distortion import angular_residual
+from raxel.features.lattice import symmetries
+from raxel.geometry.poses import nearest_rotation
+from raxel.sets.model import ActiveGrid
+from raxel.sets.reference import load_reference
+
+GROSS_SHARE = 0.01  # of the monitor's width: a decoded point this far off is wrong
+GRID_PIXELS = 100_000  # a camera is scored on about as many pixels
+FAR_MM = 1000.0  # where a ray's direction becomes a point; any length will do
+
+
+def score_corners(image_set, boards):
+    """A detector's boards against the true corners of a rendered chessboard set.
+
+    boards: Boards as `detect_boards` or `read_boards` give them, one per view. A board
+    is right if, in the best symmetry of its lattice (mirrored ones too), every corner
+    is within 1 px. Returns a dict: views, found, right, wrong (names of boards that
+    are found but not right), rms_px, median_px, max_px over the corners of the right
+    boards (None if there are none), and images: per view file, found, right, and
+    rms_px and max_px of its corners. Raises InputError for a set without such truth.
+    """
+    truth_folder(image_set)
+    named = replace(image_set, reference=f"{image_set.truth.rstrip('/')}/corners.json")
+    truth = load_reference(named)
+    images, errors = [], []
+    for board in boards:
+        label, detection = board.view.label, board.detection
+        if label not in truth:
+            raise InputError(
+                f"{named.folder / named.reference}: images: no {label!r}; give the set "
+                "as it was rendered"
+            )
+        distances = corner_errors(detection, truth[label])
+        right = distances is not None and distances.max() <= truth[label].tolerance_px
+        if right:
+            errors.append(distances)
+        entry = {"file": label, "found": bool(detection.found), "right": bool(right)}
+        images.append(entry | _spread(distances, "px", ("rms", "max")))
+    return {
+        "views": len(images),
+        "found": sum(image["found"] for image in images),
+        "right": sum(image["right"] for image in images),
+        "wrong": [i["file"] for i in images if i["found"] and not i["right"]],
+        **_spread(np.concatenate(errors) if errors else None, "px"),
+        "images": images,
+    }
+
+
+def corner_errors(detection, truth):
+    """Distances (N,) in px of a Detection from ReferenceCorners, in the best symmetry.
+
+    None for a board that was not found, or of another size.
+    """
+    if not detection.found:
+        return None
+    orders = symmetries(detection.corners, detection.columns, detection.rows)
+    size = truth.columns, truth.rows
+    distances = [
+        np.linalg.norm(order - truth.corners, axis=1)[truth.certain]
+        for order, order_size in orders
+        if order_size == size
+    ]
+    return min(distances, key=np.max, default=None)
+
+
+def score_points(image_set, folder):
+    """Decoded points against the true point of every pixel of a rendered active grid.
+
+    folder: holds for each view `<view>.npz` with points_mm (height, width, 2), NaN
+    where not decoded. A point farther off than 1 % of the monitor's width is gross.
+    Returns a dict: per view and over all, share_decoded (of the pixels that see the
+    monitor), beside (decoded pixels that do not see it), gross (share of the decoded),
+    and rms_mm, median_mm, max_mm of the points that are not gross (None if none).
+    Raises InputError for a set without such truth, and for files that do not fit.
+    """
+    truth = truth_folder(image_set)
+    if not isinstance(image_set.target, ActiveGrid):
+        raise InputError(
+            f"{image_set.description}: target.kind: found chessboard, but points are "
+            "decoded on an active grid; give a set of such views, or --corners"
+        )
+    shape = image_set.height, image_set.width, 2
+    limit = GROSS_SHARE * image_set.target.monitor_mm[0]
+    views, parts = [], []
+    for view in image_set.views:
+        true = read_points(truth / f"{view.label}.npz", shape)
+        found = read_points(folder / f"{view.label}.npz", shape)
+        parts.append(_compared(true, found))
+        views.append({"view": view.label} | _points_score([parts[-1]], limit))
+    return _points_score(parts, limit) | {"views": views}
+
+
+def read_points(path, shape):
+    """points_mm of an .npz file, float64 of this shape, or InputError."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            points = np.asarray(file["points_mm"], float)
+    except FileNotFoundError as fault:
+        raise InputError(
+            f"{path}: no such file; one is needed for each view"
+        ) from fault
+    except KeyError as fault:
+        raise InputError(f"{path}: points_mm: no such array; save one") from fault
+    except Exception as fault:  # A damaged archive raises what its damage hits.
+        raise InputError(f"{path}: not a readable .npz file; write it anew") from fault
+    if points.shape != shape:
+        raise InputError(f"{path}: points_mm: shape {points.shape}; give {shape}")
+    return points
+
+
+def score_camera(image_set, camera, pixels=None):
+    """A calibrated central camera against the true one, on a grid of pixels.
+
+    pixels: (N, 2), the ones to compare on, default `scoring_grid`. The frames of the
+    two are chosen apart, so the rotation that maps the rays best (least squares over
+    all of them) is taken out first. Returns a dict: pixels (those that truly have a
+    ray), share_with_ray (of these), median_deg, rms_deg, max_deg between the rays, and
+    median_px, rms_px, max_px: how far from its pixel the true camera sees the ray's
+    direction. Raises InputError for a set without such truth, cameras that are not
+    central or of another size, and too few rays.
+    """
+    path = truth_folder(image_set) / "camera.npz"
+    true = load_camera(path)
+    for name, one in (("the true camera", true), ("the camera to score", camera)):
+        if not one.central:
+            raise InputError(
+                f"{image_set.description}: truth: {name} is not central; rays are "
+                "compared as directions, for central cameras only"
+            )
+    if (camera.width, camera.height) != (true.width, true.height):
+        raise InputError(
+            f"{image_set.description}: width, height: the camera to score has "
+            f"{camera.width} x {camera.height} px, the true one {true.width} x "
+            f"{true.height}; give one of the same size"
+        )
+    if pixels is None:
+        pixels = scoring_grid(true.width, true.height)
+    truly = true.rays(pixels)
+    pixels, directions = pixels[truly.valid], truly.directions[truly.valid]
+    rays = camera.rays(pixels)
+    if rays.valid.sum() < 3:
+        raise InputError(
+            f"{image_set.description}: truth: the camera to score has "
+            f"{rays.valid.sum()} rays where the true one has {len(pixels)}; give 3"
+        )
+    seen, wanted = rays.directions[rays.valid], directions[rays.valid]
+    turned = seen @ nearest_rotation(wanted.T @ seen).T
+    angles = np.degrees(angular_residual(turned, wanted, aligned=False))
+    points = truly.origins[truly.valid][rays.valid] + FAR_MM * turned
+    places = true.project(points).pixels
+    apart = np.linalg.norm(places - pixels[rays.valid], axis=1)
+    return {
+        "pixels": len(pixels),
+        "share_with_ray": float(rays.valid.mean()),
+        **_spread(angles, "deg"),
+        **_spread(apart[np.isfinite(apart)], "px"),
+    }
+
+
+def scoring_grid(width, height):
+    """Pixels (N, 2), every n-th each way, about GRID_PIXELS or all."""
+    step = max(1, int(np.sqrt(width * height / GRID_PIXELS)))
+    v, u = np.mgrid[step // 2 : height : step, step // 2 : width : step]
+    return np.column_stack([u.ravel(), v.ravel()]).astype(float)
+
+
+def truth_folder(image_set):
+    """The folder of the set's truth, or InputError."""
+    if not image_set.truth:
+        raise InputError(
+            f"{image_set.description}: truth: none named; scores need a rendered set, "
+            "as raxel render makes"
+        )
+    folder = image_set.folder / image_set.truth
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; give the set as it was rendered")
+    return folder
+
+
+def _compared(true, found):
+    """(errors in mm of the decoded pixels on the monitor, pixels on it, beside it)"""
+    on = np.isfinite(true).all(axis=2)
+    decoded = np.isfinite(found).all(axis=2)
+    errors = np.linalg.norm(found - true, axis=2)[on & decoded]
+    return errors, int(on.sum()), int((decoded & ~on).sum())
+
+
+def _points_score(parts, limit):
+    errors = np.concatenate([errors for errors, _, _ in parts])
+    on = sum(count for _, count, _ in parts)
+    good = errors[errors <= limit]
+    return {
+        "share_decoded": len(errors) / on if on else None,
+        "beside": sum(beside for _, _, beside in parts),
+        "gross": 1 - len(good) / len(errors) if len(errors) else None,
+        **_spread(good, "mm"),
+    }
+
+
+def _spread(errors, unit, names=("rms", "median", "max")):
+    """{rms_unit, median_unit, max_unit} of errors (N,); None where there are none."""
+    if errors is None or not len(errors):
+        return {f"{name}_{unit}": None for name in names}
+    of = {
+        "rms": np.sqrt(np.mean(errors**2)),
+        "median": np.median(errors),
+        "max": errors.max(),
+    }
+    return {f"{name}_{unit}": float(of[name]) for name in names}

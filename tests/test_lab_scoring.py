@@ -1,0 +1,279 @@
+"""Scores against truth: exact answers score zero, every kind of error as it is."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from raxel.cameras import FisheyeCamera, GeneralCamera, pixel_grid
+from raxel.cameras.io import load_camera
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.evaluation.benchmark import score_camera, score_corners, score_points
+from raxel.features.boards import Board
+from raxel.features.detector import Detection, refused
+from raxel.geometry import rotation_from_vector
+from raxel.sets import load_set
+from tests.test_lab_rig import changed, leaf
+
+
+@pytest.fixture(scope="module")
+def board_set(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("board")
+    rig = changed(folder / "rig.yaml", poses__count=leaf(3, "1"))
+    assert main(["render", str(rig), "--out", str(folder / "set")]) == 0
+    return load_set(folder / "set")
+
+
+@pytest.fixture(scope="module")
+def monitor_set(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("monitor")
+    target = {
+        "kind": "active_grid",
+        "monitor_px": leaf([64, 48], "px"),
+        "monitor_mm": leaf([64, 48], "mm"),
+        "gamma": leaf(2.2, "1"),
+        "gray_bits": leaf([1, 0], "1"),
+    }
+    distance = leaf([90, 110], "mm")
+    rig = changed(folder / "rig.yaml", target=target, poses__distance=distance)
+    assert main(["render", str(rig), "--out", str(folder / "set")]) == 0
+    return load_set(folder / "set")
+
+
+def true_boards(image_set):
+    path = image_set.folder / "truth" / "corners.json"
+    images = json.loads(path.read_text())["images"]
+    size = image_set.target.columns, image_set.target.rows
+    return [
+        Board(view, Detection(True, np.array(images[view.label]["corners"]), *size), 0)
+        for view in image_set.views
+    ]
+
+
+def with_corners(board, change):
+    lattice = board.detection.corners.reshape(
+        board.detection.rows, board.detection.columns, 2
+    )
+    corners = change(lattice).reshape(-1, 2)
+    return board._replace(detection=board.detection._replace(corners=corners))
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        lambda lattice: lattice,
+        lambda lattice: lattice[::-1, ::-1],
+        lambda lattice: lattice[:, ::-1],
+    ],
+    ids=["as it is", "half a turn", "mirrored"],
+)
+def test_true_corners_score_zero_in_every_symmetry(board_set, order):
+    boards = [with_corners(board, order) for board in true_boards(board_set)]
+    scored = score_corners(board_set, boards)
+    assert (scored["views"], scored["found"], scored["right"]) == (3, 3, 3)
+    assert scored["wrong"] == []
+    assert scored["rms_px"] == scored["median_px"] == scored["max_px"] == 0
+
+
+def test_a_board_with_its_counts_exchanged_is_the_same_board(board_set):
+    first, *others = true_boards(board_set)
+    turned = with_corners(first, lambda lattice: lattice.transpose(1, 0, 2))
+    detection = turned.detection._replace(columns=3, rows=4)
+    scored = score_corners(board_set, [turned._replace(detection=detection), *others])
+    assert scored["right"] == 3
+    assert scored["max_px"] == 0
+
+
+def test_shifted_corners_score_their_shift(board_set):
+    shifted = [
+        with_corners(b, lambda c: c + [0.3, 0.4]) for b in true_boards(board_set)
+    ]
+    scored = score_corners(board_set, shifted)
+    assert scored["right"] == 3
+    for name in ("rms_px", "median_px", "max_px"):
+        assert scored[name] == pytest.approx(0.5, abs=1e-9)
+
+
+def test_swapped_corners_make_a_wrong_board_and_spoil_no_error(board_set):
+    def swap(lattice):
+        lattice = lattice.copy()
+        lattice[0, [0, 1]] = lattice[0, [1, 0]]
+        return lattice
+
+    first, second, third = true_boards(board_set)
+    missing = third._replace(detection=refused(None, None, "none"))
+    scored = score_corners(board_set, [with_corners(first, swap), second, missing])
+    assert (scored["found"], scored["right"]) == (2, 1)
+    assert scored["wrong"] == [first.view.label]
+    assert scored["max_px"] == 0
+    assert [image["right"] for image in scored["images"]] == [False, True, False]
+    assert scored["images"][0]["max_px"] > 1
+    assert scored["images"][2]["max_px"] is None
+
+
+def test_no_right_board_has_no_error(board_set):
+    boards = [b._replace(detection=refused(4, 3, "")) for b in true_boards(board_set)]
+    scored = score_corners(board_set, boards)
+    assert scored["right"] == 0
+    assert scored["rms_px"] is None
+
+
+def decoded(image_set, folder, change):
+    """A folder with the true points of every view, changed."""
+    folder.mkdir()
+    for view in image_set.views:
+        points = np.load(image_set.folder / "truth" / f"{view.label}.npz")["points_mm"]
+        np.savez(folder / f"{view.label}.npz", points_mm=change(points))
+    return folder
+
+
+def test_true_points_score_zero(monitor_set, tmp_path):
+    scored = score_points(monitor_set, decoded(monitor_set, tmp_path / "p", np.array))
+    assert scored["share_decoded"] == 1
+    assert scored["beside"] == scored["gross"] == 0
+    assert scored["rms_mm"] == scored["median_mm"] == scored["max_mm"] == 0
+    assert len(scored["views"]) == len(monitor_set.views)
+
+
+def test_errors_of_points_are_told_apart(monitor_set, tmp_path):
+    """Gross ones (over 0.64 mm), undecoded ones, and points beside the monitor."""
+
+    def change(points):
+        on = np.argwhere(np.isfinite(points[..., 0]))
+        points = points + [0.03, 0.04]
+        points[~np.isfinite(points).all(axis=2)] = 5.0
+        quarter = len(on) // 4
+        points[tuple(on[:quarter].T)] = np.nan
+        points[tuple(on[quarter : 2 * quarter].T)] += 7.0
+        return points
+
+    folder = decoded(monitor_set, tmp_path / "p", change)
+    scored = score_points(monitor_set, folder)
+    assert scored["share_decoded"] == pytest.approx(0.75, abs=1e-3)
+    assert scored["gross"] == pytest.approx(1 / 3, abs=1e-3)
+    assert scored["max_mm"] == pytest.approx(0.05)
+    assert scored["rms_mm"] == pytest.approx(0.05)
+    pixels = monitor_set.width * monitor_set.height
+    on = sum(
+        np.isfinite(np.load(p)["points_mm"][..., 0]).sum()
+        for p in (monitor_set.folder / "truth").glob("pose-*.npz")
+    )
+    assert scored["beside"] == len(monitor_set.views) * pixels - on
+
+
+def table_of(camera, turn=(0.0, 0.0, 0.0), columns=None):
+    """A general camera with the rays of another, turned, in the first columns."""
+    rays = camera.rays(pixel_grid(camera.width, camera.height))
+    directions = np.where(rays.valid[:, None], rays.directions, [0, 0, 1.0])
+    directions = directions @ rotation_from_vector(np.array(turn)).T
+    mask = rays.valid.reshape(camera.height, camera.width).copy()
+    mask[:, columns or camera.width :] = False
+    return GeneralCamera(directions.reshape(*mask.shape, 3), mask)
+
+
+def test_the_true_camera_scores_zero_in_any_frame(board_set):
+    true = load_camera(board_set.folder / "truth" / "camera.npz")
+    for camera in (true, table_of(true, (0.3, -1.0, 0.4))):
+        scored = score_camera(board_set, camera)
+        assert scored["share_with_ray"] == 1
+        assert scored["max_deg"] < 1e-6
+        assert scored["max_px"] < 1e-6
+
+
+def test_pixels_without_a_ray_count_in_the_share_alone(board_set):
+    true = load_camera(board_set.folder / "truth" / "camera.npz")
+    scored = score_camera(board_set, table_of(true, columns=true.width // 2))
+    pixels = pixel_grid(true.width, true.height)
+    has = true.rays(pixels).valid
+    share = np.mean(pixels[has, 0] < true.width // 2)
+    assert scored["share_with_ray"] == pytest.approx(share)
+    assert scored["pixels"] == has.sum()
+    assert scored["max_px"] < 1e-6
+
+
+def test_a_longer_focal_length_scores_its_angles(board_set):
+    """Equidistance: r = f theta, so each angle is 1 % too small; no turn helps."""
+    true = load_camera(board_set.folder / "truth" / "camera.npz")
+    middle = true.principal_point
+    size = true.width, true.height
+    camera = FisheyeCamera("equidistance", 101, middle, *size, true.max_angle)
+    scored = score_camera(board_set, camera)
+    rays = true.rays(pixel_grid(*size))
+    away = np.degrees(np.arccos(np.clip(rays.directions[rays.valid, 2], -1, 1)))
+    assert scored["median_deg"] == pytest.approx(np.median(away) / 101, rel=1e-3)
+    assert scored["max_deg"] == pytest.approx(away.max() / 101, rel=1e-3)
+    radius = np.radians(away) * 100
+    assert scored["max_px"] == pytest.approx(radius.max() / 101, rel=1e-3)
+
+
+def test_the_command_scores_what_it_is_given(board_set, tmp_path, capsys):
+    folder = board_set.folder
+    found, scores = tmp_path / "corners.json", tmp_path / "scores.json"
+    assert main(["corners", str(folder), "--json", str(found)]) == 0
+    given = ["--corners", str(found), "--camera", str(folder / "truth" / "camera.npz")]
+    capsys.readouterr()
+    assert main(["score", str(folder), *given, "--json", str(scores)]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].startswith("small: corners: 3 views,")
+    assert out[1].startswith("small: camera: 100.0 % of pixels with a ray")
+    written = json.loads(scores.read_text())
+    assert written["camera"]["max_deg"] < 1e-6
+    assert written["corners"]["right"] == written["corners"]["found"]
+    assert "points" not in written
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "nothing to score"),
+        (["--corners", "none.json"], "none.json: no such file"),
+        (["--points", "none"], "target.kind: found chessboard"),
+        (["--camera", "none.npz"], "none.npz"),
+    ],
+)
+def test_bad_arguments_are_told_in_one_line(board_set, capsys, arguments, message):
+    assert main(["score", str(board_set.folder), *arguments]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert message in err
+
+
+def test_truth_that_is_missing_is_told_in_one_line(board_set, tmp_path, capsys):
+    copy = tmp_path / "set"
+    shutil.copytree(board_set.folder, copy)
+    camera = str(board_set.folder / "truth" / "camera.npz")
+    shutil.rmtree(copy / "truth")
+    assert main(["score", str(copy), "--camera", camera]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "truth" in err
+    described = (copy / "set.yaml").read_text().splitlines()
+    described = [line for line in described if not line.startswith("truth")]
+    (copy / "set.yaml").write_text("\n".join(described))
+    assert main(["score", str(copy), "--camera", camera]) == 2
+    assert "none named" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"points": np.zeros(3)}, "points_mm: no such array"),
+        ({"points_mm": np.zeros((3, 2))}, "shape (3, 2)"),
+        (None, "no such file"),
+    ],
+)
+def test_files_that_are_no_points_are_refused(monitor_set, tmp_path, arrays, message):
+    if arrays:
+        np.savez(tmp_path / f"{monitor_set.views[0].label}.npz", **arrays)
+    with pytest.raises(InputError) as told:
+        score_points(monitor_set, tmp_path)
+    assert message in str(told.value)
+    assert "\n" not in str(told.value)
+
+
+def test_a_camera_of_another_size_is_refused(board_set):
+    other = FisheyeCamera("equidistance", 100, [50, 40], 100, 80, 1.4)
+    with pytest.raises(InputError, match="100 x 80"):
+        score_camera(board_set, other)
