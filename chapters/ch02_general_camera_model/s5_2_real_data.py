@@ -231,10 +231,10 @@ def homographies(effort):
 #   Its growth comes with the lens: between corners the library follows the
 #   board by homographies, and a cell of a bent picture is not quite one.
 # - **Size of the generic residual.** The thesis prints about 0.7 px for all
-#   sets. Ours is smaller, because a rendered lens, board and stage have no
-#   flaws but those of the rig, and because today's corner refinement is
-#   better than what stood behind 0.7 px. A floor of 0.7 px from corners
-#   would hide the rise that ours shows.
+#   sets; ours is far smaller. A rendered board is flat and a rendered lens
+#   has no flaws but those of its rig. Corners that err by half a pixel
+#   would explain 0.7 px: that is what simulated noise of 0.5 px leaves. Such
+#   a floor would also hide the rise that ours shows.
 # - **Fig. 2.5.** The parametric residuals have a radial pattern. The test
 #   asks for opposite signs in the first or second and the last fifth of the
 #   radius; the medians of all fifths are in the comparison below.
@@ -242,9 +242,9 @@ def homographies(effort):
 #   centre in the place of the estimated one changes the residual by a
 #   factor of {glue:text}`centre_printed:.3f` (as printed) and
 #   {glue:text}`centre_well:.3f` (well conditioned): the homography hides
-#   the centre. So an error of the centre cannot be what the residual shows;
-#   neighbouring residuals resemble each other because corners of one cell
-#   share their interpolation.
+#   the centre, unless it is wrong by much. So an error of the centre is not
+#   a likely reason for what the residual shows. A likelier one is that
+#   corners of one cell share their interpolation; this was not tested.
 # - **Fig. 2.6.** The mean step comes out as
 #   {glue:text}`step_parametric:.2f` mm with the parametric method and as
 #   {glue:text}`step_generic_as_printed:.2f` mm with the generic one; it is
