@@ -17,6 +17,7 @@ from chapters.guides.method_table import (
 )
 from repro import reader
 from repro.results import Result
+from repro.workflow import Work
 
 ROOT = Path(__file__).resolve().parents[1]
 METHODS = ("parametric", "generic_well_conditioned")
@@ -196,6 +197,14 @@ def test_the_routes_take_a_lesson_each():
     for route in routes:
         steps = [p.split()[0] for p in route.split("# - **")[1:] if " min.**" in p]
         assert sum(int(minutes) for minutes in steps) == 50
+
+
+def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
+    work = Work(ROOT, "quick", None, {})
+    read = work.pages_read("guides/for_teachers")
+    assert "chapters/ch02_general_camera_model/s4_generic_calibration.py" in read
+    assert not any("guides" in name or "photographs" in name for name in read)
+    assert work.pages_read("guides/choose_a_method") == []
 
 
 def test_runs_of_a_class(results):

@@ -15,6 +15,9 @@ from repro.experiment import table
 from repro.outcomes import Table
 from repro.reader import open_results, seconds, show_table, value
 
+# The exercises are counted in the pages of the chapters.
+READS_PAGES = True
+
 # %% tags=["active-ipynb", "remove-input"]
 # pages = pages_with_exercises()
 

@@ -260,8 +260,17 @@ class Work:
             *self.judged_with(wildcards.page),
             *self.judged_inputs(wildcards),
             *self.ledger(),
+            *self.pages_read(wildcards.page),
             "CITATION.cff",
         ]
+
+    def pages_read(self, page: str) -> list[str]:
+        """Files of the thesis's chapters, for a page that says `READS_PAGES = True`."""
+        text = self.pages[page].path.read_text("utf-8")
+        if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
+            return []
+        files = {p.path.relative_to(self.root).as_posix() for p in self.pages.values()}
+        return sorted(name for name in files if name.startswith("chapters/ch"))
 
     def judged_with(self, page: str) -> list[str]:
         """The page's judged file, and those that decide on its artefacts."""
