@@ -1,0 +1,438 @@
+# %% [markdown]
+# # 2.2 Camera distortions: a zoo of models
+#
+# **Question.** There are many formulas for how a camera bends the picture.
+# Which cameras can each of them describe, which not, and with how many
+# numbers?
+
+# %% tags=["hide-cell"]
+import numpy as np
+
+from chapters.ch02_general_camera_model.s2_claims import (
+    FOVS_DEG,
+    feasible_shares,
+)
+from chapters.ch02_general_camera_model.zoo import ELSEWHERE, ZOO, camera
+from chapters.ch02_general_camera_model.zoo_exercises import (
+    divided_edge,
+    free_of_cubics,
+    omega_of_equidistance,
+    sphere_of_hyperboloid,
+)
+from chapters.ch02_general_camera_model.zoo_figures import CURVES, fits_of
+from chapters.ch02_general_camera_model.zoo_trials import (
+    DRAWN_MM,
+    FAMILIES,
+    LENSES,
+    POINT_MM,
+    ROOM,
+    census_trial,
+    curve_trial,
+    fit_trial,
+    mirror_trial,
+    rays_trial,
+    room_trial,
+)
+from raxel.cameras import (
+    DivisionCamera,
+    KannalaBrandtCamera,
+    QuadricMirrorCamera,
+    ScaramuzzaCamera,
+    UnifiedSphereCamera,
+)
+from repro.exercise import check
+from repro.experiment import experiment
+from repro.outcomes import Plan
+from repro.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+    value,
+)
+
+# %% [markdown]
+# ## What the thesis claims
+#
+# - Radial distortion is the largest distortion of an ordinary lens, and
+#   (2.4) with one or two coefficients describes it. Other models of the
+#   image plane are the division model, with one number, and the rational
+#   cubics of Hartley and Saxena, with "80 parameters".
+# - A fisheye needs a projection law from rays to points, (2.5) to (2.9).
+#   "The image displacement approach will fail for fisheye cameras with FOVs
+#   greater than or equal to 180°, since in these cases there is no single
+#   plane with which all the camera rays can intersect." The complete model
+#   of Kannala and Brandt {cite}`kannala2006` has 6 to 23 parameters.
+# - Mirrors: central models by shape, one sphere for all of them, and a
+#   polynomial (2.10). Mirrors off their focus, flat mirrors and exotic
+#   cameras (X-slits, pushbroom, axial) are not central.
+# - So there are many models, each for its own cameras; section 2.3 replaces
+#   them by one that fits all.
+
+# %% [markdown]
+# ## Model
+#
+# **Displacement in the image plane.** With $\mathbf{p}$ the undistorted
+# point and $r = |\mathbf{p}|$,
+#
+# $$\check{\mathbf{p}} = \mathbf{p} + \mathbf{p}(k_1 r^2 + k_2 r^4 + \dots).
+# \tag{2.4}$$
+#
+# **A law of the angle.** With $\theta$ from the axis and $\varphi$ around
+# it,
+#
+# $$\mathbf{p} = r(\theta)\,(\cos\varphi, \sin\varphi)^T, \tag{2.5}$$
+#
+# $$r = f\theta, \tag{2.6}$$
+#
+# $$r = 2f \sin(\theta/2), \tag{2.7}$$
+#
+# $$r = 2f \tan(\theta/2), \tag{2.8}$$
+#
+# $$\check{\mathbf{p}} = \mathbf{p} + \Delta_r(\theta, \varphi) +
+# \Delta_t(\theta, \varphi). \tag{2.9}$$
+#
+# **A ray for a point.** A polynomial in the radius gives the third
+# coordinate of the ray:
+#
+# $$\mathbf{r} \simeq (\check{\mathbf{p}}';\; a_0 + a_2
+# |\check{\mathbf{p}}'|^2 + \dots + a_n |\check{\mathbf{p}}'|^n).
+# \tag{2.10}$$
+#
+# **A mirror.** The library does not fit a formula to a mirror. It reflects
+# the viewer's ray in the quadric.
+#
+# Each model is one class with `rays` (pixels to rays) and `project` (points
+# to pixels). Its text says what ends where.
+
+# %% tags=["active-ipynb"]
+# show_code(DivisionCamera, ScaramuzzaCamera, UnifiedSphereCamera)
+
+# %% [markdown]
+# ## Experiment
+#
+# One camera of every model, {glue:text}`cameras` in all, has an image of
+# 200 × 200 pixels. Five small runs use them: a census, the projection
+# curves, fits of every round model to two lenses, the rays of those that
+# are not central, and a picture of one room through eight cameras. The
+# second lens is the FC-E8 fisheye converter at one zoom setting, as the
+# rig of section 2.5.2 has it from a published calibration.
+
+# %%
+STEPS = {"quick": 5, "full": 2}
+ANGLES = {"quick": 30, "full": 60}
+# Terms beyond the simplest form, at most, for the two lenses.
+MOST_TERMS = {"quick": (1, 2), "full": (4, 4)}
+SAMPLES = {"quick": 16, "full": 64}
+MIRRORS = ("hyperboloid mirror", "paraboloid mirror", "ellipsoid mirror")
+
+
+# %%
+@experiment("exp_zoo", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+def census(effort):
+    """Counts, field of view, centrality and round trip of every camera."""
+    conditions = [{"model": name, "step": STEPS[effort]} for name in ZOO]
+    settings = {
+        "image_px": [200, 200],
+        "round trip": f"by the point {POINT_MM:g} mm along the ray",
+        "left out": dict(ELSEWHERE),
+    }
+    return Plan(census_trial, conditions, 1, settings)
+
+
+@experiment(
+    "exp_zoo_curves", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def curves(effort):
+    """Angle and radius along a row of every round camera."""
+    return Plan(curve_trial, [{"model": name} for name in CURVES], 1)
+
+
+@experiment(
+    "exp_zoo_fits",
+    artefact="sec_2_2",
+    shards={"quick": 1, "full": 2},
+    inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
+)
+def fits(effort):
+    """Every round model, with more and more terms, fitted to two lenses."""
+    conditions = [
+        {
+            "lens": lens,
+            "family": family,
+            "extra": extra,
+            "angles": ANGLES[effort],
+        }
+        for lens, most in zip(LENSES, MOST_TERMS[effort], strict=True)
+        for family, (_, terms, _) in FAMILIES.items()
+        for extra in terms
+        if extra <= most
+    ]
+    settings = {
+        "angles": "even, to 91.5 deg; models of the image plane to 70 deg",
+        "weights": "none: least squares of the radius in px",
+    }
+    return Plan(fit_trial, conditions, 1, settings)
+
+
+@experiment(
+    "exp_zoo_mirrors", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def mirrors(effort):
+    """The unified sphere fitted to the three central mirrors."""
+    return Plan(mirror_trial, [{"model": name} for name in MIRRORS], 1)
+
+
+@experiment(
+    "exp_zoo_rays", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def rays(effort):
+    """Rays and caustic points of cameras that are not central."""
+    return Plan(rays_trial, [{"model": name} for name in DRAWN_MM], 1)
+
+
+@experiment(
+    "exp_zoo_room", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def pictures(effort):
+    """One room through eight cameras, without lens blur or noise."""
+    conditions = [
+        {"model": name, "samples": SAMPLES[effort]} for name in ROOM
+    ]
+    return Plan(room_trial, conditions, 1)
+
+
+# %% [markdown]
+# The claim that no plane is met by all rays from 180° on has an experiment
+# of its own, in the chapter's module `s2_claims.py`: a linear programme
+# looks for a normal that all rays of a bundle have in front.
+
+# %% [markdown]
+# ## Figures
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_curves")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_fits")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_rays")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_room")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo_scope")
+
+# %% tags=["active-ipynb"]
+# counted = open_results("exp_zoo")
+
+# %% tags=["active-ipynb"]
+# fitted = open_results("exp_zoo_fits")
+
+# %% tags=["active-ipynb"]
+# reflected = open_results("exp_zoo_mirrors")
+
+# %% tags=["active-ipynb"]
+# planes = open_results("exp_c2_fov180")
+
+
+# %%
+def of_all(result, name):
+    """One value of every camera of the zoo, (n,)."""
+    return np.array([result.column(name, model=m)[0] for m in ZOO])
+
+
+def fov_with_plane(result):
+    """Largest field of view (deg) with a plane in front of all rays."""
+    return max(np.array(FOVS_DEG)[feasible_shares(result) == 1])
+
+
+def worst_mirror(result):
+    """Largest RMS (px) of the unified sphere fitted to a mirror."""
+    return max(result.column("rms_px", model=m)[0] for m in MIRRORS)
+
+
+def rms_with(result, lens, family, free):
+    """RMS (px) of a family's fit with a number of free parameters."""
+    counts, rms = fits_of(result, lens, family)
+    return rms[counts == free][0]
+
+
+# %% tags=["active-ipynb"]
+# value("cameras", len(ZOO))
+
+# %% tags=["active-ipynb"]
+# value("trip_px", of_all(counted, "round_trip_px").max())
+
+# %% tags=["active-ipynb"]
+# value("returned", 100 * of_all(counted, "returned").min())
+
+# %% tags=["active-ipynb"]
+# value("not_central", int((of_all(counted, "centrality_mm") > 1e-9).sum()))
+
+# %% tags=["active-ipynb"]
+# value("kb", counted.column("parameters", model="Kannala-Brandt, complete")[0])
+
+# %% tags=["active-ipynb"]
+# value("cubic", counted.column("parameters", model="rational cubic")[0])
+
+# %% tags=["active-ipynb"]
+# value("all_cubic", free_of_cubics(3))
+
+# %% tags=["active-ipynb"]
+# value("table_size", counted.column("parameters", model="look-up table")[0])
+
+# %% tags=["active-ipynb"]
+# value("division_end", counted.column("model_end_deg", model="division")[0])
+
+# %% tags=["active-ipynb"]
+# value("fov_end", counted.column("model_end_deg", model="field of view")[0])
+
+# %% tags=["active-ipynb"]
+# value("plane_fov", fov_with_plane(planes))
+
+# %% tags=["active-ipynb"]
+# value("sphere_px", worst_mirror(reflected))
+
+# %% tags=["active-ipynb"]
+# value("radial_2", rms_with(fitted, "FC-E8", "radial", 3))
+
+# %% tags=["active-ipynb"]
+# value("division_1", rms_with(fitted, "FC-E8", "division", 2))
+
+# %% tags=["active-ipynb"]
+# value("fov_1", rms_with(fitted, "FC-E8", "field of view", 2))
+
+# %% tags=["active-ipynb"]
+# value("ideal", rms_with(fitted, "FC-E8", "equidistance", 1))
+
+# %% tags=["active-ipynb"]
+# value("micusik", rms_with(fitted, "FC-E8", "Micusik-Pajdla, rational", 2))
+
+# %% tags=["active-ipynb"]
+# value("scaramuzza", rms_with(fitted, "FC-E8", "Scaramuzza", 3))
+
+# %% tags=["active-ipynb"]
+# value("sphere_1", rms_with(fitted, "FC-E8", "unified sphere", 2))
+
+# %% tags=["active-ipynb"]
+# value("off_mm", counted.column("centrality_mm", model="hyperboloid off the focus")[0])
+
+# %% tags=["active-ipynb"]
+# value("ball_mm", counted.column("centrality_mm", model="spherical mirror")[0])
+
+# %% tags=["active-ipynb"]
+# value("axial_mm", counted.column("centrality_mm", model="axial")[0])
+
+# %% [markdown]
+# ## Reading and limits
+#
+# - **Both ways.** All {glue:text}`cameras` cameras have `project` as well
+#   as `rays`, so none has to say why not. {glue:text}`returned:.0f` % of
+#   the pixels with a ray come back from a point of it, to
+#   {glue:text}`trip_px:.0e` px. For some cameras a point may have several
+#   pixels: a point seen in two plane mirrors, or short of the caustic of a
+#   concave mirror. Then `project` gives one of them.
+# - **Where plane models end.** The linear programme finds a plane for
+#   every bundle up to {glue:text}`plane_fov:.0f`° and for none from 180°
+#   on: the claim holds, and it is geometry, not fitting. The division
+#   model and the FOV model end at {glue:text}`division_end:.0f`° and
+#   {glue:text}`fov_end:.0f`° from the axis. The *formula* of the FOV model
+#   goes on beyond, but as published it displaces points of the image
+#   plane, and the library keeps to that.
+# - **Few numbers can do.** Up to 70° and for the FC-E8, two radial
+#   coefficients leave {glue:text}`radial_2:.1f` px RMS; the division
+#   model with one leaves {glue:text}`division_1:.2f` px, and the FOV model
+#   {glue:text}`fov_1:.2f` px. It is the form that counts. "Image
+#   displacement" is not worse as such: it only has to end. The FOV model
+#   contains equidistance (exercise 1), which is why it fits so well.
+# - **Fisheye laws.** Over the whole 183° the ideal law (2.6) misses the
+#   FC-E8 by {glue:text}`ideal:.1f` px RMS, and one more number brings that
+#   to {glue:text}`micusik:.2f` px (Micusik and Pajdla, rational), or to
+#   {glue:text}`sphere_1:.2f` px with the unified sphere. The polynomial
+#   (2.10) needs three for {glue:text}`scaramuzza:.2f` px: it has to make
+#   an angle out of lengths. That Kannala and Brandt's polynomial fits
+#   exactly says nothing, as the rig's lens is such a polynomial.
+# - **Counting.** Parameters are counted in different ways. Hartley and
+#   Saxena's "80" are four cubics of the three coordinates of a point, 20
+#   coefficients each; without a scale for each of the two ratios they are
+#   {glue:text}`all_cubic`. Most of these cameras are not central: points
+#   behind one pixel lie on a curve, not on a ray. The central ones have
+#   {glue:text}`cubic:.0f`, and the library has those. Kannala and Brandt
+#   count {glue:text}`kb:.0f`; three of them are scales that cancel, so 20
+#   are free. The look-up table of section 2.3 has two numbers for every
+#   pixel with a ray, {glue:text}`table_size:.0f` here.
+# - **Signs.** A negative $a_0$ in (2.10), the sign of the published
+#   toolbox, means that the middle of the image looks along $-z$. A mirror
+#   looks back at its viewer too: with $z$ reversed the unified sphere
+#   equals each of the three central mirrors, to {glue:text}`sphere_px:.0e`
+#   px.
+# - **Not central.** {glue:text}`not_central` of the cameras are not. How
+#   far from central is a matter of millimetres: {glue:text}`axial_mm:.2f`
+#   mm for a moving pupil, {glue:text}`off_mm:.2f` mm for a hyperboloid
+#   whose viewer is some 10 mm off the focus, {glue:text}`ball_mm:.1f` mm
+#   for a ball. Far away that does not matter, near by it does. For X-slits
+#   the caustic is the two slits, for the pushbroom the one path: its other
+#   sheet is at infinity.
+# - **Examples only.** The curves and fields of view are those of the
+#   example parameters; the fits are of two lenses, without noise, with the
+#   centre known. They show what a form can follow, not what a calibration
+#   would reach.
+# - **Not built.** The 10-parameter model of Shah and Aggarwal, as its
+#   polynomials are those of (2.4) and of decentring with more terms. Nor
+#   Barreto's sphere with division, nor circular panoramas. The
+#   {glue:text}`elsewhere` camera is in the library and not in the zoo: it
+#   is the viewer of the paraboloid mirror.
+
+# %% tags=["active-ipynb"]
+# value("elsewhere", ", ".join(ELSEWHERE))
+
+# %% tags=["active-ipynb"]
+# show_code(KannalaBrandtCamera, QuadricMirrorCamera.rays)
+
+# %% [markdown]
+# ## Compared with the published numbers
+
+# %% tags=["active-ipynb"]
+# compared()
+
+# %% [markdown]
+# ## Try it yourself
+#
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell. `camera("division")` gives you an animal of the
+# zoo.
+#
+# **1.** The FOV model is $r = \arctan(2 \tan\theta \tan(\omega/2)) /
+# \omega$. For which $\omega$, in degrees, is it the law of equidistance?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=omega_of_equidistance, hint="the arctan must undo the tan")
+
+# %% [markdown]
+# **2.** The zoo's hyperboloid has the semi-axes 30 mm (along its axis) and
+# 20 mm. Which $\xi$ has the unified sphere that equals it?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=sphere_of_hyperboloid, hint="2 e / (1 + e^2), e > 1")
+
+# %% [markdown]
+# **3.** `camera("division")` has $f = 130$ px and $\lambda_1 = -0.25$. At
+# which radius in the image, in pixels, would it reach 90°?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=divided_edge, hint="there the denominator vanishes")
+
+# %% [markdown]
+# **4.** How many free numbers have two ratios of cubic polynomials of
+# $(X/Z, Y/Z)$, if a common factor of numerator and denominator does not
+# count?
+
+# %% tags=["active-ipynb"]
+# check(None, lambda: free_of_cubics(2), hint="10 coefficients a cubic")
