@@ -75,7 +75,7 @@ def results(tmp_path):
         "table_2_2_redrawn": result(
             tmp_path, "table_2_2_redrawn", {"calibration_images": 14}, zoom
         ),
-        "fig_2_2_error": result(tmp_path, "fig_2_2_error", {}, wrong),
+        "fig_2_2_error": result(tmp_path, "fig_2_2_error", {"grids": "apart"}, wrong),
         "photograph_study": {},
     }
 

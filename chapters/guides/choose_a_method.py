@@ -95,11 +95,12 @@ from repro.reader import results_behind, show_table, value
 #   generic method answers only where boards were.
 #
 # **4. Is there a stage?** For known motion, what you know of the motion is
-# what you get. In a simulation with poses 200 to 400 mm apart, a
-# translation that is wrong by 1 mm costs
+# what you get. In a simulation with two grids
+# ({glue:text}`motion.grids`), a translation that is wrong by 1 mm costs
 # {glue:text}`motion.translation`° per ray, and a rotation that is wrong by
-# 1° costs {glue:text}`motion.rotation`°. A stage, a rail with stops, or a
-# robot arm will do. A board moved by hand along a ruler will not.
+# 1° costs {glue:text}`motion.rotation`°. Compare with what your stage, rail
+# or robot arm is good for. A ruler and a steady hand are good for about a
+# millimetre.
 
 # %% [markdown]
 # ## Errors
@@ -134,9 +135,9 @@ def ext_methods(results):
 #
 # ## Cost
 #
-# The seconds are those of this page: eight boards of a small simulated
-# fisheye, corners already found, calibrated when the page was built.
-# Finding corners in large photographs takes longer than Zhang's method.
+# The seconds are those of this page: {glue:text}`boards` boards of a small
+# simulated fisheye, {glue:text}`size` px wide, calibrated when the page was
+# built. The search for corners is not in them.
 
 # %% tags=["active-ipynb"]
 # costs(method_seconds())
@@ -154,8 +155,8 @@ def ext_methods(results):
 #   from unknown poses.
 # - **Parametric models other than Zhang's.** The zoo has fisheye and mirror
 #   models, but nothing here fits them to photographs. On a lens that
-#   follows one of them, that fit would need fewer pictures than the generic
-#   method.
+#   follows one of them, a few parameters should need fewer pictures than a
+#   table of rays. That was not tried.
 # - **Wrong boards.** No experiment uses a bent board or one of the wrong
 #   size. The equations say that a pitch wrong by a common factor scales all
 #   lengths and leaves the rays of a central camera alone. They promise

@@ -13,6 +13,7 @@ from chapters.ch02_general_camera_model.algorithm_1 import (
     ROWS as BOARD_ROWS,
 )
 from chapters.ch02_general_camera_model.algorithm_1 import (
+    BOARDS,
     SIZE_PX,
     board_points,
     draw_poses,
@@ -159,6 +160,8 @@ def named(results):
     for kind in KINDS:
         found = typical(results["fig_2_2_error"], "ray_deg.1", kind=kind)
         out[f"motion.{kind}"] = short(found)
+    out["motion.grids"] = results["fig_2_2_error"].settings["grids"]
+    out["boards"], out["size"] = str(BOARDS), str(SIZE_PX)
     out["pictures"] = str(zoom.settings["calibration_images"])
     out["noise"] = f"{fov.settings['fov_sweep']['noise']:g}"
     return out
