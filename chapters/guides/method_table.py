@@ -7,16 +7,16 @@ import time
 import numpy as np
 
 from chapters.ch02_general_camera_model.algorithm_1 import (
-    COLUMNS as BOARD_COLUMNS,
-)
-from chapters.ch02_general_camera_model.algorithm_1 import (
-    ROWS as BOARD_ROWS,
-)
-from chapters.ch02_general_camera_model.algorithm_1 import (
     BOARDS,
     SIZE_PX,
     board_points,
     draw_poses,
+)
+from chapters.ch02_general_camera_model.algorithm_1 import (
+    COLUMNS as BOARD_COLUMNS,
+)
+from chapters.ch02_general_camera_model.algorithm_1 import (
+    ROWS as BOARD_ROWS,
 )
 from chapters.ch02_general_camera_model.general_cameras import (
     KINDS,
