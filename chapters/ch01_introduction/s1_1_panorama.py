@@ -19,6 +19,7 @@ from chapters.ch01_introduction.resolution import (
     jacobians,
     resolution_trial,
 )
+from chapters.ch01_introduction.s1_1_claims import over_mirrors
 from chapters.ch01_introduction.s1_1_exercises import (
     EYE_HIGH_DEG,
     given,
@@ -156,13 +157,13 @@ def resolution(effort):
 # value("along_column", rows.column("ratio_column", mirror=RIG_MIRROR).max())
 
 # %% tags=["active-ipynb"]
-# value("least", rows.column("ratio").min())
+# value("least", over_mirrors(rows, "ratio").min())
 
 # %% tags=["active-ipynb"]
-# value("most", rows.column("ratio").max())
+# value("most", over_mirrors(rows, "ratio").max())
 
 # %% tags=["active-ipynb"]
-# value("band", rows.column("band_deg").max())
+# value("band", over_mirrors(rows, "band_deg").max())
 
 # %% tags=["active-ipynb"]
 # value("limit", LEAST_RATIO)
