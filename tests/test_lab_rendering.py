@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from lab_cameras import EVERY, H, W
-from lab_corners import board_before, fitted_corners
 from raxel.cameras import FisheyeCamera, OrthographicCamera, PerspectiveCamera
 from raxel.cameras.registry import CAMERAS
 from raxel.errors import InputError
@@ -28,6 +27,7 @@ from raxel.lab import (
     visible_share,
 )
 from raxel.lab import render as render_function
+from raxel.lab.corner_check import board_before, fitted_corners
 from raxel.lab.footprint import lattice
 from raxel.sets import Chessboard
 

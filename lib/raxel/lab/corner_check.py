@@ -1,10 +1,15 @@
-"""Chessboards before any camera, and their corners fitted in a rendered picture."""
+"""Is a rendered corner where it should be? Small boards, and a fit by areas.
+
+The fit knows how much of a pixel an edge covers, so it finds a corner of a picture
+without lens and noise to a few thousandths of a pixel. It checks renderings, and is no
+detector: it starts near the corner.
+"""
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from raxel.geometry import pose
-from raxel.sets import Chessboard
+from raxel.errors import InputError
+from raxel.geometry.poses import pose
+from raxel.sets.model import Chessboard
 
 BOARD = Chessboard(3, 2, 1.0)
 SQUARE_PX = 17.0
@@ -13,13 +18,15 @@ SQUARE_PX = 17.0
 def board_before(camera, middle, square_px=SQUARE_PX, distance=600.0, tilt=0.25):
     """(Chessboard, T_camera_board): a board around a pixel, squares about this big.
 
-    It stands across the ray of `middle`, at a distance in mm, turned in its plane and
-    tilted. How large a pixel is there is measured along rays.
+    camera: any Camera; middle: (u, v). It stands across the ray of `middle`, at a
+    distance in mm, turned in its plane and tilted. How large a pixel is there is
+    measured along rays. Raises InputError where the camera has no ray at `middle`.
     """
     u, v = middle
     pixels = np.array([[u, v], [u + 2, v], [u - 2, v], [u, v + 2], [u, v - 2]], float)
     origins, directions, valid = camera.rays(pixels)
-    assert valid.all(), f"{camera.kind}: no ray near {middle}"
+    if not valid.all():
+        raise InputError(f"{camera.kind}: no ray near {middle}; give another pixel")
     points = origins + distance * directions
     across = (points[1] - points[2]) / 4
     z = directions[0]
@@ -64,6 +71,8 @@ def fitted_corner(image, start, angles, half=5, skip=1.6):
     cross one pixel the product of shares is no longer exact, so pixels nearer than
     `skip` to the corner are left out.
     """
+    from scipy.optimize import least_squares
+
     u0, v0 = np.rint(start).astype(int)
     v, u = np.mgrid[v0 - half : v0 + half + 1, u0 - half : u0 + half + 1]
     u, v, grey = u.ravel(), v.ravel(), image[v, u].ravel()
