@@ -64,7 +64,7 @@ def view_of(camera):
 
 
 def picture_trial(condition, rng):
-    """Photograph the room, unwrap the picture, and look for its verticals."""
+    """Photograph the room, unwrap the picture, look for its verticals."""
     lab = laboratory(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
     picture = lab.photograph(

@@ -62,7 +62,7 @@ def mirror_camera(name):
 
 
 def viewer_angle(e, psi):
-    """Angle at the viewer of a direction psi from straight down, radians."""
+    """Angle (rad) at the viewer of a direction psi from straight down."""
     return 2 * np.arctan((e - 1) / (e + 1) * np.tan(psi / 2))
 
 

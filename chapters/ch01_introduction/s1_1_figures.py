@@ -101,8 +101,8 @@ def ext_fig_1_1_resolution(results):
     return Drawing(
         drawn,
         data,
-        "How much of the picture one pixel of the unwrapped picture is made "
-        "of, by its row: area, and length along each axis. All mirrors have "
+        "How much of the picture one pixel of the unwrapped picture is "
+        "made of, by its row: area, and length each way. All mirrors have "
         "the same rim in the world and in the picture; e is the "
         "eccentricity.",
     )

@@ -55,8 +55,8 @@ from repro.reader import compared, open_results, show, show_code, value
 #
 # where $e$ is the eccentricity of the mirror.
 #
-# **Unwrapping.** Around the centre stands an upright cylinder, $f$ pixels in
-# radius. It shows azimuth $\alpha$ and elevation $\varepsilon$ at
+# **Unwrapping.** An upright cylinder stands around the centre, $f$ pixels
+# in radius. It shows azimuth $\alpha$ and elevation $\varepsilon$ at
 #
 # $$u = u_0 + f\alpha, \qquad v = v_0 - f\tan\varepsilon .$$
 #
@@ -151,10 +151,10 @@ def resolution(effort):
 # value("ratio", rows.column("ratio", mirror=RIG_MIRROR).max())
 
 # %% tags=["active-ipynb"]
-# value("along_row", rows.column("ratio_row", mirror=RIG_MIRROR).max())
+# value("along_row", rows.column("ratio_row", mirror=RIG_MIRROR)[0])
 
 # %% tags=["active-ipynb"]
-# value("along_column", rows.column("ratio_column", mirror=RIG_MIRROR).max())
+# value("along_column", rows.column("ratio_column", mirror=RIG_MIRROR)[0])
 
 # %% tags=["active-ipynb"]
 # value("least", over_mirrors(rows, "ratio").min())
@@ -163,7 +163,7 @@ def resolution(effort):
 # value("most", over_mirrors(rows, "ratio").max())
 
 # %% tags=["active-ipynb"]
-# value("band", over_mirrors(rows, "band_deg").max())
+# value("band", over_mirrors(rows, "band_deg").min())
 
 # %% tags=["active-ipynb"]
 # value("limit", LEAST_RATIO)
@@ -184,9 +184,9 @@ def resolution(effort):
 # ## Reading and limits
 #
 # - **One picture holds the whole room**, from {glue:text}`low:.0f`° below
-#   the horizon to {glue:text}`high:.0f`° above it. The picture in the mirror
-#   is left-right reversed, as one who looks up at it would see it. The
-#   panorama is not: it is made of rays.
+#   the horizon to {glue:text}`high:.0f`° above it. The picture in the
+#   mirror is left-right reversed, as one who looks up at it would see it.
+#   The panorama is not: it is made of rays.
 # - **Upright edges and horizon come out straight**, which no curve was
 #   fitted for. The rays alone do it, and so it works for any central camera
 #   once it is calibrated.
@@ -201,9 +201,9 @@ def resolution(effort):
 #   open hyperboloid the ratio goes from {glue:text}`least:.0f` to
 #   {glue:text}`most:.0f`. It does depend on the height of the panorama: a
 #   strip from the horizon up and down by less than
-#   {glue:text}`band:.0f`° stays below {glue:text}`limit:.1f`.
-# - **Limits.** The thesis does not name the camera of its figure. Here it is
-#   a laboratory camera of the same kind in a room of its own. All mirrors
+#   {glue:text}`band:.1f`° stays below {glue:text}`limit:.1f`.
+# - **Limits.** The thesis does not name the camera of its figure. Here it
+#   is a laboratory camera with the mirror of a rig that this report chose. All mirrors
 #   tried are central and taper in the same sense; a mirror can be designed
 #   for even resolution, and then has no single centre in general. Lens blur
 #   is not part of the Jacobian: it counts pixels, not detail.
@@ -228,8 +228,8 @@ def resolution(effort):
 
 # %% [markdown]
 # **2.** How far from the middle of the full picture of Fig. 1.1(a), in px,
-# is a lamp at {glue:text}`lamp:.0f`° of elevation? The mirror has the half
-# axes $a$ = {glue:text}`half_a:.1f` mm and $b$ = {glue:text}`half_b:.1f` mm,
+# is a lamp at {glue:text}`lamp:.0f`° of elevation? The mirror's half axes
+# are $a$ = {glue:text}`half_a:.1f` and $b$ = {glue:text}`half_b:.1f` mm,
 # $e = \sqrt{a^2+b^2}/a$, and the camera a focal length of
 # {glue:text}`focal:.1f` px.
 
