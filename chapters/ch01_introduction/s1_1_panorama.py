@@ -203,10 +203,10 @@ def resolution(effort):
 #   strip from the horizon up and down by less than
 #   {glue:text}`band:.1f`° stays below {glue:text}`limit:.1f`.
 # - **Limits.** The thesis does not name the camera of its figure. Here it
-#   is a laboratory camera with the mirror of a rig that this report chose. All mirrors
-#   tried are central and taper in the same sense; a mirror can be designed
-#   for even resolution, and then has no single centre in general. Lens blur
-#   is not part of the Jacobian: it counts pixels, not detail.
+#   is a laboratory camera, with a mirror that this report chose. All
+#   mirrors tried are central; one can be designed for even resolution, and
+#   then has no single centre in general. Lens blur is not part of the
+#   Jacobian: it counts pixels, not detail.
 
 # %% [markdown]
 # ## Compared with the published numbers
