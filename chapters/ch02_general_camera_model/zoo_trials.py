@@ -140,12 +140,12 @@ def _micusik(law):
 FAMILIES = {
     "radial": (
         PLANE_ANGLE,
-        range(5),
+        range(4),
         lambda f, n: made("perspective", K=K_of(f), radial=[0.0] * n),
     ),
     "division": (
         PLANE_ANGLE,
-        range(1, 5),
+        range(1, 4),
         lambda f, n: made("division", K=K_of(f), coefficients=[0.0] * n),
     ),
     "field of view": (
@@ -162,7 +162,7 @@ FAMILIES = {
     "Micusik-Pajdla, sine": (HALF_ANGLE, (0,), _micusik("sine")),
     "Kannala-Brandt": (
         HALF_ANGLE,
-        range(1, 5),
+        range(1, 4),
         lambda f, n: made(
             "kannala-brandt",
             k=[1.0] + [0.0] * n,
@@ -172,7 +172,7 @@ FAMILIES = {
     ),
     "Tardif": (
         HALF_ANGLE,
-        range(2, 5),
+        range(2, 4),
         lambda f, n: made(
             "tardif",
             coefficients=[f, 0.0, -0.4 / f] + [0.0] * (n - 2),
@@ -181,7 +181,7 @@ FAMILIES = {
     ),
     "Scaramuzza": (
         HALF_ANGLE,
-        range(1, 5),
+        range(1, 4),
         lambda f, n: made(
             "scaramuzza",
             coefficients=[f, -0.4 / f] + [0.0] * (n - 1),
