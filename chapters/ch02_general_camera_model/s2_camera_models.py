@@ -262,16 +262,17 @@ def pictures(effort):
 #   {glue:text}`all_cubic`. Most of these cameras are not central: points
 #   behind one pixel lie on a curve, not on a ray. The central ones have
 #   {glue:text}`cubic:.0f`, and the library has those. Kannala and Brandt
-#   count {glue:text}`kb:.0f`; three of them are scales that cancel, so 20
-#   are free. The look-up table of section 2.3 has two numbers for every
-#   pixel with a ray, {glue:text}`table_size:.0f` here.
+#   count {glue:text}`kb:.0f`; three of them are scales that cancel, so
+#   {glue:text}`kb_free:.0f` are free. The look-up table of section 2.3 has
+#   two numbers for every pixel with a ray, {glue:text}`table_size:.0f`
+#   here.
 # - **Signs.** A negative $a_0$ in (2.10), the sign of the published
 #   toolbox, means that the middle of the image looks along $-z$. A mirror
 #   looks back at its viewer too: with $z$ reversed the unified sphere
 #   equals each of the three central mirrors, to {glue:text}`sphere_px:.0e`
 #   px.
-# - **Not central.** {glue:text}`not_central` of the cameras are not. How
-#   far from central is a matter of millimetres: {glue:text}`axial_mm:.2f`
+# - **Not central.** {glue:text}`not_central` of the cameras are not. For
+#   lenses and curved mirrors it is a matter of millimetres: {glue:text}`axial_mm:.2f`
 #   mm for a moving pupil, {glue:text}`off_mm:.2f` mm for a hyperboloid
 #   whose viewer is some 10 mm off the focus, {glue:text}`ball_mm:.1f` mm
 #   for a ball. Far away that does not matter, near by it does. For X-slits

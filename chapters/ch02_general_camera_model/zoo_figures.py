@@ -99,10 +99,17 @@ def ext_zoo(results):
     )
 
 
-@table("ext_zoo_scope", needs=("exp_zoo",), evidence="analytic")
+@table(
+    "ext_zoo_scope",
+    needs=("exp_zoo", "exp_zoo_mirrors"),
+    evidence="analytic",
+)
 def ext_zoo_scope(results):
     """What each model can and cannot represent, with how many numbers."""
-    ran = results["exp_zoo"]
+    ran, mirrors = results["exp_zoo"], results["exp_zoo_mirrors"]
+    worst = max(
+        mirrors.column("rms_px", **one)[0] for one in mirrors.conditions
+    )
     return Table(
         {
             "model": list(ZOO),
@@ -114,6 +121,10 @@ def ext_zoo_scope(results):
         },
         "What each model can and cannot represent. Parameters are those of "
         "the example camera.",
+        Check(
+            bool(worst < NONE_PX),
+            f"the unified sphere is each central mirror, to {worst:.1g} px",
+        ),
     )
 
 

@@ -59,6 +59,9 @@ def name_values(open_results):
     value("not_central", int(apart.sum()))
     for name, (what, model) in OF_ONE.items():
         value(name, counted.column(what, model=model)[0])
+    # Three scales of the complete model of Kannala and Brandt cancel.
+    what, model = OF_ONE["kb"]
+    value("kb_free", counted.column(what, model=model)[0] - 3)
     for name, (family, free) in OF_FITS.items():
         counts, rms = fits_of(fitted, "FC-E8", family)
         value(name, rms[counts == free][0])
