@@ -179,8 +179,8 @@ def ext_lab_accuracy(results):
 
 # %% [markdown]
 # The worst corner is {glue:text}`worst:.2g` px off; the aim was
-# {glue:text}`aim` px. Part of that is the fit's own: the edges of a board in
-# a mirror bend more than it allows for. The spread of an even picture
+# {glue:text}`aim` px. The number holds the error of the fit as well, which allows
+# for edges of even bend and no other. The spread of an even picture
 # differs from shot and read noise by {glue:text}`noise:.2g` %.
 #
 # **Time.** A picture of a chessboard, one megapixel, without lens and
