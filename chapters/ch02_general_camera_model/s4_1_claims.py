@@ -18,8 +18,8 @@ from chapters.ch02_general_camera_model.linear_trials import (
     rank_d_trial,
 )
 from chapters.ch02_general_camera_model.three_quadrics import triplet_trial
-from repro.experiment import claim, experiment
-from repro.outcomes import Plan, Reading
+from repro.experiment import claim, experiment, numbers
+from repro.outcomes import Plan, Reading, Value
 
 PAGE = "s4_1_linear_and_pose"
 
@@ -236,3 +236,33 @@ def judge_generic_no_motion(results):
             f"T_1 wrong by 1 mm, {right:.1g} deg with the right one",
         )
     ]
+
+
+@numbers(
+    "sec_2_4_1",
+    needs=("exp_c2_rank_A", "exp_c2_rank_D"),
+    evidence="analytic",
+)
+def values_of_ranks(results):
+    """Ranks of A and D, the same in every scene or not given at all."""
+    return {
+        "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
+        "s2_4_1_rankD": Value(only_value(results["exp_c2_rank_D"], "rank")),
+    }
+
+
+@numbers("sec_2_4_2", needs=("exp_c2_pose_eight",), evidence="analytic")
+def values_of_solutions(results):
+    """The largest number of real solutions that any triplet had."""
+    found = results["exp_c2_pose_eight"].column(
+        "solutions", anchors="common"
+    )
+    return {"s2_4_2_solutions": Value(float(found.max()))}
+
+
+def only_value(result, name):
+    """The one value that all trials have; what they have, where they differ."""
+    found = sorted(set(result.column(name)))
+    if len(found) == 1:
+        return float(found[0])
+    return " or ".join(f"{value:g}" for value in found)

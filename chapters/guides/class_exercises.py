@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import ast
 import html
-import importlib
 from itertools import pairwise
 from typing import NamedTuple
 
 from chapters.guides.method_table import rounded_seconds, timed
-from repro.reader import Missing, Shown, checkout, pipe_table
+from repro.reader import (
+    Missing,
+    Shown,
+    checkout,
+    names_on_page,
+    pipe_table,
+)
 
 CHECKS = ("check", "check_function")
 CHAPTERS = ("ch01_*", "ch02_*")
@@ -120,11 +125,9 @@ def _define(node, made, names):
 def timed_page(page):
     """The longest check of a page in words, or why it was not timed."""
     path = checkout() / "chapters" / f"{page.id}.py"
-    module = importlib.import_module(
-        f"chapters.{page.id.replace('/', '.')}"
-    )
+    names = names_on_page(page.id)
     try:
-        found = check_seconds(path.read_text("utf-8"), vars(module))
+        found = check_seconds(path.read_text("utf-8"), names)
     except Missing:
         return "not timed: needs a result not built yet"
     return rounded_seconds(max(found))

@@ -11,6 +11,7 @@ from __future__ import annotations
 import base64
 import csv
 import html
+import importlib
 import inspect
 import json
 import math
@@ -53,6 +54,11 @@ def checkout() -> Path:
         if (folder / "chapters").is_dir() and (folder / "data" / "published").is_dir():
             return folder
     return here
+
+
+def names_on_page(page: str) -> dict[str, object]:
+    """What the module of a page (`chapter/file`) defines, to run its display lines."""
+    return dict(vars(importlib.import_module(f"chapters.{page.replace('/', '.')}")))
 
 
 def base() -> Path:
