@@ -73,6 +73,10 @@ def name_values(open_results):
     made = open_results("table_2_2_redrawn")
     rendered = open_results("table_2_2_rendered")
     centre = open_results("fig_2_5_true_centre")
+    exact = open_results("ext_table_2_2_exact").column(
+        "generic_as_printed.calibration.corrected.rms_px", zoom=STAGE_ZOOM
+    )
+    value("exact_generic", float(np.nanmedian(exact)))
     trials = rendered.trials_per_condition
     value("asked", trials * rendered.settings["calibration_images"])
     shown = value("seeds", made.trials_per_condition)

@@ -92,6 +92,12 @@ def true_corners(zoom, poses):
     )
 
 
+def true_shape(zoom):
+    """Shape (N, 2) of the board's corners."""
+    target = rig_of(zoom).target
+    return target.columns * target.rows, 2
+
+
 def photograph(zoom, T_camera_grid, rng):
     """One picture of the board, uint8 (height, width)."""
     rig = rig_of(zoom)
