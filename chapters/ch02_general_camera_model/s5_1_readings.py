@@ -82,9 +82,14 @@ def every_reading(result, questions: tuple[str, ...]) -> Iterator[Case]:
 def judged(
     result, questions: tuple[str, ...], judge: Judge
 ) -> list[Reading]:
-    """Readings of a claim: decision, value, interval and remark."""
+    """Readings of a claim about the simulated sweeps."""
+    return readings_of(every_reading(result, questions), judge)
+
+
+def readings_of(cases, judge) -> list[Reading]:
+    """Readings of a claim: decision, value, interval and remark of each."""
     readings = []
-    for case in every_reading(result, questions):
+    for case in cases:
         decision, value, interval, remark = judge(case)
         readings.append(
             Reading(

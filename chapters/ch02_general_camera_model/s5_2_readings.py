@@ -6,9 +6,12 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_readings import METHOD, SCALE
+from chapters.ch02_general_camera_model.s5_1_readings import (
+    METHOD,
+    SCALE,
+    readings_of,
+)
 from chapters.ch02_general_camera_model.zoom_shots import ZOOMS
-from repro.outcomes import DECISIONS, Reading
 
 QUESTIONS = {
     "standard_method": ("as printed", "well conditioned"),
@@ -71,21 +74,13 @@ class Case:
 
 
 def judged(result, questions, judge):
-    """Readings of a claim: decision, value, interval and remark of each."""
-    readings = []
-    for options in product(*(QUESTIONS[q] for q in questions)):
-        case = Case(result, dict(zip(questions, options, strict=True)))
-        decision, value, interval, remark = judge(case)
-        readings.append(
-            Reading(
-                DECISIONS[decision],
-                value,
-                reading=case.options,
-                interval=interval,
-                reason=remark,
-            )
-        )
-    return readings
+    """Readings of a claim about the three sets."""
+    options = product(*(QUESTIONS[q] for q in questions))
+    cases = (
+        Case(result, dict(zip(questions, taken, strict=True)))
+        for taken in options
+    )
+    return readings_of(cases, judge)
 
 
 def share_of(true, total):
