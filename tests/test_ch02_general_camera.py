@@ -1,5 +1,7 @@
 """Sections 2.2.2, 2.3 and 2.4: what the experiments compute, and how claims decide."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,8 @@ from chapters.ch02_general_camera_model import (
 from raxel.calibration import linear_as_printed
 from raxel.cameras.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays
+from repro.experiment import run_trials
+from repro.results import Result, gather
 
 
 class Trials:
@@ -367,3 +371,26 @@ def test_algorithm_1_reproduces_the_rays_of_a_pinhole():
     assert found["table.matrices"] == round(
         found["table.share"] * algorithm_1.SIZE_PX**2
     )
+
+
+def ran(tmp_path, name, plan):
+    """The result of a small run of an experiment."""
+    pairs = [(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)]
+    records, arrays = run_trials("sec_2_4_1", plan, pairs)
+    path = tmp_path / f"{name}.json"
+    identity = {"experiment": name, "artefact": "sec_2_4_1", "effort": "quick"}
+    gather(identity, plan, records, arrays, path)
+    return Result(path)
+
+
+def test_the_numbers_of_2_4_are_read_from_what_the_trials_give(tmp_path):
+    made = {
+        name: ran(tmp_path, name, replace(plan, trials=3))
+        for name, plan in {
+            "exp_c2_rank_A": s4_1_claims.rank_of_a("quick"),
+            "exp_c2_rank_D": s4_1_claims.rank_of_d("quick"),
+        }.items()
+    }
+    values = s4_1_claims.values_of_ranks(made)
+    assert values["s2_4_1_rankA"].value == 12
+    assert values["s2_4_1_rankD"].value == 5

@@ -247,7 +247,9 @@ def values_of_ranks(results):
     """Ranks of A and D, the same in every scene or not given at all."""
     return {
         "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
-        "s2_4_1_rankD": Value(only_value(results["exp_c2_rank_D"], "rank")),
+        "s2_4_1_rankD": Value(
+            only_value(results["exp_c2_rank_D"], "orthonormal.rank")
+        ),
     }
 
 
