@@ -373,7 +373,7 @@ def test_algorithm_1_reproduces_the_rays_of_a_pinhole():
     )
 
 
-def ran(tmp_path, name, plan):
+def result_of(tmp_path, name, plan):
     """The result of a small run of an experiment."""
     pairs = [(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)]
     records, arrays = run_trials("sec_2_4_1", plan, pairs)
@@ -385,7 +385,7 @@ def ran(tmp_path, name, plan):
 
 def test_the_numbers_of_2_4_are_read_from_what_the_trials_give(tmp_path):
     made = {
-        name: ran(tmp_path, name, replace(plan, trials=3))
+        name: result_of(tmp_path, name, replace(plan, trials=3))
         for name, plan in {
             "exp_c2_rank_A": s4_1_claims.rank_of_a("quick"),
             "exp_c2_rank_D": s4_1_claims.rank_of_d("quick"),
