@@ -432,6 +432,21 @@ def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
     assert "{grid-item-card} Guides" not in start
 
 
+def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
+    base = tmp_path / "figures" / "quick"
+    for name in ("ext_a@my.set.png", "ext_a@gone.png", "fig_2_3.png"):
+        write_atomic(base / name, name)
+    for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
+        write_json(base / "results" / name, {})
+    book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
+    write_json(book, {"metadata": {"raxel": {"source": "photographs/set.py"}}})
+    handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
+    assert "figures/ext_a@my.set.png" in handed
+    assert "figures/fig_2_3.png" in handed
+    assert "results/study@my.set.json" in handed
+    assert not [name for name in handed if "gone" in name]
+
+
 def test_names_and_captions_for_people():
     assert reader.label("fig_2_3") == "Fig. 2.3"
     assert reader.label("table_2_1") == "Table 2.1"

@@ -186,10 +186,13 @@ def _extra(
     """What can be downloaded: figures, tables, results, pages, the scoreboard, code."""
     base = root / "figures" / effort
     kept: dict[str, Content] = {"scoreboard.json": rows}
+    named = {path.stem for path in pages}
     for path in sorted(base.glob("*")):
-        if path.suffix in (".svg", ".png", ".csv", ".html"):
+        if path.suffix in (".svg", ".png", ".csv", ".html") and _is_of(path, named):
             kept[f"figures/{path.name}"] = path
     for path in sorted((base / "results").glob("*.json")):
+        if not _is_of(path, named):
+            continue
         if path.name.endswith(".run.json"):
             kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
         else:
@@ -198,6 +201,15 @@ def _extra(
         kept[f"notebooks/{path.parent.name}/{path.name}"] = path
         kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)
     return kept | _code(root)
+
+
+def _is_of(path: Path, pages: set[str]) -> bool:
+    """Whether a file is of this build: what is of an image set, of one with a page.
+
+    Pictures of a set of an earlier build may be somebody's private photographs.
+    """
+    _, at, image_set = path.name.partition("@")
+    return not at or any(image_set.startswith(f"{name}.") for name in pages)
 
 
 def _log(run: Path) -> str:
