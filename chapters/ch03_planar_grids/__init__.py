@@ -1,0 +1,1 @@
+"""Chapter 3: planar grids, their corners and their patterns."""

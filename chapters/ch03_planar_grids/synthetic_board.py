@@ -1,0 +1,161 @@
+"""The synthetic chessboard of 3.3.1: a square picture of a board, bent by a fisheye.
+
+Lengths of the board are in pixels of the picture before it is bent. The board stands at
+a distance of one focal length, so that seen by a pinhole, and not turned, its plane is
+that picture.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+
+from raxel.cameras import FisheyeCamera
+from raxel.geometry.poses import pose, transform
+from raxel.lab import board_scene, render
+from raxel.sets import Chessboard
+
+SIZE_PX = 1000
+FULL_RANGE = (0.0, 255.0)
+
+
+@dataclass(frozen=True)
+class Board:
+    """A chessboard with squares of `square_px`, seen over a diagonal field of view.
+
+    The field is that of the picture's diagonal (E-3.15). yaw_deg turns the board
+    about its own vertical middle line, towards the camera on its left. As many whole
+    squares as the picture holds stand about its middle; the outermost ring of them is
+    the clearance about the corners.
+    """
+
+    square_px: float = 100.0
+    fov_deg: float = 134.0
+    yaw_deg: float = 0.0
+
+    @property
+    def columns(self):
+        """Interior corners along a row."""
+        return int(SIZE_PX / self.square_px + 1e-9) - 1
+
+    @property
+    def rows(self):
+        """Interior corners along a column: the board is square."""
+        return self.columns
+
+    @property
+    def focal_px(self):
+        """Focal length that spreads the picture's diagonal over the field of view."""
+        return (
+            SIZE_PX
+            / math.sqrt(2)
+            / math.tan(math.radians(self.fov_deg) / 2)
+        )
+
+    @property
+    def camera(self):
+        """Equisolid fisheye (2.7); it sees less than 90 deg off, as a pinhole does."""
+        middle = [(SIZE_PX - 1) / 2] * 2
+        return FisheyeCamera(
+            "equisolid",
+            self.focal_px,
+            middle,
+            SIZE_PX,
+            SIZE_PX,
+            math.pi / 2,
+        )
+
+    @property
+    def chessboard(self):
+        """The board as a target; its unit is a pixel of the picture before bending."""
+        return Chessboard(self.columns, self.rows, self.square_px)
+
+    @property
+    def T_camera_board(self):
+        """Pose (4, 4) of the board: first interior corner at its origin."""
+        yaw = math.radians(self.yaw_deg)
+        R = np.array(
+            [
+                [math.cos(yaw), 0, -math.sin(yaw)],
+                [0, 1, 0],
+                [math.sin(yaw), 0, math.cos(yaw)],
+            ]
+        )
+        middle = np.append(self.chessboard.points().mean(axis=0), 0.0)
+        return pose(R, [0, 0, self.focal_px] - R @ middle)
+
+    @cached_property
+    def corners(self):
+        """True corners (rows * columns, 2) row by row; NaN where out of sight."""
+        points = np.pad(self.chessboard.points(), ((0, 0), (0, 1)))
+        return self.camera.project(
+            transform(self.T_camera_board, points)
+        ).pixels
+
+    @property
+    def outer_corners(self):
+        """True outer corners (4, 2), clockwise from the upper left."""
+        return outer_of(self.corners, self.columns, self.rows)
+
+    @property
+    def least_spacing(self):
+        """Smallest distance in px between neighbouring corners."""
+        lattice = self.corners.reshape(self.rows, self.columns, 2)
+        steps = (np.diff(lattice, axis=0), np.diff(lattice, axis=1))
+        return min(
+            float(np.nanmin(np.linalg.norm(s, axis=2))) for s in steps
+        )
+
+    def image(self, blur_px=1.0, noise_sd=0.0, rng=None, levels=FULL_RANGE):
+        """The picture, uint8 (1000, 1000).
+
+        blur_px: SD of the Gaussian blur; noise_sd: SD of the added noise in grey
+        levels, drawn from `rng`; levels: grey of black and white before the noise.
+        """
+        black, white = levels
+        grey = black + (white - black) * _blurred(self, blur_px)
+        if noise_sd:
+            grey = grey + rng.normal(0.0, noise_sd, grey.shape)
+        return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+
+
+def outer_of(corners, columns, rows):
+    """Outer corners (4, 2), clockwise, of a board's corners given row by row."""
+    last = rows * columns - 1
+    return corners[[0, columns - 1, last, last - columns + 1]]
+
+
+def clicks(outer_corners, rng, sd=2.0, cap=4.0):
+    """Where a user clicks (4, 2): Gaussian noise, no further off than `cap` px (3.3.1).
+
+    A click beyond the cap is drawn again.
+    """
+    offsets = rng.normal(0.0, sd, (4, 2))
+    while (far := np.linalg.norm(offsets, axis=1) > cap).any():
+        offsets[far] = rng.normal(0.0, sd, (int(far.sum()), 2))
+    return outer_corners + offsets
+
+
+@lru_cache(maxsize=4)
+def _radiance(board):
+    scene = board_scene(
+        board.chessboard,
+        board.T_camera_board,
+        border_mm=0.0,
+        black=0.0,
+        white=1.0,
+        background=0.0,
+    )
+    return render(board.camera, np.eye(4), scene)
+
+
+@lru_cache(maxsize=4)
+def _blurred(board, blur_px):
+    radiance = _radiance(board)
+    if not blur_px:
+        return radiance
+    return cv2.GaussianBlur(radiance, (0, 0), blur_px)

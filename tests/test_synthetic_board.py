@@ -1,0 +1,75 @@
+"""The synthetic chessboard of 3.3.1 shows its corners where it says."""
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.synthetic_board import Board, clicks
+from raxel.lab.corner_check import fitted_corner
+
+
+@pytest.mark.parametrize("board", [Board(), Board(50.0), Board(yaw_deg=40.0)])
+def test_pictured_corners_are_the_true_ones(board):
+    image = board.image(blur_px=0.0).astype(float) / 255
+    lattice = board.corners.reshape(board.rows, board.columns, 2)
+    along = np.gradient(lattice, axis=1)
+    down = np.gradient(lattice, axis=0)
+    middle = board.rows // 2
+    for row, column in ((middle, middle), (middle, 1), (1, 1)):
+        angles = [
+            np.arctan2(-a[row, column, 0], a[row, column, 1]) for a in (along, down)
+        ]
+        corner, _ = fitted_corner(image, lattice[row, column] + [0.2, -0.1], angles)
+        # Rounding to 8 bits and bent edges leave a few hundredths of a pixel.
+        assert np.linalg.norm(corner - lattice[row, column]) < 0.03
+
+
+def test_diagonal_of_the_flat_picture_spans_the_field_of_view():
+    assert 2 * np.arctan(500 * np.sqrt(2) / Board().focal_px) == pytest.approx(
+        np.radians(134)
+    )
+
+
+def test_plane_reaches_the_camera_at_the_angle_of_the_outermost_corner():
+    limit = np.degrees(np.arcsin(Board().focal_px / 400))
+    assert not np.isnan(Board(yaw_deg=limit - 0.1).corners).any()
+    assert np.isnan(Board(yaw_deg=limit + 0.1).corners).any()
+
+
+def test_yaw_about_the_vertical_keeps_the_mirror_symmetry_of_top_and_bottom():
+    board = Board(yaw_deg=30.0)
+    lattice = board.corners.reshape(board.rows, board.columns, 2)
+    np.testing.assert_allclose(lattice[::-1, :, 1], 999 - lattice[:, :, 1], atol=1e-9)
+    np.testing.assert_allclose(lattice[::-1, :, 0], lattice[:, :, 0], atol=1e-9)
+
+
+def test_outer_corners_go_clockwise_from_the_upper_left():
+    u, v = Board().outer_corners.T
+    assert u[0] < u[1]
+    assert v[1] < v[2]
+    assert u[3] < u[2]
+    assert v[0] < v[3]
+
+
+def test_noise_has_its_sd_and_the_levels_hold():
+    board = Board()
+    clean = board.image(levels=(64.0, 191.0)).astype(float)
+    noisy = board.image(
+        noise_sd=10.0, rng=np.random.default_rng(1), levels=(64.0, 191.0)
+    ).astype(float)
+    assert (clean.min(), clean.max()) == (64, 191)
+    # Rounding adds a variance of 1/12.
+    assert (noisy - clean).std() == pytest.approx(np.hypot(10, 1 / 12**0.5), rel=0.01)
+
+
+def test_clicks_scatter_as_a_user_and_stay_within_the_cap():
+    rng = np.random.default_rng(5)
+    truth = Board().outer_corners
+    offsets = np.array([clicks(truth, rng) - truth for _ in range(2000)])
+    lengths = np.linalg.norm(offsets, axis=2)
+    assert lengths.max() <= 4.0
+    # Mean length of a Rayleigh law of 2 px cut off at 4 px.
+    r = np.linspace(0, 4, 4001)
+    density = r * np.exp(-(r**2) / 8)
+    assert lengths.mean() == pytest.approx(
+        (r * density).sum() / density.sum(), rel=0.02
+    )
