@@ -14,7 +14,8 @@ from chapters.ch02_general_camera_model import (
     s2_claims,
     s3_claims,
     s3_exercises,
-    s3_figures,
+    s3_grid_figures,
+    s3_table_figures,
     s4_1_claims,
     s4_1_exercises,
     three_quadrics,
@@ -115,34 +116,36 @@ def test_any_camera_is_judged_on_the_faceted_one():
 def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
     conditions = [{"camera": name} for name in ("fisheye", "faceted")]
     results = {"fig_2_1_tables": ran(drawn_rays.table_trial, conditions)}
-    drawing = s3_figures.fig_2_1(results)
+    drawing = s3_table_figures.fig_2_1(results)
     assert drawing.check.holds
     assert drawing.scene is not None
     assert len(set(drawing.data["camera"])) == 2
-    table = s3_figures.Table(results["fig_2_1_tables"], "faceted")
+    table = s3_table_figures.Table(results["fig_2_1_tables"], "faceted")
     rays = pluecker_matrix_of_rays(table.origins, table.directions)
     np.testing.assert_allclose(table.matrices, rays, atol=1e-12)
     assert np.ptp(table.origins, axis=0).min() > 10
     table.ends = table.ends + [0.0, 1e-6, 0.0]
-    assert table.gap() > s3_figures.TOLERANCE_MM
+    assert table.gap() > s3_table_figures.TOLERANCE_MM
 
 
 def test_figure_2_2_has_its_points_on_rays_and_grids():
     conditions = [{"method": name} for name in ("general", "generic")]
     results = {"fig_2_2_grids": ran(drawn_rays.grids_trial, conditions)}
-    drawing = s3_figures.fig_2_2(results)
+    drawing = s3_grid_figures.fig_2_2(results)
     assert drawing.check.holds
     found = results["fig_2_2_grids"]
     for method in ("general", "generic"):
         assert found.column("pose_error_mm", method=method).max() < 1e-6
         assert found.column("ray_error", method=method).max() < 1e-9
-    grids = s3_figures.Grids(found, "generic")
+    grids = s3_grid_figures.Grids(found, "generic")
     grids.meetings = grids.meetings + [0.0, 0.0, 1e-6]
-    assert grids.gap() > s3_figures.TOLERANCE_MM
+    assert grids.gap() > s3_grid_figures.TOLERANCE_MM
+    found.column = lambda name, **condition: np.array([1e-3])
+    assert not s3_grid_figures.fig_2_2(results).check.holds
 
 
 def test_a_matrix_is_printed_without_negative_zeros():
-    text = s3_figures.matrix_text(np.array([[-1e-9, 2.0], [-3.456, 0.0]]))
+    text = s3_table_figures.matrix_text(np.array([[-1e-9, 2.0], [-3.456, 0.0]]))
     assert text == " 0.00 2.00\n-3.46 0.00"
 
 

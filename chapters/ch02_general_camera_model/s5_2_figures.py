@@ -13,6 +13,7 @@ from chapters.ch02_general_camera_model.zoom_shots import (
     ZOOMS,
 )
 from raxel.evaluation.statistics import SIGNIFICANCE, holm, with_worst
+from repro.columns import columns
 from repro.experiment import figure, table
 from repro.outcomes import Check, Drawing, Table
 from repro.results import summary
@@ -34,23 +35,21 @@ def fig_2_4(results):
     """One picture of each of the three sets, as the detector got it."""
     rendered = results["table_2_2_rendered"]
     drawn, axes = new_figure(1, 3, height_in=2.3)
-    data = {"set": [], "width_px": [], "height_px": [], "boards_found": []}
+    rows = []
     for panel, zoom in zip(axes, ZOOMS, strict=True):
         picture = rendered.arrays("sample", zoom=zoom)[0]
         panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
         panel.set_title(f"Image set {zoom}")
         panel.set_axis_off()
         found = rendered.column("found.calibration", zoom=zoom)
-        row = (zoom, picture.shape[1], picture.shape[0], int(found[0]))
-        for name, cell in zip(data, row, strict=True):
-            data[name].append(cell)
+        rows.append((zoom, *picture.shape[::-1], int(found[0])))
     levels = [
         np.median(rendered.column("distortion_level", zoom=zoom))
         for zoom in ZOOMS
     ]
     return Drawing(
         drawn,
-        data,
+        columns(("set", "width_px", "height_px", "boards_found"), rows),
         "Rendered counterparts of the three sets: the first picture of each "
         "in which the board was found, from the longest to the shortest "
         "focal length.",
@@ -69,19 +68,19 @@ def fig_2_4(results):
 )
 def table_2_2(results):
     """Residuals of the calibration pictures, in px of the corrected view."""
-    columns = {"Method": [], "Error type": [], "Corners": []}
-    columns |= {f"Set {zoom} (px)": [] for zoom in ZOOMS}
-    for experiment, corners in SOURCES.items():
-        for method in METHODS:
-            for statistic, label in ROWS.items():
-                cells = (NAMES[method], label, corners) + tuple(
-                    cell_of(results[experiment], method, statistic, zoom)
-                    for zoom in ZOOMS
-                )
-                for name, cell in zip(columns, cells, strict=True):
-                    columns[name].append(cell)
+    names = ["Method", "Error type", "Corners"]
+    rows = [
+        [NAMES[method], label, corners]
+        + [
+            cell_of(results[experiment], method, statistic, zoom)
+            for zoom in ZOOMS
+        ]
+        for experiment, corners in SOURCES.items()
+        for method in METHODS
+        for statistic, label in ROWS.items()
+    ]
     return Table(
-        columns,
+        columns(names + [f"Set {zoom} (px)" for zoom in ZOOMS], rows),
         "Distortion residuals after perspective correction: medians over "
         "seeds with 95 % intervals. Corners redrawn: with errors of those "
         "found in rendered pictures; rendered: found in the pictures.",
@@ -128,7 +127,7 @@ def fig_2_5(results):
     """Residual vectors of one picture of set 3, fifty times as long."""
     rendered = results["table_2_2_rendered"]
     drawn, axes = new_figure(1, 2, height_in=4.0, sharex=True, sharey=True)
-    data = {name: [] for name in ("method", "u", "v", "du", "dv")}
+    rows = []
     panels = ("parametric", "generic_as_printed")
     for panel, method, letter in zip(axes, panels, "ab", strict=True):
         field = rendered.arrays(f"field.{method}", zoom=STAGE_ZOOM)[0]
@@ -143,15 +142,13 @@ def fig_2_5(results):
         panel.set_title(f"({letter}) {NAMES[method]}\nRMS {rms:.2f} px")
         panel.set_aspect("equal")
         panel.set_xlabel("u in the image (px)")
-        for row in zip(u, v, du, dv, strict=True):
-            for name, cell in zip(data, (method, *row), strict=True):
-                data[name].append(cell)
+        rows += [(method, *row) for row in field[:, :4]]
     axes[0].set_xlim(u.min() - 60, u.max() + 60)
     axes[0].set_ylim(v.max() + 60, v.min() - 60)
     axes[0].set_ylabel("v in the image (px)")
     return Drawing(
         drawn,
-        data,
+        columns(("method", "u_px", "v_px", "du_px", "dv_px"), rows),
         "Residual vectors at the corners of one calibration picture of set "
         f"3, in px of the corrected view, drawn {FIELD_SCALE} times as long "
         "as they are; long ones leave the frame. The picture is that of "
@@ -167,7 +164,7 @@ def fig_2_5(results):
 def fig_2_6(results):
     """Recovered steps end to end, deviations twenty times as large."""
     drawn, axes = new_figure(1, 2, height_in=3.6, width_ratios=(3, 2))
-    data = {name: [] for name in ("method", "x_mm", "y_mm")}
+    rows = []
     rendered = results["table_2_2_rendered"]
     axes[0].plot(
         STEP_MM * np.arange(STAGE_IMAGES), np.zeros(STAGE_IMAGES),
@@ -181,9 +178,7 @@ def fig_2_6(results):
             continue
         path = path_of(steps[0])
         axes[0].plot(*path.T, **SERIES[index], label=NAMES[method])
-        for x, y in path:
-            for name, cell in zip(data, (method, x, y), strict=True):
-                data[name].append(cell)
+        rows += [(method, x, y) for x, y in path]
     axes[0].set_xlabel("Along the mean step (mm)")
     axes[0].set_ylabel(f"Across, deviation x {STEP_SCALE} (mm)")
     axes[0].set_title("One rendered seed")
@@ -207,7 +202,7 @@ def fig_2_6(results):
     drawn.legend(loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(("method", "x_mm", "y_mm"), rows),
         f"Translations of {STEP_MM:g} mm recovered from homographies of "
         "five pictures, in the grid's frame. Left: the four steps of one "
         "rendered seed end to end, their deviations from the mean step "

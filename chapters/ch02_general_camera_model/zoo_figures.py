@@ -11,6 +11,7 @@ from chapters.ch02_general_camera_model.zoo_trials import (
     PLANE_ANGLE,
     ROOM,
 )
+from repro.columns import columns
 from repro.experiment import figure, table
 from repro.outcomes import Check, Drawing, Table
 from repro.style import SERIES, series
@@ -133,7 +134,7 @@ def ext_zoo_curves(results):
     """r(theta) of the round cameras, at the same scale on the axis."""
     ran = results["exp_zoo_curves"]
     drawn, axes = new_figure(1, 3, height_in=4.6, sharey=True)
-    data = {"model": [], "theta_deg": [], "r": []}
+    rows = []
     for panel, (title, names) in zip(axes, PANELS.items(), strict=True):
         grid = np.linspace(0, np.radians(125), 50)
         for index, name in enumerate(names):
@@ -142,9 +143,10 @@ def ext_zoo_curves(results):
             )
             look = series(index) | {"marker": "", "lw": 1.4}
             panel.plot(np.degrees(theta), r, label=name, **look)
-            for cells in zip(np.degrees(theta), r, strict=True):
-                for key, cell in zip(data, (name, *cells), strict=True):
-                    data[key].append(cell)
+            rows += [
+                (name, *cells)
+                for cells in zip(np.degrees(theta), r, strict=True)
+            ]
         tangent = grid[grid < 1.24]
         panel.plot(
             np.degrees(tangent),
@@ -168,7 +170,7 @@ def ext_zoo_curves(results):
     axes[0].set_ylabel("Radius r / r′(0) (1)")
     return Drawing(
         drawn,
-        data,
+        columns(("model", "theta_deg", "r"), rows),
         "Projection curves $r(\\theta)$ of the radially symmetric example "
         "cameras, drawn from the rays of a row of pixels, at equal slope on "
         "the axis. Grey: the pinhole. The mirrors' angles count from the "
@@ -193,7 +195,7 @@ def ext_zoo_fits(results):
     """Every round model fitted to two lenses: error and parameters."""
     ran = results["exp_zoo_fits"]
     drawn, axes = new_figure(1, 2, height_in=5.0, sharey=True, sharex=True)
-    data = {"lens": [], "model": [], "free": [], "rms_px": [], "to_deg": []}
+    rows = []
     falls = True
     for panel, lens in zip(axes, LENSES, strict=True):
         for index, family in enumerate(FAMILIES):
@@ -214,10 +216,10 @@ def ext_zoo_fits(results):
                 **look,
             )
             to_deg = np.degrees(FAMILIES[family][0])
-            for cells in zip(free, rms, strict=True):
-                row = (lens, family, int(cells[0]), cells[1], to_deg)
-                for key, cell in zip(data, row, strict=True):
-                    data[key].append(cell)
+            rows += [
+                (lens, family, int(n), error, to_deg)
+                for n, error in zip(free, rms, strict=True)
+            ]
         panel.set(yscale="log", title=f"Lens: {lens}")
         panel.set_xlabel("Free radial parameters (1)")
         panel.set_xticks(range(1, 6))
@@ -228,7 +230,7 @@ def ext_zoo_fits(results):
     )
     return Drawing(
         drawn,
-        data,
+        columns(("lens", "model", "free", "rms_px", "to_deg"), rows),
         "Every radially symmetric model fitted to two lenses of 183°: RMS "
         "error of the radius against the number of radial parameters (centre, "
         "aspect and skew are not counted). Open markers: models of the "
@@ -243,21 +245,18 @@ def ext_zoo_room(results):
     """The same room through eight cameras."""
     ran = results["exp_zoo_room"]
     drawn, axes = new_figure(2, 4, height_in=4.3)
-    data = {"model": [], "mean_radiance": [], "share_lit": []}
+    rows = []
     for panel, name in zip(axes.flat, ROOM, strict=True):
         panel.imshow(ran.arrays("picture", model=name)[0])
         panel.set_title(name, fontsize=8.5)
         panel.set_axis_off()
         cells = (
-            name,
-            ran.column("mean", model=name)[0],
-            ran.column("seen", model=name)[0],
+            ran.column(what, model=name)[0] for what in ("mean", "seen")
         )
-        for key, cell in zip(data, cells, strict=True):
-            data[key].append(cell)
+        rows.append((name, *cells))
     return Drawing(
         drawn,
-        data,
+        columns(("model", "mean_radiance", "share_lit"), rows),
         "The same room from its middle, through eight cameras. The viewer of "
         "the hyperboloid mirror looks up; that of the plane mirrors has the "
         "room's windows behind it.",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s3_figures import (
+from chapters.ch02_general_camera_model.axes_in_space import (
     dots,
     in_axes,
     name_axes,
 )
 from chapters.ch02_general_camera_model.zoo_trials import DRAWN_MM
+from repro.columns import columns
 from repro.experiment import figure
 from repro.outcomes import Drawing
 from repro.scene import Points, Scene, Segments
@@ -64,26 +65,26 @@ def ext_zoo_rays(results):
         2, 3, height_in=6.2, subplot_kw={"projection": "3d"}
     )
     drawn.set_layout_engine("none")
-    data = {"model": [], "part": [], "x_mm": [], "y_mm": [], "z_mm": []}
+    rows = []
     for number, (panel, (name, one)) in enumerate(
         zip(axes.flat, cameras.items(), strict=True)
     ):
-        row, column = divmod(number, 3)
+        down, across = divmod(number, 3)
         panel.set_position(
-            [0.33 * column + 0.005, 0.49 - 0.49 * row, 0.31, 0.46]
+            [0.33 * across + 0.005, 0.49 - 0.49 * down, 0.31, 0.46]
         )
         panel.set_title(name, fontsize=9.5)
         _draw(panel, one, name in ROUND)
         parts = {"ray start": one.origins, "ray end": one.ends}
         parts |= {f"caustic sheet {k + 1}": one.sheet(k) for k in (0, 1)}
-        for part, points in parts.items():
-            for point in points:
-                cells = (name, part, *point)
-                for key, cell in zip(data, cells, strict=True):
-                    data[key].append(cell)
+        rows += [
+            (name, part, *point)
+            for part, points in parts.items()
+            for point in points
+        ]
     return Drawing(
         drawn,
-        data,
+        columns(("model", "part", "x_mm", "y_mm", "z_mm"), rows),
         "Rays of six cameras that are not central (blue; black: where they "
         "start) and their caustics, the points where neighbouring rays "
         "meet (orange and green: the two sheets). A caustic behind a mirror "
