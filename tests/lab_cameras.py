@@ -80,6 +80,9 @@ def _named():
         one,
     )
     yield "division", make("division", K=K, coefficients=[-0.3], **SIZE), one
+    law = {"radial": [1.06, -0.24, -0.075, 0.047, -0.0063]}
+    law |= {"tangential": [0.05, -0.1, 0.02, 0.01, -0.005], "K": K}
+    yield "shah-aggarwal", make("shah-aggarwal", **law, **SIZE), one
     yield "field of view", make("field of view", omega=1.1, K=K, **SIZE), one
     yield "rational cubic", make("rational cubic", coefficients=CUBIC, **SIZE), one
     yield "lifted rational", make("lifted rational", A=LIFTED, **SIZE), one

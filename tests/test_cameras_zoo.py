@@ -21,6 +21,7 @@ from raxel.cameras import (
     PerspectiveCamera,
     RationalCubicCamera,
     ScaramuzzaCamera,
+    ShahAggarwalCamera,
     TardifCamera,
     UnifiedSphereCamera,
     camera_from,
@@ -29,6 +30,7 @@ from raxel.cameras import (
 from raxel.cameras.brown import BrownMap
 from raxel.cameras.fit import fit_camera, radii_of
 from raxel.cameras.kannala_brandt import AsymmetricMap
+from raxel.cameras.polar_polynomial import PolarMap
 from raxel.cameras.rational import CubicMap, LiftedMap
 from raxel.cameras.rising import invert_rising, smallest_positive_root
 from raxel.errors import InputError
@@ -36,6 +38,7 @@ from raxel.errors import InputError
 SIZE = (640, 480)
 CENTRE = (330.0, 250.0)
 K = np.array([[300, 1.5, 330], [0, 280, 250], [0, 0, 1.0]])
+SHAH = [1.06, -0.24, -0.075, 0.047, -0.0063], [0.05, -0.1, 0.02, 0.01, -0.005]
 KB_K = [1, -0.02, 0.003, -0.001, 0.0001]
 KB_ODD = ([0.01, 0.002, -0.001], [1, -0.5, 0.3, 0.2])
 KB_TURN = ([0.005, 0.002, -0.001], [0.4, -0.5, 0.3, -0.8])
@@ -62,6 +65,7 @@ ZOO = {
     "division": DivisionCamera(K, [-0.2], *SIZE),
     "division, three terms": DivisionCamera(K, [-0.2, 0.05, -0.03], *SIZE),
     "division, pincushion": DivisionCamera(K, [0.2], *SIZE),
+    "shah-aggarwal": ShahAggarwalCamera(K, *SHAH, *SIZE),
     "field of view": FieldOfViewCamera(1.2, K, *SIZE),
     "field of view, radial": FieldOfViewCamera(1.2, K, *SIZE, radial=[-0.05, 0.01]),
     "rational cubic": RationalCubicCamera(CUBIC, *SIZE),
@@ -95,7 +99,7 @@ ZOO = {
 PARAMETERS = dict(
     zip(
         ZOO,
-        [9, 7, 8, 6, 8, 6, 6, 8, 38, 17, 17, 6, 9, 23]
+        [9, 7, 8, 6, 8, 6, 15, 6, 8, 38, 17, 17, 6, 9, 23]
         + [4, 4, 4, 9, 8, 8, 6, 6, 6, 6, 11],
         strict=True,
     )
@@ -292,6 +296,24 @@ def test_field_of_view_and_micusik_pajdla_are_their_formulas():
     np.testing.assert_allclose(sine, 300 * np.sin(0.6 * theta), rtol=1e-13)
 
 
+def test_shah_aggarwal_is_two_polynomials_of_the_radius():
+    camera = ZOO["shah-aggarwal"]
+    points = np.random.default_rng(12).normal(0, 1, (400, 3)) + [0, 0, 2]
+    pixels, valid = camera.project(points)
+    assert valid.mean() > 0.8
+    x, y = (points[:, :2] / points[:, 2:]).T
+    r, phi = np.hypot(x, y), np.arctan2(y, x)
+    a, b = (sum(c * r ** (k + 1) for k, c in enumerate(terms)) for terms in SHAH)
+    q = np.column_stack([a * np.cos(phi + b), a * np.sin(phi + b)])
+    expected = q @ K[:2, :2].T + K[:2, 2]
+    np.testing.assert_allclose(pixels[valid], expected[valid], atol=1e-9)
+    # The radius stops rising where its derivative vanishes.
+    rise = np.array([1.06, -0.48, -0.225, 0.188, -0.0315])
+    limit = smallest_positive_root(rise)
+    assert math.tan(camera.max_angle) == pytest.approx(limit, abs=1e-9)
+    np.testing.assert_array_equal(valid, (points[:, 2] > 0) & (r <= limit))
+
+
 def test_models_meet_where_they_must():
     points = np.random.default_rng(11).normal(0, 1, (500, 3))
     pinhole = PerspectiveCamera(K, [], *SIZE).project(points)
@@ -405,6 +427,7 @@ MAPS = {
     "brown": BrownMap(np.array([-0.2, 0.03]), np.array([0.01, -0.02]), 1.0),
     "kannala-brandt": AsymmetricMap(*map(np.array, (KB_K, *KB_ODD, *KB_TURN)), 2.0),
     "cubic": CubicMap(CUBIC, 0.8),
+    "shah-aggarwal": PolarMap(*SHAH, 1.0),
     "lifted": LiftedMap(np.random.default_rng(15).normal(0, 1, (3, 6)), 0.5),
 }
 
@@ -458,6 +481,8 @@ BAD = {
     "not even": (lambda: BrownCamera(-K, [], [0, 0], *SIZE), "'K'"),
     "decentring": (lambda: BrownCamera(K, [], [0, 0, 0], *SIZE), "'tangential'"),
     "no l1": (lambda: DivisionCamera(K, [], *SIZE), "'coefficients'"),
+    "a1": (lambda: ShahAggarwalCamera(K, [0, 1, 0, 0, 0], [0] * 5, *SIZE), "'radial'"),
+    "b5": (lambda: ShahAggarwalCamera(K, SHAH[0], [0] * 4, *SIZE), "'tangential'"),
     "omega": (lambda: FieldOfViewCamera(3.5, K, *SIZE), "'omega'"),
     "folds at once": (
         lambda: FieldOfViewCamera(1.2, K, *SIZE, radial=[-1], max_angle=1.5),

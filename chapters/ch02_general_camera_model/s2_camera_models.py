@@ -282,11 +282,13 @@ def pictures(effort):
 #   example parameters; the fits are of two lenses, without noise, with the
 #   centre known. They show what a form can follow, not what a calibration
 #   would reach.
-# - **Not built.** The 10-parameter model of Shah and Aggarwal: the section
-#   gives the order of its polynomials, not the formula. Nor Barreto's
-#   sphere with division, circular panoramas, or networks of cameras. The
-#   {glue:text}`elsewhere` camera is in the library and not in the zoo: it
-#   is the viewer of the paraboloid mirror.
+# - **Read, not copied.** Of the 10-parameter model of Shah and Aggarwal the
+#   section gives the order of its two polynomials, not the formula. The
+#   zoo has a form with both: one polynomial for the radius, one for the
+#   turn about the axis, five terms each.
+# - **Not built.** Barreto's sphere with division, circular panoramas, and
+#   networks of cameras. The {glue:text}`elsewhere` camera is in the library
+#   and not in the zoo: it is the viewer of the paraboloid mirror.
 
 # %% tags=["active-ipynb"]
 # show_code(KannalaBrandtCamera, QuadricMirrorCamera.rays)

@@ -173,6 +173,17 @@ ZOO = {
         "wide lenses near equidistance, with one number",
         PLANE_END + ", as published",
     ),
+    "Shah-Aggarwal": Model(
+        "2.2.2",
+        made(
+            "shah-aggarwal",
+            K=K_of(90),
+            radial=[1.06, -0.24, -0.075, 0.047, -0.0063],
+            tangential=[0.02, -0.03, 0.01, 0.002, -0.001],
+        ),
+        "wide lenses, round but for a twist about the axis",
+        PLANE_END,
+    ),
     "equidistance": Model(
         "2.2.2",
         fisheye("equidistance", HALF_ANGLE),

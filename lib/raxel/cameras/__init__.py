@@ -14,6 +14,7 @@ from raxel.cameras.kannala_brandt import KannalaBrandtCamera
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.perspective import PerspectiveCamera
 from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
+from raxel.cameras.polar_polynomial import ShahAggarwalCamera
 from raxel.cameras.pushbroom import PushbroomCamera
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
@@ -48,6 +49,7 @@ __all__ = [
     "RationalCubicCamera",
     "Rays",
     "ScaramuzzaCamera",
+    "ShahAggarwalCamera",
     "TardifCamera",
     "UnifiedSphereCamera",
     "XSlitsCamera",

@@ -11,6 +11,7 @@ from raxel.cameras.named_fields import argument_names
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.perspective import PerspectiveCamera
 from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
+from raxel.cameras.polar_polynomial import ShahAggarwalCamera
 from raxel.cameras.pushbroom import PushbroomCamera
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
@@ -32,6 +33,7 @@ CAMERAS = {
         GeneralCamera,
         BrownCamera,
         DivisionCamera,
+        ShahAggarwalCamera,
         FieldOfViewCamera,
         RationalCubicCamera,
         LiftedRationalCamera,
