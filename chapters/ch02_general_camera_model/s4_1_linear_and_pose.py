@@ -6,8 +6,6 @@
 # Which equations carry them, do they hold as printed, and what comes out?
 
 # %% tags=["hide-cell"]
-import numpy as np
-
 from chapters.ch02_general_camera_model.algorithm_1 import (
     BOARDS,
     COLUMNS,
@@ -21,26 +19,20 @@ from chapters.ch02_general_camera_model.linear_systems import (
     matrix_a,
     matrix_d,
 )
-from chapters.ch02_general_camera_model.s4_1_claims import exact_errors
 from chapters.ch02_general_camera_model.s4_1_exercises import (
     depth_of_triangle,
     freedom_of_a,
     nearer_depth,
     solutions_of_triangle,
 )
+from chapters.ch02_general_camera_model.s4_1_values import name_values
 from chapters.ch02_general_camera_model.three_quadrics import (
     real_solutions,
 )
 from repro.exercise import check
-from repro.experiment import experiment, table
-from repro.outcomes import Check, Plan, Table
-from repro.reader import (
-    compared,
-    open_results,
-    show_code,
-    show_table,
-    value,
-)
+from repro.experiment import experiment
+from repro.outcomes import Plan
+from repro.reader import compared, open_results, show_code, show_table
 
 # %% [markdown]
 # ## What the thesis claims
@@ -151,179 +143,11 @@ def algorithm_run(effort):
 # %% [markdown]
 # ## Table
 
-# %%
-EXACT_DEG = 1e-6
-STEPS = (
-    (
-        "image the grid in three or more overlapping poses, and more "
-        "of them to cover the field of view",
-        "BoardView",
-    ),
-    (
-        "find the location on each grid that each pixel sees",
-        "locate_pixels",
-    ),
-    (
-        "estimate the poses, and the centre, linearly",
-        "linear_well_conditioned",
-    ),
-    ("bundle adjust poses and rays", "bundle_adjust_fixed_centre"),
-    (
-        "pose of each further grid, then its rays; bundle adjust",
-        "pose_from_rays, bundle_adjust_fixed_centre",
-    ),
-    ("store the rays as Plücker matrices", "GeneralCamera.pluecker"),
-)
-
-
-# %% tags=["hide-cell"]
-def outcomes(ran, camera):
-    """What the six steps gave for one camera, in words."""
-
-    def found(name):
-        return float(ran.column(name, camera=camera)[0])
-
-    return [
-        f"{found('overlap.boards'):.0f} boards; "
-        f"{100 * found('overlap.one'):.0f} % of the pixels on one or more, "
-        f"{100 * found('overlap.three'):.0f} % on three or more",
-        f"{found('locate.pixels'):.0f} locations, median error "
-        f"{found('locate.median_mm'):.1g} mm",
-        "three boards; largest error of a position "
-        f"{found('linear.pose_mm'):.1g} mm",
-        f"ray-point distance (RMS) from {found('bundle.start_mm'):.3g} to "
-        f"{found('bundle.end_mm'):.3g} mm; largest error of a position "
-        f"{found('bundle.pose_mm'):.1g} mm",
-        f"{found('others.boards'):.0f} more boards, "
-        f"{found('others.left_out'):.0f} left out; largest error of a "
-        f"position {found('others.pose_mm'):.1g} mm",
-        f"{found('table.matrices'):.0f} matrices, "
-        f"{100 * found('table.share'):.0f} % of the pixels; median ray "
-        f"error {found('table.median_deg'):.1g}°",
-    ]
-
-
-@table("alg_1", needs=("alg_1_run",), evidence="synthetic")
-def alg_1(results):
-    """Algorithm 1; its check is that the run reproduces the rays."""
-    ran = results["alg_1_run"]
-    exact = ran.column("table.largest_deg", camera="pinhole")[0]
-    median = ran.column("table.median_deg", camera="fisheye")[0]
-    pixel = ran.column("table.pixel_deg", camera="fisheye")[0]
-    return Table(
-        {
-            "Step": list(range(1, 7)),
-            "What": [what for what, _ in STEPS],
-            "raxel": [f"`{name}`" for _, name in STEPS],
-            "Pinhole": outcomes(ran, "pinhole"),
-            "Fisheye": outcomes(ran, "fisheye"),
-        },
-        "Standard generic calibration: the six steps, the function that "
-        "performs each, and what it gave in one run without noise.",
-        Check(
-            bool(exact < EXACT_DEG and median < pixel / 2),
-            f"the rays of the pinhole are reproduced to {exact:.1g}° "
-            f"(all), those of the fisheye to {median:.2g}° (median), less "
-            f"than half a pixel of {pixel:.2g}°",
-        ),
-    )
-
-
 # %% tags=["active-ipynb"]
 # show_table("alg_1")
 
 # %% tags=["active-ipynb"]
-# run = open_results("alg_1_run")
-
-# %% tags=["active-ipynb"]
-# rank_d = open_results("exp_c2_rank_D")
-
-# %% tags=["active-ipynb"]
-# exact = open_results("exp_c2_linear_exact")
-
-# %% tags=["active-ipynb"]
-# triplets = open_results("exp_c2_pose_eight")
-
-# %% tags=["active-ipynb"]
-# free = open_results("exp_c2_generic_no_motion")
-
-# %% tags=["active-ipynb"]
-# value("scenes", exact.trials_per_condition)
-
-# %% tags=["active-ipynb"]
-# value("sixth", rank_d.column("orthonormal.sixth").max())
-
-# %% tags=["active-ipynb"]
-# value("fifth", rank_d.column("orthonormal.fifth").min())
-
-# %% tags=["active-ipynb"]
-# value("null_entry", rank_d.column("orthonormal.null_entry").max())
-
-# %% tags=["active-ipynb"]
-# value("null_any", rank_d.column("any.null_entry").max())
-
-# %% tags=["active-ipynb"]
-# value("column_zero", rank_d.column("orthonormal.l1_l2_column").max())
-
-# %% tags=["active-ipynb"]
-# value("corrected", exact_errors(exact, "corrected")["centre_mm"])
-
-# %% tags=["active-ipynb"]
-# value("conditioned", exact_errors(exact, "well_conditioned")["centre_mm"])
-
-# %% tags=["active-ipynb"]
-# value("negative", int(exact.column("printed_negative").sum()))
-
-# %% tags=["active-ipynb"]
-# value("wrong_mm", float(np.nanmedian(exact.column("printed_depth_mm"))))
-
-# %% tags=["active-ipynb"]
-# value("triplets", triplets.trials_per_condition)
-
-# %% tags=["active-ipynb"]
-# common = triplets.column("solutions", anchors="common")
-
-# %% tags=["active-ipynb"]
-# distinct = triplets.column("solutions", anchors="distinct")
-
-# %% tags=["active-ipynb"]
-# value("most", int(common.max()))
-
-# %% tags=["active-ipynb"]
-# value("four", int((common == 4).sum()))
-
-# %% tags=["active-ipynb"]
-# value("eight", int((common == 8).sum()))
-
-# %% tags=["active-ipynb"]
-# value("distinct_two", int((distinct == 2).sum()))
-
-# %% tags=["active-ipynb"]
-# value("distinct_most", int(distinct.max()))
-
-# %% tags=["active-ipynb"]
-# paired = triplets.column("paired_share", anchors="distinct")
-
-# %% tags=["active-ipynb"]
-# value("distinct_paired", int((paired > 0).sum()))
-
-# %% tags=["active-ipynb"]
-# grunert = triplets.column("grunert_agrees", anchors="common")
-
-# %% tags=["active-ipynb"]
-# value("grunert", int(grunert.sum()))
-
-# %% tags=["active-ipynb"]
-# value("pose_mm", free.column("pose_mm").max())
-
-# %% tags=["active-ipynb"]
-# value("wrong_deg", float(np.median(free.column("two_pose_deg.wrong"))))
-
-# %% tags=["active-ipynb"]
-# value("locate_mm", run.column("locate.median_mm", camera="fisheye")[0])
-
-# %% tags=["active-ipynb"]
-# value("fisheye_deg", run.column("table.median_deg", camera="fisheye")[0])
+# name_values(open_results)
 
 # %% [markdown]
 # ## Reading and limits
