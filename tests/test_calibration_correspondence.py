@@ -7,6 +7,7 @@ from raxel.calibration.correspondence import (
     BoardView,
     board_cells,
     locate_pixels,
+    pixel_runs,
     pixels_on_board,
 )
 from raxel.errors import InputError
@@ -106,6 +107,29 @@ def test_whole_pixels_on_the_board():
     every = np.stack(np.meshgrid(np.arange(0, 200, 3), np.arange(0, 180, 3)), -1)
     expected, inside = locate_pixels(every.reshape(-1, 2), view())
     assert np.array_equal(points, expected[inside])
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, 3.3])
+@pytest.mark.parametrize("step", [1, 3])
+def test_runs_are_the_pixels_that_lie_in_a_cell(turn, step):
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    turned = (bent(BOARD) - [150, 110]) @ rotation.T + [150, 110]
+    cells = board_cells(view()._replace(pixels=turned))
+    # The image ends inside the board, on the right and below.
+    width, height = 180, 150
+    runs = pixel_runs(cells, width, height, step)
+    number = np.full((height, width), -1)
+    for v, first, stop, cell in zip(*runs, strict=True):
+        assert (number[v, first:stop:step] == -1).all()
+        number[v, first:stop:step] = cell
+    u, v = np.meshgrid(np.arange(0, width, step), np.arange(0, height, step))
+    lines = cells.edges[:, :, :, None, None]
+    gap = lines[:, :, 0] * u + lines[:, :, 1] * v + lines[:, :, 2]
+    inside = np.all(gap >= 0, axis=1)
+    assert inside.sum(axis=0).max() == 1
+    expected = np.where(inside.any(axis=0), inside.argmax(axis=0), -1)
+    assert np.array_equal(number[::step, ::step], expected)
+    assert np.count_nonzero(number >= 0) == np.count_nonzero(expected >= 0)
 
 
 def test_counts_and_numbers_are_checked():

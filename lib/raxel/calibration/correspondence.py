@@ -154,6 +154,49 @@ def pixels_on_board(view, width, height, step=1):
     return pixels[inside], points[inside]
 
 
+class PixelRuns(NamedTuple):
+    """Pixels beside each other in a row that lie in one cell, row by row.
+
+    v: (R,) rows; first, stop: (R,) columns, `stop` is not in the run; cell: (R,) its
+    number. All int. No pixel is in two runs.
+    """
+
+    v: np.ndarray
+    first: np.ndarray
+    stop: np.ndarray
+    cell: np.ndarray
+
+
+def pixel_runs(cells, width, height, step=1):
+    """PixelRuns of a CellTable: the pixels of an image that are multiples of step.
+
+    A row crosses a convex cell in one interval, whose ends are where it meets edges.
+    """
+    low = np.ceil((cells.corners[..., 1].min(axis=1) - TOUCH) / step)
+    high = np.floor((cells.corners[..., 1].max(axis=1) + TOUCH) / step)
+    low = np.clip(low, 0, height).astype(int)
+    count = np.clip(high, -1, (height - 1) // step).astype(int) - low + 1
+    count = np.maximum(count, 0)
+    cell = np.repeat(np.arange(len(count)), count)
+    row = np.arange(len(cell)) + np.repeat(low - np.cumsum(count) + count, count)
+    a, b, c = np.moveaxis(cells.edges[cell], 2, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = -(b * (step * row)[:, None] + c + TOUCH) / a
+    # An edge along the row (0 / 0 at worst) bounds nothing in the rows of its cell.
+    left = np.nanmax(np.where(a > 0, ends, -np.inf), axis=1, initial=-1)
+    right = np.nanmin(np.where(a < 0, ends, np.inf), axis=1, initial=width)
+    first = step * np.ceil(np.clip(left, 0, width) / step).astype(int)
+    stop = step * (np.floor(np.clip(right, -1, width - 1) / step).astype(int) + 1)
+    order = np.lexsort([first, row])
+    v, first, stop, cell = step * row[order], first[order], stop[order], cell[order]
+    # Flat places, in which what an earlier run has taken can be cut off at once.
+    base = v * (width + step)
+    taken = np.maximum.accumulate(base + stop)
+    first = np.maximum(first, np.concatenate([[0], taken[:-1]])[: len(v)] - base)
+    some = first < stop
+    return PixelRuns(v[some], first[some], stop[some], cell[some])
+
+
 def _label_image(cells):
     """Cell numbers per whole pixel (h, w), -1 elsewhere, right to a pixel; the pixel of
     element [0, 0]; and a mask of what is no further than a pixel from any cell.

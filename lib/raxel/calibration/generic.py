@@ -18,12 +18,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.board_rays import ray_table
 from raxel.calibration.board_samples import sample_boards
 from raxel.calibration.bundle import (
     bundle_adjust_fixed_centre,
     ray_point_residuals,
 )
-from raxel.calibration.correspondence import check_view, pixels_on_board
+from raxel.calibration.correspondence import check_view
 from raxel.calibration.generic_linear import (
     LinearSolution,
     grid_pair,
@@ -46,7 +47,6 @@ CANDIDATES = 3  # first triples tried, each with another base
 POSED = 400  # samples a pose is found from
 AGREES = 0.6  # share of those within THRESHOLD_PX for a board to be taken in
 THRESHOLD_PX = 3.0
-ROWS = 16  # of the table, handled at once
 
 
 class GenericCalibration(NamedTuple):
@@ -293,7 +293,7 @@ def _completed(views, width, height, units, samples, growth):
     poses, directions, rms = _adjusted(
         samples, boards, centre, growth.T_base_grid, tolerance=1e-9
     )
-    table = _ray_table([views[k] for k in boards], poses, centre, width, height)
+    table = ray_table([views[k] for k in boards], poses, centre, width, height)
     mask = np.isfinite(table[..., 0])
     rotation = _camera_axes(samples, directions, width, height)
     T_camera_base = pose(rotation, -rotation @ centre)
@@ -309,40 +309,6 @@ def _completed(views, width, height, units, samples, growth):
         float(np.degrees(rms)),
         growth.start.linear,
     )
-
-
-def _ray_table(views, T_base_grid, centre, width, height):
-    """Directions (height, width, 3) in base axes, NaN where no board covers a pixel.
-
-    Least squares of the ray-point distances (4.18): the dominant eigenvector of the
-    second moments of a pixel's points about the centre, which are summed board by
-    board. Memory: nine numbers per pixel.
-    """
-    moments = np.zeros((6, height, width))
-    mean = np.zeros((3, height, width))
-    for view, T in zip(views, T_base_grid, strict=True):
-        pixels, points = pixels_on_board(view, width, height)
-        u, v = pixels.T
-        x, y, z = p = (transform(T, _flat(points)) - centre).T
-        moments[:, v, u] += [x * x, y * y, z * z, x * y, x * z, y * z]
-        mean[:, v, u] += p / np.sqrt(x * x + y * y + z * z)
-    table = np.empty((height, width, 3))
-    for start in range(0, height, ROWS):
-        rows = slice(start, start + ROWS)
-        xx, yy, zz, xy, xz, yz = moments[:, rows]
-        x, y, z = mean[:, rows]
-        for _ in range(2):
-            # Power iteration; the points of a ray are nearly on one line already.
-            x, y, z = (
-                xx * x + xy * y + xz * z,
-                xy * x + yy * y + yz * z,
-                xz * x + yz * y + zz * z,
-            )
-            length = np.sqrt(x * x + y * y + z * z)
-            length = np.where(length > 0, length, np.nan)
-            x, y, z = x / length, y / length, z / length
-        table[rows] = np.stack([x, y, z], axis=-1)
-    return table
 
 
 def _camera_axes(samples, directions, width, height):
