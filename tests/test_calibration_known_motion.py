@@ -153,6 +153,18 @@ def test_a_pixel_on_the_crossing_of_two_planes_has_no_ray():
     assert rays.valid.tolist() == [False, True]
 
 
+def test_a_third_grid_does_not_give_the_crossing_of_first_and_last_a_sense():
+    turns = rotation_from_vector([[0.0, 0, 0], [0, 0, 0], [0, 0.5, 0]])
+    T = pose(turns, np.array([[0.0, 0, 500], [0, 0, 600], [0, 0, 500]]))
+    x = np.array([0.0, 30.0])
+    points = np.stack([np.c_[x, [1.0, 2.0]]] * 3)
+    rays = rays_from_known_motion(points, T)
+    assert rays.valid.tolist() == [False, True]
+    assert np.isnan(rays.directions[0]).all()
+    assert np.isnan(rays.rms[0])
+    assert np.linalg.norm(rays.directions[1]) == pytest.approx(1)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

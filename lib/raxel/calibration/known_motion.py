@@ -56,7 +56,8 @@ def rays_from_known_motion(points, T_base_grid, seen=None):
 
     Two points give their join, exactly. More give the line with the least sum of
     squared distances. The camera need not be central. Pixels that see fewer than two
-    grids, or one point twice (on the crossing of two planes), have no ray.
+    grids, or one point on the first and the last of them (where two planes cross), have
+    no ray.
 
     Returns KnownMotionRays. Raises InputError for shapes that do not fit, poses that
     are not rigid, and two grids in one plane; CalibrationError where no pixel sees two
@@ -92,9 +93,10 @@ def _join(p, seen):
     # Two points need no fit, and their difference has no rounding of moments.
     along = np.where(number == 2, last - first, along)
     length = np.linalg.norm(along, axis=1, keepdims=True)
-    apart = np.sqrt((q**2).sum(axis=(0, 2)))
     size = np.sqrt((weight * p**2).sum(axis=(0, 2)))
-    valid = (number[:, 0] >= 2) & (apart > COINCIDENT * size)
+    # Points of first and last grid in one place leave the sense of the ray open.
+    spread = np.linalg.norm(last - first, axis=1)
+    valid = (number[:, 0] >= 2) & (spread > COINCIDENT * size)
     along = along / np.where(valid[:, None], length, np.nan)
     along = along * np.sign(np.sum(along * (last - first), axis=1, keepdims=True))
     origins = middle + np.sum(along * (first - middle), axis=1, keepdims=True) * along
