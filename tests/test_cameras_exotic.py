@@ -152,16 +152,25 @@ def test_the_pupil_moves_with_the_square_of_a_small_angle():
     np.testing.assert_allclose(slope, (ahead - behind) / (2 * step), atol=1e-9)
 
 
-def test_points_inside_the_axial_caustic_are_not_valid():
-    rays = AXIAL.rays(np.array([[58.0, 24.0]]))
-    angle = math.acos(rays.directions[0, 2])
-    reach = AXIAL.pupil(np.array([angle]))[1][0] * math.sin(angle)
-    assert AXIAL.project(rays.origins + 1.05 * reach * rays.directions).valid.all()
-    near = AXIAL.project(rays.origins + 0.95 * reach * rays.directions)
-    again = AXIAL.rays(near.pixels[near.valid])
-    # Another ray may pass there; the one behind its own caustic point does not count.
-    assert np.all(np.abs(near.pixels[near.valid] - [58, 24]).max(axis=1) > 1e-3)
-    assert again.valid.all()
+def test_points_before_the_axial_caustic_have_the_pixel_of_another_ray():
+    pixel = np.array([[58.0, 24.0]])
+    rays = AXIAL.rays(pixel)
+    beyond = AXIAL.project(rays.origins + 1.05 * caustic_reach(rays) * rays.directions)
+    np.testing.assert_allclose(beyond.pixels, pixel, atol=1e-9)
+    point = rays.origins + 0.95 * caustic_reach(rays) * rays.directions
+    near = AXIAL.project(point)
+    assert near.valid.all()
+    assert np.abs(near.pixels - pixel).max() > 1e-3
+    again = AXIAL.rays(near.pixels)
+    assert on_lines(point, again)[0] < 1e-12
+    along = np.sum((point - again.origins) * again.directions)
+    assert along > caustic_reach(again)[0]
+
+
+def caustic_reach(rays):
+    """Where neighbouring axial rays meet: (N,) along them from the axis."""
+    angle = np.arccos(rays.directions[:, 2])
+    return AXIAL.pupil(angle)[1] * np.sin(angle)
 
 
 def test_the_caustic_of_the_axial_camera_is_known():
@@ -169,8 +178,7 @@ def test_the_caustic_of_the_axial_camera_is_known():
     pixels = np.array([[55.0, 30], [12, 40], [33, 30]])
     rays = AXIAL.rays(pixels)
     sheets = caustic_points(AXIAL, pixels)
-    angle = np.arccos(rays.directions[:, 2])
-    reach = AXIAL.pupil(angle)[1] * np.sin(angle)
+    reach = caustic_reach(rays)
     np.testing.assert_allclose(sheets[:, 0], rays.origins, atol=1e-8)
     meridional = rays.origins + reach[:, None] * rays.directions
     np.testing.assert_allclose(sheets[:, 1], meridional, atol=1e-7)

@@ -22,8 +22,9 @@ class AxialCamera(NamedFields, Camera):
     pupil_shift = (e0, e1, ...), (n,) in mm, n >= 0. Near the axis z0 grows with
     theta^2: the entrance pupil of a real fisheye moves so. The other arguments are
     those of FisheyeCamera; max_angle is below pi, where z0 has no limit.
-    Rays of neighbouring theta meet at the distance z0'(theta) sin(theta) from the
-    axis; only points beyond it have one pixel, nearer ones are not valid.
+    Rays of neighbouring theta meet z0'(theta) sin(theta) along the ray from the axis.
+    A point beyond that on its ray has the pixel of this ray; one before it has that of
+    another ray, if there is one on which it lies beyond.
     Raises InputError for values out of range.
     Source: axial cameras, Sturm 2005, doi:10.1109/CVPR.2005.237; the moving pupil,
     Gennery 2006, doi:10.1007/s11263-006-5168-1.
@@ -90,7 +91,7 @@ class AxialCamera(NamedFields, Camera):
         return Rays(origins, rays.directions, rays.valid)
 
     def project(self, points):
-        """Pixels of points (N, 3) beyond the caustic on the axis."""
+        """Pixels of points (N, 3): of the ray on which each lies beyond the caustic."""
         points = as_rows(points, 3)
         angle = self._angles(np.hypot(points[:, 0], points[:, 1]), points[:, 2])
         z0, slope = self.pupil(angle)
