@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from raxel.cameras import (
@@ -62,15 +62,23 @@ def random_pixels(seed, count=1500):
 
 @pytest.mark.parametrize("name", CENTRAL | CONVEX)
 @given(seed=st.integers(0, 2**32 - 1))
+@example(seed=347299)  # a point of the ellipsoid's rays 0.3 um from their centre
 @settings(max_examples=4, deadline=None)
 def test_points_on_a_ray_project_to_its_pixel(name, seed):
     camera, pixels = MIRRORS[name], random_pixels(seed)
     rays = camera.rays(pixels)
     assert rays.valid.mean() > 0.1
     depth = 10 ** np.random.default_rng(seed).uniform(0, 5, (len(pixels), 1))
-    back = camera.project(rays.origins + depth * rays.directions)
+    points = rays.origins + depth * rays.directions
+    back = camera.project(points)
     np.testing.assert_array_equal(back.valid, rays.valid)
-    assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
+    slack = np.full(len(pixels), 1e-9)
+    if camera.central:
+        # Rays of an ellipsoid pass through the centre itself; so near to it the
+        # rounding of the point is an angle.
+        away = np.linalg.norm(points - camera.centre, axis=1)
+        slack += 1e-11 / away
+    assert np.all((np.abs(back.pixels - pixels).max(axis=1) < slack)[rays.valid])
 
 
 @pytest.mark.parametrize("name", CONCAVE)
