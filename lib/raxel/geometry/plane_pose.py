@@ -16,9 +16,11 @@ def pose_from_homography(H):
     is that of the grid. Raises InputError for columns that are parallel or zero.
     """
     H = np.asarray(H, float)
-    scale = 2 / np.linalg.norm(H[:, :2], axis=0).sum()
-    if not np.isfinite(scale):
-        raise InputError("homography: its first columns are zero; no pose follows")
-    if H[2, 2] < 0:
-        scale = -scale
+    size = np.linalg.norm(H[:, :2], axis=0).mean()
+    if not (size > 0 and np.isfinite(H).all()):
+        raise InputError(
+            "homography: its first columns are zero, or it is not finite; no pose "
+            "follows"
+        )
+    scale = (-1 if H[2, 2] < 0 else 1) / size
     return pose(nearest_rotation(scale * H[:, :2]), scale * H[:, 2])
