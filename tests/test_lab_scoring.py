@@ -5,8 +5,14 @@ import shutil
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from raxel.cameras import FisheyeCamera, GeneralCamera, pixel_grid
+from raxel.cameras import (
+    FisheyeCamera,
+    GeneralCamera,
+    QuadricMirrorCamera,
+    pixel_grid,
+)
 from raxel.cameras.io import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
@@ -206,6 +212,29 @@ def test_a_longer_focal_length_scores_its_angles(board_set):
     assert scored["max_deg"] == pytest.approx(away.max() / 101, rel=1e-3)
     radius = np.radians(away) * 100
     assert scored["max_px"] == pytest.approx(radius.max() / 101, rel=1e-3)
+
+
+def test_directions_of_a_mirror_are_seen_from_its_centre(board_set, tmp_path):
+    shutil.copytree(board_set.folder, tmp_path / "set")
+    size = {"width": board_set.width, "height": board_set.height}
+    middle = [(size["width"] - 1) / 2, (size["height"] - 1) / 2]
+    K = [[300, 0, middle[0]], [0, 300, middle[1]], [0, 0, 1]]
+    viewer = {"kind": "perspective", "K": K, "radial": []} | size
+    true = QuadricMirrorCamera.aligned(viewer, "hyperboloid", (30, 20), 25)
+    true.save(tmp_path / "set" / "truth" / "camera.npz")
+    pixels = pixel_grid(true.width, true.height)
+    rays = true.rays(pixels)
+    directions = np.where(rays.valid[:, None], rays.directions, [0, 0, 1.0])
+    noisy = directions + np.random.default_rng(1).normal(0, 0.01, directions.shape)
+    shape = true.height, true.width
+    camera = GeneralCamera(noisy.reshape(*shape, 3), rays.valid.reshape(shape))
+    scored = score_camera(load_set(tmp_path / "set"), camera)
+    seen = camera.rays(pixels).directions[rays.valid]
+    turn, _ = Rotation.align_vectors(directions[rays.valid], seen)
+    back = true.project(true.centre + 1e7 * turn.apply(seen))
+    apart = np.linalg.norm(back.pixels - pixels[rays.valid], axis=1)[back.valid]
+    assert scored["rms_px"] == pytest.approx(np.sqrt(np.mean(apart**2)), rel=1e-4)
+    assert scored["max_px"] == pytest.approx(apart.max(), rel=1e-4)
 
 
 def test_the_command_scores_what_it_is_given(board_set, tmp_path, capsys):

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from raxel.cameras.centrality import closest_point
 from raxel.cameras.io import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import angular_residual
@@ -18,7 +19,7 @@ from raxel.sets.reference import load_reference
 
 GROSS_SHARE = 0.01  # of the monitor's width: a decoded point this far off is wrong
 GRID_PIXELS = 100_000  # a camera is scored on about as many pixels
-FAR_MM = 1000.0  # where a ray's direction becomes a point; any length will do
+FAR_MM = 1000.0  # from the centre, where a direction becomes a point
 
 
 def score_corners(image_set, boards):
@@ -128,8 +129,8 @@ def score_camera(image_set, camera, pixels=None):
     all of them) is taken out first. Returns a dict: pixels (those that truly have a
     ray), share_with_ray (of these), median_deg, rms_deg, max_deg between the rays, and
     median_px, rms_px, max_px: how far from its pixel the true camera sees the ray's
-    direction. Raises InputError for a set without such truth, cameras that are not
-    central or of another size, and too few rays.
+    direction, over those that it sees. Raises InputError for a set without such truth,
+    cameras that are not central or of another size, and too few rays.
     """
     path = truth_folder(image_set) / "camera.npz"
     true = load_camera(path)
@@ -158,8 +159,8 @@ def score_camera(image_set, camera, pixels=None):
     seen, wanted = rays.directions[rays.valid], directions[rays.valid]
     turned = seen @ nearest_rotation(wanted.T @ seen).T
     angles = np.degrees(angular_residual(turned, wanted, aligned=False))
-    points = truly.origins[truly.valid][rays.valid] + FAR_MM * turned
-    places = true.project(points).pixels
+    # A mirror's rays start on the mirror; a direction belongs to their centre.
+    places = true.project(closest_point(truly) + FAR_MM * turned).pixels
     apart = np.linalg.norm(places - pixels[rays.valid], axis=1)
     return {
         "pixels": len(pixels),
