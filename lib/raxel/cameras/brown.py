@@ -62,7 +62,8 @@ class BrownCamera(PlaneLaw, AzimuthalCamera):
     K: (3, 3) of the form (2.1), pixels; radial: (n,), n >= 0; tangential: (p1, p2), in
     OpenCV's signs; both for lens-centric normalised coordinates. The camera sees points
     with z > 0 inside the first circle r = tan(theta) on which the map folds.
-    5 + n + 2 parameters. Sources: Brown 1971; Heikkila and Silven 1997,
+    5 + n + 2 parameters. Sources: Brown 1971, Close-range camera
+    calibration, Photogrammetric Engineering 37(8); Heikkila and Silven 1997,
     doi:10.1109/CVPR.1997.609468. Raises InputError naming the field.
     """
 

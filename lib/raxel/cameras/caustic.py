@@ -20,7 +20,8 @@ def caustic_points(camera, pixels, step=0.25):
     NaN where the pixel or a neighbour has no ray, where the roots are complex (the rays
     twist) or at infinity; a single finite root is sheet 0. A central camera's caustic
     is its centre, twice.
-    Source: Swaminathan, Grossberg, Nayar 2006, Int. Journal of Computer Vision 66(3).
+    Source: Swaminathan, Grossberg, Nayar 2006, Non-single viewpoint catadioptric
+    cameras: geometry and analysis, International Journal of Computer Vision 66(3).
     """
     pixels = np.asarray(pixels, float)
     origins, directions, _ = camera.rays(pixels)

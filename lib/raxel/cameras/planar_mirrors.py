@@ -30,7 +30,8 @@ class PlanarMirrorsCamera(Camera):
     the viewer's mirror image. A point may have a pixel in each facet.
     Raises InputError for a facet behind the viewer or edge on to it, and for outlines
     that enclose nothing.
-    Source: Gluckman, Nayar 2001, International Journal of Computer Vision 44(1).
+    Source: Gluckman, Nayar 2001, Catadioptric stereo using planar mirrors,
+    International Journal of Computer Vision 44(1).
     """
 
     kind = "planar mirrors"

@@ -24,7 +24,8 @@ class PushbroomCamera(NamedFields, Camera):
     slit is the path and whose other is the line at infinity of the planes y = 0.
     Raises InputError for a focal length that is not positive or a path inside y = 0,
     where rows would see the same plane.
-    Source: Gupta, Hartley 1997, doi:10.1109/34.615446.
+    Source: Gupta, Hartley 1997, Linear pushbroom cameras, IEEE Transactions on Pattern
+    Analysis and Machine Intelligence 19(9).
     """
 
     kind = "pushbroom"

@@ -73,8 +73,9 @@ class MicusikPajdlaCamera(AzimuthalCamera):
     equidistance, with f = 1 / a and f = a. principal_point: (2,) pixels.
 
     The rational law turns at r = 1 / sqrt(b), theta = a / (2 sqrt(b)), the sine law at
-    theta = pi / (2 b). 4 parameters. Source: Micusik and Pajdla 2006,
-    doi:10.1109/TPAMI.2006.151. Raises InputError naming the field.
+    theta = pi / (2 b). 4 parameters. Source: Micusik and Pajdla 2006, Structure from
+    motion with wide circular field of view cameras, IEEE Transactions on Pattern
+    Analysis and Machine Intelligence 28(7). Raises InputError naming the field.
     """
 
     kind = "micusik-pajdla"

@@ -73,7 +73,8 @@ class RationalCubicCamera(PlaneLaw, AzimuthalCamera):
     thesis (78 without the scales). Then the points behind one pixel form a curve, not
     a ray. They form rays through one centre only if the cubics are homogeneous in
     (X, Y, Z), with 10 coefficients each, and that is this class. Source: Hartley and
-    Saxena 1997. Raises InputError naming the field.
+    Saxena 1997, The cubic rational polynomial camera model, DARPA Image Understanding
+    Workshop. Raises InputError naming the field.
     """
 
     kind = "rational cubic"
