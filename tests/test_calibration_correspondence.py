@@ -65,6 +65,16 @@ def test_inside_agrees_with_testing_every_cell():
     assert np.array_equal(np.isfinite(points).all(axis=1), inside)
 
 
+def test_pixels_at_the_corners_of_cells_are_not_overlooked():
+    rng = np.random.default_rng(5)
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    turned = view()._replace(pixels=(bent(BOARD) - [150, 110]) @ turn.T + [150, 110])
+    inner = turned.pixels.reshape(ROWS, COLUMNS, 2)[1:-1, 1:-1].reshape(-1, 2)
+    pixels = (inner[:, None] + rng.uniform(-1, 1, (200, 2))).reshape(-1, 2)
+    _, inside = locate_pixels(pixels, turned)
+    assert inside.all()
+
+
 def test_cells_smaller_than_a_pixel_step_are_still_found():
     small = view()._replace(pixels=bent(BOARD) * 0.06)
     rng = np.random.default_rng(3)
@@ -107,6 +117,7 @@ def test_whole_pixels_on_the_board():
     every = np.stack(np.meshgrid(np.arange(0, 200, 3), np.arange(0, 180, 3)), -1)
     expected, inside = locate_pixels(every.reshape(-1, 2), view())
     assert np.array_equal(points, expected[inside])
+    assert np.array_equal(pixels, every.reshape(-1, 2)[inside])
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, 3.3])

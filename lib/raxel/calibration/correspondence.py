@@ -13,6 +13,7 @@ import numpy as np
 from raxel.errors import InputError
 
 BLOCK = 1 << 15  # pixels handled at once
+FEW = 1 << 10  # of them tested against every cell at once
 TOUCH = 1e-9  # px: a pixel this close to an edge counts as inside
 NEAREST_FIRST = sorted(
     ((u, v) for u in (-1, 0, 1) for v in (-1, 0, 1)),
@@ -139,19 +140,21 @@ def locate_pixels(pixels, view):
 def pixels_on_board(view, width, height, step=1):
     """All whole pixels (multiples of step) of an image that look at the board.
 
-    Returns pixels (M, 2) int and points (M, 2).
+    Returns pixels (M, 2) int, row by row, and points (M, 2), as `locate_pixels` finds
+    them; where cells overlap, a pixel is of the leftmost.
     """
-    found = view.pixels[np.isfinite(view.pixels[:, 0])]
-    if len(found) == 0:
-        return np.empty((0, 2), int), np.empty((0, 2))
-    low = np.floor(found.min(axis=0)).astype(int)
-    high = np.ceil(found.max(axis=0)).astype(int)
-    low = np.maximum(-(-low // step) * step, 0)
-    u = np.arange(low[0], min(high[0], width - 1) + 1, step)
-    v = np.arange(low[1], min(high[1], height - 1) + 1, step)
-    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-    points, inside = locate_pixels(pixels, view)
-    return pixels[inside], points[inside]
+    cells = board_cells(view)
+    runs = pixel_runs(cells, width, height, step)
+    count = (runs.stop - runs.first) // step
+    skipped = np.cumsum(count) - count
+    u = np.repeat(runs.first - step * skipped, count) + step * np.arange(sum(count))
+    pixels = np.column_stack([u, np.repeat(runs.v, count)])
+    cell = np.repeat(runs.cell, count)
+    points = np.empty(pixels.shape)
+    for start in range(0, len(pixels), BLOCK):
+        block = slice(start, start + BLOCK)
+        points[block] = _map(cells.board_from_pixel[cell[block]], pixels[block])
+    return pixels, points
 
 
 class PixelRuns(NamedTuple):
@@ -232,7 +235,13 @@ def _enclosing_cells(pixels, cells, labels, origin, near):
         found[pending[holds]] = label[holds]
         pending = pending[~holds]
         if len(pending) == 0:
-            break
+            return found
+    # At a sharp corner its neighbours may have painted over a cell altogether.
+    for start in range(0, len(pending), FEW):
+        few = pending[start : start + FEW]
+        gap = cells.edges[..., :2] @ pixels[few].T + cells.edges[..., 2:]
+        holds = np.all(gap >= -TOUCH, axis=1)
+        found[few] = np.where(holds.any(axis=0), holds.argmax(axis=0), -1)
     return found
 
 
