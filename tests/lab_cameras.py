@@ -124,6 +124,9 @@ def _named():
     off = ((3, -2, 10), (0.05, 0.02, 0))
     yield "hyperboloid off its axis", mirror("hyperboloid", (30, 20), off), rim
     yield "sphere", mirror("sphere", (30,)), rim
+    sheet = {"viewer": WIDE, "size": (400, 320), "offset": (0, 0, 180)}
+    sheet |= {"heights": [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]}
+    yield "bent mirror", make("bent mirror", **sheet), one
     poses, outlines = zip(facet(150, -80), facet(-150, 80), strict=True)
     two = CAMERAS["planar mirrors"](WIDE, np.array(poses), outlines)
     yield "planar mirrors", two, ((62, 70), (138, 90))

@@ -4,6 +4,7 @@ of the other, with flags for pixels and points that have none.
 
 from raxel.cameras.axial import AxialCamera
 from raxel.cameras.base import Camera, Projection, Rays, pixel_grid
+from raxel.cameras.bent_mirror import BentMirrorCamera
 from raxel.cameras.brown import BrownCamera
 from raxel.cameras.caustic import caustic_points
 from raxel.cameras.centrality import centrality, closest_point
@@ -31,6 +32,7 @@ from raxel.cameras.xslits import XSlitsCamera
 __all__ = [
     "CAMERAS",
     "AxialCamera",
+    "BentMirrorCamera",
     "BrownCamera",
     "Camera",
     "DivisionCamera",

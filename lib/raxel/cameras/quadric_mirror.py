@@ -2,42 +2,21 @@
 
 import numpy as np
 
-from raxel.cameras.base import (
-    Camera,
-    Projection,
-    Rays,
-    as_rows,
-    checked_array,
-)
+from raxel.cameras.base import checked_array
 from raxel.cameras.conic_mirror import ConicMirror
-from raxel.cameras.nested import (
-    checked_rigid,
-    checked_viewer,
-    finite_rows,
-    nested_fields,
-    read_viewer,
-)
+from raxel.cameras.mirror_camera import MirrorCamera
+from raxel.cameras.nested import checked_viewer, nested_fields, read_viewer
 from raxel.cameras.orthographic import OrthographicCamera
-from raxel.cameras.reflection_point import reflection_points
 from raxel.errors import InputError
-from raxel.geometry.poses import (
-    inverse_pose,
-    pose,
-    rotate,
-    rotation_from_vector,
-    transform,
-)
+from raxel.geometry.poses import pose, rotation_from_vector, transform
 
 # How far from the focus, mm, a viewer may be and still make a central camera.
 AT_FOCUS = 1e-9
-# A stationary path is a reflection if light retraces it: misses relative to the
-# mirror's radius, and as an angle. Newton ends far below; false solutions far above.
-RETRACE_LENGTH, RETRACE_ANGLE = 1e-7, 1e-7
 # Which way the mirror's axis +z (into the curve) points in an aligned viewer's frame.
 FACING = {"outside": np.eye(3), "inside": np.diag([1.0, -1.0, -1.0])}
 
 
-class QuadricMirrorCamera(Camera):
+class QuadricMirrorCamera(MirrorCamera):
     """A viewer that sees the world in a mirror of revolution. Frame: the viewer's.
 
     viewer: a central camera with its centre at the origin of its frame, or an
@@ -70,18 +49,12 @@ class QuadricMirrorCamera(Camera):
         side=None,
         hole_radius=0.0,
     ):
-        self.viewer, self.shape = checked_viewer(viewer), shape
-        self.width, self.height = self.viewer.width, self.viewer.height
+        viewer, self.shape = checked_viewer(viewer), shape
         self.side = usual_side(shape) if side is None else side
-        self.mirror = ConicMirror(shape, axes, rim_radius, hole_radius, self.side)
+        mirror = ConicMirror(shape, axes, rim_radius, hole_radius, self.side)
+        self._place(viewer, mirror, T_viewer_mirror)
         self.axes = checked_array("axes", np.atleast_1d(axes), (None,))
-        self.rim_radius, self.hole_radius = self.mirror.rim, self.mirror.hole
-        self.T_viewer_mirror = checked_rigid("T_viewer_mirror", T_viewer_mirror)
-        self._T_mirror_viewer = inverse_pose(self.T_viewer_mirror)
-        self._parallel = isinstance(self.viewer, OrthographicCamera)
-        # In the mirror's frame: the viewer's centre and its axis.
-        self._eye = self._T_mirror_viewer[:3, 3]
-        self._axis = self._T_mirror_viewer[:3, 2]
+        self.rim_radius, self.hole_radius = mirror.rim, mirror.hole
         self._check_sides()
         self._focus = self._effective_focus()
 
@@ -162,19 +135,6 @@ class QuadricMirrorCamera(Camera):
         free = 2 if self.central else free - self._parallel
         return self.viewer.parameters + len(self.axes) + free
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); origins on the mirror."""
-        seen = self.viewer.rays(as_rows(pixels, 2))
-        met = self.mirror.reflect(
-            transform(self._T_mirror_viewer, seen.origins),
-            rotate(self._T_mirror_viewer, seen.directions),
-        )
-        return Rays(
-            transform(self.T_viewer_mirror, met.points),
-            rotate(self.T_viewer_mirror, met.directions),
-            met.valid,
-        )
-
     def project(self, points):
         """Pixels of points (N, 3) that the mirror shows.
 
@@ -184,13 +144,14 @@ class QuadricMirrorCamera(Camera):
         its caustic several times: one of these pixels is given, and rarely, where two
         nearly coincide, none.
         """
-        points = transform(self._T_mirror_viewer, finite_rows(points))
-        if self.central:
-            M = self._on_line_from_focus(points)
-        else:
-            M = reflection_points(self.mirror, points, self._arrivals, self._retraces)
-        pixels, valid = self.viewer.project(transform(self.T_viewer_mirror, M))
-        return Projection(pixels, valid)
+        return super().project(points)
+
+    def _shown_at(self, points):
+        return (
+            self._on_line_from_focus(points)
+            if self.central
+            else super()._shown_at(points)
+        )
 
     def _on_line_from_focus(self, points):
         steps = self.mirror.quadric_meetings(
@@ -203,34 +164,6 @@ class QuadricMirrorCamera(Camera):
             good = self._retraces(M, points)
             found[good] = M[good]
         return found
-
-    def _arrivals(self, M):
-        """Directions from viewer to mirror points (N, 3), and one over the distance."""
-        if self._parallel:
-            return np.broadcast_to(self._axis, M.shape), np.zeros(len(M))
-        reach = M - self._eye
-        with np.errstate(divide="ignore", invalid="ignore"):
-            near = 1 / np.linalg.norm(reach, axis=1)
-            return reach * near[:, None], near
-
-    def _retraces(self, M, points):
-        """Which viewer's rays to mirror points (N, 3) go on to the points (N, 3)."""
-        directions, _ = self._arrivals(M)
-        if self._parallel:
-            height = (M - self._eye) @ self._axis
-            origins = M - height[:, None] * self._axis
-        else:
-            origins = np.broadcast_to(self._eye, M.shape)
-        met = self.mirror.reflect(origins, directions)
-        with np.errstate(invalid="ignore"):
-            miss = np.linalg.norm(met.points - M, axis=1)
-            reach = points - M
-            along = np.sum(reach * met.directions, axis=1)
-            off = np.linalg.norm(np.cross(reach, met.directions), axis=1)
-            slack = RETRACE_LENGTH * self.mirror.radius
-            straight = off <= RETRACE_ANGLE * along + slack
-            seen = self.viewer.project(transform(self.T_viewer_mirror, M)).valid
-            return seen & met.valid & (miss <= slack) & (along > 0) & straight
 
     def _check_sides(self):
         apex = self.T_viewer_mirror[:3, 3]

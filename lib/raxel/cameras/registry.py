@@ -3,6 +3,7 @@
 import difflib
 
 from raxel.cameras.axial import AxialCamera
+from raxel.cameras.bent_mirror import BentMirrorCamera
 from raxel.cameras.brown import BrownCamera
 from raxel.cameras.fisheye import FisheyeCamera
 from raxel.cameras.general import GeneralCamera
@@ -44,6 +45,7 @@ CAMERAS = {
         UnifiedSphereCamera,
         OrthographicCamera,
         QuadricMirrorCamera,
+        BentMirrorCamera,
         PlanarMirrorsCamera,
         XSlitsCamera,
         PushbroomCamera,

@@ -33,6 +33,7 @@ CAMERA_UNITS = {
     **dict.fromkeys(("focal_px", "pixels_per_unit", "principal_column"), "px"),
     **dict.fromkeys(("axes", "rim_radius", "hole_radius", "offset"), "mm"),
     **dict.fromkeys(("slit_points", "image_distance", "pupil_shift"), "mm"),
+    **dict.fromkeys(("size", "heights"), "mm"),
     **dict.fromkeys(("max_angle", "rotation"), "deg"),
     "pixels_per_mm": "px/mm",
 }
