@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import product
+
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_claims import ALL
-from chapters.ch02_general_camera_model.s5_1_readings import judged
+from chapters.ch02_general_camera_model.s5_1_readings import (
+    QUESTIONS as OF_SWEEP,
+)
+from chapters.ch02_general_camera_model.s5_1_readings import (
+    Case as SweepCase,
+)
+from chapters.ch02_general_camera_model.s5_1_readings import readings_of
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG
-from chapters.ch02_general_camera_model.s5_2_claims import rendered_slopes
+from chapters.ch02_general_camera_model.s5_2_claims import (
+    RESIDUAL,
+    rendered_slopes,
+)
+from chapters.ch02_general_camera_model.s5_2_readings import (
+    QUESTIONS as OF_SETS,
+)
 from chapters.ch02_general_camera_model.s5_2_readings import (
     Case as ZoomCase,
 )
@@ -15,6 +29,7 @@ from raxel.evaluation.statistics import all_of, trend
 from repro.experiment import claim
 
 PAGE = "s5_2_real_data"
+ASKED = OF_SWEEP | {question: OF_SETS[question] for question in RESIDUAL}
 
 
 def distortion_level(angle_deg: float) -> float:
@@ -45,6 +60,32 @@ def _as_text(parametric, generic) -> str:
     return f"{slopes}: {_depends(parametric, generic)}"
 
 
+def swept_slopes(case):
+    """Slopes of both methods over the simulated sweep, with intervals."""
+    widest = [case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG]
+    levels = np.array([distortion_level(np.median(w)) for w in widest])
+    return [
+        trend(
+            levels,
+            [one("mean_px", fov_deg=f) for f in FOVS_DEG],
+            _log_slope,
+        )
+        for one in (case.parametric, case.generic)
+    ]
+
+
+def every_case(result):
+    """One case per combination of options, of the sweep and of the sets."""
+    for options in product(*ASKED.values()):
+        yield SweepCase(result, dict(zip(ASKED, options, strict=True)))
+
+
+def _taken(case, questions):
+    return tuple(
+        (question, case.options[question]) for question in questions
+    )
+
+
 @claim(
     "c2_real_vs_sim_agree",
     needs=("fig_2_3_fov", "table_2_2_redrawn"),
@@ -55,28 +96,24 @@ def judge_depends_on_distortion(results):
 
     In the simulated sweep and in the three rendered sets: both must agree.
     """
-    sets = results["table_2_2_redrawn"]
+    fov, sets = results["fig_2_3_fov"], results["table_2_2_redrawn"]
+
+    @cache
+    def of_sweep(options):
+        return swept_slopes(SweepCase(fov, dict(options)))
+
+    @cache
+    def of_sets(options):
+        return rendered_slopes(ZoomCase(sets, dict(options)))
 
     def judge(case):
-        widest = [
-            case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG
-        ]
-        levels = np.array([distortion_level(np.median(w)) for w in widest])
-        slopes = [
-            trend(
-                levels,
-                [one("mean_px", fov_deg=f) for f in FOVS_DEG],
-                _log_slope,
-            )
-            for one in (case.parametric, case.generic)
-        ]
-        shared = ("standard_method", "residual_scale")
-        options = {name: case.options[name] for name in shared}
-        halves = slopes, rendered_slopes(ZoomCase(sets, options))
-        decision = all_of([_depends(*half) for half in halves])
-        generic = slopes[1]
+        halves = (
+            of_sweep(_taken(case, OF_SWEEP)),
+            of_sets(_taken(case, RESIDUAL)),
+        )
+        _, generic = halves[0]
         return (
-            decision,
+            all_of([_depends(*half) for half in halves]),
             generic.value,
             (generic.low, generic.high),
             "generic slope of log residual in the sweep; "
@@ -88,4 +125,4 @@ def judge_depends_on_distortion(results):
             ),
         )
 
-    return judged(results["fig_2_3_fov"], ALL, judge)
+    return readings_of(every_case(fov), judge)

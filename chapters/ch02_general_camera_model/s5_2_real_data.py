@@ -259,19 +259,25 @@ def homographies(effort):
 # - **The centre.** In the simulation of section 2.5.1, putting the true
 #   centre in the place of the estimated one changes the residual by a
 #   factor of {glue:text}`centre_printed:.3f` (as printed) and
-#   {glue:text}`centre_well:.3f` (well conditioned): the homography hides
-#   the centre, unless it is wrong by much. So an error of the centre is not
-#   a likely reason for what the residual shows. A likelier one is that
-#   corners of one cell share their interpolation; this was not tested.
+#   {glue:text}`centre_well:.3f` (well conditioned; medians, in which
+#   {glue:text}`centre_failed_printed` and
+#   {glue:text}`centre_failed_well` failed trials count as the worst). The
+#   homography hides the centre, unless it is wrong by much. So an error of
+#   the centre is not a likely reason for what the residual shows. A likelier
+#   one is that corners of one cell share their interpolation; this was not
+#   tested.
 # - **Fig. 2.6.** The mean step comes out as
 #   {glue:text}`step_parametric:.2f` mm with the parametric method and as
 #   {glue:text}`step_generic_as_printed:.2f` mm with the generic one; it is
 #   25 mm.
 # - **Limits.** Corners at the rim of the boards have no generic ray in the
-#   pictures that alone cover them; they are left out of its residual and
-#   counted in the results. Seeds share {glue:text}`rendered_seeds` rendered
-#   ones as their source of errors. P-values of the radial test take corners
-#   as independent, which neighbours are not.
+#   pictures that alone cover them: {glue:text}`left_out_1:.1f`,
+#   {glue:text}`left_out_2:.1f` and {glue:text}`left_out_3:.1f` % of the
+#   corners in sets 1 to 3. The generic residual is without them, the
+#   parametric one has them all. Distortion is strongest at the rim, so this
+#   favours the generic method. Seeds share {glue:text}`rendered_seeds`
+#   rendered ones as their source of errors. P-values of the radial test take
+#   corners as independent, which neighbours are not.
 
 # %% [markdown]
 # ## Compared with the published numbers
