@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model import s5_1_claims as claims
-from chapters.ch02_general_camera_model import s5_1_values, s5_2_figures, s5_2_values
+from chapters.ch02_general_camera_model import (
+    s5_1_values,
+    s5_2_figures,
+    s5_2_values,
+    s5_3_distortion_correction,
+)
 from chapters.ch02_general_camera_model import s5_2_agreement as agreement
 from chapters.ch02_general_camera_model import s5_2_claims as zoom_claims
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import FOVS_DEG
@@ -298,6 +303,22 @@ def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
     assert "times those of 3 rendered" in check.text
     other = Trials(lambda name, condition: spread_about(9.0)[:3])
     assert not s5_2_figures.agreement(redrawn, other).holds
+
+
+@pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
+def test_periphery_is_won_by_straighter_lines(better, verdict):
+    def values(name, condition):
+        found = spread_about(better if ".parametric." in name else 1.0, 0.1, len(name))
+        found[0] = np.nan
+        return found
+
+    readings = s5_3_distortion_correction.judge_periphery(
+        {"table_2_2_redrawn": Trials(values)}
+    )
+    assert {r.verdict for r in readings} == {verdict}
+    assert "of 50 seeds 1 without a value" in readings[0].reason
+    made = Trials(lambda name, condition: [1.0, np.nan, np.nan])
+    assert s5_3_distortion_correction.line_median(made, "generic") == np.inf
 
 
 def test_projection_laws_are_compared_trial_by_trial():

@@ -172,6 +172,13 @@ def test_fov180_is_judged_both_ways():
     assert fov_verdict(lambda fov: [np.nan]) == "undecided"
 
 
+def test_a_refuted_fov180_shows_its_shares():
+    values = Trials(lambda name, c: [True, c["fov_deg"] < 180])
+    (reading,) = s2_claims.judge_fov180({"exp_c2_fov180": values})
+    assert "0.50 at 180 deg" in reading.reason
+    assert "no solution" not in reading.reason
+
+
 def test_pluecker_claims_hold_and_can_fail():
     rng = np.random.default_rng(1)
     pairs = {"exp_c2_pluecker_invariant": general_cameras.two_pairs_trial({}, rng)}

@@ -1,9 +1,14 @@
 """The rig of section 2.5.1: exact without noise, independent noise, fair scoring."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model import coefficients, laws, synthetic
+from chapters.ch02_general_camera_model.s4_generic_calibration import (
+    judge_table_coefficients,
+)
 from raxel.geometry import apply_homography
 from repro.experiment import trial_rng
 
@@ -156,6 +161,31 @@ def test_table_2_1_is_exact_as_corrected_and_only_so():
         printed = coefficients.substitute(names, printed=True)
         assert all(zero for zero, _ in corrected.values())
         assert [printed[v][0] for v in "VWMN"] == [True, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict"),
+    [
+        ({}, "reproduced"),
+        ({"corrected.V.zero": [1.0, 0.0]}, "differs"),
+        ({"corrected.M.relative": [0.0, 1e-6]}, "differs"),
+        ({"printed.N.relative": [1e-4, 1e-5]}, "differs"),
+    ],
+)
+def test_table_2_1_is_judged_both_ways(change, verdict):
+    values = {}
+    for vector in coefficients.VECTORS:
+        values[f"corrected.{vector}.zero"] = [1.0, 1.0]
+        values[f"corrected.{vector}.relative"] = [0.0, 0.0]
+        values[f"printed.{vector}.relative"] = [0.1, 1e-4]
+    values |= change
+    ran = SimpleNamespace(
+        trials_per_condition=2, column=lambda name: np.array(values[name])
+    )
+    (reading,) = judge_table_coefficients({"table_2_1_sums": ran})
+    assert reading.verdict == verdict
+    few = sum(np.sum(np.array(values[f"printed.{v}.relative"]) <= 1e-3) for v in "WN")
+    assert f"{few} of 4 are at most 1e-3" in reading.reason
 
 
 def test_formulas_are_set_as_in_the_thesis():

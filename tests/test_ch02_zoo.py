@@ -169,10 +169,24 @@ def test_fits_are_found_by_lens_and_family():
 
 def test_the_table_says_when_a_camera_does_not_come_back():
     def column(name, model):
-        return [0.5 if (name, model) == ("round_trip_px", "Tardif") else 0.0]
+        lost = (name, model) == ("round_trip_px", "Tardif")
+        return [0.5 if lost else float(name == "returned")]
 
     result = SimpleNamespace(column=column, texts=lambda name, model: [True])
     assert not ext_zoo({"exp_zoo": result}).check.holds
+
+
+@pytest.mark.parametrize(("returned", "holds"), [(1.0, True), (0.5, False)])
+def test_the_table_says_when_pixels_of_a_camera_are_lost(returned, holds):
+    def column(name, model):
+        if name == "returned":
+            return [returned if model == "Tardif" else 1.0]
+        return [0.0]
+
+    result = SimpleNamespace(column=column, texts=lambda name, model: [True])
+    check = ext_zoo({"exp_zoo": result}).check
+    assert check.holds is holds
+    assert check.text.startswith(f"{100 * returned:.0f} % of the pixels come back")
 
 
 def test_a_pinhole_is_a_division_model_without_a_term():

@@ -101,8 +101,19 @@ def judge_fov180(results):
     elif (shares[below] == 1).all() and (shares[~below] == 0).all():
         verdict = "reproduced"
     feasible = [
-        fov for fov, share in zip(FOVS_DEG, shares, strict=True) if share
+        fov
+        for fov, share in zip(FOVS_DEG, shares, strict=True)
+        if share > 0
     ]
+    reason = "share of trials with a plane: " + ", ".join(
+        f"{share:.2f} at {fov} deg"
+        for fov, share in zip(FOVS_DEG, shares, strict=True)
+    )
+    if verdict == "reproduced":
+        reason = (
+            "with both ends of a diameter of the rim among the rays, the "
+            "programme has no solution from 180 deg on"
+        )
     return [
         Reading(
             verdict,
@@ -110,7 +121,6 @@ def judge_fov180(results):
             f"{max(feasible, default=0)} deg, none from "
             f"{min((f for f in FOVS_DEG if f not in feasible), default=0)} "
             "deg on",
-            reason="with both ends of a diameter of the rim among the "
-            "rays, the programme has no solution from 180 deg on",
+            reason=reason,
         )
     ]

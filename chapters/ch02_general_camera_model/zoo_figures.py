@@ -59,6 +59,7 @@ def ext_zoo(results):
 
     ends = column("model_end_deg")
     trips = np.array(column("round_trip_px"))
+    returned = np.array(column("returned"))
     centres = np.array(column("centrality_mm"))
     central = np.array([c < NONE_MM for c in centres])
     said = np.array(
@@ -92,10 +93,14 @@ def ext_zoo(results):
         "distance of the rays from one point. Round trip: largest distance "
         "of a pixel from the projection of a point on its ray.",
         Check(
-            bool((trips < NONE_PX).all() and (central == said).all()),
-            "every pixel comes back to "
-            f"{trips.max():.1g} px, and just the cameras that say so are "
-            "central",
+            bool(
+                (returned == 1).all()
+                and (trips < NONE_PX).all()
+                and (central == said).all()
+            ),
+            f"{100 * returned.min():.3g} % of the pixels come back (least "
+            f"of all cameras), to {trips.max():.1g} px, and just the cameras "
+            "that say so are central",
         ),
     )
 
