@@ -1,0 +1,29 @@
+"""CELECT: chessboard corners in order from four clicks, however bent the image.
+
+`celect` is the algorithm of section 3.1.2, `CelectSettings` its values. `baselines`
+has the two orderings of corners that section 1.2.1 says fail.
+"""
+
+from raxel.features.celect.algorithm import celect
+from raxel.features.celect.result import (
+    OUTER_CORNER,
+    TOO_FEW,
+    TOO_MANY,
+    TRACING,
+    CelectResult,
+    ContourFailure,
+    ContourTrace,
+)
+from raxel.features.celect.settings import CelectSettings
+
+__all__ = [
+    "OUTER_CORNER",
+    "TOO_FEW",
+    "TOO_MANY",
+    "TRACING",
+    "CelectResult",
+    "CelectSettings",
+    "ContourFailure",
+    "ContourTrace",
+    "celect",
+]

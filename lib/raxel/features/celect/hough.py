@@ -1,0 +1,161 @@
+"""Lines in a window: a local Hough transform, its peaks, and what is done to them.
+
+A line is (R, theta): its distance from the window's centre in px, with a sign, and its
+orientation in degrees, modulo 180. The orientation is that of the line itself, not of
+its normal (errata E-3.03): R = (p - centre) . n, n the direction of theta turned by +90
+degrees in (u, v). So (R, theta) and (-R, theta + 180) are the same line.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+BINS = 180
+_ANGLES = np.arange(BINS)
+_NORMALS = np.stack((-np.sin(np.radians(_ANGLES)), np.cos(np.radians(_ANGLES)))).astype(
+    np.float32
+)
+
+
+class Peaks(NamedTuple):
+    """Lines of a window: `lines` (n, 2) of (R px, theta deg), `votes` (n,)."""
+
+    lines: np.ndarray
+    votes: np.ndarray
+
+
+def orientation(vector):
+    """Orientation of a vector (2,) in degrees, from 0 to below 180."""
+    return float(np.degrees(np.arctan2(vector[1], vector[0])) % 180)
+
+
+def angle_apart(a, b):
+    """Angle between orientations in degrees, modulo 180: from 0 to 90 (E-3.03)."""
+    apart = np.abs(np.subtract(a, b)) % 180
+    return np.minimum(apart, 180 - apart)
+
+
+def signed_distance(points, centre, line):
+    """Signed distance (n,) in px of points (n, 2) to a line of a window."""
+    distance, theta = line
+    normal = np.array([-np.sin(np.radians(theta)), np.cos(np.radians(theta))])
+    return (points - centre) @ normal - distance
+
+
+def vote(points, centre, radius):
+    """The Hough space of a window, (2 m + 1, 180) float32, R = 0 in the middle row.
+
+    Bins of 1 px by 1 degree, lightly smoothed; nothing is smoothed across the border
+    of the angle, which `peaks_of` takes care of.
+    """
+    m = int(np.ceil(radius)) + 1
+    off = (points - centre).astype(np.float32)
+    rows = np.rint(off @ _NORMALS).astype(np.intp) + m
+    flat = np.bincount((rows * BINS + _ANGLES).ravel(), minlength=(2 * m + 1) * BINS)
+    space = flat.reshape(-1, BINS).astype(np.float32)
+    return cv2.GaussianBlur(space, (3, 3), 0, borderType=cv2.BORDER_REPLICATE)
+
+
+def strongest(space, limits, neighbourhood, share, columns=None):
+    """Non-maximal suppression: [(row, column, votes), ...], the strongest first.
+
+    The largest value of a Hough space (h, w) is taken and its `neighbourhood` (rows,
+    columns), half widths, put to zero; again, until a value is below `share` of the
+    first or `limits` (least, most) are reached. The least number is always taken, if
+    there are votes. `columns` (first, last + 1) restricts where a maximum may lie.
+    """
+    least, most = limits
+    rest = space.copy()
+    view = rest if columns is None else rest[:, slice(*columns)]
+    across, along = neighbourhood
+    found = []
+    while len(found) < most:
+        _, value, _, (column, row) = cv2.minMaxLoc(view)
+        enough = value >= share * found[0][2] if found else True
+        if value <= 0 or not (enough or len(found) < least):
+            break
+        found.append((row, column + (columns[0] if columns else 0), value))
+        view[
+            max(row - across, 0) : row + across + 1,
+            max(column - along, 0) : column + along + 1,
+        ] = 0
+    return found
+
+
+def peaks_of(space, settings, s):
+    """The lines S_h of a window from its Hough space, (3.1), with their votes.
+
+    Non-maximal suppression from 0 to 179 degrees, a second one across the border of
+    the angle (`wrap`, t2), then the mean of peaks that are close (`split_peaks`, t1).
+    `s` is the length in px that scales t1 and t2.
+    """
+    m = space.shape[0] // 2
+    suppress = (
+        max(1, round(settings.suppression_radius * s)),
+        settings.suppression_deg,
+    )
+    found = strongest(space, settings.peaks, suppress, settings.least_votes)
+    found = [(row - m, column, votes) for row, column, votes in found]
+    if settings.wrap > 0:
+        found = _suppressed_at_border(space, found, suppress, settings, s)
+    lines = np.array([line[:2] for line in found], float).reshape(-1, 2)
+    votes = np.array([line[2] for line in found], float)
+    peaks = Peaks(lines, votes)
+    return merge_close(peaks, settings.split_peaks * s)
+
+
+def _suppressed_at_border(space, found, suppress, settings, s):
+    """Peaks within t2 of 180 degrees, found again where 180 degrees is not a border.
+
+    The space is remapped to 90..269 degrees by (R, theta) = (-R, theta + 180).
+    """
+    m, near = space.shape[0] // 2, settings.wrap * s
+    at_border = [p for p in found if min(p[1], BINS - p[1]) <= near]
+    if not at_border:
+        return found
+    remapped = np.hstack((space[:, BINS // 2 :], space[::-1, : BINS // 2]))
+    middle = BINS // 2
+    columns = middle - int(near), middle + int(near) + 1
+    limits = 1, len(at_border)
+    again = strongest(remapped, limits, suppress, settings.least_votes, columns)
+    again = [(row - m, column + middle, votes) for row, column, votes in again]
+    return [p for p in found if p not in at_border] + again
+
+
+def merge_close(peaks, bins):
+    """Peaks within `bins` of each other in Hough space become their mean, by votes.
+
+    Close means by steps: a chain of close peaks is one line. The same line written as
+    (R, theta) and (-R, theta + 180) is close to itself.
+    """
+    lines, votes = peaks
+    left, merged = list(range(len(lines))), []
+    while left:
+        group = [left.pop(0)]
+        twins = [lines[group[0]]]
+        for member in twins:
+            for other in list(left):
+                twin = nearest_form(lines[other], member)
+                if np.hypot(*(twin - member)) <= bins:
+                    left.remove(other)
+                    group.append(other)
+                    twins.append(twin)
+        weight = votes[group]
+        mean = weight @ np.array(twins) / weight.sum()
+        merged.append((*canonical(mean), weight.sum()))
+    merged = np.array(merged, float).reshape(-1, 3)
+    return Peaks(merged[:, :2], merged[:, 2])
+
+
+def nearest_form(line, other):
+    """The form of a line, (R, theta) or (-R, theta +- 180), with theta nearest."""
+    turns = np.rint((other[1] - line[1]) / BINS)
+    sign = -1 if turns % 2 else 1
+    return np.array([sign * line[0], line[1] + BINS * turns])
+
+
+def canonical(line):
+    """The form of a line with theta from 0 to below 180 degrees."""
+    turns = np.floor(line[1] / BINS)
+    return (-line[0] if turns % 2 else line[0]), line[1] - BINS * turns

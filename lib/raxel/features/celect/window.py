@@ -1,0 +1,134 @@
+"""The circular window that moves along a contour: its edges and its corners.
+
+Gradients are taken after Gaussian smoothing, on a patch wide enough that nothing of
+them depends on where the window ends. The scale of the gradients (what is an edge,
+what is a corner) comes from the four windows that the user clicked.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+MARGIN_IN_SD = 3.0
+"""How far a Gaussian reaches, in its standard deviations."""
+
+FULL_SCALE = 4000.0
+"""Value of the reference gradient in the whole numbers that Canny's method takes."""
+
+
+class Scale(NamedTuple):
+    """What a clear edge and a clear corner are in this image.
+
+    `gradient`: grey levels per pixel. `response`: of the corner detector.
+    """
+
+    gradient: float
+    response: float
+
+
+class Window(NamedTuple):
+    """A circle of the image with the gradients of the square patch around it.
+
+    `centre` (2,) pixels (u, v); `radius` px; `first` (2,) pixel (u, v) of the patch's
+    first element; `gradient_u`, `gradient_v` (h, w) float32, grey levels per pixel.
+    """
+
+    centre: np.ndarray
+    radius: float
+    first: np.ndarray
+    gradient_u: np.ndarray
+    gradient_v: np.ndarray
+
+    def within(self, mask):
+        """Pixels (n, 2) where the patch's mask is set, inside circle and image."""
+        v, u = np.nonzero(mask)
+        points = np.column_stack((u, v)) + self.first
+        off = points - self.centre
+        return points[np.einsum("ij,ij->i", off, off) <= self.radius**2]
+
+
+def open_window(image, centre, radius, smoothing_px, integration_px):
+    """The Window of an image (height, width) around a centre (2,).
+
+    The image's own border repeats its outermost pixels, and no pixel beyond it is ever
+    an edge or a corner.
+    """
+    reach = radius + MARGIN_IN_SD * (smoothing_px + integration_px) + 2
+    height, width = image.shape
+    u0, v0 = np.floor(centre - reach).astype(int)
+    u1, v1 = np.ceil(centre + reach).astype(int) + 1
+    left, top = max(u0, 0), max(v0, 0)
+    patch = image[top : min(v1, height), left : min(u1, width)].astype(np.float32)
+    smooth = cv2.GaussianBlur(
+        patch, (0, 0), smoothing_px, borderType=cv2.BORDER_REPLICATE
+    )
+    across, down = (
+        cv2.Sobel(
+            smooth,
+            cv2.CV_32F,
+            *order,
+            ksize=1,
+            scale=0.5,
+            borderType=cv2.BORDER_REPLICATE,
+        )
+        for order in ((1, 0), (0, 1))
+    )
+    return Window(
+        np.asarray(centre, float), radius, np.array([left, top]), across, down
+    )
+
+
+def canny_edges(window, scale, high, low):
+    """Edge pixels (n, 2) of a window by Canny's method, S_c (3.8).
+
+    `high` and `low` are the two thresholds, as shares of the image's clear gradient.
+    """
+    factor = FULL_SCALE / scale.gradient
+    across, down = (
+        np.clip(np.rint(g * factor), -32767, 32767).astype(np.int16)
+        for g in (window.gradient_u, window.gradient_v)
+    )
+    edges = cv2.Canny(
+        across, down, low * FULL_SCALE, high * FULL_SCALE, L2gradient=True
+    )
+    return window.within(edges)
+
+
+def harris_response(window, integration_px, k):
+    """Harris's R = det M - k trace(M)^2 over the patch of a window, (h, w)."""
+    across, down = window.gradient_u, window.gradient_v
+    tensor = cv2.merge((across * across, down * down, across * down))
+    tensor = cv2.GaussianBlur(
+        tensor, (0, 0), integration_px, borderType=cv2.BORDER_REPLICATE
+    )
+    uu, vv, uv = cv2.split(tensor)
+    return uu * vv - uv * uv - k * (uu + vv) ** 2
+
+
+def harris_corners(window, scale, settings):
+    """Corner pixels (n, 2) of a window: local maxima of Harris's response.
+
+    A maximum counts from `harris_share` of the image's clear response on.
+    """
+    response = harris_response(window, settings.integration_px, settings.harris_k)
+    least = max(settings.harris_share * scale.response, np.finfo(np.float32).tiny)
+    peaks = (response >= cv2.dilate(response, None)) & (response >= least)
+    return window.within(peaks)
+
+
+def clear_scale(windows, settings):
+    """The Scale of an image from the windows around its clicked corners.
+
+    Of each window the largest gradient and response count, of the windows the median:
+    one window with glare or clutter does not matter. Both are 0 in a flat image.
+    """
+    gradients, responses = [], []
+    for window in windows:
+        steep = np.hypot(window.gradient_u, window.gradient_v)
+        response = harris_response(window, settings.integration_px, settings.harris_k)
+        inside = window.within(np.ones(steep.shape, bool)) - window.first
+        u, v = inside.T
+        gradients.append(steep[v, u].max(initial=0.0))
+        responses.append(response[v, u].max(initial=0.0))
+    return Scale(float(np.median(gradients)), float(np.median(responses)))
