@@ -22,6 +22,7 @@ from raxel.cameras import (
     load_camera,
 )
 from raxel.errors import InputError
+from tests.lab_cameras import EVERY
 
 W, H = 64, 48
 SLITS = {
@@ -79,6 +80,22 @@ def test_values_that_are_not_finite_have_no_answer(camera):
     seen = camera.project(points)
     np.testing.assert_array_equal(seen.valid, [False, False, True])
     assert np.isnan(seen.pixels[:2]).all()
+
+
+WILD = [0, 1, -50, 1e-300, 1e20, -1e155, 1e200, 1e308, np.inf, -np.inf, np.nan]
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_wild_values_are_flagged_without_a_warning_by_every_kind(name):
+    camera, _ = EVERY[name]
+    rng = np.random.default_rng(4)
+    rays = camera.rays(rng.choice(WILD, (300, 2)))
+    seen = camera.project(rng.choice(WILD, (300, 3)))
+    for values, valid in zip(
+        [*rays[:2], seen.pixels], [rays.valid] * 2 + [seen.valid], strict=True
+    ):
+        np.testing.assert_array_equal(np.isfinite(values).all(axis=1), valid)
+        np.testing.assert_array_equal(np.isnan(values).all(axis=1), ~valid)
 
 
 @BY_KIND

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from raxel.cameras.base import Camera, Rays, as_rows, checked_array
+from raxel.cameras.base import Camera, Rays, checked_array, near_rows
 from raxel.cameras.fisheye import RIM, FisheyeCamera
 from raxel.cameras.named_fields import NamedFields
 from raxel.errors import InputError
@@ -92,7 +92,7 @@ class AxialCamera(NamedFields, Camera):
 
     def project(self, points):
         """Pixels of points (N, 3): of the ray on which each lies beyond the caustic."""
-        points = as_rows(points, 3)
+        points = near_rows(points, 3)
         angle = self._angles(np.hypot(points[:, 0], points[:, 1]), points[:, 2])
         z0, slope = self.pupil(angle)
         from_pupil = points - np.column_stack([0 * z0, 0 * z0, z0])

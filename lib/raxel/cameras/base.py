@@ -13,6 +13,10 @@ import numpy as np
 from raxel.cameras.storage import CameraFile, write_camera
 from raxel.errors import InputError
 
+# Pixels and millimetres beyond this have no ray and no pixel: their squares and the
+# products of these must not overflow.
+REMOTE = 1e100
+
 
 class Rays(NamedTuple):
     """One half-line per pixel, in the camera frame.
@@ -148,6 +152,16 @@ def as_rows(values, length):
     if array.ndim != 2 or array.shape[1] != length:
         raise ValueError(f"shape {array.shape} found, (N, {length}) needed")
     return array
+
+
+def near_rows(values, length):
+    """Rows (N, length) as `as_rows` gives them, NaN throughout where one is useless.
+
+    That is where a value is not finite, or so large that its square might overflow.
+    """
+    array = as_rows(values, length)
+    near = (np.abs(array) < REMOTE).all(axis=1)
+    return np.where(near[:, None], array, np.nan)
 
 
 def pixel_grid(width, height):

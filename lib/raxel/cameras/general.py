@@ -8,6 +8,7 @@ from raxel.cameras.base import (
     Rays,
     as_rows,
     check_size,
+    near_rows,
     pixel_grid,
 )
 from raxel.cameras.ray_table import RayTable
@@ -140,7 +141,7 @@ class GeneralCamera(Camera):
         """Pixels of points (N, 3): where the interpolated ray passes through each."""
         from raxel.cameras.table_inverse import TableInverse
 
-        points = as_rows(points, 3)
+        points = near_rows(points, 3)
         if self._inverse is None:
             self._inverse = TableInverse(self._table)
         pixels = np.empty((len(points), 2))

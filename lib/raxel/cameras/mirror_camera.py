@@ -67,8 +67,9 @@ class MirrorCamera(Camera):
         """Which viewer's rays to mirror points (N, 3) go on to the points (N, 3)."""
         directions, _ = self._arrivals(M)
         if self._parallel:
-            height = (M - self._eye) @ self._axis
-            origins = M - height[:, None] * self._axis
+            with np.errstate(invalid="ignore"):
+                height = (M - self._eye) @ self._axis
+                origins = M - height[:, None] * self._axis
         else:
             origins = np.broadcast_to(self._eye, M.shape)
         met = self.mirror.reflect(origins, directions)

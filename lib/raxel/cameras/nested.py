@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.cameras.base import Camera, as_rows, checked_array
+from raxel.cameras.base import Camera, checked_array, near_rows
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.storage import CameraFile
 from raxel.errors import InputError
@@ -77,9 +77,8 @@ class _FilePart(CameraFile):
 
 
 def finite_rows(points):
-    """Points (N, 3), NaN in rows that are not finite: infinities breed warnings."""
-    points = as_rows(points, 3)
-    return np.where(np.isfinite(points).all(axis=1)[:, None], points, np.nan)
+    """Points (N, 3), NaN in rows that are not finite or far beyond any scene."""
+    return near_rows(points, 3)
 
 
 def checked_rigid(name, T):

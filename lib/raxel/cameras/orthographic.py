@@ -6,9 +6,9 @@ from raxel.cameras.base import (
     Camera,
     Projection,
     Rays,
-    as_rows,
     check_size,
     checked_array,
+    near_rows,
 )
 from raxel.cameras.named_fields import NamedFields
 from raxel.errors import InputError
@@ -40,7 +40,7 @@ class OrthographicCamera(NamedFields, Camera):
 
     def rays(self, pixels):
         """Rays along +z through pixels (N, 2)."""
-        pixels = as_rows(pixels, 2)
+        pixels = near_rows(pixels, 2)
         valid = np.isfinite(pixels).all(axis=1)
         origins = np.full((len(pixels), 3), np.nan)
         place = (pixels[valid] - self.principal_point) / self.pixels_per_mm
@@ -50,7 +50,7 @@ class OrthographicCamera(NamedFields, Camera):
 
     def project(self, points):
         """Pixels of points (N, 3) with z > 0."""
-        points = as_rows(points, 3)
+        points = near_rows(points, 3)
         valid = np.isfinite(points).all(axis=1) & (points[:, 2] > 0)
         pixels = self.pixels_per_mm * points[:, :2] + self.principal_point
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)

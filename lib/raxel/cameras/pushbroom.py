@@ -6,9 +6,9 @@ from raxel.cameras.base import (
     Camera,
     Projection,
     Rays,
-    as_rows,
     check_size,
     checked_array,
+    near_rows,
 )
 from raxel.cameras.named_fields import NamedFields
 from raxel.errors import InputError
@@ -53,7 +53,7 @@ class PushbroomCamera(NamedFields, Camera):
 
     def rays(self, pixels):
         """Rays of pixels (N, 2), from the centres of their rows."""
-        u, v = as_rows(pixels, 2).T
+        u, v = near_rows(pixels, 2).T
         x = (u - self.principal_column) / self.focal_px
         d = np.column_stack([x, 0 * x, 1 + 0 * x]) / np.hypot(x, 1)[:, None]
         origins = (v - self.reference_row)[:, None] * self.velocity
@@ -63,7 +63,7 @@ class PushbroomCamera(NamedFields, Camera):
 
     def project(self, points):
         """Pixels of points (N, 3): the row whose plane holds the point, then 2.2."""
-        points = as_rows(points, 3)
+        points = near_rows(points, 3)
         rows = points[:, 1] / self.velocity[1]
         x = points[:, 0] - rows * self.velocity[0]
         z = points[:, 2] - rows * self.velocity[2]

@@ -82,7 +82,7 @@ class SheetMirror:
         ray; such a ray is not looked for.
         """
         points, met = self._meetings(origins, directions)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             n = self.normals(points)
             towards = np.sum(directions * n, axis=1)
             leaving = directions - (2 * towards / np.sum(n * n, axis=1))[:, None] * n

@@ -6,9 +6,9 @@ from raxel.cameras.base import (
     Camera,
     Projection,
     Rays,
-    as_rows,
     check_size,
     checked_array,
+    near_rows,
 )
 from raxel.cameras.named_fields import NamedFields
 from raxel.errors import InputError
@@ -87,7 +87,7 @@ class XSlitsCamera(NamedFields, Camera):
 
     def rays(self, pixels):
         """Rays of pixels (N, 2); origins on the slit farther ahead."""
-        place = (as_rows(pixels, 2) - self.principal_point) / self.pixels_per_mm
+        place = (near_rows(pixels, 2) - self.principal_point) / self.pixels_per_mm
         points = np.column_stack([place, np.full(len(place), self.image_distance)])
         directions, along, valid = self._lines(points)
         with np.errstate(invalid="ignore"):
@@ -100,7 +100,7 @@ class XSlitsCamera(NamedFields, Camera):
 
     def project(self, points):
         """Pixels of points (N, 3) ahead of both slits."""
-        points = as_rows(points, 3)
+        points = near_rows(points, 3)
         directions, along, valid = self._lines(points)
         with np.errstate(invalid="ignore"):
             valid &= along.max(axis=1) < 0
@@ -116,7 +116,6 @@ class XSlitsCamera(NamedFields, Camera):
         Returns unit directions towards +z, signed distances (N, 2) along them to the
         slits, and which lines exist and are not parallel to the image plane.
         """
-        points = np.where(np.isfinite(points), points, np.nan)
         reach = points[:, None] - self.slit_points
         normals = np.cross(reach, self._slits)
         with np.errstate(divide="ignore", invalid="ignore"):
