@@ -92,6 +92,15 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
     assert reading.verdict == "differs"
 
 
+def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
+    view = panorama.view_of(panorama.laboratory(1.0).camera)
+    ends = np.degrees(view.elevations([0, view.height - 1]))
+    for mirror in resolution.ECCENTRICITIES:
+        (elevations,) = rows.arrays("elevation_deg", mirror=mirror)
+        assert len(elevations) == view.height
+        np.testing.assert_allclose(elevations[[0, -1]], ends)
+
+
 def test_a_smaller_picture_shows_the_same_view():
     cameras = [panorama.laboratory(size).camera for size in (1.0, 0.25)]
     np.testing.assert_allclose(cameras[0].centre, cameras[1].centre)

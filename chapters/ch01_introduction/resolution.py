@@ -97,17 +97,11 @@ def scales(camera, view, elevations):
 def resolution_trial(condition, rng):
     """Scales in every row, and the ratio of the top row to the bottom."""
     camera = mirror_camera(condition["mirror"])
-    if condition["mirror"] == RIG_MIRROR:
-        # The rows of Fig. 1.1(b), but for the outermost: a derivative
-        # needs neighbours.
-        view = view_of(camera)
-        rows = np.arange(1, view.height - 1)
-    else:
-        rig = view_of(laboratory(1.0).camera)
-        view = cylindrical_view(camera, DOWN, AHEAD, WIDTH)
-        view = view._replace(horizon=rig.horizon, height=rig.height)
-        rows = np.arange(1, rig.height - 1)
-    elevations = view.elevations(rows)
+    # The rows of Fig. 1.1(b), for every mirror.
+    rig = view_of(laboratory(1.0).camera)
+    view = cylindrical_view(camera, DOWN, AHEAD, WIDTH)
+    view = view._replace(horizon=rig.horizon, height=rig.height)
+    elevations = view.elevations(np.arange(rig.height))
     area, row, column = scales(camera, view, elevations)
     # A horizontal band from -x to x degrees: where does 1.5 begin?
     ends = np.radians(np.stack([BANDS_DEG, -BANDS_DEG]))
