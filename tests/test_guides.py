@@ -2,13 +2,16 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from chapters.guides import choose_a_method, class_exercises, for_teachers
+from chapters.guides.benchmark_tables import benchmarks_table
 from chapters.guides.method_table import (
     COLUMNS,
+    FAILED,
     NONE,
     costs,
     method_seconds,
@@ -93,7 +96,7 @@ def test_the_table_has_a_row_for_everything_measured(results):
     assert motion[-1].startswith("0.2 (")
 
 
-def test_a_method_that_never_worked_has_a_dash(results, tmp_path):
+def test_a_method_that_never_worked_has_failed(results, tmp_path):
     cases = [
         ({"zoom": z}, of_methods("left_out", zhang=0.0, generic=0.0)) for z in (1, 2, 3)
     ]
@@ -102,8 +105,36 @@ def test_a_method_that_never_worked_has_a_dash(results, tmp_path):
     rows = choose_a_method.ext_methods(results).columns
     # Six simulated rows stand above the rendered ones.
     assert rows["Evidence"][6:10] == ["rendered"] * 4
-    assert rows["Zhang"][6:10] == [NONE] * 4
-    assert named(results)["zhang.stage"] == "no value of"
+    assert rows["Zhang"][6:10] == [FAILED] * 4
+    assert rows["General, known motion"][6:10] == [NONE] * 4
+    assert named(results)["zhang.stage"] == "∞"
+
+
+def scores(**of_one):
+    """Scores of one rig, as the experiment's result gives them."""
+    return SimpleNamespace(
+        conditions=[{"rig": "ordinary-lens"}],
+        settings={"views": 5},
+        column=lambda name, rig: [of_one.get(name.replace(".", "_"), np.nan)],
+    )
+
+
+def test_a_calibration_that_failed_is_told_from_one_that_was_not_tried():
+    found = scores(**{"opencv_right": 5, "opencv_rms_px": 0.25, "opencv-sb_right": 0})
+    columns = benchmarks_table(found).columns
+    rows = dict(zip(columns["Rig"], columns["Zhang (deg)"], strict=True))
+    assert rows.pop("ordinary-lens") == "failed"
+    assert set(rows.values()) == {NONE}
+    rows = dict(zip(columns["Rig"], columns["opencv: right, RMS (px)"], strict=True))
+    assert rows["ordinary-lens"] == "5 of 5, 0.25"
+
+
+def test_a_detector_with_no_board_right_has_no_error():
+    found = scores(**{"opencv_right": 0, "opencv-sb_right": 0, "zhang_rms_deg": 0.1})
+    columns = benchmarks_table(found).columns
+    place = columns["Rig"].index("ordinary-lens")
+    assert columns["opencv: right, RMS (px)"][place] == "0 of 5"
+    assert columns["Zhang (deg)"][place] == "0.1"
 
 
 def test_every_number_of_the_decision_page_is_named(results):

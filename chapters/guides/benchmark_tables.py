@@ -9,6 +9,7 @@ from raxel.sets import Chessboard
 from repro.outcomes import Check, Table
 
 NONE = "–"
+FAILED = "failed"
 ASKS = {
     "active-grid-demo": "decoder: place on a monitor, to a share of a px",
     "coolpix-fce8-zoom-1": "calibration: wide lens, moderate distortion",
@@ -32,7 +33,8 @@ def benchmarks_table(result):
         "The rigs of data/rigs as benchmarks. Detectors: right boards of all, "
         "and the RMS error of their corners. Cameras: RMS angle between rays "
         "and true rays, on the pixels that the general camera has a ray for, "
-        "calibrated with the corners of the first detector. Views: of a set "
+        "calibrated with the corners of the first detector; where one "
+        "calibration fails, neither camera is scored. Views: of a set "
         f"made by raxel render; scored were {result.settings['views']} of "
         "each rig that has scores.",
     )
@@ -58,13 +60,16 @@ def _rig_row(name, result):
         if scored:
             right = int(result.column(f"{one}.right", rig=name)[0])
             rms = result.column(f"{one}.rms_px", rig=name)[0]
-            said = f"{right} of {views}, {_told(rms)}"
+            said = f"{right} of {views}"
+            if right:
+                said += f", {rms:.2g}"
         row[f"{one}: right, RMS (px)"] = said
     for model in ("zhang", "general"):
-        angle = float("nan")
+        said = NONE
         if scored:
             angle = result.column(f"{model}.rms_deg", rig=name)[0]
-        row[f"{model.capitalize()} (deg)"] = _told(angle)
+            said = _told(angle)
+        row[f"{model.capitalize()} (deg)"] = said
     return row
 
 
@@ -74,7 +79,7 @@ def scored_rigs(result):
 
 
 def _told(x):
-    return f"{x:.2g}" if isfinite(x) else NONE
+    return f"{x:.2g}" if isfinite(x) else FAILED
 
 
 def accuracy_table(result):
@@ -144,5 +149,5 @@ def facts(scores):
         angle = float(scores.column(f"{model}.rms_deg", rig=last)[0])
         found[f"{model}_deg"] = _told(angle)
     share = float(scores.column("general.share_with_ray", rig=last)[0])
-    found["share"] = f"{100 * share:.0f} %" if isfinite(share) else NONE
+    found["share"] = f"{100 * share:.0f} %" if isfinite(share) else FAILED
     return found

@@ -135,8 +135,7 @@ READS_PAGES = True
 #
 # *Expect.* "More trials make the error smaller": they make the interval
 # narrower. "The smaller residual is the better camera": flexible models
-# follow the noise. "Half of the noise for four grids" is right, and many
-# say a quarter.
+# follow the noise. "A quarter of the noise for four grids": it is half.
 #
 # ## Route D: our own photographs
 #

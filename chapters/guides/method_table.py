@@ -39,6 +39,7 @@ from repro.outcomes import Table
 from repro.reader import Shown, pipe_table
 
 NONE = "–"
+FAILED = "failed"
 METHODS = ("parametric", "generic_well_conditioned")
 PRIMARY = {"domain": "px", "extent": "unbounded"}
 FOVS_DEG = (60, 120, 150)
@@ -60,23 +61,28 @@ COLUMNS = (
 )
 CAPTION = (
     "What each method leaves, where this repository has measured it. Medians "
-    "with 95 % intervals; a failed trial counts as worst. Compare along a "
-    "row only: the rows have different cameras, units and noise."
+    "with 95 % intervals; a failed trial counts as worst, and a method that "
+    "failed in half of them or more has no median. Compare along a row only: "
+    "the rows have different cameras, units and noise."
 )
 
 
 def told(estimate):
-    """A median with its interval in words, or a dash where there is none."""
-    if estimate is None or not np.isfinite(estimate.value):
+    """A median with its interval in words, or a dash where there is none.
+
+    Where at least half of the trials failed, the worst is the median.
+    """
+    if estimate is None:
         return NONE
+    if not np.isfinite(estimate.value):
+        return FAILED
     e = estimate
     return f"{e.value:.2g} ({e.low:.2g} to {e.high:.2g})"
 
 
 def typical(result, name, **condition):
-    """Median over the trials, or None where no trial has the value."""
-    trials = result.column(name, **condition)
-    return median_interval(trials) if np.isfinite(trials).any() else None
+    """Median over the trials; a failed one counts as the worst."""
+    return median_interval(result.column(name, **condition))
 
 
 def of_both(result, name, **condition):
@@ -169,9 +175,7 @@ def named(results):
 
 def short(estimate):
     """A median in words, for a sentence."""
-    if estimate is None or not np.isfinite(estimate.value):
-        return "no value of"
-    return f"{estimate.value:.2g}"
+    return f"{estimate.value:.2g}" if np.isfinite(estimate.value) else "∞"
 
 
 def rounded_seconds(seconds):
