@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera, pixel_grid
+from raxel.cameras import (
+    FisheyeCamera,
+    GeneralCamera,
+    PerspectiveCamera,
+    QuadricMirrorCamera,
+    pixel_grid,
+)
 from raxel.errors import InputError
 from raxel.geometry import pluecker_matrix_of_rays
 
@@ -123,6 +129,20 @@ def test_at_pixel_centres_the_table_is_the_camera_it_was_made_from():
     np.testing.assert_array_equal(
         again.origins, TABLES["fisheye non-central 0.05"].origins
     )
+
+
+def test_the_table_of_a_central_mirror_has_its_centre_not_a_place_on_it():
+    K = [[100, 0, 40], [0, 100, 30], [0, 0, 1]]
+    viewer = PerspectiveCamera(K, [], 81, 61)
+    mirror = QuadricMirrorCamera.aligned(viewer, "hyperboloid", (30, 20), 20)
+    table = GeneralCamera.from_camera(mirror)
+    assert table.central
+    np.testing.assert_allclose(table.origins, mirror.centre, atol=1e-9)
+    pixels = pixel_grid(81, 61)
+    rays = mirror.rays(pixels)
+    points = (rays.origins + 150 * rays.directions)[rays.valid]
+    seen = table.project(points)
+    np.testing.assert_allclose(seen.pixels, pixels[rays.valid], atol=1e-6)
 
 
 def test_between_pixel_centres_the_error_falls_with_the_square_of_the_spacing():

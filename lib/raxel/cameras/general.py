@@ -11,6 +11,7 @@ from raxel.cameras.base import (
     near_rows,
     pixel_grid,
 )
+from raxel.cameras.centrality import closest_point
 from raxel.cameras.ray_table import RayTable
 from raxel.errors import InputError
 from raxel.geometry.lines import pluecker_matrix_of_rays
@@ -85,7 +86,7 @@ class GeneralCamera(Camera):
         """The table of another camera's rays at the pixel centres of its image."""
         shape = (camera.height, camera.width)
         directions, mask = np.empty((*shape, 3)), np.empty(shape, bool)
-        origins = np.zeros(3) if camera.central else np.empty((*shape, 3))
+        origins = None if camera.central else np.empty((*shape, 3))
         step = max(1, BLOCK // camera.width)
         for top in range(0, camera.height, step):
             block = slice(top, min(top + step, camera.height))
@@ -95,8 +96,8 @@ class GeneralCamera(Camera):
             mask[block] = valid.reshape(-1, camera.width)
             if not camera.central:
                 origins[block] = o.reshape(-1, camera.width, 3)
-            elif valid.any():
-                origins = o[valid][0]
+        if camera.central:
+            origins = _meeting_point(camera, mask)
         return cls(directions, mask, origins, units)
 
     @property
@@ -196,6 +197,17 @@ class GeneralCamera(Camera):
                     f"{getattr(camera, name)}; save it anew"
                 )
         return camera
+
+
+def _meeting_point(camera, mask):
+    """The centre (3,) of a central camera that has rays at the pixels of a mask."""
+    v, u = np.nonzero(mask)
+    if not len(u):
+        return np.zeros(3)
+    rays = camera.rays(np.column_stack([u, v])[:: 1 + len(u) // BLOCK].astype(float))
+    # Where a mirror is in the way rays start there, and only their lines meet.
+    at_centre = np.all(rays.origins == rays.origins[0])
+    return rays.origins[0] if at_centre else closest_point(rays)
 
 
 def _normalise(directions, mask):
