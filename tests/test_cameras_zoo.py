@@ -423,6 +423,21 @@ def test_a_map_with_decentring_ends_at_its_first_folding_circle():
     assert not warp.regular(1.001 * ring).all()
 
 
+def test_a_narrow_fold_ends_the_field_of_view_too():
+    """The slope of r falls below zero for 0.02 of r only: between two scanned rings."""
+    radial = [-0.3, 0.04049]
+    limit = PerspectiveCamera(K, radial, *SIZE).max_radius
+    assert 1.4 < limit < 1.5
+    for camera in (
+        BrownCamera(K, radial, [0, 0], *SIZE),
+        ShahAggarwalCamera(K, [1, 0, radial[0], 0, radial[1]], [0] * 5, *SIZE),
+    ):
+        assert math.tan(camera.max_angle) == pytest.approx(limit, rel=1e-9)
+        r = np.linspace(limit - 0.05, limit + 0.05, 40)
+        seen = camera.project(np.column_stack([r, 0 * r, 1 + 0 * r]))
+        np.testing.assert_array_equal(seen.valid, r < limit)
+
+
 MAPS = {
     "brown": BrownMap(np.array([-0.2, 0.03]), np.array([0.01, -0.02]), 1.0),
     "kannala-brandt": AsymmetricMap(*map(np.array, (KB_K, *KB_ODD, *KB_TURN)), 2.0),

@@ -7,6 +7,7 @@ import numpy as np
 from raxel.cameras.azimuthal import AzimuthalCamera, PlaneLaw
 from raxel.cameras.base import check_size, checked_array, checked_calibration_matrix
 from raxel.cameras.plane_map import PlaneMap
+from raxel.cameras.rising import smallest_positive_root
 
 
 class BrownMap(PlaneMap):
@@ -21,7 +22,16 @@ class BrownMap(PlaneMap):
         # Derivative of the factor with respect to r^2.
         self._change = (np.arange(1, len(radial) + 1) * radial)[::-1]
         self._tangential = tangential
-        super().__init__(radius, azimuths=120 if np.any(tangential) else 1)
+        if np.any(tangential):
+            super().__init__(radius)
+            return
+        super().__init__(radius, azimuths=1)
+        # A dip of the slope between two rings of the scan is not overlooked so.
+        powers = np.arange(len(radial) + 1)
+        slope = (1 + 2 * powers) * self._factor[::-1]
+        turn = math.sqrt(smallest_positive_root(slope))
+        if turn < self.limit * (1 - 1e-9):
+            self.limit = turn
 
     def value(self, p):
         x, y = p.T

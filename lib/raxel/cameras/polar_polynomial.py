@@ -7,6 +7,7 @@ import numpy as np
 from raxel.cameras.azimuthal import AzimuthalCamera, PlaneLaw
 from raxel.cameras.base import check_size, checked_array, checked_calibration_matrix
 from raxel.cameras.plane_map import PlaneMap
+from raxel.cameras.rising import smallest_positive_root
 from raxel.errors import InputError
 
 ORDER = 5
@@ -23,6 +24,9 @@ class PolarMap(PlaneMap):
         self._stretch = np.asarray(radial, float)[::-1]
         self._turn = np.append(np.asarray(tangential, float)[::-1], 0.0)
         super().__init__(radius, azimuths=1)
+        # A dip of the slope between two rings of the scan is not overlooked so.
+        slope = np.arange(1, len(radial) + 1) * radial
+        self.limit = min(self.limit, smallest_positive_root(slope))
 
     def value(self, p):
         z, factor, _ = self._polar(p)
