@@ -1,4 +1,4 @@
-"""What a page shows has one label in the whole site, and a table may be empty."""
+"""What a page shows: labels, captions, numbers, and files that are missing."""
 
 import json
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from repro import reader
+from tests.small_checkouts import small_checkout
 
 
 @pytest.fixture
@@ -55,3 +56,51 @@ def _parsed(text: str):
     from markdown_it import MarkdownIt
 
     return MarkdownIt("gfm-like", {"linkify": False}).parse(text)
+
+
+def test_names_and_captions_for_people():
+    assert reader.label("fig_2_3") == "Fig. 2.3"
+    assert reader.label("table_2_1") == "Table 2.1"
+    assert reader.label("alg_1") == "Algorithm 1"
+    assert reader.label("ext_fig_2_3_readings") == ""
+    assert reader.plain("a *b* [c](d.md) $\\mathbf{x}_1 \\| y$") == "a b c x_1 | y"
+    assert reader.pipe_table(["a|b"], [["1"]], [True]) == "| a\\|b |\n| ---: |\n| 1 |"
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "text"),
+    [
+        (0.11345, (0.111, 0.1162), "0.1134 px (0.1110 to 0.1162)"),
+        (123.4, (100.0, 150.0), "123 px (100 to 150)"),
+        (2.0, (2.0, 2.0), "2 px"),
+        (0.123456, None, "0.123 px"),
+        ("exact", None, "exact px"),
+    ],
+)
+def test_numbers_are_rounded_to_their_interval(value, interval, text):
+    assert reader.rounded(value, interval, "px") == text
+
+
+def test_a_missing_file_names_the_command(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("RAXEL_EFFORT", raising=False)
+    monkeypatch.delenv("RAXEL_SET", raising=False)
+    with pytest.raises(
+        reader.Missing, match=r"fig_2_3\.json is missing; `make fig_2_3`"
+    ):
+        reader.show("fig_2_3")
+
+
+def test_an_artefact_of_a_set_is_found_by_its_plain_name(tmp_path, monkeypatch):
+    base = small_checkout(tmp_path)
+    for ending in ("svg", "json"):
+        (base / f"ext_corners@my-set.{ending}").write_bytes(
+            (base / f"fig_2_3.{ending}").read_bytes()
+        )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("RAXEL_EFFORT", "quick")
+    monkeypatch.setenv("RAXEL_PAGE", "photographs/my-set")
+    monkeypatch.setenv("RAXEL_SET", str(tmp_path / "my set"))
+    shown = reader.show("ext_corners")
+    assert "/_extra/figures/ext_corners@my-set.svg" in shown.markdown
+    assert 'href="../figures/ext_corners@my-set.csv"' in shown.markdown

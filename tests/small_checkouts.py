@@ -1,0 +1,163 @@
+"""A checkout with one page and all that the jobs before it leave, for tests."""
+
+import shutil
+from pathlib import Path
+
+from repro import assemble, style
+from repro.jobs import csv_text
+from repro.mirror import mirror
+from repro.outcomes import Drawing
+from repro.page import main
+from repro.results import write_atomic, write_json
+from repro.scene import Points, Scene
+from repro.scene_page import scene_html
+
+ROOT = Path(__file__).parents[1]
+
+
+PAGE = """# %% [markdown]
+# # 2.5 A page
+#
+# The value is {glue:text}`n_one.text`; half of it is {glue:text}`half:.2f` px.
+# See [Fig. 2.3](#fig_2_3), [Table 2.1](#table_2_1), {cite}`zhang2000` and the
+# [order of coordinates](../conventions.md#plucker).
+#
+# $$
+# M = \\begin{bmatrix} 1 & 0 \\\\ 0 & 1 \\end{bmatrix}
+# \\tag{2.11}
+# $$
+
+# %%
+from repro.exercise import check
+from repro.reader import open_results, show, show_code, show_table, value, values
+
+
+def half_of(number):
+    '''Half of ``number``.'''
+    return number / 2
+
+
+# %% tags=["active-ipynb"]
+# values()
+
+# %% tags=["active-ipynb"]
+# value("half", half_of(open_results("sweep").column("x").mean()))
+
+# %% tags=["active-ipynb"]
+# show("fig_2_3")
+
+# %% tags=["active-ipynb"]
+# show_table("table_2_1")
+
+# %% tags=["active-ipynb"]
+# show_code(csv_text)
+
+# %% tags=["active-ipynb"]
+# check(0.5, expected=lambda: half_of(1.0))
+
+# %% tags=["active-py"]
+if __name__ == "__main__":
+    raise SystemExit("the notebook has no command line")
+""".replace("# show_code(csv_text)", "# show_code(check)")
+
+
+LIBRARY = '''"""Lines: M = [a|b], `nan` where not valid."""
+
+
+class Line:
+    """A line through *two* points, (N, 3) each, #1 and $2."""
+
+    places: int
+
+    def __init__(self, a, b):
+        self._a = a
+
+    @property
+    def length(self) -> float:
+        """Its length, mm."""
+
+    def moved(self, by, *, very_long_name_of_an_argument=1.0, another_argument=None):
+        """The line moved.
+
+            code = here
+
+        Aligned:
+          a   one
+        """
+
+
+def _hidden():
+    """Nobody reads this."""
+'''
+
+
+def write_page(root, text, name="s5_page"):
+    """Write a page file of a sample chapter below ``root``; return its path."""
+    path = root / "chapters" / "ch02_sample" / f"{name}.py"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, "utf-8")
+    return path
+
+
+def run(page_file, out, *more):
+    """Execute a page as the workflow does; return the exit status."""
+    return main(
+        ["execute", str(page_file), "--effort", "quick", "--out", str(out), *more]
+    )
+
+
+def small_checkout(root):
+    """Figures, results and a scoreboard, as the jobs before the pages leave them."""
+    base = root / "figures" / "quick"
+    shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
+    shutil.copy(ROOT / "CITATION.cff", root)
+    drawn, axes = style.figure()
+    axes.plot([0, 1], [0, 1])
+    axes.set(xlabel="Noise (px)", ylabel="Residual (px)")
+    caption = "Residual against noise $\\sigma$."
+    style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
+    about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
+    about |= {"source": ["ch02_sample/s5_page.py", "half_of"], "scene": False}
+    write_json(base / "fig_2_3.json", about | {"scene": True})
+    scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))
+    write_atomic(base / "fig_2_3.html", scene_html(scene, "Fig. 2.3"))
+    columns = {"i": ["1", "2"], "V_i": ["$|a|$", "0"], "residual": [1.23456, 2.0]}
+    write_atomic(base / "table_2_1.csv", csv_text(columns))
+    write_json(base / "table_2_1.json", about | {"results": {}, "caption": "Cells."})
+    write_json(
+        base / "results" / "sweep.json",
+        {
+            "experiment": "sweep",
+            "effort": "quick",
+            "settings": {},
+            "conditions": [{}],
+            "trials_per_condition": 2,
+            "trials": [{"condition": 0, "values": {"x": x}} for x in (1.0, 2.0)],
+        },
+    )
+    number = {"value": 0.11345, "interval": [0.111, 0.1162], "unit": "px"}
+    run = {"seconds": 1.5, "host": "some-machine", "versions": {"numpy": "2"}}
+    write_json(base / "results" / "sweep.run.json", run)
+    write_json(
+        base / "judged" / "ch02_sample" / "s5_page.json", {"numbers": {"n_one": number}}
+    )
+    kinds = [("artefact", "not yet"), ("claim", "differs"), ("number", "setting")]
+    write_json(
+        base / "scoreboard.json",
+        [{"id": k, "kind": k, "chapter": 2, "verdict": v} for k, v in kinds],
+    )
+    write_atomic(base / "scoreboard.md", "# Scoreboard\n\nRows.\n")
+    chapter = root / "chapters" / "ch02_sample" / "__init__.py"
+    write_atomic(chapter, '"""Chapter 2: a sample.\n\nIts introduction.\n"""\n')
+    library = root / "lib" / "raxel" / "rays" / "lines.py"
+    write_atomic(library, LIBRARY)
+    write_atomic(library.with_name("__init__.py"), '"""Rays | of <cameras>."""\n')
+    write_atomic(library.parents[1] / "__init__.py", '"""A *library*."""\n')
+    source = {
+        name: path
+        for name, path in assemble.files_below(ROOT / "report" / "source").items()
+        if path.suffix != ".pyc"
+    }
+    mirror(source, root / "report" / "source")
+    write_atomic(root / "data" / "recorded" / "README.md", "# Your own photographs\n")
+    return base

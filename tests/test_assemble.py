@@ -1,0 +1,128 @@
+"""The site's source: chapters in order, guides announced, only what differs written."""
+
+import json
+import os
+
+import pytest
+
+from repro import assemble, scoreboard
+from repro.mirror import mirror
+from repro.notebook import PageError
+from repro.results import write_atomic, write_json
+from tests.small_checkouts import small_checkout
+
+
+def test_mirror_touches_only_what_differs(tmp_path):
+    wanted = {"a.txt": "1", "sub/b.txt": "2"}
+    assert sorted(mirror(wanted, tmp_path)) == ["a.txt", "sub/b.txt"]
+    os.utime(tmp_path / "a.txt", (1, 1))
+    assert mirror(wanted | {"sub/b.txt": "3"}, tmp_path) == ["sub/b.txt"]
+    assert (tmp_path / "a.txt").stat().st_mtime == 1
+    assert mirror({"a.txt": "1"}, tmp_path) == ["sub/b.txt"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
+    books = []
+    names = [
+        "guides/s1_first",
+        "photographs/b10",
+        "photographs/b9",
+        "appendix_a/s1",
+        "ch10_x/s1",
+        "ch02_x/s1",
+    ]
+    for name in names:
+        book = tmp_path / f"{name}.ipynb"
+        cell = {"cell_type": "markdown", "source": [f"# {name}\n"]}
+        write_json(book, {"cells": [cell]})
+        package = tmp_path / "chapters" / book.parent.name / "__init__.py"
+        write_atomic(package, f'"""About {book.parent.name}."""\n')
+        books.append(book)
+    chapters = assemble.chapters_of(tmp_path, books)
+    assert [c.number for c in chapters] == ["2", "10", "A", "", ""]
+    assert [c.guides for c in chapters] == [False, False, False, True, False]
+    assert [p.title for p in chapters[4].pages] == ["photographs/b9", "photographs/b10"]
+    assert chapters[0].title == "About ch02_x"
+    write_atomic(tmp_path / "chapters" / "ch02_x" / "__init__.py", "")
+    with pytest.raises(PageError, match=r"ch02_x/__init__\.py: no docstring"):
+        assemble.chapters_of(tmp_path, books)
+
+
+@pytest.mark.parametrize(
+    ("text", "summary"),
+    [
+        ("# T\n\nA [way](x.md) to\n*go*, $x$.\n\nMore.", "A way to go, x."),
+        ("# T\n\n## Next\n\nText.", ""),
+        ("# T\n\n| a |\n| - |\n", ""),
+        ("# T\n", ""),
+    ],
+)
+def test_a_guide_is_announced_by_its_first_paragraph(tmp_path, text, summary):
+    path = tmp_path / "guide.md"
+    path.write_text(text)
+    assert assemble.summary_of(path) == summary
+
+
+def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
+    small_checkout(tmp_path)
+    books = []
+    for name in ("guides/which_method", "guides/teachers", "ch02_sample/s5_page"):
+        title = name.rpartition("/")[2].replace("_", " ")
+        cells = [
+            {"cell_type": "markdown", "source": [f"# {title}\n"]},
+            {"cell_type": "markdown", "source": [f"About {title}.\n"]},
+        ]
+        book = tmp_path / "pages" / f"{name}.ipynb"
+        notes = {"raxel": {"source": f"{name}.py"}}
+        write_json(book, {"cells": cells, "metadata": notes})
+        write_atomic(tmp_path / "chapters" / f"{name}.py", "# %%\n")
+        books.append(book)
+    write_atomic(tmp_path / "chapters" / "guides" / "__init__.py", '"""Guides."""\n')
+    base, out = tmp_path / "figures" / "quick", tmp_path / "source"
+    boards = (base / "scoreboard.md", base / "scoreboard.json")
+    assemble.assemble(tmp_path, "quick", books, *boards, out)
+    start = (out / "index.md").read_text("utf-8")
+    places = [
+        start.index(text)
+        for text in (
+            "{grid-item-card} teachers\n:link: guides/teachers\n",
+            "About teachers.",
+            "{grid-item-card} which method\n:link: guides/which_method\n",
+            "{grid-item-card} Chapter 2: a sample\n",
+            "{toctree}",
+            "guides/index\nch02_sample/index\nscoreboard\n",
+        )
+    ]
+    assert places == sorted(places)
+    assert "{grid-item-card} Guides" not in start
+
+
+def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
+    base = tmp_path / "figures" / "quick"
+    for name in ("ext_a@my.set.png", "ext_a@gone.png", "fig_2_3.png"):
+        write_atomic(base / name, name)
+    for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
+        write_json(base / "results" / name, {})
+    book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
+    write_json(book, {"metadata": {"raxel": {"source": "photographs/set.py"}}})
+    handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
+    assert "figures/ext_a@my.set.png" in handed
+    assert "figures/fig_2_3.png" in handed
+    assert "results/study@my.set.json" in handed
+    assert not [name for name in handed if "gone" in name]
+
+
+def test_counts_come_in_the_order_of_the_verdicts():
+    rows = [
+        {"kind": "claim", "verdict": v, "chapter": c}
+        for v, c in (("not yet", 5), ("reproduced", 2), ("quick", 2), ("not yet", "A"))
+    ]
+    counted = scoreboard.headline(rows)
+    assert list(counted["verdict"].items()) == [
+        ("reproduced", 1),
+        ("not yet", 2),
+        ("quick", 1),
+    ]
+    assert [r["number"] for r in assemble.chapter_table(rows, [])] == ["2", "5", "A"]
+    json.dumps(counted)

@@ -1,0 +1,117 @@
+"""From notebooks to the site: rendering only what changed, and nothing stale."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from repro import assemble
+from repro.check_site import check_site
+from repro.notebook import PageError
+from repro.site import build_site, without_source
+from tests.small_checkouts import PAGE, ROOT, run, small_checkout, write_page
+
+
+def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
+    tmp_path, monkeypatch
+):
+    base = small_checkout(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "lib"))
+    book = Path("report/build/quick/pages/ch02_sample/s5_page.ipynb")
+    source, site = Path("report/build/quick/source"), Path("report/site-quick")
+
+    def build():
+        boards = (base / "scoreboard.md", base / "scoreboard.json")
+        assemble.assemble(tmp_path, "quick", [book], *boards, source)
+        return build_site(source, site)
+
+    assert run(write_page(tmp_path, PAGE).relative_to(tmp_path), book) == 0
+    build()
+    assert check_site(site) == []
+    text = (site / "ch02_sample" / "s5_page.html").read_text("utf-8")
+    assert "The value is 0.1134 px (0.1110 to 0.1162); half of it is 0.75 px." in text
+    assert "<strong>Fig. 2.3.</strong> Residual against noise" in text
+    assert 'alt="Fig. 2.3 Residual against noise sigma."' in text
+    assert 'id="fig_2_3"' in text
+    assert 'id="table_2_1"' in text
+    assert "1.235" in text
+    assert "The library computes the same." in text
+    assert r"\end{split}\tag{2.11}\end{equation}" in text
+    assert "command line" not in text
+    assert 'data-src="../figures/fig_2_3.html"' in text
+    assert "data-raxel-about" not in text
+    assert "section 2.5.1 (Experiments with Synthetic Data, from p. 43)" in text
+    assert "<b>(b)</b>: x: field of view (deg), 30..150; y: distortion" in text
+    assert "@phdthesis{dunne2009," in text
+    assert 'href="../source/ch02_sample/s5_page.py.html#half_of"' in text
+    assert 'href="../logs/sweep.json"' in text
+    assert "some-machine" not in (site / "logs" / "sweep.json").read_text()
+    reference = (site / "api" / "rays.html").read_text("utf-8")
+    assert "A line through *two* points, (N, 3) each, #1 and $2." in reference
+    assert "Rays | of &lt;cameras&gt;." in reference
+    assert 'id="raxel.rays.lines.Line"' in reference
+    assert "Nobody reads this" not in reference
+    index = (site / "index.html").read_text("utf-8")
+    assert "<strong>3</strong> rows" in index
+    assert "<strong>1</strong> differs" in index
+    for name in (
+        "scoreboard.json",
+        "figures/fig_2_3.svg",
+        "figures/fig_2_3.png",
+        "figures/fig_2_3.csv",
+        "figures/fig_2_3.html",
+        "figures/table_2_1.csv",
+        "logs/sweep.json",
+        "source/ch02_sample/s5_page.py.html",
+        "source/raxel/rays/lines.py.html",
+        "api/index.html",
+        "results/sweep.json",
+        "notebooks/ch02_sample/s5_page.ipynb",
+        "source/ch02_sample/s5_page.py",
+    ):
+        assert (site / name).is_file(), name
+
+    sentence = book.read_text("utf-8").replace("The value is", "The number is")
+    book.write_text(sentence, "utf-8")
+    before = pages_of(site)
+    build()
+    after = pages_of(site)
+    assert [name for name in after if after[name] != before[name]] == [
+        "ch02_sample/s5_page.html"
+    ]
+
+
+def pages_of(site):
+    """Every HTML page by name, without the stamps that Sphinx puts on style sheets."""
+    texts = {
+        path.relative_to(site).as_posix(): path.read_text("utf-8")
+        for path in site.rglob("*.html")
+    }
+    return {name: re.sub(r"\?v=\w+", "", text) for name, text in texts.items()}
+
+
+def test_a_warning_fails_the_site_every_time(tmp_path):
+    source, site = tmp_path / "build" / "source", tmp_path / "site"
+    source.mkdir(parents=True)
+    (source / "conf.py").write_text('project = "x"\nhtml_theme = "basic"\n')
+    (source / "index.rst").write_text("Title\n=====\n\nSee :doc:`nowhere`.\n")
+    for _attempt in range(2):
+        with pytest.raises(PageError, match=r"^site: index\.rst:4: WARNING"):
+            build_site(source, site)
+    assert not site.exists()
+
+
+def test_what_has_no_source_any_more_leaves_the_site(tmp_path):
+    source, built = tmp_path / "source", tmp_path / "html"
+    kept = {
+        "source": ("index.md", "sets/one.ipynb", "_extra/figures/a@one.svg"),
+        "html": ("index.html", "sets/one.html", "search.html", "figures/a@one.svg"),
+    }
+    gone = ("sets/two.html", "figures/a@two.svg", "_images/a@two.svg")
+    for folder, names in (("source", kept["source"]), ("html", kept["html"] + gone)):
+        for name in names:
+            path = tmp_path / folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text("x")
+    assert sorted(without_source(source, built)) == sorted(gone)
