@@ -187,6 +187,24 @@ def test_mirror_stands_at_the_focus_unless_moved(tmp_path):
     assert not load_rig(changed(tmp_path / "rig.yaml", camera=moved)).camera.central
 
 
+def test_lengths_of_the_exotic_cameras_have_their_units(tmp_path):
+    camera = {
+        "kind": "pushbroom",
+        "focal_px": leaf(150, "px"),
+        "principal_column": leaf(79.5, "px"),
+        "velocity": leaf([0.3, 4, -0.4], "mm"),
+        "reference_row": leaf(60, "px"),
+        "width": leaf(160, "px"),
+        "height": leaf(120, "px"),
+    }
+    path = tmp_path / "rig.yaml"
+    assert load_rig(changed(path, camera=camera)).camera.velocity[1] == 4
+    for name in ("velocity", "reference_row"):
+        bare = camera | {name: camera[name] | {"unit": "1"}}
+        with pytest.raises(InputError, match=f"camera.{name}.unit: found '1'"):
+            load_rig(changed(path, camera=bare))
+
+
 BAD = {
     "behind": (
         {"camera": MIRROR | {"offset": leaf([0, 0, -500], "mm")}},

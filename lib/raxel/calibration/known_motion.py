@@ -3,7 +3,7 @@
 A pixel sees one point on each of two planar grids whose relative pose is known; the
 join of the two points is its ray. Nothing is asked of the other pixels, so any optics
 will do, central or not, smooth or in facets. The price is the motion: the rays are as
-good as the poses (claim c2_two_pose_needs_T).
+good as the poses.
 
 Source: M. D. Grossberg and S. K. Nayar, ICCV 2001, doi:10.1109/ICCV.2001.937611.
 """

@@ -41,7 +41,7 @@ class MonitorPattern(Texture):
     monitor_px, monitor_mm: (width, height); without mm, a pixel is 1 mm wide. Gray
     code counts 2^of equal cells across the monitor, bit 0 is the most significant.
     Step k of a phase pattern is 1/2 + 1/2 sin(phi + 2 pi k / of), where phi = 2 pi
-    periods x / width starts at 0 on the left or upper border (3.5).
+    periods x / width starts at 0 on the left or upper border, as (3.23) decodes it.
 
     Means over a pixel's footprint are exact for Gray code, whose edges are parallel,
     if the map is affine within the pixel. Of a phase pattern the mean value is exact;

@@ -27,12 +27,15 @@ from raxel.sets.document import read_yaml, validate
 from raxel.sets.model import ActiveGrid, Chessboard
 
 SCHEMA = "raxel.lab", "rig.schema.json"
-# Units of camera fields; those not named here are pure numbers.
+# Units of camera fields. Those not named here are pure numbers, or coefficients and
+# poses whose entries have several units; the file gives "1" for either.
 CAMERA_UNITS = {
     **dict.fromkeys(("width", "height", "K", "principal_point", "centre"), "px"),
-    **dict.fromkeys(("focal_px", "pixels_per_unit", "principal_column"), "px"),
+    **dict.fromkeys(("focal_px", "pixels_per_unit"), "px"),
+    **dict.fromkeys(("principal_column", "reference_row"), "px"),
     **dict.fromkeys(("axes", "rim_radius", "hole_radius", "offset"), "mm"),
     **dict.fromkeys(("slit_points", "image_distance", "pupil_shift"), "mm"),
+    **dict.fromkeys(("velocity", "outlines"), "mm"),
     **dict.fromkeys(("size", "heights"), "mm"),
     **dict.fromkeys(("max_angle", "rotation"), "deg"),
     "pixels_per_mm": "px/mm",
