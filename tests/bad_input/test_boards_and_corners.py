@@ -1,0 +1,151 @@
+"""Boards that do not calibrate, and files of corners that do not fit the set."""
+
+import json
+import re
+
+import pytest
+
+from tests.bad_input.changes import ACTIVE_GRID, GRAY, edit, reference, setting
+from tests.image_sets import write_drawn_set
+
+
+def test_one_view_only(broken, calibration_fails):
+    edit(broken, lambda data: data.update(views=data["views"][:1]))
+    assert "set.yaml: views: found 1 to calibrate with" in calibration_fails()
+
+
+def test_one_view_left_to_calibrate(broken, calibration_fails):
+    def change(data):
+        for view in data["views"][1:]:
+            view["use"] = "evaluate"
+
+    edit(broken, change)
+    assert "set.yaml: views: found 1 to calibrate with" in calibration_fails()
+
+
+@pytest.mark.parametrize("model", ["zhang", "generic"])
+def test_parallel_boards(broken, calibration_fails, model):
+    write_drawn_set(broken, tilts=((0, 0),) * 6)
+    line = calibration_fails("--model", model)
+    assert "set.yaml: views: " in line
+    assert "parallel" in line
+
+
+def test_wrong_count_of_corners_in_the_target(broken, calibration_fails):
+    edit(broken, setting("target", "columns", to=12))
+    line = calibration_fails()
+    assert "set.yaml: views: board found in 0 of 6 images" in line
+    assert "check target.columns and target.rows" in line
+
+
+def test_an_active_grid_has_no_corners_to_calibrate_with(broken, calibration_fails):
+    view = {"name": "a", "patterns": [GRAY]}
+    edit(
+        broken,
+        lambda data: data.update(
+            target=ACTIVE_GRID, views=[view, {**view, "name": "b"}]
+        ),
+    )
+    assert "set.yaml: target.kind: found active_grid" in calibration_fails()
+
+
+REFERENCES = {
+    "too few": (
+        lambda d: d["images"]["view0.png"]["corners"].pop(),
+        "found 34 corners",
+    ),
+    "no counts": (lambda d: d.pop("columns"), "columns: give the number"),
+    "NaN": (
+        lambda d: d["images"]["view0.png"]["corners"].__setitem__(3, [float("nan"), 1]),
+        "NaN, which is no finite number",
+    ),
+    "no point": (
+        lambda d: d["images"]["view0.png"]["corners"].__setitem__(3, [1]),
+        r"images\.view0\.png\.corners\[3\]: no point",
+    ),
+    "index": (
+        lambda d: d["images"]["view0.png"].update(uncertain=[35]),
+        r"images\.view0\.png\.uncertain: give indices of corners, 0 to 34",
+    ),
+    "no corners": (
+        lambda d: d["images"].update({"view0.png": {}}),
+        "corners: key missing",
+    ),
+    "no images": (lambda d: d.update(images=[]), "images: give a mapping"),
+    "spread": (
+        lambda d: d["images"]["view0.png"].update(spread_max_px="wide"),
+        "spread_max_px: no number",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", REFERENCES)
+def test_reference_corners_that_do_not_fit(broken, fails, fault):
+    change, expected = REFERENCES[fault]
+    data = reference(35)
+    change(data)
+    (broken / "corners.json").write_text(json.dumps(data))
+    edit(broken, setting("reference", to="corners.json"))
+    line = fails("check", broken)
+    assert line.startswith(f"raxel: {broken / 'corners.json'}: ")
+    assert re.search(expected, line), line
+
+
+def found(name, count=35, columns=7, rows=5):
+    corners = [[10.0 + i, 20.0] for i in range(count)]
+    entry = {"file": name, "found": True, "columns": columns, "rows": rows}
+    return {**entry, "corners": corners}
+
+
+CORNERS = {
+    "another file": ("{}", "images: no list found"),
+    "cut off": ('{"images": [', "line 1: not JSON"),
+    "unknown image": (json.dumps({"images": [found("x.png")]}), r"images\[0\]\.file"),
+    "image twice": (
+        json.dumps({"images": [found("view0.png")] * 2}),
+        r"images\[1\]\.file: found 'view0\.png'; name each image",
+    ),
+    "wrong number of corners": (
+        json.dumps({"images": [found("view0.png", 34)]}),
+        r"images\[0\]\.corners: found 34 corners; give columns x rows = 35",
+    ),
+    "another board": (
+        json.dumps({"images": [found("view0.png", 30, 6, 5)]}),
+        r"images\[0\]\.columns: found 6; give 7, as the set's target",
+    ),
+    "no truth value": (
+        json.dumps({"images": [{**found("view0.png"), "found": 1}]}),
+        r"images\[0\]\.found: ",
+    ),
+    "no point": (
+        json.dumps({"images": [{**found("view0.png"), "corners": [[1, "a"]] * 35}]}),
+        r"images\[0\]\.corners: a corner is no point",
+    ),
+    "outside the image": (
+        json.dumps({"images": [{**found("view0.png"), "corners": [[99999, 1]] * 35}]}),
+        r"images\[0\]\.corners: found \(99999, 1\), outside the image of",
+    ),
+    "another set": (
+        json.dumps({"set": "elsewhere", "images": []}),
+        "set: found 'elsewhere', the set is ",
+    ),
+    "infinity": (
+        '{"images": [{"file": "view0.png", "x": Infinity}]}',
+        "Infinity, which is no finite number",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", CORNERS)
+def test_corner_files_that_do_not_fit(broken, calibration_fails, tmp_path, fault):
+    text, expected = CORNERS[fault]
+    path = tmp_path / "found.json"
+    path.write_text(text)
+    line = calibration_fails("--corners", path)
+    assert line.startswith(f"raxel: {path}: ")
+    assert re.search(expected, line), line
+
+
+def test_a_missing_corner_file(calibration_fails, tmp_path):
+    path = tmp_path / "none.json"
+    assert f"{path}: no such file" in calibration_fails("--corners", path)

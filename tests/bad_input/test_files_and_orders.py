@@ -1,0 +1,130 @@
+"""Images, cameras, places and orders that are at fault: one line, nothing written."""
+
+import re
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.cameras.perspective import PerspectiveCamera
+from tests.image_sets import HEIGHT, WIDTH
+
+
+def other_size(path):
+    cv2.imwrite(str(path), np.zeros((HEIGHT, WIDTH + 1), np.uint8))
+
+
+IMAGES = {
+    "empty": (lambda path: path.write_bytes(b""), "the file is empty"),
+    "cut": (lambda path: path.write_bytes(path.read_bytes()[:-200]), "cut off"),
+    "no image": (lambda path: path.write_text("Dear reader"), "not a PNG, JPEG"),
+    "other size": (other_size, rf"found {WIDTH + 1} x {HEIGHT} px, but resolution in"),
+}
+
+
+@pytest.mark.parametrize("fault", IMAGES)
+@pytest.mark.parametrize("command", ["corners", "calibrate", "check", "undistort"])
+def test_a_faulty_image_is_named(broken, fails, tmp_path, command, fault):
+    spoil, expected = IMAGES[fault]
+    spoil(broken / "view4.png")
+    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(
+        tmp_path / "camera.npz"
+    )
+    arguments = {
+        "corners": ("corners", broken, "--json", tmp_path / "corners.json"),
+        "calibrate": ("calibrate", broken, "--out", tmp_path / "new.npz"),
+        "check": ("check", broken),
+        "undistort": (
+            "undistort",
+            tmp_path / "camera.npz",
+            broken,
+            "--out",
+            tmp_path / "o",
+        ),
+    }
+    line = fails(*arguments[command])
+    assert line.startswith(f"raxel: {broken / 'view4.png'}: ")
+    assert re.search(expected, line), line
+
+
+def test_a_cut_jpeg_leaves_one_line_in_a_real_process(broken, tmp_path):
+    """OpenCV's own libraries write to the process's standard error."""
+    data = cv2.imencode(".jpg", cv2.imread(str(broken / "view0.png")))[1].tobytes()
+    (broken / "view0.png").write_bytes(data[: len(data) // 2])
+    out = tmp_path / "camera.npz"
+    command = [
+        sys.executable,
+        "-m",
+        "raxel",
+        "calibrate",
+        str(broken),
+        "--out",
+        str(out),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "view0.png: cut off" in done.stderr
+    assert not out.exists()
+
+
+def test_an_image_that_only_looks_whole_leaves_one_line(broken, tmp_path):
+    """A PNG whose check sums are right and whose pixels are none."""
+    good = cv2.imencode(".png", np.zeros((HEIGHT, WIDTH), np.uint8))[1].tobytes()
+    start, end = good.index(b"IDAT") - 4, good.index(b"IEND") - 4
+    (broken / "view0.png").write_bytes(good[:start] + good[end:])
+    command = [sys.executable, "-m", "raxel", "check", str(broken)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "view0.png: damaged" in done.stderr
+
+
+def test_places_that_cannot_be_written(broken, fails, tmp_path):
+    nowhere = tmp_path / "no" / "camera.npz"
+    line = fails("calibrate", broken, "--out", nowhere)
+    assert f"{nowhere}: no folder {tmp_path / 'no'}" in line
+    line = fails("corners", broken, "--json", tmp_path)
+    assert f"{tmp_path}: this is a folder" in line
+
+
+def test_one_name_for_two_outputs(broken, fails, tmp_path):
+    both = tmp_path / "camera.npz"
+    line = fails("calibrate", broken, "--out", both, "--json", both)
+    assert "--json and --out name the same file; give two names" in line
+
+
+def test_cameras_that_do_not_fit(broken, fails, tmp_path):
+    path = tmp_path / "camera.npz"
+    result = "--json", tmp_path / "result.json"
+    assert f"{path}: " in fails("evaluate", path, broken, *result)
+    path.write_bytes(b"PK\x03\x04")
+    assert f"{path}: " in fails("evaluate", path, broken, *result)
+    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], 640, 480).save(path)
+    line = fails("evaluate", path, broken, *result)
+    assert f"{path}: width, height: found 640 x 480, but resolution in" in line
+    line = fails("undistort", path, broken, "--out", tmp_path / "out")
+    assert f"{path}: width, height: found 640 x 480, but resolution in" in line
+
+
+def test_undistorting_into_the_set_itself(broken, fails, tmp_path):
+    path = tmp_path / "camera.npz"
+    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(path)
+    line = fails("undistort", path, broken, "--out", broken)
+    assert f"{broken}: this is the set itself" in line
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["calibrate", "somewhere"],
+        ["calibrate", "somewhere", "--out", "c.npz", "--model", "pinhole"],
+        ["corners", "somewhere", "--detector", "magic"],
+        ["conjure", "somewhere"],
+    ],
+)
+def test_orders_that_make_no_sense(fails, arguments):
+    assert "--help" in fails(*arguments)

@@ -1,0 +1,231 @@
+"""A set.yaml that is at fault: one line with file, field and what was found."""
+
+import re
+
+import pytest
+
+from tests.bad_input.changes import (
+    ACTIVE_GRID,
+    GRAY,
+    PHASE,
+    edit,
+    removing,
+    setting,
+)
+
+SQUARE = [[50, 50], [250, 50], [250, 200], [50, 200]]
+
+
+def active_grid(*patterns):
+    """A change that makes the set one of an active grid with these patterns."""
+
+    def change(data):
+        data["target"] = ACTIVE_GRID
+        data["views"] = [{"name": "pose", "patterns": list(patterns)}]
+
+    return change
+
+
+FAULTS = {
+    "unknown key": (setting("colour", to="grey"), "colour: unknown key; known are"),
+    "misspelt key": (
+        lambda data: data["target"].update(colums=data["target"].pop("columns")),
+        r"target\.colums: unknown key; did you mean columns\?",
+    ),
+    "misspelt key of a view": (
+        setting("views", 1, "usage", to="evaluate"),
+        r"views\[1\]\.usage: unknown key; did you mean use\?",
+    ),
+    "misspelt origin": (
+        setting("origin", to={"license": "MIT"}),
+        r"origin\.license: unknown key; did you mean licence\?",
+    ),
+    "no version": (
+        removing("raxel_set"),
+        "raxel_set: key missing; give .*raxel_set: 1",
+    ),
+    "another version": (setting("raxel_set", to=2), "raxel_set: found 2"),
+    "no resolution": (removing("resolution"), "resolution: key missing; give width"),
+    "no rows": (removing("target", "rows"), r"target\.rows: key missing; give"),
+    "no views": (removing("views"), "views: key missing"),
+    "empty views": (setting("views", to=[]), "views: found a list of 0"),
+    "views of text": (setting("views", 0, to="view0.png"), r"views\[0\]: found 'view0"),
+    "no image": (
+        setting("views", 2, to={"use": "evaluate"}),
+        r"views\[2\]\.image: key missing",
+    ),
+    "number as image": (
+        setting("views", 0, "image", to=132),
+        r"views\[0\]\.image: .*132",
+    ),
+    "number as name": (setting("name", to=12), "name: found 12; .*in quotes"),
+    "resolution of one": (
+        setting("resolution", to=[320]),
+        "resolution: found a list of 1",
+    ),
+    "text in resolution": (
+        setting("resolution", 0, to="wide"),
+        r"resolution\[0\]: found 'wide'",
+    ),
+    "broken pixel": (
+        setting("resolution", 0, to=320.5),
+        r"resolution\[0\]: found 320\.5",
+    ),
+    "NaN": (
+        setting("target", "pitch_mm", to=float("nan")),
+        r"target\.pitch_mm: found nan; give a finite number",
+    ),
+    "infinity": (
+        setting("views", 0, "motion", to={"translation_mm": [0, float("inf"), 0]}),
+        r"views\[0\]\.motion\.translation_mm\[1\]: found inf",
+    ),
+    "pitch of zero": (
+        setting("target", "pitch_mm", to=0),
+        r"target\.pitch_mm: found 0",
+    ),
+    "pitch as text": (
+        setting("target", "pitch_mm", to="25 mm"),
+        r"target\.pitch_mm: found '25 mm'",
+    ),
+    "yes for a number": (
+        setting("target", "rows", to=True),
+        r"target\.rows: found true",
+    ),
+    "few columns": (
+        setting("target", "columns", to=2),
+        r"target\.columns: found 2; give",
+    ),
+    "few rows": (setting("target", "rows", to=2), r"target\.rows: found 2; give"),
+    "half known": (
+        setting("target", "rows", to=None),
+        r"target\.rows: found null beside",
+    ),
+    "another target": (
+        setting("target", "kind", to="circles"),
+        r"target\.kind: .*'circles'",
+    ),
+    "another use": (
+        setting("views", 0, "use", to="test"),
+        r"views\[0\]\.use: found 'test'",
+    ),
+    "three clicks": (
+        setting("views", 1, "outer_corners", to=SQUARE[:3]),
+        r"views\[1\]\.outer_corners: found a list of 3; give four points",
+    ),
+    "five clicks": (
+        setting("views", 1, "outer_corners", to=[*SQUARE, [1, 1]]),
+        r"views\[1\]\.outer_corners: found a list of 5; give four points",
+    ),
+    "clicks the other way": (
+        setting("views", 1, "outer_corners", to=SQUARE[::-1]),
+        r"views\[1\]\.outer_corners: .*clockwise",
+    ),
+    "click outside": (
+        setting("views", 1, "outer_corners", to=[*SQUARE[:3], [50, 240]]),
+        r"views\[1\]\.outer_corners\[3\]: found \[50\.0, 240\.0\], outside",
+    ),
+    "missing image": (
+        setting("views", 3, "image", to="veiw3.png"),
+        r"views\[3\]\.image: no file 'veiw3\.png'",
+    ),
+    "image outside": (
+        setting("views", 0, "image", to="../secret.png"),
+        r"views\[0\]\.image: found '\.\./secret\.png'; name a file inside",
+    ),
+    "absolute image": (
+        setting("views", 0, "image", to="/etc/passwd"),
+        r"views\[0\]\.image: found '/etc/passwd'; name a file inside",
+    ),
+    "drive in image": (
+        setting("views", 0, "image", to="C:\\board.png"),
+        r"views\[0\]\.image: found .*; name a file inside",
+    ),
+    "truth outside": (setting("truth", to="../truth"), "truth: found '../truth'"),
+    "missing reference": (setting("reference", to="no.json"), "reference: no file"),
+    "line break in image": (
+        setting("views", 0, "image", to="a\nb.png"),
+        r"views\[0\]\.image: found 'a\\nb\.png'",
+    ),
+    "image twice": (
+        setting("views", 4, "image", to="view1.png"),
+        r"views\[4\]\.image: found 'view1\.png', which views\[1\] has already",
+    ),
+    "no patterns": (active_grid(), r"views\[0\]\.patterns: found a list of 0"),
+    "no bit": (
+        active_grid({k: v for k, v in GRAY.items() if k != "bit"}),
+        r"views\[0\]\.patterns\[0\]\.bit: key missing; give the bit",
+    ),
+    "bit beyond the code": (
+        active_grid(GRAY, {**GRAY, "bit": 4}),
+        r"patterns\[1\]\.bit: found 4, but there are 4 \(0 to 3\)",
+    ),
+    "missing bit": (
+        active_grid(GRAY, {**GRAY, "bit": 2}),
+        r"views\[0\]\.patterns: gray code of axis x lacks bit 1 of 4",
+    ),
+    "missing step": (
+        active_grid({**PHASE, "periods": 8}, {**PHASE, "periods": 8, "step": 2}),
+        r"views\[0\]\.patterns: phase code of axis x lacks step 1 of 3",
+    ),
+    "bit twice": (active_grid(GRAY, GRAY), r"patterns\[1\]: the same pattern as"),
+    "bit of a phase": (
+        active_grid({**PHASE, "periods": 8, "bit": 1}),
+        r"patterns\[0\]\.bit: unknown key",
+    ),
+    "image beside patterns": (
+        lambda data: data.update(target=ACTIVE_GRID),
+        r"views\[0\]\.image: unknown key",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_in_set_yaml_is_named(broken, calibration_fails, fault):
+    change, expected = FAULTS[fault]
+    edit(broken, change)
+    line = calibration_fails()
+    assert line.startswith(f"raxel: {broken / 'set.yaml'}: ")
+    assert re.search(expected, line), line
+
+
+ALIASES = "a0: &a0 [1, 1]\n" + "".join(
+    f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 20)
+)
+
+
+SYNTAX = {
+    "unclosed list": ("raxel_set: 1\nname: [a\n", "line 3: "),
+    "tab": ("raxel_set: 1\ntarget:\n\tkind: chessboard\n", "line 3: "),
+    "key twice": ("raxel_set: 1\nname: a\nname: b\n", "line 3: key 'name' given twice"),
+    "aliases upon aliases": (ALIASES, "aliases .* grow without bound"),
+    "itself": ("a: &x [*x]\n", "aliases .* grow without bound"),
+    "tag": ("raxel_set: !!python/name:os.system 1\n", "line 1: a tag"),
+    "number as key": ("1: 2\n", "line 1: a key must be a word"),
+    "two documents": ("raxel_set: 1\n---\nraxel_set: 1\n", "line 2: "),
+    "no number": ("raxel_set: 0b_\n", "line 1: '0b_' is not a number"),
+    "empty": ("", "found null; give a mapping"),
+    "text": ("chessboard", "found 'chessboard'; give a mapping"),
+    "deep": ("[" * 3000, "nested too deeply|line 1"),
+    "control character": ("name: \x07\n", "not a YAML text"),
+}
+
+
+@pytest.mark.parametrize("fault", SYNTAX)
+def test_yaml_that_cannot_be_read_is_named_with_its_line(broken, fails, fault):
+    text, expected = SYNTAX[fault]
+    (broken / "set.yaml").write_text(text)
+    line = fails("check", broken)
+    assert line.startswith(f"raxel: {broken / 'set.yaml'}: ")
+    assert re.search(expected, line), line
+
+
+def test_a_set_yaml_that_is_no_text(broken, fails):
+    (broken / "set.yaml").write_bytes(b"\xff\xfe\x00name")
+    assert "set.yaml: not a YAML text" in fails("check", broken)
+
+
+def test_what_is_no_set(fails, tmp_path):
+    assert "no set.yaml in it; not an image set" in fails("check", tmp_path)
+    assert "found nothing; give the folder" in fails("check", tmp_path / "nowhere")
+    (tmp_path / "file").write_text("")
+    assert "found a file; give the folder" in fails("check", tmp_path / "file")
