@@ -316,7 +316,7 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
         {"table_2_2_redrawn": Trials(values)}
     )
     assert {r.verdict for r in readings} == {verdict}
-    assert "of 50 seeds 1 without a value" in readings[0].reason
+    assert "1 failed with the parametric" in readings[0].reason
     made = Trials(lambda name, condition: [1.0, np.nan, np.nan])
     assert s5_3_distortion_correction.line_median(made, "generic") == np.inf
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_readings import (
+    generic_wins,
     judged,
     share_of,
 )
@@ -23,7 +24,6 @@ from raxel.evaluation.statistics import (
     all_of,
     bootstrap,
     median_interval,
-    wins,
     with_worst,
 )
 from repro.experiment import claim
@@ -198,16 +198,7 @@ def judge_motion(results):
         quantity = f"stage.{case.option('step_frame')}.deviation_mm"
         parametric = case.of("parametric", quantity, STAGE_ZOOM)
         generic = case.of("generic", quantity, STAGE_ZOOM)
-        won = wins([(generic, parametric)])[0]
-        failed = [int(np.isnan(t).sum()) for t in (parametric, generic)]
-        return (
-            won.decision,
-            won.ratio.value,
-            (won.ratio.low, won.ratio.high),
-            "parametric over generic RMS deviation; Wilcoxon p "
-            f"{won.p:.1g}; of {len(generic)} seeds {failed[0]} failed with "
-            f"the parametric method and {failed[1]} with the generic one",
-        )
+        return generic_wins(generic, parametric, "RMS deviation")
 
     questions = ("standard_method", "step_frame")
     return judged(results["table_2_2_redrawn"], questions, judge)

@@ -12,6 +12,7 @@ from chapters.ch02_general_camera_model.s5_1_readings import (
     readings_of,
 )
 from chapters.ch02_general_camera_model.zoom_shots import ZOOMS
+from raxel.evaluation.statistics import wins
 
 QUESTIONS = {
     "standard_method": ("as printed", "well conditioned"),
@@ -81,6 +82,24 @@ def judged(result, questions, judge):
         for taken in options
     )
     return readings_of(cases, judge)
+
+
+def generic_wins(generic, parametric, quantity):
+    """What a judge says of wins(generic < parametric), paired by seed.
+
+    generic, parametric: (seeds,), NaN where the method gave nothing, which
+    counts as the worst.
+    """
+    won = wins([(generic, parametric)])[0]
+    failed = [int(np.isnan(t).sum()) for t in (parametric, generic)]
+    return (
+        won.decision,
+        won.ratio.value,
+        (won.ratio.low, won.ratio.high),
+        f"parametric over generic {quantity}; Wilcoxon p {won.p:.1g}; of "
+        f"{len(generic)} seeds {failed[0]} failed with the parametric method "
+        f"and {failed[1]} with the generic one",
+    )
 
 
 def share_of(true, total):

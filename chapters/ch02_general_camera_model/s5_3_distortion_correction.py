@@ -21,9 +21,12 @@ from chapters.ch02_general_camera_model.facade import (
     outer_pixels,
     straightness,
 )
-from chapters.ch02_general_camera_model.s5_2_readings import judged
+from chapters.ch02_general_camera_model.s5_2_readings import (
+    generic_wins,
+    judged,
+)
 from chapters.ch02_general_camera_model.zoom_shots import FACADE_ZOOM
-from raxel.evaluation.statistics import wins, with_worst
+from raxel.evaluation.statistics import with_worst
 from repro.exercise import check
 from repro.experiment import claim, figure
 from repro.outcomes import Check, Drawing
@@ -140,14 +143,8 @@ def judge_periphery(results):
             )
             for name in ("generic", "parametric")
         )
-        won = wins([(generic, parametric)])[0]
-        return (
-            won.decision,
-            won.ratio.value,
-            (won.ratio.low, won.ratio.high),
-            "parametric over generic RMS distance from straight lines; "
-            f"Wilcoxon p {won.p:.1g}; of {len(generic)} seeds "
-            f"{int(np.isnan(generic).sum())} without a value",
+        return generic_wins(
+            generic, parametric, "RMS distance from straight lines"
         )
 
     return judged(
