@@ -157,3 +157,12 @@ def test_a_lens_that_cannot_be_is_refused(field, values):
     with pytest.raises(InputError, match=f"^field '{field}': found .*;") as fault:
         Optics(**values)
     assert "\n" not in str(fault.value)
+
+
+def test_pixels_of_the_sensor_are_means_of_the_finer_ones():
+    fine = np.random.default_rng(3).random((12, 18, 3), dtype=np.float32)
+    expected = fine.reshape(4, 3, 6, 3, 3).mean(axis=(1, 3))
+    assert np.allclose(Optics().apply(fine, 3), expected, rtol=1e-6)
+    for colour in range(3):
+        grey = Optics().apply(fine[..., colour], 3)
+        assert np.allclose(grey, expected[..., colour], rtol=1e-6)

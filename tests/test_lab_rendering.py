@@ -29,6 +29,10 @@ from raxel.lab import (
 from raxel.lab import render as render_function
 from raxel.lab.corner_check import board_before, fitted_corners
 from raxel.lab.footprint import lattice
+from raxel.lab.laboratory import Laboratory
+from raxel.lab.optics import Optics
+from raxel.lab.sensor import Sensor
+from raxel.lab.sight import CornerRays
 from raxel.sets import Chessboard
 
 HERE = np.eye(4)
@@ -244,3 +248,33 @@ def test_a_picture_too_large_for_the_memory_is_refused_in_one_line():
         with pytest.raises(InputError, match="1000000 x 1000000 px needs") as fault:
             function(huge, HERE, flat(Plain(0.5)))
         assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("most", [10**6, 0])
+def test_rays_that_are_remembered_give_the_same_picture(monkeypatch, most):
+    monkeypatch.setattr("raxel.lab.sight.CORNERS_REMEMBERED", most)
+    for name in ("equidistance", "pushbroom"):
+        camera, places = EVERY[name]
+        board, T = board_before(camera, places[0])
+        rays = CornerRays(camera)
+        for shift in (0.0, 3.0):
+            scene = board_scene(board, pose(np.eye(3), [shift, 0, 0]) @ T)
+            expected = render(camera, HERE, scene)
+            assert expected.max() > 0
+            for _ in range(2):
+                found = render(camera, HERE, scene, corner_rays=rays)
+                assert np.array_equal(found, expected)
+
+
+def test_a_second_photograph_is_that_of_a_new_laboratory():
+    camera, places = EVERY["equidistance"]
+    board, T = board_before(camera, places[0])
+    scene = board_scene(board, T)
+    optics = Optics(blur_sd_px=(0.5, 1.0), chromatic_scale=(1.002, 1, 0.998))
+    one = Laboratory(camera, Sensor(1e4, 1.2e4), optics)
+    one.photograph(scene, pose(np.eye(3), [5, 0, 0]), np.random.default_rng(0))
+    again = one.photograph(scene, HERE, np.random.default_rng(1))
+    other = Laboratory(camera, Sensor(1e4, 1.2e4), optics)
+    assert np.array_equal(
+        again, other.photograph(scene, HERE, np.random.default_rng(1))
+    )

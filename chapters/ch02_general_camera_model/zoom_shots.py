@@ -51,9 +51,14 @@ def rig_of(zoom):
 
 
 @cache
+def laboratory_of(zoom):
+    """Camera, lens and sensor of one zoom setting."""
+    return rig_of(zoom).laboratory()
+
+
 def camera_of(zoom):
     """The true camera: for projecting and for scoring, not for calibrating."""
-    return rig_of(zoom).laboratory().camera
+    return laboratory_of(zoom).camera
 
 
 def draw_poses(zoom, counts, rng):
@@ -102,7 +107,7 @@ def photograph(zoom, T_camera_grid, rng):
     """One picture of the board, uint8 (height, width)."""
     rig = rig_of(zoom)
     scene = board_scene(rig.target, T_camera_grid, rig.border_mm)
-    return rig.laboratory().photograph(scene, np.eye(4), rng)
+    return laboratory_of(zoom).photograph(scene, np.eye(4), rng)
 
 
 def find(zoom, image):

@@ -5,6 +5,7 @@ shot noise, saturation and blooming; read noise; tone curve; rounding.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from raxel.cameras.base import Camera
 from raxel.lab.optics import Optics
 from raxel.lab.render import render
 from raxel.lab.sensor import Sensor
+from raxel.lab.sight import CornerRays
 
 # Pixels each way that stand for one of the sensor where the lens blurs: with two,
 # corners of a chessboard are found as well as with four.
@@ -34,10 +36,18 @@ class Laboratory:
         taken in colour.
         """
         coloured = colour or self.sensor.bayer is not None
-        fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
-        camera = _Finer(self.camera, fineness) if fineness > 1 else self.camera
-        radiance = render(camera, T_world_camera, scene, colour=coloured)
+        rays = self._corner_rays
+        radiance = render(
+            rays.camera, T_world_camera, scene, colour=coloured, corner_rays=rays
+        )
+        fineness = rays.camera.width // self.camera.width
         return self.develop(radiance, rng, colour=colour, fineness=fineness)
+
+    @cached_property
+    def _corner_rays(self):
+        if max(self.optics.blur_sd_px) > 0:
+            return CornerRays(_Finer(self.camera, FINENESS))
+        return CornerRays(self.camera)
 
     def develop(self, radiance, rng, *, colour=False, fineness=1):
         """The picture that radiance leaves in the file.

@@ -5,6 +5,7 @@ the half diagonal, as each function says.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,6 +19,8 @@ BLUR_STEP_PX, BLUR_STEP = 0.1, 0.15
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.
 TAPS = 6
+# Size of a picture whose weights of blur are kept for the next: 100 MB of them.
+REMEMBERED = 1 << 22
 NO_ABERRATION = (1.0, 1.0, 1.0)
 
 
@@ -120,18 +123,14 @@ class Optics:
         height, width = image.shape[:2]
         centre = self._centre(width / fineness, height / fineness)
         fine_centre = (centre + 0.5) * fineness - 0.5
-        squared = _squared_radius(width, height, fine_centre)
         low, high = ((fineness * sd) ** 2 for sd in self.blur_sd_px)
-        share = squared / np.float32((width**2 + height**2) / 4)
-        variance = low + (high - low) * share
-        levels = _levels(float(variance.min()), float(variance.max()))
+        shares = _remembered_shares if image.size <= REMEMBERED else _level_shares
+        diagonal = width**2 + height**2
+        levels, weights = shares(width, height, tuple(fine_centre), diagonal, low, high)
         if len(levels) == 1:
             return gaussian_blur(image, levels[0])
         blurred = np.zeros_like(image)
-        for index, level in enumerate(levels):
-            hat = np.zeros(len(levels))
-            hat[index] = 1
-            weight = np.interp(variance, levels, hat).astype(np.float32)
+        for level, weight in zip(levels, weights, strict=True):
             blurred += _over_colours(weight, image) * gaussian_blur(image, level)
         return blurred
 
@@ -144,6 +143,27 @@ class Optics:
         for weight, scale in zip(LUMINANCE, scales, strict=True):
             grey += np.float32(weight) * magnified(image, scale, centre)
         return grey
+
+
+def _level_shares(width, height, centre, diagonal, low, high):
+    """Variances of uniform blurs, and the weight (height, width) of each.
+
+    low, high: variance at the centre (2,) and at half a diagonal from it, px^2;
+    diagonal: its square. One level has no weights.
+    """
+    squared = _squared_radius(width, height, centre)
+    share = squared / np.float32(diagonal / 4)
+    variance = low + (high - low) * share
+    levels = _levels(float(variance.min()), float(variance.max()))
+    if len(levels) == 1:
+        return levels, None
+    return levels, [
+        np.interp(variance, levels, hat).astype(np.float32)
+        for hat in np.eye(len(levels))
+    ]
+
+
+_remembered_shares = lru_cache(maxsize=1)(_level_shares)
 
 
 def gaussian_blur(image, variance):
@@ -174,19 +194,27 @@ def magnified(image, scale, centre):
     """
     if scale == 1:
         return image
-    return _stretched(_stretched(image, scale, centre[1]).T, scale, centre[0]).T
+    for axis in range(2):
+        image = _stretched(image, scale, centre[1 - axis], axis)
+    return image
 
 
-def _stretched(image, scale, centre):
-    """The rows of a picture moved apart about row `centre`."""
-    count = len(image)
+def _stretched(image, scale, centre, axis):
+    """The rows (axis 0) or columns of a picture moved apart about `centre`."""
+    count = image.shape[axis]
     source = centre + (np.arange(count) - centre) / scale
     first = np.floor(source).astype(int) - TAPS // 2 + 1
     taps = first[:, None] + np.arange(TAPS)
     weights = _lagrange(source - first).astype(np.float32)
+    if axis == 0:
+        weights = weights[:, :, None]
     out = np.zeros(image.shape, np.float32)
-    for tap, weight in zip(np.clip(taps, 0, count - 1).T, weights.T, strict=True):
-        out += weight[:, None] * image[tap]
+    part = np.empty_like(out)
+    for k, tap in enumerate(np.clip(taps, 0, count - 1).T):
+        # Taps are in range; any other mode copies once more.
+        np.take(image, tap, axis, part, mode="clip")
+        part *= weights[:, k]
+        out += part
     return out
 
 
@@ -213,8 +241,15 @@ def _levels(low, high):
 def _binned(image, fineness):
     """Means over fineness x fineness pixels."""
     height, width = (size // fineness for size in image.shape[:2])
-    cells = image.reshape(height, fineness, width, fineness, -1)
-    return cells.mean(axis=(1, 3)).reshape(height, width, *image.shape[2:])
+    if image.ndim == 3:
+        cells = image.reshape(height, fineness, width, fineness, -1)
+        return cells.mean(axis=(1, 3))
+    # Sums of whole rows and columns: numpy is slow along short axes.
+    across = (
+        sum(image[:, k::fineness] for k in range(1, fineness)) + image[:, ::fineness]
+    )
+    down = sum(across[k::fineness] for k in range(1, fineness)) + across[::fineness]
+    return down / np.float32(fineness**2)
 
 
 def _over_colours(factor, image):

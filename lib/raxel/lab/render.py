@@ -21,7 +21,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.lab.footprint import PixelMeans, lattice, numbers_in, tinted
 from raxel.lab.scene import NO_RAY, NOTHING
-from raxel.lab.sight import RAYS_AT_ONCE, Sight, Viewer
+from raxel.lab.sight import RAYS_AT_ONCE, CornerRays, Sight, Viewer, positions
 
 # Peak of memory for one pixel: the picture and what is kept beside it.
 BYTES_RENDERED, BYTES_TRACED = 16, 96
@@ -30,11 +30,21 @@ BYTES_RENDERED, BYTES_TRACED = 16, 96
 EVEN = 0.05
 
 
-def render(camera, T_world_camera, scene, *, colour=False, samples=64, offsets=None):
+def render(
+    camera,
+    T_world_camera,
+    scene,
+    *,
+    colour=False,
+    samples=64,
+    offsets=None,
+    corner_rays=None,
+):
     """The radiance image (height, width), or (height, width, 3) RGB, float32.
 
     T_world_camera: (4, 4), mm. samples: positions in a pixel that an edge crosses, in a
-    rank-1 lattice; offsets: positions (S, 2) in [-0.5, 0.5]^2 to use instead. Pixels
+    rank-1 lattice; offsets: positions (S, 2) in [-0.5, 0.5]^2 to use instead.
+    corner_rays: the camera's `CornerRays`, where many pictures are taken. Pixels
     without a ray are 0. Raises InputError for a picture too large for the memory.
     """
     _check_memory(camera, BYTES_RENDERED * (3 if colour else 1))
@@ -42,9 +52,10 @@ def render(camera, T_world_camera, scene, *, colour=False, samples=64, offsets=N
     means = PixelMeans(view, lattice(samples) if offsets is None else offsets)
     textures = scene.textures
     centres = not all(texture.regional for texture in textures)
+    corner_rays = corner_rays or CornerRays(camera)
     image = _canvas(camera, colour)
     for rows in _row_blocks(camera):
-        block = _trace_rows(view, rows, centres)
+        block = _trace_rows(view, corner_rays, rows, centres)
         image[rows.start : rows.stop] = _shade(block, means, textures, colour)
     return image
 
@@ -57,7 +68,10 @@ def trace(camera, T_world_camera, scene, *, samples=64, offsets=None):
     _check_memory(camera, BYTES_TRACED)
     view = Viewer(camera, np.asarray(T_world_camera, float), scene)
     means = PixelMeans(view, lattice(samples) if offsets is None else offsets)
-    blocks = [_trace_rows(view, rows, True) for rows in _row_blocks(camera)]
+    corner_rays = CornerRays(camera)
+    blocks = [
+        _trace_rows(view, corner_rays, rows, True) for rows in _row_blocks(camera)
+    ]
     return Traced(view, means, tuple(blocks))
 
 
@@ -101,14 +115,13 @@ def _row_blocks(camera):
         yield range(first, min(first + height, camera.height))
 
 
-def _trace_rows(view, rows, centres):
-    u = np.arange(view.camera.width + 1) - 0.5
-    v = np.arange(rows.start, rows.stop + 1) - 0.5
-    corners = view.look(_positions(u, v)).reshaped(len(v), len(u))
+def _trace_rows(view, corner_rays, rows, centres):
+    size = len(rows), view.camera.width
+    corners = view.along(corner_rays.of_rows(rows)).reshaped(size[0] + 1, size[1] + 1)
     if not centres:
         return _Block(rows, corners, None)
-    u, v = u[:-1] + 0.5, v[:-1] + 0.5
-    return _Block(rows, corners, view.look(_positions(u, v)).reshaped(len(v), len(u)))
+    spots = positions(np.arange(size[1], dtype=float), np.array(rows, float))
+    return _Block(rows, corners, view.look(spots).reshaped(*size))
 
 
 def _shade(block, means, textures, colour):
@@ -211,10 +224,6 @@ def _four_equal(part):
     first = part[:-1, :-1]
     equal = (part[:-1, 1:] == first) & (part[1:, :-1] == first)
     return equal & (part[1:, 1:] == first) & (first >= 0)
-
-
-def _positions(u, v):
-    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
 
 
 def _canvas(camera, colour):

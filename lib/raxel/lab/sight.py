@@ -6,12 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras import Camera
+from raxel.cameras.base import Rays
 from raxel.errors import InputError
 from raxel.geometry import rotate, transform
 from raxel.lab.scene import NO_RAY, Scene
 
 # Rays handled at once: a few MB, so that the steps between stay in cache.
 RAYS_AT_ONCE = 1 << 16
+# Corners of pixels whose rays are kept from one picture to the next: 100 MB.
+CORNERS_REMEMBERED = 1 << 22
 
 
 class Sight(NamedTuple):
@@ -54,18 +57,56 @@ class Viewer:
             return Sight(np.empty(0, np.int16), np.empty((0, 2)), np.empty(0))
         return Sight(*(np.concatenate(field) for field in zip(*parts, strict=True)))
 
-    def _look(self, pixels):
-        origins, directions, valid = self.camera.rays(pixels)
-        # A central camera may still start its rays on a mirror, each where it leaves.
-        first = origins[np.argmax(valid)]
-        if self.camera.central and np.all((origins == first) | ~valid[:, None]):
-            origins = first[None]
+    def along(self, rays):
+        """The `Sight` of `Rays` of the camera; their origins may be one, (1, 3)."""
+        origins, directions, valid = rays
         part, uv, cosine = self.scene.hit(
             transform(self.T_world_camera, origins),
             rotate(self.T_world_camera, directions),
         )
         part[~valid] = NO_RAY
         return Sight(part, uv, cosine)
+
+    def _look(self, pixels):
+        return self.along(rays_of(self.camera, pixels))
+
+
+def rays_of(camera, pixels):
+    """The camera's `Rays` of positions (N, 2), with one origin (1, 3) if it is one."""
+    origins, directions, valid = camera.rays(pixels)
+    # A central camera may still start its rays on a mirror, each where it leaves.
+    first = origins[np.argmax(valid)]
+    if camera.central and np.all((origins == first) | ~valid[:, None]):
+        origins = first[None]
+    return Rays(origins, directions, valid)
+
+
+class CornerRays:
+    """Rays of the corners that pixels share, for many pictures by one camera.
+
+    They are remembered, at 25 bytes a corner, unless there are too many.
+    """
+
+    def __init__(self, camera):
+        self.camera = camera
+        corners = (camera.width + 1) * (camera.height + 1)
+        self._known = {} if corners <= CORNERS_REMEMBERED else None
+
+    def of_rows(self, rows):
+        """`Rays` of the corners of a range of rows, (h + 1) * (width + 1), by rows."""
+        if self._known is None or rows not in self._known:
+            u = np.arange(self.camera.width + 1) - 0.5
+            v = np.arange(rows.start, rows.stop + 1) - 0.5
+            rays = rays_of(self.camera, positions(u, v))
+            if self._known is None:
+                return rays
+            self._known[rows] = rays
+        return self._known[rows]
+
+
+def positions(u, v):
+    """All (u, v) (len(v) * len(u), 2), by rows."""
+    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
 
 
 def visible_share(camera, T_world_camera, surface, most=200_000):
