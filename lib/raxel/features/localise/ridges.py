@@ -1,0 +1,294 @@
+"""The derivative method: two crossing ridges fitted to the gradient's magnitude."""
+
+import numpy as np
+
+from raxel.features.localise.result import checked, localised, still_there
+from raxel.features.localise.saddle import quadratic_hessian
+from raxel.features.localise.windows import fits, gather, noise_variance
+
+ITERATIONS = 40
+RECENTRINGS = 3
+STILL_PX, STILL_COST = 1e-3, 1e-4
+# Windows of at most this many pixels in all are fitted at a time.
+PIXELS_AT_ONCE = 60_000
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e6
+FIRST_WIDTH_PX = 1.5
+LOG_WIDTHS = (-3.0, 6.0)
+# Edges are told apart, and have a width that a window can show.
+LEAST_SINE = 0.1
+LEAST_WIDTH_PX = 0.3
+ANGLE_HALF = (3, 7)
+SMOOTH, DIFFERENCE = np.array([0.25, 0.5, 0.25]), np.array([-0.5, 0.0, 0.5])
+
+
+def derivative(image, corners, *, window=15):
+    """Corners where the two ridges of the gradient's magnitude cross.
+
+    The model of the photonic response at a crossing is that of Li and Lavest (1996),
+    "Some aspects of zoom lens camera calibration", doi 10.1109/34.544078, made for the
+    bright lines of their target. At a chessboard corner it is the magnitude m of the
+    grey values' gradient that has two bright lines, one along each edge. It is fitted,
+    non-linearly, to the derivatives and not to the grey values:
+
+        m(x, y) = h1 R1 + h2 R2 - h3 R1 R2 + h0,    Rk = exp(-sk^2 / (2 wk^2)),
+        sk = (x - u) cos ak + (y - v) sin ak.
+
+    (u, v) is the corner, ak the direction across edge k and wk its width. On lines the
+    crossing is as bright as one line is, h3 = (h1 + h2) / 2; at a chessboard corner the
+    gradient vanishes, h3 = h1 + h2. Here h3 is free, and so is the floor h0, which
+    the magnitude of noise has. Derivatives are Sobel's, divided by 8. The fit is
+    Levenberg and Marquardt's, from the edge directions of a quadratic surface in a
+    window of 7 to 15 px.
+
+    Parameters
+    ----------
+    image : (H, W) grey, any depth.
+    corners : (N, 2) pixels (u, v), to start from.
+    window : full odd width of the window in px, 5 or more.
+
+    Returns
+    -------
+    Localised. A corner has not converged where the fit found no two ridges that cross,
+    where it left the window that it was put in, or where the window leaves the image.
+    Raises InputError for a colour image or a window that is none.
+    """
+    image, corners = checked(image, corners, window)
+    slopes = gradient(image)
+    ridges, converged = fit_ridges(image, np.hypot(*slopes), corners, window)
+    found = ridges[:, :2]
+    half = window // 2
+    known = converged & fits(image.shape, found, half + 5)
+    variance = np.full((len(corners), 2, 2), np.nan)
+    for some in _in_parts(np.flatnonzero(known), window):
+        variance[some] = _variance(image, slopes, ridges[some], half)
+    return localised(corners, found, variance, known)
+
+
+def gradient(image):
+    """Derivatives along u and v, (H, W) each, in grey levels per pixel."""
+    import cv2
+
+    return (
+        cv2.sepFilter2D(image, -1, DIFFERENCE, SMOOTH),
+        cv2.sepFilter2D(image, -1, SMOOTH, DIFFERENCE),
+    )
+
+
+def fit_ridges(image, magnitude, corners, window):
+    """The ten numbers of two ridges about each corner.
+
+    image, magnitude: (H, W) float, and the length of its gradient. Returns (ridges
+    (N, 10): u, v, a1, a2, log w1, log w2, h1, h2, h3, h0; converged (N,)).
+    """
+    half = window // 2
+    ridges = np.full((len(corners), 10), np.nan)
+    settled = np.zeros(len(corners), dtype=bool)
+    ready = fits(image.shape, corners, max(half, ANGLE_HALF[1]) + 1)
+    for some in _in_parts(np.flatnonzero(ready), window):
+        start = _start(image, magnitude, corners[some], half)
+        ridges[some], settled[some] = _recentred(magnitude, start, half)
+    settled &= still_there(ridges[:, :2], corners, window)
+    settled &= _two_ridges(ridges, window)
+    return ridges, settled
+
+
+def _in_parts(indices, window):
+    """Indices in groups whose windows fit into the cache."""
+    size = max(1, PIXELS_AT_ONCE // window**2)
+    return [indices[k : k + size] for k in range(0, len(indices), size)]
+
+
+def _two_ridges(ridges, window):
+    """Which fits are two bright lines that cross, as wide as a window can show."""
+    _, _, a1, a2, l1, l2, h1, h2, _, _ = ridges.T
+    with np.errstate(invalid="ignore", over="ignore"):
+        wide = np.exp([l1, l2])
+        return (
+            (np.abs(np.sin(a1 - a2)) > LEAST_SINE)
+            & (np.minimum(h1, h2) > 0)
+            & (wide > LEAST_WIDTH_PX).all(axis=0)
+            & (wide < window).all(axis=0)
+        )
+
+
+def _start(image, magnitude, corners, half):
+    """First ridges (N, 10): edges along the lines where the surface is level."""
+    pixels = np.rint(corners).astype(int)
+    hessian = quadratic_hessian(image, pixels, int(np.clip(half, *ANGLE_HALF)))
+    bend, axes = np.linalg.eigh(hessian)
+    up = np.arctan2(axes[:, 1, 1], axes[:, 0, 1])
+    level = _level(bend)
+    ridges = np.zeros((len(corners), 10))
+    ridges[:, :2] = corners
+    ridges[:, 2] = up + level + np.pi / 2
+    ridges[:, 3] = up - level + np.pi / 2
+    ridges[:, 4:6] = np.log(FIRST_WIDTH_PX)
+    values = _values(magnitude, pixels, half)
+    columns, _ = _columns(_about(ridges, pixels), *_offsets(half), values)
+    square, slope = _normal(columns[:, 6:], values)
+    trace = np.trace(square, axis1=1, axis2=2)[:, None, None]
+    square += 1e-6 * trace * np.eye(4)
+    ridges[:, 6:] = np.linalg.solve(square, slope[..., None])[..., 0]
+    return ridges
+
+
+def _level(bend):
+    """Angle (N,) from the axis that bends up to where a saddle is level.
+
+    bend: (N, 2) eigenvalues, lower first. What is no saddle has its edges at 90 deg.
+    """
+    down, up = np.maximum(-bend[:, 0], 0), bend[:, 1]
+    saddle = (down > 0) & (up > 0)
+    ratio = np.divide(up, down, out=np.ones(len(bend)), where=saddle)
+    return np.arctan(np.sqrt(ratio))
+
+
+def _offsets(half):
+    """Places x, y (n,) in a window about its middle, in single precision."""
+    step = np.arange(2 * half + 1, dtype=np.float32) - half
+    return tuple(grid.ravel() for grid in np.meshgrid(step, step))
+
+
+def _values(magnitude, pixels, half):
+    """Magnitudes (N, n) in windows about whole `pixels`, in single precision."""
+    block = gather(magnitude, pixels - half, 2 * half + 1)
+    return block.reshape(len(pixels), -1).astype(np.float32)
+
+
+def _about(ridges, pixels):
+    """Ridges with the corner counted from `pixels` (N, 2)."""
+    moved = ridges.copy()
+    moved[:, :2] -= pixels
+    return moved
+
+
+def _recentred(magnitude, ridges, half):
+    """Fits, with the window put about the last one; and whether they settled."""
+    settled = np.zeros(len(ridges), dtype=bool)
+    active = np.arange(len(ridges))
+    for _ in range(RECENTRINGS):
+        pixels = np.rint(ridges[active, :2]).astype(int)
+        values = _values(magnitude, pixels, half)
+        fitted, settled[active] = _levenberg(
+            _about(ridges[active], pixels), *_offsets(half), values
+        )
+        ridges[active] = _about(fitted, -pixels)
+        again = settled[active] & fits(magnitude.shape, ridges[active, :2], half + 1)
+        settled[active] &= again
+        again &= (np.rint(ridges[active, :2]) != pixels).any(axis=1)
+        active = active[again]
+        if not len(active):
+            break
+    return ridges, settled
+
+
+def _columns(ridges, x, y, values):
+    """Derivatives (N, 10, n) of the model by its numbers, and values less the model."""
+    u, v, a1, a2, l1, l2, h1, h2, h3, _ = ridges.T[:, :, None]
+    columns = np.empty((len(ridges), 10, len(x)), dtype=np.float32)
+    ridge = []
+    for k, (a, log_width) in enumerate(((a1, l1), (a2, l2))):
+        cos, sin = np.cos(a), np.sin(a)
+        s = _line(cos, sin, u, v, x, y)
+        falling = s * np.exp(-2 * log_width).astype(np.float32)
+        spread = s * falling
+        ridge.append(np.exp(-0.5 * spread))
+        falling *= ridge[k]
+        columns[:, 2 + k] = _line(-sin, cos, u, v, x, y)
+        columns[:, 4 + k] = np.multiply(spread, ridge[k], out=spread)
+        columns[:, 6 + k] = np.negative(falling, out=falling)
+    for k in range(2):
+        height = (h1, h2)[k].astype(np.float32) - h3.astype(np.float32) * ridge[1 - k]
+        columns[:, 4 + k] *= height
+        columns[:, 6 + k] *= height
+        columns[:, 2 + k] *= columns[:, 6 + k]
+    columns[:, 0] = _line(-np.cos(a1), -np.cos(a2), 0, 0, columns[:, 6], columns[:, 7])
+    columns[:, 1] = _line(-np.sin(a1), -np.sin(a2), 0, 0, columns[:, 6], columns[:, 7])
+    columns[:, 6], columns[:, 7] = ridge
+    np.multiply(-ridge[0], ridge[1], out=columns[:, 8])
+    columns[:, 9] = 1
+    linear = ridges[:, None, 6:].astype(np.float32) @ columns[:, 6:]
+    return columns, values - linear[:, 0]
+
+
+def _line(p, q, u, v, x, y):
+    """p (x - u) + q (y - v), in single precision; p, q, u, v (N, 1)."""
+    out = p.astype(np.float32) * x
+    out += q.astype(np.float32) * y
+    out -= (p * u + q * v).astype(np.float32)
+    return out
+
+
+def _normal(columns, residual):
+    """J J^T (N, 10, 10) and J r (N, 10) in double precision."""
+    square = columns @ columns.transpose(0, 2, 1)
+    slope = (columns @ residual[..., None])[..., 0]
+    return square.astype(float), slope.astype(float)
+
+
+def _levenberg(ridges, x, y, values):
+    """Levenberg-Marquardt for all corners at once: ridges (N, 10), settled (N,).
+
+    Places and corners are counted from the middle of each window.
+    """
+    ridges = ridges.copy()
+    settled = np.zeros(len(ridges), dtype=bool)
+    damping = np.full(len(ridges), FIRST_DAMPING)
+    columns, residual = _columns(ridges, x, y, values)
+    square, slope = _normal(columns, residual)
+    cost = np.square(residual).sum(axis=1)
+    active = np.arange(len(ridges))
+    for _ in range(ITERATIONS):
+        trial = ridges[active] + _damped(square[active], slope[active], damping[active])
+        trial[:, 4:6] = np.clip(trial[:, 4:6], *LOG_WIDTHS)
+        columns, residual = _columns(trial, x, y, values[active])
+        new_cost = np.square(residual).sum(axis=1)
+        better = new_cost <= cost[active]
+        moved = np.linalg.norm(trial[:, :2] - ridges[active, :2], axis=1)
+        gain = cost[active] - new_cost
+        taken = active[better]
+        ridges[taken], cost[taken] = trial[better], new_cost[better]
+        square[taken], slope[taken] = _normal(columns[better], residual[better])
+        damping[active] *= np.where(better, 0.2, 10.0)
+        np.clip(damping, LEAST_DAMPING, None, out=damping)
+        still = better & (moved < STILL_PX) & (gain <= STILL_COST * new_cost)
+        settled[active[still]] = True
+        active = active[~still & (damping[active] < MOST_DAMPING)]
+        if not len(active):
+            break
+    return ridges, settled
+
+
+def _damped(normal, slope, damping):
+    """Steps (N, 10) of Levenberg and Marquardt."""
+    diagonal = np.einsum("nii->ni", normal)
+    scale = diagonal + 1e-9 * diagonal.max(axis=1, keepdims=True) + 1e-12
+    damped = normal + (damping[:, None] * scale)[:, :, None] * np.eye(10)
+    damped += 1e-12 * np.eye(10)
+    return np.linalg.solve(damped, slope[..., None])[..., 0]
+
+
+def _variance(image, slopes, ridges, half):
+    """Covariance (N, 2, 2) of the crossings.
+
+    Noise dm in the magnitude moves a least-squares fit by (J^T J)^-1 J^T dm, where
+    dm = (gu dgu + gv dgv) / m, and a derivative is a weighted sum of pixels.
+    """
+    pixels = np.rint(ridges[:, :2]).astype(int)
+    size = 2 * half + 1
+    on_u, on_v = (gather(slope, pixels - half, size) for slope in slopes)
+    length = np.maximum(np.hypot(on_u, on_v), 1e-9)
+    values = length.reshape(len(ridges), -1)
+    columns, residual = _columns(_about(ridges, pixels), *_offsets(half), values)
+    square, _ = _normal(columns, residual)
+    influence = (np.linalg.inv(square)[:, :2] @ columns).reshape(-1, 2, size, size)
+    weights = np.zeros((len(ridges), 2, size + 2, size + 2))
+    for i in range(3):
+        for j in range(3):
+            along_u = SMOOTH[i] * DIFFERENCE[j] * on_u
+            along_v = DIFFERENCE[i] * SMOOTH[j] * on_v
+            share = influence * ((along_u + along_v) / length)[:, None]
+            weights[:, :, i : i + size, j : j + size] += share
+    gram = np.einsum("naij,nbij->nab", weights, weights)
+    noise = noise_variance(image, ridges[:, :2], (weights**2).sum(axis=1))
+    return noise[:, None, None] * gram

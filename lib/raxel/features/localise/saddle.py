@@ -1,0 +1,211 @@
+"""The saddle point method: a quadratic surface fitted to the blurred corner."""
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.features.localise.result import checked, localised, still_there
+from raxel.features.localise.windows import (
+    cubic_taps,
+    fits,
+    gather,
+    noise_variance,
+    spread,
+)
+
+ITERATIONS = 30
+STILL_PX = 1e-4
+NOISE_WINDOW = 7
+SHIFT_PX = 0.5
+
+
+def saddle_point(image, corners, *, window=15, blur_sd=2.0):
+    """Corners at the saddle points of the blurred grey values.
+
+    After Lucchese and Mitra (2002), "Using saddle points for subpixel feature detection
+    in camera calibration targets", doi 10.1109/APCCAS.2002.1115151. The blurred image
+    about a corner is fitted by least squares in a square window with
+
+        I(x, y) = a x^2 + b x y + c y^2 + d x + e y + f,
+
+    with (x, y) from the middle of the window; the corner is where the gradient
+    vanishes,
+
+        [2a  b; b  2c] (x, y)^T = -(d, e)^T,
+
+    as long as that is a saddle, 4 a c - b^2 < 0. The window is put there and the fit
+    repeated until it moves no more: only a window in the middle of the corner sees it
+    evenly, and has no bias from what the quadratic cannot follow.
+
+    Parameters
+    ----------
+    image : (H, W) grey, any depth.
+    corners : (N, 2) pixels (u, v), to start from.
+    window : full odd width of the window in px, 5 or more.
+    blur_sd : standard deviation of the Gaussian blur before the fit, px; 0 for none.
+
+    Returns
+    -------
+    Localised. A corner has not converged where the surface is no saddle, where it left
+    the window that it was put in, or where the window leaves the image.
+    Raises InputError for a colour image or a window that is none.
+    """
+    image, corners = checked(image, corners, window)
+    soft = blurred(image, blur_sd)
+    found, converged = fit_saddles(soft, corners, window)
+    reach = max(window, NOISE_WINDOW) // 2 + 4
+    known = converged & fits(image.shape, found, reach)
+    variance = np.full((len(corners), 2, 2), np.nan)
+    if known.any():
+        variance[known] = _variance(image, soft, found[known], window, blur_sd)
+    return localised(corners, found, variance, known)
+
+
+def blurred(image, blur_sd):
+    """`image` (H, W) float after a Gaussian blur; InputError for a negative SD."""
+    import cv2
+
+    if not blur_sd >= 0:
+        raise InputError(f"blur_sd: found {blur_sd}; give a standard deviation in px")
+    if blur_sd == 0:
+        return image
+    size = 2 * _reach(blur_sd) + 1
+    return cv2.GaussianBlur(image, (size, size), blur_sd)
+
+
+def fit_saddles(soft, corners, window):
+    """Saddle points of an image that is blurred already.
+
+    soft: (H, W) float. Returns (found (N, 2), converged (N,)), as `saddle_point`;
+    `found` is NaN where it did not converge.
+    """
+    half = window // 2
+    rows = _quadratic_rows(half)
+    found = corners.copy()
+    settled = np.zeros(len(corners), dtype=bool)
+    # By how much the fitted gradient changes with the window's place: at first as the
+    # fitted Hessian says, then as it was seen to (Broyden's method).
+    change = np.full((len(corners), 2, 2), np.nan)
+    step, gradient = np.zeros_like(corners), np.zeros_like(corners)
+    active = np.arange(len(corners))
+    for turn in range(ITERATIONS):
+        active = active[fits(soft.shape, found[active], half + 2)]
+        if not len(active):
+            break
+        now, hessian = _surface(soft, found[active], half, rows)
+        if turn == 0:
+            change[active] = hessian
+        else:
+            seen = now - gradient[active]
+            change[active] = _broyden(change[active], step[active], seen)
+        saddle = (_det(hessian) < 0) & (_det(change[active]) < 0)
+        active, now = active[saddle], now[saddle]
+        moves = -np.linalg.solve(change[active], now[..., None])[..., 0]
+        length = np.linalg.norm(moves, axis=1)
+        moves *= np.minimum(1, half / np.maximum(length, 1e-12))[:, None]
+        found[active] += moves
+        step[active], gradient[active] = moves, now
+        inside = still_there(found[active], corners[active], window)
+        still = inside & (length < STILL_PX)
+        settled[active[still]] = True
+        active = active[inside & ~still]
+    found[~settled] = np.nan
+    return found, settled
+
+
+def _det(matrices):
+    a, b, c, d = matrices.reshape(-1, 4).T
+    return a * d - b * c
+
+
+def _broyden(change, step, seen):
+    """The matrices (N, 2, 2) nearest to `change` that take `step` to `seen`, (N, 2)."""
+    missing = seen - (change @ step[..., None])[..., 0]
+    square = np.maximum((step**2).sum(axis=1), 1e-12)[:, None, None]
+    return change + missing[:, :, None] * step[:, None, :] / square
+
+
+def quadratic_hessian(image, pixels, half):
+    """Hessian (N, 2, 2) of the quadratic about whole `pixels` (N, 2), `half` inside."""
+    return _surface(image, pixels.astype(float), half, _quadratic_rows(half))[1]
+
+
+def _quadratic_rows(half):
+    """1-D weights (3, 2 half + 1) whose products give the quadratic's coefficients.
+
+    On a square grid the fit separates: the coefficient of x is a mean over y of slopes
+    in x, that of x^2 a mean of curvatures, that of x y a slope of slopes.
+    """
+    x = np.arange(-half, half + 1.0)
+    curved = x**2 - np.mean(x**2)
+    return np.stack(
+        [np.full(len(x), 1 / len(x)), x / (x @ x), curved / (curved @ curved)]
+    )
+
+
+def _surface(image, centres, half, rows):
+    """Gradient (N, 2) and Hessian (N, 2, 2) of the fitted quadratic at its middle."""
+    first, along_u, along_v = _placed(centres, half, rows)
+    values = gather(image, first, 2 * half + 4)
+    moments = along_v @ values @ along_u.transpose(0, 2, 1)
+    gradient = np.stack([moments[:, 0, 1], moments[:, 1, 0]], axis=1)
+    a, b, c = moments[:, 0, 2], moments[:, 1, 1], moments[:, 2, 0]
+    hessian = np.stack([2 * a, b, b, 2 * c], axis=1).reshape(-1, 2, 2)
+    return gradient, hessian
+
+
+def _placed(centres, half, rows):
+    """First pixels (N, 2) of the windows, and `rows` as weights on pixels, u and v."""
+    base = np.floor(centres).astype(int)
+    taps = [cubic_taps(fraction) for fraction in (centres - base).T]
+    return base - half - 1, spread(rows, taps[0]), spread(rows, taps[1])
+
+
+def _variance(image, soft, found, window, blur_sd):
+    """Covariance (N, 2, 2) of the saddle points.
+
+    The window settles where its fitted gradient g is zero, so that noise moves it by
+    -(dg/dc)^-1 dg. Here c is the window's place: the window moves along, and dg/dc is
+    less than the fitted Hessian where the surface is no quadratic. dg is a weighted
+    sum of pixels: the rows of the fit, through interpolation and blur.
+    """
+    half = window // 2
+    rows = _quadratic_rows(half)
+    change = np.empty((len(found), 2, 2))
+    for axis in range(2):
+        aside = np.zeros(2)
+        aside[axis] = SHIFT_PX
+        ahead, _ = _surface(soft, found + aside, half, rows)
+        behind, _ = _surface(soft, found - aside, half, rows)
+        change[:, :, axis] = (ahead - behind) / (2 * SHIFT_PX)
+    _, along_u, along_v = _placed(found, half, rows)
+    u, v = (_through_blur(along, blur_sd) for along in (along_u, along_v))
+    uu, vv = u @ u.transpose(0, 2, 1), v @ v.transpose(0, 2, 1)
+    gram = np.empty((len(found), 2, 2))
+    gram[:, 0, 0] = vv[:, 0, 0] * uu[:, 1, 1]
+    gram[:, 1, 1] = vv[:, 1, 1] * uu[:, 0, 0]
+    gram[:, 0, 1] = gram[:, 1, 0] = vv[:, 0, 1] * uu[:, 0, 1]
+    inverse = np.linalg.inv(change)
+    x = np.arange(-max(half, NOISE_WINDOW // 2), max(half, NOISE_WINDOW // 2) + 1.0)
+    weights = np.minimum(np.abs(x), half) ** 2
+    weights = np.broadcast_to(weights + weights[:, None], (len(found), len(x), len(x)))
+    noise = noise_variance(image, found, weights)
+    return noise[:, None, None] * (inverse @ gram @ inverse.transpose(0, 2, 1))
+
+
+def _through_blur(weights, blur_sd):
+    """Weights on blurred pixels (N, rows, m) as weights on the pixels before it."""
+    if blur_sd == 0:
+        return weights
+    import cv2
+
+    reach = _reach(blur_sd)
+    kernel = cv2.getGaussianKernel(2 * reach + 1, blur_sd)[:, 0]
+    n, rows, size = weights.shape
+    out = np.zeros((n, rows, size + 2 * reach))
+    for k, share in enumerate(kernel):
+        out[:, :, k : k + size] += share * weights
+    return out
+
+
+def _reach(blur_sd):
+    return int(np.ceil(4 * blur_sd))

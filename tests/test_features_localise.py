@@ -1,0 +1,256 @@
+"""Localisers: exact at a symmetric corner, honest about their spread."""
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from raxel.errors import InputError
+from raxel.features.localise import (
+    LOCALISERS,
+    corner_subpix,
+    derivative,
+    saddle_point,
+)
+from raxel.features.localise.ridges import _columns, _offsets
+from raxel.features.localise.windows import cubic_taps, noise_variance
+
+SIZE, PERIOD, BLUR = 420, 31.7, 1.5
+MARGIN = 40
+# Settings with which each localiser is asked what it can do.
+FINE = {
+    "saddle-point": {"window": 15, "blur_sd": 2.0},
+    "derivative": {"window": 15},
+    "opencv": {"half_window": 7, "termination_px": 1e-4},
+}
+
+
+def wave(x, sd):
+    """A square wave of +-1 with an edge at every multiple of PERIOD, blurred."""
+    count = int(np.abs(x).max() / PERIOD) + 2
+    edges = np.arange(-count, count + 1)
+    signs = np.where(edges % 2 == 0, 1.0, -1.0)
+    return sum(
+        s * erf((x - e * PERIOD) / (np.sqrt(2) * sd))
+        for s, e in zip(signs, edges, strict=True)
+    )
+
+
+def board(angle=0.37, offset=(0.3, 0.1), sd=BLUR, low=38.0, high=218.0):
+    """An endless blurred chessboard (SIZE, SIZE) float, and its corners inside."""
+    v, u = np.mgrid[:SIZE, :SIZE].astype(float)
+    cos, sin = np.cos(angle), np.sin(angle)
+    x = cos * (u - offset[0]) + sin * (v - offset[1])
+    y = cos * (v - offset[1]) - sin * (u - offset[0])
+    grey = (high + low) / 2 + (high - low) / 2 * wave(x, sd) * wave(y, sd)
+    k = PERIOD * np.arange(-30, 31)
+    x, y = (grid.ravel() for grid in np.meshgrid(k, k))
+    corners = np.column_stack([cos * x - sin * y, sin * x + cos * y]) + offset
+    inside = ((corners > MARGIN) & (corners < SIZE - MARGIN)).all(axis=1)
+    return grey, corners[inside]
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return board()
+
+
+def started(corners, rng, sd=0.7):
+    return corners + rng.normal(0, sd, corners.shape)
+
+
+# What interpolation and pixels leave: OpenCV's bilinear sampling leaves most.
+@pytest.mark.parametrize(
+    ("name", "left"), [("saddle-point", 2e-3), ("derivative", 3e-3), ("opencv", 2e-2)]
+)
+def test_corners_of_a_clean_board_are_found(clean, name, left):
+    image, truth = clean
+    found = LOCALISERS[name](
+        image, started(truth, np.random.default_rng(1)), **FINE[name]
+    )
+    assert found.converged.all()
+    assert np.abs(found.corners - truth).max() < left
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
+@pytest.mark.parametrize("noise", [2.0, 6.0])
+def test_the_standard_deviation_is_that_of_the_errors(clean, name, noise):
+    image, truth = clean
+    rng = np.random.default_rng(7)
+    scores, errors, said = [], [], []
+    for _ in range(3):
+        noisy = np.rint(image + rng.normal(0, noise, image.shape)).astype(np.uint8)
+        found = LOCALISERS[name](noisy, started(truth, rng, 0.5), **FINE[name])
+        assert found.converged.all()
+        error = found.corners - truth
+        scores.append(error / found.sd[:, None])
+        errors.append(error)
+        said.append(found.sd)
+    scores = np.concatenate(scores)
+    # About 660 scores: their SD is known to 3 %. It is estimated on the safe side.
+    assert 0.85 < scores.std() < 1.08
+    # 68 % of a Gaussian; the bias of OpenCV's sampling shows where noise is low.
+    assert 0.6 < np.mean(np.abs(scores) < 1) < 0.78
+    assert np.abs(scores.mean(axis=0)).max() < 0.2
+    assert np.std(np.concatenate(said)) < 0.3 * np.mean(np.concatenate(said))
+
+
+@pytest.mark.parametrize("window", [5, 9, 25])
+@pytest.mark.parametrize("blur_sd", [0.0, 1.0, 4.0])
+def test_the_saddle_points_spread_is_known_at_every_setting(clean, window, blur_sd):
+    image, truth = clean
+    rng = np.random.default_rng(3)
+    noisy = np.rint(image + rng.normal(0, 4, image.shape)).astype(np.uint8)
+    found = saddle_point(
+        noisy, started(truth, rng, 0.3), window=window, blur_sd=blur_sd
+    )
+    good = found.converged
+    assert good.mean() > 0.99
+    scores = (found.corners - truth)[good] / found.sd[good, None]
+    # About 220 scores: their SD is known to 5 %.
+    assert 0.82 < scores.std() < 1.15
+
+
+def test_a_derivative_window_of_many_corners_still_says_its_spread(clean):
+    image, truth = clean
+    rng = np.random.default_rng(4)
+    noisy = np.rint(image + rng.normal(0, 4, image.shape)).astype(np.uint8)
+    for window in (9, 25):
+        found = derivative(noisy, started(truth, rng, 0.5), window=window)
+        scores = (found.corners - truth) / found.sd[:, None]
+        assert found.converged.mean() > 0.98
+        assert 0.8 < np.nanstd(scores[found.converged]) < 1.15
+
+
+def test_oblique_edges_are_followed():
+    """A sheared board: the ridges are not at right angles."""
+    v, u = np.mgrid[:121, :121].astype(float)
+    truth = np.array([[60.3, 59.8]])
+    x, y = u - truth[0, 0], v - truth[0, 1]
+    across = (x * np.cos(0.2) + y * np.sin(0.2), x * np.cos(1.1) + y * np.sin(1.1))
+    image = 128 + 90 * erf(across[0] / 2) * erf(across[1] / 2)
+    for name in ("saddle-point", "derivative"):
+        found = LOCALISERS[name](image, truth + [[0.8, -0.6]], **FINE[name])
+        assert found.converged.all()
+        # The window of the ridges is about a whole pixel, not about the corner.
+        assert np.abs(found.corners - truth).max() < 1e-2
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
+def test_inverted_colours_and_turned_images_give_the_same(clean, name):
+    image, truth = clean
+    image, truth = image[:200, :200], truth[(truth < 150).all(axis=1)]
+    start = started(truth, np.random.default_rng(5))
+    first = LOCALISERS[name](image, start, **FINE[name])
+    inverted = LOCALISERS[name](256 - image, start, **FINE[name])
+    turned = LOCALISERS[name](image.T.copy(), start[:, ::-1], **FINE[name])
+    assert np.allclose(inverted.corners, first.corners, atol=2e-3)
+    assert np.allclose(turned.corners[:, ::-1], first.corners, atol=2e-3)
+    assert np.allclose(turned.sd, first.sd, rtol=0.05, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
+def test_depth_of_the_image_does_not_matter(clean, name):
+    image, truth = clean
+    start = started(truth[:20], np.random.default_rng(6))
+    deep = LOCALISERS[name](np.rint(image * 256).astype(np.uint16), start, **FINE[name])
+    real = LOCALISERS[name](image, start, **FINE[name])
+    assert np.allclose(deep.corners, real.corners, atol=2e-3)
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
+@pytest.mark.parametrize("scene", ["flat", "edge", "noise"])
+def test_where_no_corner_is_nothing_is_made_up(name, scene):
+    rng = np.random.default_rng(8)
+    image = np.full((80, 80), 100, np.uint8)
+    if scene == "edge":
+        image[:, 40:] = 200
+    if scene == "noise":
+        image = rng.integers(0, 255, image.shape, dtype=np.uint8)
+    start = np.array([[40.2, 39.7], [30.0, 41.0]])
+    found = LOCALISERS[name](image, start, **FINE[name])
+    back = ~found.converged
+    assert (found.corners[back] == start[back]).all()
+    assert np.isnan(found.sd[back]).all()
+    if scene != "noise":
+        # A point of a flat or one-edged window is no corner: none, or a wide SD.
+        assert (back | (found.sd > 0.5) | ~np.isfinite(found.sd)).all()
+    assert (np.abs(found.corners - start) <= 7.5).all()
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
+def test_corners_at_or_beyond_the_rim_are_left_where_they_are(clean, name):
+    image, _ = clean
+    start = np.array([[2.0, 3.0], [-50.0, 10.0], [1e9, 1e9], [np.nan, 5.0]])
+    found = LOCALISERS[name](image, start, **FINE[name])
+    assert not found.converged.any()
+    assert np.array_equal(found.corners, start, equal_nan=True)
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
+def test_no_corners_and_tiny_images(name):
+    found = LOCALISERS[name](np.zeros((30, 30)), np.empty((0, 2)), **FINE[name])
+    assert found.corners.shape == (0, 2)
+    assert found.sd.shape == found.converged.shape == (0,)
+    tiny = LOCALISERS[name](np.zeros((1, 1)), np.zeros((1, 2)), **FINE[name])
+    assert not tiny.converged.any()
+
+
+def test_a_full_window_of_9_leaves_far_corners_and_a_half_window_of_9_does_not():
+    """E-3.16: OpenCV discards what moved further than its half window."""
+    image, truth = board(sd=1.0)
+    at_8 = truth + 8 * np.array([np.cos(0.3), np.sin(0.3)])
+    narrow = corner_subpix(image, at_8, half_window=4)
+    assert not narrow.converged.any()
+    wide = corner_subpix(image, at_8, half_window=9)
+    assert wide.converged.all()
+    assert np.abs(wide.corners - truth).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda i, c: saddle_point(i, c, window=8), "odd width"),
+        (lambda i, c: derivative(i, c, window=3), "odd width"),
+        (lambda i, c: saddle_point(i, c, blur_sd=-1), "blur_sd"),
+        (lambda i, c: saddle_point(np.dstack([i] * 3), c), "grey"),
+        (lambda i, c: derivative(i, c.ravel()), r"\(N, 2\)"),
+        (lambda i, c: corner_subpix(i, c, half_window=4, zero_zone=4), "zero_zone"),
+    ],
+)
+def test_bad_arguments_are_told_in_one_line(clean, call, told):
+    with pytest.raises(InputError, match=told) as error:
+        call(*clean)
+    assert "\n" not in str(error.value)
+
+
+def test_the_derivatives_of_the_ridges_are_right():
+    rng = np.random.default_rng(2)
+    ridges = np.array([[0.3, -0.4, 0.2, 1.6, 0.5, 0.7, 40.0, 35.0, 60.0, 2.0]])
+    x, y = _offsets(5)
+    values = rng.normal(20, 5, (1, len(x))).astype(np.float32)
+    columns, _ = _columns(ridges, x, y, values)
+    for k in range(10):
+        step = np.zeros((1, 10))
+        step[0, k] = 1e-3
+        _, ahead = _columns(ridges + step, x, y, values)
+        _, behind = _columns(ridges - step, x, y, values)
+        # Single precision of values of about 20.
+        assert np.allclose((behind - ahead) / 2e-3, columns[:, k], atol=2e-2)
+
+
+def test_interpolation_is_exact_for_quadratics():
+    fraction = np.random.default_rng(1).uniform(0, 1, 20)
+    taps, places = cubic_taps(fraction), np.array([-1.0, 0, 1, 2])
+    for power in range(3):
+        assert np.allclose(taps @ places**power, fraction**power, atol=1e-12)
+
+
+def test_noise_is_measured_and_the_picture_is_not(clean):
+    image, truth = clean
+    rng = np.random.default_rng(9)
+    weights = np.ones((len(truth), 11, 11))
+    # Corners half a pixel's rounding away: the picture leaves less than 0.3 levels.
+    assert np.sqrt(noise_variance(image, truth, weights)).max() < 0.3
+    noisy = image + rng.normal(0, 5, image.shape)
+    found = np.sqrt(noise_variance(noisy, truth, weights).mean())
+    assert found == pytest.approx(5, rel=0.05)
