@@ -314,6 +314,19 @@ def test_shah_aggarwal_is_two_polynomials_of_the_radius():
     np.testing.assert_array_equal(valid, (points[:, 2] > 0) & (r <= limit))
 
 
+def test_a_twist_of_many_turns_is_undone():
+    twist = [0.15, 0.2, -0.5, -0.14, 2]
+    camera = ShahAggarwalCamera(K, [1, -0.24, 0.25, 0.13, 0.035], twist, *SIZE)
+    r = np.linspace(0.01, 20, 300)
+    directions = unit(np.column_stack([0.6 * r, -0.8 * r, 1 + 0 * r]))
+    pixels, valid = camera.project(directions)
+    assert valid.all()
+    rays = camera.rays(pixels)
+    assert rays.valid.all()
+    # The last turn is of six million radians, known to the rounding of those.
+    assert angle_between(rays.directions, directions).max() < 1e-8
+
+
 def test_models_meet_where_they_must():
     points = np.random.default_rng(11).normal(0, 1, (500, 3))
     pinhole = PerspectiveCamera(K, [], *SIZE).project(points)

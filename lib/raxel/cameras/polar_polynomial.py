@@ -7,7 +7,7 @@ import numpy as np
 from raxel.cameras.azimuthal import AzimuthalCamera, PlaneLaw
 from raxel.cameras.base import check_size, checked_array, checked_calibration_matrix
 from raxel.cameras.plane_map import PlaneMap
-from raxel.cameras.rising import smallest_positive_root
+from raxel.cameras.rising import invert_rising, smallest_positive_root
 from raxel.errors import InputError
 
 ORDER = 5
@@ -22,11 +22,11 @@ class PolarMap(PlaneMap):
 
     def __init__(self, radial, tangential, radius):
         self._stretch = np.asarray(radial, float)[::-1]
+        self._rise = np.arange(len(radial), 0, -1) * self._stretch
         self._turn = np.append(np.asarray(tangential, float)[::-1], 0.0)
         super().__init__(radius, azimuths=1)
         # A dip of the slope between two rings of the scan is not overlooked so.
-        slope = np.arange(1, len(radial) + 1) * radial
-        self.limit = min(self.limit, smallest_positive_root(slope))
+        self.limit = min(self.limit, smallest_positive_root(self._rise[::-1]))
 
     def value(self, p):
         z, factor, _ = self._polar(p)
@@ -38,6 +38,25 @@ class PolarMap(PlaneMap):
         unit = _pairs(z) / np.where(z != 0, np.abs(z), 1.0)[:, None]
         J = np.stack([_pairs(factor), _pairs(1j * factor)], axis=2)
         return J + _pairs(z * change)[:, :, None] * unit[:, None]
+
+    def invert(self, q):
+        """Points (N, 2) that map to `q` (N, 2), first r, then phi; which exist (N,)."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            image = q[:, 0] + 1j * q[:, 1]
+            reach = np.abs(image)
+            inside = reach <= self._radius(np.array(self.limit))
+            r = invert_rising(
+                self._radius, self._slope, np.where(inside, reach, 0.0), self.limit
+            )
+            z = image * np.exp(-1j * np.polyval(self._turn, r))
+            z = z * (r / np.where(reach > 0, reach, 1.0))
+        return np.where(inside[:, None], _pairs(z), np.nan), inside
+
+    def _radius(self, r):
+        return r * np.polyval(self._stretch, r)
+
+    def _slope(self, r):
+        return np.polyval(self._rise, r)
 
     def _polar(self, p):
         """p as a complex number, F = A exp(i B), and its derivative with r."""
