@@ -197,11 +197,11 @@ def resolution(effort):
 #   because rings of the picture become rows of one width, and
 #   {glue:text}`along_column:.1f` along the columns. The bottom is
 #   blurred for want of pixels, and at the top detail is thrown away.
-# - **It hardly depends on the mirror.** From the paraboloid to the most
-#   open hyperboloid the ratio goes from {glue:text}`least:.0f` to
-#   {glue:text}`most:.0f`. It does depend on the height of the panorama: a
+# - **No mirror tried avoids it.** From the paraboloid to the most open
+#   hyperboloid the ratio goes from {glue:text}`least:.0f` to
+#   {glue:text}`most:.0f`. The height of the panorama counts for more: in a
 #   strip from the horizon up and down by less than
-#   {glue:text}`band:.1f`° stays below {glue:text}`limit:.1f`.
+#   {glue:text}`band:.1f`° the ratio stays below {glue:text}`limit:.1f`.
 # - **Limits.** The thesis does not name the camera of its figure. Here it
 #   is a laboratory camera, with a mirror that this report chose. All
 #   mirrors tried are central; one can be designed for even resolution, and
