@@ -188,7 +188,9 @@ def fig_2_6(results):
         path = path_of(steps[0])
         axes[0].plot(*path.T, **SERIES[index], label=NAMES[method])
         rows += [(method, x, y) for x, y in path]
-    axes[0].set_xlabel("Along the mean step (mm)")
+    axes[0].set_xlabel(
+        f"Along the mean step, deviation x {STEP_SCALE} (mm)"
+    )
     axes[0].set_ylabel(f"Across, deviation x {STEP_SCALE} (mm)")
     axes[0].set_title("One rendered seed")
     trials = [

@@ -240,7 +240,8 @@ def ext_zoo_fits(results):
         "error of the radius against the number of radial parameters (centre, "
         "aspect and skew are not counted). Open markers: models of the "
         "image plane, fitted up to 70° only. Errors below $10^{-6}$ px "
-        "are drawn there: the model contains the lens.",
+        "are drawn there: the model contains the lens. Models with equally "
+        "many parameters are drawn side by side.",
         Check(falls, "more terms never fit worse"),
     )
 
