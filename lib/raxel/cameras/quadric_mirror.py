@@ -34,7 +34,8 @@ class QuadricMirrorCamera(MirrorCamera):
     Raises InputError for a mirror behind the viewer, a viewer behind the mirror, and
     values no mirror can have.
     Source: Baker, Nayar 1999, doi:10.1023/A:1008128724364; off the focus, Micusik,
-    Pajdla 2004, CVPR.
+    Pajdla 2004, Autocalibration and 3D reconstruction with non-central catadioptric
+    cameras, CVPR.
     """
 
     kind = "quadric mirror"
