@@ -37,9 +37,10 @@ class SyntheticPlane(NamedTuple):
 def synthetic_plane(camera, principal_pixel=None, distance=1.0):
     """The plane at right angles to the ray of principal_pixel, default mid-image.
 
-    camera: any Camera; distance: of the plane along that ray, in the camera's unit; it
-    matters to non-central cameras only. Raises InputError where the camera has no rays
-    around the pixel.
+    camera: any Camera; distance: of the plane along that ray, in the camera's unit. It
+    does not matter where all rays start at one point. To a non-central camera it does,
+    and before a mirror, even a central one, the plane must lie ahead of all the rays'
+    origins. Raises InputError where the camera has no rays around the pixel.
     """
     if principal_pixel is None:
         principal_pixel = (camera.width - 1) / 2, (camera.height - 1) / 2
