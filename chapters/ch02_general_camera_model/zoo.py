@@ -85,6 +85,14 @@ def two_mirrors():
     )
 
 
+def bent_sheet():
+    """A pinhole before a sheet of mirror, 400 mm square, bent by 3 cm."""
+    viewer = made("perspective", K=K_of(130), radial=[])()
+    heights = [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]
+    sheet = {"size": (400, 400), "heights": heights, "offset": (0, 0, 180)}
+    return camera_from("bent mirror", {"viewer": viewer} | sheet)
+
+
 def table():
     """A look-up table filled from the equidistance lens."""
     return GeneralCamera.from_camera(camera("equidistance"))
@@ -311,6 +319,12 @@ ZOO = {
         two_mirrors,
         "stereo with one camera; jumps between facets",
         "curved mirrors",
+    ),
+    "bent mirror": Model(
+        "2.2.3",
+        bent_sheet,
+        "a sheet of mirror of any gentle shape: the flexible mirror",
+        "folds, facets, and sheets that show a point twice",
     ),
     "X-slits": Model(
         "2.2.4",
