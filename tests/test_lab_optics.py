@@ -53,6 +53,24 @@ def test_finer_pixels_bring_the_blurred_edge_to_the_error_function(fineness, mos
     assert np.abs(off).max() < most
 
 
+@pytest.mark.parametrize(
+    ("fineness", "low", "high"), [(1, 0, 1 / 4), (2, 0.118, 0.188)]
+)
+def test_width_of_a_blurred_edge_depends_on_its_place_in_a_pixel(fineness, low, high):
+    """Variance of differences beyond the blur's; 2/12 is that of two exact pixels."""
+    sd, height, width = 0.6, 8 * fineness, 61 * fineness
+    places = (30.5 + np.linspace(0, 1, 41)) * fineness - 0.5
+    lens = Optics(blur_sd_px=(sd, sd))
+    rows = [lens.apply(edge(height, width, at, 0.0), fineness)[4] for at in places]
+    share = np.diff(np.array(rows, float), axis=1)
+    u = np.arange(60) + 0.5
+    middle = share @ u
+    more = share @ u**2 - middle**2 - sd**2
+    assert more.min() == pytest.approx(low, abs=1e-3)
+    assert more.max() == pytest.approx(high, abs=1e-3)
+    assert low < 2 / 12 < high
+
+
 @pytest.mark.parametrize("sd", [0.6, 1.0])
 def test_blur_leaves_edges_in_place_wherever_they_cross_a_pixel(sd):
     places = 30 + np.linspace(0, 1, 21)

@@ -72,8 +72,9 @@ class Optics:
 
         fineness: how many pixels of `image` make one of the sensor, each way. Within a
         pixel an edge has a share but no place, so a sharp picture that is blurred at
-        the sensor's own resolution shows edges up to 0.1 px^2 too narrow or too wide
-        in variance, in their right place; with two pixels each way a quarter of that.
+        the sensor's own resolution shows edges, in their right place, up to 1/6 px^2
+        too narrow or 1/12 too wide in variance, according to where in a pixel they
+        lie; with two pixels each way about a quarter of that.
 
         Blur comes first, since only it needs the finer pixels: what is blurred can be
         resampled without loss, and vignetting and magnifications change too slowly
