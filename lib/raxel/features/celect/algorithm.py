@@ -28,7 +28,7 @@ from raxel.features.celect.user_input import (
     checked_image,
     contour_counts,
 )
-from raxel.features.celect.window import Scale, clear_scale, open_window
+from raxel.features.celect.window import clear_scale, open_window, smoothing_for
 
 PUBLISHED = CelectSettings()
 
@@ -85,15 +85,14 @@ def snapped(image, clicks, columns, rows, settings):
     """
     s = side_lengths(clicks, columns, rows, settings.radius_divisor)
     radii = np.minimum(s, np.roll(s, 1))
+    smoothing = smoothing_for(s.min(), settings)
     windows = [
-        open_window(
-            image, click, radius, settings.smoothing_px, settings.integration_px
-        )
+        open_window(image, click, radius, smoothing)
         for click, radius in zip(clicks, radii, strict=True)
     ]
-    scale = clear_scale(windows, settings)
+    scale = clear_scale(windows, smoothing, settings)
     corners = np.full((4, 2), np.nan)
-    if scale == Scale(0.0, 0.0):
+    if not (scale.gradient > 0 and scale.response > 0):
         return scale, corners
     for i, window in enumerate(windows):
         found = settings.detect_corners(window, scale, settings)

@@ -6,13 +6,14 @@ its normal (errata E-3.03): R = (p - centre) . n, n the direction of theta turne
 degrees in (u, v). So (R, theta) and (-R, theta + 180) are the same line.
 """
 
+import math
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 BINS = 180
-_ANGLES = np.arange(BINS)
+_ANGLES = np.arange(BINS, dtype=np.int32)
 _NORMALS = np.stack((-np.sin(np.radians(_ANGLES)), np.cos(np.radians(_ANGLES)))).astype(
     np.float32
 )
@@ -51,8 +52,11 @@ def vote(points, centre, radius):
     """
     m = int(np.ceil(radius)) + 1
     off = (points - centre).astype(np.float32)
-    rows = np.rint(off @ _NORMALS).astype(np.intp) + m
-    flat = np.bincount((rows * BINS + _ANGLES).ravel(), minlength=(2 * m + 1) * BINS)
+    # Cut off after adding a half: rounded, as nothing is below zero.
+    bins = (off @ _NORMALS + np.float32(m + 0.5)).astype(np.int32)
+    bins *= BINS
+    bins += _ANGLES
+    flat = np.bincount(bins.ravel(), minlength=(2 * m + 1) * BINS)
     space = flat.reshape(-1, BINS).astype(np.float32)
     return cv2.GaussianBlur(space, (3, 3), 0, borderType=cv2.BORDER_REPLICATE)
 
@@ -99,10 +103,9 @@ def peaks_of(space, settings, s):
     found = [(row - m, column, votes) for row, column, votes in found]
     if settings.wrap > 0:
         found = _suppressed_at_border(space, found, suppress, settings, s)
-    lines = np.array([line[:2] for line in found], float).reshape(-1, 2)
-    votes = np.array([line[2] for line in found], float)
-    peaks = Peaks(lines, votes)
-    return merge_close(peaks, settings.split_peaks * s)
+    merged = np.array(merge_close(found, settings.split_peaks * s), float)
+    merged = merged.reshape(-1, 3)
+    return Peaks(merged[:, :2], merged[:, 2])
 
 
 def _suppressed_at_border(space, found, suppress, settings, s):
@@ -124,38 +127,31 @@ def _suppressed_at_border(space, found, suppress, settings, s):
 
 
 def merge_close(peaks, bins):
-    """Peaks within `bins` of each other in Hough space become their mean, by votes.
+    """Peaks [(R, theta, votes), ...] within `bins` of each other become their mean.
 
-    Close means by steps: a chain of close peaks is one line. The same line written as
-    (R, theta) and (-R, theta + 180) is close to itself.
+    The mean is weighted by the votes. Close means by steps: a chain of close peaks is
+    one line. The same line written as (R, theta) and (-R, theta + 180) is close to
+    itself. Angles come out from 0 to below 180 degrees.
     """
-    lines, votes = peaks
-    left, merged = list(range(len(lines))), []
+    left, merged = list(peaks), []
     while left:
         group = [left.pop(0)]
-        twins = [lines[group[0]]]
-        for member in twins:
+        for member in group:
             for other in list(left):
-                twin = nearest_form(lines[other], member)
-                if np.hypot(*(twin - member)) <= bins:
+                twin = nearest_form(other, member)
+                if math.hypot(twin[0] - member[0], twin[1] - member[1]) <= bins:
                     left.remove(other)
-                    group.append(other)
-                    twins.append(twin)
-        weight = votes[group]
-        mean = weight @ np.array(twins) / weight.sum()
-        merged.append((*canonical(mean), weight.sum()))
-    merged = np.array(merged, float).reshape(-1, 3)
-    return Peaks(merged[:, :2], merged[:, 2])
+                    group.append(twin)
+        total = sum(votes for _, _, votes in group)
+        R = sum(votes * R for R, _, votes in group) / total
+        theta = sum(votes * theta for _, theta, votes in group) / total
+        turns = math.floor(theta / BINS)
+        merged.append((-R if turns % 2 else R, theta - BINS * turns, total))
+    return merged
 
 
 def nearest_form(line, other):
     """The form of a line, (R, theta) or (-R, theta +- 180), with theta nearest."""
-    turns = np.rint((other[1] - line[1]) / BINS)
-    sign = -1 if turns % 2 else 1
-    return np.array([sign * line[0], line[1] + BINS * turns])
-
-
-def canonical(line):
-    """The form of a line with theta from 0 to below 180 degrees."""
-    turns = np.floor(line[1] / BINS)
-    return (-line[0] if turns % 2 else line[0]), line[1] - BINS * turns
+    R, theta, votes = line
+    turns = round((other[1] - theta) / BINS)
+    return (-R if turns % 2 else R), theta + BINS * turns, votes

@@ -40,10 +40,11 @@ class CelectSettings:
     radius_scale: float = 1.0
     most_growths: int = 4
     steps_per_square: int = 6
-    smoothing_px: float = 1.5
-    integration_px: float = 2.0
+    smoothing: float = 0.1
+    smoothing_limits_px: tuple[float, float] = (0.7, 1.5)
+    integration: float = 4 / 3
     harris_k: float = 0.04
-    harris_share: float = 0.05
+    harris_share: float = 0.1
     canny_high: float = 0.3
     canny_low: float = 0.12
     suppression_deg: int = 10

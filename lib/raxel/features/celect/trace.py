@@ -176,13 +176,7 @@ class Tracer:
 
     def _look(self, centre, radius, s):
         settings = self.settings
-        window = open_window(
-            self.image,
-            centre,
-            radius,
-            settings.smoothing_px,
-            settings.integration_px,
-        )
+        window = open_window(self.image, centre, radius, self.scale.smoothing)
         edges = canny_edges(window, self.scale, settings.canny_high, settings.canny_low)
         space = vote(edges, centre, radius)
         return Seen(window, edges, peaks_of(space, settings, s), space)

@@ -17,12 +17,20 @@ FULL_SCALE = 4000.0
 """Value of the reference gradient in the whole numbers that Canny's method takes."""
 
 
+class Smoothing(NamedTuple):
+    """Standard deviations in px: of the grey values, and of the tensor of a corner."""
+
+    grey: float
+    tensor: float
+
+
 class Scale(NamedTuple):
-    """What a clear edge and a clear corner are in this image.
+    """What a clear edge and a clear corner are in this image, smoothed like this.
 
     `gradient`: grey levels per pixel. `response`: of the corner detector.
     """
 
+    smoothing: Smoothing
     gradient: float
     response: float
 
@@ -41,27 +49,35 @@ class Window(NamedTuple):
     gradient_v: np.ndarray
 
     def within(self, mask):
-        """Pixels (n, 2) where the patch's mask is set, inside circle and image."""
-        v, u = np.nonzero(mask)
-        points = np.column_stack((u, v)) + self.first
+        """Pixels (n, 2) inside the circle where the mask (h, w) uint8 is set."""
+        points = cv2.findNonZero(mask)
+        if points is None:
+            return np.empty((0, 2), np.int32)
+        points = points.reshape(-1, 2) + self.first
         off = points - self.centre
         return points[np.einsum("ij,ij->i", off, off) <= self.radius**2]
 
 
-def open_window(image, centre, radius, smoothing_px, integration_px):
+def smoothing_for(s, settings):
+    """The Smoothing of an image whose smallest contour scale is `s` px."""
+    grey = float(np.clip(settings.smoothing * s, *settings.smoothing_limits_px))
+    return Smoothing(grey, settings.integration * grey)
+
+
+def open_window(image, centre, radius, smoothing):
     """The Window of an image (height, width) around a centre (2,).
 
     The image's own border repeats its outermost pixels, and no pixel beyond it is ever
     an edge or a corner.
     """
-    reach = radius + MARGIN_IN_SD * (smoothing_px + integration_px) + 2
+    reach = radius + MARGIN_IN_SD * (smoothing.grey + smoothing.tensor) + 2
     height, width = image.shape
     u0, v0 = np.floor(centre - reach).astype(int)
     u1, v1 = np.ceil(centre + reach).astype(int) + 1
     left, top = max(u0, 0), max(v0, 0)
     patch = image[top : min(v1, height), left : min(u1, width)].astype(np.float32)
     smooth = cv2.GaussianBlur(
-        patch, (0, 0), smoothing_px, borderType=cv2.BORDER_REPLICATE
+        patch, (0, 0), smoothing.grey, borderType=cv2.BORDER_REPLICATE
     )
     across, down = (
         cv2.Sobel(
@@ -75,7 +91,7 @@ def open_window(image, centre, radius, smoothing_px, integration_px):
         for order in ((1, 0), (0, 1))
     )
     return Window(
-        np.asarray(centre, float), radius, np.array([left, top]), across, down
+        np.asarray(centre, float), radius, np.array([left, top], np.int32), across, down
     )
 
 
@@ -95,12 +111,12 @@ def canny_edges(window, scale, high, low):
     return window.within(edges)
 
 
-def harris_response(window, integration_px, k):
+def harris_response(window, tensor_px, k):
     """Harris's R = det M - k trace(M)^2 over the patch of a window, (h, w)."""
     across, down = window.gradient_u, window.gradient_v
     tensor = cv2.merge((across * across, down * down, across * down))
     tensor = cv2.GaussianBlur(
-        tensor, (0, 0), integration_px, borderType=cv2.BORDER_REPLICATE
+        tensor, (0, 0), tensor_px, borderType=cv2.BORDER_REPLICATE
     )
     uu, vv, uv = cv2.split(tensor)
     return uu * vv - uv * uv - k * (uu + vv) ** 2
@@ -111,13 +127,13 @@ def harris_corners(window, scale, settings):
 
     A maximum counts from `harris_share` of the image's clear response on.
     """
-    response = harris_response(window, settings.integration_px, settings.harris_k)
+    response = harris_response(window, scale.smoothing.tensor, settings.harris_k)
     least = max(settings.harris_share * scale.response, np.finfo(np.float32).tiny)
     peaks = (response >= cv2.dilate(response, None)) & (response >= least)
-    return window.within(peaks)
+    return window.within(peaks.view(np.uint8))
 
 
-def clear_scale(windows, settings):
+def clear_scale(windows, smoothing, settings):
     """The Scale of an image from the windows around its clicked corners.
 
     Of each window the largest gradient and response count, of the windows the median:
@@ -126,9 +142,9 @@ def clear_scale(windows, settings):
     gradients, responses = [], []
     for window in windows:
         steep = np.hypot(window.gradient_u, window.gradient_v)
-        response = harris_response(window, settings.integration_px, settings.harris_k)
-        inside = window.within(np.ones(steep.shape, bool)) - window.first
+        response = harris_response(window, smoothing.tensor, settings.harris_k)
+        inside = window.within(np.ones(steep.shape, np.uint8)) - window.first
         u, v = inside.T
         gradients.append(steep[v, u].max(initial=0.0))
         responses.append(response[v, u].max(initial=0.0))
-    return Scale(float(np.median(gradients)), float(np.median(responses)))
+    return Scale(smoothing, float(np.median(gradients)), float(np.median(responses)))
