@@ -121,18 +121,23 @@ def test_a_derivative_window_of_many_corners_still_says_its_spread(clean):
         assert 0.8 < np.nanstd(scores[found.converged]) < 1.15
 
 
-def test_oblique_edges_are_followed():
-    """A sheared board: the ridges are not at right angles."""
+@pytest.mark.parametrize("apart_deg", [50, 70, 90, 110, 130])
+@pytest.mark.parametrize("turn_deg", [0, 20, 45, 75])
+def test_oblique_edges_are_followed(turn_deg, apart_deg):
+    """A sheared corner: the ridges are not at right angles."""
     v, u = np.mgrid[:121, :121].astype(float)
     truth = np.array([[60.3, 59.8]])
     x, y = u - truth[0, 0], v - truth[0, 1]
-    across = (x * np.cos(0.2) + y * np.sin(0.2), x * np.cos(1.1) + y * np.sin(1.1))
-    image = 128 + 90 * erf(across[0] / 2) * erf(across[1] / 2)
+    image = np.full(x.shape, 128.0)
+    wave = 90.0
+    for angle in np.radians([turn_deg, turn_deg + apart_deg]):
+        wave = wave * erf((x * np.cos(angle) + y * np.sin(angle)) / 2)
+    image += wave
     for name in ("saddle-point", "derivative"):
         found = LOCALISERS[name](image, truth + [[0.8, -0.6]], **FINE[name])
         assert found.converged.all()
         # The window of the ridges is about a whole pixel, not about the corner.
-        assert np.abs(found.corners - truth).max() < 1e-2
+        assert np.abs(found.corners - truth).max() < 2e-2
 
 
 @pytest.mark.parametrize("name", LOCALISERS)

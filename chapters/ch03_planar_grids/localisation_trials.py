@@ -67,10 +67,10 @@ def residuals(found, settled, start, truth):
 def derivative_trial(condition, rng):
     """Residual of every corner with every window: (N, windows)."""
     board, image, start = study_image(condition["square_px"], rng)
-    magnitude = np.hypot(*gradient(image))
+    slopes = gradient(image)
     errors, share = [], []
     for window in condition["windows"]:
-        ridges, settled = fit_ridges(image, magnitude, start, window)
+        ridges, settled = fit_ridges(slopes, start, window)
         errors.append(
             residuals(ridges[:, :2], settled, start, board.corners)
         )

@@ -3,7 +3,6 @@
 import numpy as np
 
 from raxel.features.localise.result import checked, localised, still_there
-from raxel.features.localise.saddle import quadratic_hessian
 from raxel.features.localise.windows import fits, gather, noise_variance
 
 ITERATIONS = 40
@@ -17,7 +16,8 @@ LOG_WIDTHS = (-3.0, 6.0)
 # Edges are told apart, and have a width that a window can show.
 LEAST_SINE = 0.1
 LEAST_WIDTH_PX = 0.3
-ANGLE_HALF = (3, 7)
+ANGLE_HALF = (4, 7)
+ANGLE_BINS, APART_BINS = 36, 6
 SMOOTH, DIFFERENCE = np.array([0.25, 0.5, 0.25]), np.array([-0.5, 0.0, 0.5])
 
 
@@ -37,8 +37,8 @@ def derivative(image, corners, *, window=15):
     crossing is as bright as one line is, h3 = (h1 + h2) / 2; at a chessboard corner the
     gradient vanishes, h3 = h1 + h2. Here h3 is free, and so is the floor h0, which
     the magnitude of noise has. Derivatives are Sobel's, divided by 8. The fit is
-    Levenberg and Marquardt's, from the edge directions of a quadratic surface in a
-    window of 7 to 15 px.
+    Levenberg and Marquardt's, from the two directions in which most gradients point in
+    a window of 9 to 15 px.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def derivative(image, corners, *, window=15):
     """
     image, corners = checked(image, corners, window)
     slopes = gradient(image)
-    ridges, converged = fit_ridges(image, np.hypot(*slopes), corners, window)
+    ridges, converged = fit_ridges(slopes, corners, window)
     found = ridges[:, :2]
     half = window // 2
     known = converged & fits(image.shape, found, half + 5)
@@ -74,18 +74,19 @@ def gradient(image):
     )
 
 
-def fit_ridges(image, magnitude, corners, window):
+def fit_ridges(slopes, corners, window):
     """The ten numbers of two ridges about each corner.
 
-    image, magnitude: (H, W) float, and the length of its gradient. Returns (ridges
-    (N, 10): u, v, a1, a2, log w1, log w2, h1, h2, h3, h0; converged (N,)).
+    slopes: `gradient` of the image. Returns (ridges (N, 10): u, v, a1, a2, log w1,
+    log w2, h1, h2, h3, h0; converged (N,)).
     """
     half = window // 2
+    magnitude = np.hypot(*slopes)
     ridges = np.full((len(corners), 10), np.nan)
     settled = np.zeros(len(corners), dtype=bool)
-    ready = fits(image.shape, corners, max(half, ANGLE_HALF[1]) + 1)
+    ready = fits(magnitude.shape, corners, max(half, ANGLE_HALF[1]) + 1)
     for some in _in_parts(np.flatnonzero(ready), window):
-        start = _start(image, magnitude, corners[some], half)
+        start = _start(slopes, magnitude, corners[some], half)
         ridges[some], settled[some] = _recentred(magnitude, start, half)
     settled &= still_there(ridges[:, :2], corners, window)
     settled &= _two_ridges(ridges, window)
@@ -111,36 +112,43 @@ def _two_ridges(ridges, window):
         )
 
 
-def _start(image, magnitude, corners, half):
-    """First ridges (N, 10): edges along the lines where the surface is level."""
+def _start(slopes, magnitude, corners, half):
+    """First ridges (N, 10): at the corners, across the two strongest directions."""
     pixels = np.rint(corners).astype(int)
-    hessian = quadratic_hessian(image, pixels, int(np.clip(half, *ANGLE_HALF)))
-    bend, axes = np.linalg.eigh(hessian)
-    up = np.arctan2(axes[:, 1, 1], axes[:, 0, 1])
-    level = _level(bend)
     ridges = np.zeros((len(corners), 10))
     ridges[:, :2] = corners
-    ridges[:, 2] = up + level + np.pi / 2
-    ridges[:, 3] = up - level + np.pi / 2
+    ridges[:, 2:4] = _edge_normals(slopes, pixels, int(np.clip(half, *ANGLE_HALF)))
     ridges[:, 4:6] = np.log(FIRST_WIDTH_PX)
     values = _values(magnitude, pixels, half)
     columns, _ = _columns(_about(ridges, pixels), *_offsets(half), values)
     square, slope = _normal(columns[:, 6:], values)
     trace = np.trace(square, axis1=1, axis2=2)[:, None, None]
-    square += 1e-6 * trace * np.eye(4)
+    square += (1e-6 * trace + 1e-12) * np.eye(4)
     ridges[:, 6:] = np.linalg.solve(square, slope[..., None])[..., 0]
     return ridges
 
 
-def _level(bend):
-    """Angle (N,) from the axis that bends up to where a saddle is level.
+def _edge_normals(slopes, pixels, half):
+    """The two directions (N, 2) in which the gradients of a window point most.
 
-    bend: (N, 2) eigenvalues, lower first. What is no saddle has its edges at 90 deg.
+    Directions are counted without their sign, by squared length, in bins of 5 deg. The
+    second one is the fullest bin at least 30 deg from the first.
     """
-    down, up = np.maximum(-bend[:, 0], 0), bend[:, 1]
-    saddle = (down > 0) & (up > 0)
-    ratio = np.divide(up, down, out=np.ones(len(bend)), where=saddle)
-    return np.arctan(np.sqrt(ratio))
+    on_u, on_v = (gather(slope, pixels - half, 2 * half + 1) for slope in slopes)
+    place = np.arctan2(on_v, on_u) % np.pi / np.pi * ANGLE_BINS
+    place = (
+        place.astype(int) % ANGLE_BINS
+        + ANGLE_BINS * np.arange(len(pixels))[:, None, None]
+    )
+    count = np.bincount(
+        place.ravel(), (on_u**2 + on_v**2).ravel(), ANGLE_BINS * len(pixels)
+    ).reshape(-1, ANGLE_BINS)
+    soft = 2 * count + np.roll(count, 1, axis=1) + np.roll(count, -1, axis=1)
+    first = soft.argmax(axis=1)
+    apart = np.abs(np.arange(ANGLE_BINS) - first[:, None])
+    apart = np.minimum(apart, ANGLE_BINS - apart)
+    second = np.where(apart < APART_BINS, -1.0, soft).argmax(axis=1)
+    return (np.column_stack([first, second]) + 0.5) * np.pi / ANGLE_BINS
 
 
 def _offsets(half):

@@ -124,11 +124,6 @@ def _broyden(change, step, seen):
     return change + missing[:, :, None] * step[:, None, :] / square
 
 
-def quadratic_hessian(image, pixels, half):
-    """Hessian (N, 2, 2) of the quadratic about whole `pixels` (N, 2), `half` inside."""
-    return _surface(image, pixels.astype(float), half, _quadratic_rows(half))[1]
-
-
 def _quadratic_rows(half):
     """1-D weights (3, 2 half + 1) whose products give the quadratic's coefficients.
 
