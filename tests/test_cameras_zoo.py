@@ -505,6 +505,19 @@ def test_a_rising_cubic_is_inverted(cube, square, line, seed):
     assert (found <= high).all()
 
 
+@pytest.mark.parametrize("high", [3.0, np.inf])
+def test_zero_comes_back_at_once_and_exactly(high):
+    calls = []
+
+    def slope(x):
+        calls.append(x)
+        return 1 + x**2
+
+    found = invert_rising(lambda x: x + x**3 / 3, slope, np.zeros(2), high)
+    assert np.array_equal(found, [0.0, 0.0])
+    assert len(calls) <= 1
+
+
 BAD = {
     "not even": (lambda: BrownCamera(-K, [], [0, 0], *SIZE), "'K'"),
     "decentring": (lambda: BrownCamera(K, [], [0, 0, 0], *SIZE), "'tangential'"),

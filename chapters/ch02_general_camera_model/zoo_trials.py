@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +105,7 @@ def curve_trial(condition, rng):
 PLANE_ANGLE = np.radians(70.0)
 
 
+@cache
 def lens(name):
     """Radius law of a lens: angles (N,) rad -> radii (N,) px."""
     rig = load_rig(RIG).laboratory().camera

@@ -28,9 +28,11 @@ class RadialFit(NamedTuple):
 def radii_of(camera, angles):
     """Image radius in pixels at angles (N,) from the axis, rows along u; NaN unseen."""
     angles = np.asarray(angles, float)
+    # The first is the axis.
+    angles = np.concatenate([[0.0], angles])
     points = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
-    axis = camera.project(np.array([[0.0, 0.0, 1.0]])).pixels
-    return np.hypot(*(camera.project(points).pixels - axis).T)
+    pixels = camera.project(points).pixels
+    return np.hypot(*(pixels[1:] - pixels[0]).T)
 
 
 def fit_camera(camera, angles, radii):

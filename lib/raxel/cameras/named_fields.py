@@ -1,10 +1,12 @@
 """Cameras stored by the names of their constructor's arguments."""
 
 import inspect
+from functools import cache
 
 import numpy as np
 
 
+@cache
 def argument_names(camera_class):
     """(all, needed) names of a camera class's constructor arguments."""
     arguments = inspect.signature(camera_class).parameters

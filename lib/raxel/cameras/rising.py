@@ -27,7 +27,9 @@ def invert_rising(function, slope, targets, high):
     targets = np.asarray(targets, float)
     with np.errstate(all="ignore"):
         low, top, x = _bracket(function, targets, high)
-        done = np.zeros(len(targets), bool)
+        # Newton's method would take forty steps to come so close to 0.
+        done = targets == 0
+        x = np.where(done, 0.0, x)
         for _ in range(200):
             gap = function(x) - targets
             top = np.where(gap > 0, x, top)
