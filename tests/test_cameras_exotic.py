@@ -89,8 +89,8 @@ WILD = [0, 1, -50, 1e-300, 1e20, -1e155, 1e200, 1e308, np.inf, -np.inf, np.nan]
 def test_wild_values_are_flagged_without_a_warning_by_every_kind(name):
     camera, _ = EVERY[name]
     rng = np.random.default_rng(4)
-    rays = camera.rays(rng.choice(WILD, (300, 2)))
-    seen = camera.project(rng.choice(WILD, (300, 3)))
+    rays = camera.rays(rng.choice(WILD, (2000, 2)))
+    seen = camera.project(rng.choice(WILD, (2000, 3)))
     for values, valid in zip(
         [*rays[:2], seen.pixels], [rays.valid] * 2 + [seen.valid], strict=True
     ):

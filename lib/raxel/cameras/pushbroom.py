@@ -68,6 +68,8 @@ class PushbroomCamera(NamedFields, Camera):
         x = points[:, 0] - rows * self.velocity[0]
         z = points[:, 2] - rows * self.velocity[2]
         valid = np.isfinite(points).all(axis=1) & (z > 0)
-        u = self.focal_px * x / np.where(valid, z, np.nan) + self.principal_column
+        with np.errstate(over="ignore"):
+            u = self.focal_px * x / np.where(valid, z, np.nan) + self.principal_column
         pixels = np.column_stack([u, rows + self.reference_row])
+        valid &= np.isfinite(u)
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)

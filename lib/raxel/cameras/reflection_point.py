@@ -106,7 +106,7 @@ def _starts(mirror, points, arrivals):
     order = np.argsort(cost, axis=1, kind="stable")[:, :count]
     chosen = p[order]
     chosen[~np.isfinite(np.take_along_axis(cost, order, axis=1))] = np.nan
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         next_to = mirror.chart(points)
         length = np.linalg.norm(next_to, axis=1, keepdims=True)
         next_to *= np.minimum(1, extent / length)
