@@ -10,6 +10,8 @@ completely, in a pyramid of bounds: each node holds a cone of directions and a b
 origins that enclose all rays below it, so no cell that sees the point is passed over.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from raxel.cameras.ray_bounds import BoundPyramid
@@ -30,8 +32,12 @@ class TableInverse:
 
     def __init__(self, table):
         self._table = table
-        self._pyramid = BoundPyramid(table)
         self._plant_tree()
+
+    @cached_property
+    def _pyramid(self):
+        # Points in the middle of the field of view are found without it.
+        return BoundPyramid(self._table)
 
     def project(self, points):
         """Pixels (N, 2) of points (N, 3), NaN where no position sees the point."""
