@@ -103,9 +103,12 @@ def saddle_trial(condition, rng):
 
 
 def spread_trial(condition, rng):
-    """Errors of a localiser beside the standard deviations that it states."""
+    """Errors of a localiser beside the standard deviations that it states.
+
+    What is left without noise is its bias.
+    """
     board, image, start = study_image(condition["square_px"], rng)
-    image = image.astype(np.uint8)
+    image, clean = image.astype(np.uint8), board.image(BLUR_PX)
     functions = {
         "saddle point": saddle_point,
         "derivative": derivative,
@@ -113,14 +116,16 @@ def spread_trial(condition, rng):
     }
     found = {}
     for name, function in functions.items():
-        result = function(image, start)
+        result, without = function(image, start), function(clean, start)
         good = result.converged
         error = (result.corners - board.corners)[good]
+        bias = (without.corners - board.corners)[good & without.converged]
         stated = result.sd[good, None]
         found[name] = {
             "converged": float(good.mean()),
             "rms_px": float(np.sqrt(np.mean(error**2))),
             "sd_px": float(np.sqrt(np.mean(stated**2))),
+            "bias_px": float(np.sqrt(np.mean(bias**2))),
             "score_sd": float(np.sqrt(np.mean((error / stated) ** 2))),
             "within": float(np.mean(np.abs(error) < stated)),
         }
