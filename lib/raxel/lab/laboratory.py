@@ -36,18 +36,29 @@ class Laboratory:
         taken in colour.
         """
         coloured = colour or self.sensor.bayer is not None
-        rays = self._corner_rays
+        irradiance = self.irradiance(scene, T_world_camera, colour=coloured)
+        return self.sensor.expose(irradiance, rng, colour=colour)
+
+    def irradiance(self, scene, T_world_camera, *, colour=False, window=None):
+        """Light on the sensor, (H, W) or (H, W, 3), or on a `Window` of it."""
+        rays = self._corner_rays if window is None else self._rays_of(window)
         radiance = render(
-            rays.camera, T_world_camera, scene, colour=coloured, corner_rays=rays
+            rays.camera, T_world_camera, scene, colour=colour, corner_rays=rays
         )
-        fineness = rays.camera.width // self.camera.width
-        return self.develop(radiance, rng, colour=colour, fineness=fineness)
+        return self.optics.apply(radiance, self._fineness, window)
+
+    @property
+    def _fineness(self):
+        return FINENESS if max(self.optics.blur_sd_px) > 0 else 1
 
     @cached_property
     def _corner_rays(self):
-        if max(self.optics.blur_sd_px) > 0:
-            return CornerRays(_Finer(self.camera, FINENESS))
-        return CornerRays(self.camera)
+        return self._rays_of(None)
+
+    def _rays_of(self, window):
+        if self._fineness == 1 and window is None:
+            return CornerRays(self.camera)
+        return CornerRays(_Finer(self.camera, self._fineness, window))
 
     def develop(self, radiance, rng, *, colour=False, fineness=1):
         """The picture that radiance leaves in the file.
@@ -62,13 +73,15 @@ class Laboratory:
 
 
 class _Finer:
-    """A camera's view in `fineness` times as many pixels each way."""
+    """A camera's view, or a window of it, in `fineness` times the pixels each way."""
 
-    def __init__(self, camera, fineness):
+    def __init__(self, camera, fineness, window=None):
         self._camera, self._fineness = camera, fineness
-        self.width, self.height = camera.width * fineness, camera.height * fineness
+        part = camera if window is None else window
+        self.width, self.height = part.width * fineness, part.height * fineness
+        self._first = np.zeros(2) if window is None else np.array(window[:2])
         self.central = camera.central
 
     def rays(self, pixels):
         """Rays of positions (N, 2) in the finer image."""
-        return self._camera.rays((pixels + 0.5) / self._fineness - 0.5)
+        return self._camera.rays((pixels + 0.5) / self._fineness - 0.5 + self._first)

@@ -6,6 +6,7 @@ the half diagonal, as each function says.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,17 @@ TAPS = 6
 # Size of a picture whose weights of blur are kept for the next: 100 MB of them.
 REMEMBERED = 1 << 22
 NO_ABERRATION = (1.0, 1.0, 1.0)
+
+
+class Window(NamedTuple):
+    """Part of a picture of `full_width` x `full_height` px: first pixel and size."""
+
+    u: int
+    v: int
+    width: int
+    height: int
+    full_width: int
+    full_height: int
 
 
 @dataclass(frozen=True)
@@ -67,7 +79,7 @@ class Optics:
                 "three magnifications near 1"
             )
 
-    def apply(self, image, fineness=1):
+    def apply(self, image, fineness=1, window=None):
         """Irradiance on the sensor from radiance (H, W) or (H, W, 3), float32.
 
         fineness: how many pixels of `image` make one of the sensor, each way. Within a
@@ -80,15 +92,19 @@ class Optics:
         resampled without loss, and vignetting and magnifications change too slowly
         over a point spread for the order to matter. A grey picture stays grey: its
         red, green and blue copies add up by luminance. Beyond the border the outermost
-        pixels are repeated.
+        pixels are repeated. window: `Window` of which `image` is the radiance, where
+        it is not the whole picture.
         """
         image = np.asarray(image, np.float32)
+        if window is None:
+            height, width = (size // fineness for size in image.shape[:2])
+            window = Window(0, 0, width, height, width, height)
         if max(self.blur_sd_px) > 0:
-            image = self._blurred(image, fineness)
+            image = self._blurred(image, fineness, window)
         if fineness > 1:
             image = _binned(image, fineness)
         height, width = image.shape[:2]
-        centre = self._centre(width, height)
+        centre = self._centre_in(window)
         light = self._vignetting(_squared_radius(width, height, centre))
         if light is not None:
             image = image * _over_colours(light, image)
@@ -101,6 +117,10 @@ class Optics:
         squared = _squared_radius(width, height, self._centre(width, height))
         light = self._vignetting(squared)
         return np.ones_like(squared) if light is None else light
+
+    def _centre_in(self, window):
+        whole = self._centre(window.full_width, window.full_height)
+        return whole - [window.u, window.v]
 
     def _centre(self, width, height):
         middle = ((width - 1) / 2, (height - 1) / 2)
@@ -115,18 +135,17 @@ class Optics:
             light = curve if light is None else light * curve
         return light
 
-    def _blurred(self, image, fineness):
+    def _blurred(self, image, fineness, window):
         """Each pixel between the two nearest of a few uniform blurs.
 
         A mixture of two Gaussians with shares linear in the variance has exactly the
         variance in between.
         """
         height, width = image.shape[:2]
-        centre = self._centre(width / fineness, height / fineness)
-        fine_centre = (centre + 0.5) * fineness - 0.5
+        fine_centre = (self._centre_in(window) + 0.5) * fineness - 0.5
         low, high = ((fineness * sd) ** 2 for sd in self.blur_sd_px)
         shares = _remembered_shares if image.size <= REMEMBERED else _level_shares
-        diagonal = width**2 + height**2
+        diagonal = fineness**2 * (window.full_width**2 + window.full_height**2)
         levels, weights = shares(width, height, tuple(fine_centre), diagonal, low, high)
         if len(levels) == 1:
             return gaussian_blur(image, levels[0])

@@ -196,7 +196,11 @@ def _keys(sight, textures):
 def _inside_radiance(block, inside, texture, keys):
     """Radiance of pixels (h, w) that see one region of one texture."""
     if texture.regional:
-        return texture.colours[keys[:-1, :-1][inside] & ((1 << 44) - 1)]
+        colours = texture.colours[keys[:-1, :-1][inside] & ((1 << 44) - 1)]
+        if texture.light is None:
+            return colours
+        uv = block.corners.uv
+        return texture.lit(colours, (uv[:-1, :-1][inside] + uv[1:, 1:][inside]) / 2)
     uv, cosine = block.centres.uv[inside], block.centres.cosine[inside]
     if not texture.averages:
         return texture.radiance(uv, cosine)

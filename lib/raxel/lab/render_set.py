@@ -15,14 +15,14 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.files import check_can_be_written, write_json
 from raxel.geometry.poses import transform
+from raxel.lab.board_photograph import photograph_board
 from raxel.lab.monitor_views import photograph_patterns, points_seen
-from raxel.lab.scenes import board_scene
 from raxel.sets.image_set import load_set, write_set
 from raxel.sets.model import ActiveGrid, ImageSet, View
 
 TRUTH = "truth"
 # Streams of random numbers, so that no draw depends on how many came before.
-POSES, NOISE = 0, 1
+POSES, NOISE, SPECIMEN = 0, 1, 2
 
 
 def render_set(rig, out, seed, say=None):
@@ -66,10 +66,9 @@ def write_picture(path, picture):
 
 
 def _board_view(rig, T_camera_target, index, use, folder, seed):
-    scene = board_scene(rig.target, T_camera_target, rig.border_mm, **rig.radiances)
     rng = np.random.default_rng([seed, NOISE, index])
-    colour = rig.sensor.bayer is not None
-    picture = rig.laboratory().photograph(scene, np.eye(4), rng, colour=colour)
+    specimen = np.random.default_rng([seed, SPECIMEN])
+    picture = photograph_board(rig, T_camera_target, rng, specimen)
     name = f"view-{index:03d}.png"
     write_picture(folder / name, picture)
     return View(image=name, use=use)

@@ -18,11 +18,19 @@ from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
+from raxel.lab.blemishes import Blemishes
 from raxel.lab.laboratory import Laboratory
+from raxel.lab.lighting import Lighting
 from raxel.lab.monitor import Monitor
 from raxel.lab.optics import Optics
 from raxel.lab.sensor import Sensor
-from raxel.lab.target_poses import DrawnPoses, ListedPoses, View, outline_of
+from raxel.lab.target_poses import (
+    AroundPoses,
+    DrawnPoses,
+    ListedPoses,
+    View,
+    outline_of,
+)
 from raxel.sets.document import read_yaml, validate
 from raxel.sets.model import ActiveGrid, Chessboard
 
@@ -36,7 +44,7 @@ CAMERA_UNITS = {
     **dict.fromkeys(("axes", "rim_radius", "hole_radius", "offset"), "mm"),
     **dict.fromkeys(("slit_points", "image_distance", "pupil_shift"), "mm"),
     **dict.fromkeys(("velocity", "outlines"), "mm"),
-    **dict.fromkeys(("size", "heights"), "mm"),
+    **dict.fromkeys(("size", "heights", "distance"), "mm"),
     **dict.fromkeys(("max_angle", "rotation"), "deg"),
     "pixels_per_mm": "px/mm",
 }
@@ -44,7 +52,7 @@ CAMERA_UNITS = {
 MIRROR = QuadricMirrorCamera.kind
 MIRROR_FIELDS = (
     *("viewer", "shape", "axes", "rim_radius"),
-    *("offset", "rotation", "side", "hole_radius", "T_viewer_mirror"),
+    *("offset", "rotation", "distance", "side", "hole_radius", "T_viewer_mirror"),
 )
 # Peak memory of one pixel on its way through lens and sensor, per channel.
 BYTES_PER_PIXEL = 150
@@ -70,8 +78,9 @@ class PatternPlan:
 class Rig:
     """What a rig file says. Lengths in mm, pixels, angles in radians.
 
-    border_mm: white margin around a chessboard's squares, 0 for a monitor; radiances:
-    keyword arguments of the ready-made scene; monitor and patterns: None for a
+    border_mm: white margin around a chessboard's squares, 0 for a monitor; light,
+    blemishes: of a chessboard's pictures; radiances: keyword arguments of the
+    ready-made scene; monitor and patterns: None for a
     chessboard; count, evaluate: views of a rendered set, and how many more of them
     are kept for evaluation.
     """
@@ -81,13 +90,15 @@ class Rig:
     summary: str
     camera: Camera
     optics: Optics
+    light: Lighting
+    blemishes: Blemishes
     sensor: Sensor
     target: Chessboard | ActiveGrid
     border_mm: float
     radiances: dict
     monitor: Monitor | None
     patterns: PatternPlan | None
-    poses: DrawnPoses | ListedPoses
+    poses: DrawnPoses | AroundPoses | ListedPoses
     view: View
     count: int
     evaluate: int
@@ -111,10 +122,8 @@ class Rig:
         rng: numpy Generator; a list of poses does not use it. Raises InputError with
         the count of tries and the reasons where no such poses come up.
         """
-        corner, size = self.extent
-        middle = corner + size / 2
         try:
-            return self.poses.draw(rng, count, middle, self._fault)
+            return self.poses.draw(rng, count, self.extent, self._fault)
         except InputError as fault:
             raise InputError(_named(self.path, "poses", fault)) from fault
 
@@ -153,12 +162,15 @@ def load_rig(path):
     target, sensor = plain["target"], plain["sensor"]
     poses, count = _poses(path, plain["poses"])
     is_board = target["kind"] == "chessboard"
+    _check_monitor_is_plain(path, data, is_board)
     return Rig(
         path=path,
         name=data["name"],
         summary=data.get("summary", ""),
         camera=camera,
         optics=_built(path, "optics", _optics, _values(data.get("optics", {}))),
+        light=_ranges(path, data, "light", Lighting),
+        blemishes=_ranges(path, data, "blemishes", Blemishes),
         sensor=_built(path, "sensor", _sensor, sensor),
         target=_chessboard(target) if is_board else _active_grid(target),
         border_mm=float(target["border"]) if is_board else 0.0,
@@ -228,7 +240,10 @@ def _camera_value(path, field, name, leaf):
 
 
 def _placed_mirror(fields):
-    """A mirror at its viewer's focus, moved by `offset` and turned by `rotation`."""
+    """A mirror at its viewer's focus, moved by `offset` and turned by `rotation`.
+
+    Or with its apex at a `distance` ahead, which only makes a sphere's camera.
+    """
     for name in fields:
         if name not in MIRROR_FIELDS:
             near = difflib.get_close_matches(name, MIRROR_FIELDS, n=1)
@@ -238,6 +253,8 @@ def _placed_mirror(fields):
     for name in ("viewer", "shape", "axes", "rim_radius"):
         if name not in fields:
             raise InputError(f"field '{name}': missing; a quadric mirror needs it")
+    if "distance" in fields:
+        return QuadricMirrorCamera.on_axis(**fields)
     return QuadricMirrorCamera.misaligned(**{"offset": (0, 0, 0)} | fields)
 
 
@@ -250,6 +267,21 @@ def _optics(values):
         chromatic_scale=values.get("chromatic_scale", (1.0, 1.0, 1.0)),
         centre_px=values.get("centre"),
     )
+
+
+def _ranges(path, data, section, kind):
+    """Lighting or Blemishes, whose arguments are the section's fields by name."""
+    values = _values(data.get(section, {}))
+    return _built(path, section, lambda fields: kind(**fields), values)
+
+
+def _check_monitor_is_plain(path, data, is_board):
+    for section in ("light", "blemishes"):
+        if section in data and not is_board:
+            raise InputError(
+                f"{path}: {section}: found with an active grid; only pictures of a "
+                "chessboard have it"
+            )
 
 
 def _sensor(values):
@@ -299,7 +331,7 @@ def _patterns(path, values):
 
 
 def _poses(path, values):
-    """(DrawnPoses or ListedPoses, how many views)"""
+    """(DrawnPoses, AroundPoses or ListedPoses; how many views)"""
     if values["kind"] == "listed":
         vectors = np.radians([entry["rotation"] for entry in values["list"]])
         shifts = np.array([entry["translation"] for entry in values["list"]], float)
@@ -311,8 +343,10 @@ def _poses(path, values):
             )
         listed = ListedPoses(pose(rotation_from_vector(vectors), shifts))
         return listed, len(shifts) - evaluate
+    around = values["kind"] == "around"
+    names = ("polar", "subtense") if around else ("distance", "off_axis")
     ranges = {}
-    for name in ("distance", "off_axis", "tilt", "turn"):
+    for name in (*names, "tilt", "turn"):
         low, high = values[name]
         if low > high:
             raise InputError(
@@ -320,6 +354,9 @@ def _poses(path, values):
                 "first, then the greatest"
             )
         ranges[name] = (low, high) if name == "distance" else np.radians((low, high))
+    if around:
+        place = AroundPoses(values["centre"], values["axis"], **ranges)
+        return place, values["count"]
     distance = ranges.pop("distance")
     return DrawnPoses(distance, **ranges), values["count"]
 

@@ -6,11 +6,13 @@ no picture is rendered and no detector asked.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from raxel.errors import InputError
 from raxel.geometry.poses import (
+    inverse_pose,
     pose,
     rotate,
     rotation_from_vector,
@@ -20,6 +22,10 @@ from raxel.geometry.poses import (
 TRIES_PER_POSE = 1000
 OUTLINE_POINTS = 25
 IN_VIEW = ""
+# Lines of sight from a viewer to its mirror that a target must leave free, each way.
+SIGHT_LINES = 24
+# Bisection of the distance, as shares of the target's diagonal.
+NEAREST, FARTHEST, HALVINGS = 0.02, 100.0, 60
 
 
 @dataclass(frozen=True)
@@ -39,21 +45,57 @@ class View:
         outline: (N, 2) points around the target, lattice: (rows, columns, 2) points on
         it, in its plane, mm. Its face is the side its z axis points away from.
         """
-        shape = lattice.shape[:2]
+        if _hides_mirror(camera, T_camera_target, outline):
+            return "between viewer and mirror"
+        # The four corners first: they tell most poses that will not do.
+        corners = outline[:: max(1, len(outline) // 4)]
+        _, reason = self._seen(camera, T_camera_target, corners)
+        if reason:
+            return reason
         flat = np.concatenate([outline, lattice.reshape(-1, 2)])
-        points = transform(T_camera_target, np.pad(flat, ((0, 0), (0, 1))))
-        pixels, valid = camera.project(points)
-        if not valid.all():
-            return "outside the field of view"
-        low, high = self.margin_px - 0.5, np.array([camera.width, camera.height]) - 0.5
-        if not np.all((pixels >= low) & (pixels <= high - self.margin_px)):
-            return "too near the image's border"
+        pixels, reason = self._seen(camera, T_camera_target, flat)
+        if reason:
+            return reason
         normal = rotate(T_camera_target, np.array([0.0, 0.0, 1.0]))
         if not np.all(camera.rays(pixels).directions @ normal > 0):
             return "seen from behind"
-        seen = pixels[len(outline) :].reshape(*shape, 2)
+        seen = pixels[len(outline) :].reshape(lattice.shape)
         steps = [np.linalg.norm(np.diff(seen, axis=k), axis=2).min() for k in (0, 1)]
         return IN_VIEW if min(steps) >= self.least_spacing_px else "too small"
+
+    def _seen(self, camera, T_camera_target, flat):
+        """(pixels, fault) of points (N, 2) of the target's plane."""
+        points = transform(T_camera_target, np.pad(flat, ((0, 0), (0, 1))))
+        pixels, valid = camera.project(points)
+        if not valid.all():
+            return pixels, "outside the field of view"
+        low, high = self.margin_px - 0.5, np.array([camera.width, camera.height]) - 0.5
+        if not np.all((pixels >= low) & (pixels <= high - self.margin_px)):
+            return pixels, "too near the image's border"
+        return pixels, IN_VIEW
+
+
+@lru_cache(maxsize=8)
+def _mirror_points(camera):
+    """Points (N, 3) spread over the mirror, in the viewer's frame; none without one."""
+    u, v = np.meshgrid(
+        np.linspace(0, camera.width - 1, SIGHT_LINES),
+        np.linspace(0, camera.height - 1, SIGHT_LINES),
+    )
+    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]))
+    points = rays.origins[rays.valid]
+    return points if points.any() else np.empty((0, 3))
+
+
+def _hides_mirror(camera, T_camera_target, outline):
+    """Whether a target stands between a viewer at the origin and its mirror."""
+    T = inverse_pose(T_camera_target)
+    eye, ends = T[:3, 3], transform(T, _mirror_points(camera))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = eye[2] / (eye[2] - ends[:, 2])
+        met = eye[:2] + share[:, None] * (ends[:, :2] - eye[:2])
+        within = (met >= outline.min(axis=0)) & (met <= outline.max(axis=0))
+        return bool(np.any((share > 0) & (share < 1) & within.all(axis=1)))
 
 
 @dataclass(frozen=True)
@@ -62,7 +104,7 @@ class ListedPoses:
 
     poses: np.ndarray
 
-    def draw(self, rng, count, middle, fault):
+    def draw(self, rng, count, extent, fault):
         """The first `count` poses; InputError where one is missing or not in view."""
         if count > len(self.poses):
             raise InputError(
@@ -77,30 +119,19 @@ class ListedPoses:
         return self.poses[:count].copy()
 
 
-@dataclass(frozen=True)
-class DrawnPoses:
-    """Independent, uniform draws; each of the four is (least, greatest).
+class _RandomPoses:
+    """Poses drawn one by one until enough of them show the target."""
 
-    distance_mm: from the camera's origin to the target's middle; off_axis: angle of
-    the middle from the camera's z axis, in any azimuth; tilt: angle between the line
-    to the middle and the target's normal, about any axis in its plane; turn: in its
-    plane. Angles in radians.
-    """
-
-    distance_mm: tuple[float, float]
-    off_axis: tuple[float, float]
-    tilt: tuple[float, float]
-    turn: tuple[float, float]
-
-    def draw(self, rng, count, middle, fault):
+    def draw(self, rng, count, extent, fault):
         """Poses (count, 4, 4) that show the target.
 
-        middle: (2,) of the target, mm; fault: pose -> why it is not in view, or ''.
-        Raises InputError with the count of tries and the reasons where there are none.
+        extent: (corner (2,), size (2,)) of the whole target, mm; fault: pose -> why it
+        is not in view, or ''. Raises InputError with the count of tries and the
+        reasons where there are none.
         """
         poses, reasons = [], Counter()
         for _ in range(TRIES_PER_POSE * count):
-            T = self._one(rng, middle)
+            T = self._one(rng, *extent)
             reason = fault(T)
             reasons[reason] += 1
             if not reason:
@@ -114,18 +145,96 @@ class DrawnPoses:
             f"{TRIES_PER_POSE * count} tries ({told}); give other ranges"
         )
 
-    def _one(self, rng, middle):
+
+@dataclass(frozen=True)
+class DrawnPoses(_RandomPoses):
+    """Independent, uniform draws; each of the four is (least, greatest).
+
+    distance_mm: from the camera's origin to the target's middle; off_axis: angle of
+    the middle from the camera's z axis, in any azimuth; tilt: angle between the line
+    to the middle and the target's normal, about any axis in its plane; turn: in its
+    plane. Angles in radians.
+    """
+
+    distance_mm: tuple[float, float]
+    off_axis: tuple[float, float]
+    tilt: tuple[float, float]
+    turn: tuple[float, float]
+
+    def _one(self, rng, corner, size):
         distance, off_axis, tilt, turn = (
             rng.uniform(*limits)
             for limits in (self.distance_mm, self.off_axis, self.tilt, self.turn)
         )
-        azimuth, axis = rng.uniform(0, 2 * np.pi, 2)
-        towards = rotation_from_vector(
-            off_axis * np.array([-np.sin(azimuth), np.cos(azimuth), 0])
+        towards, R = _orientation(rng, off_axis, tilt, turn)
+        return pose(R, distance * towards[:, 2] - R @ [*(corner + size / 2), 0])
+
+
+@dataclass(frozen=True)
+class AroundPoses(_RandomPoses):
+    """Independent, uniform draws of how large a target looks from a point, and where.
+
+    centre: (3,) mm and axis: (3,), where angles are measured, camera frame; polar:
+    angle of the target's middle from the axis, in any azimuth; subtense: the largest
+    angle between two of the target's four corners, which fixes its distance; tilt and
+    turn: as in DrawnPoses. Angles in radians, each (least, greatest).
+    """
+
+    centre: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    polar: tuple[float, float]
+    tilt: tuple[float, float]
+    subtense: tuple[float, float]
+    turn: tuple[float, float]
+
+    def _one(self, rng, corner, size):
+        polar, tilt, subtense, turn = (
+            rng.uniform(*limits)
+            for limits in (self.polar, self.tilt, self.subtense, self.turn)
         )
-        tilted = rotation_from_vector(tilt * np.array([np.cos(axis), np.sin(axis), 0]))
-        R = towards @ tilted @ rotation_from_vector(np.array([0, 0, turn]))
-        return pose(R, distance * towards[:, 2] - R @ [*middle, 0])
+        towards, R = _orientation(rng, polar, tilt, turn)
+        ahead = _turned_to(self.axis)
+        towards, R = ahead @ towards, ahead @ R
+        arms = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size / 2
+        arms = np.pad(arms, ((0, 0), (0, 1))) @ R.T
+        distance = _distance_for(subtense, arms, towards[:, 2])
+        middle = np.array(self.centre) + distance * towards[:, 2]
+        return pose(R, middle - R @ [*(corner + size / 2), 0])
+
+
+def _orientation(rng, off_axis, tilt, turn):
+    """Rotations (3, 3): of the line to the middle, and of the target; any azimuths."""
+    azimuth, axis = rng.uniform(0, 2 * np.pi, 2)
+    towards = rotation_from_vector(
+        off_axis * np.array([-np.sin(azimuth), np.cos(azimuth), 0])
+    )
+    tilted = rotation_from_vector(tilt * np.array([np.cos(axis), np.sin(axis), 0]))
+    return towards, towards @ tilted @ rotation_from_vector(np.array([0, 0, turn]))
+
+
+def _turned_to(axis):
+    """The rotation that takes the z axis to `axis` (3,) by the shortest way."""
+    axis = np.array(axis, float) / np.linalg.norm(axis)
+    across = np.cross([0, 0, 1], axis)
+    if not across.any():
+        return np.diag([1.0, np.sign(axis[2]), np.sign(axis[2])])
+    angle = np.arctan2(np.linalg.norm(across), axis[2])
+    return rotation_from_vector(angle * across / np.linalg.norm(across))
+
+
+def _distance_for(subtense, arms, towards):
+    """Distance at which corners `arms` (4, 3) about the middle subtend an angle.
+
+    The angle falls from 180 degrees next to the middle to 0 far away.
+    """
+    near, far = np.array([NEAREST, FARTHEST]) * np.linalg.norm(arms[0] - arms[2])
+    for _ in range(HALVINGS):
+        distance = np.sqrt(near * far)
+        lines = arms + distance * towards
+        lines /= np.linalg.norm(lines, axis=1, keepdims=True)
+        too_wide = (lines @ lines.T).min() < np.cos(subtense)
+        near, far = (distance, far) if too_wide else (near, distance)
+    return np.sqrt(near * far)
 
 
 def outline_of(corner, size):

@@ -51,15 +51,24 @@ class RegionTexture(Texture):
     """Constant radiance in each region: `label` is the index into `colours`.
 
     Regions of one colour that do not touch have numbers of their own, so that what
-    lies between them is not overlooked however thin it is.
+    lies between them is not overlooked however thin it is. `light`: how much light
+    reaches each place, uv (N, 2) -> (N,), changing little over a pixel; None: all.
     """
 
     regional = True
     colours: np.ndarray
+    light = None
 
     def radiance(self, uv, cosine):
-        """The colour of the region; the cosine does not matter."""
-        return self.colours[self.label(uv)]
+        """The colour of the region in its light; the cosine does not matter."""
+        return self.lit(self.colours[self.label(uv)], uv)
+
+    def lit(self, colours, uv):
+        """Colours (N, [3]) in the light at uv (N, 2)."""
+        if self.light is None:
+            return colours
+        light = self.light(uv).astype(np.float32)
+        return colours * (light[:, None] if colours.ndim == 2 else light)
 
 
 class GridTexture(RegionTexture):
@@ -104,7 +113,7 @@ class GridTexture(RegionTexture):
             share, step = share[:, None], step[:, None]
         mixed = (1 - share) * self.colours[low] + share * self.colours[high]
         known = (step == 0) | (step == 1) | (step == columns)
-        return np.where(known, mixed, np.nan)
+        return np.where(known, self.lit(mixed, uv), np.nan)
 
 
 class Plain(RegionTexture):
@@ -128,7 +137,10 @@ class ChessboardTexture(GridTexture):
     the whole sheet.
     """
 
-    def __init__(self, columns, rows, pitch_mm, border_mm, black=0.05, white=0.9):
+    def __init__(
+        self, columns, rows, pitch_mm, border_mm, black=0.05, white=0.9, light=None
+    ):
+        self.light = light
         if columns < 1 or rows < 1 or not pitch_mm > 0 or not border_mm >= 0:
             raise InputError(
                 f"chessboard: found {columns} x {rows} corners, pitch {pitch_mm}, "

@@ -1,0 +1,94 @@
+"""What stands between a scene and the lens: spots on mirror or glass, glare, haze."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.errors import InputError
+
+# SD px of a spot's edge: a mirror's surface lies a little out of focus.
+SPOT_EDGE_PX = 0.7
+# Beyond this many radii, or SDs of its edge, nothing of a spot or a glare is left.
+REACH = 4
+
+
+@dataclass(frozen=True)
+class Blemishes:
+    """Spots of a specimen, the same in all its pictures; glare, drawn for each.
+
+    spots: how many on the whole picture; spot_radius: px; spot_cover: share of the
+    scene's light that a spot hides; spot_radiance: what it sends instead (dirt is
+    dark, a pit that shows a lamp is bright). glare: how many patches of light lie over
+    a picture, as a lamp's reflection in a clear tube or a dull mirror makes them;
+    glare_radius: their SD, px; glare_radiance: at their middles; glare_within: px from
+    the middle of the picture. haze: share of the picture's mean light that is spread
+    evenly over the mirror or glass. All but `spots` and `haze` are (least, greatest).
+    """
+
+    spots: int = 0
+    spot_radius: tuple[float, float] = (1.0, 1.0)
+    spot_cover: tuple[float, float] = (0.0, 0.0)
+    spot_radiance: tuple[float, float] = (0.0, 0.0)
+    glare: tuple[int, int] = (0, 0)
+    glare_radius: tuple[float, float] = (1.0, 1.0)
+    glare_radiance: tuple[float, float] = (0.0, 0.0)
+    glare_within: tuple[float, float] = (0.0, 0.0)
+    haze: float = 0.0
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if isinstance(value, tuple) and value[0] > value[1]:
+                raise InputError(
+                    f"field '{name}': found {list(value)}; give the least first, then "
+                    "the greatest"
+                )
+
+    def apply(self, irradiance, mirror, specimen, rng):
+        """The picture (H, W) or (H, W, 3) with them, a new array.
+
+        mirror: (H, W), above 0 where there is mirror or glass to bear spots; specimen,
+        rng: numpy Generators, for what belongs to the rig and to the picture.
+        """
+        out = np.array(irradiance, np.float32)
+        mean = float(out.mean())
+        for _ in range(self.spots):
+            self._add_spot(out, mirror, specimen)
+        for _ in range(rng.integers(self.glare[0], self.glare[1] + 1)):
+            self._add_glare(out, rng)
+        haze = np.float32(self.haze * mean) * mirror
+        return out + haze.reshape(haze.shape + (1,) * (out.ndim - 2))
+
+    def _add_spot(self, out, mirror, rng):
+        height, width = out.shape[:2]
+        middle = rng.random(2) * (width, height) - 0.5
+        low, high = np.log(self.spot_radius)
+        radius = np.exp(rng.uniform(low, high))
+        cover, radiance = (
+            rng.uniform(*limits) for limits in (self.spot_cover, self.spot_radiance)
+        )
+        u, v = np.clip(np.rint(middle).astype(int), 0, (width - 1, height - 1))
+        if mirror[v, u]:
+            patch, away = _around(out, middle, radius + REACH * SPOT_EDGE_PX)
+            share = cover / (1 + np.exp(2 * (away - radius) / SPOT_EDGE_PX))
+            patch += share.astype(np.float32) * (np.float32(radiance) - patch)
+
+    def _add_glare(self, out, rng):
+        height, width = out.shape[:2]
+        turn, away = rng.uniform(0, 2 * np.pi), rng.uniform(*self.glare_within)
+        middle = np.array([(width - 1) / 2, (height - 1) / 2])
+        middle = middle + away * np.array([np.cos(turn), np.sin(turn)])
+        radius = rng.uniform(*self.glare_radius)
+        radiance = rng.uniform(*self.glare_radiance)
+        patch, away = _around(out, middle, REACH * radius)
+        patch += (radiance * np.exp(-((away / radius) ** 2) / 2)).astype(np.float32)
+
+
+def _around(image, middle, reach):
+    """The part of an image (a view) within `reach` px of a point, and distances."""
+    height, width = image.shape[:2]
+    low = np.clip(np.floor(middle - reach), 0, (width, height)).astype(int)
+    high = np.clip(np.ceil(middle + reach) + 1, 0, (width, height)).astype(int)
+    v, u = np.ogrid[low[1] : high[1], low[0] : high[0]]
+    patch = image[low[1] : high[1], low[0] : high[0]]
+    away = np.hypot(u - middle[0], v - middle[1])
+    return patch, away.reshape(away.shape + (1,) * (image.ndim - 2))

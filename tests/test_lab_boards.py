@@ -1,0 +1,208 @@
+"""Boards as rigs photograph them: light, blemishes, windows, poses around a point."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.geometry.poses import inverse_pose, pose, transform
+from raxel.lab import Optics
+from raxel.lab.blemishes import Blemishes
+from raxel.lab.board_photograph import (
+    grey_of,
+    mirror_in_view,
+    photograph_board,
+    window_of,
+)
+from raxel.lab.lighting import BoardLight, Lighting, Shadow
+from raxel.lab.optics import Window
+from raxel.lab.rig import load_rig
+from raxel.lab.scenes import board_scene
+from test_lab_rig import MIRROR, changed, leaf
+
+RIGS = Path(__file__).resolve().parents[1] / "data" / "rigs"
+AROUND = {
+    "kind": "around",
+    "count": leaf(2, "1"),
+    "centre": leaf([5, 0, 0], "mm"),
+    "axis": leaf([0, 0.6, 0.8], "1"),
+    "polar": leaf([20, 30], "deg"),
+    "tilt": leaf([30, 50], "deg"),
+    "subtense": leaf([30, 45], "deg"),
+    "turn": leaf([0, 360], "deg"),
+    "margin": leaf(2, "px"),
+    "least_spacing": leaf(3, "px"),
+}
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+def test_poses_around_a_point_have_the_angles_they_were_drawn_with(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml", poses=AROUND))
+    poses = rig.draw_poses(rng(4), 30)
+    corner, size = rig.extent
+    box = corner + np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size
+    ends = transform(poses, np.pad(box, ((0, 0), (0, 1)))) - [5, 0, 0]
+    lines = ends / np.linalg.norm(ends, axis=2, keepdims=True)
+    cosine = np.einsum("nik,njk->nij", lines, lines).min(axis=(1, 2))
+    subtense = np.degrees(np.arccos(cosine))
+    assert 30 <= subtense.min() < 35 < 40 < subtense.max() <= 45
+    middle = ends.mean(axis=1)
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    polar = np.degrees(np.arccos(middle @ [0, 0.6, 0.8]))
+    assert 20 <= polar.min() < 23 < 27 < polar.max() <= 30
+    tilt = np.degrees(np.arccos(np.sum(middle * poses[:, :3, 2], axis=1)))
+    assert 30 <= tilt.min() < 36 < 44 < tilt.max() <= 50
+
+
+def test_a_target_between_viewer_and_mirror_is_refused(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml", camera=MIRROR))
+    apex = rig.camera.T_viewer_mirror[2, 3]
+    towards_mirror = pose(np.diag([1.0, -1.0, -1.0]), [-15, 10, apex / 2])
+    corner, size = rig.extent
+    outline = corner + np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size
+    lattice = rig.target.points().reshape(3, 4, 2)
+    fault = rig.view.fault(rig.camera, towards_mirror, outline, lattice)
+    assert fault == "between viewer and mirror"
+
+
+def test_light_is_the_level_at_the_middle_and_slopes_across():
+    light = BoardLight(0.5, np.array([0.01, 0.0]), np.array([10.0, 0.0]))
+    at = light(np.array([[10.0, 5.0], [20.0, 0.0], [-1000.0, 0.0]]))
+    np.testing.assert_allclose(at, [0.5, 0.55, 0.0], atol=1e-12)
+
+
+def test_a_shadow_takes_its_depth_in_the_middle_and_half_at_its_radius():
+    shadow = Shadow(np.zeros(2), 0.3, 40.0, 5.0)
+    away = np.array([[0.0, 0.0], [40.0, 0.0], [0.0, 90.0]])
+    np.testing.assert_allclose(shadow.passes(away), [0.7, 0.85, 1.0], atol=1e-6)
+
+
+def test_drawn_light_stays_in_its_ranges():
+    lighting = Lighting(level=(0.2, 0.4), slope=(0.1, 0.3), shadow_chance=0.25)
+    generator = rng(1)
+    extent = np.array([-30.0, -20.0]), np.array([60.0, 40.0])
+    lights = [lighting.draw(generator, extent) for _ in range(400)]
+    level = np.array([light.level for light in lights])
+    slope = [np.linalg.norm(x.slope) * np.hypot(60, 40) for x in lights]
+    assert 0.2 <= level.min() < 0.22 < 0.38 < level.max() <= 0.4
+    assert 0.1 <= min(slope) < max(slope) <= 0.3
+    # Four standard deviations of 400 draws of a quarter.
+    assert np.mean([x.shadow is not None for x in lights]) == pytest.approx(0.25, 0.35)
+
+
+def test_a_lit_board_shades_its_squares_and_its_edges(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml"))
+    T = pose(np.eye(3), [-15, -10, 110])
+    laboratory = rig.laboratory()
+    pictures = [
+        laboratory.irradiance(
+            board_scene(rig.target, T, 10, background=0.0, light=light), np.eye(4)
+        )
+        for light in (None, BoardLight(0.5, np.zeros(2), np.zeros(2)))
+    ]
+    np.testing.assert_allclose(pictures[1], 0.5 * pictures[0], atol=1e-6)
+
+
+def test_a_window_of_a_picture_is_that_part_of_the_picture(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml"))
+    T = pose(np.eye(3), [-15, -10, 110])
+    scene = board_scene(rig.target, T, 10)
+    optics = Optics((0.5, 1.0), 300.0, ((0, 100), (1.0, 0.5)), (1.002, 1, 0.998))
+    laboratory = rig.laboratory().__class__(rig.camera, rig.sensor, optics)
+    window = window_of(rig, T)
+    assert window.width < rig.camera.width
+    whole = laboratory.irradiance(scene, np.eye(4))
+    part = laboratory.irradiance(scene, np.eye(4), window=window)
+    inner = 8
+    rows = slice(window.v + inner, window.v + window.height - inner)
+    columns = slice(window.u + inner, window.u + window.width - inner)
+    # Between the few uniform blurs it interpolates, which are the part's own.
+    np.testing.assert_allclose(
+        part[inner:-inner, inner:-inner], whole[rows, columns], atol=5e-4
+    )
+    apart = optics.apply(np.ones((10, 12)), window=Window(3, 4, 12, 10, 160, 120))
+    # Where fringes reach over its border a part repeats its outermost pixels.
+    whole = optics.apply(np.ones((120, 160)))
+    np.testing.assert_allclose(apart, whole[4:14, 3:15], atol=1e-4)
+
+
+def test_spots_stay_on_the_mirror_and_are_the_specimens():
+    spotted = Blemishes(60, (1, 3), (0.9, 0.9), (0.0, 0.0))
+    mirror = np.zeros((120, 160), np.float32)
+    mirror[:, :80] = 1
+    plain = np.full((120, 160), 0.5, np.float32)
+    first = spotted.apply(plain, mirror, rng(1), rng(2))
+    np.testing.assert_array_equal(first, spotted.apply(plain, mirror, rng(1), rng(3)))
+    assert (first[:, :80] < 0.3).sum() > 100
+    np.testing.assert_array_equal(first[:, 90:], plain[:, 90:])
+    assert (plain == 0.5).all()
+
+
+def test_glare_adds_its_radiance_and_haze_a_share_of_the_mean():
+    mirror, plain = np.ones((90, 90), np.float32), np.full((90, 90), 0.2, np.float32)
+    glare = Blemishes(
+        glare=(1, 1), glare_radius=(8, 8), glare_radiance=(0.7, 0.7), haze=0.1
+    )
+    seen = glare.apply(plain, mirror, rng(1), rng(2))
+    # Its middle may lie half a pixel off, each way.
+    assert seen.max() == pytest.approx(0.2 + 0.7 + 0.02, abs=4e-3)
+    assert seen[0, 0] == pytest.approx(0.22, abs=1e-6)
+    volume = (seen - 0.22).sum()
+    assert volume == pytest.approx(0.7 * 2 * np.pi * 8**2, rel=1e-3)
+
+
+def test_the_mirror_in_view_is_where_rays_are():
+    camera = load_rig(RIGS / "hyperboloidal.yaml").camera
+    seen = mirror_in_view(camera)
+    pixels = rng(1).integers(0, [camera.width, camera.height], (4000, 2))
+    valid = camera.rays(pixels.astype(float)).valid
+    np.testing.assert_array_equal(seen[pixels[:, 1], pixels[:, 0]], valid)
+
+
+def test_a_tinted_picture_is_coloured_and_the_same_for_the_same_streams(tmp_path):
+    light = {"tint": leaf([1.0, 0.8, 0.4], "1"), "level": leaf([0.5, 1.0], "1")}
+    for bayer in (None, "RGGB"):
+        rig = load_rig(changed(tmp_path / "r.yaml", light=light, sensor__bayer=bayer))
+        T = rig.draw_poses(rng(0), 1)[0]
+        one, two = (photograph_board(rig, T, rng(3), rng(4)) for _ in range(2))
+        np.testing.assert_array_equal(one, two)
+        assert one.shape == (120, 160, 3)
+        assert grey_of(one).shape == (120, 160)
+        assert np.all(np.diff(one.mean(axis=(0, 1))) < -10)
+    tinted = Lighting((1.0, 0.8, 0.4)).tinted(np.full((2, 2), 0.5, np.float32))
+    assert (tinted[..., 0] > tinted[..., 1]).all()
+    assert tinted[0, 0] @ [0.2126, 0.7152, 0.0722] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"light": {"level": leaf([2, 1], "1")}}, "light.level: found"),
+        ({"light": {"level": leaf([1], "1")}}, "light.level.value"),
+        ({"light": {"tint": leaf([1, 1, 0], "1")}}, "light.tint.value"),
+        ({"light": {"shade": leaf([1, 1], "1")}}, "light.shade: unknown key"),
+        ({"blemishes": {"glare": leaf([2, 0], "1")}}, "blemishes.glare: found"),
+        ({"poses": AROUND | {"axis": leaf([0, 0, 2], "1")}}, "poses.axis.value"),
+        ({"poses": AROUND | {"polar": leaf([9, 3], "deg")}}, "poses.polar.value"),
+        ({"poses": AROUND | {"distance": leaf([9, 3], "mm")}}, "poses.distance: unk"),
+    ],
+)
+def test_impossible_light_glass_and_poses_are_refused(tmp_path, changes, message):
+    path = changed(tmp_path / "rig.yaml", **changes)
+    with pytest.raises(InputError, match=message) as fault:
+        load_rig(path)
+    assert "\n" not in str(fault.value)
+
+
+def test_the_camera_of_a_pose_is_where_its_inverse_puts_it():
+    rig = load_rig(RIGS / "spherical.yaml")
+    T = rig.draw_poses(rng(1), 1)[0]
+    ball = np.array(rig.poses.centre)
+    away = transform(inverse_pose(T), ball[None])[0]
+    # The board faces the bauble, and stands clear of it.
+    assert away[2] < 0
+    assert np.linalg.norm(away) > 40
