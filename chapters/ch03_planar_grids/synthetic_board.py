@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 
-from raxel.cameras import FisheyeCamera
+from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry.poses import pose, transform
 from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
@@ -110,6 +110,18 @@ class Board:
             float(np.nanmin(np.linalg.norm(s, axis=2))) for s in steps
         )
 
+    @property
+    def rim_spacing(self):
+        """Distance in px from the last corner to the rim, at the middle of a side."""
+        last = (self.columns - 1) * self.square_px / 2
+        ends = np.array([[last + self.square_px, 0.0], [last, 0.0]])
+        middle = self.chessboard.points().mean(axis=0)
+        points = np.pad(ends + middle, ((0, 0), (0, 1)))
+        pixels = self.camera.project(
+            transform(self.T_camera_board, points)
+        ).pixels
+        return float(np.linalg.norm(pixels[0] - pixels[1]))
+
     def image(self, blur_px=1.0, noise_sd=0.0, rng=None, levels=FULL_RANGE):
         """The picture, uint8 (1000, 1000).
 
@@ -121,6 +133,17 @@ class Board:
         if noise_sd:
             grey = grey + rng.normal(0.0, noise_sd, grey.shape)
         return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+
+    def flat_image(self):
+        """The picture before it is bent, uint8 (1000, 1000), without blur."""
+        middle = (SIZE_PX - 1) / 2
+        K = [
+            [self.focal_px, 0, middle],
+            [0, self.focal_px, middle],
+            [0, 0, 1],
+        ]
+        camera = PerspectiveCamera(np.array(K), (), SIZE_PX, SIZE_PX)
+        return np.rint(255 * _rendered(self, camera)).astype(np.uint8)
 
 
 def outer_of(corners, columns, rows):
@@ -142,6 +165,10 @@ def clicks(outer_corners, rng, sd=2.0, cap=4.0):
 
 @lru_cache(maxsize=4)
 def _radiance(board):
+    return _rendered(board, board.camera)
+
+
+def _rendered(board, camera):
     scene = board_scene(
         board.chessboard,
         board.T_camera_board,
@@ -150,7 +177,7 @@ def _radiance(board):
         white=1.0,
         background=0.0,
     )
-    return render(board.camera, np.eye(4), scene)
+    return render(camera, np.eye(4), scene)
 
 
 @lru_cache(maxsize=4)

@@ -1,0 +1,97 @@
+"""How a CELECT run is scored, and what the sweeps of 3.3.1 say of their limits."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.s3_1_claims import first_lost, levels_of
+from chapters.ch03_planar_grids.s3_1_values import RAYLEIGH_SD, blur_that_hurts, limit
+from chapters.ch03_planar_grids.scoring import missing_on, scored, truth_of_contour
+
+LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
+
+
+def contour(name, merged):
+    return SimpleNamespace(name=name, merged=np.asarray(merged, float).reshape(-1, 2))
+
+
+def run(corners=None, contours=(), failures=()):
+    return SimpleNamespace(
+        found=corners is not None,
+        corners=corners,
+        contours=contours,
+        failures=failures,
+    )
+
+
+def test_a_side_goes_clockwise_and_a_column_has_two_corners_on_the_rim():
+    sides = [truth_of_contour(f"side {n}", LATTICE)[0] for n in (1, 2, 3, 4)]
+    assert [len(side) for side in sides] == [4, 3, 4, 3]
+    assert (sides[1][:, 0] == 60).all()
+    corners, rim = truth_of_contour("column 2", LATTICE)
+    assert (corners[:, 0] == 20).all()
+    assert rim.tolist() == [True, False, True]
+
+
+def test_missing_corners_are_those_without_a_find_within_8_px():
+    found = LATTICE[:, 1].copy()
+    found[1] += [8.5, 0]
+    assert missing_on(contour("column 2", found), LATTICE) == (1, 0)
+    assert missing_on(contour("side 1", []), LATTICE) == (4, 4)
+
+
+def test_a_run_succeeds_only_if_every_corner_is_within_8_px():
+    corners = LATTICE.copy()
+    corners[1, 1] += [0, 7.9]
+    assert scored(run(corners), LATTICE)["success"]
+    assert scored(run(corners), LATTICE)["max_px"] == pytest.approx(7.9)
+    corners[1, 1] += [0, 0.2]
+    lost = scored(run(corners), LATTICE)
+    assert not lost["success"]
+    assert "max_px" not in lost
+
+
+def test_a_run_that_was_given_up_names_its_stage():
+    failure = SimpleNamespace(stage="tracing", contour="side 2")
+    values = scored(
+        run(failures=[failure], contours=[contour("side 1", LATTICE[0, :3])]), LATTICE
+    )
+    assert (values["stage"], values["contour"]) == ("tracing", "side 2")
+    assert (values["missed"], values["missed_on_rim"]) == (1, 1)
+
+
+class Sweep:
+    """Results along one nuisance, made up."""
+
+    def __init__(self, name, successes, means=None):
+        self.name, self.successes, self.means = name, successes, means
+        self.conditions = [{name: level, "levels": "full range"} for level in successes]
+
+    def column(self, value, **condition):
+        which = self.successes if value == "success" else self.means
+        return np.atleast_1d(np.asarray(which[condition[self.name]], float))
+
+
+def test_the_limit_is_bracketed_by_the_last_whole_and_the_first_lossy_level():
+    sweep = Sweep("noise_sd", {0: [1, 1], 10: [1, 1], 20: [1, 0], 30: [1, 1]})
+    assert levels_of(sweep, "noise_sd").tolist() == [0, 10, 20, 30]
+    assert first_lost(sweep, "noise_sd") == 2
+    assert limit(sweep, "noise_sd") == (10.0, 20.0)
+    assert limit(Sweep("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
+
+
+def test_blur_hurts_by_losses_or_by_larger_errors():
+    whole = {0: [1, 1], 1: [1, 1], 2: [1, 1], 3: [1, 1]}
+    errors = {0: [9, 9], 1: [1, 1], 2: [1.2, 1.2], 3: [1.3, 1.3]}
+    assert blur_that_hurts(Sweep("blur_px", whole, errors)) == (2.0, 3.0)
+    lossy = whole | {2: [1, 0]}
+    assert blur_that_hurts(Sweep("blur_px", lossy, errors)) == (1.0, 2.0)
+
+
+def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
+    rng = np.random.default_rng(3)
+    mean = 0.77
+    lengths = np.hypot(*rng.normal(0, mean / np.sqrt(np.pi / 2), (2, 200000)))
+    assert lengths.std() == pytest.approx(mean * RAYLEIGH_SD, rel=0.01)
+    assert lengths.var() == pytest.approx(0.16, abs=0.005)
