@@ -286,9 +286,9 @@ def ext_models(results):
 #   Both models suffer alike.
 # - Photographs of one session share the board, the light and the lens's
 #   temperature. Cross-validation cannot see what they share.
-# - Corners come from one detector, which likes ordinary lenses best. The
-#   photographs that it refuses are the distorted ones, so a set with many
-#   refusals is judged on its easy part.
+# - Corners come from one detector. Photographs that it refuses are left out,
+#   and it refuses the hard ones: a set with many refusals is judged on its
+#   easy part.
 
 # %% [markdown]
 # ## Try it yourself

@@ -25,7 +25,8 @@ from raxel.calibration import (
 from raxel.calibration.board_views import board_views
 from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
-from raxel.features.boards import detect_boards, detector_for
+from raxel.features import DEFAULT_DETECTOR
+from raxel.features.boards import detect_boards
 from raxel.features.detector import as_8_bit
 from raxel.sets import Chessboard, load_set, read_image
 
@@ -92,7 +93,7 @@ def settings_of(image_set):
         "rows": target.rows if chessboard else None,
         "pitch_mm": target.pitch_mm if chessboard else None,
         "unit": target.unit if chessboard else None,
-        "detector": detector_for(target) if chessboard else None,
+        "detector": DEFAULT_DETECTOR if chessboard else None,
         "images": [view.label for view in image_set.views],
         "uses": [view.use for view in image_set.views],
         "licence": str(image_set.origin.get("licence", "")),
@@ -104,8 +105,8 @@ def settings_of(image_set):
 def board_in(folder, index):
     """The library's Board of one image; each image is searched once per job."""
     image_set = load_set(folder)
-    detector = detector_for(image_set.target)
-    return detect_boards(image_set, detector, [image_set.views[index]])[0]
+    views = [image_set.views[index]]
+    return detect_boards(image_set, DEFAULT_DETECTOR, views)[0]
 
 
 def boards_of(folder):

@@ -12,7 +12,7 @@ import sys
 
 from raxel.errors import InputError
 
-DETECTOR_NAMES = ("opencv", "opencv-sb")
+DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb")
 MODELS = ("auto", "zhang", "generic")
 
 
@@ -160,7 +160,7 @@ def _add_detector(parser):
     parser.add_argument(
         "--detector",
         choices=DETECTOR_NAMES,
-        help="default: opencv, or opencv-sb where the board's size is not given",
+        help="default: raxel, which also counts where the board's size is not given",
     )
 
 

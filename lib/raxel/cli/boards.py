@@ -1,6 +1,7 @@
 """Boards for calibrating and scoring: from a corners file, or detected now."""
 
 from raxel.errors import InputError
+from raxel.features import DEFAULT_DETECTOR
 from raxel.features.boards import detect_boards, read_boards
 
 
@@ -8,7 +9,7 @@ def boards_for(image_set, views, options, say):
     """Boards of these views, as the options --corners and --detector say."""
     if options.corners:
         return read_boards(options.corners, image_set, views)
-    return detect_boards(image_set, options.detector, views, say)
+    return detect_boards(image_set, options.detector or DEFAULT_DETECTOR, views, say)
 
 
 def left_out(boards):

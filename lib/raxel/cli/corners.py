@@ -1,7 +1,8 @@
 """`raxel corners SET --json F`"""
 
 from raxel.cli.boards import left_out
-from raxel.features.boards import detect_boards, detector_for, write_boards
+from raxel.features import DEFAULT_DETECTOR
+from raxel.features.boards import detect_boards, write_boards
 from raxel.files import check_can_be_written
 from raxel.sets import load_set
 
@@ -11,9 +12,9 @@ def corners(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    boards = detect_boards(image_set, options.detector, say=say)
+    detector = options.detector or DEFAULT_DETECTOR
+    boards = detect_boards(image_set, detector, say=say)
     if options.json:
-        detector = options.detector or detector_for(image_set.target)
         write_boards(options.json, image_set, detector, boards)
     found = sum(board.detection.found for board in boards)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features import COUNTING_DETECTOR, DEFAULT_DETECTOR, DETECTORS
+from raxel.features import DEFAULT_DETECTOR, DETECTORS
 from raxel.features.detector import Detection, refused
 from raxel.features.lattice import in_order_of_clicks
 from raxel.files import read_json, write_json
@@ -31,22 +31,15 @@ def check_chessboard(image_set):
         )
 
 
-def detector_for(target):
-    """Name of the detector to use unless told: one that counts where counts lack."""
-    known = target.columns is not None and target.rows is not None
-    return DEFAULT_DETECTOR if known else COUNTING_DETECTOR
-
-
-def detect_boards(image_set, detector=None, views=None, say=None):
+def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
     """Look for the board in each view; one Board per view, in order.
 
-    `detector` is a name in DETECTORS (default: `detector_for` the target), `views` some
-    of the set's views (default all), `say` a callable told one line per image. All
-    images are read before the first is searched, so that a faulty one is known at once.
+    `detector` is a name in DETECTORS, `views` some of the set's views (default all),
+    `say` a callable told one line per image. All images are read before the first is
+    searched, so that a faulty one is known at once.
     Raises InputError for a set without a chessboard and for images as `read_image`.
     """
     check_chessboard(image_set)
-    detector = detector or detector_for(image_set.target)
     views = image_set.views if views is None else views
     for view in views:
         read_image(image_set, view)
@@ -59,7 +52,11 @@ def detect_boards(image_set, detector=None, views=None, say=None):
 
 
 def write_boards(path, image_set, detector, boards):
-    """Write boards as JSON: {images: [{file, found, columns, rows, corners, ...}]}."""
+    """Write boards as JSON: {images: [{file, found, columns, rows, corners, ...}]}.
+
+    `partial` holds the part of a refused board that is in order: its corners, and the
+    [row, column] of each; null where there is none.
+    """
     images = [
         {
             "file": board.view.label,
@@ -68,6 +65,7 @@ def write_boards(path, image_set, detector, boards):
             "rows": board.detection.rows,
             "corners": np.round(board.detection.corners, 6).tolist(),
             "milliseconds": board.milliseconds,
+            "partial": _partial(board.detection.partial),
             "reason": board.detection.reason,
         }
         for board in boards
@@ -108,6 +106,15 @@ def read_boards(path, image_set, views=None):
     nothing = refused(None, None, f"{path} has no entry for it")
     views = image_set.views if views is None else views
     return [Board(view, found.get(view.label, nothing), None) for view in views]
+
+
+def _partial(partial):
+    if partial is None:
+        return None
+    return {
+        "corners": np.round(partial.corners, 6).tolist(),
+        "indices": partial.indices.tolist(),
+    }
 
 
 def _detect(image_set, view, detector):

@@ -9,12 +9,25 @@ from raxel.features.lattice import in_standard_order, lattice_fault
 SPAN_FOR_8_BIT = (0.1, 99.9)
 
 
+class Partial(NamedTuple):
+    """The part of a refused board that is in order.
+
+    `corners` (M, 2) pixels (u, v); `indices` (M, 2) int: row and column of each on
+    their lattice, counted from 0, with the first corner and the direction left open.
+    """
+
+    corners: np.ndarray
+    indices: np.ndarray
+
+
 class Detection(NamedTuple):
     """What a detector says about one image.
 
     `corners` (rows * columns, 2) float64 pixels (u, v), row by row, x along the
     columns, in the standard order of `lattice.in_standard_order`; (0, 2) where not
-    found. `reason` says why not, in a few words.
+    found. `reason` says why not, in a few words. `sd` (rows * columns,) px: standard
+    deviation of each corner from the noise of the image, None where a detector gives
+    none. `partial`: what is in order of a refused board, None where there is nothing.
     """
 
     found: bool
@@ -22,6 +35,8 @@ class Detection(NamedTuple):
     columns: int | None
     rows: int | None
     reason: str = ""
+    sd: np.ndarray | None = None
+    partial: Partial | None = None
 
 
 def refused(columns, rows, reason):

@@ -1,0 +1,165 @@
+"""Is a lattice's corner a corner, and where exactly?"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.features.find.patches import Patches
+from raxel.features.find.ring import remapped
+from raxel.features.find.saddles import SIGMA
+
+QUADRANT = np.array([0.2, 0.34])
+LEAST_EVEN = 0.3
+# Half window, as a share of the spacing and in px.
+WINDOW, LARGEST_PX = 0.38, 7.0
+HALF = 7
+ITERATIONS, STILL_PX = 12, 1e-3
+FARTHEST = 0.3
+# SD of a derivative of white noise of 1 after smoothing by SIGMA, and the area in px^2
+# over which it stays alike.
+NOISE_OF_SLOPE = 1 / (np.sqrt(8 * np.pi) * SIGMA**2)
+NOISE_AREA = 4 * np.pi * SIGMA**2
+
+
+class Fields(NamedTuple):
+    """The four fields around N corners.
+
+    alternate (N,) bool: dark and bright in turn; sign (N,) of the field between +s and
+    +t; contrast (N,): smallest difference of neighbours.
+    """
+
+    alternate: np.ndarray
+    sign: np.ndarray
+    contrast: np.ndarray
+
+
+class Placed(NamedTuple):
+    """Corners put where the edges cross: points (N, 2), sd (N,) px, misfit (N,).
+
+    misfit: share of the edges' strength that does not point at the corner; good (N,):
+    whether the search ended near its start.
+    """
+
+    points: np.ndarray
+    sd: np.ndarray
+    misfit: np.ndarray
+    good: np.ndarray
+
+
+def fields_of(patches, level):
+    """Fields around corners, looked at in a Level."""
+    a, b = np.meshgrid(QUADRANT, QUADRANT)
+    s = np.concatenate([x * a.ravel() for x in (1, -1, -1, 1)])
+    t = np.concatenate([y * b.ravel() for y in (1, 1, -1, -1)])
+    grey = sampled(level, patches.at(s, t)).reshape(-1, 4, a.size)
+    fields = grey.mean(axis=2)
+    step = (fields - np.roll(fields, -1, axis=1)) * [1, -1, 1, -1]
+    sign = np.sign(step.sum(axis=1))
+    step *= sign[:, None]
+    least, most = step.min(axis=1), step.max(axis=1)
+    return Fields(least > LEAST_EVEN * np.maximum(most, 1e-6), sign, least)
+
+
+def sampled(level, pixels):
+    """Grey (N, M) of a Level at image px (N, M, 2); the rim's beyond the image."""
+    import cv2
+
+    at = (pixels / level.scale).astype(np.float32)
+    u, v = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
+    return remapped(level.grey, u, v, cv2.BORDER_REPLICATE)
+
+
+def placed(patches, level, window_px=LARGEST_PX):
+    """Corners where the edges of their patches cross: `Placed`.
+
+    In the window every gradient should be across the line to the corner: the corner
+    minimises the sum of (g . (x - q))^2, iterated until it stays. The standard
+    deviation is that of the level's noise carried through this fit.
+    """
+    size = np.stack([np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)], axis=1)
+    window = window_px * level.scale
+    half = np.minimum(WINDOW, window / np.maximum(size, 1e-6))
+    k = np.arange(-HALF - 1, HALF + 2) / HALF
+    b, a = np.meshgrid(k, k, indexing="ij")
+    inner = slice(1, -1)
+    x = np.stack([a[inner, inner].ravel(), b[inner, inner].ravel()], axis=1)
+    weight = np.exp(-(x**2).sum(axis=1) / (2 * 0.6**2))
+    start = patches.p
+    now, active = patches, np.arange(len(start))
+    points = start.copy()
+    gradients = np.zeros((len(start), len(x), 2), np.float32)
+    for _ in range(ITERATIONS):
+        local = now.of(active)
+        g = _gradients(local, half[active], a, b, level)
+        gradients[active] = g
+        shift = _solved(g, x, weight) * half[active]
+        shift = np.clip(shift, -FARTHEST, FARTHEST)
+        move = shift[:, :1] * local.u + shift[:, 1:] * local.v
+        points[active] += move
+        now = now._replace(p=points)
+        active = active[np.linalg.norm(move, axis=1) > STILL_PX]
+        if not len(active):
+            break
+    sd, misfit = _quality(gradients, x, weight, half, patches, level)
+    away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
+    return Placed(points, sd, misfit, away < FARTHEST)
+
+
+def _gradients(patches, half, a, b, level):
+    """Slopes (N, M, 2) along s and t in units of the half window."""
+    s = half[:, :1] * a.ravel()
+    t = half[:, 1:] * b.ravel()
+    s, t = s[..., None], t[..., None]
+    of = Patches(*(c[:, None, :] for c in patches))
+    pixels = of.p + s * of.u + t * of.v + s * s * of.uu + t * t * of.vv + s * t * of.w
+    grey = sampled(level, pixels).reshape(-1, *a.shape)
+    along = (grey[:, 1:-1, 2:] - grey[:, 1:-1, :-2]) * (HALF / 2)
+    down = (grey[:, 2:, 1:-1] - grey[:, :-2, 1:-1]) * (HALF / 2)
+    count = len(grey)
+    return np.stack([along.reshape(count, -1), down.reshape(count, -1)], axis=2)
+
+
+def _solved(g, x, weight):
+    """q (N, 2) that minimises sum w (g . (x - q))^2."""
+    A, rhs = _normal(g, x, weight)
+    det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] ** 2
+    det = np.where(det > 1e-12, det, np.inf)
+    return np.stack(
+        [
+            (A[:, 1, 1] * rhs[:, 0] - A[:, 0, 1] * rhs[:, 1]) / det,
+            (A[:, 0, 0] * rhs[:, 1] - A[:, 0, 1] * rhs[:, 0]) / det,
+        ],
+        axis=1,
+    )
+
+
+def _normal(g, x, weight):
+    wg = g * weight[:, None]
+    A = np.swapaxes(wg, 1, 2) @ g
+    toward = (g * x).sum(axis=2)
+    return A, (wg * toward[..., None]).sum(axis=1)
+
+
+def _quality(g, x, weight, half, patches, level):
+    """(sd (N,) px, misfit (N,)) of corners whose windows are centred on them."""
+    A, _ = _normal(g, x, weight)
+    off = (g * x).sum(axis=2)
+    length = np.sqrt((g**2).sum(axis=2) * (x**2).sum(axis=1))
+    total = np.maximum((weight * length**2).sum(axis=1), 1e-9)
+    misfit = (weight * off**2).sum(axis=1) / total
+    J = np.stack([half[:, :1] * patches.u, half[:, 1:] * patches.v], axis=2)
+    reach = ((x @ np.swapaxes(J, 1, 2)) ** 2).sum(axis=2)
+    slope = level.noise * NOISE_OF_SLOPE / level.scale
+    wg = g * (weight**2 * reach)[..., None]
+    B = slope**2 * (np.swapaxes(wg, 1, 2) @ g)
+    cell = np.abs(np.linalg.det(J)) / HALF**2 / level.scale**2
+    alike = np.maximum(1, NOISE_AREA / np.maximum(cell, 1e-9))
+    A = (
+        A
+        + 1e-9 * np.trace(A, axis1=1, axis2=2)[:, None, None] * np.eye(2)
+        + 1e-12 * (np.eye(2))
+    )
+    inverse = np.linalg.inv(A)
+    covariance = J @ inverse @ B @ inverse @ np.swapaxes(J, 1, 2)
+    largest = np.linalg.eigvalsh(covariance)[:, 1] * alike
+    return np.sqrt(np.maximum(largest, 0)), misfit

@@ -1,0 +1,223 @@
+"""From a lattice of links to a grid of verified corners: checked, filled, run on."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.features.find.corners import fields_of, placed
+from raxel.features.find.patches import AXES, patches_of, predicted, shifted
+
+ROUNDS = 12
+SNAP, INNER_SNAP = 0.3, 0.45
+TAKEN_PX = 3.0
+LEAST_CONTRAST = 0.35
+# Of the median, in a lattice that is not checked yet: light may vary across it.
+FIRST_SHARE = 0.4
+MOST_MISFIT = 0.45
+# Most of a corner that is added, by those beside it: blur is alike there.
+MISFIT_RATIO, MISFIT_MORE = 1.7, 0.05
+LEAST_SPACING = 4.0
+# Windows in px of the finest level: the next is taken where a corner is too uncertain.
+WINDOWS = (7.0, 14.0, 28.0)
+SURE_SD, SURE_MISFIT = 0.08, 0.15
+
+
+class Grid(NamedTuple):
+    """Verified corners of one lattice, (rows, columns, ...), NaN where there is none.
+
+    points px; sd: their standard deviation, px; misfit: see `corners.Placed`;
+    contrast: smallest difference between neighbouring fields; sign: of the field
+    between rising rows and columns.
+    """
+
+    points: np.ndarray
+    sd: np.ndarray
+    misfit: np.ndarray
+    contrast: np.ndarray
+    sign: np.ndarray
+
+    @property
+    def known(self):
+        """Which cells hold a corner, (rows, columns) bool."""
+        return np.isfinite(self.points[..., 0])
+
+    @property
+    def count(self):
+        """Number of corners."""
+        return int(np.count_nonzero(self.known))
+
+    @property
+    def complete(self):
+        """Whether every cell holds a corner."""
+        return bool(self.known.all())
+
+
+def grid_of(start, nodes, level):
+    """The Grid that grows from corners `start` (rows, columns, 2), NaN where none.
+
+    nodes: (N, 2) px of corners that were seen, taken where the lattice says that one
+    should be; level: the finest. None if nothing of it stands the checks.
+    """
+    rows, columns = start.shape[:2]
+    empty = np.full((rows, columns), np.nan)
+    blank = Grid(np.full_like(start, np.nan), *(empty.copy() for _ in range(4)))
+    grid = _taken(blank, start, np.isfinite(start[..., 0]), level)
+    grid = _largest_part(grid)
+    for _ in range(ROUNDS):
+        if grid.count < 4:
+            return None
+        grid = _padded(_cropped(grid))
+        before = grid.count
+        for wanted, snap in (_holes(grid), INNER_SNAP), (_rim(grid), SNAP):
+            guess = predicted(grid.points)
+            near = _snapped(guess, grid.points, nodes, snap)
+            for trial in (near, guess):
+                if grid.count == before:
+                    grid = _taken(grid, trial, wanted, level)
+        if grid.count == before:
+            break
+    grid = _cropped(_largest_part(grid))
+    return grid if grid.count >= 4 else None
+
+
+def _holes(grid):
+    """Cells without a corner between two that have one, (rows, columns) bool."""
+    side = {d: np.isfinite(shifted(grid.points, *d)[..., 0]) for d in AXES}
+    right, left, below, above = (side[d] for d in AXES)
+    return ~grid.known & ((right & left) | (below & above))
+
+
+def _rim(grid):
+    """Other cells beside a corner."""
+    side = [np.isfinite(shifted(grid.points, *d)[..., 0]) for d in AXES]
+    return ~grid.known & np.any(side, axis=0) & ~_holes(grid)
+
+
+def _taken(grid, trial, wanted, level):
+    """The grid with those of the trial corners (rows, columns, 2) that are corners."""
+    known = grid.known
+    wanted = wanted & np.isfinite(trial[..., 0]) & ~known
+    points = np.where(wanted[..., None], trial, grid.points)
+    patches, i, j = patches_of(points)
+    new = wanted[i, j]
+    if not new.any():
+        return grid
+    patches, i, j = patches.of(new), i[new], j[new]
+    put = placed_well(patches, level)
+    patches = patches._replace(p=put.points)
+    fields = fields_of(patches, level)
+    parity = np.where((i + j) % 2 == 0, fields.sign, -fields.sign)
+    flip = np.where(np.add.outer(*map(np.arange, known.shape)) % 2 == 0, 1, -1)
+    common = np.nansum(grid.sign * flip) if known.any() else parity.sum()
+    height, width = level.grey.shape
+    rim = level.scale * np.array([width - 2, height - 2])
+    inside = np.all((put.points > level.scale) & (put.points < rim), axis=1)
+    good = put.good & fields.alternate & (parity * common > 0) & inside
+    good &= (put.misfit < MOST_MISFIT) & (patches.size > LEAST_SPACING)
+    if known.any():
+        good &= fields.contrast > LEAST_CONTRAST * _beside(grid.contrast, np.fmin)[i, j]
+        usual = _beside(grid.misfit, np.fmax)[i, j]
+        good &= put.misfit < MISFIT_RATIO * usual + MISFIT_MORE
+    elif good.any():
+        good &= fields.contrast > FIRST_SHARE * np.median(fields.contrast[good])
+    i, j = i[good], j[good]
+    filled = Grid(*(a.copy() for a in grid))
+    filled.points[i, j] = put.points[good]
+    filled.sd[i, j] = put.sd[good]
+    filled.misfit[i, j] = put.misfit[good]
+    filled.contrast[i, j] = fields.contrast[good]
+    filled.sign[i, j] = fields.sign[good]
+    return filled
+
+
+def placed_well(patches, level):
+    """As `placed`, each corner in the first window in which it is certain."""
+    best = placed(patches, level, WINDOWS[0])
+    for window in WINDOWS[1:]:
+        unsure = (best.sd > SURE_SD) | (best.misfit > SURE_MISFIT) | ~best.good
+        wider = (
+            np.maximum(*(np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)))
+            > 2.2 * window * level.scale
+        )
+        again = np.flatnonzero(unsure & wider)
+        if not len(again):
+            break
+        other = placed(patches.of(again), level, window)
+        better = other.good & (
+            ~best.good[again]
+            | ((other.sd < best.sd[again]) & (other.misfit < 1.2 * best.misfit[again]))
+            | (other.misfit < 0.6 * best.misfit[again])
+        )
+        for mine, theirs in zip(best, other, strict=True):
+            mine[again[better]] = theirs[better]
+    return best
+
+
+def _beside(values, choose):
+    """Smallest or largest (np.fmin, np.fmax) value among the eight around each cell.
+
+    Smallest contrast, since light may fall off steeply across a board.
+    """
+    around = [shifted(values, a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
+    return choose.reduce(around)
+
+
+def _snapped(guess, grid, nodes, share):
+    """Guesses (rows, columns, 2) moved to a node within this share of a step."""
+    i, j = np.nonzero(np.isfinite(guess[..., 0]) & ~np.isfinite(grid[..., 0]))
+    if not len(i) or not len(nodes):
+        return guess
+    steps = np.stack([np.linalg.norm(shifted(grid, *d) - guess, axis=2) for d in AXES])
+    reach = share * np.nanmin(
+        np.where(np.isfinite(steps), steps, np.inf)[:, i, j], axis=0
+    )
+    known = grid[np.isfinite(grid[..., 0])]
+    taken = np.linalg.norm(nodes[:, None] - known[None], axis=2).min(axis=1) < TAKEN_PX
+    nodes = nodes[~taken]
+    if not len(nodes):
+        return guess
+    apart = np.linalg.norm(guess[i, j][:, None] - nodes[None], axis=2)
+    nearest = apart.argmin(axis=1)
+    near = apart[np.arange(len(i)), nearest] < reach
+    guess = guess.copy()
+    guess[i[near], j[near]] = nodes[nearest[near]]
+    return guess
+
+
+def _padded(grid):
+    return Grid(
+        *(
+            np.pad(a, ((1, 1), (1, 1), (0, 0))[: a.ndim], constant_values=np.nan)
+            for a in grid
+        )
+    )
+
+
+def _cropped(grid):
+    """Without empty rows and columns at the sides."""
+    known = grid.known
+    if not known.any():
+        return grid
+    i, j = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    return Grid(*(a[i[0] : i[-1] + 1, j[0] : j[-1] + 1] for a in grid))
+
+
+def without(grid, gone):
+    """The grid without the cells `gone` (rows, columns) bool."""
+    left = Grid(*(a.copy() for a in grid))
+    for a in left:
+        a[gone] = np.nan
+    return _cropped(left)
+
+
+def _largest_part(grid):
+    """The grid with its largest set of corners that are neighbours."""
+    import cv2
+
+    known = grid.known.astype(np.uint8)
+    _, parts = cv2.connectedComponents(known, connectivity=4)
+    sizes = np.bincount(parts.ravel())
+    if len(sizes) < 2:
+        return grid
+    sizes[0] = 0
+    return without(grid, parts != sizes.argmax())

@@ -1,0 +1,59 @@
+"""All lattices of four-field corners in an image."""
+
+import numpy as np
+
+from raxel.features.find.grids import grid_of
+from raxel.features.find.growth import as_grid, lattices_of
+from raxel.features.find.ring import joined, nodes_of
+from raxel.features.find.saddles import levels_of, saddles_of
+from raxel.features.find.trace import links_of
+
+LEAST_NODES = 6
+MOST_LATTICES = 16
+SAME_PX = 2.5
+
+
+def grids_in(image):
+    """(list of Grids, the one with most corners first; number of corners seen).
+
+    image: (height, width) uint8 or float32.
+    """
+    levels = levels_of(image)
+    parts = [
+        nodes_of(level, saddles_of(level), number)
+        for number, level in enumerate(levels)
+    ]
+    nodes = joined(parts, levels)
+    if not len(nodes.points):
+        return [], 0
+    links = links_of(nodes, levels)
+    queue, grids = lattices_of(nodes, links)[:MOST_LATTICES], []
+    taken = np.zeros(len(nodes.points), bool)
+    while queue:
+        lattice = queue.pop(0)
+        of = np.array(list(lattice.values()))
+        if len(of) < LEAST_NODES or taken[of].mean() > 0.5:
+            continue
+        grid = grid_of(as_grid(lattice, nodes.points), nodes.points[~taken], levels[0])
+        if grid is None:
+            continue
+        grids.append(grid)
+        taken |= _near(nodes.points, grid.points[grid.known], SAME_PX * levels[0].scale)
+        left = of[~taken[of]]
+        if len(left) >= LEAST_NODES:
+            queue += lattices_of(nodes, _links_among(links, left))
+    return sorted(grids, key=lambda grid: -grid.count), len(nodes.points)
+
+
+def _near(points, others, reach):
+    """Which points (N, 2) lie near one of the others (M, 2)."""
+    apart = np.linalg.norm(points[:, None] - others[None], axis=2)
+    return apart.min(axis=1) < reach
+
+
+def _links_among(links, some):
+    """The links between these nodes only."""
+    chosen = np.zeros(len(links) + 1, bool)
+    chosen[some] = True
+    keep = chosen[:-1, None] & chosen[links[..., 0]]
+    return np.where(keep[..., None], links, -1)

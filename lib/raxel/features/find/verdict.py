@@ -1,0 +1,106 @@
+"""Is a grid of corners the whole board, and nothing but the board?"""
+
+import numpy as np
+
+from raxel.features.find.grids import without
+from raxel.features.find.patches import predicted
+from raxel.features.lattice import lattice_fault
+
+LEAST_SIDE = 3
+MOST_SD = 0.25
+FAKE_SHARE, FAKE_COUNT = 0.25, 2
+LEAST_SEEN = 0.34
+RIM_PX = 2.0
+# A lattice cut off lies on the next rings of the grid: so many, so near (in steps).
+BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
+
+
+def trimmed(grid):
+    """The grid without side rows that hold next to nothing.
+
+    What stands there by itself is a chance pattern beside the board.
+    """
+    while min(grid.known.shape) > LEAST_SIDE and not grid.complete:
+        known = grid.known
+        sides = {
+            (0, 0): known[0],
+            (0, -1): known[-1],
+            (1, 0): known[:, 0],
+            (1, -1): known[:, -1],
+        }
+        (axis, end), row = min(sides.items(), key=lambda side: side[1].mean())
+        if row.sum() > min(FAKE_COUNT, FAKE_SHARE * len(row)):
+            break
+        gone = np.zeros_like(known)
+        gone[(slice(None),) * axis + (end,)] = True
+        grid = without(grid, gone)
+    return grid
+
+
+def fault_of(grid, image):
+    """Why this grid is no board that could be returned, or ''."""
+    rows, columns = sorted(grid.known.shape)
+    if min(rows, columns) < LEAST_SIDE:
+        return f"a lattice of {columns} x {rows} corners is too small to be sure of"
+    if not grid.complete:
+        return (
+            f"{grid.count} of {columns * rows} corners of a lattice of {columns} x "
+            f"{rows} are seen"
+        )
+    worst = np.nanmax(grid.sd)
+    if worst > MOST_SD:
+        return f"a corner is uncertain by {worst:.2f} px"
+    return lattice_fault(grid.points.reshape(-1, 2), *grid.known.shape[::-1], image)
+
+
+def open_side(grid, image):
+    """Which side of a complete grid may go on beyond the image, or ''.
+
+    A board has ended where the next corners would lie inside the image and are none.
+    """
+    height, width = image.shape
+    beyond = predicted(
+        np.pad(grid.points, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
+    )
+    sides = {
+        "first row": beyond[0, 1:-1],
+        "last row": beyond[-1, 1:-1],
+        "first column": beyond[1:-1, 0],
+        "last column": beyond[1:-1, -1],
+    }
+    for name, points in sides.items():
+        inside = np.all(
+            (points > RIM_PX) & (points < np.array([width, height]) - 1 - RIM_PX),
+            axis=1,
+        )
+        if inside.mean() < LEAST_SEEN:
+            return name
+    return ""
+
+
+def continues(grid, others):
+    """Whether another lattice carries this grid on, as a part of it cut off.
+
+    Its corners then lie where this grid, run on, has its next ones.
+    """
+    rings = grid.points
+    for _ in range(BEYOND_RINGS):
+        rings = np.pad(rings, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
+        for _ in range(2):
+            guess = predicted(rings)
+            rings = np.where(np.isfinite(rings), rings, guess)
+    step = np.linalg.norm(np.gradient(rings, axis=(0, 1)), axis=3).min(axis=0)
+    beyond = np.ones(rings.shape[:2], bool)
+    inner = slice(BEYOND_RINGS, -BEYOND_RINGS)
+    beyond[inner, inner] = False
+    beyond &= np.isfinite(rings[..., 0]) & np.isfinite(step)
+    places, reach = rings[beyond], step[beyond]
+    for other in others:
+        points = other.points[other.known]
+        off = np.linalg.norm(points[:, None] - places[None], axis=2) / reach
+        place, off = off.argmin(axis=1), off.min(axis=1)
+        near = off < 1
+        on = np.unique(place[off < ON_LATTICE])
+        if len(on) >= LEAST_SIDE and len(on) > SHARE_ON * near.sum():
+            return True
+    return False
