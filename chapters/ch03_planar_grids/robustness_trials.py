@@ -13,7 +13,7 @@ from chapters.ch03_planar_grids.synthetic_board import (
 )
 from raxel.features.celect import celect
 
-NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50)
+NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50, 65, 80, 100)
 BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
 SQUARES_ACROSS = (5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
 FOV_DEG = (60, 80, 100, 120, 134, 140, 146, 152, 158, 164)
