@@ -36,7 +36,7 @@ class CelectSettings:
     column_merge: float = 0.47
     peaks: tuple[int, int] = (2, 5)
 
-    # Not stated in the thesis; data/published/settings.yaml says why these.
+    # Not stated in the thesis.
     radius_scale: float = 1.0
     most_growths: int = 4
     steps_per_square: int = 6
