@@ -140,7 +140,7 @@ def test_the_same_generator_gives_the_same_camera():
 
 
 def test_too_few_boards_are_refused():
-    with pytest.raises(CalibrationError, match="2 views given"):
+    with pytest.raises(CalibrationError, match="boards to calibrate with: 2"):
         calibrated(views_of(board_poses(0, 2)))
 
 

@@ -189,7 +189,7 @@ def test_auto_says_why_the_general_camera_is_not_possible(tmp_path, capsys):
     assert "generic: not possible: " in capsys.readouterr().out
     result = json.loads(path.read_text())
     assert result["model"] == "zhang"
-    assert "2 views given" in result["cross_validation"]["generic"]["refused"]
+    assert "boards to calibrate with: 2" in result["cross_validation"]["generic"]["refused"]
 
 
 def test_zhang_is_content_with_two_views(tmp_path):

@@ -108,8 +108,8 @@ def calibrate_generic(
     views = [check_view(view) for view in views]
     if len(views) < 3:
         raise CalibrationError(
-            f"generic calibration: {len(views)} views given; three or more overlapping"
-            " boards at different tilts are needed"
+            f"generic calibration: boards to calibrate with: {len(views)}; three or"
+            " more overlapping boards at different tilts are needed"
         )
     samples = sample_boards(views, width, height, OBSERVATIONS)
     coarse = samples.thinned(COARSE)
