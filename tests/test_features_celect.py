@@ -1,0 +1,304 @@
+"""CELECT on drawn boards: right corners, the order of the clicks, named failures."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.features.celect import (
+    OUTER_CORNER,
+    TOO_FEW,
+    TOO_MANY,
+    TRACING,
+    CelectSettings,
+    celect,
+)
+from raxel.features.celect.baselines import (
+    order_by_homography,
+    order_by_joining_line,
+    row_margin,
+)
+from tests.chessboards import Board, facing
+
+COLUMNS, ROWS = 8, 6
+BENT = Board(COLUMNS, ROWS, facing(COLUMNS, ROWS, 46, turn=0.3), bend=0.9)
+# Anchors and corners are whole pixels, so a turned image is traced a little elsewhere.
+SAME_PX = 2.5
+
+
+def lattice(board):
+    return board.corners().reshape(board.rows, board.columns, 2)
+
+
+def outer(grid):
+    return np.array([grid[0, 0], grid[0, -1], grid[-1, -1], grid[-1, 0]])
+
+
+def seen(board, noise=2.0, blur=0.8, seed=1):
+    soft = cv2.GaussianBlur(board.image().astype(float), (0, 0), blur)
+    noisy = soft + np.random.default_rng(seed).normal(0, noise, soft.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+IMAGE, TRUTH = seen(BENT), lattice(BENT)
+CLICKS = outer(TRUTH) + [[1.5, -1], [-2, 1], [0.5, 2], [-1, -1]]
+
+
+def largest_error(result, truth):
+    assert result.found, result.failures
+    return np.linalg.norm(result.corners - truth, axis=2).max()
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.4, 0.9, 1.6])
+@pytest.mark.parametrize("turn", [0.0, 0.3, np.pi / 2, 2.6])
+def test_every_corner_of_a_bent_board_in_order(bend, turn):
+    board = Board(7, 7, facing(7, 7, 40, tilt=(0.03, -0.02), turn=turn), bend=bend)
+    truth = lattice(board)
+    result = celect(seen(board), outer(truth) + 1.2, 7, 7)
+    assert largest_error(result, truth) < 4
+
+
+@pytest.mark.parametrize("noise", [0, 10, 25])
+@pytest.mark.parametrize("blur", [0.5, 2.0])
+def test_noise_and_blur(noise, blur):
+    result = celect(seen(BENT, noise, blur), CLICKS, COLUMNS, ROWS)
+    assert largest_error(result, TRUTH) < 6
+
+
+def test_a_quarter_turn_of_the_image_turns_the_corners():
+    width = IMAGE.shape[1]
+    turned = np.ascontiguousarray(np.rot90(IMAGE))
+
+    def turn(points):
+        return np.stack((points[..., 1], width - 1 - points[..., 0]), axis=-1)
+
+    result = celect(turned, turn(CLICKS), COLUMNS, ROWS)
+    assert largest_error(result, turn(TRUTH)) < 4
+    straight = celect(IMAGE, CLICKS, COLUMNS, ROWS).corners
+    assert np.abs(result.corners - turn(straight)).max() < SAME_PX
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_the_order_is_that_of_the_clicks(start):
+    """Another first corner: the same corners, counted from there."""
+    straight = celect(IMAGE, CLICKS, COLUMNS, ROWS).corners
+    size = (COLUMNS, ROWS)[:: -1 if start % 2 else 1]
+    result = celect(IMAGE, np.roll(CLICKS, -start, axis=0), *size)
+    expected = np.rot90(straight, start)
+    assert largest_error(result, expected) < 2 * SAME_PX
+
+
+def test_a_mirrored_image_clicked_in_mirrored_order_is_read_the_same_way():
+    width = IMAGE.shape[1]
+    mirrored = np.ascontiguousarray(IMAGE[:, ::-1])
+
+    def mirror(points):
+        return np.stack((width - 1 - points[..., 0], points[..., 1]), axis=-1)
+
+    result = celect(mirrored, mirror(CLICKS), COLUMNS, ROWS)
+    straight = celect(IMAGE, CLICKS, COLUMNS, ROWS).corners
+    assert largest_error(result, mirror(straight)) < SAME_PX
+
+
+def test_clicks_the_other_way_round_give_the_transposed_order():
+    straight = celect(IMAGE, CLICKS, COLUMNS, ROWS).corners
+    result = celect(IMAGE, CLICKS[[0, 3, 2, 1]], ROWS, COLUMNS)
+    assert largest_error(result, straight.transpose(1, 0, 2)) < 2 * SAME_PX
+
+
+def test_a_crop_changes_nothing():
+    shift = np.floor(BENT.corners().min(axis=0)).astype(int) - 60
+    u, v = np.maximum(shift, 0)
+    result = celect(np.ascontiguousarray(IMAGE[v:, u:]), CLICKS - [u, v], COLUMNS, ROWS)
+    whole = celect(IMAGE, CLICKS, COLUMNS, ROWS)
+    np.testing.assert_allclose(result.corners + [u, v], whole.corners, atol=1e-9)
+
+
+def test_colour_inversion_and_depth_change_nothing():
+    whole = celect(IMAGE, CLICKS, COLUMNS, ROWS)
+    inverted = celect(255 - IMAGE, CLICKS, COLUMNS, ROWS)
+    deep = celect(IMAGE.astype(np.uint16) * 257, CLICKS, COLUMNS, ROWS)
+    np.testing.assert_allclose(inverted.corners, whole.corners, atol=1.0)
+    np.testing.assert_allclose(deep.corners, whole.corners, atol=1.0)
+
+
+def test_four_inner_corners_give_that_part_of_the_board():
+    part = TRUTH[1:5, 2:7]
+    result = celect(IMAGE, outer(part), 5, 4)
+    assert largest_error(result, part) < 4
+
+
+def test_the_trace_is_recorded():
+    result = celect(IMAGE, CLICKS, COLUMNS, ROWS, record=True)
+    names = [contour.name for contour in result.contours]
+    assert names[:4] == ["side 1", "side 2", "side 3", "side 4"]
+    assert names[4:] == [f"column {k}" for k in range(2, COLUMNS)]
+    for contour in result.contours:
+        assert len(contour.steps) == len(contour.radii) == len(contour.anchors) - 1
+        for step, anchor in zip(contour.steps, contour.anchors, strict=False):
+            np.testing.assert_array_equal(step.centre, anchor)
+            off = np.linalg.norm(step.edges - step.centre, axis=1)
+            assert off.max() <= step.radius
+    unrecorded = celect(IMAGE, CLICKS, COLUMNS, ROWS)
+    np.testing.assert_array_equal(unrecorded.corners, result.corners)
+    assert unrecorded.contours[0].steps == ()
+
+
+def test_more_candidates_than_corners_and_one_left_of_each():
+    result = celect(IMAGE, CLICKS, COLUMNS, ROWS)
+    for contour in result.contours:
+        assert len(contour.candidates) > len(contour.merged)
+
+
+def test_the_contour_that_fails_is_named_and_can_be_given():
+    image = np.where(
+        np.hypot(*(np.indices(IMAGE.shape)[::-1] - TRUTH[2, 3][:, None, None])) < 22,
+        128,
+        IMAGE,
+    ).astype(np.uint8)
+    result = celect(image, CLICKS, COLUMNS, ROWS)
+    assert not result.found
+    assert [failure.contour for failure in result.failures] == ["column 4"]
+    failure = result.failures[0]
+    assert failure.stage in (TRACING, TOO_FEW, TOO_MANY)
+    assert failure.wanted == ROWS
+    assert "\n" not in failure.reason
+    missing = np.isnan(result.corners[..., 0])
+    np.testing.assert_array_equal(np.argwhere(missing)[:, 1], [3] * (ROWS - 2))
+
+    for by_hand in (TRUTH[:, 3], TRUTH[::-1, 3]):
+        mended = celect(
+            image, CLICKS, COLUMNS, ROWS, given_contours={"column 4": by_hand}
+        )
+        assert largest_error(mended, TRUTH) < 4
+
+
+def test_a_side_by_hand():
+    settings = CelectSettings(first_angle_deg=90.0)
+    result = celect(IMAGE, CLICKS, COLUMNS, ROWS, settings=settings)
+    assert (result.failures[0].contour, result.failures[0].stage) == ("side 1", TRACING)
+    mended = celect(
+        IMAGE,
+        CLICKS,
+        COLUMNS,
+        ROWS,
+        settings=settings,
+        given_contours={"side 1": TRUTH[0]},
+    )
+    assert largest_error(mended, TRUTH) < 4
+
+
+def test_exchanged_counts_fail_by_count():
+    result = celect(IMAGE, CLICKS, ROWS, COLUMNS)
+    assert not result.found
+    assert {f.stage for f in result.failures[:4]} <= {TOO_FEW, TOO_MANY}
+    assert result.corners.shape == (COLUMNS, ROWS, 2)
+
+
+@pytest.mark.parametrize("count", [COLUMNS - 2, COLUMNS + 2])
+def test_a_wrong_count_is_not_found(count):
+    assert not celect(IMAGE, CLICKS, count, ROWS).found
+
+
+def test_two_swapped_clicks_cross():
+    with pytest.raises(InputError, match="cross"):
+        celect(IMAGE, CLICKS[[1, 0, 2, 3]], COLUMNS, ROWS)
+
+
+def test_a_flat_image_has_no_corner_near_any_click():
+    flat = np.full_like(IMAGE, 90)
+    result = celect(flat, CLICKS, COLUMNS, ROWS)
+    assert not result.found
+    assert [f.stage for f in result.failures] == [OUTER_CORNER] * 4
+    assert np.isnan(result.corners).all()
+
+
+def test_noise_without_a_board_is_not_found():
+    rng = np.random.default_rng(4)
+    noise = rng.integers(0, 256, IMAGE.shape).astype(np.uint8)
+    assert not celect(noise, CLICKS, COLUMNS, ROWS).found
+
+
+def test_a_board_partly_outside_is_not_found():
+    right = int(TRUTH[:, 5, 0].max())
+    cut = np.ascontiguousarray(IMAGE[:, :right])
+    clicks = CLICKS.copy()
+    clicks[:, 0] = np.minimum(clicks[:, 0], right - 2)
+    assert not celect(cut, clicks, COLUMNS, ROWS).found
+
+
+BAD_INPUT = {
+    "colour": (np.dstack([IMAGE] * 3), CLICKS, COLUMNS, ROWS, "image: found an array"),
+    "float": (IMAGE / 255, CLICKS, COLUMNS, ROWS, "image: found an array"),
+    "empty": (IMAGE[:0], CLICKS, COLUMNS, ROWS, "image: found an array"),
+    "one pixel": (IMAGE[:1, :1], CLICKS * 0, COLUMNS, ROWS, "squares of 0 px"),
+    "outside": (IMAGE, CLICKS + 600, COLUMNS, ROWS, "outside the image"),
+    "three": (IMAGE, CLICKS[:3], COLUMNS, ROWS, "give 4 finite points"),
+    "nan": (IMAGE, CLICKS * np.nan, COLUMNS, ROWS, "give 4 finite points"),
+    "words": (IMAGE, ["a", "b", "c", "d"], COLUMNS, ROWS, "give 4 finite points"),
+    "none": (IMAGE, None, COLUMNS, ROWS, "give 4 finite points"),
+    "no count": (IMAGE, CLICKS, None, ROWS, "columns: found None"),
+    "fraction": (IMAGE, CLICKS, COLUMNS, 5.5, "rows: found 5.5"),
+    "one row": (IMAGE, CLICKS, COLUMNS, 1, "rows: found 1"),
+    "too many": (IMAGE, CLICKS, 2000, ROWS, "squares of"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_INPUT)
+def test_bad_input_is_one_line(name):
+    *arguments, said = BAD_INPUT[name]
+    with pytest.raises(InputError) as caught:
+        celect(*arguments)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"side 5": TRUTH[0]}, "found 'side 5'"),
+        ({"column 1": TRUTH[:, 0]}, "found 'column 1'"),
+        ({"side 1": TRUTH[0, :3]}, "give 8 finite points"),
+        ({"side 1": TRUTH[0] + 900}, "outside the image"),
+    ],
+)
+def test_bad_contours_by_hand(given, said):
+    with pytest.raises(InputError, match=said):
+        celect(IMAGE, CLICKS, COLUMNS, ROWS, given_contours=given)
+
+
+def test_a_huge_image_is_only_looked_at_near_the_board():
+    huge = np.full((7000, 7200), 120, np.uint8)
+    huge[3000:3480, 4000:4640] = IMAGE
+    result = celect(huge, CLICKS + [4000, 3000], COLUMNS, ROWS)
+    assert largest_error(result, TRUTH + [4000, 3000]) < 4
+
+
+def test_straight_boards_are_ordered_by_both_baselines():
+    board = Board(7, 5, facing(7, 5, 40, tilt=(0.02, -0.03), turn=0.4))
+    truth = lattice(board)
+    points = np.random.default_rng(0).permutation(board.corners())
+    for order in (order_by_joining_line, order_by_homography):
+        np.testing.assert_array_equal(order(points, outer(truth), 7, 5), truth)
+    assert row_margin(truth) > 0
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.3, 1.0, 2.0, 4.0])
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_the_joining_line_fails_where_its_criterion_says_so(bend, turn):
+    board = Board(11, 9, facing(11, 9, 42, turn=turn), bend=bend)
+    truth = lattice(board)
+    ordered = order_by_joining_line(board.corners(), outer(truth), 11, 9)
+    margin = row_margin(truth)
+    assert (margin > 0) == (bend < 1)
+    # With a negative margin even the right ends of a row do not help.
+    assert np.array_equal(ordered, truth) == (margin > 0)
+
+
+def test_a_strong_bend_defeats_both_baselines():
+    board = Board(11, 9, facing(11, 9, 60), bend=4.0)
+    truth = lattice(board)
+    for order in (order_by_joining_line, order_by_homography):
+        ordered = order(board.corners(), outer(truth), 11, 9)
+        assert ordered.shape == truth.shape
+        assert not np.array_equal(ordered, truth)

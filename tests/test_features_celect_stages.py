@@ -1,0 +1,216 @@
+"""The stages of CELECT: Hough lines, the choice of a line, corner processing."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from raxel.features.celect import CelectSettings
+from raxel.features.celect.hough import (
+    angle_apart,
+    merge_close,
+    nearest_form,
+    orientation,
+    peaks_of,
+    signed_distance,
+    vote,
+)
+from raxel.features.celect.processing import (
+    average_close,
+    distance_to_trace,
+    position_along,
+    processed,
+)
+from raxel.features.celect.radius import mean_side, side_lengths
+from raxel.features.celect.trace import (
+    FirstLine,
+    first_line,
+    near_lines,
+    next_anchor,
+    next_line,
+)
+
+PUBLISHED = CelectSettings()
+CENTRE, RADIUS = np.array([40.0, 50.0]), 24.0
+ANGLES = st.floats(0, 179.9)
+
+
+def pixels_of_line(theta_deg, distance=0.0):
+    """Pixels (n, 2) of a line in the window, as Canny's method would leave them."""
+    direction = np.array(
+        [math.cos(math.radians(theta_deg)), math.sin(math.radians(theta_deg))]
+    )
+    normal = np.array([-direction[1], direction[0]])
+    along = np.linspace(-RADIUS, RADIUS, 200)
+    points = CENTRE + distance * normal + along[:, None] * direction
+    points = np.unique(np.rint(points), axis=0)
+    return points[np.linalg.norm(points - CENTRE, axis=1) <= RADIUS]
+
+
+def peaks(points, settings=PUBLISHED, s=RADIUS):
+    return peaks_of(vote(points, CENTRE, RADIUS), settings, s)
+
+
+def strongest_line(found):
+    return found.lines[found.votes.argmax()]
+
+
+@settings(deadline=None, max_examples=60)
+@given(theta=ANGLES, distance=st.floats(-9, 9))
+def test_a_line_is_found_with_orientation_and_signed_distance(theta, distance):
+    # Without averaging, which moves the line towards the second, enforced peak.
+    alone = CelectSettings(split_peaks=0)
+    R, found = strongest_line(peaks(pixels_of_line(theta, distance), alone))
+    assert angle_apart(found, theta) < 2.5
+    assert 0 <= found < 180
+    R, _, _ = nearest_form((R, found, 1.0), (0.0, theta, 1.0))
+    assert abs(R - distance) < 1.5
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.5, 179.5, 179.0, 1.0])
+def test_a_line_at_the_border_of_the_angle_is_one_peak(theta):
+    points = pixels_of_line(theta, 4.0)
+    apart = CelectSettings(wrap=0, split_peaks=0)
+    near = [
+        line
+        for line in peaks(points, apart).lines
+        if angle_apart(line[1], 0) < 3 and 2.5 < abs(line[0]) < 5.5
+    ]
+    assert len(near) == 2
+    together = peaks(points, CelectSettings(split_peaks=0))
+    near = [line for line in together.lines if angle_apart(line[1], theta) < 3]
+    assert len(near) == 1
+
+
+@pytest.mark.parametrize("thetas", [(20, 100), (0, 90), (60, 150), (178, 80)])
+def test_two_crossing_lines_are_the_two_strongest_peaks(thetas):
+    points = np.vstack([pixels_of_line(theta) for theta in thetas])
+    found = peaks(points)
+    two = found.lines[np.argsort(-found.votes)[:2], 1]
+    for theta in thetas:
+        assert angle_apart(two, theta).min() < 3
+
+
+def test_two_peaks_are_enforced_and_no_more_than_five_are_taken():
+    alone = CelectSettings(split_peaks=0)
+    assert len(peaks(pixels_of_line(30), alone).lines) >= 2
+    fan = np.vstack([pixels_of_line(theta) for theta in range(15, 180, 30)])
+    assert len(peaks(fan, alone).lines) == 5
+    assert len(peaks(np.empty((0, 2), int)).lines) == 0
+
+
+def test_close_peaks_become_their_mean_by_votes_across_the_border():
+    merged = merge_close([(2.0, 179.0, 30.0), (-2.0, 1.0, 10.0)], 5)
+    assert merged == [(2.0, 179.5, 40.0)]
+    assert len(merge_close([(2.0, 179.0, 30.0), (2.0, 1.0, 10.0)], 3)) == 2
+
+
+@given(a=st.floats(-720, 720), b=st.floats(-720, 720))
+def test_angles_between_orientations(a, b):
+    apart = angle_apart(a, b)
+    assert 0 <= apart <= 90
+    assert angle_apart(b, a) == pytest.approx(apart)
+    assert angle_apart(a + 180, b) == pytest.approx(apart, abs=1e-9)
+
+
+def test_orientation_and_distance_agree():
+    direction = np.array([3.0, -4.0])
+    theta = orientation(direction)
+    points = CENTRE + np.outer([-2, 0, 5], direction)
+    np.testing.assert_allclose(
+        signed_distance(points, CENTRE, (0.0, theta)), 0, atol=1e-12
+    )
+
+
+def test_only_lines_near_the_centre_count():
+    lines = np.array([[0.0, 10], [-9.7, 20], [9.5, 30], [12, 40]])
+    np.testing.assert_array_equal(near_lines(lines, 9.6), [0, 2])
+
+
+def test_the_first_line_leaves_out_the_wrong_contour():
+    lines = np.array([[0.0, 10], [0, 88], [0, 100]])
+    everything = np.arange(3)
+    by_angle = FirstLine(90.0, False, np.array([1.0, 0]))
+    assert first_line(lines, everything, by_angle, 15, 0) == 0
+    assert first_line(lines, everything[1:], by_angle, 15, 0) is None
+    # Only the nearest one is taken out: 100 remains and is nearest to 120.
+    exact = FirstLine(90.0, True, np.array([1.0, 0]))
+    assert first_line(lines, everything, exact, 15, 120) == 2
+    assert first_line(lines, everything[:0], exact, 15, 120) is None
+
+
+def test_the_next_line_turns_least_modulo_180():
+    lines = np.array([[0.0, 5], [0, 170], [0, 90]])
+    assert next_line(lines, np.arange(3), 178) == 0
+    assert next_line(lines, np.arange(3), 174) == 1
+    assert next_line(lines, np.arange(0), 174) is None
+
+
+def test_the_next_anchor_is_the_farthest_ahead_in_the_band():
+    edges = np.array([[50, 50], [55, 51], [56, 58], [20, 50], [64, 50]])
+    line = (0.0, 0.0)
+    chosen = next_anchor(edges, line, CENTRE, 3, CENTRE, np.array([1.0, 0]))
+    np.testing.assert_array_equal(chosen, [64, 50])
+    back = next_anchor(edges, line, CENTRE, 3, CENTRE, np.array([-1.0, 0]))
+    np.testing.assert_array_equal(back, [20, 50])
+    assert next_anchor(edges[:3], line, CENTRE, 3, CENTRE, np.array([-1.0, 0])) is None
+
+
+TRACE = np.array([[0.0, 0], [10, 0], [10, 10], [30, 10]])
+
+
+def test_positions_along_a_trace_go_on_beyond_its_ends():
+    points = np.array([[-3.0, 1], [4, 1], [11, 4], [12, 11], [33, 9]])
+    np.testing.assert_allclose(position_along(points, TRACE), [-3, 4, 14, 22, 43])
+
+
+def test_the_distance_is_to_the_line_through_the_two_nearest_anchors():
+    anchors = np.array([[0.0, 0], [10, 0], [20, 10]])
+    np.testing.assert_allclose(distance_to_trace(np.array([[4.0, 3]]), anchors), [3.0])
+    np.testing.assert_allclose(
+        distance_to_trace(np.array([[18.0, 10]]), anchors), [math.sqrt(2)]
+    )
+
+
+def test_a_chain_of_close_corners_is_one_group():
+    corners = np.array([[0.0, 0], [3, 0], [6, 0], [20, 0]])
+    labels = average_close(corners, corners[:, 0], 3.5, 2)
+    assert labels[0] == labels[1] == labels[2] != labels[3]
+
+
+@settings(deadline=None, max_examples=50)
+@given(seed=st.integers(0, 10**6), count=st.integers(2, 9))
+def test_processing_recovers_split_corners_and_drops_the_rest(seed, count):
+    rng = np.random.default_rng(seed)
+    true = np.column_stack((20.0 * np.arange(count), rng.uniform(-1, 1, count)))
+    split = np.vstack([true + d for d in ([2, 1], [-2, -1], [1, -2], [-1, 2])])
+    beyond = np.array([[-18.0, 0], [20.0 * count - 1, 0]])
+    beside = np.array([[10.0, 15]])
+    anchors = np.vstack((true[:1], true[:-1] + [10, 0], true[-1:]))
+    candidates = rng.permutation(np.vstack((split, beyond, beside)))
+    got = processed(candidates, anchors, count, 8.0, 7.0, average_close)
+    assert len(got.merged) == count
+    np.testing.assert_allclose(got.merged, true, atol=1e-9)
+    assert not (got.inliers[:, None] == beside).all(axis=2).any()
+
+
+def test_the_values_of_tables_3_1_and_3_2():
+    s = side_lengths(np.array([[0, 0], [190, 0], [190, 95], [0, 95]]), 10, 5, 1.9)
+    np.testing.assert_allclose(s, [10, 10, 10, 10])
+    column = np.array([[0.0, 0], [0, 10], [0, 30]])
+    assert mean_side(column, PUBLISHED) == 7.5
+    table = (
+        PUBLISHED.split_peaks,
+        PUBLISHED.wrap,
+        PUBLISHED.near_centre,
+        PUBLISHED.first_angle_deg,
+        PUBLISHED.edge_band,
+        PUBLISHED.arrival,
+        PUBLISHED.corner_band,
+        PUBLISHED.merge,
+    )
+    assert table == (0.5, 0.125, 0.4, 15.0, 0.1, 0.56, 0.4, 0.8)
+    assert (PUBLISHED.growth, PUBLISHED.column_merge) == (0.2, 0.47)
+    assert (PUBLISHED.radius_divisor, PUBLISHED.peaks) == (1.9, (2, 5))
