@@ -1,0 +1,180 @@
+"""The cases of the page on CELECT's failures: boards, levels, and pairs to be drawn.
+
+Every case changes one thing over some levels. Two or three of the levels are drawn:
+where the prerequisite is broken, and where it is kept. Written down before any run.
+"""
+
+from __future__ import annotations
+
+# What every level has unless it says otherwise.
+ORDINARY = {
+    "board": {},
+    "blur_px": 1.0,
+    "noise_sd": 2.0,
+    "start": 0,
+    "clockwise": True,
+    "radius_scale": 1.0,
+}
+# How trials of one level differ.
+VARIATION = {
+    "turn_deg": "even, 0 to 360",
+    "shift_px": "even, +-0.5 both ways",
+    "arc": "even, +-3 %",
+    "click_sd_px": 1.0,
+    "click_cap_px": 2.0,
+}
+ARC_VARIES = 0.03
+CLICK_SD_PX, CLICK_CAP_PX = 1.0, 2.0
+
+# Half a ring, as a mirror shows a board that reaches far around it.
+HALF_RING = {
+    "columns": 11,
+    "rows": 6,
+    "radius_px": 270.0,
+    "depth_px": 130.0,
+}
+LARGE_SQUARES = {"arc_deg": 160.0, "radius_px": 280.0, "depth_px": 170.0}
+LONG = {
+    "columns": 5,
+    "rows": 9,
+    "arc_deg": 10.0,
+    "radius_px": 1030.0,
+    "depth_px": 400.0,
+}
+
+
+def _half_ring(arc_deg):
+    return HALF_RING | {"arc_deg": arc_deg}
+
+
+def _bowed(bow_deg):
+    return {
+        "arc_deg": 110.0,
+        "radius_px": 300.0,
+        "depth_px": 150.0,
+        "bow_deg": bow_deg,
+    }
+
+
+def _choices(board):
+    """The eight ways to click a board: four first corners, two directions."""
+    return {
+        f"c{start + 1} {way}": {
+            "board": board,
+            "start": start,
+            "clockwise": way == "cw",
+        }
+        for way in ("cw", "ccw")
+        for start in range(4)
+    }
+
+
+# Case -> levels (label -> what is not ordinary), and the labels that are drawn.
+CASES = {
+    "clearance": {
+        "levels": {
+            f"{ring:g}": {"board": {"ring": ring}}
+            for ring in (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0)
+        },
+        "drawn": {"too little": "0.15", "enough": "0.5"},
+    },
+    "first_corner": {
+        "levels": {
+            f"{arc}": {"board": _half_ring(arc), "start": 1}
+            for arc in (110, 130, 145, 155, 160, 170)
+        }
+        | {"160, c1": {"board": _half_ring(160), "start": 0}},
+        "drawn": {
+            "side 4 is the arc": "160",
+            "side 4 is straight": "160, c1",
+        },
+    },
+    "wrong_contour": {
+        "levels": {f"{bow}": {"board": _bowed(bow)} for bow in range(5)}
+        | {"3, c2": {"board": _bowed(3), "start": 1}},
+        "drawn": {"first corner c1": "3", "first corner c2": "3, c2"},
+    },
+    "direction": {
+        "levels": _choices(_half_ring(160)),
+        "drawn": {"counterclockwise": "c1 ccw", "clockwise": "c1 cw"},
+    },
+    "window": {
+        "levels": {
+            f"{scale:g}": {"radius_scale": scale, "noise_sd": 10.0}
+            for scale in (0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.0)
+        },
+        "drawn": {
+            "too small": "0.3",
+            "as published": "1",
+            "too large": "3",
+        },
+    },
+    "curvature": {
+        "levels": {
+            f"{columns - 1} x {rows - 1}": {
+                "board": LARGE_SQUARES | {"columns": columns, "rows": rows}
+            }
+            for columns, rows in ((4, 3), (5, 3), (6, 4), (8, 5), (12, 7))
+        },
+        "drawn": {"large squares": "3 x 2", "small squares": "7 x 4"},
+    },
+    "size_variation": {
+        "levels": {
+            f"{growth:g}": {"board": LONG | {"growth": growth}}
+            for growth in (1.0, 3.0, 4.5, 6.0, 9.0, 14.0)
+        },
+        "drawn": {"1 : 9": "9", "1 : 3": "3"},
+    },
+    "blur_noise": {
+        "levels": {
+            f"blur {blur}": {"blur_px": float(blur)}
+            for blur in (1, 2, 3, 4, 6)
+        }
+        | {
+            f"noise {sd}": {"noise_sd": float(sd)}
+            for sd in (5, 20, 35, 50, 70)
+        },
+        "drawn": {
+            "blurred": "blur 6",
+            "clear": "blur 1",
+            "noisy": "noise 70",
+        },
+    },
+}
+
+
+def levels_of(case, effort):
+    """Levels of a case, in order: only those that are drawn for a quick build."""
+    levels = CASES[case]["levels"]
+    drawn = CASES[case]["drawn"].values()
+    taken = drawn if effort == "quick" else levels
+    return {
+        label: ORDINARY | levels[label]
+        for label in levels
+        if label in taken
+    }
+
+
+# Levels of Fig. 3.11 at which trials are lost: its failures, traced here.
+SWEEP_LEVELS = [
+    {"noise_sd": 40},
+    {"noise_sd": 50},
+    {"blur_px": 4},
+    {"blur_px": 6},
+    {"blur_px": 8},
+    {"squares_across": 25},
+    {"squares_across": 30},
+    {"squares_across": 40},
+    {"fov_deg": 152},
+    {"fov_deg": 158},
+    {"fov_deg": 164},
+    {"yaw_deg": 40},
+    {"yaw_deg": 44},
+    {"yaw_deg": 48},
+]
+SWEEP_QUICK = [{"blur_px": 8}, {"fov_deg": 158}]
+
+# The two orderings of 1.2.1: corners are given, true but for this error.
+CORNER_SD_PX = 0.5
+ARCS_DEG = (1, 5, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 130, 160)
+FOVS_DEG = (20, 40, 60, 70, 80, 90, 100, 110, 120, 134, 146, 158)
