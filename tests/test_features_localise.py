@@ -183,6 +183,26 @@ def test_where_no_corner_is_nothing_is_made_up(name, scene):
 
 
 @pytest.mark.parametrize("name", LOCALISERS)
+def test_starts_all_over_a_board_never_break_it(clean, name):
+    """Flat windows, single edges and corners that are too far away."""
+    image, truth = board(sd=0.8)
+    image = np.rint(image)
+    rng = np.random.default_rng(10)
+    start = rng.uniform(-5, SIZE + 5, (400, 2))
+    found = LOCALISERS[name](image, start, **FINE[name])
+    back = ~found.converged
+    assert (found.corners[back] == start[back]).all()
+    assert (np.abs(found.corners - start) <= 7.5).all()
+    assert (found.sd[found.converged] >= 0).all()
+    # Where a localiser is sure it is right: all corners that far inside are listed.
+    inside = ((found.corners > MARGIN) & (found.corners < SIZE - MARGIN)).all(axis=1)
+    sure = found.corners[inside & found.converged & (found.sd < 0.02)]
+    away = np.linalg.norm(sure[:, None] - truth, axis=2).min(axis=1)
+    assert len(sure) > 20
+    assert (away < 0.3).mean() > 0.9
+
+
+@pytest.mark.parametrize("name", LOCALISERS)
 def test_corners_at_or_beyond_the_rim_are_left_where_they_are(clean, name):
     image, _ = clean
     start = np.array([[2.0, 3.0], [-50.0, 10.0], [1e9, 1e9], [np.nan, 5.0]])

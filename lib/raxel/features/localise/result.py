@@ -14,8 +14,8 @@ class Localised(NamedTuple):
 
     corners: (N, 2) pixels (u, v). sd: (N,) px, standard deviation of the position per
     axis (root mean square of both) from the noise that the image shows about the
-    corner; NaN where nothing was found. converged: (N,); where False the corner is
-    returned where it was put.
+    corner; NaN where nothing was found, infinite where the window does not hold the
+    corner. converged: (N,); where False the corner is returned where it was put.
 
     `sd` is the spread that noise gives. What a window sees beyond the corner, such as
     other corners, may move a result further.
@@ -54,9 +54,17 @@ def still_there(found, start, window):
 def localised(start, found, variance, converged):
     """A Localised of what converged, and of the start elsewhere.
 
-    variance: (N, 2, 2) px^2, covariance of the position.
+    variance: (N, 2, 2) px^2, covariance of the position; NaN where there is none.
     """
     corners = np.where(converged[:, None], found, start)
     with np.errstate(invalid="ignore"):
         sd = np.sqrt(np.trace(variance, axis1=1, axis2=2) / 2)
+    sd = np.where(np.isfinite(sd), sd, np.inf)
     return Localised(corners, np.where(converged, sd, np.nan), converged)
+
+
+def inverted(matrices):
+    """Inverses of (N, 2, 2); not finite where there is none."""
+    a, b, c, d = matrices.reshape(-1, 4).T
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return np.stack([d, -b, -c, a] / (a * d - b * c), axis=1).reshape(-1, 2, 2)

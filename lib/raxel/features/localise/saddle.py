@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.localise.result import checked, localised, still_there
+from raxel.features.localise.result import checked, inverted, localised, still_there
 from raxel.features.localise.windows import (
     cubic_taps,
     fits,
@@ -179,12 +179,14 @@ def _variance(image, soft, found, window, blur_sd):
     gram[:, 0, 0] = vv[:, 0, 0] * uu[:, 1, 1]
     gram[:, 1, 1] = vv[:, 1, 1] * uu[:, 0, 0]
     gram[:, 0, 1] = gram[:, 1, 0] = vv[:, 0, 1] * uu[:, 0, 1]
-    inverse = np.linalg.inv(change)
+    inverse = inverted(change)
     x = np.arange(-max(half, NOISE_WINDOW // 2), max(half, NOISE_WINDOW // 2) + 1.0)
     weights = np.minimum(np.abs(x), half) ** 2
     weights = np.broadcast_to(weights + weights[:, None], (len(found), len(x), len(x)))
     noise = noise_variance(image, found, weights)
-    return noise[:, None, None] * (inverse @ gram @ inverse.transpose(0, 2, 1))
+    with np.errstate(invalid="ignore", over="ignore"):
+        spread_px2 = inverse @ gram @ inverse.transpose(0, 2, 1)
+        return noise[:, None, None] * spread_px2
 
 
 def _through_blur(weights, blur_sd):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.localise.result import checked, localised
+from raxel.features.localise.result import checked, inverted, localised
 from raxel.features.localise.windows import fits, gather, noise_variance
 
 TERMINATION_PX = 0.1
@@ -76,17 +76,18 @@ def _variance(image, found, half, zero_zone):
     weight[(np.abs(x) <= zero_zone) & (np.abs(y) <= zero_zone)] = 0
     slopes = np.stack([gradient_u, gradient_v], axis=1)
     normal = np.einsum("naij,nbij,ij->nab", slopes, slopes, weight)
-    inverse = np.linalg.inv(normal)
+    inverse = inverted(normal)
     along = gradient_u * x + gradient_v * y
     pixels = []
     for axis in range(2):
         on_u = slopes[:, axis] * x + (along if axis == 0 else 0)
         on_v = slopes[:, axis] * y + (along if axis == 1 else 0)
         pixels.append(_on_pixels(weight * on_u, weight * on_v, found))
-    influence = np.einsum("nab,nbij->naij", inverse, np.stack(pixels, axis=1))
-    gram = np.einsum("naij,nbij->nab", influence, influence)
-    counted = (influence**2).sum(axis=1)[:, :-1, :-1]
-    return noise_variance(image, found, counted)[:, None, None] * gram
+    with np.errstate(invalid="ignore", over="ignore"):
+        influence = np.einsum("nab,nbij->naij", inverse, np.stack(pixels, axis=1))
+        gram = np.einsum("naij,nbij->nab", influence, influence)
+        counted = (influence**2).sum(axis=1)[:, :-1, :-1]
+        return noise_variance(image, found, counted)[:, None, None] * gram
 
 
 def _slopes(image, found, half):

@@ -69,8 +69,9 @@ def noise_variance(image, corners, weights):
     odd = (here - turned)[:, 2:-2, 2:-2] + shift[:, 0] * slope_u + shift[:, 1] * slope_v
     total = weights.sum(axis=(1, 2))
     # Every pair is counted twice. The corner itself has taken two degrees of freedom.
-    pairs = total**2 / (weights**2).sum(axis=(1, 2)) / 2
-    mean = (weights * odd**2).sum(axis=(1, 2)) / (2 * total)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pairs = total**2 / (weights**2).sum(axis=(1, 2)) / 2
+        mean = (weights * odd**2).sum(axis=(1, 2)) / (2 * total)
     return mean * pairs / np.maximum(pairs - 2, 1)
 
 

@@ -1,0 +1,162 @@
+"""Section 3.1.3: the tests of its claims, on residuals whose answer is known."""
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids import s1_3_claims as claims
+from chapters.ch03_planar_grids.localisation_claims import (
+    farthest_start,
+    judge_localise_converges,
+    worst_within,
+)
+from chapters.ch03_planar_grids.localisation_exercises import (
+    SURFACE,
+    stationary_point,
+)
+from chapters.ch03_planar_grids.localisation_trials import (
+    START_ERRORS_PX,
+    neighbour_distances,
+)
+from chapters.ch03_planar_grids.synthetic_board import Board
+from repro.outcomes import Plan
+from repro.results import Result, gather
+
+WINDOWS = [5, 15, 25, 35]
+BLURS = [1.0, 2.0, 3.0]
+SQUARES = (50, 100, 150, 200)
+
+
+def made(folder, name, plan, trial):
+    """A Result written from trial(condition, rng) -> (values, arrays)."""
+    records, arrays = [], {}
+    for c, condition in enumerate(plan.conditions):
+        for t in range(plan.trials):
+            values, own = trial(condition, np.random.default_rng([c, t]))
+            records.append({"condition": c, "trial": t, "values": values})
+            arrays |= {f"{c}/{t}/{key}": array for key, array in own.items()}
+    path = folder / f"{name}.json"
+    gather({"experiment": name, "effort": "full"}, plan, records, arrays, path)
+    return Result(path)
+
+
+def swept(folder, name, scale):
+    """Residuals |N(0, scale(distance))| of 200 corners an image, 12 to 168 px apart.
+
+    scale: distances (N,) -> (N, windows[, blurs]).
+    """
+
+    def trial(condition, rng):
+        distance = rng.uniform(12, 168, 200)
+        size = scale(distance)
+        return {}, {
+            "error": np.abs(rng.normal(size=size.shape)) * size,
+            "distance": distance,
+        }
+
+    extra = {"blurs": BLURS} if scale(np.ones(1)).ndim == 3 else {}
+    conditions = [{"square_px": s, "windows": WINDOWS} | extra for s in SQUARES]
+    return made(folder, name, Plan(None, conditions, 4), trial)
+
+
+def alike(distance):
+    return np.tile(np.array([0.1, 1.0, 2.0, 3.0]), (len(distance), 1))
+
+
+def growing(distance):
+    """The best window grows with the distance, and a wrong one is ten times worse."""
+    best = np.digitize(distance, [50, 90, 130])
+    return np.where(np.arange(4) == best[:, None], 0.1, 1.0)
+
+
+def with_blur(factor):
+    def scale(distance):
+        return alike(distance)[:, :, None] * np.array(factor)
+
+    return scale
+
+
+def verdict(judge, **results):
+    readings = judge({f"fig_3_5_{name}": r for name, r in results.items()})
+    assert len(readings) == 1
+    return readings[0].verdict
+
+
+@pytest.mark.parametrize(
+    ("scale", "relation", "small"),
+    [(alike, "reproduced", "reproduced"), (growing, "differs", "differs")],
+)
+def test_a_relation_with_distance_is_seen_where_there_is_one(
+    tmp_path, scale, relation, small
+):
+    derivative = swept(tmp_path, "fig_3_5_derivative", scale)
+    saddle = swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, 0.1, 1.0]))
+    both = {"derivative": derivative, "saddle": saddle}
+    assert verdict(claims.judge_no_relation, **both) == relation
+    assert verdict(claims.judge_derivative_small, derivative=derivative) == small
+
+
+def test_the_middle_blur_is_judged_by_what_it_costs(tmp_path):
+    for cost, expected in ((0.3, "reproduced"), (3.0, "differs")):
+        saddle = swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, cost, 4.0]))
+        assert verdict(claims.judge_saddle_blur, saddle=saddle) == expected
+        assert verdict(claims.judge_saddle_window, saddle=saddle) == "reproduced"
+
+
+def test_entropy_is_compared_at_equal_counts(tmp_path):
+    def wide_near(distance):
+        near = (distance < 30)[:, None]
+        return np.where(near, 1.0, alike(distance))
+
+    derivative = swept(tmp_path, "fig_3_5_derivative", wide_near)
+    assert verdict(claims.judge_derivative_dense, derivative=derivative) == "reproduced"
+    derivative = swept(tmp_path, "fig_3_5_derivative", alike)
+    assert verdict(claims.judge_derivative_dense, derivative=derivative) == "undecided"
+
+
+def test_settings_are_scored_on_corners_that_did_not_choose_them(tmp_path):
+    one = claims.Swept(swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
+    lucky = one.error.reshape(len(one.error), -1).min(axis=1)
+    scored = one.scored(claims.per_bin(np.mean))
+    assert scored.mean() > 1.5 * lucky.mean()
+    assert one.middle_blur == 1
+    assert np.isin(one.best_window, WINDOWS).all()
+    assert np.isin(one.best_blur, BLURS).all()
+
+
+def test_the_basin_ends_where_a_corner_is_left(tmp_path):
+    def trial(condition, rng):
+        start = condition["start_px"]
+        return {
+            "full window.max_px": 0.1 if start <= 3 else start,
+            "full window.left_share": float(start > 3),
+            "half window.max_px": 0.2,
+            "half window.left_share": 0.0,
+        }, {}
+
+    conditions = [{"start_px": start} for start in START_ERRORS_PX]
+    plan = Plan(None, conditions, 3, {"half_windows": {"full window": 4}})
+    result = made(tmp_path, "fig_3_11_localised", plan, trial)
+    assert farthest_start(result, "full window") == 3
+    assert farthest_start(result, "half window") == 12
+    assert worst_within(result, "full window") == 8
+    readings = judge_localise_converges({"fig_3_11_localised": result})
+    assert {r.reading["localiser_window"]: r.verdict for r in readings} == {
+        "full window": "differs",
+        "half window": "reproduced",
+    }
+
+
+def test_distances_are_those_to_the_neighbours():
+    board = Board(square_px=200.0, fov_deg=1.0)
+    # A narrow field bends nothing: all neighbours are one square away.
+    assert np.allclose(neighbour_distances(board), 200, rtol=1e-3)
+    bent = neighbour_distances(Board(square_px=100.0)).reshape(9, 9)
+    assert bent[4, 4] == bent.max()
+    assert np.allclose(bent, bent.T)
+
+
+def test_the_surface_of_the_exercise_is_level_at_its_answer():
+    x, y = stationary_point()
+    a, b, c, d, e = SURFACE.values()
+    assert 2 * a * x + b * y + d == pytest.approx(0)
+    assert b * x + 2 * c * y + e == pytest.approx(0)
