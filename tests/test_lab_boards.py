@@ -19,6 +19,7 @@ from raxel.lab.lighting import BoardLight, Lighting, Shadow
 from raxel.lab.optics import Window
 from raxel.lab.rig import load_rig
 from raxel.lab.scenes import board_scene
+from raxel.lab.sensor import Sensor
 from test_lab_rig import MIRROR, changed, leaf
 
 RIGS = Path(__file__).resolve().parents[1] / "data" / "rigs"
@@ -176,6 +177,28 @@ def test_a_tinted_picture_is_coloured_and_the_same_for_the_same_streams(tmp_path
     tinted = Lighting((1.0, 0.8, 0.4)).tinted(np.full((2, 2), 0.5, np.float32))
     assert (tinted[..., 0] > tinted[..., 1]).all()
     assert tinted[0, 0] @ [0.2126, 0.7152, 0.0722] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_what_is_beside_the_mirror_has_its_own_radiance(tmp_path):
+    light = {"surround": leaf(0.8, "1")}
+    rig = load_rig(
+        changed(tmp_path / "rig.yaml", camera__max_angle=leaf(40, "deg"), light=light)
+    )
+    T = rig.draw_poses(rng(0), 1)[0]
+    picture = photograph_board(rig, T, rng(3), rng(4))
+    # 0.8 of 9000 electrons in a well of 10000, with shot noise of 85.
+    assert picture[:20, :20].mean() == pytest.approx(255 * 0.72, abs=1)
+
+
+def test_compression_keeps_colours_and_smooths_noise(tmp_path):
+    noisy = Sensor(900.0, 1000.0)
+    saved = Sensor(900.0, 1000.0, jpeg=70)
+    colour = np.ones((64, 64, 3)) * [0.8, 0.4, 0.1]
+    one, two = (s.expose(colour, rng(1), colour=True) for s in (noisy, saved))
+    np.testing.assert_allclose(two.mean(axis=(0, 1)), one.mean(axis=(0, 1)), atol=1.5)
+    assert (two.std(axis=(0, 1)) < one.std(axis=(0, 1))).all()
+    with pytest.raises(InputError, match="field 'jpeg': found 300"):
+        Sensor(900.0, 1000.0, jpeg=300)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_rigs_of_the_repository_are_complete(path):
 
 
 def quantities(data):
-    if isinstance(data, dict) and "value" in data:
+    if isinstance(data, dict) and "value" in data and "unit" in data:
         yield data
     elif isinstance(data, dict):
         for part in data.values():

@@ -40,7 +40,7 @@ def photograph_board(rig, T_camera_board, rng, specimen):
     mosaic = rig.sensor.bayer is not None
     part = laboratory.irradiance(scene, np.eye(4), colour=mosaic, window=window)
     mirror = mirror_in_view(rig.camera)
-    whole = rig.radiances["background"] * mirror
+    whole = rig.light.surround * (1 - mirror) + rig.radiances["background"] * mirror
     whole *= rig.optics.vignetting(rig.camera.width, rig.camera.height)
     whole = np.repeat(whole[..., None], 3, axis=2) if mosaic else whole
     rows = slice(window.v, window.v + window.height)

@@ -22,7 +22,8 @@ class Lighting:
     as a share, the light rises from one end of the board to the other, in any
     direction. shadow_chance: share of pictures with a soft shadow on the board;
     shadow_depth: share of the light it takes; shadow_radius: mm; shadow_edge: SD of
-    its edge, mm. Its middle lies anywhere on the board.
+    its edge, mm. Its middle lies anywhere on the board. surround: radiance of what the
+    camera sees beside its mirror.
     """
 
     tint: tuple[float, float, float] = WHITE
@@ -32,6 +33,7 @@ class Lighting:
     shadow_depth: tuple[float, float] = (0.0, 0.0)
     shadow_radius: tuple[float, float] = (1.0, 1.0)
     shadow_edge: tuple[float, float] = (1.0, 1.0)
+    surround: float = 0.0
 
     def __post_init__(self):
         for name in (

@@ -298,6 +298,7 @@ def _sensor(values):
         black_level=values.get("black_level", 0.0),
         bits=values["bits"],
         bayer=values.get("bayer"),
+        jpeg=values.get("jpeg"),
     )
 
 

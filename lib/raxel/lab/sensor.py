@@ -35,7 +35,9 @@ class Sensor:
     gamma: the file holds (charge / full well)^(1 / gamma); response: ((charge as share
     of the full well, ...), (share of the range, ...)) instead, linear in between.
     black_level: share of the file's range that stands for no charge.
-    bits: 8 or 16. bayer: None, or the colours of the mosaic, row by row: 'RGGB', ...
+    bits: 8 or 16. jpeg: quality, 1 to 100, of the compression with which the camera
+    saves the picture, of 8 bits; None: saved as it is.
+    bayer: None, or the colours of the mosaic, row by row: 'RGGB', ...
 
     Raises InputError naming the field that no sensor can have.
     """
@@ -49,6 +51,7 @@ class Sensor:
     black_level: float = 0.0
     bits: int = 8
     bayer: str | None = None
+    jpeg: int | None = None
 
     def __post_init__(self):
         limits = {
@@ -59,6 +62,10 @@ class Sensor:
             "gamma": (self.gamma > 0, "it must be above 0"),
             "black_level": (0 <= self.black_level < 1, "give a share below 1"),
             "bits": (self.bits in BITS, "give 8 or 16"),
+            "jpeg": (
+                self.jpeg is None or (1 <= self.jpeg <= 100 and self.bits == 8),
+                "give a quality from 1 to 100, with 8 bits, or leave it out",
+            ),
             "bayer": (
                 self.bayer is None or self.bayer in BAYER,
                 f"give one of {', '.join(BAYER)}, or leave it out",
@@ -88,7 +95,8 @@ class Sensor:
             share = np.repeat(share[..., None], 3, axis=-1)
         elif not colour and share.ndim == 3:
             share = share @ LUMINANCE.astype(np.float32)
-        return self.develop(share)
+        picture = self.develop(share)
+        return picture if self.jpeg is None else compressed(picture, self.jpeg)
 
     def read_out(self, irradiance, rng):
         """Charge after reading, as a share of the full well; noise may make it < 0."""
@@ -130,6 +138,17 @@ def bloom(charge, full_well, share):
             charge[row] += taken
             carried += half[row] - taken
     return charge
+
+
+def compressed(picture, quality):
+    """A picture (H, W) or (H, W, 3), uint8, after JPEG and back."""
+    import cv2
+
+    # OpenCV takes blue first; the standard's luminance must see red as red.
+    picture = picture[..., ::-1] if picture.ndim == 3 else picture
+    as_file = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    back = cv2.imdecode(as_file, cv2.IMREAD_UNCHANGED)
+    return np.ascontiguousarray(back[..., ::-1]) if back.ndim == 3 else back
 
 
 def mosaic(image, pattern):
