@@ -40,11 +40,14 @@ def photograph_board(rig, T_camera_board, rng, specimen):
     mosaic = rig.sensor.bayer is not None
     part = laboratory.irradiance(scene, np.eye(4), colour=mosaic, window=window)
     mirror = mirror_in_view(rig.camera)
-    whole = rig.light.surround * (1 - mirror) + rig.radiances["background"] * mirror
-    whole *= rig.optics.vignetting(rig.camera.width, rig.camera.height)
-    whole = np.repeat(whole[..., None], 3, axis=2) if mosaic else whole
+    shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
+    beside = rig.light.surround * (1 - mirror) * shade
+    whole = beside + rig.radiances["background"] * mirror * shade
+    if mosaic:
+        beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
     rows = slice(window.v, window.v + window.height)
-    whole[rows, window.u : window.u + window.width] = part
+    columns = slice(window.u, window.u + window.width)
+    whole[rows, columns] = beside[rows, columns] + part
     whole = rig.blemishes.apply(whole, mirror, specimen, rng)
     if rig.light.coloured:
         whole = rig.light.tinted(whole)
