@@ -62,7 +62,8 @@ def test_windows_differ_in_as_many_bits_as_promised_in_all_turns():
 
 def test_code_comes_from_the_generator_alone():
     one, two = (coded_grid(8, 9, np.random.default_rng(3)) for _ in range(2))
-    assert (one.bits == two.bits).all() and one.bits.shape == (8, 9)
+    assert (one.bits == two.bits).all()
+    assert one.bits.shape == (8, 9)
 
 
 @pytest.mark.parametrize("turns", range(4))
@@ -72,7 +73,8 @@ def test_every_block_is_found_where_it_is(turns, size):
         squares, indices = block(row, column, *size, turns=turns)
         found = locate(squares, grid())
         assert found.found, found.reason
-        assert (found.indices == indices).all() and found.errors == 0
+        assert (found.indices == indices).all()
+        assert found.errors == 0
 
 
 def test_one_wrong_mark_is_put_up_with_and_three_are_refused():
@@ -80,7 +82,8 @@ def test_one_wrong_mark_is_put_up_with_and_three_are_refused():
     for place in np.ndindex(5, 5):
         squares.mark[place] = 1 - squares.mark[place]
         found = locate(squares, grid())
-        assert found.found and found.errors == 1
+        assert found.found
+        assert found.errors == 1
         assert (found.indices == indices).all()
         squares.mark[place] = 1 - squares.mark[place]
     squares.mark[0, :3] = 1 - squares.mark[0, :3]
@@ -91,7 +94,9 @@ def test_unclear_marks_are_not_guessed():
     squares, indices = block(2, 4)
     squares.mark[0, :2] = (0.45, 0.6)
     found = locate(squares, grid())
-    assert found.found and found.unclear == 2 and (found.indices == indices).all()
+    assert found.found
+    assert found.unclear == 2
+    assert (found.indices == indices).all()
     squares.mark[:] = 0.5
     assert locate(squares, grid()).reason.startswith("0 marks wrong and 25 unclear")
 
@@ -139,7 +144,8 @@ def test_marks_are_read_in_a_picture_of_the_texture():
     squares = read_squares(image, corners)
     marks = code.bits[1:-1, 1:-1]
     assert np.abs(squares.mark - marks).max() < 0.01
-    assert squares.white[0, 0] and (locate(squares, code).indices == numbers).all()
+    assert squares.white[0, 0]
+    assert (locate(squares, code).indices == numbers).all()
     # The share of white in the picture is that of the texture's squares and marks.
     even = np.indices(code.bits.shape).sum(axis=0) % 2 == 0
     white = np.where(even, 1 - 0.09 * code.bits, 0.09 * code.bits).mean()
