@@ -21,9 +21,9 @@ from raxel.lab import Rectangle, Scene, render
 from raxel.lab.coded_texture import CodedTexture
 
 SQUARES = 20
-SQUARE_PX = 100.0
+SQUARES_TO_FOCAL = 3
 BLOCK = 6
-LEAST_SPACING_PX = 20.0
+LEAST_SPACING_PX = 15.0
 MOST_TILT_DEG = 20.0
 MOST_SHIFT = 2.5
 POSES = 4
@@ -31,7 +31,7 @@ BLUR_PX = 1.0
 LOST_PX = 8.0
 SEEDS = {"coded": 631, "another code": 632}
 
-FOV_DEG = (100, 134, 146, 152)
+FOV_DEG = (120, 134, 146, 152)
 NOISE_SD = (10, 30, 50, 70)
 FALSE_GRIDS = ("another code", "no marks")
 DEFAULT = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
@@ -45,7 +45,7 @@ OUTCOMES = (
 SETTINGS = {
     "image_px": SIZE_PX,
     "squares": [SQUARES, SQUARES],
-    "square_px": SQUARE_PX,
+    "squares_to_a_focal_length": SQUARES_TO_FOCAL,
     "block_corners": [BLOCK, BLOCK],
     "least_spacing_px": LEAST_SPACING_PX,
     "most_tilt_deg": MOST_TILT_DEG,
@@ -90,6 +90,11 @@ class CodedView:
         """The board whose camera takes the picture."""
         return Board(fov_deg=self.fov_deg)
 
+    @property
+    def square_px(self):
+        """Side of a square in pixels of the picture before it is bent."""
+        return self.board.focal_px / SQUARES_TO_FOCAL
+
     @cached_property
     def T_camera_grid(self):
         """Pose (4, 4); the grid's origin is the outer corner of square (0, 0)."""
@@ -102,7 +107,7 @@ class CodedView:
             np.array([0.0, 0.0, turn])
         )
         shift = rng.uniform(-MOST_SHIFT, MOST_SHIFT, 2)
-        middle = np.append((SQUARES / 2 + shift) * SQUARE_PX, 0.0)
+        middle = np.append((SQUARES / 2 + shift) * self.square_px, 0.0)
         return pose(R, [0, 0, self.board.focal_px] - R @ middle)
 
     @cached_property
@@ -110,7 +115,7 @@ class CodedView:
         """True corners (21, 21, 2) px by (row, column); NaN where out of sight."""
         numbers = np.indices((SQUARES + 1, SQUARES + 1)).reshape(2, -1)
         points = np.zeros((numbers.shape[1], 3))
-        points[:, :2] = SQUARE_PX * numbers[::-1].T
+        points[:, :2] = self.square_px * numbers[::-1].T
         seen = self.board.camera.project(
             transform(self.T_camera_grid, points)
         ).pixels
@@ -131,7 +136,7 @@ class CodedView:
         """First corners (n, 2), (row, column), of blocks that a user would click.
 
         6 x 6 corners with one more ring of corners in the picture, none nearer to the
-        next than 20 px.
+        next than 15 px.
         """
         whole = BLOCK + 2
         last = SQUARES + 1 - whole
@@ -151,7 +156,7 @@ def _blurred(view):
         bits = np.zeros((SQUARES, SQUARES), bool)
     else:
         bits = code_of(view.grid).bits
-    texture = CodedTexture(bits, SQUARE_PX, black=0.0, white=1.0)
+    texture = CodedTexture(bits, view.square_px, black=0.0, white=1.0)
     corner, size = texture.extent
     sheet = Rectangle(view.T_camera_grid, *size, corner)
     picture = render(
