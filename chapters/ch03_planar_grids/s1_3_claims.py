@@ -189,7 +189,6 @@ def judge_no_relation(results):
             DECISIONS[decision],
             larger.value,
             interval=(larger.low, larger.high),
-            unit="1",
             reason=f"share of the mean residual saved: {said}; of the "
             f"median residual: {100 * medians[0]:.1f} and "
             f"{100 * medians[1]:.1f} %",
@@ -238,7 +237,6 @@ def judge_derivative_small(results):
             DECISIONS[share.above(SHARE_OF_BINS - 1e-9)],
             value,
             interval=(share.low, share.high),
-            unit="1",
             reason="share of the bins; modal windows, from the nearest "
             f"bin to the farthest, {_listed(modal)} px",
         )
@@ -322,7 +320,6 @@ def judge_saddle_window(results):
             DECISIONS[decision],
             tie.value,
             interval=(tie.low, tie.high),
-            unit="1",
             reason=f"Spearman; modal window {modal:g} px, by bin "
             f"{_listed(modal_windows(swept))} px",
         )
@@ -363,7 +360,6 @@ def judge_saddle_blur(results):
             DECISIONS[decision],
             worst.value,
             interval=(worst.low, worst.high),
-            unit="1",
             reason=f"largest ratio over the bins at a blur of "
             f"{swept.blurs[swept.middle_blur]:g} px; by bin "
             + ", ".join(
@@ -388,7 +384,6 @@ def judge_saddle_weak(results):
             DECISIONS[size.within(low, high)],
             tie.value,
             interval=(tie.low, tie.high),
-            unit="1",
             reason="Spearman of the best blur with the distance",
         )
     ]

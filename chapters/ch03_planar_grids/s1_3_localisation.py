@@ -217,10 +217,11 @@ def spreads(effort):
 #   a factor of {glue:text}`blur.least:.2f` to {glue:text}`blur.most:.2f`
 #   over the best setting of a bin. The thesis does not state its range;
 #   with one that ends at 4 px, "mid-range" would be near the best.
-# - **Derivative windows.** The model has ten numbers. A window of 5 px does
-#   not hold them where the image is blurred by 2 px: the median residual is
-#   {glue:text}`derivative.at_5:.2f` px, that of the start.
-#   {glue:text}`derivative.window:.0f` px is best.
+# - **Derivative windows.** The model has ten numbers. A window of 5 px
+#   barely holds them where the image is blurred by 2 px: the median
+#   residual is {glue:text}`derivative.at_5:.2f` px, against
+#   {glue:text}`derivative.median:.3f` px with the best window,
+#   {glue:text}`derivative.window:.0f` px.
 # - **Bent images do bias a corner.** A corner between curved edges is not
 #   the same after half a turn. Without any noise the three localisers leave
 #   {glue:text}`saddle point.bias_px:.3f`,
