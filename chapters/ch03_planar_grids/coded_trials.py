@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -167,33 +168,68 @@ def _blurred(view):
 
 def coded_trial(condition, rng):
     """One block of one picture, clicked from any corner on, in order and decoded."""
-    number = int(rng.integers(POSES))
-    view = CodedView(condition["grid"], condition["fov_deg"], number)
+    block = clicked_block(condition, rng)
+    steps = [np.diff(block.true, axis=axis) for axis in (0, 1)]
+    least = min(np.linalg.norm(s, axis=2).min() for s in steps)
+    found = celect(block.image, block.clicks, BLOCK, BLOCK)
+    return {"least_px": float(least)} | decoded(
+        block, found, condition["grid"]
+    )
+
+
+def coded_picture_trial(condition, rng):
+    """A picture, its clicked block, and the numbers that its corners were given."""
+    block = clicked_block(condition, rng)
+    found = celect(block.image, block.clicks, BLOCK, BLOCK)
+    values = decoded(block, found, condition["grid"])
+    values |= {"picture": block.image, "clicks": block.clicks}
+    if not found.found:
+        return values
+    squares = read_squares(block.image, found.corners)
+    location = locate(squares, code_of("coded"))
+    return values | {
+        "corners": found.corners,
+        "numbers": location.indices,
+        "marks": squares.mark,
+    }
+
+
+class Block(NamedTuple):
+    """A clicked block: image, clicks (4, 2), true corners (6, 6, 2) px.
+
+    numbers: (6, 6, 2), the corners' (row, column) on the grid.
+    """
+
+    image: np.ndarray
+    clicks: np.ndarray
+    true: np.ndarray
+    numbers: np.ndarray
+
+
+def clicked_block(condition, rng):
+    """A Block that a user might click: any of a view's, from any corner on."""
+    pose_number = int(rng.integers(POSES))
+    view = CodedView(condition["grid"], condition["fov_deg"], pose_number)
     row, column = rng.choice(view.blocks())
     numbers = np.indices((BLOCK, BLOCK)).transpose(1, 2, 0) + (row, column)
     numbers = np.rot90(numbers, int(rng.integers(4)))
     true = view.corners[numbers[..., 0], numbers[..., 1]]
     outer = clicks(true[[0, 0, -1, -1], [0, -1, -1, 0]], rng)
-    image = view.image(condition["noise_sd"], rng)
-    steps = [np.diff(true, axis=axis) for axis in (0, 1)]
-    least = min(np.linalg.norm(s, axis=2).min() for s in steps)
-    return {"least_px": float(least)} | decoded(
-        image, outer, true, numbers, condition["grid"]
+    return Block(
+        view.image(condition["noise_sd"], rng), outer, true, numbers
     )
 
 
-def decoded(image, outer, true, numbers, name):
-    """Outcome of CELECT and the decoder, judged by the truth.
+def decoded(block, found, name):
+    """Outcome of CELECT's result `found` and of the decoder, judged by the truth.
 
-    true: corners (6, 6, 2) px; numbers: theirs on the grid, (6, 6, 2). A place on a
-    grid that is not the coded one is wrong whatever it is.
+    A place on a grid that is not the coded one is wrong whatever it is.
     """
-    found = celect(image, outer, BLOCK, BLOCK)
     if not found.found:
         return {"outcome": "refused by CELECT"}
-    squares = read_squares(image, found.corners)
+    squares = read_squares(block.image, found.corners)
     location = locate(squares, code_of("coded"))
-    off = np.linalg.norm(found.corners - true, axis=2).max()
+    off = np.linalg.norm(found.corners - block.true, axis=2).max()
     ordered = bool(off <= LOST_PX)
     values = {
         "off_px": float(off),
@@ -204,6 +240,6 @@ def decoded(image, outer, true, numbers, name):
     if not location.found:
         reason = {"reason": location.reason}
         return values | reason | {"outcome": "refused by the decoder"}
-    right = ordered and (location.indices == numbers).all()
+    right = ordered and (location.indices == block.numbers).all()
     right = bool(right and name == "coded")
     return values | {"outcome": "right" if right else "wrong"}

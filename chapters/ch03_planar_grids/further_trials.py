@@ -115,6 +115,21 @@ def method_values(settings, image, outer, lattice):
     return values | {"candidates": seen / wanted if wanted else None}
 
 
+def split_trial(condition, rng):
+    """The first side of one picture: the candidates on it, by either detector."""
+    board, image = picture_of(condition["picture"], rng)
+    outer = clicks(board.outer_corners, rng)
+    values = {"picture": image, "corners": board.corners}
+    for name in (PUBLISHED, "symmetry"):
+        settings = METHODS[name]
+        result = celect(
+            image, outer, board.columns, board.rows, settings=settings
+        )
+        side = result.contours[0]
+        values[name] = {"inliers": side.inliers, "merged": side.merged}
+    return values
+
+
 def _kind(contour):
     """'side', 'column' or 'corner' of a contour's name; None where none failed."""
     return contour.split()[0] if contour else None

@@ -1,0 +1,262 @@
+# %% [markdown]
+# # 6.3.1 What the author would have tried next
+#
+# **Question.** The thesis ends with ideas for the detection of corners: a
+# detector that knows about split corners, clusters instead of a threshold,
+# windows that know how bent a contour is, and a grid with a code. Each is
+# carried out here. Which of them help?
+
+# %% tags=["hide-cell"]
+from chapters.ch03_planar_grids.coded_trials import (
+    TRIALS as CODED_TRIALS,
+)
+from chapters.ch03_planar_grids.coded_trials import (
+    coded_picture_trial,
+    coded_trial,
+)
+from chapters.ch03_planar_grids.coded_trials import (
+    SETTINGS as CODED_SETTINGS,
+)
+from chapters.ch03_planar_grids.coded_trials import (
+    conditions as coded_conditions,
+)
+from chapters.ch03_planar_grids.further_exercises import (
+    false_places,
+    largest_window,
+    symmetry_of_a_bend,
+)
+from chapters.ch03_planar_grids.further_trials import (
+    SETTINGS,
+    TRIALS,
+    conditions,
+    further_trial,
+    split_trial,
+)
+from chapters.ch03_planar_grids.further_values import name_values
+from raxel.features.celect.clustering import clustered
+from raxel.features.celect.curvature import curved_side
+from raxel.features.celect.symmetric import (
+    symmetric_corners,
+    symmetry_at,
+)
+from raxel.features.coded_grid import coded_grid, locate, read_squares
+from repro.exercise import check
+from repro.experiment import experiment
+from repro.outcomes import Plan
+from repro.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+)
+
+# %% [markdown]
+# ## What the thesis claims
+#
+# Section 6.3.1 claims nothing; it hopes. In its order:
+#
+# 1. Blur makes one corner of the board into two of the detector. A
+#    multi-scale Harris detector "in conjunction with a measure of symmetry"
+#    may detect corners more accurately.
+# 2. Clustering the candidates may be more robust than a threshold on their
+#    distance ($t_8$, Table 3.2).
+# 3. The window radius should depend on the curvature of the contour as well
+#    as on the size of the squares. That is possible for columns, where the
+#    last one is known.
+# 4. CELECT finds which features of a grid are neighbours. A spatial code on
+#    such a grid could then be read even in severely warped pictures, and a
+#    single picture would tell where on the grid every feature is.
+
+# %% [markdown]
+# ## Model
+#
+# The first three are stages of [CELECT](s1_2_celect.md), and its settings
+# hold functions for them. Nothing else of the algorithm changes.
+#
+# **Symmetry.** Turned by half a turn about itself, a corner of a chessboard
+# looks the same: its gradient $\mathbf g$ at $+\mathbf d$ is minus that at
+# $-\mathbf d$. With Gaussian weights $w$ this is measured by
+#
+# $$S = -\,\frac{\sum_{\mathbf d} w(\mathbf d)\;\mathbf g(\mathbf d)\cdot
+# \mathbf g(-\mathbf d)}{\sum_{\mathbf d} w(\mathbf d)\;
+# |\mathbf g(\mathbf d)|^2} .$$
+#
+# It is 1 at a corner, −1 on an edge, and 0 on average in noise. Where
+# $S < 0.5$ there is no corner. Elsewhere Harris's response is multiplied by
+# $S$, at three scales, and the finest scale with a maximum gives the corner.
+
+# %% tags=["active-ipynb"]
+# show_code(symmetric_corners, symmetry_at)
+
+# %% [markdown]
+# **Clusters.** The user has said how many corners a contour has. The tree
+# of average linkage of the candidates' places along the contour is cut
+# where it has as many clusters, so the data say how far apart candidates of
+# one corner may lie. If the clusters come out uneven, $t_8$ decides as
+# before.
+
+# %% tags=["active-ipynb"]
+# show_code(clustered)
+
+# %% [markdown]
+# **Curvature.** In a window of radius $r$ an arc of curvature $\kappa$
+# leaves its best line by $r^2\kappa/4$. If that is more than a bin of the
+# Hough space, its peak smears. So $r$ is cut down to
+# $\sqrt{4/\kappa_{\max}}$ px, but to no less than half of the published
+# radius. In a column all thresholds go with the radius (E-3.05), and they
+# shrink with it.
+
+# %% tags=["active-ipynb"]
+# show_code(curved_side)
+
+# %% [markdown]
+# **A coded grid.** Each square of a chessboard has a mark in its middle, or
+# none: one bit. The marks stay away from the lines by more than the
+# thresholds $t_3$ and $t_7$ of CELECT reach, which therefore sees the
+# chessboard alone. No two windows of 5 × 5 squares are alike, in any of
+# their four turns: they differ in at least five bits, so one wrong bit can
+# be put up with and three are noticed. (Vuylsteke and Oosterlinck, see
+# 1.2.1, put their marks on the corners and used windows of 2 × 3.)
+
+# %% tags=["active-ipynb"]
+# show_code(coded_grid)
+
+# %% [markdown]
+# Bits are read in the coordinates of each square, so the bending does not
+# matter to them. The block is then laid on every place of the grid in every
+# turn. The best place is refused unless colours take turns, unless chance
+# would fit any place so well in less than one case of a thousand, and
+# unless every other place has at least three more wrong bits.
+
+# %% tags=["active-ipynb"]
+# show_code(read_squares, locate)
+
+# %% [markdown]
+# ## Experiment
+#
+# Pictures at or near the points where CELECT fails: the synthetic board of
+# [3.3.1](s3_1_robustness.md) with one property changed at a time, and
+# boards that are bent at random by two waves. Every method gets the same
+# picture and the same clicks. Methods, levels and thresholds were fixed
+# before any trial was looked at.
+
+
+# %%
+@experiment(
+    "ext_further_ideas_runs",
+    artefact="ext_further_ideas",
+    shards={"quick": 1, "full": 4},
+)
+def further_ideas(effort):
+    """Published stages, each further one, and all three, on same pictures."""
+    return Plan(further_trial, conditions(effort), TRIALS[effort], SETTINGS)
+
+
+@experiment(
+    "ext_split_corners_runs",
+    artefact="ext_split_corners",
+    shards={"quick": 1, "full": 1},
+)
+def split_corners(effort):
+    """One blurred contour: what either detector finds on it."""
+    return Plan(split_trial, [{"picture": "blur SD 5 px"}], 1, SETTINGS)
+
+
+# %% [markdown]
+# For the coded grid: 20 × 20 squares, larger than the field of view in most
+# pictures, turned, shifted and tilted at random before the fisheye of
+# 3.3.1. The user clicks a block of 6 × 6 corners somewhere in the picture,
+# beginning with any of its corners. As controls, the same with a grid of
+# another code, and with a plain chessboard: every answer is then wrong.
+
+
+# %%
+@experiment(
+    "ext_coded_grid_runs",
+    artefact="ext_coded_grid",
+    shards={"quick": 1, "full": 2},
+)
+def coded_grids(effort):
+    """Blocks of a coded grid: found, refused, or put in a wrong place."""
+    return Plan(
+        coded_trial,
+        coded_conditions(effort),
+        CODED_TRIALS[effort],
+        CODED_SETTINGS,
+    )
+
+
+@experiment(
+    "ext_coded_grid_picture",
+    artefact="ext_coded_grid",
+    shards={"quick": 1, "full": 1},
+)
+def coded_picture(effort):
+    """One picture, for looking at."""
+    seen = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
+    return Plan(coded_picture_trial, [seen], 1, CODED_SETTINGS)
+
+
+# %% [markdown]
+# ## Figures
+
+# %% tags=["active-ipynb"]
+# show("ext_split_corners")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_further_ideas")
+
+# %% tags=["active-ipynb"]
+# show("ext_further_changes")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_further_errors")
+
+# %% tags=["active-ipynb"]
+# show("ext_coded_grid")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_coded_places")
+
+# %% tags=["active-ipynb", "remove-input"]
+# name_values(open_results)
+
+# %% [markdown]
+# ## Reading and limits
+#
+# READING
+
+# %% [markdown]
+# ## Compared with the published numbers
+#
+# Section 6.3.1 has no numbers.
+
+# %% tags=["active-ipynb"]
+# compared()
+
+# %% [markdown]
+# ## Try it yourself
+#
+# **1.** At the outer corner of a single square (an edge that turns by a
+# right angle) both legs are equally long. Half of the gradient's energy is
+# on either leg, and $-\mathbf d$ always lies where there is no edge. What
+# is $S$?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=symmetry_of_a_bend, hint="the numerator alone")
+
+# %% [markdown]
+# **2.** A contour has a radius of curvature of 144 px. What is the largest
+# window radius, in px, for which it leaves its best line by no more than
+# one bin?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=lambda: largest_window(144), hint="r² κ / 4 = 1")
+
+# %% [markdown]
+# **3.** How many places would random marks in 25 squares fit without an
+# error, on average, if 512 places have the right colours?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=lambda: false_places(25, 512), hint="2 to the 25")
