@@ -36,14 +36,14 @@ FOV_DEG = (120, 134, 146, 152)
 NOISE_SD = (10, 30, 50, 70)
 FALSE_GRIDS = ("another code", "no marks")
 DEFAULT = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
-TRIALS = {"quick": 1, "full": 50}
+CODED_TRIALS = {"quick": 1, "full": 50}
 OUTCOMES = (
     "right",
     "refused by CELECT",
     "refused by the decoder",
     "wrong",
 )
-SETTINGS = {
+CODED_SETTINGS = {
     "image_px": SIZE_PX,
     "squares": [SQUARES, SQUARES],
     "squares_to_a_focal_length": SQUARES_TO_FOCAL,
@@ -58,7 +58,7 @@ SETTINGS = {
 }
 
 
-def conditions(effort):
+def coded_conditions(effort):
     """Fields of view, then noise, then grids that are not the one looked for."""
     fields, levels = FOV_DEG, NOISE_SD
     if effort == "quick":

@@ -8,17 +8,11 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch03_planar_grids.coded_trials import (
-    TRIALS as CODED_TRIALS,
-)
-from chapters.ch03_planar_grids.coded_trials import (
+    CODED_SETTINGS,
+    CODED_TRIALS,
+    coded_conditions,
     coded_picture_trial,
     coded_trial,
-)
-from chapters.ch03_planar_grids.coded_trials import (
-    SETTINGS as CODED_SETTINGS,
-)
-from chapters.ch03_planar_grids.coded_trials import (
-    conditions as coded_conditions,
 )
 from chapters.ch03_planar_grids.further_exercises import (
     false_places,
