@@ -1,0 +1,118 @@
+"""The orders in which a user may click four outer corners, and what counts as right."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.ch03_planar_grids.scoring import LOST_PX
+from raxel.errors import InputError
+from raxel.features import symmetries
+from raxel.features.celect import celect
+
+CLICK_SD_PX = 0.614
+NOT_RUN = "outer corner"
+WRONG = "wrong corner returned"
+DONE = "done"
+
+
+class Clicked(NamedTuple):
+    """One run of CELECT: the order's true lattice, its result, where it was lost."""
+
+    lattice: np.ndarray
+    result: object
+    stage: str
+
+    @property
+    def right(self):
+        """Whether every corner is right."""
+        return self.stage == DONE
+
+
+def draw_clicks(rng):
+    """Offsets (4, 2) px of the clicks on the outer corners of a clockwise lattice."""
+    return rng.normal(0.0, CLICK_SD_PX, (4, 2))
+
+
+def outer(lattice):
+    """Outer corners (4, 2) of a lattice (rows, columns, 2), around it by its rows."""
+    return lattice[[0, 0, -1, -1], [0, -1, -1, 0]]
+
+
+def ordered(lattice, first, reverse=False):
+    """The lattice as it is when clicked from outer corner `first` (0 to 3) on.
+
+    reverse: the other way round.
+    """
+    turned = np.rot90(lattice, first)
+    return turned.transpose(1, 0, 2) if reverse else turned
+
+
+def corner_areas(lattice):
+    """Area (4,) in px² of the squares at the four outer corners."""
+    rows, columns = lattice.shape[:2]
+    areas = []
+    for r, c in (
+        (0, 0),
+        (0, columns - 2),
+        (rows - 2, columns - 2),
+        (rows - 2, 0),
+    ):
+        a, b = lattice[r, c], lattice[r, c + 1]
+        d, e = lattice[r + 1, c], lattice[r + 1, c + 1]
+        (x, y), (p, q) = e - a, d - b
+        areas.append(abs(x * q - y * p) / 2)
+    return np.array(areas)
+
+
+def run(image, lattice, offsets, first=None, reverse=False):
+    """CELECT from clicks at the true outer corners plus `offsets` (4, 2): Clicked.
+
+    lattice: (rows, columns, 2), clockwise; first: where the clicks begin; by default
+    at the corner with the smallest square, as 3.3.2 advises.
+    """
+    if first is None:
+        first = int(corner_areas(lattice).argmin())
+    clicked = lattice.copy()
+    clicked[[0, 0, -1, -1], [0, -1, -1, 0]] += offsets
+    truth = ordered(lattice, first, reverse)
+    rows, columns = truth.shape[:2]
+    clicks = outer(ordered(clicked, first, reverse))
+    try:
+        result = celect(image, clicks, columns, rows)
+    except InputError:
+        return Clicked(truth, None, NOT_RUN)
+    if not result.found:
+        return Clicked(truth, result, result.failures[0].stage)
+    return Clicked(
+        truth, result, DONE if is_right(result.corners, truth) else WRONG
+    )
+
+
+def is_right(corners, lattice):
+    """Whether corners (rows, columns, 2) are those of the lattice, in its order.
+
+    Each less than 8 px from its own true corner, and nearer to it than to any other.
+    """
+    found, true = corners.reshape(-1, 2), lattice.reshape(-1, 2)
+    apart = np.linalg.norm(found[:, None] - true[None], axis=2)
+    own = np.diag(apart)
+    nearest = apart.argmin(axis=1) == np.arange(len(true))
+    return bool(nearest.all() and own.max() < LOST_PX)
+
+
+def detected_right(detection, lattice):
+    """Whether a detector without clicks has the lattice, from whichever corner."""
+    rows, columns = lattice.shape[:2]
+    if not detection.found:
+        return False
+    wanted = columns, rows
+    orders = symmetries(
+        detection.corners, detection.columns, detection.rows
+    )
+    return any(
+        is_right(order.reshape(lattice.shape), lattice)
+        for order, size in orders
+        if size == wanted
+    )

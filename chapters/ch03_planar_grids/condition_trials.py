@@ -1,0 +1,139 @@
+"""Trials of section 3.3.2's remarks: light, shadow, order of the clicks, merging."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from chapters.ch03_planar_grids.click_orders import (
+    corner_areas,
+    detected_right,
+    draw_clicks,
+    run,
+)
+from chapters.ch03_planar_grids.merge_failures import (
+    merge_failed,
+    size_variation,
+)
+from chapters.ch03_planar_grids.sheet_views import (
+    cut_photograph,
+    sheet_of,
+)
+from raxel.features import DETECTORS
+from raxel.lab.lighting import Shadow
+
+LIGHT_LEVELS = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
+SHADOW_DEPTH = 0.3
+CELECT = "celect"
+OPENCV = {
+    "findChessboardCorners": "opencv",
+    "findChessboardCornersSB": "opencv-sb",
+}
+
+
+def level_name(level):
+    """Key of a light level in a trial's values."""
+    return f"light {level:g}".replace(".", "_")
+
+
+def contrast_trial(condition, rng):
+    """One image of the Spherical set's rig in every light, all detectors."""
+    sheet = sheet_of("spherical", rng)
+    light = sheet.rig.light.draw(rng, sheet.rig.extent)
+    offsets = draw_clicks(rng)
+    values = {}
+    for level in condition["levels"]:
+        image, lattice = cut_photograph(sheet, replace(light, level=level))
+        clicked = run(image, lattice, offsets)
+        values[level_name(level)] = {
+            "contrast_grey": contrast(image, lattice),
+            **every_detector(image, lattice, clicked),
+        }
+    return values
+
+
+def shadow_trial(condition, rng):
+    """One image of the Fisheye set's rigs, without and with a shadow."""
+    sheet = sheet_of("fisheye", rng)
+    rig = sheet.rig
+    light = replace(rig.light.draw(rng, rig.extent), shadow=None)
+    offsets = draw_clicks(rng)
+    corner, size = rig.extent
+    shadow = Shadow(
+        corner + rng.random(2) * size,
+        SHADOW_DEPTH,
+        rng.uniform(*rig.light.shadow_radius),
+        rng.uniform(*rig.light.shadow_edge),
+    )
+    values = {}
+    for name, cast in (("plain", None), ("shadow", shadow)):
+        image, lattice = cut_photograph(sheet, replace(light, shadow=cast))
+        clicked = run(image, lattice, offsets)
+        values[name] = every_detector(image, lattice, clicked)
+        if cast is None:
+            values |= merging(clicked)
+    return values
+
+
+def merging_trial(condition, rng):
+    """One image of the Fisheye set's rigs: was a contour lost by merging?"""
+    sheet = sheet_of("fisheye", rng)
+    light = replace(
+        sheet.rig.light.draw(rng, sheet.rig.extent), shadow=None
+    )
+    offsets = draw_clicks(rng)
+    image, lattice = cut_photograph(sheet, light)
+    return merging(run(image, lattice, offsets))
+
+
+def merging(clicked):
+    """Values of one CELECT run for the question of merging."""
+    return {
+        "size_ratio": size_variation(clicked.lattice),
+        "merge_failed": merge_failed(clicked.result, clicked.lattice),
+        "success": clicked.right,
+        "stage": clicked.stage,
+    }
+
+
+def direction_trial(condition, rng):
+    """One image, the same four clicks in eight orders."""
+    sheet = sheet_of(condition["set"], rng)
+    light = sheet.rig.light.draw(rng, sheet.rig.extent)
+    offsets = draw_clicks(rng)
+    image, lattice = cut_photograph(sheet, light)
+    areas = corner_areas(lattice)
+    # By rising area: order 0 begins at the smallest square.
+    starts = np.argsort(areas)
+    values = {"area_ratio": float(areas.max() / areas.min())}
+    for reverse, way in ((False, "clockwise"), (True, "reverse")):
+        for rank, first in enumerate(starts):
+            clicked = run(image, lattice, offsets, int(first), reverse)
+            values[f"{way}_{rank}"] = clicked.right
+            values[f"{way}_{rank}_stage"] = clicked.stage
+    return values
+
+
+def every_detector(image, lattice, clicked):
+    """Whether CELECT, OpenCV's two detectors and the library's have the grid."""
+    rows, columns = lattice.shape[:2]
+    values = {CELECT: clicked.right, "stage": clicked.stage}
+    for name in (*OPENCV.values(), "raxel"):
+        detection = DETECTORS[name](image, columns, rows)
+        values[name] = detected_right(detection, lattice)
+        values[f"{name} returned"] = detection.found
+    return values
+
+
+def contrast(image, lattice):
+    """Median over the squares of how far their grey is from their neighbours'."""
+    middles = (
+        lattice[:-1, :-1]
+        + lattice[1:, 1:]
+        + lattice[:-1, 1:]
+        + lattice[1:, :-1]
+    ) / 4
+    u, v = np.rint(middles).astype(int).transpose(2, 0, 1)
+    grey = image[v, u].astype(float)
+    return float(np.median(np.abs(np.diff(grey, axis=1))))
