@@ -198,9 +198,9 @@ def spreads(effort):
 #   one of them comes close by chance: the best of all saddle point
 #   settings, corner by corner, leaves a median of
 #   {glue:text}`saddle.lucky:.4f` px, but the best *single* setting leaves
-#   {glue:text}`saddle.median:.3f` px. A window of 5 px wins most of these
-#   lotteries ({glue:text}`saddle.at_5:.0f` % of the corners), because a
-#   small window scatters; the least median is at
+#   {glue:text}`saddle.median:.3f` px. A window of 5 px wins more of these
+#   lotteries than any other ({glue:text}`saddle.at_5:.0f` % of the
+#   corners), because a small window scatters; the least median is at
 #   {glue:text}`saddle.window:.0f` px. So read the right column of Fig. 3.5.
 # - **One setting does for all distances.** The single best setting is
 #   nowhere more than {glue:text}`saddle.excess:.0f` % (saddle point) and
@@ -213,10 +213,11 @@ def spreads(effort):
 #   that are lost: {glue:text}`saddle.gain:.0f` % and
 #   {glue:text}`derivative.gain:.0f` %.
 # - **Which blur is in the middle?** The best single blur is
-#   {glue:text}`saddle.blur:.2f` px. The middle of our range, 4.25 px, costs
-#   a factor of {glue:text}`blur.least:.2f` to {glue:text}`blur.most:.2f`
-#   over the best setting of a bin. The thesis does not state its range;
-#   with one that ends at 4 px, "mid-range" would be near the best.
+#   {glue:text}`saddle.blur:.2f` px, on top of the image's own 2 px. The
+#   middle of our range, {glue:text}`blur.middle:.2f` px, costs a factor of
+#   {glue:text}`blur.least:.2f` to {glue:text}`blur.most:.2f` over the best
+#   setting of a bin. The thesis does not state its range; in one that ends
+#   at 4 px, the best blur would be in the middle.
 # - **Derivative windows.** The model has ten numbers. A window of 5 px
 #   barely holds them where the image is blurred by 2 px: the median
 #   residual is {glue:text}`derivative.at_5:.2f` px, against
@@ -233,8 +234,8 @@ def spreads(effort):
 #   distortion; at a noise of 4 grey levels this bias is as large as the
 #   noise. Most of OpenCV's is another one: with its default stop it ends up
 #   to 0.1 px early.
-# - **The stated SD** is right for symmetric corners (it is tested on
-#   images without distortion, where errors over SD scatter by 0.9 to 1.05).
+# - **The stated SD** is that of noise, and right where a corner is
+#   symmetric: the library's tests check it on images without distortion.
 #   Here it leaves the bias out: errors are
 #   {glue:text}`saddle point.score_sd:.1f`,
 #   {glue:text}`derivative.score_sd:.1f` and

@@ -70,6 +70,8 @@ def name_values(open_results):
     value("saddle.lucky", _median_of_winners(swept["saddle"]))
     value("derivative.at_5", _median_at(swept["derivative"], 0))
     ratios = [r.value for r in ratio_of_middle_blur(swept["saddle"])]
+    middle = swept["saddle"].middle_blur
+    value("blur.middle", float(swept["saddle"].blurs[middle]))
     value("blur.least", min(ratios))
     value("blur.most", max(ratios))
     _name_spreads(open_results("ext_localiser_spread"))
