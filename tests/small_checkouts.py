@@ -144,7 +144,10 @@ def small_checkout(root):
     kinds = [("artefact", "not yet"), ("claim", "differs"), ("number", "setting")]
     write_json(
         base / "scoreboard.json",
-        [{"id": k, "kind": k, "chapter": 2, "verdict": v} for k, v in kinds],
+        [
+            {"id": k, "kind": k, "chapter": 2, "verdict": v, "changed": ""}
+            for k, v in kinds
+        ],
     )
     write_atomic(base / "scoreboard.md", "# Scoreboard\n\nRows.\n")
     chapter = root / "chapters" / "ch02_sample" / "__init__.py"

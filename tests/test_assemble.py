@@ -115,7 +115,7 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
 
 def test_counts_come_in_the_order_of_the_verdicts():
     rows = [
-        {"kind": "claim", "verdict": v, "chapter": c}
+        {"id": "c", "kind": "claim", "verdict": v, "chapter": c, "changed": ""}
         for v, c in (("not yet", 5), ("reproduced", 2), ("quick", 2), ("not yet", "A"))
     ]
     counted = scoreboard.headline(rows)

@@ -81,6 +81,16 @@ def test_numbers_are_rounded_to_their_interval(value, interval, text):
     assert reader.rounded(value, interval, "px") == text
 
 
+def test_numbers_next_to_1_do_not_become_1_and_pure_numbers_have_no_unit():
+    assert reader.rounded(0.999998, None) == "0.999998"
+    assert reader.rounded(1.0007, None, "1") == "1.0007"
+    assert reader.rounded(-0.9999, None) == "-0.9999"
+    assert reader.rounded(1 - 1e-14, None, "px") == "1 px"
+    assert reader.rounded(12, None, "count") == "12"
+    narrow = reader.rounded(0.9999980, (0.9999979, 0.9999981))
+    assert narrow == "0.999998 (0.999998 to 0.999998)"
+
+
 def test_a_missing_file_names_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RAXEL_EFFORT", raising=False)

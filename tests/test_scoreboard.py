@@ -38,6 +38,8 @@ def row(identifier, **changed):
         "interval": [0.951, 1.022],
         "unit": "",
         "reason": "slope in range",
+        "test": "Slope >= 0.9.",
+        "changed": "",
         "variants": [],
         "page": f"{SECTION}.html",
         "data": ["results/sweep.json", "figures/fig_2_3.csv", "figures/fig_2_3.svg"],
@@ -187,6 +189,53 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
     assert 'href="#verdict=not+yet" aria-label="1: show' in page
     assert '<option value="A">' in page
     assert '<option value="counterpart">' not in page
+
+
+def test_a_badge_says_where_the_readings_disagree():
+    split = row("c2_one", variants=[variant("mm", verdict="differs"), variant("cm")])
+    shown = row_html.judged_badge(split)
+    assert "✓" in shown
+    assert "primary reading; 2 of 3 agree" in shown
+    assert "2 of 3" in scoreboard.page(scoreboard.checked([split]))
+    assert "2 of 3" in scoreboard.comparison([split], "full", "../", {})
+    for agreed in (row("c2_one"), row("c2_one", variants=[variant("mm")])):
+        assert "primary" not in row_html.judged_badge(agreed)
+
+
+def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
+    changed = row("c2_one", changed="After a run: <looser>.")
+    rows = scoreboard.checked([changed, row("c2_two")])
+    for shown in (
+        scoreboard.page(rows),
+        scoreboard.comparison(rows, "full", "../", {}),
+    ):
+        assert shown.count("Slope &gt;= 0.9.") == 2
+        assert shown.count("Test changed: After a run: &lt;looser&gt;.") == 1
+    assert "except that of" in scoreboard.page(rows)
+    assert 'href="scoreboard.html#c2_one"' in scoreboard.page(rows)
+    assert "before its run. The" in " ".join(scoreboard.page(rows[1:]).split())
+    assert scoreboard.headline(rows)["changed"] == ["c2_one"]
+
+
+def test_what_nothing_produces_yet_is_folded_away():
+    rows = scoreboard.checked(
+        [
+            row("c2_one", verdict="not yet", regenerated=None),
+            row("c2_two"),
+        ]
+    )
+    page = scoreboard.page(rows)
+    shown, folded = page.split('<details class="rx-pending">')
+    assert 'id="c2_two"' in shown
+    assert 'id="c2_one"' in folded[: folded.index("</table>")]
+    assert "1 rows" not in folded
+    assert "rx-pending" not in scoreboard.page(rows[1:])
+
+
+def test_pure_numbers_have_no_unit():
+    assert row_html.regenerated(row("c2_one", interval=None, unit="1")) == "0.981"
+    counted = row("n", kind="number", published=12, unit="count")
+    assert row_html.published(counted) == "12"
 
 
 def test_links_lead_to_page_data_and_source():

@@ -211,11 +211,19 @@ def test_the_primary_reading_decides_and_the_others_stand_beside_it():
         ("undecided", {"noise": "mm", "extent": "finite"}),
     )
     assert (row["verdict"], row["regenerated"]) == ("reproduced", 2)
-    assert row["reason"] == "slope; 2 of 4 readings agree"
+    assert row["reason"] == "slope"
     assert [v["regenerated"] for v in row["variants"]] == [0, 1, 3]
     assert [v["verdict"] for v in row["variants"]] == [
         "differs", "reproduced", "undecided",
     ]  # fmt: skip
+
+
+def test_a_claim_has_its_test_and_how_it_was_changed():
+    told = {**claim("fig_2_1"), "test": "Slope >= 0.9.", "changed": "Once."}
+    book = small(claims={"c": told})
+    row = by_id(book, judged(claims={"c": readings(("differs", {}))}))["c"]
+    assert (row["test"], row["changed"]) == ("Slope >= 0.9.", "Once.")
+    assert of_claim(("differs", {}))["changed"] == ""
 
 
 def test_readings_that_agree_need_no_remark():
@@ -419,7 +427,8 @@ def test_rows_have_the_fields_of_the_scoreboard_in_order():
     rows = verdict.rows(small(), [], {"2": "the rest"}, "full")
     assert list(rows[0]) == [
         "id", "kind", "chapter", "verdict", "evidence", "effort", "published",
-        "regenerated", "interval", "unit", "reason", "variants", "page", "data",
+        "regenerated", "interval", "unit", "reason", "test", "changed",
+        "variants", "page", "data",
     ]  # fmt: skip
 
 

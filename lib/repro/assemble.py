@@ -22,7 +22,7 @@ from repro.api_reference import api_pages
 from repro.mirror import Content, files_below, mirror
 from repro.notebook import PageError
 from repro.reader import plain
-from repro.scoreboard import chapter_order, headline, natural
+from repro.scoreboard import chapter_order, headline, natural, written_before
 from repro.source_pages import source_page
 
 GUIDES = "guides"
@@ -246,10 +246,12 @@ def _filled(
         keep_trailing_newline=True,
         autoescape=False,
     )
+    counts = headline(board)
     known = {
         "effort": effort,
         "chapters": chapters,
-        "counts": headline(board),
+        "counts": counts,
+        "written_before": written_before(counts["changed"]),
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}

@@ -25,6 +25,9 @@ from repro.discover import result_ids
 from repro.results import Result, opened
 from repro.sets_of_report import name_of
 
+# Units of pure numbers: they are in the records, and no reader needs them.
+UNSPOKEN = ("1", "count")
+NEAR_ONE = 1e-12  # below this, rounding errors of the computation
 NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
 
 
@@ -265,21 +268,36 @@ def rounded(
     unit: str = "",
 ) -> str:
     """A number with unit and interval, to two digits of the interval's width."""
+    unit = "" if unit in UNSPOKEN else unit
     if isinstance(number, str):
         return f"{number} {unit}".strip()
     if not interval or None in interval:
-        return f"{number:.3g} {unit}".strip()
+        return f"{significant(number, 3)} {unit}".strip()
     low, high = interval
     if isinstance(low, str) or isinstance(high, str):
-        return f"{number:.3g} {unit}".strip() + f" ({low} to {high})"
+        return f"{significant(number, 3)} {unit}".strip() + f" ({low} to {high})"
     half = (high - low) / 2
     if half <= 0:
-        return f"{number:.4g} {unit}".strip()
+        return f"{significant(number, 4)} {unit}".strip()
     places = max(0, 1 - math.floor(math.log10(half)))
     if places > 6:
-        return f"{number:.3g} {unit}".strip() + f" ({low:.3g} to {high:.3g})"
+        text, low, high = (significant(end, 3) for end in (number, low, high))
+        return f"{text} {unit}".strip() + f" ({low} to {high})"
     text = f"{number:.{places}f} {unit}".strip()
     return f"{text} ({low:.{places}f} to {high:.{places}f})"
+
+
+def significant(number: float, digits: int) -> str:
+    """A number to so many digits, and to more where these would make it 1.
+
+    An R2 of 0.999998 is not 1: what it lacks to 1 is what it says.
+    """
+    text = f"{number:.{digits}g}"
+    lacking = abs(1 - abs(number))
+    if text not in ("1", "-1") or lacking < NEAR_ONE:
+        return text
+    places = -math.floor(math.log10(lacking) + 1e-9)  # 1 - 0.9999 is below 1e-4
+    return f"{number:.{places}f}"
 
 
 def compared(page: str | None = None) -> Shown:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import PurePosixPath
 
-from repro.reader import label, rounded
+from repro.reader import UNSPOKEN, label, rounded
 
 SIGNS = {
     "reproduced": "✓",
@@ -35,6 +35,18 @@ def badge(verdict: str, note: str = "") -> str:
     )
 
 
+def judged_badge(row: Mapping) -> str:
+    """The badge of a row; where readings disagree, how many of them share it."""
+    verdicts = [variant["verdict"] for variant in row["variants"]]
+    agree = 1 + verdicts.count(row["verdict"])
+    if agree > len(verdicts):
+        return badge(row["verdict"])
+    return (
+        f'{badge(row["verdict"])} <span class="rx-primary">primary reading; {agree} of '
+        f"{len(verdicts) + 1} agree</span>"
+    )
+
+
 def name_of(row: Mapping) -> str:
     """The row's id, after the name that people use where the thesis has one."""
     known = label(row["id"])
@@ -53,6 +65,7 @@ def published(row: Mapping) -> str:
     if value is None:
         return '<span class="rx-none">none</span>'
     unit = row["unit"] if row["kind"] == "number" else ""
+    unit = "" if unit in UNSPOKEN else unit
     return f"{text(value)} {text(unit)}".strip()
 
 
@@ -67,6 +80,19 @@ def regenerated(row: Mapping, unit: str | None = None) -> str:
         return said
     value, _, interval = said.rpartition(" (")
     return f'{value} <span class="rx-interval">({interval}</span>'
+
+
+def limits_of(row: Mapping) -> str:
+    """The test of a claim with its limits, folded away, and what changed in it."""
+    changed = ""
+    if row["changed"]:
+        changed = f'<p class="rx-changed">Test changed: {text(row["changed"])}</p>'
+    if not row["test"]:
+        return changed
+    return (
+        f'{changed}<details class="rx-test"><summary>the test and its limits</summary>'
+        f"<p>{text(row['test'])}</p></details>"
+    )
 
 
 def readings(row: Mapping) -> str:

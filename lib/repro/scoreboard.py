@@ -22,8 +22,9 @@ from repro.number_rules import VerdictError
 from repro.results import write_atomic, write_json
 from repro.row_html import (
     SIGNS,
-    badge,
     breakable,
+    judged_badge,
+    limits_of,
     links,
     name_of,
     published,
@@ -93,6 +94,7 @@ def headline(rows: Sequence[Mapping]) -> dict:
         "kind": Counter(row["kind"] for row in rows),
         "verdict": {v: verdicts[v] for v in MEANINGS if verdicts[v]},
         "claims": {v: claims[v] for v in MEANINGS if claims[v]},
+        "changed": [row["id"] for row in rows if row["changed"]],
     }
 
 
@@ -102,7 +104,8 @@ def page(rows: Sequence[Mapping], sources: Iterable[str] = ()) -> str:
     ``sources`` are the pages whose chapter file the site offers.
     """
     known = set(sources)
-    body = "\n".join(_line(row, known) for row in rows)
+    found = [row for row in rows if row["verdict"] != "not yet"]
+    pending = [row for row in rows if row["verdict"] == "not yet"]
     return f"""---
 hide-toc: true
 ---
@@ -110,36 +113,70 @@ hide-toc: true
 # Scoreboard
 
 Every artefact, section, number and claim that the thesis printed has one row here, and
-every row has one verdict. Each test was written down before its run. The same rows are
-in <a href="scoreboard.json">scoreboard.json</a>.
+every row has one verdict. {written_before(headline(rows)["changed"])} The same rows
+are in <a href="scoreboard.json">scoreboard.json</a>.
 
 <div id="rx-board" class="rx tex2jax_ignore mathjax_ignore">
 {summary_table(rows, KINDS, MEANINGS)}
 {_form(rows)}
 <p id="rx-shown" class="rx-shown" role="status" aria-live="polite">{len(rows)} rows</p>
-<table class="rx-rows"><caption>All rows</caption>
-<thead><tr><th scope="col">row</th><th scope="col">verdict</th>
-<th scope="col">published</th><th scope="col">regenerated</th>
-<th scope="col">reason and readings</th><th scope="col">links</th></tr></thead>
-<tbody>
-{body}
-</tbody></table>
+{_table("Rows with a value", found, known)}{_pending(pending, known)}
 </div>
 <script src="_static/scoreboard.js" defer></script>
 """
 
 
+def written_before(changed: Sequence[str]) -> str:
+    """When the tests were written, and which of them have been changed since."""
+    said = "Each test was written down before its run"
+    if not changed:
+        return f"{said}."
+    links = [
+        f'<a href="scoreboard.html#{name}"><code>{text(name)}</code></a>'
+        for name in changed
+    ]
+    which = "that of" if len(links) == 1 else "those of"
+    return (
+        f"{said}, except {which} {', '.join(links)}, changed after a run had been seen."
+    )
+
+
+def _table(caption: str, rows: Sequence[Mapping], known: set[str]) -> str:
+    heads = (
+        "row", "verdict", "published", "regenerated", "reason, test, readings", "links",
+    )  # fmt: skip
+    head = "".join(f'<th scope="col">{name}</th>' for name in heads)
+    return "\n".join(
+        [
+            f'<table class="rx-rows"><caption>{caption}</caption>',
+            f"<thead><tr>{head}</tr></thead>",
+            "<tbody>",
+            *(_line(row, known) for row in rows),
+            "</tbody></table>",
+        ]
+    )
+
+
+def _pending(rows: Sequence[Mapping], known: set[str]) -> str:
+    """What nothing produces yet, folded away: most of a board that is being filled."""
+    if not rows:
+        return ""
+    return (
+        '\n<details class="rx-pending"><summary>Not yet (nothing produces it so far): '
+        f"{len(rows)}</summary>\n{_table('Not yet', rows, known)}\n</details>"
+    )
+
+
 def _line(row: Mapping, sources: set[str]) -> str:
     chapter = text(row["chapter"])
-    said = f'<span class="rx-reason">{text(row["reason"])}</span>' + readings(row)
     about = f"{row['kind']}, chapter {chapter}"
     if row["evidence"]:
         about += f", {text(row['evidence'])}"
     cells = (
-        ("v", badge(row["verdict"])),
+        ("v", judged_badge(row)),
         ("p", published(row)),
         ("g", regenerated(row)),
-        ("r", said),
+        ("r", _said(row)),
         ("l", links(row, "", sources)),
     )
     inside = "".join(f'<td class="{key}">{cell}</td>' for key, cell in cells)
@@ -149,6 +186,12 @@ def _line(row: Mapping, sources: set[str]) -> str:
         f'data-verdict="{row["verdict"]}"><th scope="row">{known}<small>{about}</small>'
         f"</th>{inside}</tr>"
     )
+
+
+def _said(row: Mapping) -> str:
+    """The reason, the test behind a verdict that there is, and the other readings."""
+    reason = f'<span class="rx-reason">{text(row["reason"])}</span>'
+    return reason + limits_of(row) + readings(row)
 
 
 def _form(rows: Sequence[Mapping]) -> str:
@@ -242,16 +285,15 @@ def _compared(
     )
     lines = []
     for row in rows:
-        said = f'<span class="rx-reason">{text(row["reason"])}</span>' + readings(row)
         name = (
             f'<a href="{up}scoreboard.html#{row["id"]}"><code>{breakable(row["id"])}'
             "</code></a>"
         )
         lines.append(
             f'<tr data-id="{row["id"]}" data-verdict="{row["verdict"]}">'
-            f'<th scope="row">{name} {badge(row["verdict"])}</th>'
+            f'<th scope="row">{name} {judged_badge(row)}</th>'
             f'<td class="p">{published(row)}</td><td class="g">{regenerated(row)}</td>'
-            f'<td class="r">{said}{_behind(row, up, tests)}</td></tr>'
+            f'<td class="r">{_said(row)}{_behind(row, up, tests)}</td></tr>'
         )
     caption = f"{kind.capitalize()}s of this page"
     return "\n".join(
@@ -268,7 +310,7 @@ def _behind(row: Mapping, up: str, tests: Mapping[str, str]) -> str:
     """Links to the test of a claim and to the data it read."""
     if row["id"] not in tests:
         return ""
-    test = f'<a href="{text(up + tests[row["id"]])}">test</a>'
+    test = f'<a href="{text(up + tests[row["id"]])}">code of the test</a>'
     return f'<p class="rx-behind">{test} {links({**row, "page": None}, up, ())}</p>'
 
 

@@ -162,6 +162,8 @@ class _Board:
             "interval": None,
             "unit": entry.get("unit", ""),
             "reason": "",
+            "test": entry.get("test", ""),
+            "changed": entry.get("changed", ""),
             "variants": [],
             "page": None,
             "data": [],
@@ -222,10 +224,6 @@ def _claim(board: _Board, identifier: str) -> dict | None:
     readings = found["readings"]
     primary = _primary(board.ledger, readings)
     others = [reading for reading in readings if reading is not primary]
-    agree = sum(reading["verdict"] == primary["verdict"] for reading in readings)
-    note = f"{agree} of {len(readings)} readings agree"
-    if agree == len(readings) or board.effort == "quick":
-        note = ""
     variant = ("reading", "verdict", "regenerated", "interval", "reason")
     return {
         "verdict": primary["verdict"],
@@ -233,7 +231,7 @@ def _claim(board: _Board, identifier: str) -> dict | None:
         "regenerated": primary["regenerated"],
         "interval": primary["interval"],
         "unit": primary["unit"],
-        "reason": _joined(primary["reason"], note),
+        "reason": primary["reason"],
         "variants": [{key: other[key] for key in variant} for other in others],
         **_site_files(found),
     }

@@ -13,6 +13,7 @@
     verdict: element.dataset.verdict,
     text: element.textContent.toLowerCase(),
   }));
+  const folds = Array.from(board.querySelectorAll("details.rx-pending"));
   const names = ["chapter", "kind", "verdict", "q"];
   const order = Array.from(form.elements.verdict.options, (option) => option.value);
 
@@ -45,6 +46,12 @@
         counts[row.verdict] = (counts[row.verdict] || 0) + 1;
       }
     }
+    /* Folded rows are opened by a filter that asks for them. */
+    const asked = names.some((name) => wanted[name]);
+    for (const fold of folds) {
+      fold.open = asked && fold.querySelector("tr[data-verdict]:not([hidden])") !== null;
+      fold.hidden = asked && !fold.open;
+    }
     const parts = order.filter((v) => counts[v]).map((v) => counts[v] + " " + v);
     shown.textContent =
       (total === rows.length ? total + " rows" : total + " of " + rows.length + " rows") +
@@ -67,7 +74,13 @@
     }
     apply();
     if (filtered) form.scrollIntoView({ block: "start", behavior: "instant" });
-    else if (hash) document.getElementById(hash)?.scrollIntoView({ block: "center", behavior: "instant" });
+    else if (hash) show(document.getElementById(hash));
+  }
+
+  function show(row) {
+    const fold = row?.closest("details.rx-pending");
+    if (fold) fold.open = true;
+    row?.scrollIntoView({ block: "center", behavior: "instant" });
   }
 
   let pause = 0;
