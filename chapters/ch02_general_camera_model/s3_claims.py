@@ -69,7 +69,8 @@ def judge_pluecker_invariant(results):
             "reproduced" if holds else "differs",
             float(difference),
             reason="largest difference of an entry, matrices at unit norm; "
-            f"largest entry of M + M^T {asymmetry:.1g}",
+            "a matrix plus its transpose, which is 0 if it is "
+            f"antisymmetric, is at most {asymmetry:.1g}",
         )
     ]
 
@@ -186,7 +187,7 @@ def judge_two_pose_needs_motion(results):
             verdict,
             middle.value,
             interval=(middle.low, middle.high),
-            reason="R2 of the straight line of a trial; lowest of all "
+            reason="R² of the straight line of a trial; lowest of all "
             "trials: "
             + ", ".join(f"{r2:.6f} ({kind})" for kind, r2 in worst.items()),
         )

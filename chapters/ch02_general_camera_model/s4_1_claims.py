@@ -146,7 +146,7 @@ def judge_linear_exact(results):
             unit="mm",
             reason="largest error of centre and translations, corrected "
             f"(rotations {found['corrected']['rotation_rad']:.1g} rad); "
-            f"well conditioned {other:.1g} mm. The printed C_z^2 is "
+            f"well conditioned {other:.1g} mm. The printed C_z² is "
             f"negative in {negative} of {len(printed)} scenes and "
             f"otherwise wrong by at least {printed.min():.2g} mm",
         )

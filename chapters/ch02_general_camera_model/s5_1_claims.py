@@ -59,7 +59,7 @@ def _proportional(series: Callable) -> tuple[str, float, tuple, str]:
     if line.r2 < 0.98:
         decision = FAILS
     failed = sum(int(np.isnan(t).sum()) for t in trials)
-    remark = f"log-log slope; R2 of the weighted line {line.r2:.4f}"
+    remark = f"log-log slope; R² of the weighted line {line.r2:.4f}"
     if failed:
         remark += f"; {failed} of {sum(map(len, trials))} trials failed"
     return decision, slope.value, (slope.low, slope.high), remark
@@ -238,9 +238,11 @@ def judge_infinite_plane_cause(results):
             all_of(decisions),
             left.value,
             (left.low, left.high),
-            f"share of the rise that finite grids keep (the rise is "
-            f"{rise.value:.2f}); Spearman with 1/sin {rank.value:.2f} "
-            f"({rank.low:.2f} to {rank.high:.2f})",
+            "share of the rise from 120 to 150 deg that is left on finite "
+            f"grids (on unbounded planes the residual rises "
+            f"{rise.value:.2f} times); rank correlation (Spearman) of a "
+            "ray's residual with 1/sin of its angle to the plane "
+            f"{rank.value:.2f} ({rank.low:.2f} to {rank.high:.2f})",
         )
 
     questions = ("noise", "scoring", "standard_method", "residual_scale")
