@@ -13,6 +13,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.scoring import truth_of_contour
 
+UNSEEN = "not in the picture"
 DONE = "all corners right"
 CLICK = "outer corner"
 NO_EDGE = "no edge found"

@@ -6,14 +6,22 @@ where the prerequisite is broken, and where it is kept. Written down before any 
 
 from __future__ import annotations
 
-# What every level has unless it says otherwise.
+# What every level has unless it says otherwise. The ordinary board is bent mildly.
+BOARD = {
+    "columns": 8,
+    "rows": 6,
+    "arc_deg": 50.0,
+    "radius_px": 700.0,
+    "depth_px": 260.0,
+    "size_px": 700,
+}
 ORDINARY = {
-    "board": {},
+    "board": BOARD,
     "blur_px": 1.0,
     "noise_sd": 2.0,
     "start": 0,
     "clockwise": True,
-    "radius_scale": 1.0,
+    "settings": {},
 }
 # How trials of one level differ.
 VARIATION = {
@@ -26,14 +34,7 @@ VARIATION = {
 ARC_VARIES = 0.03
 CLICK_SD_PX, CLICK_CAP_PX = 1.0, 2.0
 
-# Half a ring, as a mirror shows a board that reaches far around it.
-HALF_RING = {
-    "columns": 11,
-    "rows": 6,
-    "radius_px": 270.0,
-    "depth_px": 130.0,
-}
-LARGE_SQUARES = {"arc_deg": 160.0, "radius_px": 280.0, "depth_px": 170.0}
+# A sheet with long thin squares at one end.
 LONG = {
     "columns": 5,
     "rows": 9,
@@ -43,17 +44,35 @@ LONG = {
 }
 
 
-def _half_ring(arc_deg):
-    return HALF_RING | {"arc_deg": arc_deg}
+def _half_ring(arc_deg, scale=1.0):
+    """Half a ring, as a mirror shows a board that reaches far around it."""
+    return {
+        "columns": 9,
+        "rows": 5,
+        "arc_deg": float(arc_deg),
+        "radius_px": 470.0 * scale,
+        "depth_px": 250.0 * scale,
+        "size_px": round(1000 * scale),
+    }
 
 
 def _bowed(bow_deg):
+    """A third of a ring whose columns are bowed, so that both contours bend."""
     return {
+        "columns": 9,
+        "rows": 6,
         "arc_deg": 110.0,
-        "radius_px": 300.0,
-        "depth_px": 150.0,
-        "bow_deg": bow_deg,
+        "radius_px": 560.0,
+        "depth_px": 260.0,
+        "size_px": 1000,
+        "bow_deg": float(bow_deg),
     }
+
+
+def _squares(columns, rows):
+    """One bend, divided into fewer or more squares; its arcs are clicked as columns."""
+    board = _half_ring(120) | {"depth_px": 260.0}
+    return {"board": board | {"columns": columns, "rows": rows}, "start": 1}
 
 
 def _choices(board):
@@ -73,7 +92,7 @@ def _choices(board):
 CASES = {
     "clearance": {
         "levels": {
-            f"{ring:g}": {"board": {"ring": ring}}
+            f"{ring:g}": {"board": BOARD | {"ring": ring}}
             for ring in (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0)
         },
         "drawn": {"too little": "0.15", "enough": "0.5"},
@@ -83,7 +102,7 @@ CASES = {
             f"{arc}": {"board": _half_ring(arc), "start": 1}
             for arc in (110, 130, 145, 155, 160, 170)
         }
-        | {"160, c1": {"board": _half_ring(160), "start": 0}},
+        | {"160, c1": {"board": _half_ring(160)}},
         "drawn": {
             "side 4 is the arc": "160",
             "side 4 is straight": "160, c1",
@@ -98,9 +117,26 @@ CASES = {
         "levels": _choices(_half_ring(160)),
         "drawn": {"counterclockwise": "c1 ccw", "clockwise": "c1 cw"},
     },
+    "split_peaks": {
+        "levels": {
+            f"{scale:g}": {"board": _half_ring(160, scale)}
+            for scale in (0.5, 0.6, 0.7, 0.85, 1.0)
+        }
+        | {
+            "0.6, 20°": {
+                "board": _half_ring(160, 0.6),
+                "settings": {"suppression_deg": 20},
+            }
+        },
+        "drawn": {"peaks kept 10° apart": "0.6", "20° apart": "0.6, 20°"},
+    },
     "window": {
         "levels": {
-            f"{scale:g}": {"radius_scale": scale, "noise_sd": 10.0}
+            f"{scale:g}": {
+                "board": _half_ring(130),
+                "settings": {"radius_scale": scale},
+                "noise_sd": 10.0,
+            }
             for scale in (0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.0)
         },
         "drawn": {
@@ -111,33 +147,31 @@ CASES = {
     },
     "curvature": {
         "levels": {
-            f"{columns - 1} x {rows - 1}": {
-                "board": LARGE_SQUARES | {"columns": columns, "rows": rows}
-            }
-            for columns, rows in ((4, 3), (5, 3), (6, 4), (8, 5), (12, 7))
+            f"{columns - 1} x {rows - 1}": _squares(columns, rows)
+            for columns, rows in ((3, 3), (4, 4), (5, 5), (7, 6), (9, 6))
         },
-        "drawn": {"large squares": "3 x 2", "small squares": "7 x 4"},
+        "drawn": {"large squares": "3 x 3", "small squares": "8 x 5"},
     },
     "size_variation": {
         "levels": {
             f"{growth:g}": {"board": LONG | {"growth": growth}}
             for growth in (1.0, 3.0, 4.5, 6.0, 9.0, 14.0)
         },
-        "drawn": {"1 : 9": "9", "1 : 3": "3"},
+        "drawn": {"1 : 6": "6", "1 : 3": "3"},
     },
     "blur_noise": {
         "levels": {
             f"blur {blur}": {"blur_px": float(blur)}
-            for blur in (1, 2, 3, 4, 6)
+            for blur in (1, 2, 4, 6, 8)
         }
         | {
             f"noise {sd}": {"noise_sd": float(sd)}
-            for sd in (5, 20, 35, 50, 70)
+            for sd in (5, 20, 40, 60, 80)
         },
         "drawn": {
-            "blurred": "blur 6",
+            "blurred": "blur 8",
             "clear": "blur 1",
-            "noisy": "noise 70",
+            "noisy": "noise 80",
         },
     },
 }

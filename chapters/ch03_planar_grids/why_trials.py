@@ -6,7 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from chapters.ch03_planar_grids.failure_stages import DONE, between, lost_at
+from chapters.ch03_planar_grids.failure_stages import (
+    DONE,
+    UNSEEN,
+    between,
+    lost_at,
+)
+from chapters.ch03_planar_grids.robustness_trials import LEVELS, board_of
 from chapters.ch03_planar_grids.sector_board import (
     SectorBoard,
     clicked_from,
@@ -21,6 +27,7 @@ from chapters.ch03_planar_grids.why_cases import (
 from chapters.ch03_planar_grids.why_windows import overview, window_at
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import angle_apart, orientation
+from raxel.geometry import transform
 
 PUBLISHED = CelectSettings()
 
@@ -48,7 +55,7 @@ def why_trial(condition, rng):
         )
         noise = np.random.default_rng(seed)
         image = board.image(level["blur_px"], level["noise_sd"], noise)
-        settings = replace(PUBLISHED, radius_scale=level["radius_scale"])
+        settings = replace(PUBLISHED, **level["settings"])
         seen, lost, run = clicked(board, image, level, offsets, settings)
         values[label] = seen
         if label in drawn:
@@ -119,3 +126,33 @@ def _tangent(stops, place):
     """Orientation (deg) in which a contour leaves its first corner."""
     first = place(between(stops))[:2]
     return orientation(first[1] - first[0])
+
+
+def sweep_trial(condition, rng):
+    """A trial of the sweeps of 3.3.1, with the stage that lost it."""
+    board = board_of(condition)
+    if np.isnan(board.corners).any():
+        return {"stage": UNSEEN, "contour": "", "returned": False}
+    y, x = np.mgrid[: board.rows, : board.columns].astype(float)
+    coordinates = np.stack((x, y), axis=2)
+
+    def place(points):
+        flat = np.pad(board.square_px * points, ((0, 0), (0, 1)))
+        return board.camera.project(
+            transform(board.T_camera_board, flat)
+        ).pixels
+
+    image = board.image(
+        condition["blur_px"],
+        condition["noise_sd"],
+        rng,
+        LEVELS[condition["levels"]],
+    )
+    outer = clicks(board.outer_corners, rng)
+    run = celect(image, outer, board.columns, board.rows)
+    lost = lost_at(run, coordinates, place)
+    return {
+        "stage": lost.stage,
+        "contour": lost.contour,
+        "returned": run.found,
+    }
