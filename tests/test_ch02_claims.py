@@ -335,6 +335,27 @@ def test_projection_laws_are_compared_trial_by_trial():
     assert found == {"reproduced"}
 
 
+@pytest.mark.parametrize(
+    ("better", "words"),
+    [
+        ((), "at no field of view"),
+        ((120, 150), "from 120° on"),
+        ((30, 120), "at 30° and 120° only"),
+        ((30, 120, 150), "from 30° on"),
+    ],
+)
+def test_prose_says_where_the_generic_method_is_ahead(better, words):
+    def values(name, condition):
+        assert condition["domain"] == "mm"
+        generic = 1.0 if condition["fov_deg"] in better else 3.0
+        return [2.0 if name.startswith("parametric.clean.source") else generic]
+
+    fov = Trials(values)
+    fov.conditions = [{"fov_deg": at} for at in (150, 120, 30)]
+    found = s5_1_values.ahead(fov, "generic_as_printed", "source", domain="mm")
+    assert found == words
+
+
 def test_numbers_of_the_prose_count_failed_trials_as_the_worst():
     half = Trials(lambda name, condition: [1.0, 2.0, np.nan, np.nan, 9.0])
     assert s5_1_values.median_of(half, "any") == 9.0

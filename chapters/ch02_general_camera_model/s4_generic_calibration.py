@@ -107,7 +107,7 @@ def cell_text(row, vector):
     """One cell as LaTeX, bold where it corrects the printed table."""
     text = as_maths(formula(row, vector))
     if (row, vector) in AS_PRINTED:
-        return f"**{text}**"
+        return rf"$\boldsymbol{{{text.strip('$')}}}$"
     return text
 
 

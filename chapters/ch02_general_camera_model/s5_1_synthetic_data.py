@@ -230,8 +230,9 @@ def numbers_fig_2_3(results):
 # %% [markdown]
 # ## Reading and limits
 #
-# **Noise.** Both curves of Fig. 2.3(a) are straight lines through the
-# origin, as claimed, in every reading. Their heights have simple causes.
+# **Noise.** Both curves of Fig. 2.3(a) grow in proportion to the noise, as
+# claimed, in every reading: on logarithmic axes, straight lines of slope 1.
+# Their heights have simple causes.
 # The parametric model describes this lens exactly, so what is left is the
 # noise of the pixels, $\sigma\sqrt{\pi/2}$. A generic ray is fitted to
 # three points, so its own error is about that divided by $\sqrt 3$. Scored
@@ -269,10 +270,20 @@ def numbers_fig_2_3(results):
 # the parametric method is far better where it fits
 # ({glue:text}`parametric.clean.corrected.mean_px.30:.3f` against
 # {glue:text}`generic_as_printed.clean.corrected.mean_px.30:.2f` px at 30°),
-# and the generic method is better from {glue:text}`crossing` on. That needs
-# the edge of the image: on grids of ±600 mm the parametric method stays
-# ahead at every field of view. The real images of Table 2.2, where each
-# method has its range, look like the clean data on unbounded planes.
+# and the generic method is better
+# {glue:text}`ahead.generic_as_printed.px.unbounded.corrected`; in pixels of
+# the source image,
+# {glue:text}`ahead.generic_as_printed.px.unbounded.source`; with noise in
+# mm, {glue:text}`ahead.generic_as_printed.mm.unbounded.corrected`. That
+# needs the edge of the image. On grids of ±600 mm and with noise in px, the
+# generic method is better
+# {glue:text}`ahead.generic_as_printed.px.finite.corrected`. With noise in mm
+# it is better {glue:text}`ahead.generic_as_printed.mm.finite.corrected` as
+# printed, {glue:text}`ahead.generic_well_conditioned.mm.finite.corrected`
+# well conditioned, and in pixels of the source image
+# {glue:text}`ahead.generic_as_printed.mm.finite.source`. The real images of
+# Table 2.2, where each method has its range, look like the clean data on
+# unbounded planes.
 #
 # **What a distortion residual does not see.** As printed and well
 # conditioned, the generic method leaves nearly the same residual. Its rays

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch02_general_camera_model.synthetic import (
@@ -12,6 +14,8 @@ from chapters.ch02_general_camera_model.synthetic import (
 from raxel.evaluation.statistics import with_worst
 from repro.reader import value
 
+DOMAINS = ("px", "mm")
+EXTENTS = ("unbounded", "finite")
 PRIMARY = {"domain": "px", "extent": "unbounded"}
 
 
@@ -35,17 +39,21 @@ def failures(results, method):
     return failed, total
 
 
-def crossing(fov):
-    """Smallest field of view where generic is ahead on clean data."""
-    place = "clean.corrected.mean_px"
-    for fov_deg in sorted({c["fov_deg"] for c in fov.conditions}):
-        parametric, generic = (
-            median_of(fov, f"{method}.{place}", fov_deg=fov_deg)
-            for method in METHODS[:2]
-        )
-        if parametric > generic:
-            return f"{fov_deg}°"
-    return "no field of view"
+def ahead(fov, method, scale, **condition):
+    """Where a generic method is ahead of the parametric on clean data, in words."""
+    every = sorted({c["fov_deg"] for c in fov.conditions})
+    place = f"clean.{scale}.mean_px"
+    better = [
+        median_of(fov, f"parametric.{place}", fov_deg=at, **condition)
+        > median_of(fov, f"{method}.{place}", fov_deg=at, **condition)
+        for at in every
+    ]
+    found = [at for at, yes in zip(every, better, strict=True) if yes]
+    if not found:
+        return "at no field of view"
+    if found == every[every.index(found[0]) :]:
+        return f"from {found[0]}° on"
+    return "at " + " and ".join(f"{at}°" for at in found) + " only"
 
 
 def name_values(noise, fov):
@@ -63,8 +71,12 @@ def name_values(noise, fov):
     for method in METHODS:
         name = f"{method}.ray_deg"
         value(f"{name}.90", median_of(fov, name, fov_deg=90))
-    value("crossing", crossing(fov))
-    for extent in ("unbounded", "finite"):
+    for domain, extent, scale in product(DOMAINS, EXTENTS, SCALES):
+        for method in METHODS[1:]:
+            name = f"ahead.{method}.{domain}.{extent}.{scale}"
+            where = {"domain": domain, "extent": extent}
+            value(name, ahead(fov, method, scale, **where))
+    for extent in EXTENTS:
         for name in ("accepted_share", "widest_angle_deg"):
             found = median_of(fov, name, fov_deg=150, extent=extent)
             value(f"{name}.{extent}.150", found)
