@@ -32,17 +32,28 @@ class Module:
 def api_pages(library: Path) -> dict[str, str]:
     """Pages of the reference by name (`api/cameras.md`) for the package ``library``."""
     packages = sorted(
-        path.parent for path in library.glob("*/__init__.py") if _is_public(path.parent)
+        path.parent
+        for path in library.rglob("__init__.py")
+        if path.parent != library and _is_public(path.parent)
     )
-    pages = {f"api/{p.name}.md": _page(library, p, "*.py") for p in packages}
+    pages = {
+        f"api/{_page_name(library, p)}.md": _page(library, p, "*.py") for p in packages
+    }
     pages["api/index.md"] = _index(library, packages)
     return pages
 
 
+def _page_name(library: Path, package: Path) -> str:
+    """Name of the page of a package: a package within another has both names."""
+    return "-".join(package.relative_to(library).parts)
+
+
 def _index(library: Path, packages: list[Path]) -> str:
-    inside = {p.name: _module(library, p / "__init__.py") for p in packages}
+    inside = {
+        _page_name(library, p): _module(library, p / "__init__.py") for p in packages
+    }
     cards = [
-        f"[raxel.{name}]({name}.md)\n: {prose(_summary(module.tree))}"
+        f"[{module.name}]({name}.md)\n: {prose(_summary(module.tree))}"
         for name, module in inside.items()
     ]
     toctree = "\n".join(inside)
