@@ -1,0 +1,153 @@
+"""A chessboard before four bent cameras: the test pictures of section 3.1.2."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from raxel.cameras import (
+    FisheyeCamera,
+    QuadricMirrorCamera,
+    camera_from,
+)
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.lab import board_scene, render
+from raxel.lab.sight import CornerRays
+from raxel.sets import Chessboard
+
+SIZE_PX = 600
+MIDDLE = (SIZE_PX - 1) / 2
+SIZE = {"width": SIZE_PX, "height": SIZE_PX}
+CAMERAS = ("fisheye", "sphere", "hyperboloid", "bent sheet")
+FISHEYE_DEG = 160
+BOARD = Chessboard(9, 7, 30.0)
+BLACK, WHITE, BACKGROUND = 25.0, 215.0, 120.0
+BLUR_PX, NOISE_SD = 1.0, 4.0
+DISTANCE_MM = (130, 330)
+TILT_DEG = 40
+LEAST_PX, MOST_UNEVEN = 10, 3
+DRAWS = 2000
+
+
+class BoardView(NamedTuple):
+    """A picture uint8 (h, w) and the true corners (rows, columns, 2) px."""
+
+    image: np.ndarray
+    lattice: np.ndarray
+
+
+def viewer(focal_px):
+    """The pinhole behind a mirror."""
+    K = [[focal_px, 0, MIDDLE], [0, focal_px, MIDDLE], [0, 0, 1]]
+    return camera_from("perspective", {"K": K, "radial": []} | SIZE)
+
+
+@cache
+def camera_of(name):
+    """The camera of this name, SIZE_PX square, mm."""
+    if name == "fisheye":
+        half = np.radians(FISHEYE_DEG) / 2
+        middle = [MIDDLE, MIDDLE]
+        return FisheyeCamera(
+            "equidistance", MIDDLE / half, middle, SIZE_PX, SIZE_PX, half
+        )
+    if name == "sphere":
+        return QuadricMirrorCamera.on_axis(
+            viewer(1080), "sphere", (30,), 25, 100
+        )
+    if name == "hyperboloid":
+        return QuadricMirrorCamera.aligned(
+            viewer(840), "hyperboloid", (30, 20), 25
+        )
+    heights = [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]
+    sheet = {"size": (400, 400), "heights": heights, "offset": (0, 0, 180)}
+    return camera_from("bent mirror", {"viewer": viewer(390)} | sheet)
+
+
+@cache
+def rays_of(name):
+    """The rays through the corners of a camera's pixels, for every picture."""
+    return CornerRays(camera_of(name))
+
+
+def drawn_pose(camera, rng):
+    """T_camera_board (4, 4): about a random pixel's ray, tilted and turned."""
+    pixel = rng.uniform(0.25, 0.75, (1, 2)) * SIZE_PX
+    rays = camera.rays(pixel)
+    if not rays.valid[0]:
+        return None
+    towards = rays.directions[0]
+    across = np.cross(towards, rng.normal(size=3))
+    across /= np.linalg.norm(across)
+    R = np.column_stack((across, np.cross(towards, across), towards))
+    tilt = np.radians(rng.uniform(-TILT_DEG, TILT_DEG, 2))
+    R = R @ rotation_from_vector(np.append(tilt, 0.0))
+    centre = rays.origins[0] + rng.uniform(*DISTANCE_MM) * towards
+    middle = np.append(BOARD.points().mean(axis=0), 0.0)
+    return pose(R, centre - R @ middle)
+
+
+def lattice_at(camera, T_camera_board):
+    """True corners (rows, columns, 2) px, None where a square is not in sight."""
+    rim = Chessboard(BOARD.columns + 2, BOARD.rows + 2, BOARD.pitch_mm)
+    points = np.pad(rim.points() - BOARD.pitch_mm, ((0, 0), (0, 1)))
+    seen = camera.project(transform(T_camera_board, points))
+    inside = (seen.pixels > 4) & (seen.pixels < SIZE_PX - 5)
+    if not (seen.valid.all() and inside.all()):
+        return None
+    return seen.pixels.reshape(rim.rows, rim.columns, 2)[1:-1, 1:-1]
+
+
+def sides_of(lattice):
+    """Lengths (n,) px of the sides of all squares of a lattice."""
+    steps = (np.diff(lattice, axis=0), np.diff(lattice, axis=1))
+    return np.concatenate(
+        [np.linalg.norm(s, axis=2).ravel() for s in steps]
+    )
+
+
+def board_view(name, rng):
+    """A moderately bent BoardView by the camera `name`, at a random pose.
+
+    Moderate: every side of a square is at least LEAST_PX long, and none more
+    than MOST_UNEVEN times as long as another.
+    """
+    camera = camera_of(name)
+    for _ in range(DRAWS):
+        T_camera_board = drawn_pose(camera, rng)
+        if T_camera_board is None:
+            continue
+        lattice = lattice_at(camera, T_camera_board)
+        if lattice is None:
+            continue
+        sides = sides_of(lattice)
+        if sides.min() >= LEAST_PX and np.ptp(np.log(sides)) <= np.log(
+            MOST_UNEVEN
+        ):
+            return BoardView(picture(name, T_camera_board, rng), lattice)
+    raise ValueError(f"no pose with the whole board in sight of {name}")
+
+
+def picture(name, T_camera_board, rng):
+    """The picture, uint8, blurred and noisy."""
+    scene = board_scene(
+        BOARD,
+        T_camera_board,
+        black=BLACK,
+        white=WHITE,
+        background=BACKGROUND,
+    )
+    radiance = render(
+        camera_of(name), np.eye(4), scene, corner_rays=rays_of(name)
+    )
+    return photographed(radiance, rng)
+
+
+def photographed(grey, rng, blur_px=BLUR_PX, noise_sd=NOISE_SD):
+    """Grey levels (h, w) after blur, noise and rounding, uint8."""
+    soft = cv2.GaussianBlur(grey, (0, 0), blur_px)
+    noisy = soft + rng.normal(0.0, noise_sd, grey.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
