@@ -85,7 +85,7 @@ def largest_errors(results, sweeps):
     return np.array(found)
 
 
-@claim("c3_robust_noise", needs=("fig_3_11_noise",), evidence="synthetic")
+@claim("c3_robust_noise", needs=("fig_3_11_noise",), evidence="rendered")
 def judge_robust_noise(results):
     """No loss up to 15 grey levels, the first between 18 and 34."""
     result = results["fig_3_11_noise"]
@@ -117,7 +117,7 @@ def judge_robust_noise(results):
         "fig_3_11_fov",
         "fig_3_11_yaw",
     ),
-    evidence="synthetic",
+    evidence="rendered",
 )
 def judge_max_error(results):
     """Largest error below 6.5 px in four sweeps."""
@@ -132,9 +132,7 @@ def judge_max_error(results):
     ]
 
 
-@claim(
-    "c3_perspective_limit", needs=("fig_3_11_yaw",), evidence="synthetic"
-)
+@claim("c3_perspective_limit", needs=("fig_3_11_yaw",), evidence="rendered")
 def judge_perspective_limit(results):
     """At least 0.9 up to 40 deg, below 0.5 by 56 deg."""
     result = results["fig_3_11_yaw"]
@@ -158,7 +156,7 @@ def judge_perspective_limit(results):
     ]
 
 
-@claim("c3_pitch_limit", needs=("fig_3_11_square",), evidence="synthetic")
+@claim("c3_pitch_limit", needs=("fig_3_11_square",), evidence="rendered")
 def judge_pitch_limit(results):
     """At 50 px at least 0.9 right, with corners 10 to 14 px apart."""
     result = results["fig_3_11_square"]
@@ -186,7 +184,7 @@ def judge_pitch_limit(results):
 @claim(
     "c3_small_square_fail",
     needs=("fig_3_11_square",),
-    evidence="synthetic",
+    evidence="rendered",
 )
 def judge_small_square_fail(results):
     """Success rises with the square; failures lie below 50 px."""
@@ -218,7 +216,7 @@ def judge_small_square_fail(results):
     ]
 
 
-@claim("c3_fisheye_fail", needs=("fig_3_11_fov",), evidence="synthetic")
+@claim("c3_fisheye_fail", needs=("fig_3_11_fov",), evidence="rendered")
 def judge_fisheye_fail(results):
     """Below 0.5 somewhere beyond 134 deg, 60 % of it on the rim."""
     result = results["fig_3_11_fov"]
@@ -281,7 +279,7 @@ def _worsens(result, low, high):
     return UNDECIDED if UNDECIDED in decisions else FAILS, drop, growth
 
 
-@claim("c3_blur_limit", needs=("fig_3_11_blur",), evidence="synthetic")
+@claim("c3_blur_limit", needs=("fig_3_11_blur",), evidence="rendered")
 def judge_blur_limit(results):
     """Worse from 2 to 4 px, and not from 1 to 2 px."""
     result = results["fig_3_11_blur"]
@@ -311,7 +309,7 @@ def judge_blur_limit(results):
         "fig_3_11_fov",
         "fig_3_11_yaw",
     ),
-    evidence="synthetic",
+    evidence="rendered",
 )
 def judge_detect_below_basin(results):
     """At 80 % of the levels the largest error is at most 6.5 px."""

@@ -42,7 +42,7 @@ TITLES = {
 }
 
 
-@figure("fig_3_10", needs=("fig_3_10_pictures",), evidence="synthetic")
+@figure("fig_3_10", needs=("fig_3_10_pictures",), evidence="rendered")
 def fig_3_10(results):
     """The board before and after bending, with its corners."""
     result = results["fig_3_10_pictures"]
@@ -104,7 +104,7 @@ def fig_3_10(results):
         "fig_3_11_yaw",
         "fig_3_11_localised",
     ),
-    evidence="synthetic",
+    evidence="rendered",
 )
 def fig_3_11(results):
     """Errors and successes along five sweeps, and the localiser's basin."""

@@ -100,7 +100,7 @@ def blur_that_hurts(result):
         "fig_3_11_yaw",
         "fig_3_11_localised",
     ),
-    evidence="synthetic",
+    evidence="rendered",
 )
 def numbers_fig_3_11(results):
     """The settings of the sweeps as they were run, and their limits."""
@@ -152,7 +152,7 @@ def numbers_fig_3_11(results):
     }
 
 
-@numbers("sec_3_3_1", needs=("fig_3_11_noise",), evidence="synthetic")
+@numbers("sec_3_3_1", needs=("fig_3_11_noise",), evidence="rendered")
 def numbers_sec_3_3_1(results):
     """The clicks: simulated here, and a law checked against itself."""
     result = results["fig_3_11_noise"]
