@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch03_planar_grids.coded_trials import OUTCOMES
 from repro.experiment import figure, table
@@ -163,7 +164,8 @@ def _draw_outcomes(panel, result, data):
             cells = ("b", f"{name}: {outcome} (%)", share, *[np.nan] * 3)
             for column, cell in zip(data, cells, strict=True):
                 data[column].append(cell)
-    panel.set_yticks(rows, names)
+    panel.set_yticks(rows)
+    panel.yaxis.set_major_formatter(FixedFormatter(names))
     panel.invert_yaxis()
     panel.set_xlim(0, 100)
     panel.set_title("(b) outcomes")

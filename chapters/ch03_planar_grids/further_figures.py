@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch03_planar_grids.further_trials import (
     METHODS,
@@ -179,7 +180,8 @@ def ext_further_changes(results):
         f"{p}\n(published: {100 * successes(result, p, PUBLISHED).mean():.0f} %)"
         for p in pictures
     ]
-    axes.set_yticks(rows, labels)
+    axes.set_yticks(rows)
+    axes.yaxis.set_major_formatter(FixedFormatter(labels))
     axes.invert_yaxis()
     axes.set_xlabel("Change of successful pictures (percentage points)")
     drawn.legend(loc="outside lower center", ncols=4)
