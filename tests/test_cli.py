@@ -1,6 +1,7 @@
 """The command line from end to end on drawn boards."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -11,7 +12,7 @@ import pytest
 from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.cameras.io import load_camera
 from raxel.cli import main
-from raxel.cli.progress import Progress
+from raxel.cli.progress import PATIENCE_S, Progress
 from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
 from raxel.sets import load_set, read_image
 from tests.image_sets import (
@@ -144,6 +145,7 @@ def test_evaluation_keeps_to_the_views_for_evaluation(
         arguments += ["--json", str(path), "--corners", str(corners_file)]
         assert main(arguments) == 0
         result = json.loads(path.read_text())
+        assert result["views_scored"] == "marked evaluate"
         (image,) = result["images"]
         assert image["file"] == "view5.png"
         assert image["n_corners"] == CORNERS
@@ -154,12 +156,15 @@ def test_evaluation_keeps_to_the_views_for_evaluation(
         assert result["share_with_ray"] == pytest.approx(share)
 
 
-def test_evaluation_without_marked_views_takes_all(calibrated, tmp_path):
+def test_evaluation_without_marked_views_takes_all(calibrated, tmp_path, capsys):
     write_drawn_set(tmp_path / "set")
     path = tmp_path / "result.json"
     camera = str(calibrated["zhang"][0])
     assert main(["evaluate", camera, str(tmp_path / "set"), "--json", str(path)]) == 0
-    assert len(json.loads(path.read_text())["images"]) == 6
+    result = json.loads(path.read_text())
+    assert len(result["images"]) == 6
+    assert result["views_scored"] == "all: no view is marked evaluate"
+    assert "no view is marked evaluate: all 6 are scored" in capsys.readouterr().out
 
 
 def test_auto_takes_the_model_that_predicts_better(
@@ -176,6 +181,8 @@ def test_auto_takes_the_model_that_predicts_better(
         assert f"{model}, kept-out boards: mean angle" in printed
     common = {m: v["common"]["mean_deg"] for m, v in validation.items()}
     assert result["model"] == min(common, key=common.get)
+    assert result["chosen_because"].startswith("the smallest mean angle on kept-out")
+    assert f"drawn: {result['model']} chosen: {result['chosen_because']}" in printed
     # Both are scored on corners that both have rays for.
     assert {v["common"]["share_with_ray"] for v in validation.values()} == {1.0}
 
@@ -189,7 +196,8 @@ def test_auto_says_why_the_general_camera_is_not_possible(tmp_path, capsys):
     assert "generic: not possible: " in capsys.readouterr().out
     result = json.loads(path.read_text())
     assert result["model"] == "zhang"
-    assert "boards to calibrate with: 2" in result["cross_validation"]["generic"]["refused"]
+    assert result["chosen_because"] == "no other model gave a camera"
+    assert "with: 2" in result["cross_validation"]["generic"]["refused"]
 
 
 def test_zhang_is_content_with_two_views(tmp_path):
@@ -199,13 +207,20 @@ def test_zhang_is_content_with_two_views(tmp_path):
 
 
 @pytest.mark.parametrize("model", ["zhang", "generic"])
-def test_undistortion_straightens_the_boards(calibrated, drawn, tmp_path, model):
+def test_undistortion_straightens_the_boards(
+    calibrated, drawn, tmp_path, capsys, model
+):
     arguments = ["undistort", str(calibrated[model][0]), str(drawn)]
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
     assert names == [f"view{i}.png" for i in range(6)]
     straight = cv2.imread(str(tmp_path / "out" / "view0.png"), cv2.IMREAD_UNCHANGED)
     assert straight.shape == (HEIGHT, WIDTH)
+    said = capsys.readouterr().out
+    black = 1 - int(re.search(r"camera sees (\d+) % of their pixels", said)[1]) / 100
+    # The board has black squares, the paper around it none.
+    assert black <= np.mean(straight == 0) + 0.01
+    assert ("the rest is black" in said) == (black > 0.5)
     camera = load_camera(calibrated[model][0])
     bent = next(boards()).corners()
     moved = corners_in_view(camera, bent)
@@ -334,7 +349,7 @@ class Stream:
     """Where progress goes; a terminal or not."""
 
     def __init__(self, terminal):
-        self.terminal, self.text = terminal, ""
+        self.terminal, self.text, self.flushed = terminal, "", False
 
     def isatty(self):
         return self.terminal
@@ -343,14 +358,27 @@ class Stream:
         self.text += text
 
     def flush(self):
-        pass
+        self.flushed = True
 
 
-def test_progress_is_live_on_a_terminal_and_held_back_elsewhere():
-    terminal, log = Stream(True), Stream(False)
-    for stream, before in ((terminal, "one\n"), (log, "")):
-        progress = Progress(stream)
-        progress.say("one")
-        assert stream.text == before
-        progress.release()
-        assert stream.text == "one\n"
+@pytest.mark.parametrize(("terminal", "at_once"), [(True, "one\n"), (False, "")])
+def test_progress_is_live_on_a_terminal_and_held_back_elsewhere(terminal, at_once):
+    stream = Stream(terminal)
+    progress = Progress(stream, clock=lambda: 0.0)
+    progress.say("one")
+    assert stream.text == at_once
+    progress.release()
+    assert stream.text == "one\n"
+
+
+def test_a_command_that_takes_long_shows_its_lines_through_a_pipe_too():
+    now, log = [0.0], Stream(False)
+    progress = Progress(log, clock=lambda: now[0])
+    progress.say("one")
+    now[0] = PATIENCE_S - 0.1
+    progress.say("two")
+    assert log.text == ""
+    now[0] = PATIENCE_S
+    progress.say("three")
+    assert log.text == "one\ntwo\nthree\n"
+    assert log.flushed

@@ -59,8 +59,9 @@ def _calibrated(image_set, boards, model, say):
     comparison = None
     if model == "auto":
         comparison = _compare(views, size, image_set.target.unit, say)
-        model = comparison.best()
+        model, why = comparison.choice()
         _print(comparison)
+        print(f"{image_set.name}: {model} chosen: {why}", flush=True)
     fit = FITS[model]
     say(f"{model}: fitting {len(views)} boards")
     camera, details = fit(views, size, image_set.target.unit)
@@ -69,6 +70,7 @@ def _calibrated(image_set, boards, model, say):
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
     result |= {"camera": _described(camera), **details, **scores.as_json(evaluation)}
     if comparison:
+        result["chosen_because"] = why
         result["cross_validation"] = _cross_validation(comparison)
     return result, camera
 

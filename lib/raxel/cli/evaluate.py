@@ -9,6 +9,8 @@ from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
 
+UNMARKED = "all: no view is marked evaluate"
+
 
 def evaluate(options, say):
     """Score the camera on the set's views for evaluation, or all if none is marked."""
@@ -17,14 +19,20 @@ def evaluate(options, say):
     image_set = load_set(options.set)
     camera = load_camera(options.camera)
     check_size(options.camera, camera, image_set)
-    views = image_set.views_for("evaluate") or image_set.views
+    marked = image_set.views_for("evaluate")
+    views = marked or image_set.views
     boards = boards_for(image_set, views, options, say)
     check_enough(image_set, boards, 1, "an evaluation")
     evaluation = evaluate_camera(camera, board_views(image_set, boards))
     if options.json:
         result = {"set": image_set.name, "camera": options.camera}
+        result["views_scored"] = "marked evaluate" if marked else UNMARKED
         result |= scores.as_json(evaluation)
         write_json(options.json, {**result, "left_out": left_out(boards)})
+    if not marked:
+        print(
+            f"{image_set.name}: no view is marked evaluate: all {len(views)} are scored"
+        )
     print(scores.line(image_set.name, evaluation))
 
 

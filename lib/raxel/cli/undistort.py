@@ -9,8 +9,15 @@ from raxel.cameras.io import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.errors import InputError
 from raxel.files import check_can_be_written
-from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
+from raxel.multiview.perspective_view import (
+    perspective_view,
+    resample,
+    share_seen,
+    source_pixels,
+)
 from raxel.sets import load_set, read_colour
+
+LEAST_SHARE = 0.5  # of the pixels: below it, the picture is mostly black
 
 
 def undistort(options, say):
@@ -25,6 +32,7 @@ def undistort(options, say):
     except InputError as fault:
         raise InputError(f"{options.camera}: {fault}") from fault
     sources = source_pixels(camera, view)
+    share = share_seen(sources, camera)
     files = [name for view in image_set.views for name in view.files]
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}-") as folder:
         for number, (name, target) in enumerate(_targets(files).items(), 1):
@@ -32,7 +40,16 @@ def undistort(options, say):
             _write_png(Path(folder) / target, image)
             say(f"{number}/{len(files)} {name}")
         _move(Path(folder), out)
-    print(f"{image_set.name}: {len(files)} images in {out}")
+    print(
+        f"{image_set.name}: {len(files)} images in {out}; the camera sees "
+        f"{100 * share:.0f} % of their pixels"
+    )
+    if share < LEAST_SHARE:
+        print(
+            "the rest is black: a pinhole's picture cannot hold what this camera sees, "
+            "or the boards covered little of the image; a camera that looks all around "
+            "is unrolled by raxel.multiview.cylindrical_view"
+        )
 
 
 def _check_folder(out, image_set):

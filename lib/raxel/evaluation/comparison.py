@@ -31,12 +31,22 @@ class Comparison(NamedTuple):
         Where there are none, the model that answers for the most corners. Raises
         CalibrationError if no model is left.
         """
+        return self.choice()[0]
+
+    def choice(self):
+        """(the best model, why it is the best, in words); raises as `best`."""
         if not self.own:
             raise CalibrationError("; ".join(self.refused.values()))
+        if len(self.own) == 1:
+            return next(iter(self.own)), "no other model gave a camera"
         angles = {model: score.mean_deg for model, score in self.common.items()}
         if angles and np.isfinite(list(angles.values())).all():
-            return min(angles, key=angles.get)
-        return max(self.own, key=lambda model: self.own[model].share_with_ray)
+            return min(angles, key=angles.get), (
+                "the smallest mean angle on kept-out corners that all can answer for"
+            )
+        return max(self.own, key=lambda model: self.own[model].share_with_ray), (
+            "rays for the most kept-out corners; none are common to all models"
+        )
 
 
 def compare_models(builders, views, folds):

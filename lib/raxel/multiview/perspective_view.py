@@ -98,6 +98,12 @@ def source_pixels(camera, view):
     return sources.reshape(view.height, view.width, 2)
 
 
+def share_seen(sources, camera):
+    """The share of a view's pixels whose `source_pixels` lie in the camera's image."""
+    last = np.array([camera.width, camera.height]) - 0.5
+    return float(((sources >= -0.5) & (sources <= last)).all(axis=-1).mean())
+
+
 def resample(image, sources):
     """The image (H, W[, 3]) at `sources` (h, w, 2); black where there is nothing."""
     import cv2
