@@ -317,7 +317,7 @@ def test_poses_that_never_show_the_target_are_counted_and_refused(tmp_path):
     path = changed(tmp_path / "near.yaml", poses__distance=leaf([20, 25], "mm"))
     with pytest.raises(
         InputError,
-        match=r"near.yaml: poses: 0 of 2 .* 2000 tries \(.* times .*\); give",
+        match=r"near.yaml: poses: 0 of 2 .* in 1000 tries \(.* times .*\); give",
     ) as fault:
         load_rig(path).draw_poses(np.random.default_rng(0), 2)
     assert "\n" not in str(fault.value)

@@ -20,6 +20,8 @@ from raxel.geometry.poses import (
 )
 
 TRIES_PER_POSE = 1000
+# If none of so many shows the target, the ranges are wrong: more would only take time.
+TRIES_FOR_ONE = 1000
 OUTLINE_POINTS = 25
 IN_VIEW = ""
 # Lines of sight from a viewer to its mirror that a target must leave free, each way.
@@ -127,10 +129,10 @@ class _RandomPoses:
 
         extent: (corner (2,), size (2,)) of the whole target, mm; fault: pose -> why it
         is not in view, or ''. Raises InputError with the count of tries and the
-        reasons where there are none.
+        reasons where there are too few.
         """
         poses, reasons = [], Counter()
-        for _ in range(TRIES_PER_POSE * count):
+        for tries in range(1, TRIES_PER_POSE * count + 1):
             T = self._one(rng, *extent)
             reason = fault(T)
             reasons[reason] += 1
@@ -138,11 +140,13 @@ class _RandomPoses:
                 poses.append(T)
             if len(poses) == count:
                 return np.stack(poses)
+            if tries == TRIES_FOR_ONE and not poses:
+                break
         del reasons[IN_VIEW]
         told = ", ".join(f"{n} times {why}" for why, n in reasons.most_common())
         raise InputError(
             f"{len(poses)} of {count} poses found that show the target, in "
-            f"{TRIES_PER_POSE * count} tries ({told}); give other ranges"
+            f"{tries} tries ({told}); give other ranges"
         )
 
 
