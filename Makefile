@@ -24,7 +24,7 @@ test: setup ## unit and property tests, and a quick build with checks on its num
 quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick --recorded "$(RECORDED)" --cores "$(CORES)"
 
-notebooks: setup ## the chapters as notebooks with outputs: report/notebooks
+notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)
 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)

@@ -40,15 +40,20 @@ READS_PAGES = True
 # ## Before the lesson
 #
 # ```console
-# $ make quick        # the whole report with few trials
-# $ make notebooks    # the pages with outputs: report/notebooks
+# $ make quick                     # 4 min: report/site-quick/index.html
+# $ make notebooks EFFORT=quick    # seconds more: report/notebooks
+# $ make archive EFFORT=quick      # seconds: report/raxel-report-quick.zip
 # ```
 #
-# Do both at least a day before: the first run sets up everything and needs
-# a network. The report itself, `report/site/index.html`, is read from the
-# disk; `make archive` makes one file of it to hand out. Students who only
-# read need a browser. For the exercises they need the checkout, because the
-# library computes the right answers.
+# Do this at least a day before: the first run sets up everything (two
+# minutes more) and needs a network. The quick report has all pages and few
+# trials, so it shows values and gives no verdicts. For the verdicts, which
+# route C ends with, leave the word `quick` out: `make report` (20 minutes,
+# `report/site/index.html`), `make notebooks`, `make archive`. The times are
+# for two cores. Either report is read from the disk, and the archive is one
+# file of it to hand out. Students who only read need a browser. For the
+# exercises they need the checkout, because the library computes the right
+# answers.
 #
 # An exercise is a cell `check(None, ...)`. The answer goes in place of
 # `None`. A wrong answer gets a hint, and no page holds the right one.
