@@ -6,6 +6,8 @@ noise are its own, the flaws of the mirror are the seed's. No detector has a say
 
 from __future__ import annotations
 
+from copy import deepcopy
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +16,7 @@ import numpy as np
 
 from raxel.geometry import transform
 from raxel.lab import load_rig
-from raxel.lab.board_photograph import grey_of, photograph_board
+from raxel.lab.board_photograph import grey_of, light_of_board, saved
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = 15
@@ -34,7 +36,12 @@ TITLES = {
     "flexible-mirror": "Flexible Mirror",
 }
 # Streams of random numbers of a seed.
-POSE, PICTURE, SPECIMEN = 0, 1, 2
+POSE, PICTURE, SPECIMEN, CLICKS = 0, 1, 2, 3
+# What can be wiped off a rig's mirror, its random draws left as they are.
+CLEANED = {
+    "spots": {"spot_cover": (0.0, 0.0)},
+    "glare": {"glare_radiance": (0.0, 0.0)},
+}
 
 
 class GridView(NamedTuple):
@@ -71,20 +78,34 @@ def rig_of(set_name, image):
     raise ValueError(f"{set_name} has no image {image}")
 
 
-def grid_view(set_name, image, seed):
+def stream(set_name, image, seed, kind):
+    """The numpy Generator of one kind of draw for one picture."""
+    number = list(SETS).index(set_name)
+    return np.random.default_rng([seed, number, kind, image])
+
+
+@lru_cache(maxsize=1)
+def taken(set_name, image, seed):
+    """(rig, pose, light on its sensor, Generator for the rest) of a picture."""
+    rig = rig_of(set_name, image)
+    pose = rig.draw_poses(stream(set_name, image, seed, POSE), 1)[0]
+    draws = stream(set_name, image, seed, PICTURE)
+    return rig, pose, light_of_board(rig, pose, draws), draws
+
+
+def grid_view(set_name, image, seed, without=None):
     """Image number `image` (from 0) of a set, rendered from a seed: GridView.
 
-    set_name: key of SETS; seed: whole number, 0 or more.
+    set_name: key of SETS; seed: whole number, 0 or more; without: None, or
+    the blemish, a key of CLEANED, that is left out, all else being equal.
     """
-    rig = rig_of(set_name, image)
+    rig, pose, light, draws = taken(set_name, image, seed)
+    if without:
+        clean = replace(rig.blemishes, **CLEANED[without])
+        rig = replace(rig, blemishes=clean)
     number = list(SETS).index(set_name)
-    streams = [
-        np.random.default_rng([seed, number, kind, image])
-        for kind in (POSE, PICTURE)
-    ]
     specimen = np.random.default_rng([seed, number, SPECIMEN])
-    pose = rig.draw_poses(streams[0], 1)[0]
-    picture = photograph_board(rig, pose, streams[1], specimen)
+    picture = saved(rig, light, deepcopy(draws), specimen)
     points = np.pad(rig.target.points(), ((0, 0), (0, 1)))
     corners = rig.camera.project(transform(pose, points)).pixels
     columns, rows = rig.target.columns, rig.target.rows

@@ -31,14 +31,21 @@ def photograph_board(rig, T_camera_board, rng, specimen):
     """
     if rig.light == Lighting() and rig.blemishes == Blemishes():
         return _plain_photograph(rig, T_camera_board, rng)
+    return saved(rig, light_of_board(rig, T_camera_board, rng), rng, specimen)
+
+
+def light_of_board(rig, T_camera_board, rng):
+    """Light on the rig's sensor, (H, W) or (H, W, 3), through clean mirror and glass.
+
+    rng: draws the light on the board.
+    """
     light = rig.light.draw(rng, rig.extent)
     scene = board_scene(
         rig.target, T_camera_board, rig.border_mm, light=light, **rig.radiances
     )
     window = window_of(rig, T_camera_board)
-    laboratory = rig.laboratory()
     mosaic = rig.sensor.bayer is not None
-    part = laboratory.irradiance(scene, np.eye(4), colour=mosaic, window=window)
+    part = rig.laboratory().irradiance(scene, np.eye(4), colour=mosaic, window=window)
     mirror = mirror_in_view(rig.camera)
     shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
     beside = rig.light.surround * (1 - mirror) * shade
@@ -48,7 +55,13 @@ def photograph_board(rig, T_camera_board, rng, specimen):
     rows = slice(window.v, window.v + window.height)
     columns = slice(window.u, window.u + window.width)
     whole[rows, columns] = beside[rows, columns] + part
-    whole = rig.blemishes.apply(whole, mirror, specimen, rng)
+    return whole
+
+
+def saved(rig, irradiance, rng, specimen):
+    """The file that light on the sensor leaves; see `photograph_board`."""
+    mirror = mirror_in_view(rig.camera)
+    whole = rig.blemishes.apply(irradiance, mirror, specimen, rng)
     if rig.light.coloured:
         whole = rig.light.tinted(whole)
     return rig.sensor.expose(whole, rng, colour=whole.ndim == 3)
