@@ -1,19 +1,21 @@
 """How much of a large grid without a border is extracted (Fig. 3.14).
 
-A part of the grid is looked for, first all of it; the line of corners with the
-shortest step goes until a method returns what is left. Then lines come back as long
-as the larger part is returned, too. CELECT gets the picture as it is and clicks on the
+Parts of the grid are looked for, first all of it, then ever smaller ones without the
+smallest squares, until a method returns one. Then lines are added to it as long as the
+larger part is returned, too. CELECT gets the picture as it is and clicks on the
 part's corners; OpenCV gets white painted round the part's squares.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from chapters.ch03_planar_grids.click_orders import (
+    DONE,
     detected_right,
     draw_clicks,
     run,
@@ -24,10 +26,11 @@ from chapters.ch03_planar_grids.sheet_views import (
     sheet_of,
 )
 from raxel.features import DETECTORS
-from raxel.lab.lighting import Lighting
 
 FEWEST = 3
 WHITE = 255
+NEXT_SHARE = 0.95
+BORDER_PX = 24
 
 
 class Part(NamedTuple):
@@ -55,16 +58,45 @@ class Part(NamedTuple):
         return self._replace(**{self._fields[side]: self[side] + outwards})
 
 
-def without_shortest(part, lattice):
-    """The part without the outermost line that holds the shortest step."""
-    own = part.of(lattice)
-    turned = own, own[::-1], own.swapaxes(0, 1), own.swapaxes(0, 1)[::-1]
-    shortest = []
-    for lines in turned:
-        along = np.linalg.norm(np.diff(lines[0], axis=0), axis=1).min()
-        across = np.linalg.norm(lines[1] - lines[0], axis=1).min()
-        shortest.append(min(along, across))
-    return part.moved(int(np.argmin(shortest)), -1)
+def candidate_parts(lattice):
+    """Parts from the whole lattice down, each the largest of its smallest step.
+
+    A user who leaves out squares that are too small for a corner to be found, and no
+    more, ends at one of them. Each holds at most 95 % of the corners of the one before.
+    """
+    parts, kept, longest = _all_parts(lattice), [], -1.0
+    for part, step in sorted(parts, key=lambda p: (-p[0].count, -p[1])):
+        if step <= longest:
+            continue
+        longest = step
+        if not kept or part.count <= NEXT_SHARE * kept[-1].count:
+            kept.append(part)
+    return kept
+
+
+def _all_parts(lattice):
+    """Every part (FEWEST or more lines each way) and its smallest step, px."""
+    rows, columns = lattice.shape[:2]
+    across = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
+    down = np.linalg.norm(np.diff(lattice, axis=0), axis=2)
+    found = []
+    for top in range(rows - FEWEST + 1):
+        for bottom in range(top + FEWEST - 1, rows):
+            h = across[top : bottom + 1].min(axis=0)
+            v = down[top:bottom].min(axis=0)
+            for left in range(columns - FEWEST + 1):
+                steps = np.minimum.accumulate(
+                    np.minimum(v[left:], np.append(np.inf, h[left:]))
+                )
+                steps = np.minimum(steps, v[left])
+                found += [
+                    (
+                        Part(top, bottom, left, right),
+                        float(steps[right - left]),
+                    )
+                    for right in range(left + FEWEST - 1, columns)
+                ]
+    return found
 
 
 def largest_part(returns, lattice):
@@ -81,18 +113,17 @@ def largest_part(returns, lattice):
             known[part] = returns(part)
         return known[part]
 
-    part = whole
-    while not tried(part):
-        part = without_shortest(part, lattice)
-        if min(part.of(lattice).shape[:2]) < FEWEST:
-            return None, len(known)
-    while larger := [p for p in _extended(part, whole) if tried(p)][:1]:
-        (part,) = larger
+    part = next(filter(tried, candidate_parts(lattice)), None)
+    while part:
+        larger = next(filter(tried, _extended(part, whole)), None)
+        if larger is None:
+            break
+        part = larger
     return part, len(known)
 
 
 def _extended(part, whole):
-    """The part with one line more, the longest first; lazily."""
+    """The part with one line more, at any of its sides; the longest line first."""
     more = [
         part.moved(side, 1)
         for side in range(4)
@@ -102,14 +133,22 @@ def _extended(part, whole):
 
 
 def painted(sheet, image, part):
-    """The image with white around the squares of a part, by their true outline."""
+    """The image with white around the squares of a part, by their true outline.
+
+    Returns the picture cut to the squares and 24 px around them, and the part's true
+    corners (rows, columns, 2) in it.
+    """
     points = part.of(sheet.points).reshape(-1, 2)
     pitch = sheet.rig.target.pitch_mm
     low, high = points.min(axis=0) - pitch, points.max(axis=0) + pitch
     mask = np.zeros(image.shape, np.uint8)
     around = np.rint(outline_px(sheet, low, high)).astype(np.int32)
     cv2.fillPoly(mask, [around], 1)
-    return np.where(mask == 1, image, np.uint8(WHITE))
+    bordered = np.where(mask == 1, image, np.uint8(WHITE))
+    first = np.maximum(around.min(axis=0) - BORDER_PX, 0)
+    end = around.max(axis=0) + BORDER_PX + 1
+    cut = bordered[first[1] : end[1], first[0] : end[0]]
+    return cut, part.of(sheet.lattice) - first
 
 
 def border_distance(corners, image):
@@ -120,43 +159,63 @@ def border_distance(corners, image):
 
 
 def partial_trial(condition, rng):
-    """One picture of a large grid; the largest part that each method returns."""
-    sheet = sheet_of(f"large-{condition['camera']}", rng)
-    image = photograph(sheet, Lighting().draw(rng, sheet.rig.extent))
+    """One picture of a large grid; the largest part of CELECT and of OpenCV."""
+    sheet, image = _large_picture(condition, rng)
     offsets = draw_clicks(rng)
+    stages = Counter()
 
-    def by_clicks(part):
-        return run(image, part.of(sheet.lattice), offsets).right
-
-    def by_detector(name):
-        def returns(part):
-            lattice = part.of(sheet.lattice)
-            rows, columns = lattice.shape[:2]
-            picture = painted(sheet, image, part)
-            detection = DETECTORS[name](picture, columns, rows)
-            return detected_right(detection, lattice)
-
-        return returns
+    def returns(part):
+        clicked = run(image, part.of(sheet.lattice), offsets)
+        stages[clicked.stage] += 1
+        return clicked.right
 
     values = {"picture": image, "lattice": sheet.lattice}
-    for method in condition["methods"]:
-        how = by_clicks if method == "celect" else by_detector(method)
-        part, tries = largest_part(how, sheet.lattice)
-        values[method] = {"tries": tries, "count": 0}
-        if part is not None:
-            values[method] |= _extracted(part, sheet, image)
-            if method != "celect":
-                values[method]["painted"] = painted(sheet, image, part)
-    return values
+    values["celect"] = _extracted(returns, sheet, image)
+    values["celect"]["lost"] = {
+        s: n for s, n in stages.items() if s != DONE
+    }
+    return values | {"opencv": _by_detector("opencv", sheet, image)}
 
 
-def _extracted(part, sheet, image):
+def partial_sb_trial(condition, rng):
+    """The same picture; the largest part of OpenCV's sector-based detector."""
+    sheet, image = _large_picture(condition, rng)
+    return {"opencv-sb": _by_detector("opencv-sb", sheet, image)}
+
+
+def _large_picture(condition, rng):
+    sheet = sheet_of(f"large-{condition['camera']}", rng)
+    return sheet, photograph(
+        sheet, sheet.rig.light.draw(rng, sheet.rig.extent)
+    )
+
+
+def _by_detector(name, sheet, image):
+    """Values of the search with white painted round every part."""
+
+    def returns(part):
+        picture, lattice = painted(sheet, image, part)
+        rows, columns = lattice.shape[:2]
+        return detected_right(
+            DETECTORS[name](picture, columns, rows), lattice
+        )
+
+    return _extracted(returns, sheet, image)
+
+
+def _extracted(returns, sheet, image):
+    """Values of a search: the part it ends at, its size and how near the frame."""
+    part, tries = largest_part(returns, sheet.lattice)
+    if part is None:
+        return {"tries": tries, "count": 0}
     corners = part.of(sheet.lattice)
     long, short = sorted(corners.shape[:2], reverse=True)
     return {
+        "tries": tries,
         "count": part.count,
         "columns": long,
         "rows": short,
         "border_px": border_distance(corners, image),
         "corners": corners,
+        "painted": painted(sheet, image, part)[0],
     }
