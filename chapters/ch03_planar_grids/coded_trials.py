@@ -36,6 +36,7 @@ FOV_DEG = (120, 134, 146, 152)
 NOISE_SD = (10, 30, 50, 70)
 FALSE_GRIDS = ("another code", "no marks")
 DEFAULT = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
+PICTURES = 4
 CODED_TRIALS = {"quick": 1, "full": 50}
 OUTCOMES = (
     "right",
@@ -178,19 +179,21 @@ def coded_trial(condition, rng):
 
 
 def coded_picture_trial(condition, rng):
-    """A picture, its clicked block, and the numbers that its corners were given."""
+    """A picture whose block is found: its clicks, corners, and their numbers."""
     block = clicked_block(condition, rng)
     found = celect(block.image, block.clicks, BLOCK, BLOCK)
     values = decoded(block, found, condition["grid"])
-    values |= {"picture": block.image, "clicks": block.clicks}
     if not found.found:
         return values
     squares = read_squares(block.image, found.corners)
     location = locate(squares, code_of("coded"))
+    if not location.found:
+        return values
     return values | {
+        "picture": block.image,
+        "clicks": block.clicks,
         "corners": found.corners,
         "numbers": location.indices,
-        "marks": squares.mark,
     }
 
 

@@ -10,6 +10,7 @@
 from chapters.ch03_planar_grids.coded_trials import (
     CODED_SETTINGS,
     CODED_TRIALS,
+    PICTURES,
     coded_conditions,
     coded_picture_trial,
     coded_trial,
@@ -78,7 +79,7 @@ from repro.reader import (
 #
 # It is 1 at a corner, −1 on an edge, and 0 on average in noise. Where
 # $S < 0.5$ there is no corner. Elsewhere Harris's response is multiplied by
-# $S$, at three scales, and the finest scale with a maximum gives the corner.
+# $S$, at two scales, and the finer one with a maximum gives the corner.
 
 # %% tags=["active-ipynb"]
 # show_code(symmetric_corners, symmetry_at)
@@ -187,9 +188,9 @@ def coded_grids(effort):
     shards={"quick": 1, "full": 1},
 )
 def coded_picture(effort):
-    """One picture, for looking at."""
+    """Some pictures, for looking at the first that is decoded."""
     seen = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
-    return Plan(coded_picture_trial, [seen], 1, CODED_SETTINGS)
+    return Plan(coded_picture_trial, [seen], PICTURES, CODED_SETTINGS)
 
 
 # %% [markdown]

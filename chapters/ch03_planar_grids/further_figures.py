@@ -220,9 +220,8 @@ def ext_split_corners(results):
                 cells = (name, number + 1, kind, u, v)
                 for column, cell in zip(data, cells, strict=True):
                     data[column].append(cell)
-        panels[row, 0].set_ylabel("v (px)")
-    for panel in panels[1]:
-        panel.set_xlabel("u (px)")
+    drawn.supxlabel("u (px)", fontsize=10)
+    drawn.supylabel("v (px)", fontsize=10)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=2)
     return Drawing(

@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.features.celect.window import harris_response
 
-LEVELS = (1.0, math.sqrt(2), 2.0)
+LEVELS = (1.0, 2.0)
 """Scales, as factors of the image's own smoothing; the finest first."""
 
 LEAST_SYMMETRY = 0.5
