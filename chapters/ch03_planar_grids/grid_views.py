@@ -71,11 +71,10 @@ def rig_named(name):
 
 def rig_of(set_name, image):
     """The rig that took an image, 0 to 14, of a set."""
-    for name, count in SETS[set_name]:
-        if image < count:
-            return rig_named(name)
-        image -= count
-    raise ValueError(f"{set_name} has no image {image}")
+    names = [name for name, count in SETS[set_name] for _ in range(count)]
+    if not 0 <= image < len(names):
+        raise ValueError(f"{set_name} has no image {image}")
+    return rig_named(names[image])
 
 
 def stream(set_name, image, seed, kind):

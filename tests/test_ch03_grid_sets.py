@@ -1,0 +1,145 @@
+"""3.3.2: how grids are scored, what lost them, and that pictures are the seed's."""
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.grid_scoring import (
+    CONTOUR,
+    FALSE,
+    MERGED,
+    MISPLACED,
+    MISSED,
+    SNAP,
+    SPLIT,
+    cause_of,
+    from_smallest,
+    in_order_of,
+    is_right,
+    localised,
+)
+from chapters.ch03_planar_grids.grid_views import (
+    CLICKS,
+    IMAGES,
+    SETS,
+    clockwise,
+    grid_view,
+    outer,
+    rig_of,
+    stream,
+)
+from chapters.ch03_planar_grids.s3_2_claims import mcnemar
+from chapters.ch03_planar_grids.s3_2_exercises import clicked_corners
+from chapters.ch03_planar_grids.synthetic_board import Board
+from raxel.features.celect import (
+    OUTER_CORNER,
+    TOO_FEW,
+    TOO_MANY,
+    TRACING,
+    CelectResult,
+    ContourFailure,
+    ContourTrace,
+)
+
+COLUMNS, ROWS = 5, 4
+LATTICE = np.stack(
+    np.meshgrid(100.0 + 30 * np.arange(COLUMNS), 60.0 + 30 * np.arange(ROWS)), axis=-1
+)
+TRUTH = LATTICE.reshape(-1, 2)
+
+
+def test_a_grid_is_right_only_in_its_own_order_and_within_8_px():
+    assert is_right(TRUTH + [5, 5], TRUTH)
+    assert not is_right(TRUTH + [6, 6], TRUTH)
+    assert not is_right(TRUTH[::-1], TRUTH)
+    hole = TRUTH.copy()
+    hole[3] = np.nan
+    assert not is_right(hole, TRUTH)
+    assert not is_right(TRUTH[:-1], TRUTH)
+    close = TRUTH / 5
+    assert not is_right(close + [3.5, 0], close)
+
+
+@pytest.mark.parametrize("down", [1, -1])
+@pytest.mark.parametrize("across", [1, -1])
+def test_a_detector_without_clicks_may_begin_anywhere(down, across):
+    turned = LATTICE[::down, ::across].reshape(-1, 2)
+    np.testing.assert_array_equal(in_order_of(TRUTH, turned, COLUMNS, ROWS), TRUTH)
+
+
+def test_clicks_begin_at_the_smallest_square_and_keep_their_turn():
+    lattice = LATTICE.copy()
+    lattice[0, -1] -= [12, -12]
+    begun = from_smallest(lattice)
+    np.testing.assert_array_equal(begun[0, 0], lattice[0, -1])
+    assert begun.shape == (COLUMNS, ROWS, 2)
+    np.testing.assert_array_equal(clockwise(begun), begun)
+    np.testing.assert_array_equal(clockwise(begun[:, ::-1]), begun)
+    np.testing.assert_array_equal(outer(LATTICE)[2], LATTICE[-1, -1])
+
+
+def failed(stage, merged=(), inliers=()):
+    """A run that failed on side 1, with these corners on it."""
+    merged, inliers = (np.reshape(p, (-1, 2)).astype(float) for p in (merged, inliers))
+    failure = ContourFailure("side 1", stage, "", len(merged), COLUMNS)
+    none = np.empty((0, 2))
+    trace = ContourTrace("side 1", none, none[:, 0], 12.0, inliers, inliers, merged)
+    corners = np.full((ROWS, COLUMNS, 2), np.nan)
+    return CelectResult(
+        False, corners, COLUMNS, ROWS, outer(LATTICE), (failure,), (trace,)
+    )
+
+
+def test_causes_are_told_from_the_contour_that_failed():
+    side = LATTICE[0]
+    between = side[1:2] + [15, 0]
+    twice = np.vstack([side, side[2:3] + [5, 3]])
+    cases = [
+        (failed(OUTER_CORNER), SNAP),
+        (failed(TRACING), CONTOUR),
+        (failed(TOO_FEW, side[[0, 1, 3, 4]], side[[0, 1, 3, 4]]), MISSED),
+        (failed(TOO_FEW, side[[0, 1, 3, 4]], side), MERGED),
+        (failed(TOO_MANY, twice, twice), SPLIT),
+        (failed(TOO_MANY, np.vstack([side, between]), side), FALSE),
+        (failed(TOO_FEW)._replace(found=True), MISPLACED),
+    ]
+    assert [cause_of(result, LATTICE) for result, _ in cases] == [c for _, c in cases]
+
+
+def test_the_localiser_brings_starts_to_the_corners():
+    board = Board()
+    start = board.corners + [1.5, -1.0]
+    off = np.linalg.norm(localised(board.image(), start) - board.corners, axis=1)
+    assert np.median(off) < 0.1
+
+
+def test_mcnemar_is_the_law_of_a_fair_coin():
+    only, rest = np.ones(6, bool), np.zeros(6, bool)
+    assert mcnemar(only, rest) == pytest.approx(2 / 2**6)
+    assert mcnemar(only, only) == 1.0
+    published = mcnemar(
+        np.arange(60) < 27, (np.arange(60) >= 27) & (np.arange(60) < 29)
+    )
+    assert published == pytest.approx(2 * (1 + 29 + 406) / 2**29)
+
+
+def test_sets_have_15_images_and_2880_corners():
+    corners = 0
+    for name in ("spherical", "hyperboloidal", "fisheye", "flexible-mirror"):
+        assert sum(count for _, count in SETS[name]) == IMAGES
+        for image in range(IMAGES):
+            target = rig_of(name, image).target
+            corners += target.columns * target.rows
+    assert corners == clicked_corners() == 2880
+    with pytest.raises(ValueError, match="no image 15"):
+        rig_of("fisheye", 15)
+
+
+def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():
+    one, two = (grid_view("fisheye", 7, 11) for _ in range(2))
+    np.testing.assert_array_equal(one.image, two.image)
+    assert one.image.shape == (768, 1024)
+    assert (one.columns, one.rows) == (12, 9)
+    u, v = one.outer_corners.T
+    assert np.sum(u * np.roll(v, -1) - np.roll(u, -1) * v) > 0
+    first, again = (stream("fisheye", 7, 11, CLICKS).random(3) for _ in range(2))
+    np.testing.assert_array_equal(first, again)
