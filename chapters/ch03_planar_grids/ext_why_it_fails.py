@@ -6,8 +6,13 @@
 # steps lost it? And does each condition of 3.1.2 matter as the thesis says?
 
 # %% tags=["hide-cell"]
+from chapters.ch03_planar_grids.ordering_trials import (
+    bends,
+    ordering_trial,
+)
 from chapters.ch03_planar_grids.robustness_trials import DEFAULTS
 from chapters.ch03_planar_grids.why_cases import (
+    CORNER_SD_PX,
     SWEEP_LEVELS,
     SWEEP_QUICK,
     VARIATION,
@@ -131,3 +136,15 @@ def sweeps(effort):
     levels = SWEEP_QUICK if effort == "quick" else SWEEP_LEVELS
     conditions = [DEFAULTS | level for level in levels]
     return Plan(sweep_trial, conditions, SWEEP_TRIALS[effort])
+
+
+@experiment(
+    "ext_why_orderings",
+    artefact="ext_why_orderings",
+    shards={"quick": 1, "full": 1},
+)
+def orderings(effort):
+    """The two orderings of 1.2.1 on corners of boards that bend more and more."""
+    settings = {"corner_sd_px": CORNER_SD_PX}
+    trials = TRIALS[effort]
+    return Plan(ordering_trial, bends(effort), trials, settings)

@@ -38,6 +38,9 @@ STAGES = (
 NEAR = 0.25
 """A point is near a corner or a contour within this share of the nearest square."""
 
+OFF_EDGE, OFF_EDGE_PX = 0.08, 2.0
+"""An anchor is off its contour beyond this share of a square, and these px at least."""
+
 DENSE = 24
 
 
@@ -107,7 +110,11 @@ def _lost_on(contour, truth, near, curve):
     near (n,): px within which a point belongs to a corner; curve (m, 2): the true
     contour.
     """
-    left = _left_at(contour.anchors, truth, near, curve)
+    right = len(contour.merged) == len(truth)
+    if right and _claimed(truth, near, contour.merged).all():
+        return None
+    off = np.maximum(OFF_EDGE / NEAR * near, OFF_EDGE_PX)
+    left = _left_at(contour.anchors, truth, off, curve)
     if left is not None:
         return Lost(WRONG_EDGE, contour.name, contour.anchors[left])
     if not len(contour.merged):
@@ -126,13 +133,16 @@ def _lost_on(contour, truth, near, curve):
     return None
 
 
-def _left_at(anchors, truth, near, curve):
-    """Index of the first anchor off the true contour, None if all lie on it."""
+def _left_at(anchors, truth, allowed, curve):
+    """Index of the first anchor off the true contour, None if all lie on it.
+
+    allowed (n,): px that an anchor next to a corner may be off.
+    """
     off = np.linalg.norm(anchors[:, None] - curve[None], axis=2).min(axis=1)
     nearest = np.linalg.norm(anchors[:, None] - truth[None], axis=2).argmin(
         axis=1
     )
-    beyond = np.flatnonzero(off > near[nearest])
+    beyond = np.flatnonzero(off > allowed[nearest])
     return int(beyond[0]) if len(beyond) else None
 
 

@@ -24,7 +24,11 @@ from chapters.ch03_planar_grids.why_cases import (
     CLICK_CAP_PX,
     CLICK_SD_PX,
 )
-from chapters.ch03_planar_grids.why_windows import overview, window_at
+from chapters.ch03_planar_grids.why_windows import (
+    no_window,
+    overview,
+    window_at,
+)
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import angle_apart, orientation
 from raxel.geometry import transform
@@ -61,7 +65,9 @@ def why_trial(condition, rng):
         if label in drawn:
             where = lost.where if lost.where is not None else where
             values[label] |= overview(image, run, lost)
-            if where is not None:
+            if where is None:
+                values[label] |= no_window()
+            else:
                 values[label] |= window_at(
                     image, run, where, lost, settings
                 )

@@ -11,8 +11,26 @@ from raxel.features.celect.hough import peaks_of, vote
 from raxel.features.celect.trace import Step
 from raxel.features.celect.window import canny_edges, open_window
 
-HALF = 2
+COARSE = 3
 """Pixels of the picture per pixel of the overview."""
+
+GREYS = 16
+"""Grey levels per step of the overview: it is for the eye, and files stay small."""
+
+WINDOW = (
+    "cut",
+    "cut_at",
+    "centre",
+    "radius",
+    "edges",
+    "lines",
+    "chosen",
+    "next",
+    "trace",
+    "candidates",
+    "merged",
+)
+OVERVIEW = ("overview", "outer", "anchors", "contour_of", "lost_contour")
 
 REACH = 1.6
 """Half side of the cut-out around a window, in radii of the window."""
@@ -21,19 +39,29 @@ REACH = 1.6
 def overview(image, run, lost):
     """Arrays of one run: small picture, anchors of all contours, lost contour."""
     small = cv2.resize(
-        image, None, fx=1 / HALF, fy=1 / HALF, interpolation=cv2.INTER_AREA
+        image,
+        None,
+        fx=1 / COARSE,
+        fy=1 / COARSE,
+        interpolation=cv2.INTER_AREA,
     )
-    kept = {"overview": small, "outer": run.outer_corners}
     anchors = [c.anchors for c in run.contours]
     names = [c.name for c in run.contours]
-    if anchors:
-        kept["anchors"] = np.vstack(anchors)
-        kept["contour_of"] = np.repeat(
+    lost_one = names.index(lost.contour) if lost.contour in names else -1
+    return {
+        "overview": small // GREYS * GREYS + GREYS // 2,
+        "outer": run.outer_corners,
+        "anchors": np.vstack([np.empty((0, 2)), *anchors]),
+        "contour_of": np.repeat(
             np.arange(len(anchors)), [len(a) for a in anchors]
-        )
-    if lost.contour in names:
-        kept["lost_contour"] = np.array(names.index(lost.contour))
-    return kept
+        ),
+        "lost_contour": np.array(lost_one),
+    }
+
+
+def no_window():
+    """The arrays of a window where there is none to be shown."""
+    return {part: np.empty((0, 2)) for part in WINDOW}
 
 
 def window_at(image, run, where, lost, settings):
@@ -44,21 +72,19 @@ def window_at(image, run, where, lost, settings):
     """
     own = [c for c in run.contours if c.name == lost.contour]
     if own and lost.stage == NO_EDGE:
-        return _shown(
-            image, own[0], _stuck(image, run, own[0], settings), where
-        )
+        return _shown(image, own[0], _stuck(image, run, own[0], settings))
     steps = [
         (contour, step)
         for contour in own or run.contours
         for step in contour.steps
     ]
     if not steps:
-        return {}
+        return no_window()
     led_to = [np.linalg.norm(step.anchor - where) for _, step in steps]
     around = [np.linalg.norm(step.centre - where) for _, step in steps]
     arrived = own and min(led_to) == 0
     contour, step = steps[int(np.argmin(led_to if arrived else around))]
-    return _shown(image, contour, step, where)
+    return _shown(image, contour, step)
 
 
 def _stuck(image, run, contour, settings):
@@ -78,7 +104,7 @@ def _stuck(image, run, contour, settings):
     return Step(centre, radius, edges, space, lines, -1, corners, nowhere)
 
 
-def _shown(image, contour, step, where):
+def _shown(image, contour, step):
     """Arrays of a window and of the contour that it belongs to."""
     reach = int(np.ceil(REACH * step.radius))
     u, v = np.rint(step.centre).astype(int)
@@ -96,5 +122,4 @@ def _shown(image, contour, step, where):
         "trace": contour.anchors,
         "candidates": contour.candidates,
         "merged": contour.merged,
-        "where": where,
     }
