@@ -49,6 +49,31 @@ def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
         assemble.chapters_of(tmp_path, books)
 
 
+def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
+    titles = {
+        "s4_1_steps": "2.4.1 and 2.4.2 Steps",
+        "s4_all": "2.4 All of it",
+        "ext_why": "Why it fails",
+        "s10": "2.10 Late",
+        "ext_next": "6.3 Next",
+    }
+    books = []
+    for name, title in titles.items():
+        cell = {"cell_type": "markdown", "source": [f"# {title}\n"]}
+        books.append(tmp_path / f"ch02_x/{name}.ipynb")
+        write_json(books[-1], {"cells": [cell]})
+        write_atomic(tmp_path / f"chapters/ch02_x/{name}.py", "")
+    write_atomic(tmp_path / "chapters/ch02_x/__init__.py", '"""Chapter 2: x."""\n')
+    (chapter,) = assemble.chapters_of(tmp_path, books)
+    assert [page.name.removeprefix("ch02_x/") for page in chapter.pages] == [
+        "s4_all",
+        "s4_1_steps",
+        "s10",
+        "ext_next",
+        "ext_why",
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "summary"),
     [

@@ -96,3 +96,21 @@ def test_prose_takes_values_and_refuses_unknown_ones(page):
     assert notebook.cells[0].source == "# T 2.0"
     assert notebook.cells[1].outputs == []
     assert "remove-input" in notebook.cells[1].metadata.tags
+
+
+def test_a_display_cell_that_shows_nothing_is_left_out_of_the_page(page):
+    notebook = read_page(
+        page(
+            "# %% [markdown]\n# # T\n\n"
+            '# %% tags=["active-ipynb"]\n# ran = open_results("sweep")\n\n'
+            '# %% tags=["active-ipynb"]\n# ran\n\n'
+            "# %%\nlevels = 3\n"
+        )
+    )
+    shown = nbformat.v4.new_output("execute_result", data={"text/plain": "1"})
+    notebook.cells[2].outputs = [shown]
+    settle(notebook, Path("p.py"))
+    left_out = [
+        "remove-input" in cell.metadata.get("tags", ()) for cell in notebook.cells
+    ]
+    assert left_out == [False, True, False, False]

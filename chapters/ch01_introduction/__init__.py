@@ -1,1 +1,1 @@
-"""Introduction."""
+"""Chapter 1: introduction."""

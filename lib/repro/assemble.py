@@ -113,9 +113,14 @@ def chapters_of(root: Path, pages: Iterable[Path]) -> list[Chapter]:
 
 
 def _place(root: Path, page: Path) -> tuple:
-    """Sort key in a chapter: pages of image sets stand after those of a file's name."""
+    """Sort key in a chapter: by the section that the title begins with, then by name.
+
+    Pages without a section stand behind them, and those of image sets last.
+    """
     file = root / "chapters" / page.parent.name / f"{page.stem}.py"
-    return not file.is_file(), natural(page.stem)
+    section = re.match(r"[0-9A-Z](\.[0-9]+)+", title_of(page))
+    number = natural(section[0]) if section else []
+    return not file.is_file(), not section, number, natural(page.stem)
 
 
 def _order(folder: str) -> tuple:

@@ -189,7 +189,8 @@ def settle(notebook: NotebookNode, path: Path) -> None:
 
     Standard error goes to the log. A `{glue:text}` role in a markdown cell becomes the
     value that a cell glued, so that the notebook reads as the page does. A cell that
-    only names values has nothing to show, and the page leaves it out.
+    only names values, or a display cell that shows nothing (it opens what others show),
+    is left out of the page.
     """
     notebook.metadata = NotebookNode(_metadata())
     glued: dict[str, object] = {}
@@ -198,8 +199,10 @@ def settle(notebook: NotebookNode, path: Path) -> None:
         if cell.cell_type == "code":
             outputs = cell.outputs
             cell.outputs = [o for o in outputs if _kept(o, glued)]
-            if not cell.outputs and any(_glue_name(o) for o in outputs):
-                cell.metadata.setdefault("tags", []).append("remove-input")
+            tags = cell.metadata.setdefault("tags", [])
+            silent = "active-ipynb" in tags or any(_glue_name(o) for o in outputs)
+            if silent and not cell.outputs and "remove-input" not in tags:
+                tags.append("remove-input")
     for number, cell in enumerate(notebook.cells, 1):
         if cell.cell_type == "markdown":
             cell.source = GLUED.sub(
