@@ -211,8 +211,14 @@ def test_an_unknown_target_is_refused_in_one_line(checkout):
     status, text = build(checkout, "fig_2_33")
     assert status == 1
     assert text.strip().splitlines() == [
-        "make fig_2_33: nothing makes fig_2_33; did you mean fig_2_3? (made: fig_2_3)"
+        "make fig_2_33: nothing makes fig_2_33; did you mean fig_2_3? (chapter 2: "
+        "fig_2_3)"
     ]
+    status, text = build(checkout, "fig_9_9")
+    assert (status, text.strip()) == (
+        1,
+        "make fig_9_9: nothing makes fig_9_9: chapter 9 is not built",
+    )
 
 
 def test_result_files_do_not_depend_on_the_number_of_cores(checkout):

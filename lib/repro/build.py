@@ -137,10 +137,24 @@ def _targets(work: Work, target: str) -> list[str]:
         return [f"{work.pages_folder}/{page}.ipynb" for page in pages]
     made = {i: kind for kind, i in work.producers if kind in ("figure", "table")}
     if target not in made:
-        near = difflib.get_close_matches(target, made, n=3)
-        hint = f"; did you mean {', '.join(near)}?" if near else ""
-        raise OrderError(f"nothing makes {target}{hint} (made: {', '.join(made)})")
+        raise OrderError(_unknown(work, target, list(made)))
     return [work.artefact_file(made[target], target)]
+
+
+def _unknown(work: Work, target: str, made: list[str]) -> str:
+    """Why there is no such figure or table, and which its chapter has."""
+    parts = target.split("_")
+    chapter = parts[1] if len(parts) > 1 and parts[1].isdigit() else ""
+    package = f"ch{chapter:0>2}_"
+    if chapter and not any(page.startswith(package) for page in work.pages):
+        return f"nothing makes {target}: chapter {chapter} is not built"
+    near = difflib.get_close_matches(target, made, n=3)
+    hint = f"; did you mean {', '.join(near)}?" if near else ""
+    pages = {i: producer.page for (_, i), producer in work.producers.items()}
+    own = [i for i in made if chapter and pages[i].startswith(package)]
+    if own:
+        return f"nothing makes {target}{hint} (chapter {chapter}: {', '.join(own)})"
+    return f"nothing makes {target}{hint or '; the scoreboard lists what there is'}"
 
 
 def _built(work: Work, target: str) -> set[str]:
