@@ -90,9 +90,11 @@ from repro.reader import (
 # **A ray for a point.** A polynomial in the radius gives the third
 # coordinate of the ray:
 #
-# $$\mathbf{r} \simeq (\check{\mathbf{p}}';\; a_0 + a_2
-# |\check{\mathbf{p}}'|^2 + \dots + a_n |\check{\mathbf{p}}'|^n).
-# \tag{2.10}$$
+# $$\begin{aligned}
+# \mathbf{r} \simeq (&\check{\mathbf{p}}';\; a_0 + a_2
+# |\check{\mathbf{p}}'|^2 \\
+# &+ \dots + a_n |\check{\mathbf{p}}'|^n).
+# \end{aligned} \tag{2.10}$$
 #
 # **A mirror.** The library does not fit a formula to a mirror. It reflects
 # the viewer's ray in the quadric.

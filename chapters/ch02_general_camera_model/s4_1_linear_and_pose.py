@@ -1,5 +1,5 @@
 # %% [markdown]
-# # 2.4 Algorithm 1, its linear stage (2.4.1) and pose estimation (2.4.2)
+# # 2.4.1 and 2.4.2 Algorithm 1: its linear stage, and pose estimation
 #
 # **Question.** Three pictures of a flat grid, taken from the hand: is that
 # enough for the ray of every pixel? The thesis says yes, in six steps.
@@ -76,8 +76,10 @@ from repro.reader import compared, open_results, show_code, show_table
 # unknowns of their own, they are linear (2.25; the print is garbled, see
 # E-2.13):
 #
-# $$v = (l_1,\; l_2,\; l_1 l_2,\; l_1^2,\; l_2^2,\; C_z^2,\;
-# \lambda_1^2 C_z^2,\; \lambda_2^2 C_z^2)^T . \tag{2.25}$$
+# $$\begin{aligned}
+# v = (&l_1,\; l_2,\; l_1 l_2,\; l_1^2,\; l_2^2, \\
+# &C_z^2,\; \lambda_1^2 C_z^2,\; \lambda_2^2 C_z^2)^T .
+# \end{aligned} \tag{2.25}$$
 
 # %% tags=["active-ipynb"]
 # show_code(matrix_d)
@@ -95,8 +97,10 @@ from repro.reader import compared, open_results, show_code, show_table
 # **Three points.** The distances of three grid points are known. With rays
 # $\mathbf{A}_i + \lambda_i \mathbf{r}_i$,
 #
-# $$\|\mathbf{A}_i + \lambda_i \mathbf{r}_i - \mathbf{A}_j -
-# \lambda_j \mathbf{r}_j\|^2 = d_{ij}^2 , \tag{2.26}$$
+# $$\begin{aligned}
+# \|(&\mathbf{A}_i + \lambda_i \mathbf{r}_i) \\
+# &- (\mathbf{A}_j + \lambda_j \mathbf{r}_j)\|^2 = d_{ij}^2 ,
+# \end{aligned} \tag{2.26}$$
 #
 # three quadrics in three depths, hence eight solutions at most (counted in
 # complex numbers). With a common anchor point no term is of odd degree, so
@@ -161,9 +165,13 @@ def algorithm_run(effort):
 # - **No motion control.** From the intersections alone the two poses come
 #   out to {glue:text}`pose_mm:.0e` mm in all {glue:text}`scenes` scenes.
 #   The two-pose method, told a $T_1$ that is wrong by 1 mm, has rays that
-#   are wrong by {glue:text}`wrong_deg:.2f`° (median) on the same data. The
-#   price is a reflection: the data do not tell on which side of the base
-#   grid the camera is (E-2.14), and the user has to say it.
+#   are wrong by {glue:text}`wrong_deg:.2f`° (median) on the same data. That
+#   is more than [section 2.3](s3_general_camera.ipynb) finds for a
+#   millimetre: there the second grid is 200 to 400 mm behind the first,
+#   here the two points of a ray lie about 110 mm apart, and the same shift
+#   turns a shorter join by more. The price of doing without $T_1$ is a
+#   reflection: the data do not tell on which side of the base grid the
+#   camera is (E-2.14), and the user has to say it.
 # - **Ranks.** $A$ has rank 12 by its form. $D$ has rank 5: the fifth
 #   singular value is at least {glue:text}`fifth:.2g` of the first, the
 #   sixth at most {glue:text}`sixth:.0e` (columns at unit norm). The null

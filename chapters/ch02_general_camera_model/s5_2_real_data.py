@@ -288,6 +288,9 @@ def homographies(effort):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** The converter shortens the lens to 0.21 of its focal length; the
 # sensor is 7.18 mm wide and has 1024 px across. What is the focal length of
 # set 2, at 16 mm, in px?

@@ -212,6 +212,9 @@ def line_median(made, name, scale="corrected"):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** The corrected pictures are 1024 px wide and show
 # {glue:text}`half_view:.0f`° to each side. What is the focal length of that
 # pinhole, in px?

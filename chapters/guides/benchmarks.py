@@ -210,6 +210,9 @@ def ext_lab_accuracy(results):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # A detector finds every corner of a board shifted by 0.3 px to the right
 # and 0.4 px down. What RMS error in px does the score say?
 

@@ -96,9 +96,9 @@ READS_PAGES = True
 #   Table 2.1 by hand. [Table
 #   2.1](../ch02_general_camera_model/s4_generic_calibration.ipynb)
 # - **12 min.** The linear stage: what the rank says; then pose from three
-#   points. [2.4](../ch02_general_camera_model/s4_1_linear_and_pose.ipynb)
-# - **13 min.** Exercises, in pairs. *both pages of 2.4*
-# - **5 min.** The six steps of Algorithm 1, from memory. *2.4*
+#   points. [2.4.1](../ch02_general_camera_model/s4_1_linear_and_pose.ipynb)
+# - **13 min.** Exercises, in pairs. *Table 2.1 and 2.4.1*
+# - **5 min.** The six steps of Algorithm 1, from memory. *2.4.1*
 #
 # *Ask.* Why are two unknown grids not enough? What goes wrong if two grids
 # are parallel? Three points of a triangle: how many places of the camera?
