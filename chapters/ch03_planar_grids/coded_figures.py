@@ -98,8 +98,8 @@ def ext_coded_grid(results):
         data,
         "(a) A coded grid through a fisheye of 134° (the first of some "
         "pictures whose block was found): a block of 6 × 6 corners, and row "
-        "and column on the grid of four of them. Circles: clicks. (b) What became of the blocks of all "
-        "pictures.",
+        "and column on the grid of four of them. Circles: clicks. (b) What "
+        "became of the blocks of all pictures.",
         Check(right == "right", f"the block of (a) is {right}"),
     )
 

@@ -32,17 +32,25 @@ BLUR_PX = 1.0
 LOST_PX = 8.0
 SEEDS = {"coded": 631, "another code": 632}
 
+# Faint marks have less contrast than an edge needs to be one (Canny's 0.3).
+MARKS = {"full": 1.0, "faint": 0.25}
 FOV_DEG = (120, 134, 146, 152)
 NOISE_SD = (10, 30, 50, 70)
 FALSE_GRIDS = ("another code", "no marks")
-DEFAULT = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
+CODED_DEFAULT = {
+    "grid": "coded",
+    "marks": "full",
+    "fov_deg": 134,
+    "noise_sd": 10,
+}
 PICTURES = 4
-CODED_TRIALS = {"quick": 1, "full": 50}
+CODED_TRIALS = {"quick": 1, "full": 40}
 OUTCOMES = (
     "right",
+    "a corner off",
     "refused by CELECT",
     "refused by the decoder",
-    "wrong",
+    "wrong place",
 )
 CODED_SETTINGS = {
     "image_px": SIZE_PX,
@@ -56,17 +64,22 @@ CODED_SETTINGS = {
     "blur_px": BLUR_PX,
     "clicks": {"sd_px": 2.0, "cap_px": 4.0},
     "lost_px": LOST_PX,
+    "contrast_of_marks": MARKS,
 }
 
 
 def coded_conditions(effort):
-    """Fields of view, then noise, then grids that are not the one looked for."""
+    """Fields of view, noise, and grids that are not the one looked for."""
     fields, levels = FOV_DEG, NOISE_SD
     if effort == "quick":
-        fields, levels = (134,), (10, 50)
-    swept = [DEFAULT | {"fov_deg": f} for f in fields]
-    swept += [DEFAULT | {"noise_sd": n} for n in levels if n != 10]
-    return swept + [DEFAULT | {"grid": name} for name in FALSE_GRIDS]
+        fields, levels = (134,), (10,)
+    swept = []
+    for marks in MARKS:
+        base = CODED_DEFAULT | {"marks": marks}
+        swept += [base | {"fov_deg": f} for f in fields]
+        swept += [base | {"noise_sd": n} for n in levels if n != 10]
+    faint = CODED_DEFAULT | {"marks": "faint"}
+    return swept + [faint | {"grid": name} for name in FALSE_GRIDS]
 
 
 @lru_cache
@@ -84,6 +97,7 @@ class CodedView:
     """
 
     grid: str
+    marks: str
     fov_deg: float
     number: int
 
@@ -158,7 +172,13 @@ def _blurred(view):
         bits = np.zeros((SQUARES, SQUARES), bool)
     else:
         bits = code_of(view.grid).bits
-    texture = CodedTexture(bits, view.square_px, black=0.0, white=1.0)
+    texture = CodedTexture(
+        bits,
+        view.square_px,
+        contrast=MARKS[view.marks],
+        black=0.0,
+        white=1.0,
+    )
     corner, size = texture.extent
     sheet = Rectangle(view.T_camera_grid, *size, corner)
     picture = render(
@@ -173,21 +193,16 @@ def coded_trial(condition, rng):
     steps = [np.diff(block.true, axis=axis) for axis in (0, 1)]
     least = min(np.linalg.norm(s, axis=2).min() for s in steps)
     found = celect(block.image, block.clicks, BLOCK, BLOCK)
-    return {"least_px": float(least)} | decoded(
-        block, found, condition["grid"]
-    )
+    values, _ = decoded(block, found, condition)
+    return {"least_px": float(least)} | values
 
 
 def coded_picture_trial(condition, rng):
     """A picture whose block is found: its clicks, corners, and their numbers."""
     block = clicked_block(condition, rng)
     found = celect(block.image, block.clicks, BLOCK, BLOCK)
-    values = decoded(block, found, condition["grid"])
-    if not found.found:
-        return values
-    squares = read_squares(block.image, found.corners)
-    location = locate(squares, code_of("coded"))
-    if not location.found:
+    values, location = decoded(block, found, condition)
+    if location is None or not location.found:
         return values
     return values | {
         "picture": block.image,
@@ -212,7 +227,12 @@ class Block(NamedTuple):
 def clicked_block(condition, rng):
     """A Block that a user might click: any of a view's, from any corner on."""
     pose_number = int(rng.integers(POSES))
-    view = CodedView(condition["grid"], condition["fov_deg"], pose_number)
+    view = CodedView(
+        condition["grid"],
+        condition["marks"],
+        condition["fov_deg"],
+        pose_number,
+    )
     row, column = rng.choice(view.blocks())
     numbers = np.indices((BLOCK, BLOCK)).transpose(1, 2, 0) + (row, column)
     numbers = np.rot90(numbers, int(rng.integers(4)))
@@ -223,26 +243,29 @@ def clicked_block(condition, rng):
     )
 
 
-def decoded(block, found, name):
-    """Outcome of CELECT's result `found` and of the decoder, judged by the truth.
+def decoded(block, found, condition):
+    """(values, Location or None) of CELECT's result `found`, judged by the truth.
 
     A place on a grid that is not the coded one is wrong whatever it is.
     """
     if not found.found:
-        return {"outcome": "refused by CELECT"}
-    squares = read_squares(block.image, found.corners)
+        return {"outcome": "refused by CELECT"}, None
+    contrast = MARKS[condition["marks"]]
+    squares = read_squares(block.image, found.corners, contrast)
     location = locate(squares, code_of("coded"))
     off = np.linalg.norm(found.corners - block.true, axis=2).max()
-    ordered = bool(off <= LOST_PX)
     values = {
         "off_px": float(off),
-        "ordered": ordered,
+        "ordered": bool(off <= LOST_PX),
         "errors": location.errors,
         "unclear": location.unclear,
     }
+    place = (location.indices == block.numbers).all()
     if not location.found:
-        reason = {"reason": location.reason}
-        return values | reason | {"outcome": "refused by the decoder"}
-    right = ordered and (location.indices == block.numbers).all()
-    right = bool(right and name == "coded")
-    return values | {"outcome": "right" if right else "wrong"}
+        outcome = "refused by the decoder"
+        values["reason"] = location.reason
+    elif condition["grid"] != "coded" or not place:
+        outcome = "wrong place"
+    else:
+        outcome = "right" if off <= LOST_PX else "a corner off"
+    return values | {"outcome": outcome}, location

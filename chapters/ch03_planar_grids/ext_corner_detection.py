@@ -8,6 +8,7 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch03_planar_grids.coded_trials import (
+    CODED_DEFAULT,
     CODED_SETTINGS,
     CODED_TRIALS,
     PICTURES,
@@ -189,8 +190,9 @@ def coded_grids(effort):
 )
 def coded_picture(effort):
     """Some pictures, for looking at the first that is decoded."""
-    seen = {"grid": "coded", "fov_deg": 134, "noise_sd": 10}
-    return Plan(coded_picture_trial, [seen], PICTURES, CODED_SETTINGS)
+    return Plan(
+        coded_picture_trial, [CODED_DEFAULT], PICTURES, CODED_SETTINGS
+    )
 
 
 # %% [markdown]

@@ -49,7 +49,7 @@ class Squares(NamedTuple):
     """What was read in the squares of a block of corners, (rows - 1, columns - 1).
 
     level: grey of the square itself; white: whether it is brighter than its neighbours;
-    mark: 0 where its middle is like itself, 1 where it is like its neighbours.
+    mark: 0 where its middle is like itself, 1 where it is as a mark ought to be.
     """
 
     level: np.ndarray
@@ -156,11 +156,12 @@ def _too_alike(bits, window, distance):
     return np.concatenate(alike), pairs
 
 
-def read_squares(image, corners):
+def read_squares(image, corners, contrast=1.0):
     """The Squares of a block of corners (rows, columns, 2) px in a grey image.
 
     Every square is read in its own coordinates: bilinear between its four corners. Its
-    colour and contrast are those against its neighbours, so light may vary.
+    colour is that against its neighbours, so light may vary; `contrast` of a mark to
+    its square is a share of that of the neighbours.
     """
     ring = [(x, y) for y in RING for x in RING if (x, y) != (0.5, 0.5)]
     steps = 0.5 + MARK_REACH * np.linspace(-1, 1, 5)
@@ -168,10 +169,10 @@ def read_squares(image, corners):
     level = _sampled(image, corners, np.array(ring)).mean(axis=-1)
     centre = _sampled(image, corners, np.array(middle)).mean(axis=-1)
     other = _mean_of_neighbours(level)
-    contrast = other - level
+    full = contrast * (other - level)
     mark = np.full(level.shape, np.nan)
-    np.divide(centre - level, contrast, out=mark, where=contrast != 0)
-    return Squares(level, contrast < 0, mark)
+    np.divide(centre - level, full, out=mark, where=full != 0)
+    return Squares(level, other < level, mark)
 
 
 def _sampled(image, corners, places):
