@@ -52,16 +52,21 @@ class Lost(NamedTuple):
     where: np.ndarray | None = None
 
 
-def lost_at(result, coordinates, place):
+def lost_at(result, coordinates, place, near_px=None):
     """The first thing that went wrong in a CelectResult: Lost.
 
     DONE if every corner was returned near its place, whatever the way there.
 
     coordinates: (rows, columns, 2), lattice points of the corners in the order of the
-    clicks; place: lattice points (N, 2) -> true pixels (N, 2).
+    clicks; place: lattice points (N, 2) -> true pixels (N, 2); near_px: how near a
+    corner has to be, though never farther than half a square; a quarter of the
+    nearest square if not given.
     """
     lattice = place(coordinates.reshape(-1, 2)).reshape(coordinates.shape)
-    reach = NEAR * spacing(lattice)
+    squares = spacing(lattice)
+    reach = NEAR * squares
+    if near_px is not None:
+        reach = np.minimum(near_px, squares / 2)
     if (np.linalg.norm(result.corners - lattice, axis=2) <= reach).all():
         return Lost(DONE)
     outer, allowed = (_outer(grid) for grid in (lattice, reach))
@@ -73,8 +78,9 @@ def lost_at(result, coordinates, place):
     for contour in result.contours:
         truth, _ = truth_of_contour(contour.name, lattice)
         near, _ = truth_of_contour(contour.name, reach)
+        square, _ = truth_of_contour(contour.name, squares)
         stops, _ = truth_of_contour(contour.name, coordinates)
-        lost = _lost_on(contour, truth, near, place(between(stops)))
+        lost = _lost_on(contour, truth, near, square, place(between(stops)))
         if lost:
             return lost
     return Lost(ORDER)
@@ -104,16 +110,16 @@ def _outer(grid):
     return np.array([grid[0, 0], grid[0, -1], grid[-1, -1], grid[-1, 0]])
 
 
-def _lost_on(contour, truth, near, curve):
+def _lost_on(contour, truth, near, square, curve):
     """Lost on a contour with true corners (n, 2), or None.
 
-    near (n,): px within which a point belongs to a corner; curve (m, 2): the true
-    contour.
+    near (n,): px within which a point belongs to a corner; square (n,): px to the
+    next corner; curve (m, 2): the true contour.
     """
     right = len(contour.merged) == len(truth)
     if right and _claimed(truth, near, contour.merged).all():
         return None
-    off = np.maximum(OFF_EDGE / NEAR * near, OFF_EDGE_PX)
+    off = np.maximum(OFF_EDGE * square, OFF_EDGE_PX)
     left = _left_at(contour.anchors, truth, off, curve)
     if left is not None:
         return Lost(WRONG_EDGE, contour.name, contour.anchors[left])

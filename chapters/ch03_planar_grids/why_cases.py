@@ -13,7 +13,7 @@ BOARD = {
     "arc_deg": 50.0,
     "radius_px": 700.0,
     "depth_px": 260.0,
-    "size_px": 700,
+    "size_px": 800,
 }
 ORDINARY = {
     "board": BOARD,
@@ -52,7 +52,7 @@ def _half_ring(arc_deg, scale=1.0):
         "arc_deg": float(arc_deg),
         "radius_px": 470.0 * scale,
         "depth_px": 250.0 * scale,
-        "size_px": round(1000 * scale),
+        "size_px": round(1150 * scale),
     }
 
 
@@ -64,7 +64,7 @@ def _bowed(bow_deg):
         "arc_deg": 110.0,
         "radius_px": 560.0,
         "depth_px": 260.0,
-        "size_px": 1000,
+        "size_px": 1100,
         "bow_deg": float(bow_deg),
     }
 
@@ -191,8 +191,8 @@ def levels_of(case, effort):
 
 # Levels of Fig. 3.11 at which trials are lost: its failures, traced here.
 SWEEP_LEVELS = [
-    {"noise_sd": 40},
-    {"noise_sd": 50},
+    {"noise_sd": 80},
+    {"noise_sd": 100},
     {"blur_px": 4},
     {"blur_px": 6},
     {"blur_px": 8},

@@ -8,6 +8,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.failure_stages import DONE, STAGES
 from chapters.ch03_planar_grids.robustness_trials import DEFAULTS
+from chapters.ch03_planar_grids.synthetic_board import SIZE_PX
 from chapters.ch03_planar_grids.why_cases import CASES
 from chapters.ch03_planar_grids.why_drawing import draw_stages
 from chapters.ch03_planar_grids.why_figures import shares_of, stages_of
@@ -30,11 +31,11 @@ TITLES = {
     "blur_noise": "blur and noise",
 }
 SWEEPS = {
-    "noise_sd": "noise SD",
-    "blur_px": "blur",
-    "squares_across": "squares across",
-    "fov_deg": "FOV",
-    "yaw_deg": "yaw",
+    "noise_sd": "noise {0}",
+    "blur_px": "blur {0} px",
+    "squares_across": "squares {1:.0f} px",
+    "fov_deg": "FOV {0}°",
+    "yaw_deg": "yaw {0}°",
 }
 FAMILIES = {"arc": "Arc of the board", "fov": "Field of view"}
 LINE, PLANE = "line that joins a row's ends", "homography of four clicks"
@@ -93,15 +94,15 @@ def ext_why_sweeps(results):
             for key in SWEEPS
             if condition[key] != DEFAULTS[key]
         )
-        label = f"{SWEEPS[name]}\n{value}"
+        label = SWEEPS[name].format(value, SIZE_PX / value)
         stages[label] = result.texts("stage", **condition)
     drawn, panel = new_figure(1, 1, height_in=4.2)
     draw_stages(panel, shares_of(stages), "Level of the sweep")
-    panel.tick_params(axis="x", labelrotation=60)
+    panel.tick_params(axis="x", labelrotation=90)
     data = {"level": [], "stage": [], "trials": []}
     for level, lost in stages.items():
         for stage, count in sorted(Counter(lost).items()):
-            cells = (level.replace("\n", " "), stage, count)
+            cells = (level, stage, count)
             for column, cell in zip(data, cells, strict=True):
                 data[column].append(cell)
     return Drawing(

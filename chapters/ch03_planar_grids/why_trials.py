@@ -13,6 +13,7 @@ from chapters.ch03_planar_grids.failure_stages import (
     lost_at,
 )
 from chapters.ch03_planar_grids.robustness_trials import LEVELS, board_of
+from chapters.ch03_planar_grids.scoring import LOST_PX
 from chapters.ch03_planar_grids.sector_board import (
     SectorBoard,
     clicked_from,
@@ -156,7 +157,7 @@ def sweep_trial(condition, rng):
     )
     outer = clicks(board.outer_corners, rng)
     run = celect(image, outer, board.columns, board.rows)
-    lost = lost_at(run, coordinates, place)
+    lost = lost_at(run, coordinates, place, LOST_PX)
     return {
         "stage": lost.stage,
         "contour": lost.contour,
