@@ -17,6 +17,7 @@ from chapters.ch03_planar_grids.grid_scoring import (
     is_right,
     localised,
 )
+from chapters.ch03_planar_grids.grid_trials import tone_undone
 from chapters.ch03_planar_grids.grid_views import (
     CLICKS,
     IMAGES,
@@ -143,3 +144,14 @@ def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():
     assert np.sum(u * np.roll(v, -1) - np.roll(u, -1) * v) > 0
     first, again = (stream("fisheye", 7, 11, CLICKS).random(3) for _ in range(2))
     np.testing.assert_array_equal(first, again)
+
+
+def test_undoing_the_tone_curve_is_its_inverse_and_keeps_order():
+    grey = np.arange(256, dtype=np.uint8)[None]
+    light = tone_undone(grey)[0] / 255.0
+    assert (np.diff(light) >= 0).all()
+    again = np.where(
+        light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055
+    )
+    bright = grey[0] > 60
+    assert np.abs(255 * again - grey[0])[bright].max() < 3

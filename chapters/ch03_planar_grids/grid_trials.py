@@ -27,13 +27,17 @@ from chapters.ch03_planar_grids.grid_views import (
 )
 from raxel.errors import InputError
 from raxel.features import DETECTORS
-from raxel.features.celect import celect
+from raxel.features.celect import CelectSettings, celect
 
 SEEDS = (1, 2, 3)
 CLICK_SD_PX = 0.614
 CELECT, OPENCV = "celect", "findChessboardCorners"
 OPENCV_SB, CLICKLESS = "findChessboardCornersSB", "raxel"
-METHODS = (OPENCV, OPENCV_SB, CELECT, CLICKLESS)
+LINEAR, FINE, BOTH = "celect-linear", "celect-fine", "celect-linear-fine"
+CLICKED = (CELECT, LINEAR, FINE, BOTH)
+METHODS = (OPENCV, OPENCV_SB, *CLICKED, CLICKLESS)
+# Harris detector of the variants: smoothed and averaged as little as can be.
+FINER = CelectSettings(smoothing_limits_px=(0.5, 0.7), integration=1.0)
 # What may be wiped off the mirror of a set where CELECT has failed.
 BLEMISHES = {
     "spherical": ("spots",),
@@ -62,6 +66,11 @@ def settings_of(set_name):
             "half_window_px": HALF_WINDOW,
             "precision_px": PRECISION_PX,
             "most_steps": MOST_STEPS,
+        },
+        "variants": {
+            LINEAR: "the sRGB tone curve undone before CELECT",
+            FINE: "smoothing at most 0.7 px, tensor averaged by as much",
+            BOTH: "both",
         },
         "opencv_flags": "adaptive threshold, normalised image; "
         "sector-based: exhaustive, accurate",
@@ -97,6 +106,13 @@ def grid_trial(condition, rng):
         0, CLICK_SD_PX, (4, 2)
     )
     result, values[CELECT] = run_celect(view.image, clicks, lattice)
+    linear = tone_undone(view.image)
+    for name, image, settings in (
+        (LINEAR, linear, CelectSettings()),
+        (FINE, view.image, FINER),
+        (BOTH, linear, FINER),
+    ):
+        _, values[name] = run_celect(image, clicks, lattice, settings)
     if not values[CELECT]["success"]:
         for blemish in BLEMISHES.get(condition["set"], ()):
             clean = grid_view(*where, without=blemish)
@@ -110,11 +126,21 @@ def grid_trial(condition, rng):
     return values | {"corners": len(view.corners), "least_px": steps.min()}
 
 
-def run_celect(image, clicks, lattice):
+def tone_undone(image):
+    """A grey picture (H, W) uint8 as it was before the tone curve of sRGB."""
+    grey = np.arange(256) / 255
+    light = np.where(
+        grey <= 0.04045, grey / 12.92, ((grey + 0.055) / 1.055) ** 2.4
+    )
+    return np.rint(255 * light).astype(np.uint8)[image]
+
+
+def run_celect(image, clicks, lattice, settings=None):
     """(CelectResult or None, scores) of one run, against the true lattice."""
     rows, columns = lattice.shape[:2]
+    settings = settings or CelectSettings()
     try:
-        result = celect(image, clicks, columns, rows)
+        result = celect(image, clicks, columns, rows, settings=settings)
     except InputError as fault:
         return None, {"success": False, "cause": str(fault)}
     truth = lattice.reshape(-1, 2)

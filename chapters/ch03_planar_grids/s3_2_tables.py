@@ -13,8 +13,11 @@ from chapters.ch03_planar_grids.grid_results import (
 )
 from chapters.ch03_planar_grids.grid_scoring import REFERENCE, TRUTH
 from chapters.ch03_planar_grids.grid_trials import (
+    BOTH,
     CELECT,
     CLICKLESS,
+    FINE,
+    LINEAR,
     OPENCV,
     OPENCV_SB,
 )
@@ -27,6 +30,9 @@ ROWS = {
     OPENCV: "OpenCV findChessboardCorners",
     OPENCV_SB: "OpenCV findChessboardCornersSB",
     CELECT: "CELECT",
+    LINEAR: "CELECT, tone curve undone (ext.)",
+    FINE: "CELECT, finer Harris (ext.)",
+    BOTH: "CELECT, both (ext.)",
     CLICKLESS: "without clicks (ext.)",
 }
 NOTHING = "–"
