@@ -281,10 +281,13 @@ def judge_big_square(results):
 def judge_merge_multi(results):
     """More candidates than corners, and one left of each."""
     result = results["fig_3_1_cameras"]
-    right = result.column("success") == 1
+    success, candidates, merged, wanted = (
+        np.concatenate([result.column(name, camera=c) for c in CAMERAS])
+        for name in ("success", "candidates", "merged", "wanted")
+    )
+    right = success == 1
     candidates, merged, wanted = (
-        result.column(name)[right]
-        for name in ("candidates", "merged", "wanted")
+        values[right] for values in (candidates, merged, wanted)
     )
     if not right.any():
         return [

@@ -109,10 +109,10 @@ def sides_of(lattice):
     )
 
 
-def board_view(name, rng):
+def board_view(name, rng, least_px=LEAST_PX):
     """A moderately bent BoardView by the camera `name`, at a random pose.
 
-    Moderate: every side of a square is at least LEAST_PX long, and none more
+    Moderate: every side of a square is at least least_px long, and none more
     than MOST_UNEVEN times as long as another.
     """
     camera = camera_of(name)
@@ -124,9 +124,8 @@ def board_view(name, rng):
         if lattice is None:
             continue
         sides = sides_of(lattice)
-        if sides.min() >= LEAST_PX and np.ptp(np.log(sides)) <= np.log(
-            MOST_UNEVEN
-        ):
+        even = sides.max() <= MOST_UNEVEN * sides.min()
+        if even and sides.min() >= least_px:
             return BoardView(picture(name, T_camera_board, rng), lattice)
     raise ValueError(f"no pose with the whole board in sight of {name}")
 

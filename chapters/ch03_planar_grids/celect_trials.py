@@ -87,24 +87,9 @@ def recorded(result):
 
 
 def drawn_run(condition, rng):
-    """One recorded run on a fisheye picture, for Figs 3.1 and 3.2."""
-    view = board_view("fisheye", rng)
-    rows, columns = view.lattice.shape[:2]
-    where = clicks(outer(view.lattice), rng)
-    result = celect(view.image, where, columns, rows, record=True)
-    values = scored(result, view.lattice)
-    return (
-        values | recorded(result) | {"image": view.image, "clicks": where}
-    )
-
-
-def mirror_run(condition, rng):
-    """One recorded run on a picture by the hyperboloid mirror, for Fig. 3.4.
-
-    The first of some random views that CELECT reads completely.
-    """
+    """One recorded run that is drawn: the first random view that is read."""
     for tried in range(1, condition["views"] + 1):  # noqa: B007
-        view = board_view("hyperboloid", rng)
+        view = board_view(condition["camera"], rng, condition["least_px"])
         rows, columns = view.lattice.shape[:2]
         where = clicks(outer(view.lattice), rng)
         result = celect(view.image, where, columns, rows, record=True)
