@@ -146,7 +146,7 @@ from repro.reader import (
 )
 def further_ideas(effort):
     """Published stages, each further one, and all three, on same pictures."""
-    return Plan(further_trial, conditions(effort), TRIALS[effort], SETTINGS)
+    return Plan(further_trial, conditions(), TRIALS[effort], SETTINGS)
 
 
 @experiment(

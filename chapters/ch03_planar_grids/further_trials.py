@@ -55,8 +55,6 @@ PICTURES = {
     "bent at random": {"noise_sd": 5.0},
 }
 TRIALS = {"quick": 1, "full": 40}
-# A quick build has the pictures that are quickly done.
-QUICK = ("blur SD 5 px", "bent at random")
 SETTINGS = {
     "image_px": SIZE_PX,
     "defaults": DEFAULT | {"blur_px": 1.0, "noise_sd": 0.0},
@@ -72,10 +70,9 @@ SETTINGS = {
 }
 
 
-def conditions(effort):
+def conditions():
     """One condition for every kind of picture."""
-    names = QUICK if effort == "quick" else PICTURES
-    return [{"picture": name} for name in names]
+    return [{"picture": name} for name in PICTURES]
 
 
 def picture_of(name, rng):

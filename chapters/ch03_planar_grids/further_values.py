@@ -1,5 +1,110 @@
 """The numbers that the page on 6.3.1 quotes."""
 
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.coded_figures import counts
+from chapters.ch03_planar_grids.coded_trials import MARKS, OUTCOMES
+from chapters.ch03_planar_grids.further_trials import (
+    METHODS,
+    OTHERS,
+    PUBLISHED,
+    comparisons,
+    successes,
+)
+from repro.reader import value
+
+SHORT = {
+    "noise SD 40": "noise",
+    "blur SD 5 px": "blur",
+    "squares of 50 px": "squares",
+    "FOV 146°": "fov146",
+    "FOV 152°": "fov152",
+    "yaw 40°": "yaw",
+    "bent at random": "bent",
+}
+SIGNIFICANT = 0.05
+
 
 def name_values(open_results):
-    """Name them."""
+    """Name the numbers that the prose of the page quotes."""
+    _name_further(open_results("ext_further_ideas_runs"))
+    _name_coded(open_results("ext_coded_grid_runs"))
+
+
+def _name_further(result):
+    compared = comparisons(result)
+    value("further.trials", result.trials_per_condition)
+    for method in OTHERS:
+        found = [v for (_, m), v in compared.items() if m == method]
+        name = method.replace(" ", "_")
+        value(f"{name}.gained", sum(v["gained"] for v in found))
+        value(f"{name}.lost", sum(v["lost"] for v in found))
+        better = [v for v in found if v["p"] < SIGNIFICANT]
+        value(
+            f"{name}.better", sum(v["after"] > v["before"] for v in better)
+        )
+        value(
+            f"{name}.worse", sum(v["after"] < v["before"] for v in better)
+        )
+        value(f"{name}.error", error_ratio(result, method))
+    for condition in result.conditions:
+        picture = condition["picture"]
+        for method in METHODS:
+            share = successes(result, picture, method).mean()
+            name = method.replace(" ", "_")
+            value(f"{SHORT[picture]}.{name}", 100 * float(share))
+    on_column, lost = failed_on_column(result)
+    value("published.losses", lost)
+    value("published.losses.column", on_column)
+
+
+def error_ratio(result, method):
+    """Text: mean error over the published, median of trials where both succeed."""
+    ratios = []
+    for condition in result.conditions:
+        picture = condition["picture"]
+        both = successes(result, picture, method)
+        both = both & successes(result, picture, PUBLISHED)
+        after, before = (
+            result.column(f"{name}.mean_px", picture=picture)[both]
+            for name in (method, PUBLISHED)
+        )
+        ratios.append(after / before)
+    ratios = np.concatenate(ratios)
+    return f"{np.median(ratios):.2f}" if len(ratios) else "no"
+
+
+def failed_on_column(result):
+    """(published runs lost on a column first, all published runs lost)."""
+    on_column = lost = 0
+    for condition in result.conditions:
+        picture = condition["picture"]
+        won = successes(result, picture, PUBLISHED)
+        kinds = result.texts(f"{PUBLISHED}.failed_on", picture=picture)
+        lost += int((~won).sum())
+        on_column += sum(
+            kind == "column" and not good
+            for kind, good in zip(kinds, won, strict=True)
+        )
+    return on_column, lost
+
+
+def _name_coded(result):
+    trials = result.trials_per_condition
+    value("coded.trials", trials)
+    coded = [c for c in result.conditions if c["grid"] == "coded"]
+    for marks in MARKS:
+        ours = [c for c in coded if c["marks"] == marks]
+        total = np.sum([counts(result, c) for c in ours], axis=0)
+        for outcome, count in zip(OUTCOMES, total, strict=True):
+            name = f"{marks}.{outcome.replace(' ', '_')}"
+            value(name, 100 * float(count) / (trials * len(ours)))
+        value(f"{marks}.all", trials * len(ours))
+        value(f"{marks}.wrong", int(total[-1]))
+    false = [c for c in result.conditions if c["grid"] != "coded"]
+    total = np.sum([counts(result, c) for c in false], axis=0)
+    value("false.all", trials * len(false))
+    value("false.wrong", int(total[-1]))
+    value("false.celect", 100 * float(total[2]) / (trials * len(false)))
