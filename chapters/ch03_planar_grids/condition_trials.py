@@ -31,6 +31,13 @@ OPENCV = {
     "findChessboardCornersSB": "opencv-sb",
 }
 
+METHODS = {
+    CELECT: "CELECT",
+    "opencv": "findChessboardCorners",
+    "opencv-sb": "findChessboardCornersSB",
+    "raxel": "without clicks (ours)",
+}
+
 
 def level_name(level):
     """Key of a light level in a trial's values."""

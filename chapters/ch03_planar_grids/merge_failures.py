@@ -9,6 +9,9 @@ from chapters.ch03_planar_grids.scoring import truth_of_contour
 NEAR = 0.25
 """A point belongs to a corner within this share of the nearest corner's distance."""
 
+SEPARATED = 1e-6
+"""Information below which a slope is without bound."""
+
 
 def size_variation(lattice):
     """Largest ratio of the longest to the shortest step along one contour.
@@ -60,7 +63,8 @@ def nearest_distances(lattice):
 def logistic_slope(x, y):
     """Slope of log odds of y (n,) bool over x (n,), and its standard error.
 
-    Maximum likelihood by Newton's method; (nan, nan) where all y are alike.
+    Maximum likelihood by Newton's method; (nan, nan) where all y are alike or x parts
+    them, so that no slope is the steepest.
     """
     y = np.asarray(y, float)
     if y.min() == y.max():
@@ -71,9 +75,35 @@ def logistic_slope(x, y):
     for _ in range(50):
         p = 1 / (1 + np.exp(-design @ weights))
         information = design.T @ (design * (p * (1 - p))[:, None])
+        if np.linalg.eigvalsh(information)[0] < SEPARATED:
+            return np.nan, np.nan
         step = np.linalg.solve(information, design.T @ (y - p))
         weights += step
         if np.abs(step).max() < 1e-10:
             break
     error = np.sqrt(np.linalg.inv(information)[1, 1])
     return float(weights[1] / scale), float(error / scale)
+
+
+def logistic_curve(x, y, at):
+    """Probability (m,) at places `at` (m,) by the logistic fit of y (n,) over x (n,).
+
+    The mean of y where there is no such fit.
+    """
+    slope, _ = logistic_slope(x, y)
+    y = np.asarray(y, float)
+    if not np.isfinite(slope):
+        return np.full(len(at), y.mean())
+    offset = _offset(slope, x, y)
+    return 1 / (1 + np.exp(-(offset + slope * at)))
+
+
+def _offset(slope, x, y):
+    """Constant of the fit of a known slope: the mean probability is that of y."""
+    from scipy.optimize import brentq
+
+    def excess(offset):
+        return (1 / (1 + np.exp(-(offset + slope * x)))).mean() - y.mean()
+
+    far = 50 + np.abs(slope * x).max()
+    return brentq(excess, -far, far)

@@ -29,7 +29,6 @@ from raxel.features import DETECTORS
 
 FEWEST = 3
 WHITE = 255
-NEXT_SHARE = 0.95
 BORDER_PX = 24
 
 
@@ -58,18 +57,19 @@ class Part(NamedTuple):
         return self._replace(**{self._fields[side]: self[side] + outwards})
 
 
-def candidate_parts(lattice):
+def candidate_parts(lattice, next_share):
     """Parts from the whole lattice down, each the largest of its smallest step.
 
     A user who leaves out squares that are too small for a corner to be found, and no
-    more, ends at one of them. Each holds at most 95 % of the corners of the one before.
+    more, ends at one of them. Each holds at most `next_share` of the corners of the one
+    before.
     """
     parts, kept, longest = _all_parts(lattice), [], -1.0
     for part, step in sorted(parts, key=lambda p: (-p[0].count, -p[1])):
         if step <= longest:
             continue
         longest = step
-        if not kept or part.count <= NEXT_SHARE * kept[-1].count:
+        if not kept or part.count <= next_share * kept[-1].count:
             kept.append(part)
     return kept
 
@@ -99,7 +99,7 @@ def _all_parts(lattice):
     return found
 
 
-def largest_part(returns, lattice):
+def largest_part(returns, lattice, next_share):
     """The part that the search ends at, or None, and how many parts were tried.
 
     returns: part -> whether the method returned all of it, in order.
@@ -113,7 +113,7 @@ def largest_part(returns, lattice):
             known[part] = returns(part)
         return known[part]
 
-    part = next(filter(tried, candidate_parts(lattice)), None)
+    part = next(filter(tried, candidate_parts(lattice, next_share)), None)
     while part:
         larger = next(filter(tried, _extended(part, whole)), None)
         if larger is None:
@@ -170,17 +170,19 @@ def partial_trial(condition, rng):
         return clicked.right
 
     values = {"picture": image, "lattice": sheet.lattice}
-    values["celect"] = _extracted(returns, sheet, image)
+    share = condition["next_share"]
+    values["celect"] = _extracted(returns, sheet, image, share)
     values["celect"]["lost"] = {
         s: n for s, n in stages.items() if s != DONE
     }
-    return values | {"opencv": _by_detector("opencv", sheet, image)}
+    return values | {"opencv": _by_detector("opencv", sheet, image, share)}
 
 
 def partial_sb_trial(condition, rng):
     """The same picture; the largest part of OpenCV's sector-based detector."""
     sheet, image = _large_picture(condition, rng)
-    return {"opencv-sb": _by_detector("opencv-sb", sheet, image)}
+    share = condition["next_share"]
+    return {"opencv-sb": _by_detector("opencv-sb", sheet, image, share)}
 
 
 def _large_picture(condition, rng):
@@ -190,7 +192,7 @@ def _large_picture(condition, rng):
     )
 
 
-def _by_detector(name, sheet, image):
+def _by_detector(name, sheet, image, next_share):
     """Values of the search with white painted round every part."""
 
     def returns(part):
@@ -200,15 +202,16 @@ def _by_detector(name, sheet, image):
             DETECTORS[name](picture, columns, rows), lattice
         )
 
-    return _extracted(returns, sheet, image)
+    return _extracted(returns, sheet, image, next_share)
 
 
-def _extracted(returns, sheet, image):
+def _extracted(returns, sheet, image, next_share):
     """Values of a search: the part it ends at, its size and how near the frame."""
-    part, tries = largest_part(returns, sheet.lattice)
+    part, tries = largest_part(returns, sheet.lattice, next_share)
     if part is None:
         return {"tries": tries, "count": 0}
     corners = part.of(sheet.lattice)
+    bordered, cut_corners = painted(sheet, image, part)
     long, short = sorted(corners.shape[:2], reverse=True)
     return {
         "tries": tries,
@@ -217,5 +220,6 @@ def _extracted(returns, sheet, image):
         "rows": short,
         "border_px": border_distance(corners, image),
         "corners": corners,
-        "painted": painted(sheet, image, part)[0],
+        "painted": bordered,
+        "first": corners[0, 0] - cut_corners[0, 0],
     }

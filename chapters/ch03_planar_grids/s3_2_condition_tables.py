@@ -1,0 +1,164 @@
+"""The numbers of Fig. 3.14 and the tables beside it."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from chapters.ch03_planar_grids.condition_trials import (
+    CELECT,
+    METHODS,
+    level_name,
+)
+from chapters.ch03_planar_grids.s3_2_condition_claims import (
+    CAMERAS,
+    WAYS,
+    levels_run,
+)
+from repro.experiment import numbers, table
+from repro.outcomes import Table, Value
+
+PAGE = "s3_2_conditions"
+
+
+@numbers("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
+def numbers_fig_3_14(results):
+    """Sizes of the parts in the drawn picture; the others in words."""
+    result = results["fig_3_14_parts"]
+    found = {}
+    for short, camera in (("hype", "hyperboloidal"), ("fish", "fisheye")):
+        for method in ("celect", "opencv"):
+            counts = result.column(f"{method}.count", camera=camera)
+            others = ", ".join(f"{n:.0f}" for n in counts)
+            for axis, name in (("columns", "cols"), ("rows", "rows")):
+                sizes = np.nan_to_num(
+                    result.column(f"{method}.{axis}", camera=camera)
+                )
+                found[f"fig3_14_{short}_{method}_{name}"] = Value(
+                    float(sizes[0]),
+                    interval=(float(sizes.min()), float(sizes.max())),
+                    unit="corners",
+                    reason="in the picture drawn; the range is over "
+                    f"{len(counts)} pictures, whose parts have {others} "
+                    "corners",
+                )
+    return found
+
+
+@table(
+    "ext_partial_grids",
+    needs=("fig_3_14_parts", "fig_3_14_parts_sb"),
+    evidence="rendered",
+)
+def ext_partial_grids(results):
+    """Every picture of Fig. 3.14's kind."""
+    plain, sector = results["fig_3_14_parts"], results["fig_3_14_parts_sb"]
+    columns = {
+        name: []
+        for name in (
+            "camera",
+            "picture",
+            "method",
+            "part",
+            "corners",
+            "to the frame (px)",
+            "parts tried",
+        )
+    }
+    for camera in CAMERAS:
+        for method, result in (
+            (CELECT, plain),
+            ("opencv", plain),
+            ("opencv-sb", sector),
+        ):
+            values = {
+                name: result.column(f"{method}.{name}", camera=camera)
+                for name in (
+                    "columns",
+                    "rows",
+                    "count",
+                    "border_px",
+                    "tries",
+                )
+            }
+            for k, count in enumerate(values["count"]):
+                size = "none"
+                if count:
+                    long, short = values["columns"][k], values["rows"][k]
+                    size = f"{long:.0f} × {short:.0f}"
+                cells = (
+                    camera,
+                    k + 1,
+                    METHODS[method],
+                    size,
+                    int(count),
+                    round(values["border_px"][k], 1) if count else "",
+                    int(values["tries"][k]),
+                )
+                for column, cell in zip(columns, cells, strict=True):
+                    columns[column].append(cell)
+    return Table(
+        columns,
+        "Largest part of a large grid without a border that each method "
+        "returns, correct and in order, and the distance of its nearest "
+        "corner from the frame of the picture. OpenCV's detectors get white "
+        "painted round the part.",
+    )
+
+
+@table(
+    "ext_condition_failures",
+    needs=(
+        "exp_c3_low_contrast",
+        "exp_c3_shadow",
+        "exp_c3_trace_direction",
+        "exp_c3_merge_images",
+    ),
+    evidence="rendered",
+)
+def ext_condition_failures(results):
+    """Where CELECT's runs ended, by experiment."""
+    runs = stages_of(results)
+    kinds = Counter()
+    for stages in runs.values():
+        kinds.update(stages)
+    columns = {"runs of CELECT": list(runs)}
+    columns["all"] = [sum(s.values()) for s in runs.values()]
+    for stage, _ in kinds.most_common():
+        columns[stage] = [s[stage] for s in runs.values()]
+    return Table(
+        columns,
+        "Where CELECT's runs ended. A run is lost by the first contour that "
+        "fails; 'wrong corner returned' means that CELECT took it for a "
+        "success.",
+    )
+
+
+def stages_of(results):
+    """Stage counts of CELECT's runs: what was run -> Counter."""
+    light = results["exp_c3_low_contrast"]
+    shadow = results["exp_c3_shadow"]
+    runs = {
+        f"spherical, light {v:g}": Counter(
+            light.texts(f"{level_name(v)}.stage")
+        )
+        for v in levels_run(light)
+    }
+    runs["fisheye, no shadow"] = Counter(shadow.texts("plain.stage"))
+    runs["fisheye, shadow"] = Counter(shadow.texts("shadow.stage"))
+    runs["fisheye, more images"] = Counter(
+        results["exp_c3_merge_images"].texts("stage")
+    )
+    result = results["exp_c3_trace_direction"]
+    for condition in result.conditions:
+        counts = Counter()
+        for way in WAYS:
+            for rank in range(4):
+                counts.update(
+                    result.texts(
+                        f"{way}_{rank}_stage", set=condition["set"]
+                    )
+                )
+        runs[f"{condition['set']}, eight orders"] = counts
+    return runs

@@ -1,0 +1,84 @@
+"""The numbers that the page on the conditions of section 3.3.2 quotes."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from chapters.ch03_planar_grids.condition_trials import CELECT
+from chapters.ch03_planar_grids.s3_2_condition_claims import (
+    CAMERAS,
+    all_orders,
+    differing,
+    in_light,
+    levels_run,
+    merging_of,
+    shadow_effects,
+)
+from repro.reader import value
+
+PAGE = "s3_2_conditions"
+
+NAMES = {
+    CELECT: "celect",
+    "opencv": "opencv",
+    "opencv-sb": "sector",
+    "raxel": "raxel",
+}
+DIM = 0.1
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    _name_parts(open_results("fig_3_14_parts"))
+    _name_light(open_results("exp_c3_low_contrast"))
+    shadow = open_results("exp_c3_shadow")
+    for method, name in NAMES.items():
+        value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)
+    orders = all_orders(open_results("exp_c3_trace_direction"))
+    value("orders.differ", 100 * differing(orders).mean())
+    value("orders.smallest", 100 * orders[0, 0].mean())
+    value("orders.largest", 100 * orders[0, -1].mean())
+    value("orders.best", 100 * orders.max(axis=(0, 1)).mean())
+    more = open_results("exp_c3_merge_images")
+    ratio, failed, success = merging_of(
+        {"exp_c3_shadow": shadow, "exp_c3_merge_images": more}
+    )
+    value("merge.images", len(failed))
+    value("merge.count", int(failed.sum()))
+    value("merge.lost", int((success == 0).sum()))
+    thirds = np.array_split(failed[np.argsort(ratio)], 3)
+    value("merge.even", 100 * thirds[0].mean())
+    value("merge.uneven", 100 * thirds[-1].mean())
+
+
+def _name_parts(result):
+    value("pictures", result.trials_per_condition)
+    lost = Counter()
+    for camera in CAMERAS:
+        ours, theirs = (
+            result.column(f"{method}.count", camera=camera)
+            for method in (CELECT, "opencv")
+        )
+        value(
+            f"part.{camera}",
+            float(np.median(ours / np.maximum(theirs, 1))),
+        )
+        for name in result.names():
+            if name.startswith("celect.lost."):
+                count = np.nansum(result.column(name, camera=camera))
+                lost[name.removeprefix("celect.lost.")] += int(count)
+    value("part.stage", lost.most_common(1)[0][0] if lost else "none")
+
+
+def _name_light(result):
+    levels = levels_run(result)
+    dim = min(levels, key=lambda v: abs(v - DIM))
+    value("light.dim", dim)
+    for method, name in NAMES.items():
+        rates = {
+            v: 100 * in_light(result, v, method).mean() for v in levels
+        }
+        value(f"light.{name}.best", max(rates.values()))
+        value(f"light.{name}.dim", rates[dim])
