@@ -57,11 +57,8 @@ from repro.reader import compared, open_results, show, show_code, value
 #
 # The six numbers that count are collected in a vector, direction first:
 #
-# $$\begin{aligned}
-# L = (&M_{41}-M_{14},\; M_{42}-M_{24}, \\
-# &M_{43}-M_{34},\; M_{32}-M_{23}, \\
-# &M_{13}-M_{31},\; M_{21}-M_{12})^T .
-# \end{aligned} \tag{2.12}$$
+# $$L = \begin{pmatrix} M_{41}-M_{14} \\ M_{42}-M_{24} \\ M_{43}-M_{34} \\
+# M_{32}-M_{23} \\ M_{13}-M_{31} \\ M_{21}-M_{12} \end{pmatrix} . \tag{2.12}$$
 #
 # For finite points at scale one this is $2\,(\mathbf{B}-\mathbf{A};\;
 # -\mathbf{A}\times\mathbf{B})$: the moment has the opposite sign of the

@@ -67,8 +67,8 @@ def fig_2_2(results):
         1, 2, height_in=4.0, subplot_kw={"projection": "3d"}
     )
     drawn.set_layout_engine("none")
-    for panel, left in zip(axes, (-0.04, 0.46), strict=True):
-        panel.set_position([left, -0.02, 0.54, 0.95])
+    for panel, left in zip(axes, (-0.02, 0.47), strict=True):
+        panel.set_position([left, -0.02, 0.46, 0.95])
         # The label of the left z axis reaches into the right panel.
         panel.set_zorder(1 - left)
     titles = (
@@ -96,7 +96,8 @@ def fig_2_2(results):
         "from rays that the library calibrated: (a) the general method, "
         "two grids a known $T_1$ apart; (b) the generic method, three "
         "grids whose poses $T_1$ and $T_2$ were found in the calibration. "
-        "Dots: where calibrated rays meet the grids.",
+        "Coloured dots: where calibrated rays meet the grids. Black dot: "
+        "the camera's centre.",
         Check(
             gap < TOLERANCE_MM and off < FOUND_MM,
             "every drawn point lies on its ray and on its grid, to "
@@ -111,6 +112,13 @@ def _draw_grids(axes, grids):
     for last in grids.meetings[-1]:
         line(axes, np.stack([grids.centre, last]), SHEET, 0.6)
     dots(axes, grids.centre[None], INK, 4)
+    axes.text(
+        *in_axes(grids.centre),
+        "centre ",
+        color=INK,
+        fontsize=9,
+        ha="right",
+    )
     for number, (outline, points, T) in enumerate(
         zip(grids.outlines, grids.meetings, grids.poses, strict=True)
     ):

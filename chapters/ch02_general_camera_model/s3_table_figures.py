@@ -69,16 +69,24 @@ def fig_2_1(results):
     tables = {
         camera: Table(results["fig_2_1_tables"], camera) for camera in SIDES
     }
-    drawn, images = new_figure(1, 2, height_in=6.0)
+    drawn, images = new_figure(1, 2, height_in=6.4)
     # Axes in space need more room than a layout engine gives them.
     drawn.set_layout_engine("none")
     for column, (camera, table) in enumerate(tables.items()):
         left = 0.5 * column
-        images[column].set_position([left + 0.05, 0.74, 0.2, 0.2])
+        images[column].set_position([left + 0.1, 0.81, 0.3, 0.15])
         _draw_image(images[column], table)
         images[column].set_title(SIDES[camera])
+        drawn.text(
+            left + 0.1,
+            0.735,
+            "$M_i$ =\n" + matrix_text(table.matrices[table.i]),
+            family="DejaVu Sans Mono",
+            fontsize=9,
+            va="top",
+        )
         space = drawn.add_axes(
-            [left - 0.03, -0.02, 0.52, 0.72],
+            [left - 0.015, -0.05, 0.46, 0.74],
             projection="3d",
             zorder=2 - column,
         )
@@ -95,8 +103,8 @@ def fig_2_1(results):
         drawn,
         columns(names, rows),
         "The general camera model. Top: an image, every second pixel "
-        "marked, and the Plücker matrix that the look-up table holds for pixel "
-        "$i$ (orange; lengths in mm). Bottom: the rays of the marked pixels, "
+        "marked, and below it the Plücker matrix that the look-up table holds "
+        "for pixel $i$ (orange; lengths in mm). Bottom: the rays of the marked pixels, "
         "from the camera's table, with their anchor points. Left, the rays "
         "of a fisheye have one anchor point, the centre; right, each ray of a "
         "camera that looks into four plane mirrors has its own.",
@@ -122,22 +130,13 @@ def _draw_image(axes, table):
     axes.annotate(
         "$i$",
         table.pixels[table.i],
-        (4, 3),
+        (6, -4),
         textcoords="offset points",
         color=ORANGE,
     )
     axes.set(xlabel="u (px)", ylabel="v (px)", aspect="equal")
     axes.invert_yaxis()
     axes.grid(False)
-    axes.text(
-        1.03,
-        0.5,
-        "$M_i$ =\n" + matrix_text(table.matrices[table.i]),
-        transform=axes.transAxes,
-        family="DejaVu Sans Mono",
-        fontsize=6.5,
-        va="center",
-    )
 
 
 def matrix_text(matrix):

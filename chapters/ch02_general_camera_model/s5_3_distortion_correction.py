@@ -76,9 +76,9 @@ from repro.style import figure as new_figure
 # %%
 PANELS = (
     ("facade", "(a) as taken"),
-    ("view.parametric", "(b) standard perspective"),
+    ("view.parametric", "(b) parametric"),
     ("view.parametric", "(c) part of (b)"),
-    ("view.generic_as_printed", "(d) central generic"),
+    ("view.generic_as_printed", "(d) generic"),
     ("view.generic_as_printed", "(e) part of (d)"),
     ("view.upright", "(f) as (d), plane upright"),
 )
@@ -101,6 +101,7 @@ def fig_2_7(results):
         panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
         panel.set_title(title)
         panel.set_axis_off()
+        panel.set_anchor("W")
         shown["panel"].append(title)
         shown["share_of_picture_shown"].append(float(np.mean(picture > 0)))
     return Drawing(
