@@ -91,6 +91,22 @@ def test_numbers_next_to_1_do_not_become_1_and_pure_numbers_have_no_unit():
     assert narrow == "0.999998 (0.999998 to 0.999998)"
 
 
+@pytest.mark.parametrize(
+    ("cells", "shown"),
+    [
+        (["0.2", "0.18844", "–", "0.21541"], ["0.200", "0.188", "–", "0.215"]),
+        (["12.34", "-0.5"], ["12.3", "-0.5"]),
+        (["1234.5", "0.012"], ["1.23e+03", "0.012"]),
+        (["7e-14", "2.25e-14"], ["7e-14", "2.25e-14"]),
+        (["54", "52"], ["54", "52"]),
+        (["100.0", "93.51851"], ["100", "94"]),
+        (["nan", "0.0", "0.25", "0.5"], ["nan", "0", "0.250", "0.500"]),
+    ],
+)
+def test_numbers_of_a_column_are_written_alike(cells, shown):
+    assert reader._alike(cells, 3) == shown
+
+
 def test_a_missing_file_names_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RAXEL_EFFORT", raising=False)

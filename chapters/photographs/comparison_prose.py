@@ -23,9 +23,7 @@ def brought(results, sets):
             f" The photographs of {later} are those of {first}; they count "
             "once."
         )
-    text += (
-        f" {_of_them(len(usable), len(sets))} both models have an error."
-    )
+    text += f" {_judged(len(usable), len(sets))}"
     for one in sets:
         if not one.comparable:
             text += f" {one.name}: {one.outcome}."
@@ -130,10 +128,10 @@ def _sets(count):
     return "1 image set" if count == 1 else f"{count} image sets"
 
 
-def _of_them(count, of):
+def _judged(count, of):
     if of == 1:
-        return "For it" if count else "For none"
-    return f"For {count if count else 'none'} of them"
+        return f"On it, {'both' if count else 'not both'} models could be judged."
+    return f"On {count if count else 'none'} of them both models could be judged."
 
 
 def _listed(names):

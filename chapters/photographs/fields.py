@@ -64,8 +64,9 @@ def _residual_caption(scale):
         return "Residual vectors: no corner was kept out of a calibration."
     return (
         "Residual vectors of corners kept out of the calibration, found less "
-        f"predicted. Arrows are {scale['magnified']:.3g} times too long, on the "
-        f"same scale for both models, and cut at {scale['cut']:.2g} px."
+        f"predicted. An arrow is drawn {scale['magnified']:.2g} times as long as "
+        "the residual, on the same scale for both models; residuals above "
+        f"{scale['cut']:.2g} px are drawn as {scale['cut']:.2g} px."
     )
 
 

@@ -150,7 +150,11 @@ def kept_out(study):
             f"it ({'; '.join(sorted(whys))})."
         )
     count, parts = len(rows), len(study.folds)
-    text = f"{_photographs(count).capitalize()} were kept out, in {parts} parts."
+    text = (
+        f"{_photographs(count).capitalize()} were judged by cameras calibrated "
+        f"without them: the set was cut into {parts} parts, and each part was kept "
+        "out once."
+    )
     for model, name in (("zhang", "Zhang's"), ("general", "the generic")):
         reasons = Counter(study.fold_refusals(model))
         if reasons:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from chapters.photographs.reading import NAMES, column, pooled_rms
@@ -73,6 +75,8 @@ def images_table(study):
         _image_row(study, i, held_out.get(i.index)) for i in study.images
     ]
     names = list(_image_row(study, None, None))
+    if not any(row["Remark"] for row in made):
+        names.remove("Remark")
     return Table(
         {name: [row[name] for row in made] for name in names},
         "Every photograph. Errors are RMS residuals in px when the photograph was "
@@ -128,7 +132,13 @@ def _median(values):
     if not len(values):
         return NONE, NONE
     middle = median_interval(values)
-    return middle.value, f"{middle.low:.3g} to {middle.high:.3g}"
+    places = (
+        2 - math.floor(math.log10(middle.high)) if middle.high > 0 else 0
+    )
+    interval = [
+        f"{end:.{max(places, 0)}f}" for end in (middle.low, middle.high)
+    ]
+    return middle.value, " to ".join(interval)
 
 
 def _known(number):

@@ -27,6 +27,7 @@ from repro.sets_of_report import name_of
 
 # Units of pure numbers: they are in the records, and no reader needs them.
 UNSPOKEN = ("1", "count")
+TINY = 1e-3  # numbers below it read better as 2e-14
 NEAR_ONE = 1e-12  # below this, rounding errors of the computation
 NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
 
@@ -161,7 +162,8 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     path = _needed(base() / f"{name}.csv", artefact)
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file))
-    cells = [[_shortened(cell, digits) for cell in row] for row in rows]
+    columns = [_alike(list(column), digits) for column in zip(*rows, strict=True)]
+    cells = [list(row) for row in zip(*columns, strict=True)]
     numeric = [
         bool(rows) and all(_number(row[place]) is not None for row in rows)
         for place in range(len(head))
@@ -395,6 +397,24 @@ def _number(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def _alike(cells: list[str], digits: int) -> list[str]:
+    """Cells of a column; numbers of similar size with the same digits behind the point.
+
+    The largest gets ``digits`` digits. Where sizes differ by 100 or more, each does.
+    """
+    numbers = [_number(cell) for cell in cells if not re.fullmatch(r"[+-]?\d+", cell)]
+    sizes = [abs(x) for x in numbers if x and math.isfinite(x)]
+    if len(sizes) < 2 or max(sizes) >= 100 * min(sizes) or max(sizes) < TINY:
+        return [_shortened(cell, digits) for cell in cells]
+    places = max(0, digits - 1 - math.floor(math.log10(max(sizes))))
+    return [
+        f"{number:.{places}f}"
+        if abs(number or 0) in sizes
+        else _shortened(cell, digits)
+        for cell, number in zip(cells, map(_number, cells), strict=True)
+    ]
 
 
 def _shortened(cell: str, digits: int) -> str:
