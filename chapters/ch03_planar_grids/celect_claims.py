@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.celect_scenes import CAMERAS
+from chapters.ch03_planar_grids.celect_scenes import CAMERAS, LEAST_PX
 from raxel.evaluation.statistics import (
     FAILS,
     HOLDS,
@@ -66,19 +66,18 @@ def judge_trace_orders(results):
     """Success of at least 0.9 with every camera."""
     result = results["fig_3_1_cameras"]
     readings = []
-    for least_px in (10, 15):
-        rates, decisions = {}, []
-        for camera in CAMERAS:
-            large = result.column("least_px", camera=camera) >= least_px
-            success = result.column("success", camera=camera)[large]
-            decisions.append(at_least(success, SURE))
-            if len(success):
-                rates[camera] = success.mean()
-        worst = min(rates, key=rates.get) if rates else "none"
+    for size, least_px in LEAST_PX.items():
+        runs = {
+            camera: result.column("success", camera=camera, size_px=size)
+            for camera in CAMERAS
+        }
+        decisions = [at_least(run, SURE) for run in runs.values()]
+        rates = {camera: run.mean() for camera, run in runs.items()}
+        worst = min(rates, key=rates.get)
         readings.append(
             Reading(
                 DECISIONS[all_of(decisions)],
-                float(min(rates.values(), default=np.nan)),
+                float(rates[worst]),
                 reading={"least_side_px": f"{least_px} px"},
                 unit="1",
                 reason=f"least share of boards in order ({worst}); "
@@ -282,7 +281,9 @@ def judge_merge_multi(results):
     """More candidates than corners, and one left of each."""
     result = results["fig_3_1_cameras"]
     success, candidates, merged, wanted = (
-        np.concatenate([result.column(name, camera=c) for c in CAMERAS])
+        np.concatenate(
+            [result.column(name, **c) for c in result.conditions]
+        )
         for name in ("success", "candidates", "merged", "wanted")
     )
     right = success == 1

@@ -18,9 +18,8 @@ from raxel.lab import board_scene, render
 from raxel.lab.sight import CornerRays
 from raxel.sets import Chessboard
 
-SIZE_PX = 600
-MIDDLE = (SIZE_PX - 1) / 2
-SIZE = {"width": SIZE_PX, "height": SIZE_PX}
+# Side of the pictures, and how long every side of a square in them is at least.
+LEAST_PX = {900: 15, 600: 10}
 CAMERAS = ("fisheye", "sphere", "hyperboloid", "bent sheet")
 FISHEYE_DEG = 160
 BOARD = Chessboard(9, 7, 30.0)
@@ -28,7 +27,7 @@ BLACK, WHITE, BACKGROUND = 25.0, 215.0, 120.0
 BLUR_PX, NOISE_SD = 1.0, 4.0
 DISTANCE_MM = (130, 330)
 TILT_DEG = 40
-LEAST_PX, MOST_UNEVEN = 10, 3
+MOST_UNEVEN = 3
 DRAWS = 2000
 
 
@@ -39,43 +38,46 @@ class BoardView(NamedTuple):
     lattice: np.ndarray
 
 
-def viewer(focal_px):
-    """The pinhole behind a mirror."""
-    K = [[focal_px, 0, MIDDLE], [0, focal_px, MIDDLE], [0, 0, 1]]
-    return camera_from("perspective", {"K": K, "radial": []} | SIZE)
+def viewer(focal, size):
+    """The pinhole behind a mirror; its focal length in sides of the picture."""
+    middle, f = (size - 1) / 2, focal * size
+    K = [[f, 0, middle], [0, f, middle], [0, 0, 1]]
+    fields = {"K": K, "radial": [], "width": size, "height": size}
+    return camera_from("perspective", fields)
 
 
 @cache
-def camera_of(name):
-    """The camera of this name, SIZE_PX square, mm."""
+def camera_of(name, size):
+    """The camera of this name, with pictures of size x size px; mm."""
     if name == "fisheye":
-        half = np.radians(FISHEYE_DEG) / 2
-        middle = [MIDDLE, MIDDLE]
+        half, middle = np.radians(FISHEYE_DEG) / 2, (size - 1) / 2
         return FisheyeCamera(
-            "equidistance", MIDDLE / half, middle, SIZE_PX, SIZE_PX, half
+            "equidistance", middle / half, [middle] * 2, size, size, half
         )
     if name == "sphere":
         return QuadricMirrorCamera.on_axis(
-            viewer(1080), "sphere", (30,), 25, 100
+            viewer(1.8, size), "sphere", (30,), 25, 100
         )
     if name == "hyperboloid":
         return QuadricMirrorCamera.aligned(
-            viewer(840), "hyperboloid", (30, 20), 25
+            viewer(1.4, size), "hyperboloid", (30, 20), 25
         )
     heights = [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]
     sheet = {"size": (400, 400), "heights": heights, "offset": (0, 0, 180)}
-    return camera_from("bent mirror", {"viewer": viewer(390)} | sheet)
+    return camera_from(
+        "bent mirror", {"viewer": viewer(0.65, size)} | sheet
+    )
 
 
 @cache
-def rays_of(name):
+def rays_of(name, size):
     """The rays through the corners of a camera's pixels, for every picture."""
-    return CornerRays(camera_of(name))
+    return CornerRays(camera_of(name, size))
 
 
 def drawn_pose(camera, rng):
     """T_camera_board (4, 4): about a random pixel's ray, tilted and turned."""
-    pixel = rng.uniform(0.25, 0.75, (1, 2)) * SIZE_PX
+    pixel = rng.uniform(0.25, 0.75, (1, 2)) * camera.width
     rays = camera.rays(pixel)
     if not rays.valid[0]:
         return None
@@ -95,7 +97,7 @@ def lattice_at(camera, T_camera_board):
     rim = Chessboard(BOARD.columns + 2, BOARD.rows + 2, BOARD.pitch_mm)
     points = np.pad(rim.points() - BOARD.pitch_mm, ((0, 0), (0, 1)))
     seen = camera.project(transform(T_camera_board, points))
-    inside = (seen.pixels > 4) & (seen.pixels < SIZE_PX - 5)
+    inside = (seen.pixels > 4) & (seen.pixels < camera.width - 5)
     if not (seen.valid.all() and inside.all()):
         return None
     return seen.pixels.reshape(rim.rows, rim.columns, 2)[1:-1, 1:-1]
@@ -109,13 +111,13 @@ def sides_of(lattice):
     )
 
 
-def board_view(name, rng, least_px=LEAST_PX):
+def board_view(name, size, least_px, rng):
     """A moderately bent BoardView by the camera `name`, at a random pose.
 
     Moderate: every side of a square is at least least_px long, and none more
     than MOST_UNEVEN times as long as another.
     """
-    camera = camera_of(name)
+    camera = camera_of(name, size)
     for _ in range(DRAWS):
         T_camera_board = drawn_pose(camera, rng)
         if T_camera_board is None:
@@ -126,11 +128,13 @@ def board_view(name, rng, least_px=LEAST_PX):
         sides = sides_of(lattice)
         even = sides.max() <= MOST_UNEVEN * sides.min()
         if even and sides.min() >= least_px:
-            return BoardView(picture(name, T_camera_board, rng), lattice)
+            return BoardView(
+                picture(name, size, T_camera_board, rng), lattice
+            )
     raise ValueError(f"no pose with the whole board in sight of {name}")
 
 
-def picture(name, T_camera_board, rng):
+def picture(name, size, T_camera_board, rng):
     """The picture, uint8, blurred and noisy."""
     scene = board_scene(
         BOARD,
@@ -140,7 +144,10 @@ def picture(name, T_camera_board, rng):
         background=BACKGROUND,
     )
     radiance = render(
-        camera_of(name), np.eye(4), scene, corner_rays=rays_of(name)
+        camera_of(name, size),
+        np.eye(4),
+        scene,
+        corner_rays=rays_of(name, size),
     )
     return photographed(radiance, rng)
 

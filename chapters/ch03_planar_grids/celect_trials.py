@@ -7,6 +7,7 @@ import sys
 import numpy as np
 
 from chapters.ch03_planar_grids.celect_scenes import (
+    LEAST_PX,
     board_view,
     photographed,
     sides_of,
@@ -89,7 +90,12 @@ def recorded(result):
 def drawn_run(condition, rng):
     """One recorded run that is drawn: the first random view that is read."""
     for tried in range(1, condition["views"] + 1):  # noqa: B007
-        view = board_view(condition["camera"], rng, condition["least_px"])
+        view = board_view(
+            condition["camera"],
+            condition["size_px"],
+            condition["least_px"],
+            rng,
+        )
         rows, columns = view.lattice.shape[:2]
         where = clicks(outer(view.lattice), rng)
         result = celect(view.image, where, columns, rows, record=True)
@@ -151,7 +157,8 @@ def stage_trial(condition, rng):
 
 def camera_trial(condition, rng):
     """One board before one of the four cameras."""
-    view = board_view(condition["camera"], rng)
+    size = condition["size_px"]
+    view = board_view(condition["camera"], size, LEAST_PX[size], rng)
     rows, columns = view.lattice.shape[:2]
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)

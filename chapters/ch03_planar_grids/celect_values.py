@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.celect_claims import BROKEN
-from chapters.ch03_planar_grids.celect_scenes import CAMERAS
+from chapters.ch03_planar_grids.celect_scenes import CAMERAS, LEAST_PX
 from repro.reader import value
 
-LARGE_PX = 15
 NAMES = dict(
     zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=True)
 )
@@ -29,19 +28,20 @@ def name_values(open_results):
 
 
 def of_cameras(result):
-    """Success of each camera, of large squares, and candidates per corner."""
-    large, many = [], []
+    """Success of each camera, of small pictures, and candidates per corner."""
+    large, small = LEAST_PX
+    tiny, many = [], []
     for camera, name in NAMES.items():
-        success = result.column("success", camera=camera)
+        here = {"camera": camera, "size_px": large}
+        success = result.column("success", **here)
         value(name, percent(success))
-        least = result.column("least_px", camera=camera)
-        large.append(success[least >= LARGE_PX])
-        read = success == 1
-        candidates = result.column("candidates", camera=camera)
-        wanted = result.column("wanted", camera=camera)
-        many.append((candidates / wanted)[read])
-    large, many = np.concatenate(large), np.concatenate(many)
-    value("large", percent(large) if len(large) else 0.0)
+        ratio = result.column("candidates", **here) / result.column(
+            "wanted", **here
+        )
+        many.append(ratio[success == 1])
+        tiny.append(result.column("success", camera=camera, size_px=small))
+    many = np.concatenate(many)
+    value("tiny", percent(np.concatenate(tiny)))
     value("candidates", float(many.mean()) if len(many) else 0.0)
 
 
