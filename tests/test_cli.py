@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from raxel import cli
 from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.cameras.io import load_camera
 from raxel.cli import main
@@ -335,6 +336,20 @@ def test_help_names_all_commands_without_loading_numpy():
     assert done.returncode == 0, done.stderr
     for command in ("corners", "calibrate", "evaluate", "undistort", "check"):
         assert command in done.stdout
+
+
+def test_the_reference_lists_every_command_with_its_options():
+    listed = re.findall(r"(?ms)^- `raxel (\w+) (.+?)`", cli.__doc__)
+    commands = cli._parser()._subparsers._group_actions[0].choices
+    assert {name for name, _ in listed} == set(commands)
+    for name, arguments in listed:
+        asked = {
+            word
+            for action in commands[name]._actions
+            for word in action.option_strings or [action.metavar]
+        }
+        told = set(re.findall(r"--\w+|\b[A-Z]+\b", arguments))
+        assert asked - {"-h", "--help"} <= told, name
 
 
 def test_the_module_runs_as_a_program(drawn):

@@ -17,6 +17,8 @@ from pathlib import Path
 CODE = re.compile(r"``(.+?)``|`(.+?)`", re.S)
 SPECIAL = re.compile(r"([\\*_\[\]<>$#|{}~^])")
 LIST_ITEM = re.compile(r"(-|\d+\.|\(\w\)) ")
+SUPERSCRIPTS = dict(zip("0123456789T", "⁰¹²³⁴⁵⁶⁷⁸⁹ᵀ", strict=True))
+PROGRAM = "cli"  # a command, not a library: its modules are for nobody to call
 Documented = ast.FunctionDef | ast.ClassDef
 
 
@@ -88,7 +90,8 @@ def _page(library: Path, package: Path, pattern: str) -> str:
     entries = list(_documented(own, own.tree.body))
     if entries:
         parts += ["## The package itself", *entries]
-    return "\n\n".join([*parts, *_sections(modules)]) + "\n"
+    sections = [] if package.name == PROGRAM else _sections(modules)
+    return "\n\n".join([*parts, *sections]) + "\n"
 
 
 def _files(package: Path, pattern: str) -> list[Path]:
@@ -249,6 +252,7 @@ def escaped(text: str) -> str:
 
 
 def _plain(text: str) -> str:
+    text = re.sub(r"\^([0-9T])(?![0-9A-Za-z])", lambda m: SUPERSCRIPTS[m[1]], text)
     text = SPECIAL.sub(r"\\\1", text).replace("`", r"\`")
     # A line that begins like a list or a heading, but is the middle of a sentence.
     return re.sub(r"(?m)^(\s*)([+=:]|-(?!\s))", r"\1\\\2", text)

@@ -49,6 +49,9 @@ mathjax_path = "tex-svg-full.js"
 # The menu would offer to fetch speech rules from a host.
 mathjax3_config = {"options": {"enableMenu": False}}
 
+# Quotation marks become round, but -- is part of an option's name, never a dash.
+smartquotes_action = "qe"
+
 html_theme = "furo"
 html_title = "Raxel"
 html_static_path = ["_static", str(mathjax / "static" / "mathjax" / mathjax_path)]

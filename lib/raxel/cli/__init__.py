@@ -1,5 +1,21 @@
-"""The command line: raxel corners | calibrate | evaluate | undistort | check | render
-| score.
+"""The command line. SET is the folder of an image set, CAMERA an .npz camera file.
+
+- `raxel check SET` reads all of a set and says what is in it.
+- `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners.
+- `raxel calibrate SET --out CAMERA [--model auto|zhang|generic] [--json FILE]
+  [--corners FILE] [--detector NAME]` fits a camera to a set.
+- `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--detector NAME]` scores a
+  camera; only the boards' poses are fitted.
+- `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
+  them.
+- `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
+  laboratory.
+- `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
+  compares results with the truth of a rendered set.
+
+`--corners` takes corners that `raxel corners --json` wrote; without it they are found
+by the detector, `raxel`, `opencv` or `opencv-sb`. Every command explains its options
+with `--help`.
 
 Results are files, a short summary goes to standard output, progress to standard
 error. Exit status: 0 done; 2 bad input, with one line that says what and where; 1 a
