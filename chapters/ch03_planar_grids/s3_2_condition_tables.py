@@ -93,7 +93,9 @@ def ext_partial_grids(results):
                     METHODS[method],
                     size,
                     int(count),
-                    round(values["border_px"][k], 1) if count else "",
+                    round(float(values["border_px"][k]), 1)
+                    if count
+                    else "",
                     int(values["tries"][k]),
                 )
                 for column, cell in zip(columns, cells, strict=True):

@@ -142,13 +142,22 @@ def _lit(sheet, light):
     share = np.ones(seen.shape, np.float32)
     share[seen] = light(sheet.uv[seen])
     share = share.reshape(share.shape + (1,) * (full.ndim - 2))
+    lens = _lens_shade(sheet).reshape(share.shape)
     white, room = (rig.radiances[name] for name in ("white", "background"))
-    paper = np.clip((full - room) / (white - room), 0, 1)
-    at_edge = full + paper * white * (share - 1)
+    paper = np.clip((full / lens - room) / (white - room), 0, 1)
+    at_edge = full + lens * paper * white * (share - 1)
     inside, around = (
         m.reshape(share.shape) for m in _inside_and_around(sheet)
     )
     return np.where(inside, full * share, np.where(around, at_edge, full))
+
+
+def _lens_shade(sheet):
+    """Share of the light (h, w) that the lens keeps, where the sheet is."""
+    camera = sheet.rig.camera
+    shade = sheet.rig.optics.vignetting(camera.width, camera.height)
+    (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
+    return shade[v : v + height, u : u + width]
 
 
 def _inside_and_around(sheet):

@@ -1,0 +1,180 @@
+"""Chapter 3, what 3.3.2 depends on: light after rendering, orders, merging, parts."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids import sheet_views
+from chapters.ch03_planar_grids.click_orders import (
+    corner_areas,
+    is_right,
+    ordered,
+    outer,
+)
+from chapters.ch03_planar_grids.merge_failures import (
+    logistic_curve,
+    logistic_slope,
+    merge_failed,
+    size_variation,
+)
+from chapters.ch03_planar_grids.partial_grids import (
+    Part,
+    candidate_parts,
+    largest_part,
+    painted,
+)
+from raxel.lab.board_photograph import window_of
+from raxel.lab.lighting import Shadow
+from raxel.lab.scenes import board_scene
+
+
+def drawn_lattice(rows=6, columns=8, growth=1.0):
+    """A lattice (rows, columns, 2) whose steps along u grow by a ratio."""
+    u = np.concatenate([[0], np.cumsum(20 * growth ** np.arange(columns - 1))])
+    v = 30.0 * np.arange(rows)
+    return np.stack(np.meshgrid(50 + u, 40 + v), axis=-1)
+
+
+@pytest.fixture(scope="module")
+def fisheye_sheet():
+    return sheet_views.sheet_of("fisheye", np.random.default_rng(1))
+
+
+def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
+    sheet = fisheye_sheet
+    rig = sheet.rig
+    corner, size = rig.extent
+    light = rig.light.draw(np.random.default_rng(2), rig.extent)
+    light = replace(light, level=0.5, shadow=Shadow(corner + 0.4 * size, 0.3, 60, 15))
+    scene = board_scene(
+        rig.target, sheet.T_camera_board, rig.border_mm, light=light, **rig.radiances
+    )
+    true = rig.laboratory().irradiance(
+        scene, np.eye(4), window=window_of(rig, sheet.T_camera_board)
+    )
+    off = np.abs(sheet_views._lit(sheet, light) - true)
+    assert np.median(off) < 1e-4
+    # Most at the sheet's edge, where paper and room share a pixel.
+    assert off.max() < 0.03 * true.max()
+
+
+def test_cut_photograph_keeps_the_corners_in_place(fisheye_sheet):
+    even = lambda places: np.ones(len(places))  # noqa: E731
+    image, lattice = sheet_views.cut_photograph(fisheye_sheet, even)
+    assert lattice.min() > 0
+    assert np.all(lattice.reshape(-1, 2).max(axis=0) < image.shape[::-1])
+    middles = (lattice[:-1, :-1] + lattice[1:, 1:]) / 2
+    u, v = np.rint(middles).astype(int).transpose(2, 0, 1)
+    signs = (-1.0) ** np.add.outer(*map(np.arange, u.shape))
+    alternating = signs * (image[v, u].astype(float) - image[v, u].mean())
+    assert np.all(alternating > 0) or np.all(alternating < 0)
+
+
+def test_eight_orders_begin_where_they_should():
+    lattice = drawn_lattice()
+    seen = set()
+    for first in range(4):
+        for reverse in (False, True):
+            found = ordered(lattice, first, reverse)
+            assert np.array_equal(found[0, 0], outer(lattice)[first])
+            (ax, ay), (bx, by) = found[0, 1] - found[0, 0], found[1, 0] - found[0, 0]
+            assert (ax * by > ay * bx) != reverse
+            seen.add(found.tobytes())
+    assert len(seen) == 8
+
+
+def test_smallest_square_is_where_steps_are_shortest():
+    assert corner_areas(drawn_lattice(growth=1.2)).argmin() in (0, 3)
+    assert corner_areas(drawn_lattice())[0] == pytest.approx(600)
+
+
+def test_right_needs_every_corner_in_its_own_place():
+    lattice = drawn_lattice()
+    assert is_right(lattice + 1.0, lattice)
+    assert not is_right(lattice[:, ::-1], lattice)
+    moved = lattice.copy()
+    moved[2, 3] += (9, 0)
+    assert not is_right(moved, lattice)
+
+
+def contour_result(inliers, merged):
+    contour = SimpleNamespace(name="side 1", inliers=inliers, merged=merged)
+    return SimpleNamespace(contours=(contour,))
+
+
+def test_merge_failures_are_lost_or_doubled_corners():
+    lattice = drawn_lattice()
+    side = lattice[0]
+    assert not merge_failed(contour_result(side, side), lattice)
+    assert not merge_failed(contour_result(side[1:], side[1:]), lattice)
+    assert merge_failed(contour_result(side, side[1:]), lattice)
+    split = np.vstack([side, side[2] + (2, 0)])
+    assert merge_failed(contour_result(split, split), lattice)
+    assert not merge_failed(None, lattice)
+
+
+def test_size_variation_is_that_of_one_contour():
+    assert size_variation(drawn_lattice(growth=1.2)) == pytest.approx(1.2**6)
+    assert size_variation(drawn_lattice()) == pytest.approx(1)
+
+
+def test_logistic_slope_is_found_again():
+    rng = np.random.default_rng(3)
+    x = rng.uniform(1, 6, 20000)
+    y = rng.random(len(x)) < 1 / (1 + np.exp(-(-3 + 0.8 * x)))
+    slope, error = logistic_slope(x, y)
+    assert abs(slope - 0.8) < 4 * error
+    assert error < 0.03
+    assert logistic_curve(x, y, np.array([3.75]))[0] == pytest.approx(0.5, abs=0.02)
+
+
+def test_logistic_slope_without_a_fit_is_nan():
+    x = np.arange(8.0)
+    assert np.isnan(logistic_slope(x, np.zeros(8))[0])
+    assert np.isnan(logistic_slope(x, x > 3)[0])
+
+
+def test_candidate_parts_leave_out_the_smallest_steps():
+    lattice = drawn_lattice(growth=1.3)
+    parts = candidate_parts(lattice, 0.95)
+    assert parts[0] == Part(0, 5, 0, 7)
+    counts = [part.count for part in parts]
+    assert counts == sorted(counts, reverse=True)
+    shortest = [np.diff(p.of(lattice)[0, :, 0]).min() for p in parts]
+    assert shortest == sorted(shortest)
+    assert parts[1].right == 7
+
+
+def test_search_ends_where_no_line_can_be_added():
+    lattice = drawn_lattice(growth=1.1)
+
+    def returns(part):
+        return part.left >= 2
+
+    # The coarse candidates pass by the largest part; added lines reach it.
+    part, tries = largest_part(returns, lattice, 0.6)
+    assert part == Part(0, 5, 2, 7)
+    assert tries < 12
+    assert largest_part(lambda part: False, lattice, 0.95)[0] is None
+
+
+def test_paint_covers_all_but_the_squares_of_the_part(fisheye_sheet):
+    sheet = fisheye_sheet
+    camera = sheet.rig.camera
+    grey = np.full((camera.height, camera.width), 100, np.uint8)
+    part = Part(1, 3, 2, 5)
+    picture, corners = painted(sheet, grey, part)
+    assert corners.shape == (3, 4, 2)
+    u, v = np.rint(corners).astype(int).transpose(2, 0, 1)
+    assert np.all(picture[v, u] == 100)
+    # Two squares beyond the part's corners all is white.
+    assert np.all(picture[[0, -1]] == 255)
+    assert np.all(picture[:, [0, -1]] == 255)
+    area = (picture == 100).sum()
+    ring = sheet.lattice[0:5, 1:7]
+    from cv2 import contourArea
+
+    around = np.vstack([ring[0], ring[1:, -1], ring[-1, -2::-1], ring[-2:0:-1, 0]])
+    assert area == pytest.approx(contourArea(around.astype(np.float32)), rel=0.06)
