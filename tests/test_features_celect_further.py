@@ -86,6 +86,15 @@ def test_edges_bends_of_an_edge_and_noise_are_no_corners():
         assert not len(symmetric_corners(window, clear, SETTINGS))
 
 
+def test_the_middle_of_a_spot_is_symmetric_but_no_corner():
+    v, u = np.indices((121, 121)) - 60
+    spot = np.where((abs(u) < 5) & (abs(v) < 5), 255, 0).astype(np.uint8)
+    window = open_window(spot, np.array([60.0, 60.0]), 45.0, SMOOTHING)
+    middle = np.array([[60, 60]]) - window.first
+    assert symmetry_at(window, middle, 3.0) > 0.9
+    assert not len(corners_of(spot))
+
+
 def test_symmetry_is_one_at_a_corner_and_minus_one_on_an_edge():
     columns = np.indices((121, 121))[1]
     edge = np.clip(128 + 127.5 * (columns - 60), 0, 255).astype(np.uint8)

@@ -79,8 +79,10 @@ from repro.reader import (
 # |\mathbf g(\mathbf d)|^2} .$$
 #
 # It is 1 at a corner, −1 on an edge, and 0 on average in noise. Where
-# $S < 0.5$ there is no corner. Elsewhere Harris's response is multiplied by
-# $S$, at two scales, and the finer one with a maximum gives the corner.
+# $S < 0.5$ there is no corner, and none where the brightness has no saddle:
+# the middle of a small square is symmetric too. Elsewhere Harris's response
+# is multiplied by $S$, at two scales, and the finer one with a maximum
+# gives the corner.
 
 # %% tags=["active-ipynb"]
 # show_code(symmetric_corners, symmetry_at)

@@ -2,7 +2,8 @@
 
 A corner of a chessboard looks the same when it is turned by half a turn about itself:
 its gradient at +d is minus that at -d. The two corners into which blur splits it do
-not, and neither do edges and noise.
+not, and neither do edges and noise. The middle of a small square does, but it is a peak
+of brightness or darkness, and a corner is a saddle.
 """
 
 import math
@@ -30,10 +31,10 @@ def symmetric_corners(window, scale, settings):
 
     Takes the place of `window.harris_corners`. At every scale Harris's response,
     normalised (K. Mikolajczyk and C. Schmid, 2004,
-    doi:10.1023/B:VISI.0000027790.02288.f2), is weighted with the symmetry. A maximum of
-    a coarser scale counts where no finer one lies within two SDs of its tensor's
-    window. Nothing so close to the end of the patch that its symmetry is not known is
-    a corner.
+    doi:10.1023/B:VISI.0000027790.02288.f2), is weighted with the symmetry, where the
+    brightness has a saddle. A maximum of a coarser scale counts where no finer one lies
+    within two SDs of its tensor's window. Nothing so close to the end of the patch that
+    its symmetry is not known is a corner.
     """
     pixels = np.empty((0, 2))
     for level in LEVELS:
@@ -52,7 +53,7 @@ def _at_level(window, scale, settings, level):
     coarse = coarser(window, scale.smoothing.grey * math.sqrt(level**2 - 1), step)
     response = level**4 * harris_response(coarse, tensor / step, settings.harris_k)
     least = max(settings.harris_share * scale.response, np.finfo(np.float32).tiny)
-    places = np.argwhere(response >= least)[:, ::-1]
+    places = np.argwhere((response >= least) & saddles(coarse))[:, ::-1]
     symmetry = symmetry_at(coarse, places, SUPPORT_SD * grey / step)
     places, symmetry = (x[symmetry >= LEAST_SYMMETRY] for x in (places, symmetry))
     columns, rows = places.T
@@ -80,6 +81,13 @@ def peak_offsets(strength, places):
         bend = before - 2 * here + after
         np.divide(before - after, 2 * bend, out=offsets[:, axis], where=bend < 0)
     return np.clip(offsets, -0.5, 0.5)
+
+
+def saddles(window):
+    """Where the brightness of a window has a saddle, (h, w): Hessian's det below 0."""
+    across, down = window.gradient_u, window.gradient_v
+    uv = (np.gradient(across, axis=0) + np.gradient(down, axis=1)) / 2
+    return np.gradient(across, axis=1) * np.gradient(down, axis=0) < uv**2
 
 
 def coarser(window, extra_px, step):
