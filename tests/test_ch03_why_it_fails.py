@@ -153,7 +153,7 @@ def test_a_corner_too_many_and_its_place_are_named():
 def test_a_trace_that_leaves_its_contour_is_told_from_one_that_stops():
     away = on(
         "side 3",
-        anchors=lambda a: np.vstack((a[:6], a[5] + [30, 30])),
+        anchors=lambda a: np.vstack((a[:6], a[5] + [[30, 30], [60, 60]])),
         merged=lambda _: np.empty((0, 2)),
     )
     stops = on("side 3", anchors=lambda a: a[:6], merged=lambda _: np.empty((0, 2)))

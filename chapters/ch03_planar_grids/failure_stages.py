@@ -38,7 +38,7 @@ STAGES = (
 NEAR = 0.25
 """A point is near a corner or a contour within this share of the nearest square."""
 
-OFF_EDGE, OFF_EDGE_PX = 0.08, 2.0
+OFF_EDGE, OFF_EDGE_PX = 0.08, 3.0
 """An anchor is off its contour beyond this share of a square, and these px at least."""
 
 DENSE = 24
@@ -140,16 +140,19 @@ def _lost_on(contour, truth, near, square, curve):
 
 
 def _left_at(anchors, truth, allowed, curve):
-    """Index of the first anchor off the true contour, None if all lie on it.
+    """Index of the anchor with which a trace left its contour, None if it did not.
 
-    allowed (n,): px that an anchor next to a corner may be off.
+    One anchor beside the contour is none: edges are rounded where they cross. Two in
+    a row are, and of several such rows the last. allowed (n,): px that an anchor next
+    to a corner may be off.
     """
     off = np.linalg.norm(anchors[:, None] - curve[None], axis=2).min(axis=1)
     nearest = np.linalg.norm(anchors[:, None] - truth[None], axis=2).argmin(
         axis=1
     )
-    beyond = np.flatnonzero(off > allowed[nearest])
-    return int(beyond[0]) if len(beyond) else None
+    away = off > allowed[nearest]
+    starts = away[:-1] & away[1:] & ~np.concatenate(([False], away[:-2]))
+    return int(np.flatnonzero(starts)[-1]) if starts.any() else None
 
 
 def _claimed(truth, near, points):
