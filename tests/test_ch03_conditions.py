@@ -9,10 +9,10 @@ import pytest
 from chapters.ch03_planar_grids import sheet_views
 from chapters.ch03_planar_grids.click_orders import (
     corner_areas,
-    is_right,
+    detected,
     ordered,
-    outer,
 )
+from chapters.ch03_planar_grids.grid_views import outer
 from chapters.ch03_planar_grids.merge_failures import (
     logistic_curve,
     logistic_slope,
@@ -90,13 +90,13 @@ def test_smallest_square_is_where_steps_are_shortest():
     assert corner_areas(drawn_lattice())[0] == pytest.approx(600)
 
 
-def test_right_needs_every_corner_in_its_own_place():
-    lattice = drawn_lattice()
-    assert is_right(lattice + 1.0, lattice)
-    assert not is_right(lattice[:, ::-1], lattice)
-    moved = lattice.copy()
-    moved[2, 3] += (9, 0)
-    assert not is_right(moved, lattice)
+def test_detected_needs_the_board_that_is_there(fisheye_sheet):
+    even = lambda places: np.ones(len(places))  # noqa: E731
+    image, lattice = sheet_views.cut_photograph(fisheye_sheet, even)
+    assert detected("raxel", image, lattice)
+    assert detected("raxel", image, lattice[::-1, ::-1])
+    assert not detected("raxel", image, lattice + 20)
+    assert not detected("raxel", np.full_like(image, 90), lattice)
 
 
 def contour_result(inliers, merged):

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.ch03_planar_grids.scoring import LOST_PX
+from chapters.ch03_planar_grids.grid_scoring import in_order_of, is_right
+from chapters.ch03_planar_grids.grid_trials import CLICK_SD_PX, returned
+from chapters.ch03_planar_grids.grid_views import outer
 from raxel.errors import InputError
-from raxel.features import symmetries
 from raxel.features.celect import celect
 
-CLICK_SD_PX = 0.614
 NOT_RUN = "outer corner"
 WRONG = "wrong corner returned"
 DONE = "done"
@@ -33,11 +33,6 @@ class Clicked(NamedTuple):
 def draw_clicks(rng):
     """Offsets (4, 2) px of the clicks on the outer corners of a clockwise lattice."""
     return rng.normal(0.0, CLICK_SD_PX, (4, 2))
-
-
-def outer(lattice):
-    """Outer corners (4, 2) of a lattice (rows, columns, 2), around it by its rows."""
-    return lattice[[0, 0, -1, -1], [0, -1, -1, 0]]
 
 
 def ordered(lattice, first, reverse=False):
@@ -85,34 +80,18 @@ def run(image, lattice, offsets, first=None, reverse=False):
         return Clicked(truth, None, NOT_RUN)
     if not result.found:
         return Clicked(truth, result, result.failures[0].stage)
-    return Clicked(
-        truth, result, DONE if is_right(result.corners, truth) else WRONG
-    )
+    right = is_right(result.corners.reshape(-1, 2), truth.reshape(-1, 2))
+    return Clicked(truth, result, DONE if right else WRONG)
 
 
-def is_right(corners, lattice):
-    """Whether corners (rows, columns, 2) are those of the lattice, in its order.
+def detected(name, image, lattice):
+    """Whether a detector without clicks has the lattice, from whichever corner.
 
-    Each less than 8 px from its own true corner, and nearer to it than to any other.
+    name: as in `grid_trials.METHODS`; lattice: true corners (rows, columns, 2).
     """
-    found, true = corners.reshape(-1, 2), lattice.reshape(-1, 2)
-    apart = np.linalg.norm(found[:, None] - true[None], axis=2)
-    own = np.diag(apart)
-    nearest = apart.argmin(axis=1) == np.arange(len(true))
-    return bool(nearest.all() and own.max() < LOST_PX)
-
-
-def detected_right(detection, lattice):
-    """Whether a detector without clicks has the lattice, from whichever corner."""
     rows, columns = lattice.shape[:2]
-    if not detection.found:
+    corners = returned(name, image, columns, rows)
+    if corners is None:
         return False
-    wanted = columns, rows
-    orders = symmetries(
-        detection.corners, detection.columns, detection.rows
-    )
-    return any(
-        is_right(order.reshape(lattice.shape), lattice)
-        for order, size in orders
-        if size == wanted
-    )
+    truth = lattice.reshape(-1, 2)
+    return is_right(in_order_of(truth, corners, columns, rows), truth)

@@ -8,9 +8,17 @@ import numpy as np
 
 from chapters.ch03_planar_grids.click_orders import (
     corner_areas,
-    detected_right,
+    detected,
     draw_clicks,
     run,
+)
+from chapters.ch03_planar_grids.grid_trials import (
+    CELECT,
+    CLICKLESS,
+    LINEAR,
+    OPENCV,
+    OPENCV_SB,
+    tone_undone,
 )
 from chapters.ch03_planar_grids.merge_failures import (
     merge_failed,
@@ -20,22 +28,16 @@ from chapters.ch03_planar_grids.sheet_views import (
     cut_photograph,
     sheet_of,
 )
-from raxel.features import DETECTORS
 from raxel.lab.lighting import Shadow
 
 LIGHT_LEVELS = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
 SHADOW_DEPTH = 0.3
-CELECT = "celect"
-OPENCV = {
-    "findChessboardCorners": "opencv",
-    "findChessboardCornersSB": "opencv-sb",
-}
-
 METHODS = {
     CELECT: "CELECT",
-    "opencv": "findChessboardCorners",
-    "opencv-sb": "findChessboardCornersSB",
-    "raxel": "without clicks (ours)",
+    LINEAR: "CELECT, tone curve undone",
+    OPENCV: "findChessboardCorners",
+    OPENCV_SB: "findChessboardCornersSB",
+    CLICKLESS: "without clicks (ours)",
 }
 
 
@@ -52,10 +54,9 @@ def contrast_trial(condition, rng):
     values = {}
     for level in condition["levels"]:
         image, lattice = cut_photograph(sheet, replace(light, level=level))
-        clicked = run(image, lattice, offsets)
         values[level_name(level)] = {
             "contrast_grey": contrast(image, lattice),
-            **every_detector(image, lattice, clicked),
+            **every_detector(image, lattice, offsets),
         }
     return values
 
@@ -76,10 +77,9 @@ def shadow_trial(condition, rng):
     values = {}
     for name, cast in (("plain", None), ("shadow", shadow)):
         image, lattice = cut_photograph(sheet, replace(light, shadow=cast))
-        clicked = run(image, lattice, offsets)
-        values[name] = every_detector(image, lattice, clicked)
+        values[name] = every_detector(image, lattice, offsets)
         if cast is None:
-            values |= merging(clicked)
+            values |= merging(run(image, lattice, offsets))
     return values
 
 
@@ -122,15 +122,19 @@ def direction_trial(condition, rng):
     return values
 
 
-def every_detector(image, lattice, clicked):
-    """Whether CELECT, OpenCV's two detectors and the library's have the grid."""
-    rows, columns = lattice.shape[:2]
-    values = {CELECT: clicked.right, "stage": clicked.stage}
-    for name in (*OPENCV.values(), "raxel"):
-        detection = DETECTORS[name](image, columns, rows)
-        values[name] = detected_right(detection, lattice)
-        values[f"{name} returned"] = detection.found
-    return values
+def every_detector(image, lattice, offsets):
+    """Whether CELECT and the detectors without clicks have the grid."""
+    clicked = run(image, lattice, offsets)
+    linear = run(tone_undone(image), lattice, offsets)
+    values = {
+        CELECT: clicked.right,
+        LINEAR: linear.right,
+        "stage": clicked.stage,
+    }
+    without = (OPENCV, OPENCV_SB, CLICKLESS)
+    return values | {
+        name: detected(name, image, lattice) for name in without
+    }
 
 
 def contrast(image, lattice):

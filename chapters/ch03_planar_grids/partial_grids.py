@@ -16,16 +16,20 @@ import numpy as np
 
 from chapters.ch03_planar_grids.click_orders import (
     DONE,
-    detected_right,
+    detected,
     draw_clicks,
     run,
+)
+from chapters.ch03_planar_grids.grid_trials import (
+    CELECT,
+    OPENCV,
+    OPENCV_SB,
 )
 from chapters.ch03_planar_grids.sheet_views import (
     outline_px,
     photograph,
     sheet_of,
 )
-from raxel.features import DETECTORS
 
 FEWEST = 3
 WHITE = 255
@@ -171,18 +175,16 @@ def partial_trial(condition, rng):
 
     values = {"picture": image, "lattice": sheet.lattice}
     share = condition["next_share"]
-    values["celect"] = _extracted(returns, sheet, image, share)
-    values["celect"]["lost"] = {
-        s: n for s, n in stages.items() if s != DONE
-    }
-    return values | {"opencv": _by_detector("opencv", sheet, image, share)}
+    values[CELECT] = _extracted(returns, sheet, image, share)
+    values[CELECT]["lost"] = {s: n for s, n in stages.items() if s != DONE}
+    return values | {OPENCV: _by_detector(OPENCV, sheet, image, share)}
 
 
 def partial_sb_trial(condition, rng):
     """The same picture; the largest part of OpenCV's sector-based detector."""
     sheet, image = _large_picture(condition, rng)
     share = condition["next_share"]
-    return {"opencv-sb": _by_detector("opencv-sb", sheet, image, share)}
+    return {OPENCV_SB: _by_detector(OPENCV_SB, sheet, image, share)}
 
 
 def _large_picture(condition, rng):
@@ -196,11 +198,7 @@ def _by_detector(name, sheet, image, next_share):
     """Values of the search with white painted round every part."""
 
     def returns(part):
-        picture, lattice = painted(sheet, image, part)
-        rows, columns = lattice.shape[:2]
-        return detected_right(
-            DETECTORS[name](picture, columns, rows), lattice
-        )
+        return detected(name, *painted(sheet, image, part))
 
     return _extracted(returns, sheet, image, next_share)
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.condition_trials import (
-    CELECT,
     LIGHT_LEVELS,
-    OPENCV,
     level_name,
+)
+from chapters.ch03_planar_grids.grid_trials import (
+    CELECT,
+    OPENCV,
+    OPENCV_SB,
 )
 from chapters.ch03_planar_grids.merge_failures import logistic_slope
 from raxel.evaluation.statistics import (
@@ -72,8 +75,8 @@ def judge_low_contrast(results):
     }
     copes = [v for v, rate in rates.items() if rate >= COPES]
     readings = []
-    for option, method in OPENCV.items():
-        reading = {"opencv_detector": option}
+    for method in (OPENCV, OPENCV_SB):
+        reading = {"opencv_detector": method}
         if not copes:
             best = max(rates, key=rates.get)
             theirs = in_light(result, best, method).mean()
@@ -120,7 +123,7 @@ def judge_shadow(results):
     result = results["exp_c3_shadow"]
     ours = shadow_effects(result, CELECT)
     readings = []
-    for option, method in OPENCV.items():
+    for method in (OPENCV, OPENCV_SB):
         theirs = shadow_effects(result, method)
         decision = all_of(
             [ours.within(-SAME, SAME), theirs.above(LEAST_DROP - EDGE)]
@@ -130,7 +133,7 @@ def judge_shadow(results):
                 DECISIONS[decision],
                 theirs.value,
                 interval=(theirs.low, theirs.high),
-                reading={"opencv_detector": option},
+                reading={"opencv_detector": method},
                 unit="1",
                 reason="loss of OpenCV's success to the shadow; CELECT loses "
                 f"{100 * ours.value:.1f} points ({100 * ours.low:.1f} to "
@@ -153,7 +156,7 @@ def partial_predicates(ours, theirs, method):
                 name: result.column(f"{who}.{name}", camera=camera)[:seeds]
                 for name in ("count", "border_px")
             }
-            for who, result in (("celect", ours), (method, theirs))
+            for who, result in ((CELECT, ours), (method, theirs))
         )
         ratio = np.divide(
             a["count"],
@@ -178,11 +181,11 @@ def judge_partial_grid(results):
     """Larger by 1.3 and nearer to the frame, for both cameras."""
     ours = results["fig_3_14_parts"]
     readings = []
-    for option, theirs in (
-        ("findChessboardCorners", ours),
-        ("findChessboardCornersSB", results["fig_3_14_parts_sb"]),
+    for method, theirs in (
+        (OPENCV, ours),
+        (OPENCV_SB, results["fig_3_14_parts_sb"]),
     ):
-        holds, ratios = partial_predicates(ours, theirs, OPENCV[option])
+        holds, ratios = partial_predicates(ours, theirs, method)
         readings.append(
             Reading(
                 DECISIONS[
@@ -190,7 +193,7 @@ def judge_partial_grid(results):
                 ],
                 float(np.median(ratios)),
                 interval=(float(ratios.min()), float(ratios.max())),
-                reading={"opencv_detector": option},
+                reading={"opencv_detector": method},
                 unit="1",
                 reason="corners of CELECT over OpenCV's, of the worse camera; "
                 "median and range over the pictures. The predicate is true "

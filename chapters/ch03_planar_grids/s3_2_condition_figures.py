@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from chapters.ch03_planar_grids.condition_trials import (
-    CELECT,
     METHODS,
     level_name,
 )
+from chapters.ch03_planar_grids.grid_trials import CELECT, OPENCV
 from chapters.ch03_planar_grids.merge_failures import logistic_curve
 from chapters.ch03_planar_grids.s3_2_condition_claims import (
     CAMERAS,
@@ -40,14 +40,14 @@ def fig_3_14(results):
     data = {"panel": [], "method": [], "corner": [], "u_px": [], "v_px": []}
     inside = []
     for row, camera in zip(panels, CAMERAS, strict=True):
-        for panel, method in zip(row, ("celect", "opencv"), strict=True):
+        for panel, method in zip(row, (CELECT, OPENCV), strict=True):
             found = result.arrays(f"{method}.corners", camera=camera)
             picture = result.arrays("picture", camera=camera)[0]
             lattice = result.arrays("lattice", camera=camera)[0]
             here = result.column(f"{method}.count", camera=camera)[0] > 0
             corners = found[0] if here else None
             _draw_part(panel, picture, lattice, corners)
-            if here and method == "opencv":
+            if here and method == OPENCV:
                 _draw_paint(panel, result, camera)
             size = "none"
             if here:
@@ -98,8 +98,8 @@ def _draw_part(panel, picture, lattice, corners):
 
 def _draw_paint(panel, result, camera):
     """The painted picture over the one it was made from."""
-    bordered = result.arrays("opencv.painted", camera=camera)[0]
-    u, v = result.arrays("opencv.first", camera=camera)[0]
+    bordered = result.arrays(f"{OPENCV}.painted", camera=camera)[0]
+    u, v = result.arrays(f"{OPENCV}.first", camera=camera)[0]
     height, width = bordered.shape
     extent = (u - 0.5, u + width - 0.5, v + height - 0.5, v - 0.5)
     limits = panel.get_xlim(), panel.get_ylim()
@@ -219,7 +219,7 @@ def _draw_shadow(panel, result, data):
             result.column(f"{name}.{method}")
             for name in ("plain", "shadow")
         ]
-        x = np.array([0, 1]) + 0.06 * (index - 1.5)
+        x = np.array([0, 1]) + 0.06 * (index - 2)
         _draw(panel, "b", x, trials, index, label, data, bars=True)
     _name_ticks(panel, [0, 1], ["no shadow", "shadow"])
     panel.set_xlim(-0.4, 1.4)
@@ -234,7 +234,7 @@ def _draw_orders(panel, result, data):
         x = np.arange(1, 5) + 0.08 * (index - 0.5)
         label = "clockwise" if way == "clockwise" else "the other way"
         _draw(
-            panel, "c", x, orders[index], index + 4, label, data, bars=True
+            panel, "c", x, orders[index], index + 5, label, data, bars=True
         )
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)

@@ -7,9 +7,13 @@ from collections import Counter
 import numpy as np
 
 from chapters.ch03_planar_grids.condition_trials import (
-    CELECT,
     METHODS,
     level_name,
+)
+from chapters.ch03_planar_grids.grid_trials import (
+    CELECT,
+    OPENCV,
+    OPENCV_SB,
 )
 from chapters.ch03_planar_grids.s3_2_condition_claims import (
     CAMERAS,
@@ -28,14 +32,14 @@ def numbers_fig_3_14(results):
     result = results["fig_3_14_parts"]
     found = {}
     for short, camera in (("hype", "hyperboloidal"), ("fish", "fisheye")):
-        for method in ("celect", "opencv"):
+        for name_of, method in (("celect", CELECT), ("opencv", OPENCV)):
             counts = result.column(f"{method}.count", camera=camera)
             others = ", ".join(f"{n:.0f}" for n in counts)
             for axis, name in (("columns", "cols"), ("rows", "rows")):
                 sizes = np.nan_to_num(
                     result.column(f"{method}.{axis}", camera=camera)
                 )
-                found[f"fig3_14_{short}_{method}_{name}"] = Value(
+                found[f"fig3_14_{short}_{name_of}_{name}"] = Value(
                     float(sizes[0]),
                     interval=(float(sizes.min()), float(sizes.max())),
                     unit="corners",
@@ -69,8 +73,8 @@ def ext_partial_grids(results):
     for camera in CAMERAS:
         for method, result in (
             (CELECT, plain),
-            ("opencv", plain),
-            ("opencv-sb", sector),
+            (OPENCV, plain),
+            (OPENCV_SB, sector),
         ):
             values = {
                 name: result.column(f"{method}.{name}", camera=camera)

@@ -6,7 +6,13 @@ from collections import Counter
 
 import numpy as np
 
-from chapters.ch03_planar_grids.condition_trials import CELECT
+from chapters.ch03_planar_grids.grid_trials import (
+    CELECT,
+    CLICKLESS,
+    LINEAR,
+    OPENCV,
+    OPENCV_SB,
+)
 from chapters.ch03_planar_grids.s3_2_condition_claims import (
     CAMERAS,
     all_orders,
@@ -22,9 +28,10 @@ PAGE = "s3_2_conditions"
 
 NAMES = {
     CELECT: "celect",
-    "opencv": "opencv",
-    "opencv-sb": "sector",
-    "raxel": "raxel",
+    LINEAR: "linear",
+    OPENCV: "opencv",
+    OPENCV_SB: "sector",
+    CLICKLESS: "raxel",
 }
 DIM = 0.1
 
@@ -59,7 +66,7 @@ def _name_parts(result):
     for camera in CAMERAS:
         ours, theirs = (
             result.column(f"{method}.count", camera=camera)
-            for method in (CELECT, "opencv")
+            for method in (CELECT, OPENCV)
         )
         value(
             f"part.{camera}",

@@ -7,7 +7,7 @@
 # border. Each remark is put to a test of its own here.
 
 # %% tags=["hide-cell"]
-from chapters.ch03_planar_grids.click_orders import is_right, run
+from chapters.ch03_planar_grids.click_orders import detected, run
 from chapters.ch03_planar_grids.condition_exercises import (
     adaptive_loss,
     smallest_over_merging,
@@ -81,7 +81,7 @@ from repro.reader import (
 # The pictures are then cut to the sheet and 24 px around it.
 
 # %% tags=["active-ipynb"]
-# show_code(cut_photograph, run, is_right)
+# show_code(cut_photograph, run, detected)
 
 # %% [markdown]
 # **Parts of a large grid.** Someone has to choose which part is extracted,
