@@ -187,3 +187,28 @@ def test_sixteen_bits_and_tiny_pictures():
     assert find_board(deep, 7, 5).found
     for shape in ((1, 1), (1, 400), (17, 16), (30, 30)):
         assert not find_board(np.full(shape, 9, np.uint8), 7, 5).found
+
+
+def test_random_bytes_do_no_harm():
+    rng = np.random.default_rng(6)
+    board = seen(drawn("turned"))[::2, ::2]
+    for number in range(40):
+        image = board.copy()
+        if number % 3 == 0:
+            shape = tuple(rng.integers(1, 160, 2))
+            image = rng.integers(0, 256, shape, dtype=np.uint8)
+        elif number % 3 == 1:
+            v, u = rng.integers(0, image.shape[0]), rng.integers(0, image.shape[1])
+            image[v:, u:] = rng.integers(0, 256)
+        else:
+            flat = image.ravel()
+            place = rng.integers(0, flat.size, 1 + flat.size // 50)
+            flat[place] = rng.integers(0, 256, len(place))
+        columns, rows = (int(n) for n in rng.integers(3, 9, 2))
+        found = find_board(image, *((columns, rows) if number % 2 else (None, None)))
+        if found.found:
+            assert (found.columns, found.rows) == (7, 5)
+            true = (drawn("turned").corners() - 0.5) / 2 + 0.25
+            assert distance(found, true, 7, 5) < 1
+        else:
+            assert found.reason

@@ -1,4 +1,4 @@
-"""OpenCV's detectors on real photographs with reference corners.
+"""Detectors on real photographs with reference corners.
 
 Only where RAXEL_RECORDED names the folder of the recorded sets.
 """
@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from raxel.evaluation.reference_corners import distance_to_reference
-from raxel.features import DETECTORS
+from raxel.features import DETECTORS, find_board
 from raxel.features.boards import detect_boards
-from raxel.sets import load_reference, load_set
+from raxel.sets import load_reference, load_set, read_image
 
 RECORDED = Path(os.environ.get("RAXEL_RECORDED", "nowhere"))
 SETS = [
@@ -24,7 +24,7 @@ SETS = [
 ]
 # A board that is not found takes seconds; the exhaustive search always takes long.
 FEW = {"fisheye-deltille": ("0145.png", "0249.png")}
-EVERY = {"opencv": 1, "opencv-sb": 4}
+EVERY = {"raxel": 3, "opencv": 1, "opencv-sb": 4}
 
 pytestmark = pytest.mark.skipif(
     not RECORDED.is_dir(), reason="RAXEL_RECORDED names no folder"
@@ -36,7 +36,7 @@ def found(name, detector):
     """Boards and reference corners of a recorded set."""
     image_set = load_set(RECORDED / name)
     views = image_set.views[:: EVERY[detector]]
-    if name in FEW:
+    if name in FEW and detector != "raxel":
         views = [view for view in image_set.views if view.image in FEW[name]]
     return detect_boards(image_set, detector, views), load_reference(image_set)
 
@@ -53,7 +53,31 @@ def test_what_is_found_is_right(name, detector, record_property):
         assert distance <= corners.tolerance_px, board.view.image
 
 
-@pytest.mark.parametrize("detector", DETECTORS)
+@pytest.mark.parametrize("name", SETS)
+def test_no_board_is_missed_without_clicks(name):
+    boards, reference = found(name, "raxel")
+    assert all(board.detection.found for board in boards)
+    image_set = load_set(RECORDED / name)
+    for board in boards[::2]:
+        image = read_image(image_set, board.view)
+        counted = find_board(image)
+        corners = reference[board.view.image]
+        assert counted.found, counted.reason
+        assert distance_to_reference(counted, corners) <= corners.tolerance_px
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_a_wrong_size_is_refused_and_the_board_given_as_part(name):
+    image_set = load_set(RECORDED / name)
+    image = read_image(image_set, image_set.views[0])
+    columns, rows = image_set.target.columns, image_set.target.rows
+    for size in ((columns - 1, rows), (columns, rows - 1), (columns + 1, rows)):
+        refusal = find_board(image, *size)
+        assert not refusal.found
+        assert len(refusal.partial.corners) == columns * rows
+
+
+@pytest.mark.parametrize("detector", ["opencv", "opencv-sb"])
 def test_what_is_not_found_has_a_reason(detector):
     boards, _ = found("fisheye-deltille", detector)
     missed = [board.detection for board in boards if not board.detection.found]

@@ -9,8 +9,8 @@ links (`growth`), checked, filled and run on with the lattice's own shape (`grid
 import numpy as np
 
 from raxel.features.detector import Detection, Partial, as_8_bit, refused
-from raxel.features.find.search import grids_in
-from raxel.features.find.verdict import continues, fault_of, open_side, trimmed
+from raxel.features.find.search import seen_in
+from raxel.features.find.verdict import continues, fault_of, open_side
 from raxel.features.lattice import in_standard_order, symmetries
 
 
@@ -23,27 +23,28 @@ def find_board(image, columns=None, rows=None):
     """
     if min(image.shape) < 16:
         return refused(columns, rows, "the image is too small to show a board")
-    grids, count = grids_in(as_8_bit(image))
+    seen = seen_in(as_8_bit(image))
     known = columns is not None and rows is not None
-    if not grids:
+    if not seen.grids:
         of = f"of {columns} x {rows} interior corners" if known else "of any size"
+        count = len(seen.nodes.points)
         reason = f"no board {of}: {count} corners are seen and no lattice of them"
         return refused(columns, rows, reason)
-    grids = [trimmed(grid) for grid in grids]
     if not known:
-        return _unknown_size(grids, image)
-    return _known_size(grids, image, columns, rows)
+        return _unknown_size(seen, image)
+    return _known_size(seen, image, columns, rows)
 
 
 def find_boards(image):
     """Detections of all complete boards in an image; for more than one board."""
     if min(image.shape) < 16:
         return []
-    grids = [trimmed(grid) for grid in grids_in(as_8_bit(image))[0]]
-    return [_detection(g, image) for g in grids if not fault_of(g, image)]
+    seen = seen_in(as_8_bit(image))
+    return [_detection(g, image) for g in seen.grids if not fault_of(g, image)]
 
 
-def _known_size(grids, image, columns, rows):
+def _known_size(seen, image, columns, rows):
+    grids = seen.grids
     wanted = {(columns, rows), (rows, columns)}
     faults = [fault_of(grid, image) for grid in grids]
     boards = [
@@ -61,7 +62,8 @@ def _known_size(grids, image, columns, rows):
     return _refused(grids[0], image, columns, rows, reason)
 
 
-def _unknown_size(grids, image):
+def _unknown_size(seen, image):
+    grids = seen.grids
     faults = [fault_of(grid, image) for grid in grids]
     boards = [grid for grid, fault in zip(grids, faults, strict=True) if not fault]
     if len(boards) > 1:

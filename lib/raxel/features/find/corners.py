@@ -6,19 +6,27 @@ import numpy as np
 
 from raxel.features.find.patches import Patches
 from raxel.features.find.ring import remapped
-from raxel.features.find.saddles import SIGMA
 
 QUADRANT = np.array([0.2, 0.34])
 LEAST_EVEN = 0.3
 # Half window, as a share of the spacing and in px.
 WINDOW, LARGEST_PX = 0.38, 7.0
-HALF = 7
-ITERATIONS, STILL_PX = 12, 1e-3
+
+
+class Effort(NamedTuple):
+    """How finely a window is looked at.
+
+    half: samples from its middle to its side; iterations: how often it is moved at
+    most; still: px; a smaller move is the last.
+    """
+
+    half: int
+    iterations: int
+    still: float
+
+
+QUICK, FULL = Effort(4, 5, 0.02), Effort(7, 12, 1e-3)
 FARTHEST = 0.3
-# SD of a derivative of white noise of 1 after smoothing by SIGMA, and the area in px^2
-# over which it stays alike.
-NOISE_OF_SLOPE = 1 / (np.sqrt(8 * np.pi) * SIGMA**2)
-NOISE_AREA = 4 * np.pi * SIGMA**2
 
 
 class Fields(NamedTuple):
@@ -69,7 +77,7 @@ def sampled(level, pixels):
     return remapped(level.grey, u, v, cv2.BORDER_REPLICATE)
 
 
-def placed(patches, level, window_px=LARGEST_PX):
+def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     """Corners where the edges of their patches cross: `Placed`.
 
     In the window every gradient should be across the line to the corner: the corner
@@ -79,7 +87,7 @@ def placed(patches, level, window_px=LARGEST_PX):
     size = np.stack([np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)], axis=1)
     window = window_px * level.scale
     half = np.minimum(WINDOW, window / np.maximum(size, 1e-6))
-    k = np.arange(-HALF - 1, HALF + 2) / HALF
+    k = np.arange(-effort.half - 1, effort.half + 2) / effort.half
     b, a = np.meshgrid(k, k, indexing="ij")
     inner = slice(1, -1)
     x = np.stack([a[inner, inner].ravel(), b[inner, inner].ravel()], axis=1)
@@ -88,19 +96,19 @@ def placed(patches, level, window_px=LARGEST_PX):
     now, active = patches, np.arange(len(start))
     points = start.copy()
     gradients = np.zeros((len(start), len(x), 2), np.float32)
-    for _ in range(ITERATIONS):
+    for _ in range(effort.iterations):
         local = now.of(active)
-        g = _gradients(local, half[active], a, b, level)
+        g = _gradients(local, half[active], a, b, level) * (effort.half / 2)
         gradients[active] = g
         shift = _solved(g, x, weight) * half[active]
         shift = np.clip(shift, -FARTHEST, FARTHEST)
         move = shift[:, :1] * local.u + shift[:, 1:] * local.v
         points[active] += move
         now = now._replace(p=points)
-        active = active[np.linalg.norm(move, axis=1) > STILL_PX]
+        active = active[np.linalg.norm(move, axis=1) > effort.still]
         if not len(active):
             break
-    sd, misfit = _quality(gradients, x, weight, half, patches, level)
+    sd, misfit = _quality(gradients, x, weight, half, patches, level, effort.half)
     away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
     return Placed(points, sd, misfit, away < FARTHEST)
 
@@ -113,8 +121,8 @@ def _gradients(patches, half, a, b, level):
     of = Patches(*(c[:, None, :] for c in patches))
     pixels = of.p + s * of.u + t * of.v + s * s * of.uu + t * t * of.vv + s * t * of.w
     grey = sampled(level, pixels).reshape(-1, *a.shape)
-    along = (grey[:, 1:-1, 2:] - grey[:, 1:-1, :-2]) * (HALF / 2)
-    down = (grey[:, 2:, 1:-1] - grey[:, :-2, 1:-1]) * (HALF / 2)
+    along = grey[:, 1:-1, 2:] - grey[:, 1:-1, :-2]
+    down = grey[:, 2:, 1:-1] - grey[:, :-2, 1:-1]
     count = len(grey)
     return np.stack([along.reshape(count, -1), down.reshape(count, -1)], axis=2)
 
@@ -140,7 +148,7 @@ def _normal(g, x, weight):
     return A, (wg * toward[..., None]).sum(axis=1)
 
 
-def _quality(g, x, weight, half, patches, level):
+def _quality(g, x, weight, half, patches, level, samples):
     """(sd (N,) px, misfit (N,)) of corners whose windows are centred on them."""
     A, _ = _normal(g, x, weight)
     off = (g * x).sum(axis=2)
@@ -149,11 +157,14 @@ def _quality(g, x, weight, half, patches, level):
     misfit = (weight * off**2).sum(axis=1) / total
     J = np.stack([half[:, :1] * patches.u, half[:, 1:] * patches.v], axis=2)
     reach = ((x @ np.swapaxes(J, 1, 2)) ** 2).sum(axis=2)
-    slope = level.noise * NOISE_OF_SLOPE / level.scale
+    # Of white noise smoothed by sigma: SD of a derivative, and the area in px^2 over
+    # which it stays alike.
+    slope = level.noise / (np.sqrt(8 * np.pi) * level.sigma**2) / level.scale
+    area = 4 * np.pi * level.sigma**2
     wg = g * (weight**2 * reach)[..., None]
     B = slope**2 * (np.swapaxes(wg, 1, 2) @ g)
-    cell = np.abs(np.linalg.det(J)) / HALF**2 / level.scale**2
-    alike = np.maximum(1, NOISE_AREA / np.maximum(cell, 1e-9))
+    cell = np.abs(np.linalg.det(J)) / samples**2 / level.scale**2
+    alike = np.maximum(1, area / np.maximum(cell, 1e-9))
     A = (
         A
         + 1e-9 * np.trace(A, axis1=1, axis2=2)[:, None, None] * np.eye(2)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.corners import fields_of, placed
+from raxel.features.find.corners import FULL, QUICK, fields_of, placed
 from raxel.features.find.patches import AXES, patches_of, predicted, shifted
 
 ROUNDS = 12
@@ -17,9 +17,12 @@ MOST_MISFIT = 0.45
 # Most of a corner that is added, by those beside it: blur is alike there.
 MISFIT_RATIO, MISFIT_MORE = 1.7, 0.05
 LEAST_SPACING = 4.0
+LEAST_SIDE = 3
+FAKE_SHARE, FAKE_COUNT = 0.25, 2
 # Windows in px of the finest level: the next is taken where a corner is too uncertain.
 WINDOWS = (7.0, 14.0, 28.0)
-SURE_SD, SURE_MISFIT = 0.08, 0.15
+SURE_SD, SURE_MISFIT = 0.08, 0.25
+SHARP_SD = 0.12
 
 
 class Grid(NamedTuple):
@@ -61,23 +64,41 @@ def grid_of(start, nodes, level):
     rows, columns = start.shape[:2]
     empty = np.full((rows, columns), np.nan)
     blank = Grid(np.full_like(start, np.nan), *(empty.copy() for _ in range(4)))
-    grid = _taken(blank, start, np.isfinite(start[..., 0]), level)
+    grid = taken(blank, start, np.isfinite(start[..., 0]), level)
     grid = _largest_part(grid)
     for _ in range(ROUNDS):
         if grid.count < 4:
             return None
-        grid = _padded(_cropped(grid))
+        grid = padded(_cropped(grid))
         before = grid.count
         for wanted, snap in (_holes(grid), INNER_SNAP), (_rim(grid), SNAP):
             guess = predicted(grid.points)
             near = _snapped(guess, grid.points, nodes, snap)
             for trial in (near, guess):
                 if grid.count == before:
-                    grid = _taken(grid, trial, wanted, level)
+                    grid = taken(grid, trial, wanted, level)
         if grid.count == before:
             break
     grid = _cropped(_largest_part(grid))
     return grid if grid.count >= 4 else None
+
+
+def settled(grid, levels):
+    """A complete grid with every corner placed as well as can be.
+
+    levels: from smooth to sharp; a sharper one is taken where noise leaves a corner
+    certain in it, for smoothing moves corners of small squares.
+    """
+    grid = Grid(*(a.copy() for a in grid))
+    for number, level in enumerate(levels):
+        patches, i, j = patches_of(grid.points)
+        put = placed_well(patches, level, FULL)
+        better = put.good & ((number == 0) | (put.sd < SHARP_SD))
+        grid.sd[i, j] = np.where(put.good, grid.sd[i, j], np.inf)
+        i, j = i[better], j[better]
+        grid.points[i, j], grid.sd[i, j] = put.points[better], put.sd[better]
+        grid.misfit[i, j] = put.misfit[better]
+    return grid
 
 
 def _holes(grid):
@@ -93,7 +114,7 @@ def _rim(grid):
     return ~grid.known & np.any(side, axis=0) & ~_holes(grid)
 
 
-def _taken(grid, trial, wanted, level):
+def taken(grid, trial, wanted, level):
     """The grid with those of the trial corners (rows, columns, 2) that are corners."""
     known = grid.known
     wanted = wanted & np.isfinite(trial[..., 0]) & ~known
@@ -103,7 +124,7 @@ def _taken(grid, trial, wanted, level):
     if not new.any():
         return grid
     patches, i, j = patches.of(new), i[new], j[new]
-    put = placed_well(patches, level)
+    put = placed_well(patches, level, QUICK)
     patches = patches._replace(p=put.points)
     fields = fields_of(patches, level)
     parity = np.where((i + j) % 2 == 0, fields.sign, -fields.sign)
@@ -130,9 +151,9 @@ def _taken(grid, trial, wanted, level):
     return filled
 
 
-def placed_well(patches, level):
+def placed_well(patches, level, effort):
     """As `placed`, each corner in the first window in which it is certain."""
-    best = placed(patches, level, WINDOWS[0])
+    best = placed(patches, level, WINDOWS[0], effort)
     for window in WINDOWS[1:]:
         unsure = (best.sd > SURE_SD) | (best.misfit > SURE_MISFIT) | ~best.good
         wider = (
@@ -142,7 +163,7 @@ def placed_well(patches, level):
         again = np.flatnonzero(unsure & wider)
         if not len(again):
             break
-        other = placed(patches.of(again), level, window)
+        other = placed(patches.of(again), level, window, effort)
         better = other.good & (
             ~best.good[again]
             | ((other.sd < best.sd[again]) & (other.misfit < 1.2 * best.misfit[again]))
@@ -184,7 +205,8 @@ def _snapped(guess, grid, nodes, share):
     return guess
 
 
-def _padded(grid):
+def padded(grid):
+    """The grid with an empty row and column on each side."""
     return Grid(
         *(
             np.pad(a, ((1, 1), (1, 1), (0, 0))[: a.ndim], constant_values=np.nan)
@@ -208,6 +230,28 @@ def without(grid, gone):
     for a in left:
         a[gone] = np.nan
     return _cropped(left)
+
+
+def trimmed(grid):
+    """The grid without side rows that hold next to nothing.
+
+    What stands there by itself is a chance pattern beside the board.
+    """
+    while min(grid.known.shape) > LEAST_SIDE and not grid.complete:
+        known = grid.known
+        sides = {
+            (0, 0): known[0],
+            (0, -1): known[-1],
+            (1, 0): known[:, 0],
+            (1, -1): known[:, -1],
+        }
+        (axis, end), row = min(sides.items(), key=lambda side: side[1].mean())
+        if row.sum() > min(FAKE_COUNT, FAKE_SHARE * len(row)):
+            break
+        gone = np.zeros_like(known)
+        gone[(slice(None),) * axis + (end,)] = True
+        grid = without(grid, gone)
+    return grid
 
 
 def _largest_part(grid):

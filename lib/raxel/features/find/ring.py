@@ -10,7 +10,7 @@ import numpy as np
 
 from raxel.features.find.saddles import LEAST_CONTRAST, LEAST_STRENGTH, SIGMA
 
-RADII = (3.0, 4.0, 5.5, 7.5)
+RADII = (3.0, 4.5)
 SAMPLES = 32
 LEAST_FIELD = 0.22
 OPPOSITE = np.radians(35)
@@ -19,6 +19,11 @@ NOISE_SD = 4.0
 SMOOTHED_NOISE = 0.24
 # Two corners of one level are this many of its px apart, or more.
 APART = 3.0
+# Whole pixels about 3 from the middle, in order.
+CIRCLE = np.array(
+    [(3, 0), (3, 1), (2, 2), (1, 3), (0, 3), (-1, 3), (-2, 2), (-3, 1)]
+    + [(-3, 0), (-3, -1), (-2, -2), (-1, -3), (0, -3), (1, -3), (2, -2), (3, -1)]
+)
 
 
 class Nodes(NamedTuple):
@@ -38,16 +43,29 @@ class Nodes(NamedTuple):
 
 def nodes_of(level, saddles, number):
     """The Nodes among the Saddles of a Level, which has this number."""
-    found, angles, signs, contrast = ring_test(
-        level, saddles.points, saddles.root, RADII
-    )
+    some = _maybe(level.grey, saddles.points)
+    points, root = saddles.points[some], saddles.root[some]
+    found, angles, signs, contrast = ring_test(level, points, root, RADII)
     return Nodes(
-        saddles.points[found] * level.scale,
+        points[found] * level.scale,
         angles[found],
         signs[found],
         contrast[found],
         np.full(np.count_nonzero(found), number),
     )
+
+
+def _maybe(grey, points):
+    """Which points (N, 2) have four changes or more on a ring of whole pixels."""
+    u, v = pixels_of(points, grey.shape)
+    height, width = grey.shape
+    u, v = np.clip(u, 3, width - 4), np.clip(v, 3, height - 4)
+    ring = grey.ravel()[
+        (v * width + u)[:, None] + (CIRCLE[:, 1] * width + CIRCLE[:, 0])
+    ]
+    middle = (ring.min(axis=1) + ring.max(axis=1)) / 2
+    bright = ring > middle[:, None]
+    return (bright != np.roll(bright, 1, axis=1)).sum(axis=1) >= 4
 
 
 def ring_test(level, points, root, radii):

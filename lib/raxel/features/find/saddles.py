@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-SIGMA = 1.2
+SIGMA, SHARP_SIGMA = 1.2, 0.7
 MOST_PIXELS = 3_000_000
 SMALLEST_SIDE = 60
 MOST_LEVELS = 4
@@ -26,12 +26,14 @@ class Level(NamedTuple):
     """A copy of the image, smoothed: `scale` image px are one of its px.
 
     `grey` (height, width) float32; pixel (i, j) of it is (scale i, scale j) of the
-    image. `noise`: SD of a pixel before it was smoothed, in grey levels.
+    image. `noise`: SD of a pixel before it was smoothed, in grey levels; `sigma`: of
+    the smoothing, its px.
     """
 
     grey: np.ndarray
     scale: int
     noise: float
+    sigma: float = SIGMA
 
 
 class Saddles(NamedTuple):
@@ -57,6 +59,15 @@ def levels_of(image):
         if len(levels) == MOST_LEVELS or min(grey.shape) < 2 * SMALLEST_SIDE:
             return levels or [Level(grey, scale, noise)]
         grey, scale, noise = cv2.pyrDown(grey), 2 * scale, HALVED_NOISE * noise
+
+
+def sharp_level(image):
+    """The image itself as a Level, with next to no smoothing."""
+    import cv2
+
+    grey = image.astype(np.float32)
+    soft = cv2.GaussianBlur(grey, (0, 0), SHARP_SIGMA)
+    return Level(soft, 1, noise_sd(grey), SHARP_SIGMA)
 
 
 def noise_sd(grey):

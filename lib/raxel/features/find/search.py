@@ -1,23 +1,31 @@
 """All lattices of four-field corners in an image."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from raxel.features.find.grids import grid_of
+from raxel.features.find.grids import grid_of, settled, trimmed
 from raxel.features.find.growth import as_grid, lattices_of
-from raxel.features.find.ring import joined, nodes_of
-from raxel.features.find.saddles import levels_of, saddles_of
+from raxel.features.find.ring import Nodes, joined, nodes_of
+from raxel.features.find.saddles import levels_of, saddles_of, sharp_level
 from raxel.features.find.trace import links_of
 
-LEAST_NODES = 6
-MOST_LATTICES = 16
+LEAST_NODES = 7
+MOST_LATTICES = 8
 SAME_PX = 2.5
 
 
-def grids_in(image):
-    """(list of Grids, the one with most corners first; number of corners seen).
+class Seen(NamedTuple):
+    """What an image shows: grids, the one with most corners first; nodes: all corners
+    of four fields (`ring.Nodes`); levels: the image at its scales."""
 
-    image: (height, width) uint8 or float32.
-    """
+    grids: list
+    nodes: Nodes
+    levels: list
+
+
+def seen_in(image):
+    """All lattices in an image (height, width), uint8 or float32: `Seen`."""
     levels = levels_of(image)
     parts = [
         nodes_of(level, saddles_of(level), number)
@@ -25,7 +33,7 @@ def grids_in(image):
     ]
     nodes = joined(parts, levels)
     if not len(nodes.points):
-        return [], 0
+        return Seen([], nodes, levels)
     links = links_of(nodes, levels)
     queue, grids = lattices_of(nodes, links)[:MOST_LATTICES], []
     taken = np.zeros(len(nodes.points), bool)
@@ -42,7 +50,11 @@ def grids_in(image):
         left = of[~taken[of]]
         if len(left) >= LEAST_NODES:
             queue += lattices_of(nodes, _links_among(links, left))
-    return sorted(grids, key=lambda grid: -grid.count), len(nodes.points)
+    grids = [trimmed(grid) for grid in grids]
+    if any(grid.complete for grid in grids):
+        sharp = levels[0], sharp_level(image)
+        grids = [settled(grid, sharp) if grid.complete else grid for grid in grids]
+    return Seen(sorted(grids, key=lambda grid: -grid.count), nodes, levels)
 
 
 def _near(points, others, reach):

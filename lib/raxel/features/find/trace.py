@@ -11,14 +11,14 @@ import numpy as np
 
 from raxel.features.find.ring import paint, pixels_of, remapped
 
-STEP = 1.5
+STEP = 2.0
 START = 3.0
 ACROSS, REACH = 0.6, 3
 CAUGHT = 2.6
 # After so many steps a trace goes on in the next halved copy.
-STEPS_PER_LEVEL = 60
+STEPS_PER_LEVEL = 30
 WEAK = 0.22
-WEAK_STEPS = 6
+WEAK_STEPS = 5
 TURNING = 0.3
 MEMORY = 4
 ARRIVAL = np.radians(38)
@@ -59,23 +59,41 @@ def atlas_of(levels, points):
     return Atlas(grey, known, left, top, width, height, scale)
 
 
+class Arms(NamedTuple):
+    """Edges to follow: from points (N, 2) px at angles (N,); signs (N,), contrast (N,)
+    and level (N,) as of `ring.Nodes`; own (N,): index of the corner each leaves."""
+
+    points: np.ndarray
+    angles: np.ndarray
+    signs: np.ndarray
+    contrast: np.ndarray
+    level: np.ndarray
+    own: np.ndarray
+
+
 def links_of(nodes, levels):
     """Index (N, 4, 2) of (node, arm) that each arm leads to and back; -1 for none."""
-    ends, heading = _traced(nodes, atlas_of(levels, nodes.points))
-    return _mutual(nodes, ends, heading)
+    arms = Arms(
+        np.repeat(nodes.points, 4, axis=0),
+        nodes.angles.ravel(),
+        nodes.signs.ravel(),
+        np.repeat(nodes.contrast, 4),
+        np.repeat(nodes.level, 4),
+        np.repeat(np.arange(len(nodes.points)), 4),
+    )
+    ends, heading = _traced(arms, atlas_of(levels, nodes.points))
+    return _mutual(nodes, ends.reshape(-1, 4), heading.reshape(-1, 4))
 
 
-def _traced(nodes, atlas):
-    """(node reached (N, 4) or -1, heading there (N, 4)) of all arms."""
-    count = 4 * len(nodes.points)
-    angle = nodes.angles.ravel()
+def _traced(arms, atlas):
+    """(corner reached (N,) or -1, heading there (N,)) of Arms in the Atlas."""
+    count, angle = len(arms.points), arms.angles
     end, heading = np.full(count, -1), angle.copy()
-    own = np.repeat(np.arange(len(nodes.points)), 4)
-    sign = nodes.signs.ravel().astype(np.float32)[:, None]
-    level = np.repeat(nodes.level, 4)
+    own, level = arms.own, arms.level
+    sign = arms.signs.astype(np.float32)[:, None]
     d = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    p = np.repeat(nodes.points, 4, axis=0) / atlas.scale[level][:, None] + START * d
-    reference = USUAL_SLOPE * np.repeat(nodes.contrast, 4)
+    p = arms.points / atlas.scale[level][:, None] + START * d
+    reference = USUAL_SLOPE * arms.contrast
     past = np.repeat(p[None], MEMORY, axis=0)
     weak = np.zeros(count, int)
     arm = np.arange(count)
@@ -110,7 +128,7 @@ def _traced(nodes, atlas):
         if stop.any():
             arm, own, sign, level, weak = (a[go] for a in (arm, own, sign, level, weak))
             d, p, past, reference = d[go], p[go], past[:, go], reference[go]
-    return end.reshape(-1, 4), heading.reshape(-1, 4)
+    return end, heading
 
 
 def _stepped(atlas, level, p, d, sign):

@@ -2,39 +2,17 @@
 
 import numpy as np
 
-from raxel.features.find.grids import without
+from raxel.features.find.grids import LEAST_SIDE
 from raxel.features.find.patches import predicted
-from raxel.features.lattice import lattice_fault
+from raxel.features.lattice import lattice_fault, spacing
 
-LEAST_SIDE = 3
 MOST_SD = 0.25
-FAKE_SHARE, FAKE_COUNT = 0.25, 2
+# Nearer corners than this, in px, are moved by any blur of a lens.
+LEAST_SPACING = 7.5
 LEAST_SEEN = 0.34
 RIM_PX = 2.0
 # A lattice cut off lies on the next rings of the grid: so many, so near (in steps).
 BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
-
-
-def trimmed(grid):
-    """The grid without side rows that hold next to nothing.
-
-    What stands there by itself is a chance pattern beside the board.
-    """
-    while min(grid.known.shape) > LEAST_SIDE and not grid.complete:
-        known = grid.known
-        sides = {
-            (0, 0): known[0],
-            (0, -1): known[-1],
-            (1, 0): known[:, 0],
-            (1, -1): known[:, -1],
-        }
-        (axis, end), row = min(sides.items(), key=lambda side: side[1].mean())
-        if row.sum() > min(FAKE_COUNT, FAKE_SHARE * len(row)):
-            break
-        gone = np.zeros_like(known)
-        gone[(slice(None),) * axis + (end,)] = True
-        grid = without(grid, gone)
-    return grid
 
 
 def fault_of(grid, image):
@@ -50,7 +28,11 @@ def fault_of(grid, image):
     worst = np.nanmax(grid.sd)
     if worst > MOST_SD:
         return f"a corner is uncertain by {worst:.2f} px"
-    return lattice_fault(grid.points.reshape(-1, 2), *grid.known.shape[::-1], image)
+    corners, size = grid.points.reshape(-1, 2), grid.known.shape[::-1]
+    least = spacing(corners, *size).min()
+    if least < LEAST_SPACING:
+        return f"corners lie {least:.1f} px apart, too near to be placed well"
+    return lattice_fault(corners, *size, image)
 
 
 def open_side(grid, image):
