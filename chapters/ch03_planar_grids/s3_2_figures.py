@@ -73,6 +73,7 @@ def examples(results, set_names):
             panel.set_yticks([])
             panel.grid(visible=False)
             condition = example(result, which)
+            panel.spines[:].set_visible(False)
             if condition is None:
                 panel.text(
                     0.5,
