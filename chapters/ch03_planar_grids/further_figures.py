@@ -213,6 +213,7 @@ def ext_split_corners(results):
         for panel, number in zip(panels[row], SHOWN, strict=True):
             _draw_corner(panel, picture, corners[number], inliers)
             panel.set_title(f"{name}, corner {number + 1}")
+            panel.set_xlabel("u (px)")
             near = np.abs(inliers - corners[number]).max(axis=1) < HALF_PX
             points = [("truth", corners[number])]
             points += [("candidate", p) for p in inliers[near]]
@@ -220,7 +221,6 @@ def ext_split_corners(results):
                 cells = (name, number + 1, kind, u, v)
                 for column, cell in zip(data, cells, strict=True):
                     data[column].append(cell)
-    drawn.supxlabel("u (px)", fontsize=10)
     drawn.supylabel("v (px)", fontsize=10)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=2)
