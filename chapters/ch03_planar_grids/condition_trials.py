@@ -79,7 +79,9 @@ def shadow_trial(condition, rng):
         image, lattice = cut_photograph(sheet, replace(light, shadow=cast))
         values[name] = every_detector(image, lattice, offsets)
         if cast is None:
+            linear = run(tone_undone(image), lattice, offsets)
             values |= merging(run(image, lattice, offsets))
+            values["linear"] = merging(linear)
     return values
 
 
@@ -91,7 +93,10 @@ def merging_trial(condition, rng):
     )
     offsets = draw_clicks(rng)
     image, lattice = cut_photograph(sheet, light)
-    return merging(run(image, lattice, offsets))
+    linear = run(tone_undone(image), lattice, offsets)
+    return merging(run(image, lattice, offsets)) | {
+        "linear": merging(linear)
+    }
 
 
 def merging(clicked):
@@ -105,7 +110,7 @@ def merging(clicked):
 
 
 def direction_trial(condition, rng):
-    """One image, the same four clicks in eight orders."""
+    """One image, as it is and with its tone curve undone, clicked in eight orders."""
     sheet = sheet_of(condition["set"], rng)
     light = sheet.rig.light.draw(rng, sheet.rig.extent)
     offsets = draw_clicks(rng)
@@ -114,11 +119,15 @@ def direction_trial(condition, rng):
     # By rising area: order 0 begins at the smallest square.
     starts = np.argsort(areas)
     values = {"area_ratio": float(areas.max() / areas.min())}
-    for reverse, way in ((False, "clockwise"), (True, "reverse")):
-        for rank, first in enumerate(starts):
-            clicked = run(image, lattice, offsets, int(first), reverse)
-            values[f"{way}_{rank}"] = clicked.right
-            values[f"{way}_{rank}_stage"] = clicked.stage
+    pictures = {"": image, "linear_": tone_undone(image)}
+    for tone, picture in pictures.items():
+        for reverse, way in ((False, "clockwise"), (True, "reverse")):
+            for rank, first in enumerate(starts):
+                clicked = run(
+                    picture, lattice, offsets, int(first), reverse
+                )
+                values[f"{tone}{way}_{rank}"] = clicked.right
+                values[f"{tone}{way}_{rank}_stage"] = clicked.stage
     return values
 
 

@@ -137,7 +137,8 @@ def judge_shadow(results):
                 unit="1",
                 reason="loss of OpenCV's success to the shadow; CELECT loses "
                 f"{100 * ours.value:.1f} points ({100 * ours.low:.1f} to "
-                f"{100 * ours.high:.1f})",
+                f"{100 * ours.high:.1f}) of "
+                f"{100 * result.column(f'plain.{CELECT}').mean():.0f}",
             )
         )
     return readings
@@ -203,12 +204,15 @@ def judge_partial_grid(results):
     return readings
 
 
-def orders_of(result, set_name):
-    """Success (2, 4, n): way round, first corner by rising square, image."""
+def orders_of(result, set_name, tone=""):
+    """Success (2, 4, n): way round, first corner by rising square, image.
+
+    tone: 'linear_' for the pictures with their tone curve undone.
+    """
     return np.array(
         [
             [
-                result.column(f"{way}_{rank}", set=set_name)
+                result.column(f"{tone}{way}_{rank}", set=set_name)
                 for rank in range(4)
             ]
             for way in WAYS
@@ -216,10 +220,12 @@ def orders_of(result, set_name):
     )
 
 
-def all_orders(result):
+def all_orders(result, tone=""):
     """Success (2, 4, n) over the images of all sets."""
     sets = [c["set"] for c in result.conditions]
-    return np.concatenate([orders_of(result, s) for s in sets], axis=2)
+    return np.concatenate(
+        [orders_of(result, s, tone) for s in sets], axis=2
+    )
 
 
 def differing(orders):
@@ -235,7 +241,9 @@ def differing(orders):
 )
 def judge_trace_direction(results):
     """Some images differ, fewer than a quarter."""
-    found = share(differing(all_orders(results["exp_c3_trace_direction"])))
+    orders = all_orders(results["exp_c3_trace_direction"])
+    found = share(differing(orders))
+    always, never = orders.min(axis=(0, 1)), 1 - orders.max(axis=(0, 1))
     return [
         Reading(
             DECISIONS[found.within(0, MOST_DIFFERING)],
@@ -243,7 +251,8 @@ def judge_trace_direction(results):
             interval=(found.low, found.high),
             unit="1",
             reason="share of images in which the order of the clicks decides "
-            "over success",
+            f"over success; {100 * always.mean():.0f} % succeed in all "
+            f"eight, {100 * never.mean():.0f} % in none",
         )
     ]
 
@@ -268,16 +277,20 @@ def judge_first_corner(results):
             interval=(found.low, found.high),
             unit="1",
             reason="success from the corner of the smallest square less that "
-            "from the largest, same images and clicks, clockwise",
+            "from the largest, same images and clicks, clockwise; from the "
+            f"smallest {100 * clockwise[0].mean():.0f} % succeed",
         )
     ]
 
 
-def merging_of(results):
-    """(size ratio (n,), merge failed (n,), success (n,)) of all fisheye images."""
+def merging_of(results, tone=""):
+    """(size ratio (n,), merge failed (n,), success (n,)) of all fisheye images.
+
+    tone: 'linear.' for the pictures with their tone curve undone.
+    """
     both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
     return [
-        np.concatenate([result.column(name) for result in both])
+        np.concatenate([result.column(tone + name) for result in both])
         for name in ("size_ratio", "merge_failed", "success")
     ]
 

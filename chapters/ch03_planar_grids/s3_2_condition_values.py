@@ -43,21 +43,26 @@ def name_values(open_results):
     shadow = open_results("exp_c3_shadow")
     for method, name in NAMES.items():
         value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)
-    orders = all_orders(open_results("exp_c3_trace_direction"))
-    value("orders.differ", 100 * differing(orders).mean())
-    value("orders.smallest", 100 * orders[0, 0].mean())
-    value("orders.largest", 100 * orders[0, -1].mean())
-    value("orders.best", 100 * orders.max(axis=(0, 1)).mean())
-    more = open_results("exp_c3_merge_images")
-    ratio, failed, success = merging_of(
-        {"exp_c3_shadow": shadow, "exp_c3_merge_images": more}
-    )
-    value("merge.images", len(failed))
-    value("merge.count", int(failed.sum()))
-    value("merge.lost", int((success == 0).sum()))
-    thirds = np.array_split(failed[np.argsort(ratio)], 3)
-    value("merge.even", 100 * thirds[0].mean())
-    value("merge.uneven", 100 * thirds[-1].mean())
+    direction = open_results("exp_c3_trace_direction")
+    for name, tone in (("orders", ""), ("undone", "linear_")):
+        orders = all_orders(direction, tone)
+        value(f"{name}.differ", 100 * differing(orders).mean())
+        value(f"{name}.smallest", 100 * orders[0, 0].mean())
+        value(f"{name}.largest", 100 * orders[0, -1].mean())
+        value(f"{name}.best", 100 * orders.max(axis=(0, 1)).mean())
+        value(f"{name}.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
+    both = {
+        "exp_c3_shadow": shadow,
+        "exp_c3_merge_images": open_results("exp_c3_merge_images"),
+    }
+    for name, tone in (("merge", ""), ("merge.undone", "linear.")):
+        ratio, failed, success = merging_of(both, tone)
+        value(f"{name}.images", len(failed))
+        value(f"{name}.count", int(failed.sum()))
+        value(f"{name}.lost", int((success == 0).sum()))
+        thirds = np.array_split(failed[np.argsort(ratio)], 3)
+        value(f"{name}.even", 100 * thirds[0].mean())
+        value(f"{name}.uneven", 100 * thirds[-1].mean())
 
 
 def _name_parts(result):

@@ -270,17 +270,27 @@ def merge_images(effort):
 #
 # **Order of the clicks.** In {glue:text}`orders.differ:.0f` % of the images
 # the order decides whether CELECT succeeds; by the claim's test, "slightly"
-# is more than none and fewer than 25 %. Clockwise from the smallest square
-# it succeeds in {glue:text}`orders.smallest:.0f` %, from the largest in
-# {glue:text}`orders.largest:.0f` %. At least one of the eight orders
-# succeeds in {glue:text}`orders.best:.0f` %: a program may try all of them
-# with the same four clicks, since most failures are known as such.
+# is more than none and fewer than 25 %. But
+# {glue:text}`orders.never:.0f` % of the images fail in all eight orders,
+# and there the order has nothing to decide. With the tone curve undone,
+# {glue:text}`undone.never:.0f` % do, and the order decides in
+# {glue:text}`undone.differ:.0f` %. Clockwise from the smallest square CELECT
+# succeeds in {glue:text}`orders.smallest:.0f` %, from the largest in
+# {glue:text}`orders.largest:.0f` %; with the curve undone in
+# {glue:text}`undone.smallest:.0f` % and {glue:text}`undone.largest:.0f` %.
+# At least one of the eight orders succeeds in
+# {glue:text}`orders.best:.0f` %, and in {glue:text}`undone.best:.0f` %: a
+# program may try all of them with the same four clicks, since most
+# failures are known as such.
 #
 # **Merging.** {glue:text}`merge.count` of {glue:text}`merge.images` fisheye
-# images have a merge failure, out of {glue:text}`merge.lost` that CELECT
-# loses. The rate goes from {glue:text}`merge.even:.0f` % in the third of
-# the images with the most even squares to {glue:text}`merge.uneven:.0f` %
-# in the third with the most uneven.
+# images have a merge failure; CELECT loses {glue:text}`merge.lost` in all.
+# The rate goes from {glue:text}`merge.even:.0f` % in the third of the images
+# with the most even squares to {glue:text}`merge.uneven:.0f` % in the third
+# with the most uneven. With the tone curve undone there are
+# {glue:text}`merge.undone.count` merge failures, and the rates are
+# {glue:text}`merge.undone.even:.0f` % and
+# {glue:text}`merge.undone.uneven:.0f` %.
 #
 # **Limits.** Rendered pictures before an even room: nothing else in it can
 # be taken for a corner. The two large rigs are our guess at pictures of
