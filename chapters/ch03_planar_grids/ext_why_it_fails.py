@@ -316,7 +316,8 @@ def orderings(effort):
 # removes *one* line, the one nearest to the contour that was just traced;
 # its twin stays, and on a strong arc it is closer to $L_i$ than the right
 # contour. Right: {glue:text}`split_peaks_broken`. With peaks at least 20°
-# apart: {glue:text}`split_peaks_kept`. The thesis does not say how wide its
+# apart: {glue:text}`split_peaks_kept`. The bars do not follow the scale
+# evenly, because the smoothing and the pixels change with it. The thesis does not say how wide its
 # suppression is, so this is a fault of a choice of ours as much as of the
 # method.
 

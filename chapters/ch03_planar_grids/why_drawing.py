@@ -50,10 +50,12 @@ def draw_overview(panel, kept, title):
     )
     lost = kept["lost_contour"].item()
     contours = kept["contour_of"]
-    for index in np.unique(contours):
+    for index in sorted(np.unique(contours), key=lambda i: i == lost):
         anchors = kept["anchors"][contours == index]
-        colour = BAD if index == lost else GOOD
-        panel.plot(*anchors.T, "-o", color=colour, ms=1.8, lw=1.1)
+        look = {"color": GOOD, "lw": 1.1}
+        if index == lost:
+            look = {"color": BAD, "lw": 2}
+        panel.plot(*anchors.T, "-o", ms=1.8, **look)
     panel.plot(*kept["outer"][0], "*", color="#1b1f24", ms=9)
     _circle(panel, kept, color="#1b1f24", lw=1.4, marker="")
     panel.set_xlim(-0.5, width - 0.5)
@@ -88,7 +90,7 @@ def draw_window(panel, kept):
             continue
         look = {"color": OTHER, "lw": 1.5, "ls": "--", "marker": ""}
         if index == chosen:
-            look = {"color": CHOSEN, "lw": 2.4, "marker": ""}
+            look = {"color": CHOSEN, "lw": 2.4, "ls": "-", "marker": ""}
         panel.plot(*ends.T, **look)
     panel.plot(*kept["trace"].T, "-o", color=GOOD, ms=4, lw=1)
     panel.plot(*kept["candidates"].T, "x", color=CORNER, ms=7, mew=1.8)
@@ -114,7 +116,7 @@ def window_legend():
     from matplotlib.lines import Line2D
 
     looks = {
-        "window": {"color": "#1b1f24", "lw": 1.4},
+        "window": {"color": "#1b1f24", "lw": 1.4, "marker": ""},
         "edge pixels": {"color": EDGE, "marker": "s", "ls": "", "ms": 4},
         "lines found": {"color": OTHER, "ls": "--", "lw": 1.5},
         "line followed": {"color": CHOSEN, "lw": 2.4},
@@ -133,7 +135,7 @@ def window_legend():
             "ms": 9,
             "mew": 1.8,
         },
-        "lost contour": {"color": BAD, "marker": "o", "lw": 1, "ms": 3},
+        "lost contour": {"color": BAD, "marker": "o", "lw": 2, "ms": 3},
         "first corner": {
             "color": "#1b1f24",
             "marker": "*",
