@@ -317,9 +317,9 @@ def orderings(effort):
 # its twin stays, and on a strong arc it is closer to $L_i$ than the right
 # contour. Right: {glue:text}`split_peaks_broken`. With peaks at least 20°
 # apart: {glue:text}`split_peaks_kept`. The bars do not follow the scale
-# evenly, because the smoothing and the pixels change with it. The thesis does not say how wide its
-# suppression is, so this is a fault of a choice of ours as much as of the
-# method.
+# evenly, because the smoothing and the pixels change with it. The thesis
+# does not say how wide its suppression is, so this is a fault of a choice
+# of ours as much as of the method.
 
 # %% tags=["active-ipynb"]
 # show("ext_why_split_peaks")
