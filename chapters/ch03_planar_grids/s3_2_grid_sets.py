@@ -180,8 +180,8 @@ def flexible_mirror(effort):
 # clicks {glue:text}`rate.raxel:.0f` %. CELECT by set: Spherical
 # {glue:text}`celect.sph:.0f` %, Hyperboloidal {glue:text}`celect.hyp:.0f` %,
 # Fisheye {glue:text}`celect.fish:.0f` %, Flexible Mirror
-# {glue:text}`celect.flex:.0f` %. OpenCV of today is not OpenCV of 2009: the
-# quads that it joins to a board may be bent much more.
+# {glue:text}`celect.flex:.0f` %. OpenCV of today is not that of 2009, which
+# is not to be had any more; what is compared with here is a better detector.
 #
 # **Why CELECT fails.** The first contour that fails names the cause. Of
 # {glue:text}`failures` failures {glue:text}`cause.count` are
@@ -192,7 +192,7 @@ def flexible_mirror(effort):
 # side, and squares are small here: the median over pictures of the least
 # distance of neighbours along a row is {glue:text}`least.median:.0f` px.
 #
-# Two things that the thesis does not state decide. One is the scale of its
+# Two things that the thesis does not state matter. One is the scale of its
 # Harris detector: with less smoothing the rate is
 # {glue:text}`rate.celect-fine:.0f` %. The other is the tone curve. A camera
 # stores grey levels, not light, and its curve makes dark squares shrink:
@@ -200,8 +200,7 @@ def flexible_mirror(effort):
 # undone before CELECT the rate is {glue:text}`rate.celect-linear:.0f` %, with
 # both {glue:text}`rate.celect-linear-fine:.0f` %. Neither is in the thesis;
 # both were found on nine pictures of another seed, and neither is a value
-# that the claims are tested with. Anybody who uses CELECT should undo the
-# tone curve first.
+# that the claims are tested with.
 
 # %% tags=["active-ipynb"]
 # show_code(tone_undone)
