@@ -181,7 +181,7 @@ def flexible_mirror(effort):
 # {glue:text}`celect.sph:.0f` %, Hyperboloidal {glue:text}`celect.hyp:.0f` %,
 # Fisheye {glue:text}`celect.fish:.0f` %, Flexible Mirror
 # {glue:text}`celect.flex:.0f` %. OpenCV of today is not that of 2009, which
-# is not to be had any more; what is compared with here is a better detector.
+# is not to be had any more: this comparison is with another opponent.
 #
 # **Why CELECT fails.** The first contour that fails names the cause. Of
 # {glue:text}`failures` failures {glue:text}`cause.count` are
