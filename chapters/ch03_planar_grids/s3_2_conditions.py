@@ -118,10 +118,10 @@ from repro.reader import (
 # %%
 PICTURES = {"quick": 1, "full": 5}
 SECTOR_PICTURES = {"quick": 1, "full": 2}
-LIT_IMAGES = {"quick": 1, "full": 20}
-SHADOW_IMAGES = {"quick": 1, "full": 60}
-MERGE_IMAGES = {"quick": 2, "full": 140}
-SET_IMAGES = {"quick": 1, "full": 15}
+LIT_IMAGES = {"quick": 1, "full": 12}
+SHADOW_IMAGES = {"quick": 1, "full": 40}
+MERGE_IMAGES = {"quick": 2, "full": 160}
+SET_IMAGES = {"quick": 1, "full": 10}
 SETS_TAKEN = {
     "quick": ["fisheye"],
     "full": ["spherical", "hyperboloidal", "fisheye", "flexible-mirror"],
