@@ -95,10 +95,7 @@ def peaks_of(space, settings, s):
     `s` is the length in px that scales t1 and t2.
     """
     m = space.shape[0] // 2
-    suppress = (
-        max(1, round(settings.suppression_radius * s)),
-        settings.suppression_deg,
-    )
+    suppress = suppression(settings, s)
     found = strongest(space, settings.peaks, suppress, settings.least_votes)
     found = [(row - m, column, votes) for row, column, votes in found]
     if settings.wrap > 0:
@@ -106,6 +103,20 @@ def peaks_of(space, settings, s):
     merged = np.array(merge_close(found, settings.split_peaks * s), float)
     merged = merged.reshape(-1, 3)
     return Peaks(merged[:, :2], merged[:, 2])
+
+
+def suppression(settings, s):
+    """Half widths (rows, columns) in bins of the suppression around a peak.
+
+    An edge of half length s has a side lobe: a line turned by d through the same point
+    meets 1 / (s sin d) of its pixels within a pixel. `side_lobe_px` says how many
+    pixels the turned line has to leave the edge at its ends.
+    """
+    lobe = math.degrees(math.asin(min(1.0, settings.side_lobe_px / s)))
+    return (
+        max(1, round(settings.suppression_radius * s)),
+        round(max(settings.suppression_deg, lobe)),
+    )
 
 
 def _suppressed_at_border(space, found, suppress, settings, s):
