@@ -347,10 +347,10 @@ def orderings(effort):
 # show("ext_why_curvature")
 
 # %% [markdown]
-# A column's window is half a square, however bent its contours are. On the
-# sides $s_i$ is made of the chord, which is shorter than the arc, so their
-# windows are smaller where a side bends: the same board, with its arcs as
-# sides 1 and 3, is less sensitive.
+# The window is about half a square, so it grows with the squares. In a large
+# one several bent edges lie side by side. None of them is a line; what the
+# Hough transform finds instead touches an outer one, too far from the
+# centre to be taken ($t_3$). Growing the window makes it worse.
 #
 # **Variation of size.** Right with squares of 1 : 6 along a side:
 # {glue:text}`size_variation_broken`; with 1 : 3:
@@ -395,7 +395,11 @@ def orderings(effort):
 # show("ext_why_sweeps")
 
 # %% [markdown]
-# SWEEPS
+# Blur and a wide field lose the board at the very first step: near the
+# click, at the rim where squares are smallest, there is no detected corner,
+# or another one. The thesis blames the tracing for the wide field; it does
+# not get that far here. Small squares and yaw lose the trace, or merge
+# corners on the compressed side. Noise does a little of everything.
 #
 # ### The orderings of 1.2.1
 #
@@ -432,6 +436,7 @@ def orderings(effort):
 #   little, if a window is 2 r wide and grows. And the straightest side 4 is
 #   good advice, but no guarantee.
 # - One failure is missing there: split peaks in small windows.
+# - In the sweeps of 3.3.1 the snapping of the clicks is the weakest step.
 #
 # **Limits.** The boards are constructed to break one thing alone; in a
 # photograph several break at once. The stage is the *first* that went wrong
