@@ -120,7 +120,10 @@ def scores(**of_one):
 
 
 def test_a_calibration_that_failed_is_told_from_one_that_was_not_tried():
-    found = scores(**{"opencv_right": 5, "opencv_rms_px": 0.25, "opencv-sb_right": 0})
+    found = scores(
+        **{"opencv_right": 5, "opencv_rms_px": 0.25},
+        **{"opencv-sb_right": 0, "raxel_right": 5},
+    )
     columns = benchmarks_table(found).columns
     rows = dict(zip(columns["Rig"], columns["Zhang (deg)"], strict=True))
     assert rows.pop("ordinary-lens") == "failed"
@@ -130,7 +133,10 @@ def test_a_calibration_that_failed_is_told_from_one_that_was_not_tried():
 
 
 def test_a_detector_with_no_board_right_has_no_error():
-    found = scores(**{"opencv_right": 0, "opencv-sb_right": 0, "zhang_rms_deg": 0.1})
+    found = scores(
+        **{"opencv_right": 0, "opencv-sb_right": 0, "raxel_right": 0},
+        **{"zhang_rms_deg": 0.1},
+    )
     columns = benchmarks_table(found).columns
     place = columns["Rig"].index("ordinary-lens")
     assert columns["opencv: right, RMS (px)"][place] == "0 of 5"

@@ -157,9 +157,9 @@ def ext_click_free_sweeps(results):
         axis.axhline(RIGHT_PX, color="0.6", lw=0.8)
         axis.set_ylim(0, 1.15)
         axis.set_xlabel(f"{label} ({unit})")
-    for axis in axes[:, 0]:
         axis.set_ylabel("worst corner (px)")
-    axes.flat[-1].axis("off")
+    drawn.delaxes(axes.flat[-1])
+    drawn.tight_layout()
     off = over(result, "wrong")
     return Drawing(
         drawn,

@@ -33,11 +33,11 @@ LEVELS = {
     "yaw": (0, 15, 30, 40, 44),
 }
 QUICK_LEVELS = {
-    "noise": (0, 40),
-    "blur": (5,),
-    "squares": (50,),
+    "noise": (20,),
+    "blur": (2,),
+    "squares": (),
     "field": (),
-    "yaw": (40,),
+    "yaw": (),
 }
 
 

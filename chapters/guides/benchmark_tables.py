@@ -141,6 +141,7 @@ def facts(scores):
     found = {
         "views": views * len(rigs),
         "rigs": ", ".join(rigs),
+        "right_raxel": right["raxel"],
         "right_cv": right["opencv"],
         "right_sb": right["opencv-sb"],
         "last": last,

@@ -43,7 +43,7 @@ SCORED = {
     "full": tuple(f"coolpix-fce8-zoom-{zoom}" for zoom in (1, 2, 3)),
 }
 VIEWS = {"quick": 3, "full": 5}
-DETECTORS = ("opencv", "opencv-sb")
+DETECTORS = ("raxel", "opencv", "opencv-sb")
 SIZE = {"width": 200, "height": 160}
 CENTRE = [99.3, 79.6]
 PLACES = ((101, 81), (58, 44))

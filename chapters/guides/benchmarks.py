@@ -162,7 +162,8 @@ def ext_lab_accuracy(results):
 
 # %% [markdown]
 # Scored here: {glue:text}`rigs`. Of {glue:text}`views` boards, detector
-# opencv has {glue:text}`right_cv` right, opencv-sb {glue:text}`right_sb`.
+# raxel has {glue:text}`right_raxel` right, opencv {glue:text}`right_cv`,
+# opencv-sb {glue:text}`right_sb`.
 # On {glue:text}`last`, Zhang's rays are {glue:text}`zhang_deg`° off, and
 # those of the general camera {glue:text}`general_deg`°. The general camera
 # has a ray for {glue:text}`share` of the pixels, and both are compared
