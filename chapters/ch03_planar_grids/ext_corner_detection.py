@@ -230,8 +230,10 @@ def coded_picture(effort):
 # **Symmetry mends split corners.** Where the published detector finds
 # corners all around a blurred one, the symmetric detector finds one or two
 # close to it. Under a blur of 5 px the share of successes goes from
-# {glue:text}`blur.published:.0f` % to {glue:text}`blur.symmetry:.0f` %. The
-# price is paid in noise: there it goes from
+# {glue:text}`blur.published:.0f` % to {glue:text}`blur.symmetry:.0f` %, and
+# at a yaw of 40° from {glue:text}`yaw.published:.0f` % to
+# {glue:text}`yaw.symmetry:.0f` %. The price is paid in noise: there it goes
+# from
 # {glue:text}`noise.published:.0f` % to {glue:text}`noise.symmetry:.0f` %,
 # for noise breaks the symmetry, and the saddle, at the fine scale. In all
 # it gains {glue:text}`symmetry.gained` trials and loses
