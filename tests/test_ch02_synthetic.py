@@ -7,6 +7,7 @@ import pytest
 
 from chapters.ch02_general_camera_model import coefficients, laws, synthetic
 from chapters.ch02_general_camera_model.s4_generic_calibration import (
+    cell_text,
     judge_table_coefficients,
 )
 from raxel.geometry import apply_homography
@@ -19,6 +20,14 @@ BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",
 def drawn(trial=0, **condition):
     case = BASE | condition
     return synthetic.measure(case, trial_rng("test", case, trial))[0]
+
+
+def test_corrected_cells_of_table_2_1_are_bold_in_the_formula():
+    """Bold around a formula is nothing to what draws it."""
+    assert cell_text(0, "W") == "$R_{31}^2$"
+    assert cell_text(2, "W") == r"$\boldsymbol{-C_z + t_z^2}$"
+    bold = [v for v in "VWMN" for row in range(9) if "bold" in cell_text(row, v)]
+    assert bold == ["W", "N"]
 
 
 @pytest.mark.parametrize("law", ["equidistance", "equisolid", "stereographic"])
