@@ -30,6 +30,7 @@ PAGE = "s3_2_conditions"
 MARGIN_PX = 30
 RED, YELLOW, GREEN = "#e6201f", "#ffd60a", "#1fb25a"
 BINS = 6
+BESIDE = 1.06
 
 
 @figure("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
@@ -195,7 +196,9 @@ def _draw_light(panel, result, data):
     levels = levels_run(result)
     for index, (method, label) in enumerate(METHODS.items()):
         trials = [in_light(result, v, method) for v in levels]
-        _draw(panel, "a", levels, trials, index, label, data)
+        # Beside each other, so that every interval is seen.
+        x = np.array(levels) * BESIDE ** (index - 2)
+        _draw(panel, "a", x, trials, index, label, data, bars=True)
     grey = [
         np.median(result.column(f"{level_name(v)}.contrast_grey"))
         for v in levels
@@ -262,8 +265,8 @@ def _draw_merging(panel, results, data):
     curve = logistic_curve(ratio, failed, along)
     look = series(1) | {"marker": ""}
     panel.plot(along, 100 * curve, label="logistic fit", **look)
-    panel.set_ylim(bottom=0)
+    panel.set_ylim(-3, 103)
     panel.set_title("(d) size variation")
     panel.set_xlabel("Longest over shortest step (1)")
     panel.set_ylabel("Images with a merge failure (%)")
-    panel.legend(loc="upper left")
+    panel.legend(loc="lower right")
