@@ -241,9 +241,9 @@ def coded_picture(effort):
 # {glue:text}`symmetry.better` kinds of pictures, significantly worse in
 # {glue:text}`symmetry.worse`. The author expected better accuracy. Where
 # both succeed the mean error before localisation is
-# {glue:text}`symmetry.error` times the published one. There was little to
-# gain: corners split evenly, so the mean of the parts was a good corner
-# already.
+# {glue:text}`symmetry.error` times the published one, better in some kinds
+# of pictures and worse in others. There was little to gain: corners split
+# evenly, so the mean of the parts was a good corner already.
 #
 # **Clusters** gain {glue:text}`clusters.gained` trials and lose
 # {glue:text}`clusters.lost` ({glue:text}`clusters.better` kinds of pictures
@@ -261,7 +261,10 @@ def coded_picture(effort):
 # of the published stages, {glue:text}`published.losses.column` were lost
 # on a column; the others failed on a side, where, as the thesis says, no
 # curvature is known yet. So this idea has little left to mend, whatever
-# its rule.
+# its rule. It also does harm: on boards bent at random the share goes from
+# {glue:text}`bent.published:.0f` % to {glue:text}`bent.curvature:.0f` %. A
+# small window has few edge pixels, and all other thresholds of a column
+# shrink with it.
 #
 # **All three together** gain {glue:text}`all_three.gained` and lose
 # {glue:text}`all_three.lost`. Gains of single stages do not add up: a
