@@ -156,9 +156,12 @@ def test_a_trace_that_leaves_its_contour_is_told_from_one_that_stops():
         anchors=lambda a: np.vstack((a[:6], a[5] + [[30, 30], [60, 60]])),
         merged=lambda _: np.empty((0, 2)),
     )
-    stops = on("side 3", anchors=lambda a: a[:6], merged=lambda _: np.empty((0, 2)))
+    nothing = {"merged": lambda _: np.empty((0, 2))}
+    stops = on("side 3", anchors=lambda a: a[:6], radii=lambda _: np.ones(6), **nothing)
+    tires = on("side 3", anchors=lambda a: a[:6], radii=lambda _: np.ones(5), **nothing)
     assert lost(found(away))[:2] == (stages.WRONG_EDGE, "side 3")
     assert lost(found(stops))[:2] == (stages.NO_EDGE, "side 3")
+    assert lost(found(tires))[:2] == (stages.TOO_LONG, "side 3")
 
 
 @pytest.mark.parametrize(("arc", "foretold"), [(147, False), (153, True)])

@@ -90,6 +90,7 @@ from repro.reader import (
 # |---|---|
 # | outer corner | a click was snapped to something else |
 # | no edge found | on the right contour, but no window showed where to go |
+# | end not reached | on the right contour, but out of steps: 6 a square |
 # | wrong edge | an anchor is off the contour that was to be followed |
 # | corner not detected | no candidate near a true corner |
 # | corner thrown out | there was one, and $t_7$ refused it |
@@ -333,8 +334,9 @@ def orderings(effort):
 # show("ext_why_window")
 
 # %% [markdown]
-# A small window holds a few dozen edge pixels, and jagged edges turn its
-# line about. A large one holds several contours, each bent: the peaks are
+# A small window takes small steps, and turns about with every jagged edge.
+# With 0.3 of the radius the trace is still on its contour when its steps,
+# six for every square, are used up; this limit is ours. A large one holds several contours, each bent: the peaks are
 # smeared, and a line across two contours may win. Between them there is
 # room: half to one and a half times the published radius will do.
 #
@@ -398,8 +400,8 @@ def orderings(effort):
 # Blur and a wide field lose the board at the very first step: near the
 # click, at the rim where squares are smallest, there is no detected corner,
 # or another one. The thesis blames the tracing for the wide field; it does
-# not get that far here. Small squares and yaw lose the trace, or merge
-# corners on the compressed side. Noise does a little of everything.
+# not get that far here. Small squares lose the trace; yaw merges corners on
+# the compressed side. Noise does a little of everything.
 #
 # ### The orderings of 1.2.1
 #

@@ -17,6 +17,7 @@ UNSEEN = "not in the picture"
 DONE = "all corners right"
 CLICK = "outer corner"
 NO_EDGE = "no edge found"
+TOO_LONG = "end not reached"
 WRONG_EDGE = "wrong edge"
 MISSED = "corner not detected"
 THROWN_OUT = "corner thrown out"
@@ -124,7 +125,10 @@ def _lost_on(contour, truth, near, square, curve):
     if left is not None:
         return Lost(WRONG_EDGE, contour.name, contour.anchors[left])
     if not len(contour.merged):
-        return Lost(NO_EDGE, contour.name, contour.anchors[-1])
+        # The window that led nowhere has a radius, and no anchor after it.
+        stuck = len(contour.radii) == len(contour.anchors)
+        stage = NO_EDGE if stuck else TOO_LONG
+        return Lost(stage, contour.name, contour.anchors[-1])
     found = (contour.candidates, contour.inliers, contour.merged)
     for stage, points in zip(
         (MISSED, THROWN_OUT, MERGED), found, strict=True

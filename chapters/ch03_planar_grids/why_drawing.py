@@ -14,6 +14,7 @@ from chapters.ch03_planar_grids.failure_stages import (
     ORDER,
     STAGES,
     THROWN_OUT,
+    TOO_LONG,
     UNSEEN,
     WRONG_EDGE,
 )
@@ -26,6 +27,7 @@ COLOURS = {
     DONE: "#d5d9de",
     NO_EDGE: "#0072b2",
     WRONG_EDGE: "#d55e00",
+    TOO_LONG: "#7fd1b9",
     CLICK: "#56b4e9",
     MISSED: "#e69f00",
     THROWN_OUT: "#8c5a2b",
