@@ -336,9 +336,9 @@ def orderings(effort):
 # %% [markdown]
 # A small window takes small steps, and turns about with every jagged edge.
 # With 0.3 of the radius the trace is still on its contour when its steps,
-# six for every square, are used up; this limit is ours. A large one holds several contours, each bent: the peaks are
-# smeared, and a line across two contours may win. Between them there is
-# room: half to one and a half times the published radius will do.
+# six for every square, are used up; this limit is ours. A large one holds
+# several contours, each bent: the peaks are smeared, and a line across two
+# contours may win. Between them there is room: half to one and a half times the published radius will do.
 #
 # **Curvature.** One bend, divided into fewer or more squares, its arcs
 # clicked as columns. Right with large squares:
