@@ -104,7 +104,7 @@ from repro.reader import (
 
 # %% [markdown]
 # **What the thesis leaves open** is in `CelectSettings`, with reasons in
-# `data/published/settings.yaml`, fixed before any sweep was run: how much
+# the ledger of settings, fixed before any sweep was run: how much
 # the grey values are smoothed, the thresholds of Canny and Harris (shares of
 # what the four clicked windows hold), how often a window may grow, and what
 # lies beyond the end of a contour.
