@@ -313,6 +313,9 @@ def coded_picture(effort):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** At the outer corner of a single square (an edge that turns by a
 # right angle) both legs are equally long. Half of the gradient's energy is
 # on either leg, and $-\mathbf d$ always lies where there is no edge. What

@@ -456,6 +456,9 @@ def orderings(effort):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** Side 1 is 400 px long and has 9 corners. How small may its smallest
 # square be, in px, before $t_8$ merges its two corners?
 

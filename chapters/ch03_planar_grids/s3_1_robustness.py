@@ -238,6 +238,9 @@ def pictures(effort):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** A board's outermost corners are 350 px from its middle, the focal
 # length is 300 px. At which yaw, in degrees, does its plane reach the
 # camera?

@@ -309,6 +309,9 @@ def merge_images(effort):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** White paper reflects 0.9, print 0.05. The board gets a tenth of the
 # light, and haze adds 0.06 everywhere. What is the contrast (difference
 # over sum) of the squares?

@@ -231,6 +231,9 @@ def flexible_mirror(effort):
 # %% [markdown]
 # ## Try it yourself
 #
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
 # **1.** 27 pictures are right for one method alone and 2 for the other
 # alone. How likely is so unequal a split if both are equally good
 # (McNemar's test, exact, two-sided)?
