@@ -338,7 +338,8 @@ def orderings(effort):
 # With 0.3 of the radius the trace is still on its contour when its steps,
 # six for every square, are used up; this limit is ours. A large one holds
 # several contours, each bent: the peaks are smeared, and a line across two
-# contours may win. Between them there is room: half to one and a half times the published radius will do.
+# contours may win. Between them there is room: from 0.7 to 1.5 times the
+# published radius will do.
 #
 # **Curvature.** One bend, divided into fewer or more squares, its arcs
 # clicked as columns. Right with large squares:
@@ -369,7 +370,7 @@ def orderings(effort):
 # longer fits at all: along the short side it reaches over several small
 # squares and the trace changes the row.
 #
-# **Blur and noise.** Right with a blur of 8 px: {glue:text}`blur_noise_broken`;
+# **Blur and noise.** Right with a blur of 14 px: {glue:text}`blur_noise_broken`;
 # with 1 px: {glue:text}`blur_noise_kept`; with noise of 80 grey levels:
 # {glue:text}`blur_noise_other`.
 

@@ -162,14 +162,14 @@ CASES = {
     "blur_noise": {
         "levels": {
             f"blur {blur}": {"blur_px": float(blur)}
-            for blur in (1, 2, 4, 6, 8)
+            for blur in (1, 3, 6, 10, 14)
         }
         | {
             f"noise {sd}": {"noise_sd": float(sd)}
             for sd in (5, 20, 40, 60, 80)
         },
         "drawn": {
-            "blurred": "blur 8",
+            "blurred": "blur 14",
             "clear": "blur 1",
             "noisy": "noise 80",
         },

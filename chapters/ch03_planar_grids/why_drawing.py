@@ -151,12 +151,16 @@ def window_legend():
 def draw_stages(panel, shares, label):
     """Stacked bars: level -> stage -> share of the trials (%)."""
     names = list(shares)
+    ticks = [
+        name.replace("blur ", "blur\n").replace("noise ", "noise\n")
+        for name in names
+    ]
     bottom = np.zeros(len(names))
     for stage in (DONE, *STAGES, UNSEEN):
         heights = np.array([shares[n].get(stage, 0.0) for n in names])
         if heights.any():
             panel.bar(
-                names,
+                ticks,
                 heights,
                 bottom=bottom,
                 color=COLOURS[stage],
