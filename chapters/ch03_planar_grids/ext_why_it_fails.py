@@ -378,9 +378,9 @@ def orderings(effort):
 # show("ext_why_blur_noise")
 
 # %% [markdown]
-# They fail differently. Blur rounds the edges where they cross, until the
-# trace turns the corner. Noise leaves the long edges, and makes corners
-# where there are none.
+# They fail differently. Blur leaves no steep gradient, so a little noise
+# counts as edges too, and the trace wanders. Noise leaves the long edges,
+# and makes corners where there are none.
 #
 # All drawn pairs, counted:
 
