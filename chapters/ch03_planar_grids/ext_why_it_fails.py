@@ -40,7 +40,6 @@ from repro.exercise import check
 from repro.experiment import experiment
 from repro.outcomes import Plan
 from repro.reader import (
-    compared,
     open_results,
     show,
     show_code,
