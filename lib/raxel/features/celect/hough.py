@@ -64,27 +64,51 @@ def vote(points, centre, radius):
 def strongest(space, limits, neighbourhood, share, columns=None):
     """Non-maximal suppression: [(row, column, votes), ...], the strongest first.
 
-    The largest value of a Hough space (h, w) is taken and its `neighbourhood` (rows,
-    columns), half widths, put to zero; again, until a value is below `share` of the
-    first or `limits` (least, most) are reached. The least number is always taken, if
-    there are votes. `columns` (first, last + 1) restricts where a maximum may lie.
+    A peak of a Hough space (h, w) is the largest value of its `neighbourhood` (rows,
+    columns), half widths: the flank of another peak is none. Peaks count down to
+    `share` of the strongest, but `limits` (least, most) of them. If there are fewer
+    than the least number, the largest values outside the others' neighbourhoods make
+    it up. `columns` (first, last + 1) restricts where all of them may lie.
     """
     least, most = limits
-    rest = space.copy()
-    view = rest if columns is None else rest[:, slice(*columns)]
     across, along = neighbourhood
+    box = np.ones((2 * across + 1, 2 * along + 1), np.uint8)
+    maximal = (space >= cv2.dilate(space, box)) & (space > 0)
+    rows, places = np.nonzero(maximal)
+    if columns is not None:
+        inside = (places >= columns[0]) & (places < columns[1])
+        rows, places = rows[inside], places[inside]
+    votes = space[rows, places]
     found = []
-    while len(found) < most:
-        _, value, _, (column, row) = cv2.minMaxLoc(view)
-        enough = value >= share * found[0][2] if found else True
-        if value <= 0 or not (enough or len(found) < least):
+    for i in np.argsort(-votes, kind="stable"):
+        row, column, value = int(rows[i]), int(places[i]), float(votes[i])
+        if len(found) >= least and value < share * found[0][2]:
             break
-        found.append((row, column + (columns[0] if columns else 0), value))
-        view[
+        # Of a plateau, whose values are all largest, one is a peak.
+        if all(abs(row - r) > across or abs(column - c) > along for r, c, _ in found):
+            found.append((row, column, value))
+        if len(found) == most:
+            break
+    while len(found) < least:
+        flank = _largest_elsewhere(space, found, neighbourhood, columns)
+        if flank is None:
+            break
+        found.append(flank)
+    return found
+
+
+def _largest_elsewhere(space, found, neighbourhood, columns):
+    """(row, column, votes) of the largest value away from the peaks, or None."""
+    across, along = neighbourhood
+    rest = space.copy()
+    for row, column, _ in found:
+        rest[
             max(row - across, 0) : row + across + 1,
             max(column - along, 0) : column + along + 1,
         ] = 0
-    return found
+    first, last = columns or (0, space.shape[1])
+    _, votes, _, (column, row) = cv2.minMaxLoc(rest[:, first:last])
+    return (row, first + column, votes) if votes > 0 else None
 
 
 def peaks_of(space, settings, s):
@@ -95,7 +119,10 @@ def peaks_of(space, settings, s):
     `s` is the length in px that scales t1 and t2.
     """
     m = space.shape[0] // 2
-    suppress = suppression(settings, s)
+    suppress = (
+        max(1, round(settings.suppression_radius * s)),
+        settings.suppression_deg,
+    )
     found = strongest(space, settings.peaks, suppress, settings.least_votes)
     found = [(row - m, column, votes) for row, column, votes in found]
     if settings.wrap > 0:
@@ -103,20 +130,6 @@ def peaks_of(space, settings, s):
     merged = np.array(merge_close(found, settings.split_peaks * s), float)
     merged = merged.reshape(-1, 3)
     return Peaks(merged[:, :2], merged[:, 2])
-
-
-def suppression(settings, s):
-    """Half widths (rows, columns) in bins of the suppression around a peak.
-
-    An edge of half length s has a side lobe: a line turned by d through the same point
-    meets 1 / (s sin d) of its pixels within a pixel. `side_lobe_px` says how many
-    pixels the turned line has to leave the edge at its ends.
-    """
-    lobe = math.degrees(math.asin(min(1.0, settings.side_lobe_px / s)))
-    return (
-        max(1, round(settings.suppression_radius * s)),
-        round(max(settings.suppression_deg, lobe)),
-    )
 
 
 def _suppressed_at_border(space, found, suppress, settings, s):

@@ -47,8 +47,7 @@ class CelectSettings:
     harris_share: float = 0.1
     canny_high: float = 0.3
     canny_low: float = 0.12
-    suppression_deg: float = 10.0
-    side_lobe_px: float = 3.0
+    suppression_deg: int = 10
     suppression_radius: float = 0.2
     least_votes: float = 0.5
     least_band_px: float = 1.0
