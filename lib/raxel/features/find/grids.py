@@ -233,12 +233,13 @@ def without(grid, gone):
 
 
 def trimmed(grid):
-    """The grid without side rows that hold next to nothing.
+    """The grid without side rows that hold next to nothing, if it then is complete.
 
     What stands there by itself is a chance pattern beside the board.
     """
-    while min(grid.known.shape) > LEAST_SIDE and not grid.complete:
-        known = grid.known
+    left = grid
+    while min(left.known.shape) > LEAST_SIDE and not left.complete:
+        known = left.known
         sides = {
             (0, 0): known[0],
             (0, -1): known[-1],
@@ -250,8 +251,8 @@ def trimmed(grid):
             break
         gone = np.zeros_like(known)
         gone[(slice(None),) * axis + (end,)] = True
-        grid = without(grid, gone)
-    return grid
+        left = without(left, gone)
+    return left if left.complete else grid
 
 
 def _largest_part(grid):

@@ -40,7 +40,7 @@ def seen_in(image):
     while queue:
         lattice = queue.pop(0)
         of = np.array(list(lattice.values()))
-        if len(of) < LEAST_NODES or taken[of].mean() > 0.5:
+        if (grids and len(of) < LEAST_NODES) or taken[of].mean() > 0.5:
             continue
         grid = grid_of(as_grid(lattice, nodes.points), nodes.points[~taken], levels[0])
         if grid is None:
