@@ -21,6 +21,15 @@ def name_values(open_results):
     first = next(iter(BROKEN.values()))
     value("grown", percent(growth.column("published.success", **first)))
     value("fixed", percent(growth.column("no growth.success", **first)))
+    split = open_results("table_3_2_split")
+    windows = split.conditions[0]["windows"]
+    for count in ("any", "near"):
+        for name, column in (
+            ("with", "published"),
+            ("without", "no averaging"),
+        ):
+            rate = split.column(f"{column}.{count}").mean() / windows
+            value(f"{count}_{name}", 100 * float(rate))
     start = open_results("table_3_2_start")
     predicted = start.column("predicted")
     value("cases", len(predicted))

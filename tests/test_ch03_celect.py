@@ -1,0 +1,171 @@
+"""The trials, claims and drawings of section 3.1.2."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids import celect_claims as claims
+from chapters.ch03_planar_grids import celect_flowchart as flowchart
+from chapters.ch03_planar_grids import celect_scenes as scenes
+from chapters.ch03_planar_grids import celect_trials as trials
+from chapters.ch03_planar_grids.celect_animation import animation
+from repro.results import gather, opened
+
+
+@pytest.fixture(scope="module")
+def run():
+    """One recorded run on a small fisheye picture."""
+    condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
+    return trials.drawn_run(condition, np.random.default_rng(5))
+
+
+class Recorded:
+    """A recorded run, read as `repro.results.Result` would give it."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def arrays(self, name):
+        return [self.values[name]]
+
+
+def test_views_are_moderate_and_the_board_is_whole():
+    for name in scenes.CAMERAS:
+        view = scenes.board_view(name, 600, 10, np.random.default_rng(2))
+        sides = scenes.sides_of(view.lattice)
+        assert view.image.shape == (600, 600)
+        assert sides.min() >= 10
+        assert sides.max() <= scenes.MOST_UNEVEN * sides.min()
+        assert view.lattice.shape == (7, 9, 2)
+        assert (np.abs(view.lattice - 299.5) < 299.5).all()
+
+
+def test_the_picture_shows_the_corners_where_they_are_said_to_be():
+    """Fields opposite each other at a corner are alike, neighbouring ones are not."""
+    view = scenes.board_view("bent sheet", 600, 10, np.random.default_rng(3))
+    grid = view.lattice
+    across = (grid[1:-1, 2:] - grid[1:-1, :-2]) / 2
+    down = (grid[2:, 1:-1] - grid[:-2, 1:-1]) / 2
+
+    def grey(a, b):
+        at = grid[1:-1, 1:-1] + 0.3 * (a * across + b * down)
+        u, v = np.rint(at).astype(int).reshape(-1, 2).T
+        return view.image[v, u].astype(float)
+
+    alike = np.abs(grey(1, 1) - grey(-1, -1))
+    unlike = np.abs(grey(1, 1) - grey(1, -1))
+    assert alike.max() < 40
+    assert unlike.min() > 120
+
+
+def test_a_recorded_run_is_complete(run):
+    assert run["success"]
+    assert run["grid"].shape == (7, 9, 2)
+    contours = run["steps"][:, 0]
+    assert set(contours) == set(range(11))
+    assert (np.diff(contours) >= 0).all()
+    for name in ("corners", "edges", "lines"):
+        assert run[name][:, 0].max() < len(run["steps"])
+
+
+def test_the_animation_is_well_formed_and_moves_on_a_click_only(run):
+    shown = animation(Recorded(run))
+    assert "\n\n" not in shown.markdown
+    root = ET.fromstring(shown.html)
+    space = "{http://www.w3.org/2000/svg}"
+    moves = root.findall(f".//{space}set")
+    assert len(moves) > len(run["steps"])
+    assert all("celect-run.click" in m.get("begin") for m in moves)
+
+
+def test_every_way_through_the_code_is_in_the_flowchart():
+    counts = trials.stage_trial({}, np.random.default_rng(0))
+    ways = [tuple(k.split(" > ")) for k in counts if " > " in k]
+    assert set(ways) <= set(flowchart.ARROWS)
+    assert {a for way in ways for a in way} - {"start", "end"} == set(flowchart.BOXES)
+    assert counts["process > window"] == counts["contours"] - 1
+
+
+def test_constructed_first_corners_keep_away_from_the_boundaries():
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        side_4, true, wrong = trials.start_case(rng)
+        near, nearer = trials.predicted_wrong(side_4, true, wrong)
+        moved = [
+            trials.predicted_wrong(side_4 + a, true + b, wrong + c)
+            for a, b, c in ((1.5, 0, 0), (0, 1.5, 0), (0, 0, -1.5))
+        ]
+        assert all(m == (near, nearer) for m in moved)
+
+
+def test_the_corner_of_an_edge_picture_is_in_its_middle():
+    image = trials.edge_picture([20, 100], 0, 61, 100, np.random.default_rng(0))
+    assert image.shape == (61, 61)
+    turned = image[::-1, ::-1].astype(int)
+    assert np.abs(image.astype(int) - turned).mean() < 15
+
+
+def test_a_bent_corner_stays_and_a_bent_disc_moves():
+    values = trials.bias_trial({"bend": 0.2, "radius": 20.0}, np.random.default_rng(0))
+    assert values["corner_px"] < 1e-9
+    assert values["disc_px"] > 1e-3
+    flat = trials.centroid(lambda p: p + 3, 20.0)
+    np.testing.assert_allclose(flat, [3, 3], atol=1e-12)
+
+
+def test_broken_edges_fade_to_grey_and_leave_the_rest():
+    board = trials.Board(square_px=250.0, fov_deg=80.0)
+    image, lattice = board.image(1.0), trials.lattice_of(board)
+    rng = np.random.default_rng(0)
+    broken = trials.broken_edges(image, lattice, 1.0, 0.4, rng)
+    middle = (lattice[0, 0] + lattice[0, 1]) / 2
+    u, v = np.rint(middle).astype(int)
+    assert abs(int(broken[v, u]) - 128) < 3
+    np.testing.assert_array_equal(
+        trials.broken_edges(image, lattice, 0.0, 0.4, rng), image
+    )
+
+
+def test_cochran_armitage_on_known_tables():
+    assert claims.falling_trend([1, 2, 3], [5, 5, 5], [10] * 3) == 0.0
+    assert claims.falling_trend([1, 2, 3], [0, 0, 0], [10] * 3) == 0.0
+    # Two groups: the statistic is that of the two-proportion test.
+    z = claims.falling_trend([0, 1], [8, 2], [10, 10])
+    assert z == pytest.approx(-(0.6) / np.sqrt(0.25 * 0.2))
+    assert claims.falling_trend([0, 1], [2, 8], [10, 10]) == pytest.approx(-z)
+
+
+def test_the_border_costs_28_of_63_corners():
+    assert claims.interior((10, 8), 0) == 63
+    assert claims.interior((10, 8), 1) == 35
+    assert claims.judge_border_formula({})[0].verdict == "reproduced"
+
+
+def result_of(tmp_path, name, plan, values):
+    """A written result with these values, one list per condition."""
+    records = [
+        {"condition": c, "trial": t, "values": v}
+        for c, rows in enumerate(values)
+        for t, v in enumerate(rows)
+    ]
+    identity = {"experiment": name, "effort": "full"}
+    gather(identity, plan, records, {}, tmp_path / f"{name}.json")
+    return opened(tmp_path, {name: name})
+
+
+def test_growth_is_judged_on_pictures_that_differ(tmp_path):
+    from repro.outcomes import Plan
+
+    plan = Plan(None, list(claims.BROKEN.values()), 20)
+
+    def rows(grown, fixed):
+        return [
+            {"published.success": k < grown, "no growth.success": k < fixed}
+            for k in range(20)
+        ]
+
+    values = [rows(15, 2), rows(8, 6), rows(3, 10)]
+    results = result_of(tmp_path, "table_3_1_growth", plan, values)
+    verdicts = [r.verdict for r in claims.judge_window_growth(results)]
+    assert verdicts == ["reproduced", "undecided", "differs"]
