@@ -96,8 +96,9 @@ from repro.reader import (
 # | corners merged | it was kept, and then merged with another |
 # | false corner kept | more corners than there are |
 #
-# An anchor is off its contour from 8 % of a square on, a corner from a
-# quarter. CELECT sees nothing of this.
+# Two anchors in a row that are off the contour by more than 8 % of a square,
+# and by more than 3 px, are a wrong edge; a corner is found within a quarter
+# of a square. CELECT sees nothing of this.
 
 # %% tags=["active-ipynb"]
 # show_code(lost_at)
@@ -115,9 +116,14 @@ from repro.reader import (
 # A trial turns and shifts the board at random, makes its arc up to 3 %
 # longer or shorter, and moves every click by about a pixel. Then it runs
 # all levels of a case with this one variation, so that levels differ in
-# one thing only. The levels were fixed before any was run. A first set of
-# boards was half as large; its half ring failed even where every condition
-# was kept. That became a case of its own: *split peaks*.
+# one thing only. The boards are made to show a failure, so their levels were
+# found by trying. A first set of boards was half as large; its half ring
+# failed even where every condition was kept. That became a case of its own:
+# *split peaks*. Several levels of curvature were tried before these were
+# kept, the drawn level of size variation went from 1:9 to 1:6, the sweep of
+# blur was lengthened because 8 px mostly passed, and the thresholds that
+# name a stage were set after looking at such runs. So the page shows *that*
+# and *where* these conditions break a run, not how often they do.
 
 # %%
 TRIALS = {"quick": 1, "full": 20}
@@ -443,7 +449,7 @@ def orderings(effort):
 # **Limits.** The boards are constructed to break one thing alone; in a
 # photograph several break at once. The stage is the *first* that went wrong
 # and need not be the only one. What a stage is called depends on two
-# thresholds, 8 % and a quarter of a square. Clicks have an error of a
+# thresholds, those of the table above. Clicks have an error of a
 # pixel; worse clicks lose outer corners. Suppression, Canny and Harris
 # values are ours where the thesis has none (`celect_thresholds`).
 

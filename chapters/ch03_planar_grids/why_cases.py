@@ -1,7 +1,7 @@
 """The cases of the page on CELECT's failures: boards, levels, and pairs to be drawn.
 
 Every case changes one thing over some levels. Two or three of the levels are drawn:
-where the prerequisite is broken, and where it is kept. Written down before any run.
+where the prerequisite is broken, and where it is kept. The levels were found by trying.
 """
 
 from __future__ import annotations
