@@ -13,7 +13,7 @@ RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR
 BUILD = $(RUN) .venv/bin/python -m repro.build
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
 
-.PHONY: report quick test notebooks archive serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test notebooks archive bench serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -29,6 +29,9 @@ notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.archive --effort $(EFFORT)
+
+bench: setup ## all detectors side by side on image sets: counts, times as ratios (RECORDED="set another-set")
+	@$(RUN) .venv/bin/raxel bench $(or $(RECORDED),data/recorded/opencv-left)
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }

@@ -12,10 +12,12 @@
   laboratory.
 - `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
   compares results with the truth of a rendered set.
+- `raxel bench SET [SET ...] [--json FILE]` runs all detectors side by side: counts of
+  right and wrong boards, times as ratios.
 
 `--corners` takes corners that `raxel corners --json` wrote; without it they are found
-by the detector, `raxel`, `opencv` or `opencv-sb`. Every command explains its options
-with `--help`.
+by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs each
+view's `outer_corners` in set.yaml. Every command explains its options with `--help`.
 
 Results are files, a short summary goes to standard output, progress to standard
 error. Exit status: 0 done; 2 bad input, with one line that says what and where; 1 a
@@ -28,7 +30,7 @@ import sys
 
 from raxel.errors import InputError
 
-DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb")
+DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
 MODELS = ("auto", "zhang", "generic")
 
 
@@ -78,6 +80,7 @@ def _parser():
     _add_check(commands)
     _add_render(commands)
     _add_score(commands)
+    _add_bench(commands)
     return parser
 
 
@@ -157,6 +160,16 @@ def _add_score(commands):
     parser.add_argument("--json", metavar="FILE", help="write the scores here")
 
 
+def _add_bench(commands):
+    summary = "all detectors side by side: counts, and times as ratios"
+    parser = commands.add_parser("bench", help=summary, description=summary)
+    parser.add_argument(
+        "set", metavar="SET", nargs="+", help="folders of image sets of chessboards"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.set_defaults(command=_bench)
+
+
 def _seed(text):
     if not text.isascii() or not text.isdigit() or len(text) > 18:
         raise argparse.ArgumentTypeError(f"found {text!r}; give a whole number from 0")
@@ -176,7 +189,8 @@ def _add_detector(parser):
     parser.add_argument(
         "--detector",
         choices=DETECTOR_NAMES,
-        help="default: raxel, which also counts where the board's size is not given",
+        help="default: raxel, which also counts where the board's size is not given; "
+        "celect needs outer_corners in set.yaml",
     )
 
 
@@ -226,3 +240,9 @@ def _score(options, say):
     from raxel.cli.score import score
 
     score(options, say)
+
+
+def _bench(options, say):
+    from raxel.cli.bench import bench
+
+    bench(options, say)
