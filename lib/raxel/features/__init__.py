@@ -1,5 +1,8 @@
 """Finding chessboard corners: detectors are callables (image, columns, rows).
 
+`CLICK_DETECTORS` also take the user's clicks, as (image, columns, rows, outer_corners,
+contours).
+
 `DETECTORS` maps their names; each returns a `Detection`. The default is the library's
 own, `find_board`: it counts, it says how certain each corner is, and of 61 photographs
 in five sets (ordinary, wide, two fisheyes, a mirror) it found all 61 boards with their
@@ -7,6 +10,7 @@ size given and without, all of them right within a pixel, where 'opencv' found 5
 'opencv-sb' 47 with their size given.
 """
 
+from raxel.features.celect.clicked import find_celect
 from raxel.features.detector import Detection, Partial, refused, verified
 from raxel.features.find import find_board, find_boards
 from raxel.features.lattice import in_order_of_clicks, symmetries
@@ -18,8 +22,10 @@ DETECTORS = {
     "opencv-sb": find_opencv_sb,
 }
 DEFAULT_DETECTOR = "raxel"
+CLICK_DETECTORS = {"celect": find_celect}
 
 __all__ = [
+    "CLICK_DETECTORS",
     "DEFAULT_DETECTOR",
     "DETECTORS",
     "Detection",

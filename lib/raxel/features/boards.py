@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features import DEFAULT_DETECTOR, DETECTORS
+from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
 from raxel.features.detector import Detection, refused
 from raxel.features.lattice import in_order_of_clicks
 from raxel.files import read_json, write_json
@@ -34,10 +34,11 @@ def check_chessboard(image_set):
 def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
     """Look for the board in each view; one Board per view, in order.
 
-    `detector` is a name in DETECTORS, `views` some of the set's views (default all),
-    `say` a callable told one line per image. All images are read before the first is
-    searched, so that a faulty one is known at once.
-    Raises InputError for a set without a chessboard and for images as `read_image`.
+    `detector` is a name in DETECTORS or CLICK_DETECTORS, `views` some of the set's
+    views (default all), `say` a callable told one line per image. All images are read
+    before the first is searched, so that a faulty one is known at once.
+    Raises InputError for a set without a chessboard, for images as `read_image`, and
+    for clicks and contours by hand that cannot be.
     """
     check_chessboard(image_set)
     views = image_set.views if views is None else views
@@ -45,7 +46,7 @@ def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
         read_image(image_set, view)
     boards = []
     for number, view in enumerate(views, 1):
-        boards.append(_detect(image_set, view, DETECTORS[detector]))
+        boards.append(_detect(image_set, view, _finder(image_set, view, detector)))
         if say:
             say(f"{number}/{len(views)} {_line(boards[-1])}")
     return boards
@@ -115,6 +116,23 @@ def _partial(partial):
         "corners": np.round(partial.corners, 6).tolist(),
         "indices": partial.indices.tolist(),
     }
+
+
+def _finder(image_set, view, detector):
+    """The detector as a callable (image, columns, rows); with the view's clicks."""
+    if detector in DETECTORS:
+        return DETECTORS[detector]
+
+    def find(image, columns, rows):
+        try:
+            return CLICK_DETECTORS[detector](
+                image, columns, rows, view.outer_corners, view.contours
+            )
+        except InputError as fault:
+            where = f"{image_set.description}: {view.label}"
+            raise InputError(f"{where}: {fault}") from fault
+
+    return find
 
 
 def _detect(image_set, view, detector):

@@ -24,6 +24,9 @@ def faults(image_set):
         if view.outer_corners is not None:
             size = image_set.width, image_set.height
             yield from _outer_corner_faults((*path, "outer_corners"), view, size)
+        elif view.contours:
+            fault = "found, but no outer_corners; give the four clicks as well"
+            yield (*path, "contours"), fault
         yield from _pattern_faults((*path, "patterns"), view.patterns)
 
 

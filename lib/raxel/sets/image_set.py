@@ -92,6 +92,11 @@ def _view(data):
         data["outer_corners"] = tuple(
             tuple(map(float, point)) for point in data["outer_corners"]
         )
+    if "contours" in data:
+        data["contours"] = tuple(
+            (name, tuple(tuple(map(float, point)) for point in points))
+            for name, points in data["contours"].items()
+        )
     if "motion" in data:
         data["motion"] = Motion(
             **{key: tuple(map(float, three)) for key, three in data["motion"].items()}
@@ -147,6 +152,11 @@ def _plain_view(view):
         data["patterns"] = [_plain_pattern(pattern) for pattern in view.patterns]
     if view.outer_corners is not None:
         data["outer_corners"] = [[float(c) for c in p] for p in view.outer_corners]
+    if view.contours:
+        data["contours"] = {
+            name: [[float(c) for c in p] for p in points]
+            for name, points in view.contours
+        }
     if view.use != "calibrate":
         data["use"] = view.use
     if view.motion is not None:

@@ -73,7 +73,8 @@ class Motion:
 class View:
     """One pose of the target: one `image` (chessboard) or `patterns` (active grid).
 
-    `outer_corners` are four pixels (u, v), clockwise from the first corner.
+    `outer_corners` are four pixels (u, v), clockwise from the first corner; `contours`
+    corners by hand, (name, ((u, v), ...)) pairs, where CELECT lost a contour.
     """
 
     image: str | None = None
@@ -82,6 +83,7 @@ class View:
     black: str | None = None
     patterns: tuple[Pattern, ...] = ()
     outer_corners: tuple[tuple[float, float], ...] | None = None
+    contours: tuple[tuple[str, tuple[tuple[float, float], ...]], ...] = ()
     use: str = "calibrate"
     motion: Motion | None = None
 
