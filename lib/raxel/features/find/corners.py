@@ -17,15 +17,17 @@ class Effort(NamedTuple):
     """How finely a window is looked at.
 
     half: samples from its middle to its side; iterations: how often it is moved at
-    most; still: px; a smaller move is the last.
+    most; still: px; a smaller move is the last; wider: how much larger than a window
+    the cell's share must be for the next window to be tried.
     """
 
     half: int
     iterations: int
     still: float
+    wider: float
 
 
-QUICK, FULL = Effort(4, 5, 0.02), Effort(7, 12, 1e-3)
+QUICK, FULL = Effort(4, 5, 0.02, 1.67), Effort(7, 12, 1e-3, 1.15)
 FARTHEST = 0.3
 
 

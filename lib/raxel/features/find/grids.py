@@ -1,10 +1,11 @@
 """From a lattice of links to a grid of verified corners: checked, filled, run on."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.corners import FULL, QUICK, fields_of, placed
+from raxel.features.find.corners import FULL, QUICK, WINDOW, fields_of, placed
 from raxel.features.find.patches import AXES, patches_of, predicted, shifted
 
 ROUNDS = 12
@@ -21,6 +22,7 @@ LEAST_SIDE = 3
 FAKE_SHARE, FAKE_COUNT = 0.25, 2
 # Windows in px of the finest level: the next is taken where a corner is too uncertain.
 WINDOWS = (7.0, 14.0, 28.0)
+ALIKE, CLEARER = 1.2, 0.6
 SURE_SD, SURE_MISFIT = 0.08, 0.25
 SHARP_SD = 0.12
 
@@ -152,26 +154,33 @@ def taken(grid, trial, wanted, level):
 
 
 def placed_well(patches, level, effort):
-    """As `placed`, each corner in the first window in which it is certain."""
+    """As `placed`, each corner in the first window that suits it.
+
+    Wider ones are for corners that noise leaves uncertain, and for those whose edges do
+    not meet in a point: blur fills the window, more so between edges at a sharp angle.
+    """
     best = placed(patches, level, WINDOWS[0], effort)
-    for window in WINDOWS[1:]:
+    longer = np.maximum(*(np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)))
+    for last, window in pairwise(WINDOWS):
         unsure = (best.sd > SURE_SD) | (best.misfit > SURE_MISFIT) | ~best.good
-        wider = (
-            np.maximum(*(np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)))
-            > 2.2 * window * level.scale
+        again = np.flatnonzero(
+            unsure & (WINDOW * longer > effort.wider * last * level.scale)
         )
-        again = np.flatnonzero(unsure & wider)
         if not len(again):
             break
         other = placed(patches.of(again), level, window, effort)
-        better = other.good & (
-            ~best.good[again]
-            | ((other.sd < best.sd[again]) & (other.misfit < 1.2 * best.misfit[again]))
-            | (other.misfit < 0.6 * best.misfit[again])
-        )
-        for mine, theirs in zip(best, other, strict=True):
-            mine[again[better]] = theirs[better]
+        sharper = other.sd < best.sd[again]
+        alike = other.misfit < ALIKE * best.misfit[again]
+        clearer = other.misfit < CLEARER * best.misfit[again]
+        better = ~best.good[again] | (sharper & alike) | clearer
+        _replaced(best, other, again, other.good & better)
     return best
+
+
+def _replaced(best, other, again, better):
+    """Put the better ones of `other` in the places `again` of `best`."""
+    for mine, theirs in zip(best, other, strict=True):
+        mine[again[better]] = theirs[better]
 
 
 def _beside(values, choose):

@@ -7,6 +7,9 @@ from raxel.features.find.patches import predicted
 from raxel.features.lattice import lattice_fault, spacing
 
 MOST_SD = 0.25
+# Share of the edges' strength that may point past a corner. On rendered boards blur had
+# moved corners by more than a pixel where it was higher, at narrow outer squares.
+MOST_MISFIT = 0.375
 # Nearer corners than this, in px, are moved by any blur of a lens.
 LEAST_SPACING = 7.5
 LEAST_SEEN = 0.34
@@ -28,6 +31,8 @@ def fault_of(grid, image):
     worst = np.nanmax(grid.sd)
     if worst > MOST_SD:
         return f"a corner is uncertain by {worst:.2f} px"
+    if np.nanmax(grid.misfit) > MOST_MISFIT:
+        return "a corner is not clear: its edges do not meet in one point"
     corners, size = grid.points.reshape(-1, 2), grid.known.shape[::-1]
     least = spacing(corners, *size).min()
     if least < LEAST_SPACING:
