@@ -31,5 +31,5 @@ def check_enough(image_set, boards, needed, purpose):
     raise InputError(
         f"{image_set.description}: views: board found in {found} of {len(boards)} "
         f"images, {purpose} needs {needed}{example}; check target.columns and "
-        "target.rows, or try the other --detector"
+        "target.rows, or try another --detector"
     )

@@ -93,6 +93,7 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     b, a = np.meshgrid(k, k, indexing="ij")
     inner = slice(1, -1)
     x = np.stack([a[inner, inner].ravel(), b[inner, inner].ravel()], axis=1)
+    x = x.astype(np.float32)
     weight = np.exp(-(x**2).sum(axis=1) / (2 * 0.6**2))
     start = patches.p
     now, active = patches, np.arange(len(start))

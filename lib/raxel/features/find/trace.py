@@ -55,8 +55,10 @@ def atlas_of(levels, points):
         grey[room] = level.grey
         place = pixels_of(points / level.scale, (h, w))
         paint(known[room], place, numbers, CAUGHT)
-    scale = np.array([level.scale for level in levels])
-    return Atlas(grey, known, left, top, width, height, scale)
+    scale = np.array([level.scale for level in levels], np.float32)
+    left, top = left.astype(np.float32), top.astype(np.float32)
+    sizes = width.astype(np.float32), height.astype(np.float32)
+    return Atlas(grey, known, left, top, *sizes, scale)
 
 
 class Arms(NamedTuple):
@@ -91,9 +93,9 @@ def _traced(arms, atlas):
     end, heading = np.full(count, -1), angle.copy()
     own, level = arms.own, arms.level
     sign = arms.signs.astype(np.float32)[:, None]
-    d = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    p = arms.points / atlas.scale[level][:, None] + START * d
-    reference = USUAL_SLOPE * arms.contrast
+    d = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
+    p = (arms.points / atlas.scale[level][:, None] + START * d).astype(np.float32)
+    reference = (USUAL_SLOPE * arms.contrast).astype(np.float32)
     past = np.repeat(p[None], MEMORY, axis=0)
     weak = np.zeros(count, int)
     arm = np.arange(count)
@@ -135,19 +137,18 @@ def _stepped(atlas, level, p, d, sign):
     """Across from p to the strongest slope: (there, its height, largest opposite)."""
     import cv2
 
-    offsets = ACROSS * np.arange(-REACH - 1, REACH + 2)
+    offsets = (ACROSS * np.arange(-REACH - 1, REACH + 2)).astype(np.float32)
     normal = np.stack([-d[:, 1], d[:, 0]], axis=1)
     # A remap clips at the atlas's border, not at the level's: stay inside it.
-    q = np.clip(p, 0, np.stack([atlas.width[level], atlas.height[level]], axis=1) - 1)
-    u = q[:, :1] + atlas.left[level][:, None] + normal[:, :1] * offsets
-    v = q[:, 1:] + atlas.top[level][:, None] + normal[:, 1:] * offsets
-    profile = remapped(
-        atlas.grey, u.astype(np.float32), v.astype(np.float32), cv2.BORDER_REPLICATE
-    )
+    u = np.clip(p[:, 0], 0, atlas.width[level] - 1) + atlas.left[level]
+    v = np.clip(p[:, 1], 0, atlas.height[level] - 1) + atlas.top[level]
+    u = u[:, None] + normal[:, :1] * offsets
+    v = v[:, None] + normal[:, 1:] * offsets
+    profile = remapped(atlas.grey, u, v, cv2.BORDER_REPLICATE)
     rise = (profile[:, 2:] - profile[:, :-2]) * sign
     where, strength = _peak(rise)
     back = -rise[:, 1:-1].min(axis=1)
-    return p + normal * (where * ACROSS)[:, None], strength, back
+    return p + normal * (ACROSS * where)[:, None], strength, back
 
 
 def _peak(rise):
@@ -164,11 +165,11 @@ def _peak(rise):
 
 def _looked_up(atlas, level, p):
     """(inside (N,), node or -1 (N,)) at positions p (N, 2) of levels."""
-    u, v = np.rint(p).astype(int).T
+    u, v = np.rint(p).astype(np.int32).T
     width, height = atlas.width[level], atlas.height[level]
     inside = (u > 0) & (v > 0) & (u < width - 1) & (v < height - 1)
-    u = np.where(inside, u, 0) + atlas.left[level]
-    v = np.where(inside, v, 0) + atlas.top[level]
+    u = np.where(inside, u, 0) + atlas.left[level].astype(np.int32)
+    v = np.where(inside, v, 0) + atlas.top[level].astype(np.int32)
     return inside, atlas.known[v, u] - 1
 
 
