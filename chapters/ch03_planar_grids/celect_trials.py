@@ -35,6 +35,7 @@ from raxel.features.celect.window import (
     open_window,
     smoothing_for,
 )
+from raxel.geometry import apply_homography
 
 NOISE_SD = 4.0
 ABLATED = {
@@ -416,10 +417,12 @@ def bias_trial(condition, rng):
     centre = rng.uniform(-200, 200, 2)
     k = -condition["bend"] / 300.0**2
 
+    c, s = np.cos(turn), np.sin(turn)
+    rigid = np.array([[c, -s, centre[0]], [s, c, centre[1]], [0, 0, 1]])
+    H = np.array([[1, 0, 0], [0, 1, 0], [*tilt, 1]]) @ rigid
+
     def bent(points):
-        c, s = np.cos(turn), np.sin(turn)
-        flat = points @ np.array([[c, s], [-s, c]]) + centre
-        flat = flat / (1 + flat @ tilt)[:, None]
+        flat = apply_homography(H, points)
         return flat * (1 + k * (flat**2).sum(axis=1))[:, None]
 
     true = bent(np.zeros((1, 2)))[0]
