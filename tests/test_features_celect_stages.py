@@ -17,6 +17,7 @@ from raxel.features.celect.hough import (
     signed_distance,
     vote,
 )
+from raxel.features.celect.layers import Layers
 from raxel.features.celect.processing import (
     average_close,
     distance_to_trace,
@@ -30,6 +31,13 @@ from raxel.features.celect.trace import (
     near_lines,
     next_anchor,
     next_line,
+)
+from raxel.features.celect.window import (
+    canny_edges,
+    clear_scale,
+    harris_corners,
+    open_window,
+    smoothing_for,
 )
 
 PUBLISHED = CelectSettings()
@@ -214,3 +222,30 @@ def test_the_values_of_tables_3_1_and_3_2():
     assert table == (0.5, 0.125, 0.4, 15.0, 0.1, 0.56, 0.4, 0.8)
     assert (PUBLISHED.growth, PUBLISHED.column_merge) == (0.2, 0.47)
     assert (PUBLISHED.radius_divisor, PUBLISHED.peaks) == (1.9, (2, 5))
+
+
+@pytest.mark.parametrize("centre", [(95.4, 96.0), (200.0, 150.0), (3.0, 230.0)])
+def test_tiles_hold_what_a_window_of_its_own_would_find(centre):
+    """Edges and corners of a clean board, across the tiles' borders."""
+    v, u = np.indices((240, 300))
+    turned = (0.9 * u + 0.4 * v) // 23 + (0.9 * v - 0.4 * u) // 23
+    image = np.where(turned % 2, 210, 30).astype(np.uint8)
+    centre, radius = np.array(centre), 40.0
+    smoothing = smoothing_for(radius / 2, PUBLISHED)
+    window = open_window(image, centre, radius, smoothing)
+    scale = clear_scale([window], smoothing, PUBLISHED)
+    layers = Layers(image, scale, PUBLISHED)
+    found = {
+        "edges": (
+            layers.edges(centre, radius),
+            canny_edges(window, scale, PUBLISHED.canny_high, PUBLISHED.canny_low),
+        ),
+        "corners": (
+            layers.corners(centre, radius),
+            harris_corners(window, scale, PUBLISHED),
+        ),
+    }
+    for tiled, own in found.values():
+        assert len(own) > 3
+        assert set(map(tuple, tiled.tolist())) == set(map(tuple, own.tolist()))
+        assert len(tiled) == len(own)

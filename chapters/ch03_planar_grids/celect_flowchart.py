@@ -12,35 +12,39 @@ PAGE = "s1_2_celect"
 # Stage -> (x, y) of its box and what stands in it, function of the code last.
 BOXES = {
     "snap": (0, 0, "Corners $c_i$ nearest to\nthe four clicks", "snapped"),
-    "window": (0, -1, "Window $A_{r,p_{cur}}$", "open_window"),
-    "edges": (0, -2, "Canny edges $S_c$", "canny_edges"),
-    "hough": (0, -3, "Hough transform", "vote"),
+    "window": (
+        0,
+        -1,
+        "Window $A_{r,p_{cur}}$\nand its edges $S_c$",
+        "Layers.edges",
+    ),
+    "hough": (0, -2, "Hough transform", "vote"),
     "peaks": (
         0,
-        -4,
+        -3,
         "Peaks $S_h$: suppression,\nwrap ($t_2$), averaging ($t_1$)",
         "peaks_of",
     ),
-    "near": (1, -4, "Lines $S_d$ near the\ncentre ($t_3$)", "near_lines"),
+    "near": (0, -4, "Lines $S_d$ near the\ncentre ($t_3$)", "near_lines"),
     "first line": (
         1,
-        -3,
+        -3.4,
         "First anchor: without the\nwrong contour ($t_4$)",
         "first_line",
     ),
     "next line": (
-        2,
-        -4,
+        1,
+        -4.6,
         "Else: least turn\nfrom $\\theta_{prev}$",
         "next_line",
     ),
     "anchor": (
         2,
-        -3,
+        -4,
         "$p_{new}$: farthest ahead\nin the band ($t_5$)",
         "next_anchor",
     ),
-    "corners": (2, -2, "Candidates $n_q$\nby Harris", "harris_corners"),
+    "corners": (2, -2.5, "Candidates $n_q$\nby Harris", "Layers.corners"),
     "arrived": (
         2,
         -1,
@@ -59,8 +63,7 @@ BOXES = {
 ARROWS = {
     ("start", "snap"): None,
     ("snap", "window"): "",
-    ("window", "edges"): "",
-    ("edges", "hough"): "",
+    ("window", "hough"): "",
     ("hough", "peaks"): "",
     ("peaks", "near"): "",
     ("near", "first line"): "",
@@ -140,10 +143,10 @@ def draw_arrow(axes, start, end, count):
         b = (x1, y1 + down * HEIGHT / 2)
         spot, side = (x0 + 0.1, (y0 + y1) / 2), "left"
     else:
-        right = 1 if x1 > x0 else -1
-        a = (x0 + right * WIDTH / 2, y0)
-        b = (x1 - right * WIDTH / 2, y1)
-        spot, side = ((x0 + x1) / 2, y0 + 0.14), "center"
+        a, b = (x0 + WIDTH / 2, y0), (x1 - WIDTH / 2, y1)
+        # Above where the box in the middle is the higher one, else below.
+        up = 1 if (y0 < y1) == (x1 == X_STEP) else -1
+        spot, side = ((a[0] + b[0]) / 2, (y0 + y1) / 2 + 0.4 * up), "center"
     axes.annotate(
         "", b, a, arrowprops={"arrowstyle": "-|>", "color": "#1b1f24"}
     )
@@ -154,7 +157,7 @@ def draw_arrow(axes, start, end, count):
 def fig_3_3(results):
     """The stages of the code, with how often a run went each way."""
     found = transitions(results["fig_3_3_stages"])
-    drawn, axes = new_figure(height_in=5.6)
+    drawn, axes = new_figure(height_in=6.2)
     for stage in BOXES:
         draw_box(axes, stage)
     straight = [
@@ -166,7 +169,7 @@ def fig_3_3(results):
         draw_arrow(axes, start, end, found.get((start, end), 0))
     draw_returns(axes, found)
     axes.set_xlim(-2.0, 2 * X_STEP + 1.9)
-    axes.set_ylim(-4 * Y_STEP - 0.8, 1.45)
+    axes.set_ylim(-4.6 * Y_STEP - 0.8, 1.45)
     axes.set_aspect("equal")
     axes.axis("off")
     pairs = sorted(set(ARROWS) | set(found))
@@ -216,7 +219,7 @@ def draw_returns(axes, found):
     axes.annotate(
         "",
         (right, y_window - 0.3),
-        (anchor[0] - WIDTH / 2, anchor[1] + 0.3),
+        (anchor[0] - 0.3 * WIDTH, anchor[1] + HEIGHT / 2),
         arrowprops={
             "arrowstyle": "-|>",
             "color": colours[1],
@@ -225,7 +228,7 @@ def draw_returns(axes, found):
     )
     axes.text(
         middle,
-        y_window - 1.15,
+        y_window - 1.6,
         f"no line or no $p_{{new}}$:\nwindow grows by 20 %   {grown}",
         fontsize=7,
         ha="center",

@@ -18,6 +18,7 @@ from chapters.ch03_planar_grids.synthetic_board import Board, clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.algorithm import snapped
 from raxel.features.celect.hough import angle_apart, peaks_of, vote
+from raxel.features.celect.layers import Layers
 from raxel.features.celect.processing import processed
 from raxel.features.celect.trace import (
     FirstLine,
@@ -31,7 +32,6 @@ from raxel.features.celect.window import (
     Scale,
     canny_edges,
     clear_scale,
-    harris_corners,
     open_window,
     smoothing_for,
 )
@@ -108,15 +108,14 @@ def drawn_run(condition, rng):
 
 STAGES = {
     "snap": snapped,
-    "window": open_window,
-    "edges": canny_edges,
+    "window": Layers.edges,
     "hough": vote,
     "peaks": peaks_of,
     "near": near_lines,
     "first line": first_line,
     "next line": next_line,
     "anchor": next_anchor,
-    "corners": harris_corners,
+    "corners": Layers.corners,
     "arrived": Tracer._arrived,
     "process": processed,
 }

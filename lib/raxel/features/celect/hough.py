@@ -72,43 +72,33 @@ def strongest(space, limits, neighbourhood, share, columns=None):
     """
     least, most = limits
     across, along = neighbourhood
+    first, last = columns or (0, space.shape[1])
     box = np.ones((2 * across + 1, 2 * along + 1), np.uint8)
-    maximal = (space >= cv2.dilate(space, box)) & (space > 0)
-    rows, places = np.nonzero(maximal)
-    if columns is not None:
-        inside = (places >= columns[0]) & (places < columns[1])
-        rows, places = rows[inside], places[inside]
-    votes = space[rows, places]
+    tops = np.where(space >= cv2.dilate(space, box), space, np.float32(0))
     found = []
-    for i in np.argsort(-votes, kind="stable"):
-        row, column, value = int(rows[i]), int(places[i]), float(votes[i])
-        if len(found) >= least and value < share * found[0][2]:
+    for values, limit in ((tops, most), (space, least)):
+        if len(found) >= limit:
             break
-        # Of a plateau, whose values are all largest, one is a peak.
-        if all(abs(row - r) > across or abs(column - c) > along for r, c, _ in found):
-            found.append((row, column, value))
-        if len(found) == most:
-            break
-    while len(found) < least:
-        flank = _largest_elsewhere(space, found, neighbourhood, columns)
-        if flank is None:
-            break
-        found.append(flank)
+        rest = values.copy()
+        for row, column, _ in found:
+            _clear(rest, row, column, neighbourhood)
+        while len(found) < limit:
+            _, votes, _, (column, row) = cv2.minMaxLoc(rest[:, first:last])
+            weak = len(found) >= least and votes < share * found[0][2]
+            if votes <= 0 or weak:
+                break
+            found.append((row, first + column, votes))
+            _clear(rest, row, first + column, neighbourhood)
     return found
 
 
-def _largest_elsewhere(space, found, neighbourhood, columns):
-    """(row, column, votes) of the largest value away from the peaks, or None."""
+def _clear(space, row, column, neighbourhood):
+    """Put the neighbourhood of a place in a Hough space to zero."""
     across, along = neighbourhood
-    rest = space.copy()
-    for row, column, _ in found:
-        rest[
-            max(row - across, 0) : row + across + 1,
-            max(column - along, 0) : column + along + 1,
-        ] = 0
-    first, last = columns or (0, space.shape[1])
-    _, votes, _, (column, row) = cv2.minMaxLoc(rest[:, first:last])
-    return (row, first + column, votes) if votes > 0 else None
+    space[
+        max(row - across, 0) : row + across + 1,
+        max(column - along, 0) : column + along + 1,
+    ] = 0
 
 
 def peaks_of(space, settings, s):

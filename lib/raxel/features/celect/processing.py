@@ -32,14 +32,10 @@ def processed(candidates, anchors, count, band, distance, merge_corners):
     inliers = everything[distance_to_trace(everything, anchors) < band]
     along = position_along(inliers, anchors)
     labels = merge_corners(inliers, along, distance, count)
-    groups = [labels == label for label in np.unique(labels)]
-    merged = np.array([inliers[group].mean(axis=0) for group in groups])
-    first, last = (
-        next(
-            i for i, group in enumerate(groups) if (inliers[group] == end).all(1).any()
-        )
-        for end in ends
-    )
+    labels = np.unique(labels, return_inverse=True)[1]
+    size = np.bincount(labels)
+    merged = np.column_stack([np.bincount(labels, c) / size for c in inliers.T])
+    first, last = (labels[(inliers == end).all(axis=1).argmax()] for end in ends)
     place = position_along(merged, anchors)
     kept = (place >= place[first]) & (place <= place[last])
     order = np.argsort(place[kept], kind="stable")
@@ -85,7 +81,10 @@ def average_close(corners, along, distance, count):
     Another rule may use where they lie `along` (n,) the contour, in px, and the `count`
     of corners that the contour ought to have.
     """
-    from scipy.sparse.csgraph import connected_components
-
-    off = np.linalg.norm(corners[:, None] - corners[None], axis=2)
-    return connected_components(off < distance, directed=False)[1]
+    close = np.linalg.norm(corners[:, None] - corners[None], axis=2) < distance
+    labels = np.arange(len(corners))
+    while True:
+        least = np.where(close, labels, len(corners)).min(axis=1)
+        if (least == labels).all():
+            return labels
+        labels = least

@@ -12,7 +12,7 @@ from raxel.features.celect.hough import (
     signed_distance,
     vote,
 )
-from raxel.features.celect.window import canny_edges, open_window
+from raxel.features.celect.layers import Layers
 
 
 class Step(NamedTuple):
@@ -34,9 +34,8 @@ class Step(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """A window with what is in it."""
+    """What is in a window."""
 
-    window: object
     edges: np.ndarray
     peaks: Peaks
     space: np.ndarray
@@ -104,7 +103,8 @@ def next_anchor(edges, line, centre, band, away_from, direction):
     if not ahead.any():
         return None
     points = edges[ahead]
-    return points[np.linalg.norm(points - away_from, axis=1).argmax()].astype(float)
+    off = points - away_from
+    return points[np.einsum("ij,ij->i", off, off).argmax()].astype(float)
 
 
 class Tracer:
@@ -114,8 +114,7 @@ class Tracer:
     """
 
     def __init__(self, image, scale, settings, record=False):
-        self.image = image
-        self.scale = scale
+        self.layers = Layers(image, scale, settings)
         self.settings = settings
         self.record = record
 
@@ -151,7 +150,7 @@ class Tracer:
                 anchor = self._step_to(trace, seen, chosen, s, first)
             if anchor is not None:
                 break
-        corners = settings.detect_corners(seen.window, self.scale, settings)
+        corners = self.layers.corners(centre, radius)
         trace.radii.append(radius)
         trace.candidates.append(corners)
         if anchor is None:
@@ -175,11 +174,9 @@ class Tracer:
         return True
 
     def _look(self, centre, radius, s):
-        settings = self.settings
-        window = open_window(self.image, centre, radius, self.scale.smoothing)
-        edges = canny_edges(window, self.scale, settings.canny_high, settings.canny_low)
+        edges = self.layers.edges(centre, radius)
         space = vote(edges, centre, radius)
-        return Seen(window, edges, peaks_of(space, settings, s), space)
+        return Seen(edges, peaks_of(space, self.settings, s), space)
 
     def _choose(self, trace, lines, s, first):
         near = near_lines(lines, self.settings.near_centre * s)

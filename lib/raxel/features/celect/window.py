@@ -5,6 +5,7 @@ them depends on where the window ends. The scale of the gradients (what is an ed
 what is a corner) comes from the four windows that the user clicked.
 """
 
+import math
 from typing import NamedTuple
 
 import cv2
@@ -70,15 +71,29 @@ def open_window(image, centre, radius, smoothing):
     The image's own border repeats its outermost pixels, and no pixel beyond it is ever
     an edge or a corner.
     """
-    reach = radius + MARGIN_IN_SD * (smoothing.grey + smoothing.tensor) + 2
+    centre = np.asarray(centre, float)
+    reach = radius + margin(smoothing)
+    low = np.floor(centre - reach).astype(int)
+    high = np.ceil(centre + reach).astype(int) + 1
+    return Window(centre, radius, *gradients(image, low, high, smoothing))
+
+
+def margin(smoothing):
+    """How many px around a pixel decide whether it is an edge or a corner."""
+    return math.ceil(MARGIN_IN_SD * (smoothing.grey + smoothing.tensor)) + 2
+
+
+def gradients(image, low, high, smoothing):
+    """First pixel (2,), and gradients (h, w) along u and v, of part of an image.
+
+    `low`, `high` (2,): first pixel (u, v) and the one after the last; what lies beyond
+    the image is left out.
+    """
     height, width = image.shape
-    u0, v0 = np.floor(centre - reach).astype(int)
-    u1, v1 = np.ceil(centre + reach).astype(int) + 1
-    left, top = max(u0, 0), max(v0, 0)
-    patch = image[top : min(v1, height), left : min(u1, width)].astype(np.float32)
-    smooth = cv2.GaussianBlur(
-        patch, (0, 0), smoothing.grey, borderType=cv2.BORDER_REPLICATE
-    )
+    left, top = np.maximum(low, 0)
+    right, bottom = min(high[0], width), min(high[1], height)
+    patch = image[top:bottom, left:right].astype(np.float32)
+    smooth = blurred(patch, smoothing.grey)
     across, down = (
         cv2.Sobel(
             smooth,
@@ -90,9 +105,13 @@ def open_window(image, centre, radius, smoothing):
         )
         for order in ((1, 0), (0, 1))
     )
-    return Window(
-        np.asarray(centre, float), radius, np.array([left, top], np.int32), across, down
-    )
+    return np.array([left, top], np.int32), across, down
+
+
+def blurred(image, sd):
+    """A Gaussian blur that ends at MARGIN_IN_SD; the border's pixels are repeated."""
+    size = 2 * math.ceil(MARGIN_IN_SD * sd) + 1
+    return cv2.GaussianBlur(image, (size, size), sd, borderType=cv2.BORDER_REPLICATE)
 
 
 def canny_edges(window, scale, high, low):
@@ -102,7 +121,7 @@ def canny_edges(window, scale, high, low):
     """
     factor = FULL_SCALE / scale.gradient
     across, down = (
-        np.clip(np.rint(g * factor), -32767, 32767).astype(np.int16)
+        cv2.multiply(g, 1.0, scale=factor, dtype=cv2.CV_16S)
         for g in (window.gradient_u, window.gradient_v)
     )
     edges = cv2.Canny(
@@ -115,10 +134,7 @@ def harris_response(window, tensor_px, k):
     """Harris's R = det M - k trace(M)^2 over the patch of a window, (h, w)."""
     across, down = window.gradient_u, window.gradient_v
     tensor = cv2.merge((across * across, down * down, across * down))
-    tensor = cv2.GaussianBlur(
-        tensor, (0, 0), tensor_px, borderType=cv2.BORDER_REPLICATE
-    )
-    uu, vv, uv = cv2.split(tensor)
+    uu, vv, uv = cv2.split(blurred(tensor, tensor_px))
     return uu * vv - uv * uv - k * (uu + vv) ** 2
 
 

@@ -1,0 +1,79 @@
+"""Edges and corners of an image, made tile by tile as the windows come to need them.
+
+Neighbouring windows overlap, so every pixel would be smoothed and searched several
+times. A tile is searched once, on a patch that reaches as far beyond it as anything
+within depends on; only the hysteresis of Canny's method could reach farther.
+"""
+
+import itertools
+
+import numpy as np
+
+from raxel.features.celect.window import (
+    Window,
+    canny_edges,
+    gradients,
+    margin,
+)
+
+TILE_PX = 96
+
+
+class Layers:
+    """The edge pixels S_c (3.8) and the corner candidates of an image.
+
+    `image` (h, w) grey, `scale` its `window.Scale`, `settings` a CelectSettings.
+    """
+
+    def __init__(self, image, scale, settings):
+        self.image = image
+        self.scale = scale
+        self.settings = settings
+        self._edges, self._corners = {}, {}
+
+    def edges(self, centre, radius):
+        """Edge pixels (n, 2) within `radius` px of a centre (2,)."""
+        return self._within(self._edges, centre, radius)
+
+    def corners(self, centre, radius):
+        """Corners (m, 2) px within `radius` px of a centre (2,)."""
+        return self._within(self._corners, centre, radius)
+
+    def _within(self, layer, centre, radius):
+        pieces = []
+        for tile in self._tiles(centre, radius):
+            if tile not in layer:
+                self._search(tile)
+            pieces.append(layer[tile])
+        points = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        off = points - centre
+        return points[np.einsum("ij,ij->i", off, off) <= radius**2]
+
+    def _tiles(self, centre, radius):
+        """The tiles (column, row) of the image that a window touches."""
+        spans = []
+        for middle, size in zip(centre.tolist(), self.image.shape[::-1], strict=True):
+            last = (size - 1) // TILE_PX
+            first = max(int((middle - radius) // TILE_PX), 0)
+            spans.append(range(first, min(int((middle + radius) // TILE_PX), last) + 1))
+        return itertools.product(*spans)
+
+    def _search(self, tile):
+        low = np.array(tile) * TILE_PX
+        high = low + TILE_PX
+        reach = margin(self.scale.smoothing)
+        first, across, down = gradients(
+            self.image, low - reach, high + reach, self.scale.smoothing
+        )
+        # The circle about the tile; what lies beyond the tile is its neighbours'.
+        middle, radius = (low + high - 1) / 2, TILE_PX
+        window = Window(middle, radius, first, across, down)
+        settings = self.settings
+        edges = canny_edges(window, self.scale, settings.canny_high, settings.canny_low)
+        corners = settings.detect_corners(window, self.scale, settings)
+        self._edges[tile] = _inside(edges, low, high)
+        self._corners[tile] = _inside(corners, low, high)
+
+
+def _inside(points, low, high):
+    return points[((points >= low - 0.5) & (points < high - 0.5)).all(axis=1)]
