@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.celect_claims import BROKEN
+from chapters.ch03_planar_grids.celect_claims import BIG_FOVS, BROKEN
 from chapters.ch03_planar_grids.celect_scenes import CAMERAS, LEAST_PX
 from repro.reader import value
 
@@ -30,6 +30,7 @@ def name_values(open_results):
         ):
             rate = split.column(f"{column}.{count}").mean() / windows
             value(f"{count}_{name}", 100 * float(rate))
+    of_squares(open_results("exp_c3_big_square"))
     start = open_results("table_3_2_start")
     predicted = start.column("predicted")
     value("cases", len(predicted))
@@ -61,6 +62,22 @@ def of_windows(result):
         success = result.column("success", multiplier=multiplier)
         value(f"{name}_window", multiplier)
         value(f"{name}_success", percent(success))
+
+
+def of_squares(result):
+    """Success with the largest and the smallest squares at the widest view."""
+    fov = BIG_FOVS[0]
+    value("wide_fov", fov)
+    across = sorted(
+        c["squares_across"]
+        for c in result.conditions
+        if c["fov_deg"] == fov
+    )
+    for name, count in (("large", across[0]), ("small", across[-1])):
+        success = result.column(
+            "success", fov_deg=fov, squares_across=count
+        )
+        value(f"{name}_squares", percent(success))
 
 
 def percent(flags):
