@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from repro import ledger, verdict
-from repro.discover import producers
+from repro.discover import page_files, page_id, producers
 from repro.source_index import import_aliases
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -208,3 +208,9 @@ def test_no_chapter_and_nothing_of_raxel_gets_at_it_by_name(word):
     for name, path in source_files().items():
         if name.split(".")[0] in ("chapters", "raxel"):
             assert word not in path.read_text("utf-8"), name
+
+
+def test_every_producer_belongs_to_a_page():
+    pages = {page_id(ROOT, path) for path in page_files(ROOT)}
+    lost = [f"{p.id}: {p.page}" for p in PRODUCERS if p.page not in pages]
+    assert not lost, lost

@@ -13,6 +13,8 @@ from repro.experiment import figure, table
 from repro.outcomes import Check, Drawing, Table
 from repro.style import figure as new_figure
 
+PAGE = "ext_without_clicks"
+
 ROWS = (
     ("raxel", "known"),
     ("raxel", "counted"),
