@@ -40,8 +40,8 @@ def angle_apart(a, b):
 def signed_distance(points, centre, line):
     """Signed distance (n,) in px of points (n, 2) to a line of a window."""
     distance, theta = line
-    normal = np.array([-np.sin(np.radians(theta)), np.cos(np.radians(theta))])
-    return (points - centre) @ normal - distance
+    normal = np.array([-math.sin(math.radians(theta)), math.cos(math.radians(theta))])
+    return points @ normal - (centre @ normal + distance)
 
 
 def vote(points, centre, radius):

@@ -16,7 +16,7 @@ from raxel.features.celect.window import (
     margin,
 )
 
-TILE_PX = 96
+TILE_PX = 160
 
 
 class Layers:
@@ -47,7 +47,7 @@ class Layers:
             pieces.append(layer[tile])
         points = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
         off = points - centre
-        return points[np.einsum("ij,ij->i", off, off) <= radius**2]
+        return points[np.vecdot(off, off) <= radius**2]
 
     def _tiles(self, centre, radius):
         """The tiles (column, row) of the image that a window touches."""
@@ -76,4 +76,6 @@ class Layers:
 
 
 def _inside(points, low, high):
-    return points[((points >= low - 0.5) & (points < high - 0.5)).all(axis=1)]
+    """The points (n, 2) of a tile, as float64."""
+    inside = ((points >= low - 0.5) & (points < high - 0.5)).all(axis=1)
+    return points[inside].astype(float)

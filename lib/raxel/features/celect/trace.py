@@ -1,5 +1,6 @@
 """Tracing one contour: the window steps from anchor to anchor along an edge."""
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -104,7 +105,7 @@ def next_anchor(edges, line, centre, band, away_from, direction):
         return None
     points = edges[ahead]
     off = points - away_from
-    return points[np.einsum("ij,ij->i", off, off).argmax()].astype(float)
+    return points[np.vecdot(off, off).argmax()]
 
 
 class Tracer:
@@ -200,5 +201,5 @@ class Tracer:
         """Whether the last step came within t6 of the end corner, anywhere on it."""
         a, b = trace.anchors[-2:]
         step = b - a
-        share = np.clip((end - a) @ step / (step @ step), 0, 1)
-        return np.linalg.norm(a + share * step - end) < self.settings.arrival * s
+        share = min(max(float((end - a) @ step / (step @ step)), 0.0), 1.0)
+        return math.dist(a + share * step, end) < self.settings.arrival * s

@@ -56,7 +56,7 @@ class Window(NamedTuple):
             return np.empty((0, 2), np.int32)
         points = points.reshape(-1, 2) + self.first
         off = points - self.centre
-        return points[np.einsum("ij,ij->i", off, off) <= self.radius**2]
+        return points[np.vecdot(off, off) <= self.radius**2]
 
 
 def smoothing_for(s, settings):
