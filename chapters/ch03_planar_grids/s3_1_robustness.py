@@ -184,33 +184,35 @@ def pictures(effort):
 # %% [markdown]
 # ## Reading and limits
 #
-# **Noise.** With black 0 and white 255 all trials succeed up to an SD of
-# {glue:text}`noise.kept:.0f` grey levels; the first level with a lost trial
-# is {glue:text}`noise.lost`. With half the contrast the numbers are
-# {glue:text}`half.kept:.0f` and {glue:text}`half.lost`. Where the limit
-# lies depends on the thresholds of the Harris and Canny detectors, which
-# the thesis does not state. Ours are relative to the strongest response in
-# the window. A threshold that ignores more noise also ignores small
-# squares, so noise and small squares pull in opposite directions.
+# **Noise.** With black 0 and white 255, the largest SD (grey levels) without
+# a lost trial is {glue:text}`noise.kept`; the first with one is
+# {glue:text}`noise.lost`. With half the contrast they are
+# {glue:text}`half.kept` and {glue:text}`half.lost`. Where the limit lies
+# depends on the thresholds and the smoothing of the Harris and Canny
+# detectors, which the thesis does not state. Ours smooth as much as the
+# squares allow. What stands more noise reads less small squares: the two
+# pull in opposite directions ([3.1.2](s1_2_celect.md) measures both).
 #
-# **Blur.** Nothing is lost up to {glue:text}`blur.kept:.0f` px; it gets
-# worse at {glue:text}`blur.lost:.0f` px. Of
+# **Blur.** The outcome at {glue:text}`blur.kept` px is as good as at 1 px;
+# the first blur (px) with a worse one is {glue:text}`blur.lost`. Of
 # {glue:text}`blur.losses` lost trials, {glue:text}`blur.stage.count` end
-# with "{glue:text}`blur.stage`": a blurred corner splits into several
-# responses of the Harris detector, further apart than the merging distance.
+# with "{glue:text}`blur.stage`". A blurred corner splits into several
+# maxima of the Harris response, further apart than the merging distance.
 #
-# **Small squares.** The smallest squares without a loss measure
-# {glue:text}`square:.0f` px; their corners are as close as
-# {glue:text}`spacing:.1f` px in the bent picture.
+# **Small squares.** The smallest squares (px) without a loss:
+# {glue:text}`square`. Their corners are as close as {glue:text}`spacing` px
+# in the bent picture. Sharp corners near the rim split in the same way as
+# blurred ones.
 #
-# **Field of view.** All trials succeed up to {glue:text}`fov.kept:.0f`°;
-# the first loss comes at {glue:text}`fov.lost:.0f`°, most often as
-# "{glue:text}`fov.stage`".
+# **Field of view.** The largest field (degrees) without a loss is
+# {glue:text}`fov.kept`, the first with one {glue:text}`fov.lost`. Most
+# losses there end with "{glue:text}`fov.stage`".
 #
-# **Yaw.** All trials succeed up to {glue:text}`yaw.kept:.0f`°, and the
-# first loss comes at {glue:text}`yaw.lost:.0f`°. At 48.6° the board reaches
-# the camera, whatever the algorithm. Beyond it the trials count as lost,
-# because no corner can be clicked that is not in the picture.
+# **Yaw.** The largest yaw (degrees) without a loss is
+# {glue:text}`yaw.kept`, the first with one {glue:text}`yaw.lost`. At 48.6°
+# the board reaches the camera, whatever the algorithm. Beyond it the trials
+# count as lost, because no corner can be clicked that is not in the
+# picture.
 #
 # **Errors.** With the default settings the mean error is
 # {glue:text}`mean:.2f` px. The largest error of any successful trial is

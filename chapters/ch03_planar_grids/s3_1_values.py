@@ -175,6 +175,11 @@ def numbers_sec_3_3_1(results):
     }
 
 
+def told(number, digits=0):
+    """A level in words: "none" where a sweep has none."""
+    return f"{number:.{digits}f}" if np.isfinite(number) else "none"
+
+
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {
@@ -184,18 +189,18 @@ def name_values(open_results):
     value("trials", noise.trials_per_condition)
     for option, name in (("full range", "noise"), ("half range", "half")):
         before, first = limit(noise, "noise_sd", levels=option)
-        value(f"{name}.kept", before)
-        value(f"{name}.lost", first)
+        value(f"{name}.kept", told(before))
+        value(f"{name}.lost", told(first))
     for sweep in ("fov", "yaw"):
         before, first = limit(results[experiment_of(sweep)], SWEEPS[sweep])
-        value(f"{sweep}.kept", before)
-        value(f"{sweep}.lost", first)
+        value(f"{sweep}.kept", told(before))
+        value(f"{sweep}.lost", told(first))
     square, spacing = smallest_square(results["fig_3_11_square"])
-    value("square", square)
-    value("spacing", spacing)
+    value("square", told(square))
+    value("spacing", told(spacing, 1))
     before, blurred = blur_that_hurts(results["fig_3_11_blur"])
-    value("blur.kept", before)
-    value("blur.lost", blurred)
+    value("blur.kept", told(before))
+    value("blur.lost", told(blurred))
     value("largest", float(largest_errors(results, WITHOUT_BLUR).max()))
     value("largest.any", float(largest_errors(results, SWEEPS).max()))
     default = {"noise_sd": 0, **FULL}
