@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from chapters.ch03_planar_grids.s3_1_claims import first_lost, levels_of
-from chapters.ch03_planar_grids.s3_1_values import RAYLEIGH_SD, blur_that_hurts, limit
+from chapters.ch03_planar_grids.s3_1_values import (
+    RAYLEIGH_SD,
+    blur_that_hurts,
+    bracketed,
+    limit,
+)
 from chapters.ch03_planar_grids.scoring import missing_on, scored, truth_of_contour
 
 LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
@@ -79,6 +84,13 @@ def test_the_limit_is_bracketed_by_the_last_whole_and_the_first_lossy_level():
     assert first_lost(sweep, "noise_sd") == 2
     assert limit(sweep, "noise_sd") == (10.0, 20.0)
     assert limit(Sweep("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
+
+
+def test_a_limit_that_is_not_reached_is_the_last_level_and_says_so():
+    value = bracketed(100.0, np.inf, "grey levels", "first loss")
+    assert (value.value, value.interval) == (100.0, (100.0, 100.0))
+    assert "not reached" in value.reason
+    assert bracketed(-np.inf, 5.0, "deg", "first loss").interval == (0.0, 5.0)
 
 
 def test_blur_hurts_by_losses_or_by_larger_errors():

@@ -48,14 +48,25 @@ def limit(result, name, **other):
 def first_limit(result, name, what, unit, **other):
     """Value of the first level with a lost trial, in its bracket."""
     before, first = limit(result, name, **other)
+    return bracketed(
+        before,
+        first,
+        unit,
+        f"{what}: first level with a lost trial; the interval begins at the "
+        "level before it",
+    )
+
+
+def bracketed(before, first, unit, reason):
+    """Value of a level between two; the last one where nothing happens."""
     if np.isinf(first):
-        return Value("none", unit=unit, reason=f"{what}: no level is lost")
+        reason = "not reached: this is the last level of the sweep"
+        first = before
     return Value(
         first,
-        interval=(before, first),
+        interval=(max(before, 0.0), first),
         unit=unit,
-        reason=f"{what}: first level with a lost trial; the interval begins "
-        "at the level before it",
+        reason=reason,
     )
 
 
@@ -141,13 +152,13 @@ def numbers_fig_3_11(results):
             unit="px",
             reason="least distance of corners with that square",
         ),
-        "s3_3_1_blur_fail": Value(
+        "s3_3_1_blur_fail": bracketed(
+            before,
             blurred,
-            interval=(before, blurred),
-            unit="px",
-            reason="first blur worse than 1 px by a fifth of the trials "
-            "or a quarter of the mean error; the interval begins at the "
-            "level before it",
+            "px",
+            "first blur worse than 1 px by a fifth of the trials or a "
+            "quarter of the mean error; the interval begins at the level "
+            "before it",
         ),
     }
 
