@@ -67,7 +67,7 @@ from repro.reader import (
 # %% [markdown]
 # ## Model
 #
-# The first three are stages of [CELECT](s1_2_celect.md), and its settings
+# The first three are stages of [CELECT](s1_2_celect.ipynb), and its settings
 # hold functions for them. Nothing else of the algorithm changes.
 #
 # **Symmetry.** Turned by half a turn about itself, a corner of a chessboard
@@ -134,7 +134,7 @@ from repro.reader import (
 # ## Experiment
 #
 # Pictures at or near the points where CELECT fails: the synthetic board of
-# [3.3.1](s3_1_robustness.md) with one property changed at a time, and
+# [3.3.1](s3_1_robustness.ipynb) with one property changed at a time, and
 # boards that are bent at random by two waves. Every method gets the same
 # picture and the same clicks. Methods, levels and thresholds were fixed
 # before any trial was looked at.

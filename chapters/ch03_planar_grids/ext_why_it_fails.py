@@ -49,7 +49,7 @@ from repro.reader import (
 # %% [markdown]
 # ## What the thesis claims
 #
-# [CELECT](s1_2_celect.md) asks for something in return for needing no model
+# [CELECT](s1_2_celect.ipynb) asks for something in return for needing no model
 # of the camera. Section 3.1.2 ("Prerequisites and Limitations") says:
 #
 # - around the outermost contours, over half a window, there is no edge but
@@ -457,7 +457,7 @@ def orderings(effort):
 # ## Compared with the published numbers
 #
 # The thesis gives no number for any of this; its claims are judged in
-# [3.1.2](s1_2_celect.md) and [3.3.2](s3_2_grid_sets.md).
+# [3.1.2](s1_2_celect.ipynb) and [3.3.2](s3_2_grid_sets.ipynb).
 
 # %% [markdown]
 # ## Try it yourself

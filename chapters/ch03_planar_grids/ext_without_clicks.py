@@ -65,7 +65,7 @@ from repro.reader import (
 # ## Experiment
 #
 # **Zoo.** Boards of random size, pose, contrast, blur and noise stand before
-# every camera of the [zoo](../ch02_general_camera_model/s2_camera_models.md)
+# every camera of the [zoo](../ch02_general_camera_model/s2_camera_models.ipynb)
 # but the two plane mirrors, whose picture has no single board. Squares are 9 px
 # wide or more. Each picture is searched with the board's size given and not
 # given. Then the wrong size is asked for, the picture is cut through the
@@ -149,7 +149,7 @@ def sweeps(effort):
 # - The ring needs corners some 6 px apart, and boards are returned from 7.5 px
 #   on: blur moves the corners of smaller squares.
 # - Real photographs: see the pages on
-#   [photographs](../photographs/by_distortion.md), which use this detector.
+#   [photographs](../photographs/by_distortion.ipynb), which use this detector.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -104,7 +104,7 @@ from repro.reader import (
 # ## Experiment
 #
 # The board, the camera and the grey levels are those of
-# [section 3.3.1](s3_1_robustness.md). The image is blurred by 2 px, noise
+# [section 3.3.1](s3_1_robustness.ipynb). The image is blurred by 2 px, noise
 # of 4 grey levels is added, and every corner is put off the truth by
 # Gaussian noise of 1 px on both axes. The
 # thesis states neither the sweeps nor the bins. Ours were written down
@@ -248,7 +248,7 @@ def spreads(effort):
 #   and {glue:text}`half window.start:.0f` px with its half window of 9,
 #   {glue:text}`saddle point.start:.0f` px with the saddle point and
 #   {glue:text}`derivative.start:.0f` px with the derivative method, both in
-#   19 px. [Section 3.3.1](s3_1_robustness.md) judges the claim.
+#   19 px. [Section 3.3.1](s3_1_robustness.ipynb) judges the claim.
 # - **What is ours.** Neither the thesis nor this report prints Li and
 #   Lavest's own formula: we could not consult the paper. Ridges of the
 #   gradient, the free term at the crossing and the start of the fit are our

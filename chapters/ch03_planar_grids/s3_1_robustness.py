@@ -41,7 +41,7 @@ from repro.reader import compared, open_results, show, show_code
 # ## What the thesis claims
 #
 # A chessboard of 1000 × 1000 pixels is bent by an equisolid fisheye (2.7)
-# of 134°, blurred by 1 px, and given to [CELECT](s1_2_celect.md) with four
+# of 134°, blurred by 1 px, and given to [CELECT](s1_2_celect.ipynb) with four
 # clicks that are off by about 2 px. One property is changed at a time, with
 # 50 trials for every value. A corner that is more than 8 px off is lost,
 # and a trial with a lost corner has failed. Section 3.3.1 and Fig. 3.11
@@ -144,7 +144,7 @@ def yaw_sweep(effort):
 
 # %% [markdown]
 # Panel (f), the localiser's basin, is an experiment of
-# [3.1.3](s1_3_localisation.md).
+# [3.1.3](s1_3_localisation.ipynb).
 
 
 # %%
@@ -191,7 +191,7 @@ def pictures(effort):
 # depends on the thresholds and the smoothing of the Harris and Canny
 # detectors, which the thesis does not state. Ours smooth as much as the
 # squares allow. What stands more noise reads less small squares: the two
-# pull in opposite directions ([3.1.2](s1_2_celect.md) measures both).
+# pull in opposite directions ([3.1.2](s1_2_celect.ipynb) measures both).
 #
 # **Blur.** The outcome at {glue:text}`blur.kept` px is as good as at 1 px;
 # the first blur (px) with a worse one is {glue:text}`blur.lost`. Of
@@ -229,7 +229,7 @@ def pictures(effort):
 # **Limits.** One board, one camera, one point spread for the whole picture,
 # Gaussian noise. Trials of one level share the picture and differ in clicks
 # and noise alone, as in the thesis; they say nothing about other poses of
-# the board. For those see [the four rigs](s3_2_grid_sets.md).
+# the board. For those see [the four rigs](s3_2_grid_sets.ipynb).
 
 # %% [markdown]
 # ## Compared with the published numbers

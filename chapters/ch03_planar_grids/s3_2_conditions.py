@@ -46,7 +46,7 @@ from repro.reader import (
 # ## What the thesis claims
 #
 # - **Partial grids.** In pictures of large grids without a border,
-#   [CELECT](s1_2_celect.md) extracts the part whose squares are large
+#   [CELECT](s1_2_celect.ipynb) extracts the part whose squares are large
 #   enough, because the user clicks on any four corners. OpenCV needs a
 #   white border. The author painted one, larger and larger, until OpenCV
 #   returned the rest: 17 × 5 and 20 × 6 corners, against CELECT's 15 × 10
@@ -64,7 +64,7 @@ from repro.reader import (
 # ## Model
 #
 # The pictures are rendered through the lenses and mirrors of the
-# [four sets](s3_2_grid_sets.md), with the same distribution of poses, and
+# [four sets](s3_2_grid_sets.ipynb), with the same distribution of poses, and
 # two more rigs for the large grids. A user is simulated: clicks are the
 # true outer corners plus Gaussian noise of 0.614 px on both axes, which is
 # what the author's own clicks scattered by. CELECT sees picture, clicks
@@ -250,12 +250,12 @@ def merge_images(effort):
 # {glue:text}`light.opencv.best:.0f` %, the sector-based detector
 # {glue:text}`light.sector.dim:.0f` % and
 # {glue:text}`light.sector.best:.0f` %, [extraction without
-# clicks](ext_without_clicks.md) {glue:text}`light.raxel.dim:.0f` % and
+# clicks](ext_without_clicks.ipynb) {glue:text}`light.raxel.dim:.0f` % and
 # {glue:text}`light.raxel.best:.0f` %. CELECT's thresholds are relative to
 # the four clicked windows, so contrast alone means little to it. Two other
 # things do. Noise and the flaws of the mirror come closer to the
 # threshold. And the camera's tone curve splits corners, as [the page on
-# the four sets](s3_2_grid_sets.md) shows: with the curve undone first,
+# the four sets](s3_2_grid_sets.ipynb) shows: with the curve undone first,
 # CELECT has {glue:text}`light.linear.dim:.0f` % and
 # {glue:text}`light.linear.best:.0f` %. The claim is judged without that,
 # since the thesis does not mention it.

@@ -95,7 +95,7 @@ from repro.reader import (
 # adaptive threshold and normalised image, and the sector-based detector
 # beside it, exhaustive and accurate. Both stand as they return their
 # corners; the former has refined them a little already. The detector
-# [without clicks](ext_without_clicks.md) is not in the thesis.
+# [without clicks](ext_without_clicks.ipynb) is not in the thesis.
 
 # %% [markdown]
 # ## Experiment
