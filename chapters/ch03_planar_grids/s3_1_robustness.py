@@ -73,8 +73,9 @@ from repro.reader import compared, open_results, show, show_code
 # %% [markdown]
 # The text does not say how large the default squares are, what the sweeps
 # contain, or how dark black is. The choices are in the ledger
-# (`syn_celect`), with a reason for each; they were made before any trial.
-# Two of them matter:
+# (`syn_celect`), with a reason for each. They were made before any trial, but
+# for the three strongest levels of noise, which were added when a first look
+# with four trials had lost none up to 50. Two choices matter:
 #
 # - **Squares of 100 px.** The outermost corners are then 400 px from the
 #   middle. With a focal length of 300 px the plane of the board reaches the
