@@ -6,8 +6,6 @@ of the rendered seeds.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from chapters.ch03_planar_grids.grid_results import (
@@ -22,6 +20,7 @@ from chapters.ch03_planar_grids.grid_results import (
 )
 from chapters.ch03_planar_grids.grid_scoring import CONTOUR, REFERENCES
 from chapters.ch03_planar_grids.grid_trials import CELECT, OPENCV
+from chapters.ch03_planar_grids.s3_2_exercises import chance_of_split
 from raxel.evaluation.statistics import FAILS, HOLDS
 from repro.experiment import claim
 from repro.outcomes import DECISIONS, Reading
@@ -52,6 +51,19 @@ def any_of(results):
     return seeds_of(next(iter(results.values())))
 
 
+def of_each_seed(results, detector):
+    """Each seed, and which of its pictures CELECT and a detector get right.
+
+    Yields (seed, (n,) bool, (n,) bool), the pictures of all four sets.
+    """
+    for seed in any_of(results):
+        yield (
+            seed,
+            all_right(results, CELECT, seed),
+            all_right(results, detector, seed),
+        )
+
+
 def spread(values):
     """(mean, (least, greatest)) of one value per seed."""
     return float(np.mean(values)), (
@@ -65,10 +77,9 @@ def mcnemar(one, other):
 
     Two-sided, exact: a fair coin thrown for every such picture.
     """
-    first, second = int((one & ~other).sum()), int((other & ~one).sum())
-    count = first + second
-    tail = sum(math.comb(count, k) for k in range(min(first, second) + 1))
-    return min(1.0, 2 * tail / 2**count)
+    return chance_of_split(
+        int((one & ~other).sum()), int((other & ~one).sum())
+    )
 
 
 @claim(
@@ -86,9 +97,7 @@ def judge_beats_opencv(results):
     readings = []
     for detector in DETECTORS_OF_TODAY:
         holds, excess = [], []
-        for seed in any_of(results):
-            ours = all_right(results, CELECT, seed)
-            theirs = all_right(results, detector, seed)
+        for seed, ours, theirs in of_each_seed(results, detector):
             excess.append(100 * (ours.mean() - theirs.mean()))
             more = all(
                 right(result, CELECT, seed).sum()
@@ -127,9 +136,7 @@ def judge_subset(results):
     readings = []
     for detector in DETECTORS_OF_TODAY:
         holds, told = [], []
-        for seed in any_of(results):
-            ours = all_right(results, CELECT, seed)
-            theirs = all_right(results, detector, seed)
+        for _, ours, theirs in of_each_seed(results, detector):
             alone, spared = (theirs & ~ours).sum(), (ours & ~theirs).sum()
             holds.append(alone <= RARE * spared)
             told.append(f"{alone} to {spared}")

@@ -102,14 +102,18 @@ from repro.reader import (
 
 
 # %%
+def plan_of(set_name, effort):
+    """One trial for every picture of a set."""
+    conditions = conditions_of(set_name, effort)
+    return Plan(grid_trial, conditions, 1, settings_of(set_name))
+
+
 @experiment(
     "table_3_4_grids", artefact="table_3_4", shards={"quick": 1, "full": 6}
 )
 def spherical(effort):
     """15 pictures of three seeds of the Spherical set."""
-    name = "spherical"
-    conditions = conditions_of(name, effort)
-    return Plan(grid_trial, conditions, 1, settings_of(name))
+    return plan_of("spherical", effort)
 
 
 @experiment(
@@ -117,9 +121,7 @@ def spherical(effort):
 )
 def hyperboloidal(effort):
     """15 pictures of three seeds of the Hyperboloidal set."""
-    name = "hyperboloidal"
-    conditions = conditions_of(name, effort)
-    return Plan(grid_trial, conditions, 1, settings_of(name))
+    return plan_of("hyperboloidal", effort)
 
 
 @experiment(
@@ -127,9 +129,7 @@ def hyperboloidal(effort):
 )
 def fisheye(effort):
     """7 + 8 pictures of three seeds of the Fisheye set."""
-    name = "fisheye"
-    conditions = conditions_of(name, effort)
-    return Plan(grid_trial, conditions, 1, settings_of(name))
+    return plan_of("fisheye", effort)
 
 
 @experiment(
@@ -137,9 +137,7 @@ def fisheye(effort):
 )
 def flexible_mirror(effort):
     """15 pictures of three seeds of the Flexible Mirror set."""
-    name = "flexible-mirror"
-    conditions = conditions_of(name, effort)
-    return Plan(grid_trial, conditions, 1, settings_of(name))
+    return plan_of("flexible-mirror", effort)
 
 
 # %% [markdown]
@@ -184,17 +182,20 @@ def flexible_mirror(effort):
 # is not to be had any more: this comparison is with another opponent.
 #
 # **Why CELECT fails.** The first contour that fails names the cause. Of
-# {glue:text}`failures` failures {glue:text}`cause.count` are
-# "{glue:text}`cause`"; {glue:text}`contours` are lost contours. The Harris
-# detector answers at the tips of the two dark squares, not at the corner
-# where they meet, and the two answers are several pixels apart. CELECT
-# joins answers within $t_8 = 0.8\,s_i$, about 0.4 of a mean square of the
-# side, and squares are small here: the median over pictures of the least
-# distance of neighbours along a row is {glue:text}`least.median:.0f` px.
+# {glue:text}`failures` failures, over all seeds, the commonest cause is
+# "{glue:text}`cause`" ({glue:text}`cause.count`); {glue:text}`split` are
+# split corners, {glue:text}`contours` lost contours. A corner is split
+# because the Harris detector answers at the tips of the two dark squares,
+# not at the point where they meet, and the two answers may be several
+# pixels apart. CELECT joins answers within $t_8 = 0.8\,s_i$, about 0.4 of a
+# mean square of the side, and squares are small here: the median over
+# pictures of the least distance of neighbours along a row is
+# {glue:text}`least.median:.0f` px.
 #
-# Two things that the thesis does not state matter. One is the scale of its
-# Harris detector: with less smoothing the rate is
-# {glue:text}`rate.celect-fine:.0f` %. The other is the tone curve. A camera
+# Two things may matter that the thesis does not state. One is the scale of
+# its Harris detector: with less smoothing the rate is
+# {glue:text}`rate.celect-fine:.0f` %, against
+# {glue:text}`rate.celect:.0f` %. The other is the tone curve. A camera
 # stores grey levels, not light, and its curve makes dark squares shrink:
 # their tips draw apart where blur has joined black and white. With the curve
 # undone before CELECT the rate is {glue:text}`rate.celect-linear:.0f` %, with
@@ -206,13 +207,14 @@ def flexible_mirror(effort):
 # show_code(tone_undone)
 
 # %% [markdown]
-# **Accuracy.** Measured as in the thesis, against corners that the same
-# localiser moved from the truth, the largest error after localisation is
-# {glue:text}`largest.reference:.3f` px. Against the truth itself it is
-# {glue:text}`largest.truth:.2f` px. The difference is what the localiser
-# does wrong from any start: a window of 9 × 9 px on a strongly bent or
-# slanting corner is biased, and a reference made with the same localiser
-# hides that.
+# **Accuracy.** Of the grids that findChessboardCorners or CELECT gets
+# right, the largest error after localisation is
+# {glue:text}`largest.reference:.3f` px, measured as in the thesis, against
+# corners that the same localiser moved from the truth. Against the truth
+# itself it is {glue:text}`largest.truth:.2f` px. What the localiser does
+# wrong from any start counts in the second number alone: a window of
+# 9 × 9 px on a strongly bent or slanting corner is biased, and a reference
+# made with the same localiser hides that.
 #
 # **Limits.** The rigs are ours. Their light, dirt, noise and mirrors follow
 # what the text says, but how much of each is a choice, made before any

@@ -238,6 +238,7 @@ def name_values(open_results):
     common = max(set(told), key=told.count) if told else "none"
     value("cause", common)
     value("cause.count", told.count(common))
+    value("split", told.count(SPLIT))
     value("contours", told.count(CONTOUR))
     value("largest.reference", largest_localised(results))
     against_truth = [
