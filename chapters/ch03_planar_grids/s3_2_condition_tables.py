@@ -158,13 +158,18 @@ def stages_of(results):
     )
     result = results["exp_c3_trace_direction"]
     for condition in result.conditions:
-        counts = Counter()
+        runs[f"{condition['set']}, eight orders"] = ends_of_orders(
+            result, [condition]
+        )
+    return runs
+
+
+def ends_of_orders(result, conditions):
+    """Counter of where the runs in the eight orders ended, over some conditions."""
+    ends = Counter()
+    for condition in conditions:
         for way in WAYS:
             for rank in range(4):
-                counts.update(
-                    result.texts(
-                        f"{way}_{rank}_stage", set=condition["set"]
-                    )
-                )
-        runs[f"{condition['set']}, eight orders"] = counts
-    return runs
+                name = f"{way}_{rank}_stage"
+                ends.update(result.texts(name, **condition))
+    return ends

@@ -6,6 +6,7 @@ from collections import Counter
 
 import numpy as np
 
+from chapters.ch03_planar_grids.click_orders import DONE, WRONG
 from chapters.ch03_planar_grids.grid_trials import (
     CELECT,
     CLICKLESS,
@@ -21,6 +22,9 @@ from chapters.ch03_planar_grids.s3_2_condition_claims import (
     levels_run,
     merging_of,
     shadow_effects,
+)
+from chapters.ch03_planar_grids.s3_2_condition_tables import (
+    ends_of_orders,
 )
 from repro.reader import value
 
@@ -43,6 +47,10 @@ def name_values(open_results):
     shadow = open_results("exp_c3_shadow")
     for method, name in NAMES.items():
         value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)
+    value(
+        "shadow.celect.plain",
+        100 * shadow.column(f"plain.{CELECT}").mean(),
+    )
     direction = open_results("exp_c3_trace_direction")
     for name, tone in (("orders", ""), ("undone", "linear_")):
         orders = all_orders(direction, tone)
@@ -51,6 +59,9 @@ def name_values(open_results):
         value(f"{name}.largest", 100 * orders[0, -1].mean())
         value(f"{name}.best", 100 * orders.max(axis=(0, 1)).mean())
         value(f"{name}.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
+    ends = ends_of_orders(direction, direction.conditions)
+    value("orders.failed", ends.total() - ends[DONE])
+    value("orders.silent", ends[WRONG])
     both = {
         "exp_c3_shadow": shadow,
         "exp_c3_merge_images": open_results("exp_c3_merge_images"),

@@ -99,7 +99,7 @@ def of_table(result, table_id):
             for statistic, taken in (
                 ("mean", np.mean),
                 ("max", np.max),
-                ("sd", np.std),
+                ("sd", lambda e: e.std(ddof=1)),
             ):
                 key = f"t{table_id}_{name}_{label}_{statistic}"
                 found[key] = Value(
