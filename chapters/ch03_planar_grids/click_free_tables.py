@@ -179,6 +179,8 @@ def ext_click_free_sweeps(results):
 def facts(zoo, sweeps):
     """What the prose says, as {name: number}."""
     rows = {(d, s): found_row(zoo, d, s) for d, s in ROWS}
+    share = over(sweeps, "share")
+    share = share[np.isfinite(share)]
     mine = rows["raxel", "known"]
     return {
         "boards": mine["Boards"],
@@ -190,4 +192,5 @@ def facts(zoo, sweeps):
         "swept": len(over(sweeps, "found")),
         "swept_found": int(over(sweeps, "found").sum()),
         "swept_wrong": int(over(sweeps, "wrong").sum()),
+        "swept_share": 100 * float(np.median(share)) if len(share) else 0.0,
     }

@@ -52,9 +52,10 @@ from repro.reader import (
 #    is straightened by the lattice first. The noise gives its standard
 #    deviation.
 # 7. **Verdict.** A board is returned if it is complete, of the size that
-#    was asked for, and certain to a quarter of a pixel. If no size was
-#    given, the board's end must be in the picture on every side. All else
-#    is refused with the reason, and with the part that is in order.
+#    was asked for, certain to a quarter of a pixel (one standard deviation),
+#    and its edges meet in one point at every corner. If no size was given,
+#    the board's end must be in the picture on every side. All else is
+#    refused with the reason, and with the part that is in order.
 #
 # No step has a model of the lens, and none joins corners by straight lines.
 
@@ -74,6 +75,11 @@ from repro.reader import (
 #
 # **Sweeps.** The board of 3.3.1, with noise, blur, smaller squares, a wider
 # field of view, or a yaw. The size is given.
+#
+# Rendered boards like these were the training ground of the detector: some
+# of its thresholds were set after boards with a corner more than a pixel off
+# had been looked at. So these counts say what it does with such boards, not
+# what it would do with others. Photographs are the test of that.
 
 # %%
 ZOO_TRIALS = {"quick": 1, "full": 1}
@@ -139,9 +145,11 @@ def sweeps(effort):
 #   {glue:text}`wrong`.
 # - In the sweeps {glue:text}`swept_found` of {glue:text}`swept` boards are
 #   returned; {glue:text}`swept_wrong` of them with a corner more than a pixel
-#   off. Under strong noise and blur boards are refused, not because they are
-#   not found but because their smallest squares cannot be placed with
-#   certainty. The refusal still hands them over, in order.
+#   off. The others are refused. A refusal need not mean that nothing was
+#   seen: under noise and blur the smallest squares may be found and yet not
+#   be placed with certainty. The part that a refusal hands over has, as a
+#   median, {glue:text}`swept_share:.0f` % of the corners, in order and within
+#   a pixel.
 # - A board whose last squares are a pixel wide, at the end of a strong yaw,
 #   looks like a smaller board. If the size was not given, it is taken for one.
 # - A floor of tiles is a chessboard too. If another complete lattice is in
