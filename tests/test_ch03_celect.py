@@ -1,6 +1,7 @@
 """The trials, claims and drawings of section 3.1.2."""
 
 import xml.etree.ElementTree as ET
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -152,6 +153,13 @@ def result_of(tmp_path, name, plan, values):
     identity = {"experiment": name, "effort": "full"}
     gather(identity, plan, records, {}, tmp_path / f"{name}.json")
     return opened(tmp_path, {name: name})
+
+
+def test_a_candidate_that_two_contours_see_is_counted_once():
+    side, column = [[10, 10], [40, 11]], [[10, 10], [10, 40]]
+    contours = [SimpleNamespace(candidates=np.array(c)) for c in (side, column)]
+    assert trials.candidates_of(SimpleNamespace(contours=contours)) == 3
+    assert trials.candidates_of(SimpleNamespace(contours=())) == 0
 
 
 def test_growth_is_judged_on_pictures_that_differ(tmp_path):

@@ -163,15 +163,23 @@ def camera_trial(condition, rng):
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
     sides = sides_of(view.lattice)
-    candidates = sum(len(c.candidates) for c in result.contours)
     merged = int(np.isfinite(result.corners[..., 0]).sum())
     return scored(result, view.lattice) | {
         "least_px": float(sides.min()),
         "uneven": float(sides.max() / sides.min()),
-        "candidates": candidates,
+        "candidates": candidates_of(result),
         "merged": merged,
         "wanted": rows * columns,
     }
+
+
+def candidates_of(result):
+    """How many candidate corners a run found, each once.
+
+    Contours cross at the corners of the sides, so two of them see a candidate.
+    """
+    seen = [c.candidates for c in result.contours]
+    return len(np.unique(np.vstack(seen), axis=0)) if seen else 0
 
 
 def window_trial(condition, rng):
@@ -238,7 +246,10 @@ def lattice_means(image, lattice):
 
 
 def growth_trial(condition, rng):
-    """The same broken picture with and without growing windows."""
+    """The same broken picture with and without growing windows.
+
+    Blurred by 1 px before the edges fade and again after it.
+    """
     board = Board(
         square_px=1000 / condition["squares_across"],
         fov_deg=condition["fov_deg"],
@@ -302,7 +313,10 @@ def split_trial(condition, rng):
             float(np.hypot(window.gradient_u, window.gradient_v).max()),
             1.0,
         )
-        edges = canny_edges(window, scale, 0.3, 0.12)
+        published = ABLATED["published"]
+        edges = canny_edges(
+            window, scale, published.canny_high, published.canny_low
+        )
         space = vote(edges, centre, EDGE_S)
         for name in names:
             settings = ABLATED[name]
