@@ -78,6 +78,7 @@ def of_squares(result):
             "success", fov_deg=fov, squares_across=count
         )
         value(f"{name}_squares", percent(success))
+        value(f"{name}_px", 1000 / count)
 
 
 def percent(flags):
