@@ -194,15 +194,17 @@ def spreads(effort):
 # %% [markdown]
 # ## Reading and limits
 #
-# - **Winners are mostly luck.** With every setting tried on every corner,
+# - **A winner may be lucky.** With every setting tried on every corner,
 #   one of them comes close by chance: the best of all saddle point
 #   settings, corner by corner, leaves a median of
 #   {glue:text}`saddle.lucky:.4f` px, but the best *single* setting leaves
-#   {glue:text}`saddle.median:.3f` px. A window of 5 px wins more of these
-#   lotteries than any other ({glue:text}`saddle.at_5:.0f` % of the
-#   corners), because a small window scatters; the least median is at
-#   {glue:text}`saddle.window:.0f` px. So read the right column of Fig. 3.5.
-# - **Little is gained from the distance.** The single best setting is in
+#   {glue:text}`saddle.median:.3f` px. The window that wins most often is
+#   {glue:text}`saddle.modal:.0f` px wide
+#   ({glue:text}`saddle.at_modal:.0f` % of the corners); the least median is
+#   at {glue:text}`saddle.window:.0f` px. A setting that scatters more wins
+#   more often than its median deserves. So read the right column of
+#   Fig. 3.5.
+# - **What the distance is worth.** The single best setting is in
 #   no bin more than {glue:text}`saddle.excess:.0f` % (saddle point) or
 #   {glue:text}`derivative.excess:.0f` % (derivative) above the best one of
 #   that bin, luck within the bin included. Choosing per bin on one half of
@@ -218,30 +220,38 @@ def spreads(effort):
 #   {glue:text}`saddle.blur:.2f` px, on top of the image's own 2 px. The
 #   middle of our range, {glue:text}`blur.middle:.2f` px, costs a factor of
 #   {glue:text}`blur.least:.2f` to {glue:text}`blur.most:.2f` over the best
-#   setting of a bin. The thesis does not state its range; in one that ends
-#   at 4 px, the best blur would be in the middle.
-# - **Derivative windows.** The model has ten numbers. A window of 5 px
-#   barely holds them where the image is blurred by 2 px: the median
-#   residual is {glue:text}`derivative.at_5:.2f` px, against
+#   setting of a bin. The thesis does not state its range; in one that
+#   begins at 0 and ends at {glue:text}`saddle.twice_blur:g` px, the best
+#   blur would be in the middle.
+# - **Derivative windows.** The model has ten numbers, and a window of 5 px
+#   shows little more than one edge of an image that is blurred by 2 px: the
+#   median residual is {glue:text}`derivative.at_5:.2f` px, against
 #   {glue:text}`derivative.median:.3f` px with the best window,
 #   {glue:text}`derivative.window:.0f` px.
 # - **Bent images do bias a corner.** A corner between curved edges is not
-#   the same after half a turn. Without any noise the three localisers leave
-#   {glue:text}`saddle point.bias_px:.3f`,
+#   the same after half a turn. Without any noise saddle point, derivative
+#   and OpenCV leave {glue:text}`saddle point.bias_px:.3f`,
 #   {glue:text}`derivative.bias_px:.3f` and {glue:text}`OpenCV.bias_px:.3f`
-#   px, whatever the distance of the corners. Blur pulls an arc of radius
+#   px (RMS per axis) with squares of 100 px and more. With squares of 50 px,
+#   whose corners are as close as 20 px, they leave
+#   {glue:text}`saddle point.near_bias_px:.3f`,
+#   {glue:text}`derivative.near_bias_px:.3f` and
+#   {glue:text}`OpenCV.near_bias_px:.3f` px. Blur pulls an arc of radius
 #   $R$ towards its centre by $s^2/2R$, and a window of width $w$ sees the
 #   arc leave its tangent by up to $w^2/8R$; small windows suffer less. The
 #   thesis cites that localisation is not significantly affected by
-#   distortion; at a noise of 4 grey levels this bias is as large as the
-#   noise. Most of OpenCV's is another one: with its default stop it ends up
-#   to 0.1 px early.
+#   distortion. Beside the bias with large squares, noise of 4 grey levels
+#   gives an SD of {glue:text}`saddle point.sd_px:.3f`,
+#   {glue:text}`derivative.sd_px:.3f` and {glue:text}`OpenCV.sd_px:.3f` px
+#   per axis. OpenCV has an error of its own in this: it stops as soon as a
+#   step is shorter than 0.1 px.
 # - **The stated SD** is that of noise, and right where a corner is
 #   symmetric: the library's tests check it on images without distortion.
-#   Here it leaves the bias out: errors are
+#   Here it leaves the bias out: with squares of 100 px and more errors are
 #   {glue:text}`saddle point.score_sd:.1f`,
 #   {glue:text}`derivative.score_sd:.1f` and
-#   {glue:text}`OpenCV.score_sd:.1f` times as large.
+#   {glue:text}`OpenCV.score_sd:.1f` times as large. The table has all sizes,
+#   and the share of corners that were found at all.
 # - **How far off may a start be?** On the image of Fig. 3.10(b) every
 #   corner is found within 0.46 px from starts of up to
 #   {glue:text}`full window.start:.0f` px with OpenCV's window of 9 × 9 px

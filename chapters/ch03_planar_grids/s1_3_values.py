@@ -65,8 +65,15 @@ def name_values(open_results):
         value(
             f"{name}.gain_median", 100 * gain_of_bins(one, np.median).value
         )
-    value("saddle.blur", float(best_setting(swept["saddle"])[1]))
-    value("saddle.at_5", winners_at(swept["saddle"], 5))
+    blur = float(best_setting(swept["saddle"])[1])
+    value("saddle.blur", blur)
+    value("saddle.twice_blur", 2 * blur)
+    found, count = np.unique(
+        swept["saddle"].best_window, return_counts=True
+    )
+    modal = found[count.argmax()]
+    value("saddle.modal", float(modal))
+    value("saddle.at_modal", winners_at(swept["saddle"], modal))
     value("saddle.lucky", _median_of_winners(swept["saddle"]))
     value("derivative.at_5", _median_at(swept["derivative"], 0))
     ratios = [r.value for r in ratio_of_middle_blur(swept["saddle"])]
@@ -90,7 +97,11 @@ def _median_of_winners(swept):
 
 
 def _name_spreads(result):
+    """Of the smallest squares the bias by itself; the rest without them."""
+    nearest = SQUARES_PX[0]
     for name in ("saddle point", "derivative", "OpenCV"):
+        near = result.column(f"{name}.bias_px", square_px=nearest)
+        value(f"{name}.near_bias_px", float(near.mean()))
         for what in ("rms_px", "sd_px", "bias_px", "score_sd"):
             found = [
                 result.column(f"{name}.{what}", square_px=square).mean()
