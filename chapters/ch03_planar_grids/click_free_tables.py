@@ -177,7 +177,7 @@ def ext_click_free_sweeps(results):
 
 
 def facts(zoo, sweeps):
-    """What the prose says, as {name: number}."""
+    """What the prose says, as {name: number or text}."""
     rows = {(d, s): found_row(zoo, d, s) for d, s in ROWS}
     share = over(sweeps, "share")
     share = share[np.isfinite(share)]
@@ -192,5 +192,7 @@ def facts(zoo, sweeps):
         "swept": len(over(sweeps, "found")),
         "swept_found": int(over(sweeps, "found").sum()),
         "swept_wrong": int(over(sweeps, "wrong").sum()),
-        "swept_share": 100 * float(np.median(share)) if len(share) else 0.0,
+        "swept_share": f"{100 * np.median(share):.0f} %"
+        if len(share)
+        else "none is refused",
     }

@@ -147,9 +147,8 @@ def sweeps(effort):
 #   returned; {glue:text}`swept_wrong` of them with a corner more than a pixel
 #   off. The others are refused. A refusal need not mean that nothing was
 #   seen: under noise and blur the smallest squares may be found and yet not
-#   be placed with certainty. The part that a refusal hands over has, as a
-#   median, {glue:text}`swept_share:.0f` % of the corners, in order and within
-#   a pixel.
+#   be placed with certainty. Share of the corners that the refusals hand
+#   over, in order and within a pixel (median): {glue:text}`swept_share`.
 # - A board whose last squares are a pixel wide, at the end of a strong yaw,
 #   looks like a smaller board. If the size was not given, it is taken for one.
 # - A floor of tiles is a chessboard too. If another complete lattice is in

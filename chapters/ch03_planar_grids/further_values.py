@@ -5,14 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.coded_figures import counts
-from chapters.ch03_planar_grids.coded_trials import MARKS, OUTCOMES
+from chapters.ch03_planar_grids.coded_trials import (
+    CODED_DEFAULT,
+    MARKS,
+    OUTCOMES,
+)
 from chapters.ch03_planar_grids.further_trials import (
+    DEFAULT,
     METHODS,
     OTHERS,
     PUBLISHED,
     comparisons,
     successes,
 )
+from chapters.ch03_planar_grids.scoring import CORNER_OFF
+from chapters.ch03_planar_grids.synthetic_board import Board
 from repro.reader import value
 
 SHORT = {
@@ -25,11 +32,13 @@ SHORT = {
     "bent at random": "bent",
 }
 SIGNIFICANT = 0.05
+REFUSED = "refused by CELECT"
 
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     _name_further(open_results("ext_further_ideas_runs"))
+    _name_split(open_results("ext_split_corners_runs"))
     _name_coded(open_results("ext_coded_grid_runs"))
 
 
@@ -55,9 +64,28 @@ def _name_further(result):
             share = successes(result, picture, method).mean()
             name = method.replace(" ", "_")
             value(f"{SHORT[picture]}.{name}", 100 * float(share))
+    for method in (PUBLISHED, "clusters"):
+        value(f"{method}.silent", silently_wrong(result, method))
     on_column, lost = failed_on_column(result)
     value("published.losses", lost)
     value("published.losses.column", on_column)
+
+
+def _name_split(result):
+    for method in (PUBLISHED, "symmetry"):
+        (inliers,) = result.arrays(f"{method}.inliers")
+        value(f"split.{method}", len(inliers))
+    value("split.corners", Board(**DEFAULT).columns)
+
+
+def silently_wrong(result, method):
+    """Trials that a method returned with a corner more than 8 px off."""
+    stages = [
+        stage
+        for condition in result.conditions
+        for stage in result.texts(f"{method}.stage", **condition)
+    ]
+    return stages.count(CORNER_OFF)
 
 
 def error_ratio(result, method):
@@ -103,8 +131,11 @@ def _name_coded(result):
             value(name, 100 * float(count) / (trials * len(ours)))
         value(f"{marks}.all", trials * len(ours))
         value(f"{marks}.wrong", int(total[-1]))
+    plain = CODED_DEFAULT | {"grid": "no marks", "marks": "faint"}
+    for name, alike in (("marked", CODED_DEFAULT), ("plain", plain)):
+        refused = counts(result, alike)[OUTCOMES.index(REFUSED)]
+        value(f"{name}.refused", 100 * float(refused) / trials)
     false = [c for c in result.conditions if c["grid"] != "coded"]
     total = np.sum([counts(result, c) for c in false], axis=0)
     value("false.all", trials * len(false))
     value("false.wrong", int(total[-1]))
-    value("false.celect", 100 * float(total[2]) / (trials * len(false)))

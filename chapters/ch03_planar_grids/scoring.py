@@ -9,6 +9,7 @@ import numpy as np
 
 LOST_PX = 8.0
 DONE = "done"
+CORNER_OFF = "corner more than 8 px off"
 
 
 def truth_of_contour(name, lattice):
@@ -56,7 +57,7 @@ def scored(result, lattice):
         return values | {"stage": first.stage, "contour": first.contour}
     error = np.linalg.norm(result.corners - lattice, axis=2)
     success = bool(error.max() <= LOST_PX)
-    stage = DONE if success else "corner more than 8 px off"
+    stage = DONE if success else CORNER_OFF
     values |= {"success": success, "stage": stage, "contour": None}
     if success:
         values |= {
