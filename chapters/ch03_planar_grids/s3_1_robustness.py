@@ -83,8 +83,9 @@ from repro.reader import compared, open_results, show, show_code
 # - **Black 0, white 255** in the primary reading. With half that contrast,
 #   the same noise is twice as strong.
 #
-# A trial renders the picture, simulates the clicks, runs CELECT with the
-# thesis's own settings, and scores what comes back:
+# A trial renders the picture, simulates the clicks, runs CELECT, and scores
+# what comes back. CELECT has the values of Tables 3.1 and 3.2; what the
+# thesis leaves open in it is on [its own page](s1_2_celect.ipynb).
 
 # %% tags=["active-ipynb"]
 # show_code(robustness_trial, scored)
@@ -190,24 +191,30 @@ def pictures(effort):
 # {glue:text}`noise.lost`. With half the contrast they are
 # {glue:text}`half.kept` and {glue:text}`half.lost`. Where the limit lies
 # depends on the thresholds and the smoothing of the Harris and Canny
-# detectors, which the thesis does not state. Ours smooth as much as the
-# squares allow. What stands more noise reads less small squares: the two
-# pull in opposite directions ([3.1.2](s1_2_celect.ipynb) measures both).
+# detectors, which the thesis does not state. Noise and small squares ask
+# for opposite smoothing ([3.1.2](s1_2_celect.ipynb) measures both).
 #
-# **Blur.** The outcome at {glue:text}`blur.kept` px is as good as at 1 px;
-# the first blur (px) with a worse one is {glue:text}`blur.lost`. Of
+# **Blur.** Worse than at 1 px means here: a fifth fewer successes, or 1.25
+# times the mean error. The first blur (px) with a worse outcome is
+# {glue:text}`blur.lost`, the last one before it {glue:text}`blur.kept`. Of
 # {glue:text}`blur.losses` lost trials, {glue:text}`blur.stage.count` end
 # with "{glue:text}`blur.stage`". A blurred corner splits into several
-# maxima of the Harris response, further apart than the merging distance.
+# maxima of the Harris response; where these are further apart than the
+# merging distance, there are too many corners.
 #
 # **Small squares.** The smallest squares (px) without a loss:
 # {glue:text}`square`. Their corners are as close as {glue:text}`spacing` px
-# in the bent picture. Sharp corners near the rim split in the same way as
-# blurred ones.
+# in the bent picture. Of {glue:text}`square.losses` lost trials,
+# {glue:text}`square.stage.count` end with "{glue:text}`square.stage`". A
+# corner counts as right within 8 px, as in the thesis. The smallest squares
+# of this sweep are closer than that in the bent picture, where even a
+# neighbour's place would pass.
 #
 # **Field of view.** The largest field (degrees) without a loss is
-# {glue:text}`fov.kept`, the first with one {glue:text}`fov.lost`. Most
-# losses there end with "{glue:text}`fov.stage`".
+# {glue:text}`fov.kept`, the first with one {glue:text}`fov.lost`. Of
+# {glue:text}`fov.losses` lost trials, {glue:text}`fov.stage.count` end with
+# "{glue:text}`fov.stage`". The share of losses on the rim says less than it
+# seems to: CELECT traces the rim first, and goes no further without it.
 #
 # **Yaw.** The largest yaw (degrees) without a loss is
 # {glue:text}`yaw.kept`, the first with one {glue:text}`yaw.lost`. At 48.6°
@@ -218,14 +225,14 @@ def pictures(effort):
 # **Errors.** With the default settings the mean error is
 # {glue:text}`mean:.2f` px. The largest error of any successful trial is
 # {glue:text}`largest:.1f` px in the four sweeps that the text names, and
-# {glue:text}`largest.any:.1f` px with blur. Large errors are single corners
-# in which a false candidate was merged with a true one.
+# {glue:text}`largest.any:.1f` px with blur. A corner is the mean of the
+# candidates that were merged, so a false one pulls it aside.
 #
 # **The localiser's basin.** Read as a full window of 9 × 9 px, OpenCV's
 # function cannot move a corner far enough: the largest error from starts up
 # to 8 px is {glue:text}`full_window.worst:.1f` px. Read as a half window,
 # 19 × 19 px, it is {glue:text}`half_window.worst:.2f` px. OpenCV's own
-# parameter is the half window, so that is likely what the thesis used.
+# parameter is the half window, so the thesis may well have meant that.
 #
 # **Limits.** One board, one camera, one point spread for the whole picture,
 # Gaussian noise. Trials of one level share the picture and differ in clicks
