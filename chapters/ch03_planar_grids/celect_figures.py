@@ -193,13 +193,20 @@ def fig_3_1(results):
     return Drawing(
         drawn,
         data,
-        "Names of section 3.1.2 in a run on a rendered fisheye picture. Left: "
+        "Names of section 3.1.2 in a run on a rendered fisheye picture"
+        f"{which_view(results['fig_3_1_run'])}. Left: "
         "corners $c_i$, side lines $L_i$, anchors of the four sides (yellow) and "
         "of the columns (blue). Right: the first window, of radius $r = s_1$, "
         "with its edge pixels, the line $L_w$ with the band of $t_5$ (dotted), "
         "the candidate corners $n_q$ and the next anchor.",
         window_check(run),
     )
+
+
+def which_view(result):
+    """Which of the random views is drawn, for a caption: the first that is read."""
+    tried = int(result.column("tried")[0])
+    return f", view {tried} of a random series: the first that is read"
 
 
 def window_check(run):
@@ -387,7 +394,8 @@ def fig_3_4(results):
     return Drawing(
         drawn,
         order,
-        "CELECT on a rendered picture by a hyperboloid mirror. Left: anchors and "
+        "CELECT on a rendered picture by a hyperboloid mirror"
+        f"{which_view(results['fig_3_4_run'])}. Left: anchors and "
         "all candidate corners; one corner is detected several times. Right: the "
         "corners after merging.",
         Check(

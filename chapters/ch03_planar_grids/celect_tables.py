@@ -74,8 +74,9 @@ def table_3_2(results):
     }
     for name in names:
         if name == "t4":
-            field, unit, value = "first_angle_deg", "deg", "15"
+            field, unit = "first_angle_deg", "deg"
             here = settings.first_angle_deg
+            value = f"{here:g}"
         else:
             field, unit = FACTORS[name]
             value = f"{getattr(settings, field):g} s_i"

@@ -122,10 +122,10 @@ from repro.reader import (
 # counts as read if every corner is within 8 px.
 #
 # Two scenes are not the first that were written down (`celect_window` in the
-# ledger). Single runs showed that squares of 10 px are too small for any
-# camera, and that a break in a small square adds an edge of its own. The
-# main readings now have larger squares; the first ones are judged beside
-# them.
+# ledger): the main readings got larger squares after single runs had been
+# looked at. Runs with squares of 10 px had failed before all cameras, and a
+# break in a small square was seen to add an edge of its own. The first
+# choices are judged beside the main ones.
 
 # %%
 CAMERA_VIEWS = {"quick": 1, "full": 25}
