@@ -272,10 +272,12 @@ def orderings(effort):
 # %% [markdown]
 # Two parallel edges in one window make two Hough peaks that are close, and
 # their mean lies between them, on no edge at all; or the trace changes from
-# the one to the other. Half a window, a quarter of a square, is not enough
-# here: with 0.3 squares the edge of the sheet still comes into the window,
-# which has a radius of almost half a square. At 0.05 the two edges are one
-# for the detector, and nothing is lost.
+# the one to the other. "Half a window" can be read in two ways. If a window
+# is 2 r wide, half of it is r, almost half a square here. If r is its size,
+# half of it is a quarter of a square, and an edge farther away than that is
+# still in the window: right with 0.3 squares of clearance,
+# {glue:text}`clearance_0.3`. At 0.05 the two edges are one for the detector:
+# {glue:text}`clearance_0.05`.
 #
 # **First corner, (a).** A half ring. If the user starts at its second
 # corner, side 4 is the long arc, and its chord $L_4$ points almost the way
@@ -340,11 +342,13 @@ def orderings(effort):
 
 # %% [markdown]
 # A small window takes small steps, and turns about with every jagged edge.
-# With 0.3 of the radius the trace is still on its contour when its steps,
-# six for every square, are used up; this limit is ours. A large one holds
+# With 0.3 of the radius the commonest end is
+# "{glue:text}`window_broken_stage`". ("End not reached" means that the steps,
+# six for every square, are used up; this limit is ours.) A large one holds
 # several contours, each bent: the peaks are smeared, and a line across two
-# contours may win. Between them there is room: from 0.7 to 1.5 times the
-# published radius will do.
+# contours may win. How much room there is between: right with 0.7 of the
+# published radius {glue:text}`window_0.7`, with 1.5 times as much
+# {glue:text}`window_1.5`.
 #
 # **Curvature.** One bend, divided into fewer or more squares, its arcs
 # clicked as columns. Right with large squares:
@@ -403,11 +407,13 @@ def orderings(effort):
 # show("ext_why_sweeps")
 
 # %% [markdown]
-# Blur and a wide field lose the board at the very first step: near the
-# click, at the rim where squares are smallest, there is no detected corner,
-# or another one. The thesis blames the tracing for the wide field; it does
-# not get that far here. Small squares lose the trace; yaw merges corners on
-# the compressed side. Noise does a little of everything.
+# The stage that loses the most trials: under noise
+# {glue:text}`sweep_noise_sd`; blur {glue:text}`sweep_blur_px`; small squares
+# {glue:text}`sweep_squares_across`; a wide field {glue:text}`sweep_fov_deg`;
+# yaw {glue:text}`sweep_yaw_deg`. "Outer corner" is the very first step: near
+# the click, at the rim where squares are smallest, there is no detected
+# corner, or another one. The thesis blames the tracing for the wide field;
+# a board lost at its outer corner does not get that far.
 #
 # ### The orderings of 1.2.1
 #
@@ -423,28 +429,29 @@ def orderings(effort):
 # show("ext_why_orderings")
 
 # %% [markdown]
-# On a sector the first fails from an arc of {glue:text}`line_arc:.0f`° on, the
-# second from {glue:text}`homography_arc:.0f`°. Seen by the fisheye of 3.3.1,
-# from fields of view of {glue:text}`line_fov:.0f`° and
-# {glue:text}`homography_fov:.0f`°. The criterion of 1.2.1 as a number is the
+# On a sector the first fails in a trial from an arc of
+# {glue:text}`line_arc` on, the second from {glue:text}`homography_arc`. Seen
+# by the fisheye of 3.3.1, from fields of view of {glue:text}`line_fov` and
+# {glue:text}`homography_fov`. The criterion of 1.2.1 as a number is the
 # margin: how much farther the nearest corner of another row is from the
 # line than the row's own farthest. Its sign tells the outcome of the first
 # ordering in {glue:text}`line_criterion` of the trials. The second fails when
-# a corner is more than about half a square from its place. Both give up
-# where a picture still looks mild; the default board of 3.3.1, at 134°, is
-# far beyond.
+# a corner is more than about half a square from its place. The default board
+# of 3.3.1, against which these may be held, has 134°.
 #
 # ## Reading and limits
 #
-# - Every condition of 3.1.2 is real: broken, it loses most or all boards;
-#   kept, none or few.
-# - Tracing loses them. Of the pairs only variation of size and noise lose a
-#   board in corner processing.
-# - Two sentences of 3.1.2 are too short. Half a window of clearance is too
-#   little, if a window is 2 r wide and grows. And the straightest side 4 is
-#   good advice, but no guarantee.
+# - Over all drawn pairs {glue:text}`pairs_broken` boards are right where a
+#   condition is broken and {glue:text}`pairs_kept` where it is kept.
+# - Of {glue:text}`pairs_lost` boards that the drawn levels lose, tracing loses
+#   {glue:text}`pairs_traced`, corner processing
+#   {glue:text}`pairs_processed`, the rest their outer corners.
+# - Two sentences of 3.1.2 are too short. Half a window of clearance has to be
+#   r, not half of r, and more where a window grows. And the straightest
+#   side 4 is good advice, but no guarantee.
 # - One failure is missing there: split peaks in small windows.
-# - In the sweeps of 3.3.1 the snapping of the clicks is the weakest step.
+# - In the sweeps of 3.3.1 the stage that loses the most boards is
+#   {glue:text}`sweep_all`.
 #
 # **Limits.** The boards are constructed to break one thing alone; in a
 # photograph several break at once. The stage is the *first* that went wrong
