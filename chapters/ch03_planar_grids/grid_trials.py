@@ -37,7 +37,7 @@ LINEAR, FINE, BOTH = "celect-linear", "celect-fine", "celect-linear-fine"
 CLICKED = (CELECT, LINEAR, FINE, BOTH)
 METHODS = (OPENCV, OPENCV_SB, *CLICKED, CLICKLESS)
 # Harris detector of the variants: smoothed and averaged as little as can be.
-FINER = CelectSettings(smoothing_limits_px=(0.5, 0.7), integration=1.0)
+FINER = CelectSettings(smoothing_limits_px=(0.5, 0.7))
 # What may be wiped off the mirror of a set where CELECT has failed.
 BLEMISHES = {
     "spherical": ("spots",),

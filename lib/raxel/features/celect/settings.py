@@ -40,9 +40,9 @@ class CelectSettings:
     radius_scale: float = 1.0
     most_growths: int = 4
     steps_per_square: int = 6
-    smoothing: float = 0.1
-    smoothing_limits_px: tuple[float, float] = (0.7, 1.5)
-    integration: float = 4 / 3
+    smoothing: float = 0.085
+    smoothing_limits_px: tuple[float, float] = (0.5, 1.5)
+    integration: float = 1.0
     harris_k: float = 0.04
     harris_share: float = 0.1
     canny_high: float = 0.3
