@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_claims import first_lost, levels_of
+from chapters.ch03_planar_grids.s3_1_claims import first_lost, levels_of, rate
 from chapters.ch03_planar_grids.s3_1_values import (
     RAYLEIGH_SD,
     blur_that_hurts,
@@ -91,6 +91,12 @@ def test_a_limit_that_is_not_reached_is_the_last_level_and_says_so():
     assert (value.value, value.interval) == (100.0, (100.0, 100.0))
     assert "not reached" in value.reason
     assert bracketed(-np.inf, 5.0, "deg", "first loss").interval == (0.0, 5.0)
+
+
+def test_a_few_trials_leave_a_share_open():
+    few, many = (Sweep("yaw_deg", {0: [1] * count}) for count in (9, 50))
+    assert rate(few, yaw_deg=0).above(0.9) == "undecided"
+    assert rate(many, yaw_deg=0).above(0.9) == "holds"
 
 
 def test_blur_hurts_by_losses_or_by_larger_errors():

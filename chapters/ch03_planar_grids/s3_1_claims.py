@@ -12,6 +12,7 @@ from raxel.evaluation.statistics import (
     FAILS,
     HOLDS,
     UNDECIDED,
+    Estimate,
     all_of,
     bootstrap,
     median_ratio,
@@ -32,8 +33,10 @@ SWEEPS = {
     "fov": "fov_deg",
     "yaw": "yaw_deg",
 }
-# The text's trials per level: fewer are no test of "50 of 50", nor of a share.
+# The text's trials per level: fewer are no test of "50 of 50".
 TEXT_TRIALS = 50
+# Fewer trials than these leave a share open, even if all of them agree.
+LEAST_TRIALS = 10
 # The four of which the text gives the largest error.
 WITHOUT_BLUR = ("noise", "square", "fov", "yaw")
 
@@ -59,10 +62,11 @@ def successes(result, **condition):
 
 
 def rate(result, **condition):
-    """Share of successful trials, with its interval."""
-    return bootstrap(
-        lambda sample: sample.mean(axis=-1), successes(result, **condition)
-    )
+    """Share of successful trials, with its interval: anything for a few trials."""
+    trials = successes(result, **condition)
+    if len(trials) < LEAST_TRIALS:
+        return Estimate(float(trials.mean()), 0.0, 1.0)
+    return bootstrap(lambda sample: sample.mean(axis=-1), trials)
 
 
 def first_lost(result, name, **other):
@@ -299,6 +303,8 @@ def judge_blur_limit(results):
     result = results["fig_3_11_blur"]
     strong, drop, growth = _worsens(result, 2, 4)
     weak, *_ = _worsens(result, 1, 2)
+    if result.trials_per_condition < LEAST_TRIALS:
+        strong = weak = UNDECIDED
     said = {
         HOLDS: "it worsens",
         FAILS: "it does not worsen",
