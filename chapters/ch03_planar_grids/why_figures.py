@@ -166,13 +166,14 @@ def ext_why_direction(results):
     evidence="rendered",
 )
 def ext_why_split_peaks(results):
-    """A contour that is two peaks in a small window."""
+    """Small windows, in which the Hough peak of a contour is wide."""
     return draw_case(
         results["ext_why_split_peaks"],
         "split_peaks",
         "Scale of the picture (1), last bar: peaks at least 20° apart",
-        "Split peaks: the half ring in smaller pictures. In a small window one "
-        "contour is two lines, and (3.14) takes one of them out.",
+        "Split peaks: the half ring in smaller pictures. In a small window the "
+        "Hough peak of a contour is wide; a suppression that takes its flank "
+        "for a peak makes two lines of it, and (3.14) takes out only one.",
     )
 
 
