@@ -300,6 +300,8 @@ def coded_picture(effort):
 # fixed before any trial, with three changes after the first trials had been
 # seen: a symmetric corner must be a saddle (small squares were taken for
 # corners), marks may be faint, and a corner off is told from a wrong place.
+# The smoothing that all methods share was chosen anew later, on training
+# scenes of its own (`celect_thresholds`).
 # The clusters do not know how strong a candidate is. The symmetric
 # detector's scales follow the average square of the shortest side, and
 # squares at the rim can be much smaller. Coded blocks are clicked the right

@@ -113,7 +113,9 @@ from repro.reader import (
 # ## Experiment
 #
 # Sizes, levels and rules were written down in the ledger before a detector
-# was run on any of these pictures.
+# was run on any of these pictures. One value of CELECT that the thesis does
+# not give, its smoothing, was changed after runs at a small size, on
+# training scenes alone (`celect_thresholds`).
 
 # %%
 PICTURES = {"quick": 1, "full": 5}
