@@ -69,9 +69,10 @@ from repro.reader import (
 # every camera of the [zoo](../ch02_general_camera_model/s2_camera_models.ipynb)
 # but the two plane mirrors, whose picture has no single board. Squares are 9 px
 # wide or more. Each picture is searched with the board's size given and not
-# given. Then the wrong size is asked for, the picture is cut through the
-# board's middle, and two boards are shown side by side: all these must be
-# refused.
+# given, by this detector and by OpenCV's two, whose corners the library has
+# refined and whose lattices it has checked. Then the wrong size is asked
+# for, the picture is cut through the board's middle, and two boards are
+# shown side by side: all these must be refused.
 #
 # **Sweeps.** The board of 3.3.1, with noise, blur, smaller squares, a wider
 # field of view, or a yaw. The size is given.

@@ -41,7 +41,7 @@ def bench_detectors(image_set, say=None):
     """Scores of all detectors on the views of an ImageSet.
 
     Each image is given to one detector after the other, at most `REPEATS` times, of
-    which the best counts. A detector that can count also runs without the size.
+    which the best counts. raxel also runs without the size.
     `say` is told one line per image. Raises InputError for a set without chessboard.
     """
     check_chessboard(image_set)
@@ -62,7 +62,10 @@ def bench_detectors(image_set, say=None):
 
 
 def _runs():
-    """(detector, size) of every run; OpenCV's detectors must be told the size."""
+    """(detector, size) of every run; of those that can count, raxel runs untold.
+
+    OpenCV's sector-based detector can count as well, but takes seconds to do so.
+    """
     told = [(name, GIVEN) for name in DETECTORS]
     return [*told, ("raxel", NOT_GIVEN)]
 

@@ -17,9 +17,9 @@ from raxel.features.lattice import in_standard_order, symmetries
 def find_board(image, columns=None, rows=None):
     """The chessboard of an image (height, width), uint8 or uint16: a Detection.
 
-    `columns`, `rows`: interior corners, or None where unknown. Returned is a board that
-    is complete, of that size, and certain to a quarter of a pixel; else the reason, and
-    as `partial` the corners that are in order.
+    `columns`, `rows`: interior corners, or None where unknown; one of them alone counts
+    as unknown. Returned is a board that is complete, of that size, and certain to a
+    quarter of a pixel (SD); else the reason, and as `partial` the corners in order.
     """
     if min(image.shape) < 16:
         return refused(columns, rows, "the image is too small to show a board")

@@ -43,7 +43,8 @@ def fault_of(grid, image):
 def open_side(grid, image):
     """Which side of a complete grid may go on beyond the image, or ''.
 
-    A board has ended where the next corners would lie inside the image and are none.
+    A board has ended where the next corners would lie inside the image and are none;
+    of each side a third (LEAST_SEEN) of these must lie inside.
     """
     height, width = image.shape
     beyond = predicted(
