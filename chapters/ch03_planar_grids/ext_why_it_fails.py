@@ -316,19 +316,19 @@ def orderings(effort):
 # {glue:text}`foretold` runs: lost on side 1 where it is broken, and not lost
 # there where it is kept.
 #
-# **Split peaks.** This was a fault of ours, and it is mended. The same half
-# ring, clicked rightly, in smaller pictures. The smaller the window, the
-# wider is a line's peak in Hough space. Our first suppression took the
-# largest value outside the neighbourhood of a peak, 10° either way, and that
-# could be the flank of the same peak: one contour, two lines. Those within
-# $t_1 = 0.5\,s$ bins are averaged, but once $s$ is below 22 px, $t_1$ is
-# below 11 bins, and the two are farther apart. At the start of a side (3.14)
-# removes *one* line, the one nearest to the contour that was just traced;
-# its twin stayed, and on a strong arc it was closer to $L_i$ than the right
-# contour. Now a peak has to be the largest value of its own neighbourhood.
-# Right at a scale of 0.6, with neighbourhoods of 10°:
-# {glue:text}`split_peaks_broken`; of 20°: {glue:text}`split_peaks_kept`. The
-# thesis does not say how it suppresses.
+# **Split peaks.** Most of this was a fault of ours, since mended; the bars
+# show what is left. The same half ring, clicked rightly, in smaller
+# pictures. The smaller the window, the wider is a line's peak in Hough
+# space. Our first suppression took the largest value outside the
+# neighbourhood of a peak, 10° either way, and that could be the flank of the
+# same peak: one contour, two lines. Those within $t_1 = 0.5\,s$ bins are
+# averaged, but once $s$ is below 22 px, $t_1$ is below 11 bins, and the two
+# are farther apart. At the start of a side (3.14) removes *one* line, the
+# one nearest to the contour that was just traced; its twin stayed, and on a
+# strong arc it was closer to $L_i$ than the right contour. Now a peak has to
+# be the largest value of its own neighbourhood. Right at a scale of 0.6,
+# with neighbourhoods of 10°: {glue:text}`split_peaks_broken`; of 20°:
+# {glue:text}`split_peaks_kept`. The thesis does not say how it suppresses.
 
 # %% tags=["active-ipynb"]
 # show("ext_why_split_peaks")
@@ -451,8 +451,8 @@ def orderings(effort):
 # - Two sentences of 3.1.2 are too short. Half a window of clearance has to be
 #   r, not half of r, and more where a window grows. And the straightest
 #   side 4 is good advice, but no guarantee.
-# - Split peaks in small windows are not mentioned there; with us they came
-#   from the suppression.
+# - Split peaks in small windows are not mentioned there; with our first
+#   suppression they lost boards.
 # - In the sweeps of 3.3.1 the stage that loses the most boards is
 #   {glue:text}`sweep_all`.
 #
