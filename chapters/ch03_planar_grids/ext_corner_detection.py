@@ -260,9 +260,9 @@ def coded_picture(effort):
 # **Curvature** gains {glue:text}`curvature.gained` trials and loses
 # {glue:text}`curvature.lost`. Of {glue:text}`published.losses` lost runs
 # of the published stages, {glue:text}`published.losses.column` were lost
-# first on a column. The others can not be mended by this idea, whatever its
-# rule: they were lost before, where, as the thesis says, no curvature is
-# known yet. It may also do harm, for a small window has few edge pixels, and
+# first on a column. This idea cannot mend the others, whatever its rule: they
+# were lost on a side, where, as the thesis says, no curvature is known yet,
+# or at an outer corner, or came back with a corner off. It may also do harm, for a small window has few edge pixels, and
 # all other thresholds of a column shrink with it: on boards bent at random
 # the share goes from {glue:text}`bent.published:.0f` % to
 # {glue:text}`bent.curvature:.0f` %.
@@ -293,8 +293,8 @@ def coded_picture(effort):
 # code cannot notice is a corner that is a little off:
 # {glue:text}`full.a_corner_off:.0f` % and
 # {glue:text}`faint.a_corner_off:.0f` % of the blocks have true numbers and
-# a corner that is more than 8 px off. Localisation is there for these, and
-# it does not mend all of them.
+# a corner that is more than 8 px off, and a localiser with a window of 9 px
+# does not reach so far.
 #
 # **Limits.** One fisheye, and bends of two waves. Methods and levels were
 # fixed before any trial, with three changes after the first trials had been
