@@ -258,14 +258,14 @@ def coded_picture(effort):
 # trials, and in {glue:text}`published.silent` with the published rule.
 #
 # **Curvature** gains {glue:text}`curvature.gained` trials and loses
-# {glue:text}`curvature.lost`. Of {glue:text}`published.losses` lost runs
-# of the published stages, {glue:text}`published.losses.column` were lost
-# first on a column. This idea cannot mend the others, whatever its rule: they
+# {glue:text}`curvature.lost`. Of {glue:text}`published.losses` lost runs of
+# the published stages, {glue:text}`published.losses.column` were lost first
+# on a column. This idea cannot mend the others, whatever its rule: they
 # were lost on a side, where, as the thesis says, no curvature is known yet,
-# or at an outer corner, or came back with a corner off. It may also do harm, for a small window has few edge pixels, and
-# all other thresholds of a column shrink with it: on boards bent at random
-# the share goes from {glue:text}`bent.published:.0f` % to
-# {glue:text}`bent.curvature:.0f` %.
+# or at an outer corner, or came back with a corner off. It may also do
+# harm, for a small window has few edge pixels, and all other thresholds of
+# a column shrink with it: on boards bent at random the share goes from
+# {glue:text}`bent.published:.0f` % to {glue:text}`bent.curvature:.0f` %.
 #
 # **All three together** gain {glue:text}`all_three.gained` and lose
 # {glue:text}`all_three.lost`. Gains of single stages need not add up: a
