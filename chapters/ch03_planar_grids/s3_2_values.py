@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.grid_results import (
-    DETECTORS_OF_TODAY,
     EXPERIMENTS,
     all_right,
     causes,
@@ -25,11 +24,10 @@ from chapters.ch03_planar_grids.grid_scoring import (
 )
 from chapters.ch03_planar_grids.grid_trials import (
     CELECT,
-    CLICKLESS,
     METHODS,
     OPENCV,
 )
-from chapters.ch03_planar_grids.s3_2_claims import any_of, mcnemar, spread
+from chapters.ch03_planar_grids.s3_2_claims import any_of, spread
 from repro.experiment import numbers
 from repro.outcomes import Value
 from repro.reader import value
@@ -224,15 +222,6 @@ def name_values(open_results):
             f"celect.{SHORT[set_name]}",
             100 * float(right(results[experiment], CELECT).mean()),
         )
-    for detector in DETECTORS_OF_TODAY:
-        chances = [
-            mcnemar(
-                all_right(results, CELECT, s),
-                all_right(results, detector, s),
-            )
-            for s in seeds
-        ]
-        value(f"chance.{detector}", float(max(chances)))
     told = [cause for seed in seeds for cause in causes(results, seed)]
     value("failures", len(told))
     common = max(set(told), key=told.count) if told else "none"
@@ -256,4 +245,3 @@ def name_values(open_results):
         for c in result.conditions
     ]
     value("least.median", float(np.median(squares)))
-    value("clickless", CLICKLESS)
