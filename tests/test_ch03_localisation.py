@@ -1,5 +1,7 @@
 """Section 3.1.3: the tests of its claims, on residuals whose answer is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -93,6 +95,21 @@ def test_a_relation_with_distance_is_seen_where_there_is_one(
     both = {"derivative": derivative, "saddle": saddle}
     assert verdict(claims.judge_no_relation, **both) == relation
     assert verdict(claims.judge_derivative_small, derivative=derivative) == small
+
+
+def test_images_of_the_same_corners_add_no_certainty(tmp_path):
+    rng = np.random.default_rng(5)
+    corners, images = 60, 8
+    distance, best = rng.random(corners), rng.random(corners)
+    alone = SimpleNamespace(distance=distance, images_of=[np.arange(corners)[:, None]])
+    copied = SimpleNamespace(
+        distance=np.tile(distance, images),
+        images_of=[np.arange(corners * images).reshape(images, corners).T],
+    )
+    one = claims.rank_tie(alone, best)
+    many = claims.rank_tie(copied, np.tile(best, images))
+    assert many.value == pytest.approx(one.value)
+    assert many.high - many.low == pytest.approx(one.high - one.low, rel=1e-6)
 
 
 def test_the_middle_blur_is_judged_by_what_it_costs(tmp_path):

@@ -5,9 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_claims import first_lost, levels_of, rate
+from chapters.ch03_planar_grids.s3_1_claims import (
+    first_lost,
+    judge_fisheye_fail,
+    levels_of,
+    rate,
+)
 from chapters.ch03_planar_grids.s3_1_values import (
-    RAYLEIGH_SD,
     blur_that_hurts,
     bracketed,
     limit,
@@ -94,7 +98,7 @@ def test_a_limit_that_is_not_reached_is_the_last_level_and_says_so():
 
 
 def test_a_few_trials_leave_a_share_open():
-    few, many = (Sweep("yaw_deg", {0: [1] * count}) for count in (9, 50))
+    few, many = (Sweep("yaw_deg", {0: [1] * count}) for count in (25, 50))
     assert rate(few, yaw_deg=0).above(0.9) == "undecided"
     assert rate(many, yaw_deg=0).above(0.9) == "holds"
 
@@ -111,5 +115,38 @@ def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
     rng = np.random.default_rng(3)
     mean = 0.77
     lengths = np.hypot(*rng.normal(0, mean / np.sqrt(np.pi / 2), (2, 200000)))
-    assert lengths.std() == pytest.approx(mean * RAYLEIGH_SD, rel=0.01)
+    assert lengths.std() == pytest.approx(mean * np.sqrt(4 / np.pi - 1), rel=0.01)
     assert lengths.var() == pytest.approx(0.16, abs=0.005)
+
+
+class Fovs(Sweep):
+    """A sweep of fields of view, whose failed trials name a contour."""
+
+    def column(self, name, **condition):
+        if name == "success":
+            return super().column(name, **condition)
+        return np.array(self.values[name][condition["fov_deg"]])
+
+    def texts(self, name, **condition):
+        return self.values[name][condition["fov_deg"]]
+
+
+def rim_readings(contour, on_rim):
+    trials = 40
+    fovs = Fovs("fov_deg", {134: [1] * trials, 152: [0] * trials})
+    fovs.values = {
+        "missed": {152: [4.0] * trials},
+        "missed_on_rim": {152: [float(on_rim)] * trials},
+        "contour": {152: [contour] * trials},
+    }
+    readings = judge_fisheye_fail({"fig_3_11_fov": fovs})
+    return {r.reading["rim_losses"]: r.verdict for r in readings}
+
+
+def test_losses_on_sides_say_nothing_of_where_boards_break():
+    assert rim_readings("side 2", 4) == {
+        "all trials": "reproduced",
+        "trials that lost no side": "undecided",
+    }
+    assert set(rim_readings("column 3", 4).values()) == {"reproduced"}
+    assert set(rim_readings("column 3", 1).values()) == {"differs"}

@@ -33,6 +33,20 @@ def test_failed_trials_count_as_the_worst():
     assert stats.median_interval(failed, worst=-1.0).value == -1.0
 
 
+def test_exact_interval_of_a_share_covers_it_and_never_vanishes():
+    rng = np.random.default_rng(4)
+    runs, covered = 400, 0
+    for _ in range(runs):
+        found = stats.proportion(rng.random(40) < 0.9)
+        covered += found.low <= 0.9 <= found.high
+    assert covered >= 0.95 * runs - binomial_room(runs, 0.95)
+    # All of n: the lower end is the p at which that happens in one run of forty.
+    whole = stats.proportion(np.ones(25))
+    assert (whole.value, whole.high) == (1.0, 1.0)
+    assert whole.low == pytest.approx(0.025 ** (1 / 25))
+    assert whole.above(0.9) == stats.UNDECIDED
+
+
 def test_same_trials_give_the_same_interval():
     values = np.random.default_rng(2).normal(size=40)
     assert stats.median_interval(values) == stats.median_interval(values.copy())

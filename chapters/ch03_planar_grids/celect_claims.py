@@ -11,6 +11,7 @@ from raxel.evaluation.statistics import (
     UNDECIDED,
     all_of,
     bootstrap,
+    proportion,
 )
 from raxel.features.celect import CelectSettings
 from repro.experiment import claim, numbers
@@ -46,21 +47,6 @@ BROKEN = {
 }
 
 
-def share(values):
-    """Share of trials (n,) that are 1, with its interval."""
-    return bootstrap(lambda sample: sample.mean(axis=-1), values)
-
-
-def at_least(values, bound):
-    """Decision whether a share of trials is at least a bound.
-
-    A share whose interval has no width, all or none, needs LEAST_TRIALS.
-    """
-    if len(values) < LEAST_TRIALS:
-        return UNDECIDED
-    return share(values).above(bound - 1e-9)
-
-
 @claim("c3_trace_orders", needs=("fig_3_1_cameras",), evidence="rendered")
 def judge_trace_orders(results):
     """Success of at least 0.9 with every camera."""
@@ -71,7 +57,9 @@ def judge_trace_orders(results):
             camera: result.column("success", camera=camera, size_px=size)
             for camera in CAMERAS
         }
-        decisions = [at_least(run, SURE) for run in runs.values()]
+        decisions = [
+            proportion(run).above(SURE - 1e-9) for run in runs.values()
+        ]
         rates = {camera: run.mean() for camera, run in runs.items()}
         worst = min(rates, key=rates.get)
         readings.append(

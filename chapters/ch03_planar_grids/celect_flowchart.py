@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from raxel.features.celect import CelectSettings
 from repro.experiment import figure
 from repro.outcomes import Check, Drawing
 from repro.style import figure as new_figure
@@ -59,6 +60,9 @@ BOXES = {
     ),
 }
 
+GROWTH_PERCENT = f"{100 * CelectSettings().growth:.0f} %"
+GROWN_LINE = f"no line: $r$ + {GROWTH_PERCENT}"
+GROWN_ANCHOR = f"no anchor: $r$ + {GROWTH_PERCENT}"
 # (from, to): how the arrow bends, where its number stands, and what is said there.
 ARROWS = {
     ("start", "snap"): None,
@@ -68,12 +72,12 @@ ARROWS = {
     ("peaks", "near"): "",
     ("near", "first line"): "",
     ("near", "next line"): "",
-    ("near", "window"): "no line: $r$ + 20 %",
+    ("near", "window"): GROWN_LINE,
     ("first line", "anchor"): "",
-    ("first line", "window"): "no line: $r$ + 20 %",
+    ("first line", "window"): GROWN_LINE,
     ("next line", "anchor"): "",
     ("anchor", "corners"): "",
-    ("anchor", "window"): "no anchor: $r$ + 20 %",
+    ("anchor", "window"): GROWN_ANCHOR,
     ("corners", "arrived"): "",
     ("arrived", "window"): "no: $p_{cur} = p_{new}$",
     ("arrived", "process"): "yes",
@@ -229,7 +233,8 @@ def draw_returns(axes, found):
     axes.text(
         middle,
         y_window - 1.6,
-        f"no line or no $p_{{new}}$:\nwindow grows by 20 %   {grown}",
+        f"no line or no $p_{{new}}$:\nwindow grows by "
+        f"{GROWTH_PERCENT}   {grown}",
         fontsize=7,
         ha="center",
         va="center",

@@ -8,9 +8,9 @@ from chapters.ch03_planar_grids.celect_claims import (
     COUNTS,
     FACTORS,
     SIDES,
-    share,
 )
 from chapters.ch03_planar_grids.celect_figures import Run
+from raxel.evaluation.statistics import proportion
 from raxel.features.celect import CelectSettings
 from repro.experiment import figure, table
 from repro.outcomes import Check, Drawing, Table
@@ -101,7 +101,9 @@ def window_study(results):
     """Share of boards read against the multiplier of the window radius."""
     result = results["table_3_1_window"]
     run = [c["multiplier"] for c in result.conditions]
-    rates = [share(result.column("success", multiplier=m)) for m in run]
+    rates = [
+        proportion(result.column("success", multiplier=m)) for m in run
+    ]
     drawn, axes = new_figure(height_in=2.8)
     middle, low, high = (
         100 * np.array([getattr(r, name) for r in rates])

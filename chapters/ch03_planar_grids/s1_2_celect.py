@@ -128,7 +128,7 @@ from repro.reader import (
 # choices are judged beside the main ones.
 
 # %%
-CAMERA_VIEWS = {"quick": 1, "full": 25}
+CAMERA_VIEWS = {"quick": 1, "full": 50}
 BOARDS = {"quick": 1, "full": 25}
 PAIRS = {"quick": 1, "full": 50}
 WINDOWS = {"quick": 5, "full": 25}

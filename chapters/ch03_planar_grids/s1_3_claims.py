@@ -33,15 +33,20 @@ class Swept:
     """Residuals of all corners of an experiment, over its settings.
 
     error: (M, windows) or (M, windows, blurs) px. distance: (M,) px. half: (M,),
-    which of two halves a corner belongs to: that of its image.
+    which of two halves a corner belongs to: that of its image. images_of: (corners,
+    images), where in M the images of one corner of the board are.
     """
 
     def __init__(self, result):
-        errors, distances, halves = [], [], []
+        errors, distances, halves, images_of = [], [], [], []
+        before = 0
         for condition in result.conditions:
             square = {"square_px": condition["square_px"]}
             error = result.arrays("error", **square)
             distance = result.arrays("distance", **square)
+            place = before + np.arange(sum(map(len, distance)))
+            images_of.append(place.reshape(len(distance), -1).T)
+            before += len(place)
             for trial, (one, apart) in enumerate(
                 zip(error, distance, strict=True)
             ):
@@ -58,6 +63,7 @@ class Swept:
         self.error = np.concatenate(errors).astype(float)
         self.distance = np.concatenate(distances)
         self.half = np.concatenate(halves)
+        self.images_of = images_of
         self.windows = np.array(first["windows"])
         self.blurs = np.array(first.get("blurs", []))
 
@@ -293,25 +299,37 @@ def judge_derivative_dense(results):
     ]
 
 
-def rank_tie(values, distance):
-    """Spearman's correlation with the distance, with its interval."""
+def rank_tie(swept, values):
+    """Spearman's correlation of values (M,) with the distance, with its interval.
+
+    Images of one board have the same corners, so corners are drawn again, each
+    with all its images, and as many of every size of square as there are.
+    """
     from scipy.stats import rankdata
 
-    def correlation(a, b):
-        a, b = (rankdata(x, axis=-1) for x in (a, b))
+    def correlation(*picked):
+        index = [
+            images[pick.astype(int)].reshape(*pick.shape[:-1], -1)
+            for images, pick in zip(swept.images_of, picked, strict=True)
+        ]
+        index = np.concatenate(index, axis=-1)
+        a, b = (
+            rankdata(x[index], axis=-1) for x in (values, swept.distance)
+        )
         a = a - a.mean(axis=-1, keepdims=True)
         b = b - b.mean(axis=-1, keepdims=True)
         scale = np.sqrt((a**2).sum(axis=-1) * (b**2).sum(axis=-1))
         return (a * b).sum(axis=-1) / scale
 
-    return bootstrap(correlation, values, distance, paired=True)
+    corners = [np.arange(len(images)) for images in swept.images_of]
+    return bootstrap(correlation, *corners)
 
 
 @claim("c3_loc_saddle_win", needs=("fig_3_5_saddle",), evidence="rendered")
 def judge_saddle_window(results):
     """|Spearman| < 0.2, and the modal window in the lowest third."""
     swept = Swept(results["fig_3_5_saddle"])
-    tie = rank_tie(swept.best_window, swept.distance)
+    tie = rank_tie(swept, swept.best_window)
     modal = _modal(swept.best_window)
     small = HOLDS if modal <= swept.lowest_third else FAILS
     decision = all_of([tie.within(-MOST_TIE, MOST_TIE), small])
@@ -374,7 +392,7 @@ def judge_saddle_blur(results):
 def judge_saddle_weak(results):
     """0.05 < |Spearman(best blur, distance)| < 0.4."""
     swept = Swept(results["fig_3_5_saddle"])
-    tie = rank_tie(swept.best_blur, swept.distance)
+    tie = rank_tie(swept, swept.best_blur)
     low, high = WEAK_TIE
     size = (
         tie if tie.value >= 0 else Estimate(-tie.value, -tie.high, -tie.low)

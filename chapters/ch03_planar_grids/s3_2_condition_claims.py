@@ -20,6 +20,7 @@ from raxel.evaluation.statistics import (
     UNDECIDED,
     all_of,
     bootstrap,
+    proportion,
 )
 from repro.experiment import claim
 from repro.outcomes import DECISIONS, Reading
@@ -36,11 +37,6 @@ FEWEST_FAILURES = 10
 CAMERAS = ("hyperboloidal", "fisheye")
 WAYS = ("clockwise", "reverse")
 EDGE = 1e-9
-
-
-def share(values):
-    """Share of successes of trials (n,) with its interval."""
-    return bootstrap(_mean, values)
 
 
 def gain(better, worse):
@@ -242,7 +238,7 @@ def differing(orders):
 def judge_trace_direction(results):
     """Some images differ, fewer than a quarter."""
     orders = all_orders(results["exp_c3_trace_direction"])
-    found = share(differing(orders))
+    found = proportion(differing(orders))
     always, never = orders.min(axis=(0, 1)), 1 - orders.max(axis=(0, 1))
     return [
         Reading(

@@ -18,8 +18,8 @@ from chapters.ch03_planar_grids.s3_2_condition_claims import (
     in_light,
     levels_run,
     merging_of,
-    share,
 )
+from raxel.evaluation.statistics import proportion
 from repro.experiment import figure
 from repro.outcomes import Check, Drawing
 from repro.style import figure as new_figure
@@ -172,7 +172,7 @@ def _add(data, panel, label, x, estimates):
 
 
 def _draw(panel, letter, x, trials, index, label, data, bars=False):
-    estimates = [share(t) for t in trials]
+    estimates = [proportion(t) for t in trials]
     middle, low, high = 100 * np.array([e[:3] for e in estimates]).T
     plot_interval(
         panel,

@@ -92,6 +92,20 @@ def bootstrap(
     return Estimate(value, *_percentiles(drawn, level))
 
 
+def proportion(trials: np.ndarray, level: float = 0.95) -> Estimate:
+    """Share of trials (n,) that succeeded (1, the others 0): Estimate.
+
+    The interval is exact (Clopper and Pearson): unlike a bootstrap's it has a width
+    where all trials or none succeed, and it leaves a few trials open.
+    """
+    from scipy.stats import binomtest
+
+    trials = np.asarray(trials)
+    test = binomtest(int(trials.sum()), len(trials))
+    low, high = test.proportion_ci(level, method="exact")
+    return Estimate(float(trials.mean()), float(low), float(high))
+
+
 def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
     """Order statistics, so that an infinite worst stays what it is.
 

@@ -12,9 +12,14 @@ from raxel.features.celect.window import harris_corners
 class CelectSettings:
     """Values of Tables 3.1 and 3.2, the column rules, and what the thesis leaves open.
 
-    A value that is a share is one of s, the contour's length scale in px: s_i of Table
-    3.1 for side i, and the window radius of the previous column's rule for a column
-    (errata E-3.05). t1 and t2 take the number as Hough bins and degrees (E-3.02).
+    A share is one of s, the contour's length scale in px: s_i of Table 3.1 for side i,
+    and the window radius of the previous column's rule for a column (errata E-3.05).
+    t1 and t2 take the number as Hough bins and degrees (E-3.02). Names that end in px
+    or deg have that unit. Exceptions: `column_radius` is a share of the previous
+    column's mean side, `column_merge` of its least distance of corners, `growth` of
+    the radius, `integration` of the smoothing, `harris_share`, `canny_high` and
+    `canny_low` of what is clear in the clicked windows, `least_votes` of the first
+    peak's votes. `smoothing` is one of the smallest s_i.
 
     An ablation is another value (`most_growths=0`, `split_peaks=0`, `wrap=0`), another
     method another function in one of the last three fields.
