@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from raxel.errors import InputError
 from raxel.features import find_board, find_boards, symmetries
 from tests.chessboards import Board, facing
 
@@ -90,6 +91,12 @@ def test_scale_does_not_matter(factor):
     assert found.found, found.reason
     true = (board.corners() + 0.5) * factor - 0.5
     assert distance(found, true, 7, 5) < 0.2 * max(factor, 1)
+
+
+def test_half_a_size_is_no_size():
+    for one in ({"columns": 8}, {"rows": 6}):
+        with pytest.raises(InputError, match="give both or neither"):
+            find_board(np.zeros((64, 64), np.uint8), **one)
 
 
 @pytest.mark.parametrize("size", [(8, 6), (9, 5), (10, 6), (9, 7), (3, 3)])

@@ -301,8 +301,7 @@ def merge_images(effort):
 # unless another contour has one.
 #
 # **Limits.** Rendered pictures before an even room: nothing else in it can
-# be taken for a corner. What lies beside a mirror is black here, and dark
-# grey in the four sets. The two large rigs are our guess at pictures of
+# be taken for a corner. The two large rigs are our guess at pictures of
 # which the thesis gives neither the size nor the pose, so its counts of
 # corners are not expected to come out again; ratios may be. A search that
 # ends at another part would change the counts of both methods. Success

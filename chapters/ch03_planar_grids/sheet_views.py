@@ -16,6 +16,7 @@ from chapters.ch03_planar_grids.grid_views import SETS, clockwise, rig_of
 from raxel.geometry import intersect_rays_plane, transform
 from raxel.lab.board_photograph import (
     grey_of,
+    light_of_room,
     mirror_in_view,
     window_of,
 )
@@ -115,14 +116,16 @@ def outline_px(sheet, low, high):
 def _exposed(sheet, light, cut):
     """The picture, or only its part `cut` (slices of rows and columns)."""
     rig = sheet.rig
-    camera, rng = rig.camera, np.random.default_rng(sheet.exposure)
-    mirror = mirror_in_view(camera)
-    whole = rig.radiances["background"] * mirror
-    whole *= rig.optics.vignetting(camera.width, camera.height)
+    rng = np.random.default_rng(sheet.exposure)
+    beside, whole = light_of_room(rig)
     if sheet.irradiance.ndim == 3:
-        whole = np.repeat(whole[..., None], 3, axis=2)
+        beside, whole = (
+            np.repeat(x[..., None], 3, axis=2) for x in (beside, whole)
+        )
     (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
-    whole[v : v + height, u : u + width] = _lit(sheet, light)
+    place = slice(v, v + height), slice(u, u + width)
+    whole[place] = beside[place] + _lit(sheet, light)
+    mirror = mirror_in_view(rig.camera)
     specimen = np.random.default_rng(sheet.specimen)
     whole = rig.blemishes.apply(whole, mirror, specimen, rng)
     whole = whole if cut is None else whole[cut]

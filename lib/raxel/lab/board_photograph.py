@@ -46,16 +46,21 @@ def light_of_board(rig, T_camera_board, rng):
     window = window_of(rig, T_camera_board)
     mosaic = rig.sensor.bayer is not None
     part = rig.laboratory().irradiance(scene, np.eye(4), colour=mosaic, window=window)
-    mirror = mirror_in_view(rig.camera)
-    shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
-    beside = rig.light.surround * (1 - mirror) * shade
-    whole = beside + rig.radiances["background"] * mirror * shade
+    beside, whole = light_of_room(rig)
     if mosaic:
         beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
     rows = slice(window.v, window.v + window.height)
     columns = slice(window.u, window.u + window.width)
     whole[rows, columns] = beside[rows, columns] + part
     return whole
+
+
+def light_of_room(rig):
+    """Light on the sensor without a board, (H, W): beside the mirror; everywhere."""
+    mirror = mirror_in_view(rig.camera)
+    shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
+    beside = rig.light.surround * (1 - mirror) * shade
+    return beside, beside + rig.radiances["background"] * mirror * shade
 
 
 def saved(rig, irradiance, rng, specimen):

@@ -8,6 +8,7 @@ links (`growth`), checked, filled and run on with the lattice's own shape (`grid
 
 import numpy as np
 
+from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, as_8_bit, refused
 from raxel.features.find.search import seen_in
 from raxel.features.find.verdict import continues, fault_of, open_side
@@ -17,10 +18,13 @@ from raxel.features.lattice import in_standard_order, symmetries
 def find_board(image, columns=None, rows=None):
     """The chessboard of an image (height, width), uint8 or uint16: a Detection.
 
-    `columns`, `rows`: interior corners, or None where unknown; one of them alone counts
-    as unknown. Returned is a board that is complete, of that size, and certain to a
-    quarter of a pixel (SD); else the reason, and as `partial` the corners in order.
+    `columns`, `rows`: interior corners, or both None where unknown. Returned is a board
+    that is complete, of that size, and certain to a quarter of a pixel (SD); else the
+    reason, and as `partial` the corners in order. Raises InputError for one of the two.
     """
+    if (columns is None) != (rows is None):
+        found, missing = ("columns", "rows") if rows is None else ("rows", "columns")
+        raise InputError(f"{missing}: not given, but {found} is; give both or neither")
     if min(image.shape) < 16:
         return refused(columns, rows, "the image is too small to show a board")
     seen = seen_in(as_8_bit(image))
