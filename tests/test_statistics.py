@@ -47,6 +47,22 @@ def test_exact_interval_of_a_share_covers_it_and_never_vanishes():
     assert whole.above(0.9) == stats.UNDECIDED
 
 
+def test_interval_of_a_paired_gain_covers_it_and_never_vanishes():
+    rng = np.random.default_rng(5)
+    runs, covered = 400, 0
+    for _ in range(runs):
+        # 20 % are won, 10 % lost, the others alike: a gain of 0.1.
+        kind = rng.choice([1, -1, 0], 60, p=[0.2, 0.1, 0.7])
+        base = np.where(kind == 0, rng.integers(0, 2, 60), kind < 0)
+        found = stats.paired_gain(base + kind, base)
+        covered += found.low <= 0.1 <= found.high
+    assert covered >= 0.95 * runs - binomial_room(runs, 0.95)
+    alike = stats.paired_gain(np.ones(40), np.ones(40))
+    assert alike.value == 0
+    assert alike.within(-0.05, 0.05) == stats.UNDECIDED
+    assert alike.high == -alike.low == pytest.approx(1 - 0.025 ** (1 / 40))
+
+
 def test_same_trials_give_the_same_interval():
     values = np.random.default_rng(2).normal(size=40)
     assert stats.median_interval(values) == stats.median_interval(values.copy())

@@ -121,8 +121,8 @@ from repro.reader import (
 PICTURES = {"quick": 1, "full": 5}
 SECTOR_PICTURES = {"quick": 1, "full": 2}
 LIT_IMAGES = {"quick": 1, "full": 12}
-SHADOW_IMAGES = {"quick": 1, "full": 40}
-MERGE_IMAGES = {"quick": 2, "full": 160}
+SHADOW_IMAGES = {"quick": 1, "full": 100}
+MERGE_IMAGES = {"quick": 2, "full": 100}
 SET_IMAGES = {"quick": 1, "full": 10}
 SETS_TAKEN = {
     "quick": ["fisheye"],

@@ -106,6 +106,24 @@ def proportion(trials: np.ndarray, level: float = 0.95) -> Estimate:
     return Estimate(float(trials.mean()), float(low), float(high))
 
 
+def paired_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
+    """Difference of the shares of successes of paired trials (n,), 1 or 0: Estimate.
+
+    From the exact intervals of the two kinds of pairs that differ, by recovering their
+    variances (after Newcombe, "Improved confidence intervals for the difference between
+    binomial proportions based on paired data", Statistics in Medicine 17, 1998). Unlike
+    a bootstrap's, the interval has a width where no pair differs.
+    """
+    won, lost = (
+        proportion(np.asarray(a) > np.asarray(b))
+        for a, b in ((better, worse), (worse, better))
+    )
+    value = won.value - lost.value
+    down = np.hypot(won.value - won.low, lost.high - lost.value)
+    up = np.hypot(won.high - won.value, lost.value - lost.low)
+    return Estimate(value, float(value - down), float(value + up))
+
+
 def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
     """Order statistics, so that an infinite worst stays what it is.
 
