@@ -24,7 +24,11 @@ def drawn(name):
 
 def seen(board, blur=0.8, noise=2.0, seed=1):
     """The board through a soft lens, with noise."""
-    soft = cv2.GaussianBlur(board.image().astype(float), (0, 0), blur)
+    return soft_and_noisy(board.image(), blur, noise, seed)
+
+
+def soft_and_noisy(image, blur=0.8, noise=2.0, seed=1):
+    soft = cv2.GaussianBlur(image.astype(float), (0, 0), blur)
     noisy = soft + np.random.default_rng(seed).normal(0, noise, soft.shape)
     return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
@@ -91,6 +95,27 @@ def test_scale_does_not_matter(factor):
     assert found.found, found.reason
     true = (board.corners() + 0.5) * factor - 0.5
     assert distance(found, true, 7, 5) < 0.2 * max(factor, 1)
+
+
+@pytest.mark.parametrize("size", [(8, 6), (None, None)], ids=["given", "not given"])
+@pytest.mark.parametrize("strip", [3, 5])
+def test_a_last_row_of_squares_too_narrow_to_see_is_not_overlooked(size, strip):
+    board = drawn("straight")
+    image = board.image().copy()
+    last = int(board.corners()[:, 0].max())
+    image[:, last + strip :] = 0
+    found = find_board(soft_and_noisy(image), *size)
+    assert not found.found
+    assert "more squares stand beyond" in found.reason
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_a_sharpened_picture_has_no_more_squares(name):
+    board = drawn(name)
+    image = seen(board, noise=0).astype(float)
+    halo = image + 0.5 * (image - cv2.GaussianBlur(image, (0, 0), 2))
+    found = find_board(np.clip(np.rint(halo), 0, 255).astype(np.uint8))
+    assert found.found, found.reason
 
 
 def test_half_a_size_is_no_size():

@@ -150,8 +150,11 @@ def sweeps(effort):
 #   seen: under noise and blur the smallest squares may be found and yet not
 #   be placed with certainty. Share of the corners that the refusals hand
 #   over, in order and within a pixel (median): {glue:text}`swept_share`.
-# - A board whose last squares are a pixel wide, at the end of a strong yaw,
-#   looks like a smaller board. If the size was not given, it is taken for one.
+# - Where another row of squares follows, however narrow, the contrast across
+#   an edge turns round at once. That is looked for beyond every side, and the
+#   board refused. A last row of less than a pixel cannot be seen: at the end
+#   of a strong yaw (48.2° here) a board then looks like a smaller one, and is
+#   taken for it unless its size was given.
 # - A floor of tiles is a chessboard too. If another complete lattice is in
 #   view, the size has to be given.
 # - The ring needs corners some 6 px apart, and boards are returned from 7.5 px

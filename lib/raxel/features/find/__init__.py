@@ -3,7 +3,7 @@
 Saddles of the grey values at several scales (`saddles`), those with four fields around
 them (`ring`), edges followed from one to the next (`trace`), lattices grown from the
 links (`growth`), checked, filled and run on with the lattice's own shape (`grids`,
-`patches`, `corners`), and judged (`verdict`). No model of the lens enters.
+`patches`, `corners`), and judged (`verdict`, `rim`). No model of the lens enters.
 """
 
 import numpy as np

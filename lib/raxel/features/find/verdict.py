@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from raxel.features.detector import as_8_bit
 from raxel.features.find.grids import LEAST_SIDE
 from raxel.features.find.patches import predicted
+from raxel.features.find.rim import runs_on_beyond
 from raxel.features.lattice import lattice_fault, spacing
 
 MOST_SD = 0.25
@@ -37,7 +39,11 @@ def fault_of(grid, image):
     least = spacing(corners, *size).min()
     if least < LEAST_SPACING:
         return f"corners lie {least:.1f} px apart, too near to be placed well"
-    return lattice_fault(corners, *size, image)
+    fault = lattice_fault(corners, *size, image)
+    if fault:
+        return fault
+    side = runs_on_beyond(grid, as_8_bit(image))
+    return f"more squares stand beyond its {side}" if side else ""
 
 
 def open_side(grid, image):

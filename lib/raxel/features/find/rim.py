@@ -1,0 +1,76 @@
+"""Whether a board's pattern goes on where its outermost squares should end.
+
+From each outer corner an edge runs outward between two squares. At the end of the board
+the step across it dies away. Where another row of squares follows, however narrow, the
+step turns round at once: dark and bright change sides.
+"""
+
+import numpy as np
+
+from raxel.features.find.patches import patches_of
+from raxel.features.find.ring import remapped
+
+# How far along the edge, in squares, and how far from it the step is taken.
+ALONG, ACROSS = 1.2, (0.1, 0.2)
+# Where along it the step is surely that of the outermost squares.
+NEAR = (0.1, 0.3)
+# The step has ended below this share of itself, and has turned below its negative.
+ENDED = 0.3
+# A step that turns does so within so many px; beyond, something else may stand.
+AT_ONCE_PX = 4.0
+MOST_SAMPLES = 400
+SHARE_OF_EDGES = 0.6
+
+
+def runs_on_beyond(grid, image):
+    """Which side of a complete grid more squares stand beyond, or ''."""
+    patches, i, j = patches_of(grid.points)
+    high, wide = grid.points.shape[:2]
+    sides = {
+        "first row": (i == 0, (0, -1)),
+        "last row": (i == high - 1, (0, 1)),
+        "first column": (j == 0, (-1, 0)),
+        "last column": (j == wide - 1, (1, 0)),
+    }
+    for name, (on_side, outward) in sides.items():
+        turned = _turned(image, patches.of(on_side), outward)
+        if turned.mean() > SHARE_OF_EDGES:
+            return name
+    return ""
+
+
+def _turned(image, patches, outward):
+    """Whether the step (N,) across the edges outward of corners turns round."""
+    length = np.linalg.norm(patches.u if outward[0] else patches.v, axis=1)
+    count = int(np.clip(ALONG * length.max(), 20, MOST_SAMPLES))
+    along = np.linspace(0, ALONG, count)
+    step = _steps(image, patches, outward, along)
+    near = (along > NEAR[0]) & (along < NEAR[1])
+    usual = np.median(step[:, near], axis=1, keepdims=True)
+    share = np.divide(step, usual, out=np.ones_like(step), where=usual != 0)
+    ended = (share < ENDED) & (along > NEAR[0])
+    first = np.where(ended.any(axis=1), ended.argmax(axis=1), count)
+    px = (along[1] * length)[:, None]
+    after = (np.arange(count) - first[:, None]) * px
+    at_once = (after >= 0) & (after <= AT_ONCE_PX)
+    return np.where(at_once, share, 1.0).min(axis=1) < -ENDED
+
+
+def _steps(image, patches, outward, along):
+    """Grey step (N, M) across the edges that go outward, at shares `along` (M,)."""
+    count = len(patches.p)
+    sides = np.array([side * k for k in ACROSS for side in (1, -1)])
+    axis = 0 if outward[0] else 1
+    forth = np.broadcast_to(along[:, None] * outward[axis], (len(along), len(sides)))
+    aside = np.broadcast_to(sides, forth.shape)
+    s, t = (forth, aside) if axis == 0 else (aside, forth)
+    pixels = patches.at(s.ravel(), t.ravel()).astype(np.float32)
+    grey = _grey(image, pixels).reshape(count, len(along), len(ACROSS), 2)
+    return (grey[..., 0] - grey[..., 1]).mean(axis=2)
+
+
+def _grey(image, pixels):
+    import cv2
+
+    u, v = (np.ascontiguousarray(pixels[..., k]) for k in (0, 1))
+    return remapped(image, u, v, cv2.BORDER_REPLICATE).astype(np.float32)
