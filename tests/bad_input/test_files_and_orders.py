@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras.perspective import PerspectiveCamera
+from tests.bad_input.changes import edit
 from tests.image_sets import HEIGHT, WIDTH
 
 
@@ -94,6 +95,40 @@ def test_one_name_for_two_outputs(broken, fails, tmp_path):
     both = tmp_path / "camera.npz"
     line = fails("calibrate", broken, "--out", both, "--json", both)
     assert "--json and --out name the same file; give two names" in line
+
+
+@pytest.mark.parametrize("name", ["set.yaml", "view0.png", "known.json", "truth/a"])
+def test_results_over_the_files_of_the_set(broken, fails, tmp_path, name):
+    (broken / "known.json").write_text("{}")
+    (broken / "truth").mkdir()
+    edit(broken, lambda data: data.update(reference="known.json", truth="truth/"))
+    path = broken / name
+    known = {p: p.read_bytes() for p in broken.iterdir() if p.is_file()}
+    camera = tmp_path / "camera.npz"
+    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(camera)
+    for arguments in (
+        ("corners", broken, "--json", path),
+        ("bench", broken, "--json", path),
+        ("calibrate", broken, "--out", tmp_path / "new.npz", "--json", path),
+        ("calibrate", broken, "--out", path),
+        ("evaluate", camera, broken, "--json", path),
+        ("score", broken, "--camera", camera, "--json", path),
+    ):
+        assert f"{path}: found a file of the set" in fails(*arguments)
+    assert known == {p: p.read_bytes() for p in broken.iterdir() if p.is_file()}
+
+
+def test_results_over_what_is_read(broken, fails, tmp_path):
+    camera, corners = tmp_path / "camera.npz", tmp_path / "corners.json"
+    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(camera)
+    corners.write_text("{}")
+    read = "--corners", corners
+    for arguments, name in (
+        (("evaluate", camera, broken, "--json", camera), camera),
+        (("evaluate", camera, broken, *read, "--json", corners), corners),
+        (("calibrate", broken, *read, "--out", corners), corners),
+    ):
+        assert f"{name}: the command reads this file" in fails(*arguments)
 
 
 def test_cameras_that_do_not_fit(broken, fails, tmp_path):

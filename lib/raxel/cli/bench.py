@@ -1,5 +1,6 @@
 """`raxel bench SET [SET ...] --json F`"""
 
+from raxel.cli.outputs import check_not_read
 from raxel.evaluation.detector_bench import bench_detectors
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
@@ -15,6 +16,7 @@ def bench(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_sets = [load_set(folder) for folder in options.set]
+    check_not_read([options.json], image_sets)
     results = {}
     for image_set in image_sets:
         say(f"{image_set.name}: {len(image_set.views)} images")

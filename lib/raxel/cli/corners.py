@@ -1,6 +1,7 @@
 """`raxel corners SET --json F`"""
 
 from raxel.cli.boards import left_out
+from raxel.cli.outputs import check_not_read
 from raxel.features import DEFAULT_DETECTOR
 from raxel.features.boards import detect_boards, write_boards
 from raxel.files import check_can_be_written
@@ -12,6 +13,7 @@ def corners(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
+    check_not_read([options.json], [image_set])
     detector = options.detector or DEFAULT_DETECTOR
     boards = detect_boards(image_set, detector, say=say)
     if options.json:
