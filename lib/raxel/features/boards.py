@@ -129,8 +129,8 @@ def _finder(image_set, view, detector):
                 image, columns, rows, view.outer_corners, view.contours
             )
         except InputError as fault:
-            where = f"{image_set.description}: {view.label}"
-            raise InputError(f"{where}: {fault}") from fault
+            where = f"views[{image_set.views.index(view)}]"
+            raise InputError(f"{image_set.description}: {where}.{fault}") from fault
 
     return find
 
@@ -142,11 +142,33 @@ def _detect(image_set, view, detector):
     detection = detector(image, target.columns, target.rows)
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
     if detection.found and view.outer_corners is not None:
-        clicks = np.array(view.outer_corners)
-        size = detection.columns, detection.rows
-        ordered = in_order_of_clicks(detection.corners, *size, clicks)
-        detection = detection._replace(corners=ordered)
+        detection = _as_clicked(detection, np.array(view.outer_corners))
     return Board(view, detection, milliseconds)
+
+
+def _as_clicked(detection, clicks):
+    """The detection in the order of the clicks (4, 2), or refused where none fits.
+
+    An order fits where each click is nearest to its own of the outermost corners.
+    """
+    columns, rows = detection.columns, detection.rows
+    corners = in_order_of_clicks(detection.corners, columns, rows, clicks)
+    outermost = corners[[0, columns - 1, columns * rows - 1, columns * (rows - 1)]]
+    nearest = _distances(clicks, outermost).argmin(axis=1)
+    if not np.array_equal(nearest, range(4)):
+        reason = (
+            f"outer_corners: the clicks do not fit the {columns} x {rows} corners "
+            f"found; click the first corner, the other end of its row of {columns}, "
+            "and on clockwise"
+        )
+        return refused(columns, rows, reason)
+    places = _distances(corners, detection.corners).argmin(axis=1)
+    sd = None if detection.sd is None else detection.sd[places]
+    return detection._replace(corners=corners, sd=sd)
+
+
+def _distances(points, others):
+    return np.linalg.norm(points[:, None] - others[None], axis=2)
 
 
 def _line(board):
