@@ -94,11 +94,10 @@ def test_contours_without_clicks_are_refused(tmp_path):
         set_of(tmp_path, view)
 
 
-def test_a_contour_with_a_wrong_count_is_one_line_of_the_program(tmp_path, capsys):
-    by_hand = (("side 1", as_points(TRUTH[0, :3])),)
-    view = View("a.png", outer_corners=as_points(CLICKS), contours=by_hand)
-    set_of(tmp_path, view)
+def test_clicks_too_close_are_one_line_that_names_their_field(tmp_path, capsys):
+    close = ((10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0))
+    clicks = as_points(CLICKS), close
+    set_of(tmp_path, *(View(f"{n}.png", outer_corners=c) for n, c in enumerate(clicks)))
     assert main(["corners", str(tmp_path), "--detector", "celect"]) == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
-    assert "a.png: given_contours['side 1']" in said
-    assert "give 8 finite points" in said
+    assert f"{tmp_path / 'set.yaml'}: views[1].outer_corners: found a side" in said

@@ -16,6 +16,16 @@ from tests.bad_input.changes import (
 SQUARE = [[50, 50], [250, 50], [250, 200], [50, 200]]
 
 
+def contour(name, points, size=(7, 5)):
+    """A change that gives view 1 four clicks and one contour by hand."""
+
+    def change(data):
+        data["views"][1].update(outer_corners=SQUARE, contours={name: points})
+        data["target"].update(columns=size[0], rows=size[1])
+
+    return change
+
+
 def active_grid(*patterns):
     """A change that makes the set one of an active grid with these patterns."""
 
@@ -123,6 +133,26 @@ FAULTS = {
     "click outside": (
         setting("views", 1, "outer_corners", to=[*SQUARE[:3], [50, 240]]),
         r"views\[1\]\.outer_corners\[3\]: found \[50\.0, 240\.0\], outside",
+    ),
+    "contour of no column": (
+        contour("column 7", SQUARE[:1] * 5),
+        r"views\[1\]\.contours\.column 7: the board has columns 2 to 6",
+    ),
+    "short side": (
+        contour("side 3", SQUARE[:1] * 5),
+        r"views\[1\]\.contours\.side 3: found 5 points; give its 7 corners",
+    ),
+    "long column": (
+        contour("column 2", SQUARE[:1] * 7),
+        r"views\[1\]\.contours\.column 2: found 7 points; give its 5 corners",
+    ),
+    "contour outside": (
+        contour("side 2", [*SQUARE, [320, 9]]),
+        r"contours\.side 2\[4\]: found \[320\.0, 9\.0\], outside the image",
+    ),
+    "contour of an unknown board": (
+        contour("side 2", SQUARE, size=(None, None)),
+        r"views\[1\]\.contours: found, but target\.columns is null",
     ),
     "missing image": (
         setting("views", 3, "image", to="veiw3.png"),

@@ -24,9 +24,8 @@ def faults(image_set):
         if view.outer_corners is not None:
             size = image_set.width, image_set.height
             yield from _outer_corner_faults((*path, "outer_corners"), view, size)
-        elif view.contours:
-            fault = "found, but no outer_corners; give the four clicks as well"
-            yield (*path, "contours"), fault
+        if view.contours:
+            yield from _contour_faults((*path, "contours"), view, image_set)
         yield from _pattern_faults((*path, "patterns"), view.patterns)
 
 
@@ -77,16 +76,44 @@ def _outside(name):
 
 
 def _outer_corner_faults(path, view, size):
-    corners = np.array(view.outer_corners)
+    outside = list(_points_outside(path, view.outer_corners, size))
+    yield from outside
+    if not outside and _turns(np.array(view.outer_corners)).min() <= 0:
+        fault = "the four points do not go once around clockwise as seen in the image"
+        yield path, f"{fault}; list them clockwise from the first corner"
+
+
+def _points_outside(path, points, size):
+    """A fault for the first point that lies outside the image."""
+    corners = np.array(points)
     inside = np.all((corners >= -0.5) & (corners <= np.array(size) - 0.5), axis=1)
     if not inside.all():
         index = int(np.argmin(inside))
-        found = list(view.outer_corners[index])
+        found = list(points[index])
         fault = f"found {found}, outside the image of {size[0]} x {size[1]}"
         yield (*path, index), f"{fault}; give (u, v) in pixels from the top left"
-    elif _turns(corners).min() <= 0:
-        fault = "the four points do not go once around clockwise as seen in the image"
-        yield path, f"{fault}; list them clockwise from the first corner"
+
+
+def _contour_faults(path, view, image_set):
+    columns, rows = image_set.target.columns, image_set.target.rows
+    if view.outer_corners is None:
+        yield path, "found, but no outer_corners; give the four clicks as well"
+        return
+    if columns is None:
+        yield path, "found, but target.columns is null; give columns and rows as well"
+        return
+    counts = {f"side {i}": (rows, columns)[i % 2] for i in range(1, 5)}
+    counts |= {f"column {k}": rows for k in range(2, columns)}
+    for name, points in view.contours:
+        if name not in counts:
+            fault = f"the board has columns 2 to {columns - 1} between sides 4 and 2"
+            yield (*path, name), f"{fault}; mend the number"
+        elif len(points) != counts[name]:
+            fault = f"found {len(points)} points; give its {counts[name]} corners"
+            yield (*path, name), f"{fault}, both ends included"
+        else:
+            size = image_set.width, image_set.height
+            yield from _points_outside((*path, name), points, size)
 
 
 def _turns(corners):
