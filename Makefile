@@ -30,7 +30,7 @@ notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.archive --effort $(EFFORT)
 
-bench: setup ## all detectors side by side on image sets: counts, times as ratios (RECORDED="set another-set")
+bench: setup ## detectors without clicks side by side on image sets: counts, times as ratios (RECORDED="set another-set")
 	@$(RUN) .venv/bin/raxel bench $(or $(RECORDED),data/recorded/opencv-left)
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)

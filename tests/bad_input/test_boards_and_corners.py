@@ -3,8 +3,12 @@
 import json
 import re
 
+import cv2
 import pytest
 
+from raxel.cli import main
+from raxel.evaluation import detector_bench
+from raxel.features import DETECTORS
 from tests.bad_input.changes import ACTIVE_GRID, GRAY, edit, reference, setting
 from tests.image_sets import write_drawn_set
 
@@ -36,6 +40,61 @@ def test_wrong_count_of_corners_in_the_target(broken, calibration_fails):
     line = calibration_fails()
     assert "set.yaml: views: board found in 0 of 6 images" in line
     assert "check target.columns and target.rows" in line
+
+
+@pytest.mark.parametrize("detector", ["opencv", "celect"])
+def test_a_detector_that_cannot_count(broken, fails, tmp_path, detector):
+    edit(broken, lambda data: data["target"].update(columns=None, rows=None))
+    out = "--json", tmp_path / "corners.json"
+    line = fails("corners", broken, "--detector", detector, *out)
+    assert "set.yaml: target.columns: found null, but --detector" in line
+    assert detector in line
+
+
+def test_a_detector_that_needs_clicks(broken, fails, calibration_fails, tmp_path):
+    out = "--json", tmp_path / "corners.json"
+    for line in (
+        fails("corners", broken, "--detector", "celect", *out),
+        calibration_fails("--detector", "celect"),
+    ):
+        assert "set.yaml: views: found no outer_corners in the 6 to be sea" in line
+
+
+def test_no_board_in_any_image_is_a_failure_with_its_reasons(broken, tmp_path, capsys):
+    edit(broken, setting("target", "columns", to=12))
+    path = tmp_path / "corners.json"
+    assert main(["corners", str(broken), "--json", str(path)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1
+    assert "set.yaml: views: no image has a board" in printed.err
+    assert "view5.png: no board of 12 x 5" in printed.out
+    written = json.loads(path.read_text())["images"]
+    assert not any(image["found"] for image in written)
+    assert len(written[0]["partial"]["corners"]) == 35
+
+
+@pytest.mark.parametrize("fault", [MemoryError(), cv2.error("Insufficient memory")])
+def test_an_image_too_large_for_the_memory(broken, fails, monkeypatch, fault):
+    def greedy(image, columns, rows):
+        raise fault
+
+    fault.code = cv2.Error.StsNoMem
+    monkeypatch.setitem(DETECTORS, "opencv-sb", greedy)
+    line = fails("corners", broken, "--detector", "opencv-sb")
+    assert f"{broken / 'view0.png'}: the memory does not suffice" in line
+
+
+def test_a_benchmark_of_what_cannot_be_compared(broken, fails, good_set):
+    edit(broken, lambda data: data["target"].update(columns=None, rows=None))
+    line = fails("bench", good_set, broken)
+    assert f"{broken / 'set.yaml'}: target.columns: found null" in line
+
+
+def test_a_benchmark_with_a_faulty_last_image(broken, fails, good_set, monkeypatch):
+    """It is known before any detector runs."""
+    monkeypatch.setattr(detector_bench, "DETECTORS", {})
+    (broken / "view5.png").write_bytes(b"")
+    assert "view5.png: the file is empty" in fails("bench", good_set, broken)
 
 
 def test_an_active_grid_has_no_corners_to_calibrate_with(broken, calibration_fails):

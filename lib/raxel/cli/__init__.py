@@ -12,16 +12,17 @@
   laboratory.
 - `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
   compares results with the truth of a rendered set.
-- `raxel bench SET [SET ...] [--json FILE]` runs all detectors side by side: counts of
-  right and wrong boards, times as ratios.
+- `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
+  by side: counts of right and wrong boards, times as ratios.
 
 `--corners` takes corners that `raxel corners --json` wrote; without it they are found
 by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs each
 view's `outer_corners` in set.yaml. Every command explains its options with `--help`.
 
 Results are files, a short summary goes to standard output, progress to standard
-error. Exit status: 0 done; 2 bad input, with one line that says what and where; 1 a
-file that cannot be written; 130 interrupted. Nothing half-written is left.
+error. Exit status: 0 done; 2 bad input, with one line that says what and where, or no
+board in any image; 1 a file that cannot be written; 130 interrupted. Nothing
+half-written is left.
 """
 
 import argparse
@@ -161,7 +162,7 @@ def _add_score(commands):
 
 
 def _add_bench(commands):
-    summary = "all detectors side by side: counts, and times as ratios"
+    summary = "the detectors that need no clicks side by side: counts, times as ratios"
     parser = commands.add_parser("bench", help=summary, description=summary)
     parser.add_argument(
         "set", metavar="SET", nargs="+", help="folders of image sets of chessboards"
@@ -189,8 +190,8 @@ def _add_detector(parser):
     parser.add_argument(
         "--detector",
         choices=DETECTOR_NAMES,
-        help="default: raxel, which also counts where the board's size is not given; "
-        "celect needs outer_corners in set.yaml",
+        help="default: raxel, which also counts where the board's size is not given, "
+        "as opencv-sb; opencv and celect need it, and celect outer_corners in set.yaml",
     )
 
 

@@ -1,7 +1,7 @@
 """`raxel bench SET [SET ...] --json F`"""
 
 from raxel.cli.outputs import check_not_read
-from raxel.evaluation.detector_bench import bench_detectors
+from raxel.evaluation.detector_bench import bench_detectors, check_bench
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
 
@@ -17,6 +17,8 @@ def bench(options, say):
         check_can_be_written(options.json)
     image_sets = [load_set(folder) for folder in options.set]
     check_not_read([options.json], image_sets)
+    for image_set in image_sets:
+        check_bench(image_set)
     results = {}
     for image_set in image_sets:
         say(f"{image_set.name}: {len(image_set.views)} images")

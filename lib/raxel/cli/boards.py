@@ -1,15 +1,41 @@
 """Boards for calibrating and scoring: from a corners file, or detected now."""
 
 from raxel.errors import InputError
-from raxel.features import DEFAULT_DETECTOR
-from raxel.features.boards import detect_boards, read_boards
+from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR
+from raxel.features.boards import check_chessboard, detect_boards, read_boards
+
+NEED_SIZE = ("opencv", "celect")
 
 
 def boards_for(image_set, views, options, say):
     """Boards of these views, as the options --corners and --detector say."""
     if options.corners:
         return read_boards(options.corners, image_set, views)
-    return detect_boards(image_set, options.detector or DEFAULT_DETECTOR, views, say)
+    return detected(image_set, options, views, say)
+
+
+def detected(image_set, options, views, say):
+    """Boards of these views by the option --detector.
+
+    Raises InputError where the set lacks what this detector needs in every view.
+    """
+    detector = options.detector or DEFAULT_DETECTOR
+    check_chessboard(image_set)
+    where = image_set.description
+    if detector in NEED_SIZE and image_set.target.columns is None:
+        raise InputError(
+            f"{where}: target.columns: found null, but --detector {detector} needs the "
+            f"board's size; give columns and rows, or take --detector "
+            f"{DEFAULT_DETECTOR}, which counts"
+        )
+    clicked = any(view.outer_corners is not None for view in views)
+    if detector in CLICK_DETECTORS and not clicked:
+        raise InputError(
+            f"{where}: views: found no outer_corners in the {len(views)} to be "
+            f"searched, but --detector {detector} needs these four clicks in each; add "
+            f"them, or take --detector {DEFAULT_DETECTOR}"
+        )
+    return detect_boards(image_set, detector, views, say)
 
 
 def left_out(boards):

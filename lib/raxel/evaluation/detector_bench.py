@@ -4,6 +4,7 @@ import statistics
 import time
 from typing import NamedTuple
 
+from raxel.errors import InputError
 from raxel.evaluation.reference_corners import distance_to_reference
 from raxel.features import DETECTORS
 from raxel.features.boards import check_chessboard
@@ -42,9 +43,9 @@ def bench_detectors(image_set, say=None):
 
     Each image is given to one detector after the other, at most `REPEATS` times, of
     which the best counts. raxel also runs without the size.
-    `say` is told one line per image. Raises InputError for a set without chessboard.
+    `say` is told one line per image. Raises InputError as `check_bench`.
     """
-    check_chessboard(image_set)
+    check_bench(image_set)
     reference = load_reference(image_set)
     runs = {run: [] for run in _runs()}
     for number, view in enumerate(image_set.views, 1):
@@ -59,6 +60,22 @@ def bench_detectors(image_set, say=None):
         Score(*run, *_counts(done), times[run], times[run] / peer)
         for run, done in runs.items()
     ]
+
+
+def check_bench(image_set):
+    """Raise InputError unless every detector can be run on the whole set.
+
+    It needs a chessboard of known size, and images and reference that can be read.
+    """
+    check_chessboard(image_set)
+    if image_set.target.columns is None:
+        raise InputError(
+            f"{image_set.description}: target.columns: found null, but detectors are "
+            "compared on a board of known size; give columns and rows"
+        )
+    load_reference(image_set)
+    for view in image_set.views:
+        read_image(image_set, view)
 
 
 def _runs():

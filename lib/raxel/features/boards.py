@@ -139,11 +139,28 @@ def _detect(image_set, view, detector):
     target = image_set.target
     image = read_image(image_set, view)
     start = time.perf_counter()
-    detection = detector(image, target.columns, target.rows)
+    try:
+        detection = detector(image, target.columns, target.rows)
+    except Exception as fault:
+        if not _is_lack_of_memory(fault):
+            raise
+        raise InputError(
+            f"{image_set.folder / view.image}: the memory does not suffice to search "
+            f"{image_set.width} x {image_set.height} px this way; try another "
+            "detector, or make all images of the set smaller"
+        ) from fault
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
     if detection.found and view.outer_corners is not None:
         detection = _as_clicked(detection, np.array(view.outer_corners))
     return Board(view, detection, milliseconds)
+
+
+def _is_lack_of_memory(fault):
+    import cv2
+
+    if isinstance(fault, cv2.error):
+        return fault.code == cv2.Error.StsNoMem
+    return isinstance(fault, MemoryError)
 
 
 def _as_clicked(detection, clicks):
