@@ -1,0 +1,41 @@
+"""The guide to one's own photographs, data/recorded/README.md, keeps its word."""
+
+import json
+import re
+from importlib import resources
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from raxel.sets import load_set, read_image
+from raxel.sets.document import SET_SCHEMA
+from tests.image_sets import write_description
+
+GUIDE = (Path(__file__).parents[1] / "data/recorded/README.md").read_text("utf-8")
+DESCRIPTION, BY_HAND = map(
+    yaml.safe_load, re.findall(r"```yaml\n(.*?)```", GUIDE, re.DOTALL)
+)
+
+
+def test_every_key_of_a_set_of_photographs_is_named():
+    package, name = SET_SCHEMA
+    schema = json.loads(resources.files(package).joinpath(name).read_text("utf-8"))
+    parts = schema["$defs"]["chessboard"], schema["$defs"]["chessboard_view"]
+    keys = {key for part in (schema, *parts) for key in part["properties"]}
+    # The truth stands beside rendered sets only.
+    assert keys - {"truth"} - set(re.findall(r"\w+", GUIDE)) == set()
+
+
+@pytest.mark.parametrize("views", [DESCRIPTION["views"], BY_HAND])
+def test_the_examples_are_sets_without_fault(tmp_path, views):
+    width, height = DESCRIPTION["resolution"]
+    for view in views:
+        path = str(tmp_path / view["image"])
+        cv2.imwrite(path, np.zeros((height, width), np.uint8))
+    write_description(tmp_path, DESCRIPTION | {"views": views})
+    image_set = load_set(tmp_path)
+    assert len(image_set.views) == len(views)
+    assert read_image(image_set, image_set.views[0]).shape == (height, width)
