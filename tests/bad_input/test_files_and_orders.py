@@ -1,5 +1,6 @@
 """Images, cameras, places and orders that are at fault: one line, nothing written."""
 
+import os
 import re
 import subprocess
 import sys
@@ -116,6 +117,18 @@ def test_results_over_the_files_of_the_set(broken, fails, tmp_path, name):
     ):
         assert f"{path}: found a file of the set" in fails(*arguments)
     assert known == {p: p.read_bytes() for p in broken.iterdir() if p.is_file()}
+
+
+def test_results_over_a_device(broken, fails, tmp_path):
+    """A pipe stands for it; whoever may, would put a file in place of /dev/stdout."""
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        assert f"{path}: found no ordinary file" in fails(
+            "corners", broken, "--json", path
+        )
+        assert path.is_fifo()
 
 
 def test_results_over_what_is_read(broken, fails, tmp_path):

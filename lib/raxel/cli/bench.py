@@ -1,6 +1,6 @@
 """`raxel bench SET [SET ...] --json F`"""
 
-from raxel.cli.outputs import check_not_read
+from raxel.cli.outputs import check_written
 from raxel.evaluation.detector_bench import bench_detectors, check_bench
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
@@ -16,7 +16,7 @@ def bench(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_sets = [load_set(folder) for folder in options.set]
-    check_not_read([options.json], image_sets)
+    check_written([options.json], image_sets)
     for image_set in image_sets:
         check_bench(image_set)
     results = {}

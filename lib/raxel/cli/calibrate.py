@@ -10,7 +10,7 @@ from raxel.calibration.generic import calibrate_generic
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cli import scores
 from raxel.cli.boards import boards_for, check_enough, left_out
-from raxel.cli.outputs import check_not_read
+from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
@@ -32,7 +32,7 @@ def calibrate(options, say):
             f"{options.json}: --json and --out name the same file; give two names"
         )
     image_set = load_set(options.set)
-    check_not_read([options.out, options.json], [image_set], [options.corners])
+    check_written([options.out, options.json], [image_set], [options.corners])
     check_chessboard(image_set)
     views = image_set.views_for("calibrate")
     needed = FEWEST_VIEWS[options.model]

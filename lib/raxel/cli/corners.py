@@ -1,7 +1,7 @@
 """`raxel corners SET --json F`"""
 
 from raxel.cli.boards import detected, left_out
-from raxel.cli.outputs import check_not_read
+from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features import DEFAULT_DETECTOR
 from raxel.features.boards import write_boards
@@ -18,7 +18,7 @@ def corners(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    check_not_read([options.json], [image_set])
+    check_written([options.json], [image_set])
     boards = detected(image_set, options, image_set.views, say)
     if options.json:
         detector = options.detector or DEFAULT_DETECTOR

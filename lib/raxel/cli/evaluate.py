@@ -4,7 +4,7 @@ from raxel.calibration.board_views import board_views
 from raxel.cameras.io import load_camera
 from raxel.cli import scores
 from raxel.cli.boards import boards_for, check_enough, left_out
-from raxel.cli.outputs import check_not_read
+from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.files import check_can_be_written, write_json
@@ -18,7 +18,7 @@ def evaluate(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    check_not_read([options.json], [image_set], [options.camera, options.corners])
+    check_written([options.json], [image_set], [options.camera, options.corners])
     camera = load_camera(options.camera)
     check_size(options.camera, camera, image_set)
     marked = image_set.views_for("evaluate")

@@ -1,12 +1,12 @@
-"""What a command writes is never one of the files that it reads."""
+"""What a command writes takes the place of no device and of no file that it reads."""
 
 from pathlib import Path
 
 from raxel.errors import InputError
 
 
-def check_not_read(written, image_sets, read=()):
-    """Raise InputError where a file to be written is one that the command reads.
+def check_written(written, image_sets, read=()):
+    """Raise InputError where a file to be written is a device or read by the command.
 
     `written`: names of files; `image_sets`: the ImageSets that are read, none of whose
     files may be among them; `read`: names of other files. None stands for an option
@@ -15,6 +15,11 @@ def check_not_read(written, image_sets, read=()):
     inputs = {Path(name).resolve() for name in read if name}
     for name in filter(None, written):
         path = Path(name).resolve()
+        if Path(name).exists() and not path.is_file():
+            raise InputError(
+                f"{name}: found no ordinary file, and results are moved into place; "
+                "give the name of a file"
+            )
         for image_set in image_sets:
             if _belongs(path, image_set):
                 raise InputError(

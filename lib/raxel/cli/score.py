@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from raxel.cameras.io import load_camera
-from raxel.cli.outputs import check_not_read
+from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners, score_points
 from raxel.features.boards import read_boards
@@ -20,7 +20,7 @@ def score(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    check_not_read([options.json], [image_set], [options.camera, options.corners])
+    check_written([options.json], [image_set], [options.camera, options.corners])
     result = {"set": image_set.name}
     if options.corners:
         say(f"corners of {options.corners}")
