@@ -27,6 +27,7 @@ from raxel.sets import (
 from raxel.sets.image_files import file_fault
 from tests.image_sets import HEIGHT, WIDTH, description, write_description
 
+SIZE = HEIGHT, WIDTH
 FORMATS = ["png", "jpg", "tif", "bmp"]
 
 
@@ -260,6 +261,25 @@ def test_a_changed_byte_in_a_png_is_noticed(tmp_path):
     loaded = one_image_set(tmp_path, "a.png", bytes(data))
     with pytest.raises(InputError, match=r"a\.png: cut off or damaged"):
         read_image(loaded, "a.png")
+
+
+@pytest.mark.parametrize("stretch", [b"", b"\xff" * 200, b"\xff\xd9"])
+def test_a_jpeg_that_lost_a_part_inside_is_refused(tmp_path, capfd, stretch):
+    """Its end is there; libjpeg would fill in grey."""
+    data = encoded("jpg", np.random.default_rng(3).integers(0, 255, SIZE, np.uint8))
+    middle = len(data) // 2
+    image_set = one_image_set(tmp_path, "a.jpg", data[:middle] + stretch + data[-2:])
+    with pytest.raises(InputError, match=r"a\.jpg: damaged"):
+        read_image(image_set, "a.jpg")
+    assert capfd.readouterr().err == ""
+
+
+def test_harmless_words_of_a_decoder_are_not_repeated(tmp_path, capfd):
+    """Some cameras write bytes before the end marker."""
+    data = encoded("jpg", picture())
+    image_set = one_image_set(tmp_path, "a.jpg", data[:-2] + bytes(8) + data[-2:])
+    assert np.abs(read_image(image_set, "a.jpg").astype(int) - picture()).max() < 8
+    assert capfd.readouterr().err == ""
 
 
 def test_float_samples_are_refused(tmp_path):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -83,13 +84,18 @@ def decode(path, colour):
 
 
 def _decode_quietly(data, mode):
-    """OpenCV's decoder without its own log lines; None where it fails."""
+    """OpenCV's decoder without its own log lines; None where it fails.
+
+    None also where pixels were lost, which libjpeg fills in with grey.
+    """
     import cv2
 
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        return cv2.imdecode(data, mode)
+        with words_of_decoders() as words:
+            image = cv2.imdecode(data, mode)
+        return None if pixels_were_lost(words) else image
     except cv2.error:
         return None
     finally:
