@@ -55,6 +55,14 @@ def test_a_refused_board_names_the_contour_and_has_its_ordered_part():
     assert np.linalg.norm(found.partial.corners - truth, axis=1).max() < 4
 
 
+@pytest.mark.parametrize("late", [1, 3])
+def test_clicks_begun_at_another_corner_say_where_the_second_one_goes(late):
+    found = find_celect(IMAGE, COLUMNS, ROWS, np.roll(CLICKS, late, axis=0))
+    assert not found.found
+    assert f"{ROWS} corners along the trace, {COLUMNS} are wanted" in found.reason
+    assert found.reason.endswith("the second click is the other end of the first row")
+
+
 def test_a_contour_by_hand_from_the_set(tmp_path):
     by_hand = (("column 4", as_points(TRUTH[:, 3])),)
     view = View("a.png", outer_corners=as_points(CLICKS), contours=by_hand)

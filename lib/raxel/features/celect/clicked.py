@@ -32,6 +32,8 @@ def find_celect(image, columns, rows, outer_corners, contours=()):
 def _with_part(result):
     first = result.failures[0]
     reason = f"{first.contour}: {first.stage}: {first.reason}"
+    if first.contour == "side 1" and first.found == result.rows != first.wanted:
+        reason += "; the second click is the other end of the first row"
     detection = refused(result.columns, result.rows, reason)
     seen = np.isfinite(result.corners[..., 0])
     if not seen.any():
