@@ -23,20 +23,28 @@ SHARE_OF_EDGES = 0.6
 
 
 def runs_on_beyond(grid, image):
-    """Which side of a complete grid more squares stand beyond, or ''."""
+    """Which side of a complete grid more squares stand beyond (`side_named`), or ''."""
     patches, i, j = patches_of(grid.points)
     high, wide = grid.points.shape[:2]
-    sides = {
-        "first row": (i == 0, (0, -1)),
-        "last row": (i == high - 1, (0, 1)),
-        "first column": (j == 0, (-1, 0)),
-        "last column": (j == wide - 1, (1, 0)),
-    }
-    for name, (on_side, outward) in sides.items():
-        turned = _turned(image, patches.of(on_side), outward)
-        if turned.mean() > SHARE_OF_EDGES:
-            return name
+    sides = (
+        (i == 0, (0, -1)),
+        (i == high - 1, (0, 1)),
+        (j == 0, (-1, 0)),
+        (j == wide - 1, (1, 0)),
+    )
+    for on_side, outward in sides:
+        side = patches.of(on_side)
+        if _turned(image, side, outward).mean() > SHARE_OF_EDGES:
+            return side_named(side.p, grid.points)
     return ""
+
+
+def side_named(side, points):
+    """Where in the image a side's corners (n, 2) lie, from the middle of all."""
+    off = side.mean(axis=0) - points.reshape(-1, 2).mean(axis=0)
+    if abs(off[0]) > abs(off[1]):
+        return "right side" if off[0] > 0 else "left side"
+    return "bottom" if off[1] > 0 else "top"
 
 
 def _turned(image, patches, outward):

@@ -5,7 +5,7 @@ import numpy as np
 from raxel.features.detector import as_8_bit
 from raxel.features.find.grids import LEAST_SIDE
 from raxel.features.find.patches import predicted
-from raxel.features.find.rim import runs_on_beyond
+from raxel.features.find.rim import runs_on_beyond, side_named
 from raxel.features.lattice import lattice_fault, spacing
 
 MOST_SD = 0.25
@@ -47,7 +47,7 @@ def fault_of(grid, image):
 
 
 def open_side(grid, image):
-    """Which side of a complete grid may go on beyond the image, or ''.
+    """Which side of a complete grid may go on beyond the image (`side_named`), or ''.
 
     A board has ended where the next corners would lie inside the image and are none;
     of each side a third (LEAST_SEEN) of these must lie inside.
@@ -56,19 +56,14 @@ def open_side(grid, image):
     beyond = predicted(
         np.pad(grid.points, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
     )
-    sides = {
-        "first row": beyond[0, 1:-1],
-        "last row": beyond[-1, 1:-1],
-        "first column": beyond[1:-1, 0],
-        "last column": beyond[1:-1, -1],
-    }
-    for name, points in sides.items():
+    sides = (beyond[0, 1:-1], beyond[-1, 1:-1], beyond[1:-1, 0], beyond[1:-1, -1])
+    for points in sides:
         inside = np.all(
             (points > RIM_PX) & (points < np.array([width, height]) - 1 - RIM_PX),
             axis=1,
         )
         if inside.mean() < LEAST_SEEN:
-            return name
+            return side_named(points, grid.points)
     return ""
 
 
