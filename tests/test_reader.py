@@ -74,6 +74,9 @@ def test_names_and_captions_for_people():
         (123.4, (100.0, 150.0), "123 px (100 to 150)"),
         (2.0, (2.0, 2.0), "2 px"),
         (0.123456, None, "0.123 px"),
+        (1000, None, "1000 px"),
+        (1234.5, None, "1234 px"),
+        (2.5e7, None, "2.5e+07 px"),
         ("exact", None, "exact px"),
     ],
 )

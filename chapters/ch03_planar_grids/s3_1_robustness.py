@@ -220,7 +220,10 @@ def pictures(effort):
 # {glue:text}`yaw.kept`, the first with one {glue:text}`yaw.lost`. At 48.6°
 # the board reaches the camera, whatever the algorithm. Beyond it the trials
 # count as lost, because no corner can be clicked that is not in the
-# picture.
+# picture. Of {glue:text}`yaw.losses` lost trials with every corner in it,
+# {glue:text}`yaw.few` end with “too few corners”: the distance within which
+# corners are merged goes by the mean square of a side, and at the far end
+# neighbours can be nearer than that.
 #
 # **Errors.** With the default settings the mean error is
 # {glue:text}`mean:.2f` px. The largest error of any successful trial is

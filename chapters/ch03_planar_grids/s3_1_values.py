@@ -22,6 +22,7 @@ from chapters.ch03_planar_grids.s3_1_claims import (
     successes,
 )
 from chapters.ch03_planar_grids.synthetic_board import SIZE_PX
+from raxel.features.celect import TOO_FEW
 from repro.experiment import numbers
 from repro.outcomes import Value
 from repro.reader import value
@@ -228,6 +229,12 @@ def name_values(open_results):
         value(f"{sweep}.stage", most)
         value(f"{sweep}.stage.count", stages.get(most, 0))
         value(f"{sweep}.losses", sum(stages.values()))
+    yaw = results[experiment_of("yaw")]
+    ends = [e for c in yaw.conditions for e in yaw.texts("stage", **c)]
+    value("yaw.few", ends.count(TOO_FEW))
+    # A trial whose corners are not all in the picture has no contour.
+    lost = [e for c in yaw.conditions for e in yaw.texts("contour", **c)]
+    value("yaw.losses", len(lost) - lost.count(None))
     value("blur.largest", max(BLUR_PX))
     value("fov.default", DEFAULT_FOV)
     basin = open_results("fig_3_11_localised")

@@ -84,7 +84,7 @@ def statistics(values):
     if not len(values):
         return [NOTHING] * 3
     spread = values.std(ddof=1) if len(values) > 1 else np.nan
-    return [f"{x:.3g}" for x in (values.mean(), values.max(), spread)]
+    return [f"{x:.4f}" for x in (values.mean(), values.max(), spread)]
 
 
 def counted(result, method):

@@ -29,6 +29,8 @@ from repro.sets_of_report import name_of
 UNSPOKEN = ("1", "count")
 TINY = 1e-3  # numbers below it read better as 2e-14
 NEAR_ONE = 1e-12  # below this, rounding errors of the computation
+# Larger numbers are written with an exponent.
+PLAIN_BELOW = 1e6
 NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
 
 
@@ -292,9 +294,12 @@ def rounded(
 def significant(number: float, digits: int) -> str:
     """A number to so many digits, and to more where these would make it 1.
 
-    An R2 of 0.999998 is not 1: what it lacks to 1 is what it says.
+    An R2 of 0.999998 is not 1: what it lacks to 1 is what it says. Thousands keep all
+    digits before the point.
     """
     text = f"{number:.{digits}g}"
+    if "e+" in text and abs(number) < PLAIN_BELOW:
+        return f"{number:.0f}"
     lacking = abs(1 - abs(number))
     if text not in ("1", "-1") or lacking < NEAR_ONE:
         return text
