@@ -118,9 +118,9 @@ from repro.reader import (
 # all levels of a case with this one variation, so that levels differ in
 # one thing only. The boards are made to show a failure, so their levels were
 # found by trying. A first set of boards was half as large; its half ring
-# failed even where every condition was kept, because our suppression in
-# Hough space found a contour twice. That has been mended since; the case
-# stays, as *split peaks*. Several levels of curvature were tried before these were
+# failed even where every condition was kept, because our first suppression
+# in Hough space found a contour twice. That has been mended since
+# (`celect_thresholds`). Several levels of curvature were tried before these were
 # kept, the drawn level of size variation went from 1:9 to 1:6, the sweep of
 # blur was lengthened because 8 px mostly passed, and the thresholds that
 # name a stage were set after looking at such runs. So the page shows *that*
@@ -175,16 +175,6 @@ def wrong_contour(effort):
 def direction(effort):
     """Eight ways to click one picture."""
     return plan_of("direction", effort)
-
-
-@experiment(
-    "ext_why_split_peaks",
-    artefact="ext_why_split_peaks",
-    shards={"quick": 1, "full": 1},
-)
-def split_peaks(effort):
-    """The same board in smaller pictures, where a line's Hough peak is wide."""
-    return plan_of("split_peaks", effort)
 
 
 @experiment(
@@ -315,23 +305,6 @@ def orderings(effort):
 # In these three cases the condition of 3.1.2 foretells the outcome of
 # {glue:text}`foretold` runs: lost on side 1 where it is broken, and not lost
 # there where it is kept.
-#
-# **Split peaks.** Most of this was a fault of ours, since mended; the bars
-# show what is left. The same half ring, clicked rightly, in smaller
-# pictures. The smaller the window, the wider is a line's peak in Hough
-# space. Our first suppression took the largest value outside the
-# neighbourhood of a peak, 10° either way, and that could be the flank of the
-# same peak: one contour, two lines. Those within $t_1 = 0.5\,s$ bins are
-# averaged, but once $s$ is below 22 px, $t_1$ is below 11 bins, and the two
-# are farther apart. At the start of a side (3.14) removes *one* line, the
-# one nearest to the contour that was just traced; its twin stayed, and on a
-# strong arc it was closer to $L_i$ than the right contour. Now a peak has to
-# be the largest value of its own neighbourhood. Right at a scale of 0.6,
-# with neighbourhoods of 10°: {glue:text}`split_peaks_broken`; of 20°:
-# {glue:text}`split_peaks_kept`. The thesis does not say how it suppresses.
-
-# %% tags=["active-ipynb"]
-# show("ext_why_split_peaks")
 
 # %% [markdown]
 # **Window.** Right with the published radius: {glue:text}`window_kept`; with
@@ -442,17 +415,14 @@ def orderings(effort):
 #
 # ## Reading and limits
 #
-# - Over the drawn pairs, split peaks apart, {glue:text}`pairs_broken` boards
-#   are right where a condition is broken and {glue:text}`pairs_kept` where it
-#   is kept.
+# - Over the drawn pairs, {glue:text}`pairs_broken` boards are right where a
+#   condition is broken and {glue:text}`pairs_kept` where it is kept.
 # - Of {glue:text}`pairs_lost` boards that the drawn levels lose, tracing loses
 #   {glue:text}`pairs_traced`, corner processing
 #   {glue:text}`pairs_processed`, the rest their outer corners.
 # - Two sentences of 3.1.2 are too short. Half a window of clearance has to be
 #   r, not half of r, and more where a window grows. And the straightest
 #   side 4 is good advice, but no guarantee.
-# - Split peaks in small windows are not mentioned there; with our first
-#   suppression they lost boards.
 # - In the sweeps of 3.3.1 the stage that loses the most boards is
 #   {glue:text}`sweep_all`.
 #

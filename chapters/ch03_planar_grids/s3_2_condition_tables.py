@@ -90,7 +90,7 @@ def ext_partial_grids(results):
                 size = "none"
                 if count:
                     long, short = values["columns"][k], values["rows"][k]
-                    size = f"{long:.0f} × {short:.0f}"
+                    size = f"{long:.0f}\u00a0×\u00a0{short:.0f}"
                 cells = (
                     camera,
                     k + 1,

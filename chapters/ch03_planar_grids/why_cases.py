@@ -44,15 +44,15 @@ LONG = {
 }
 
 
-def _half_ring(arc_deg, scale=1.0):
+def _half_ring(arc_deg):
     """Half a ring, as a mirror shows a board that reaches far around it."""
     return {
         "columns": 9,
         "rows": 5,
         "arc_deg": float(arc_deg),
-        "radius_px": 470.0 * scale,
-        "depth_px": 250.0 * scale,
-        "size_px": round(1150 * scale),
+        "radius_px": 470.0,
+        "depth_px": 250.0,
+        "size_px": 1150,
     }
 
 
@@ -116,19 +116,6 @@ CASES = {
     "direction": {
         "levels": _choices(_half_ring(160)),
         "drawn": {"counterclockwise": "c1 ccw", "clockwise": "c1 cw"},
-    },
-    "split_peaks": {
-        "levels": {
-            f"{scale:g}": {"board": _half_ring(160, scale)}
-            for scale in (0.5, 0.6, 0.7, 0.85, 1.0)
-        }
-        | {
-            "0.6, 20°": {
-                "board": _half_ring(160, 0.6),
-                "settings": {"suppression_deg": 20},
-            }
-        },
-        "drawn": {"peaks kept 10° apart": "0.6", "20° apart": "0.6, 20°"},
     },
     "window": {
         "levels": {

@@ -160,23 +160,6 @@ def ext_why_direction(results):
     )
 
 
-@figure(
-    "ext_why_split_peaks",
-    needs=("ext_why_split_peaks",),
-    evidence="rendered",
-)
-def ext_why_split_peaks(results):
-    """Small windows, in which the Hough peak of a contour is wide."""
-    return draw_case(
-        results["ext_why_split_peaks"],
-        "split_peaks",
-        "Scale of the picture (1), last bar: peaks at least 20° apart",
-        "Split peaks: the half ring in smaller pictures. In a small window the "
-        "Hough peak of a contour is wide; a suppression that takes its flank "
-        "for a peak makes two lines of it, and (3.14) takes out only one.",
-    )
-
-
 @figure("ext_why_window", needs=("ext_why_window",), evidence="rendered")
 def ext_why_window(results):
     """Windows too small and too large."""

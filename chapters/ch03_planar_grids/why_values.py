@@ -33,8 +33,6 @@ ALSO = (
     ("window", "0.7"),
     ("window", "1.5"),
 )
-# No condition of the thesis: a fault of ours that is kept as a case.
-MENDED = "split_peaks"
 NOT_RUN = "(not in a quick build)"
 TRACED = (NO_EDGE, TOO_LONG, WRONG_EDGE)
 
@@ -48,8 +46,7 @@ def name_values(open_results):
         for name, level in zip(DRAWN[len(drawn)], drawn, strict=True):
             lost = stages_of(result)[level]
             value(f"{case}_{name}", rights(lost))
-            if case != MENDED:
-                pairs["kept" if name == "kept" else "broken"] += lost
+            pairs["kept" if name == "kept" else "broken"] += lost
     _name_pairs(pairs)
     for case, level in ALSO:
         value(
