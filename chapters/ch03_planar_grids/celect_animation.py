@@ -40,7 +40,7 @@ def animation(result):
         )
     size = high - low
     svg = (
-        f'<svg id="celect-run" role="img" tabindex="0" '
+        f'<svg id="celect_run" role="img" tabindex="0" '
         f'viewBox="{low[0]} {low[1]} {size[0]} {size[1]}" '
         'style="width:100%;max-width:36rem;cursor:pointer" '
         'xmlns="http://www.w3.org/2000/svg">'
@@ -84,7 +84,7 @@ def step_marks(run, index):
     (a, b), (c, d) = line_ends(centre, radius, line)
     for_now = (
         f'<set attributeName="visibility" to="visible" dur="{STEP_S:.2f}s" '
-        f'begin="celect-run.click+{start:.2f}s"/>'
+        f'begin="celect_run.click+{start:.2f}s"/>'
     )
     marks = [
         f'<g visibility="hidden">{for_now}<circle cx="{centre[0]:.1f}" '
@@ -114,7 +114,7 @@ def from_time(start):
     if start == 0:
         return ""
     return (
-        '<set attributeName="visibility" to="hidden" begin="celect-run.click" '
+        '<set attributeName="visibility" to="hidden" begin="celect_run.click" '
         f'dur="{start:.2f}s"/>'
     )
 
@@ -124,7 +124,7 @@ def button(low, end):
     x, y = low + [10, 10]
     return (
         f'<g><set attributeName="visibility" to="hidden" '
-        f'begin="celect-run.click" dur="{end:.2f}s"/>'
+        f'begin="celect_run.click" dur="{end:.2f}s"/>'
         f'<circle cx="{x + 14}" cy="{y + 14}" r="14" fill="white" '
         f'fill-opacity="0.85" stroke="{BLUE}"/>'
         f'<path d="M{x + 10} {y + 7}v14l12-7z" fill="{BLUE}"/></g>'
