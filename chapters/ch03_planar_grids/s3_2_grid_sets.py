@@ -224,7 +224,9 @@ def flexible_mirror(effort):
 # seed, for the time it took, the tone curve's start, what lies beside the
 # mirrors and JPEG compression were mended; nothing in the rigs since. The
 # background is even, so nothing in it looks like a corner: that spares
-# OpenCV more than CELECT. Three seeds are three draws of everything.
+# OpenCV more than CELECT. Three seeds are three draws of everything. The
+# same table for real photographs is on the page of each set, under
+# [photographs](../photographs/by_distortion.ipynb).
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -11,6 +11,12 @@
 from functools import partial
 
 from chapters.photographs import sentences
+from chapters.photographs.detectors import (
+    detector_conditions,
+    detector_trial,
+    detectors_table,
+    score,
+)
 from chapters.photographs.exercises import (
     exercise_camera,
     exercise_corner,
@@ -272,6 +278,54 @@ def ext_models(results):
 # of at least 1.05 with the whole 95 % interval. With six photographs or
 # fewer, no test of this kind can decide.
 #
+# ## Detectors side by side
+#
+# The question of 3.3.2, asked of these photographs: which detector returns
+# the board, with every corner in its place? A corner that is more than 8 px
+# off, or nearer to another's place, makes a board wrong. Both detectors of
+# today's OpenCV and the one [without
+# clicks](../ch03_planar_grids/ext_without_clicks.ipynb) know the size of the
+# board; [CELECT](../ch03_planar_grids/s1_2_celect.ipynb) has four clicks as
+# well. Reference corners are what several detectors agree on, so a detector
+# that went into them is judged mildly.
+
+# %% tags=["active-ipynb", "hide-output"]
+# show_code(detector_trial, score)
+
+
+# %% tags=["hide-cell"]
+@experiment(
+    "photograph_detectors",
+    artefact="ext_detectors",
+    shards={"quick": 1, "full": 4},
+    per_set=True,
+)
+def photograph_detectors(effort, folder):
+    """Every detector on every image of the set."""
+    image_set = load_set(folder)
+    return Plan(
+        partial(detector_trial, folder),
+        detector_conditions(image_set, effort),
+        1,
+        settings_of(image_set),
+    )
+
+
+@table(
+    "ext_detectors",
+    needs=("photograph_detectors",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_detectors(results):
+    """Detectors side by side: boards returned and right, errors."""
+    return detectors_table(results["photograph_detectors"])
+
+
+# %% tags=["active-ipynb"]
+# show_table("ext_detectors")
+
+# %% [markdown]
 # ## Reading and limits
 #
 # - The fitted errors flatter the general camera: it has a parameter for

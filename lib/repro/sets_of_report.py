@@ -40,6 +40,13 @@ def name_of(folder: Path) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "-", folder.resolve().name).strip("-") or "set"
 
 
+def reference_of(folder: Path) -> Path | None:
+    """The file of reference corners that set.yaml names, if it is there."""
+    content = yaml.safe_load((folder / "set.yaml").read_text("utf-8")) or {}
+    path = folder / str(content.get("reference") or "")
+    return path if path.is_file() else None
+
+
 def has_images(folder: Path) -> bool:
     """Whether at least one image that set.yaml lists lies in the folder."""
     content = yaml.safe_load((folder / "set.yaml").read_text("utf-8")) or {}

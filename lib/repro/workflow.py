@@ -15,6 +15,7 @@ from repro.jobs import CODE
 from repro.ledger import Ledger, load
 from repro.reach import Reach
 from repro.scoreboard import judged_with
+from repro.sets_of_report import reference_of
 
 DRAW_CODE = (("repro.jobs", "draw"),)
 GUIDE = "data/recorded/README.md"
@@ -126,12 +127,14 @@ class Work:
         return declared + (self.set_files(name) if name else [])
 
     def set_files(self, name: str) -> list[str]:
-        """set.yaml and the images beside it."""
+        """set.yaml, the images beside it, and its reference corners."""
         folder = Path(self.sets[name])
         kept = {".yaml", ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp"}
-        return sorted(
-            path.as_posix() for path in folder.iterdir() if path.suffix.lower() in kept
-        )
+        files = {p for p in folder.iterdir() if p.suffix.lower() in kept}
+        reference = reference_of(folder)
+        if reference is not None:
+            files.add(reference)
+        return sorted(path.as_posix() for path in files)
 
     def input_hashes(self, wildcards) -> str:
         """JSON of input file name -> SHA-256, for the result file."""
