@@ -61,13 +61,13 @@ def test_a_board_off_its_reference_is_returned_and_not_right(tmp_path):
     name = "without clicks (ext.)"
     assert cells(table, "Returned")[name] == 2
     assert cells(table, "Right")[name] == 0
-    assert cells(table, "Mean before (px)")[name] == detectors.NONE
+    assert "Mean before (px)" not in table.columns
 
 
 def test_without_reference_nothing_is_called_right(tmp_path):
     write_set(tmp_path / "drawn", tilts=TILTS)
     table = run(tmp_path / "drawn", tmp_path / "out")
-    assert set_of(cells(table, "Right")) == {detectors.NONE}
+    assert list(table.columns) == ["Method", "Images", "Returned"]
     assert cells(table, "Images")["CELECT"] == 0
     assert cells(table, "Returned")["without clicks (ext.)"] == 2
     assert "no reference corners" in table.caption

@@ -116,7 +116,10 @@ def score(image, corners, size, reference):
 
 
 def detectors_table(result):
-    """Counts and errors of every detector on the images of a set."""
+    """Counts and errors of every detector on the images of a set.
+
+    A column in which nothing can be told is left out.
+    """
     trials = [c for c in result.conditions if c["view"] >= 0]
     columns = {
         name: []
@@ -138,7 +141,12 @@ def detectors_table(result):
             row += _statistics(result, trials, f"{method}.{when}")
         for column, cell in zip(columns.values(), row, strict=True):
             column.append(cell)
-    return Table(columns, _caption(result, trials))
+    told = {
+        name: cells
+        for name, cells in columns.items()
+        if any(cell != NONE for cell in cells)
+    }
+    return Table(told, _caption(result, trials))
 
 
 def _counted(result, trials, method):
