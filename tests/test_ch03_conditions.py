@@ -178,3 +178,16 @@ def test_paint_covers_all_but_the_squares_of_the_part(fisheye_sheet):
 
     around = np.vstack([ring[0], ring[1:, -1], ring[-1, -2::-1], ring[-2:0:-1, 0]])
     assert area == pytest.approx(contourArea(around.astype(np.float32)), rel=0.06)
+
+
+def test_what_lies_beside_a_mirror_is_not_black():
+    sheet = sheet_views.sheet_of("spherical", np.random.default_rng(3))
+    light = replace(sheet.rig.light, surround=0.0)
+    black = sheet._replace(rig=replace(sheet.rig, light=light))
+
+    def corner_of(of):
+        picture = sheet_views.photograph(of, lambda uv: np.ones(len(uv), np.float32))
+        return picture[:20, :20].mean()
+
+    assert sheet.rig.light.surround > 0
+    assert corner_of(sheet) > corner_of(black) + 10

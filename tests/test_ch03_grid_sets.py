@@ -28,7 +28,7 @@ from chapters.ch03_planar_grids.grid_views import (
     rig_of,
     stream,
 )
-from chapters.ch03_planar_grids.s3_2_claims import mcnemar
+from chapters.ch03_planar_grids.s3_2_claims import decided, mcnemar
 from chapters.ch03_planar_grids.s3_2_exercises import clicked_corners
 from chapters.ch03_planar_grids.synthetic_board import Board
 from raxel.features.celect import (
@@ -155,3 +155,9 @@ def test_undoing_the_tone_curve_is_its_inverse_and_keeps_order():
     )
     bright = grey[0] > 60
     assert np.abs(255 * again - grey[0])[bright].max() < 3
+
+
+def test_a_predicate_about_nothing_decides_nothing():
+    assert decided([True, True, True], counted=0) == "undecided"
+    assert decided([True, True, True], counted=2) == "reproduced"
+    assert decided([True, False, True], counted=2) == "differs"

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from chapters.ch03_planar_grids.s3_1_claims import (
+    SWEEPS,
     first_lost,
+    judge_detect_below_basin,
     judge_fisheye_fail,
     levels_of,
     rate,
@@ -150,3 +152,25 @@ def test_losses_on_sides_say_nothing_of_where_boards_break():
     }
     assert set(rim_readings("column 3", 4).values()) == {"reproduced"}
     assert set(rim_readings("column 3", 1).values()) == {"differs"}
+
+
+class Levels(Sweep):
+    """Ten levels, the last three of which have a failed trial beside a good one."""
+
+    def column(self, value, **condition):
+        return np.array([2.0, np.nan if condition[self.name] >= 7 else 3.0])
+
+
+def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
+    results = {
+        f"fig_3_11_{sweep}": Levels(name, dict.fromkeys(range(10)))
+        for sweep, name in SWEEPS.items()
+    }
+    readings = {
+        r.reading["failed_trials_of_a_level"]: (r.verdict, r.regenerated)
+        for r in judge_detect_below_basin(results)
+    }
+    assert readings == {
+        "count as the worst": ("differs", 0.7),
+        "left out": ("reproduced", 1.0),
+    }

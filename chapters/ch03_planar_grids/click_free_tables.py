@@ -100,6 +100,9 @@ def ext_click_free_refusals(results):
     )
 
 
+NOT_TOLD = "–"
+
+
 def _refusal_row(result, name):
     refused = over(result, f"refusals.{name}.refused")
     row = {
@@ -113,10 +116,10 @@ def _refusal_row(result, name):
         share = share[np.isfinite(share)]
     told = len(share) > 0
     row["In order, median (%)"] = (
-        100 * float(np.median(share)) if told else np.nan
+        100 * float(np.median(share)) if told else NOT_TOLD
     )
     row["In order, least (%)"] = (
-        100 * float(share.min()) if told else np.nan
+        100 * float(share.min()) if told else NOT_TOLD
     )
     return row
 

@@ -195,7 +195,9 @@ def flexible_mirror(effort):
 # Two things may matter that the thesis does not state. One is the scale of
 # its Harris detector. Ours was made finer after runs at a small size had
 # shown corners that were found twice; the value was then chosen on training
-# scenes, none of them from these sets (`celect_thresholds` in the ledger).
+# scenes. None of them is from these sets, but failures on pictures of another
+# seed had shown what the scenes should contain (`celect_thresholds` in the
+# ledger).
 # With at most 0.7 px of smoothing the rate is
 # {glue:text}`rate.celect-fine:.0f` %, against
 # {glue:text}`rate.celect:.0f` %. The other is the tone curve. A camera
