@@ -10,7 +10,7 @@ SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 # Everything a run writes stays in the checkout; only package caches lie outside.
 RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
   PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
-BUILD = $(RUN) .venv/bin/python -m repro.build
+BUILD = $(RUN) .venv/bin/python -m repro.run.build
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
 
 .PHONY: report quick test notebooks archive bench serve clean help setup ch% fig_% table_% alg_% ext_% app_%
@@ -28,7 +28,7 @@ notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)
 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
-	@$(RUN) .venv/bin/python -m repro.archive --effort $(EFFORT)
+	@$(RUN) .venv/bin/python -m repro.site.archive --effort $(EFFORT)
 
 bench: setup ## detectors without clicks side by side on image sets: counts, times as ratios (RECORDED="set another-set")
 	@$(RUN) .venv/bin/raxel bench $(or $(RECORDED),data/recorded/opencv-left)

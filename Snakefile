@@ -1,14 +1,14 @@
 # The thesis, regenerated: experiments -> results -> figures -> verdicts -> pages.
-# `make help` lists the targets; lib/repro/rules holds the rules.
+# `make help` lists the targets; lib/repro/run/rules holds the rules.
 
 
-configfile: "lib/repro/rules/config.yaml"
+configfile: "lib/repro/run/rules/config.yaml"
 
 
-include: "lib/repro/rules/common.smk"
-include: "lib/repro/rules/experiments.smk"
-include: "lib/repro/rules/artefacts.smk"
-include: "lib/repro/rules/report.smk"
+include: "lib/repro/run/rules/common.smk"
+include: "lib/repro/run/rules/experiments.smk"
+include: "lib/repro/run/rules/artefacts.smk"
+include: "lib/repro/run/rules/report.smk"
 
 
 rule all:

@@ -3,14 +3,14 @@
 import shutil
 from pathlib import Path
 
-from repro import assemble, style
-from repro.jobs import csv_text
-from repro.mirror import mirror
-from repro.outcomes import Drawing
-from repro.page import main
-from repro.results import write_atomic, write_json
-from repro.scene import Points, Scene
-from repro.scene_page import scene_html
+from repro.page.scene import Points, Scene
+from repro.page.scene_page import scene_html
+from repro.run.jobs import csv_text
+from repro.run.outcomes import Drawing
+from repro.run.results import write_atomic, write_json
+from repro.site.make import main, style
+from repro.site.mirror import mirror
+from repro.site.sphinx import assemble
 
 ROOT = Path(__file__).parents[1]
 
@@ -28,8 +28,8 @@ PAGE = """# %% [markdown]
 # $$
 
 # %%
-from repro.exercise import check
-from repro.reader import open_results, show, show_code, show_table, value, values
+from repro.page.exercise import check
+from repro.page.reader import open_results, show, show_code, show_table, value, values
 
 
 def half_of(number):

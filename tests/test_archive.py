@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 
-from repro.archive import main, packed
+from repro.site.archive import main, packed
 
 
 @pytest.fixture

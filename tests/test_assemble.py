@@ -5,10 +5,11 @@ import os
 
 import pytest
 
-from repro import assemble, scoreboard
-from repro.mirror import mirror
-from repro.notebook import PageError
-from repro.results import write_atomic, write_json
+from repro.judge import scoreboard
+from repro.page.notebook import PageError
+from repro.run.results import write_atomic, write_json
+from repro.site.mirror import mirror
+from repro.site.sphinx import assemble
 from tests.small_checkouts import small_checkout
 
 

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from chapters.ch01_introduction import (
-    panorama,
-    resolution,
-    s1_1_claims,
-    s1_1_exercises,
-    s1_1_figures,
-)
+from chapters.ch01_introduction.s1_1_panorama import claims as s1_1_claims
+from chapters.ch01_introduction.s1_1_panorama import exercises as s1_1_exercises
+from chapters.ch01_introduction.s1_1_panorama import figures as s1_1_figures
+from chapters.ch01_introduction.s1_1_panorama.trials import panorama, resolution
 from raxel.multiview.perspective_view import source_pixels
 
 

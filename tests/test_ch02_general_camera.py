@@ -5,26 +5,41 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model import (
-    algorithm_1,
-    drawn_rays,
-    general_cameras,
+from chapters.ch02_general_camera_model.s2_camera_models import claims as s2_claims
+from chapters.ch02_general_camera_model.s3_general_camera.figures import (
+    grids as s3_grid_figures,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.figures import (
+    ray_tables as s3_table_figures,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.page import (
+    claims as s3_claims,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.page import (
+    exercises as s3_exercises,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.page import (
+    trials as drawn_rays,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.page import (
+    claims as s4_1_claims,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.page import (
+    exercises as s4_1_exercises,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
+    linear_stage as linear_trials,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
     linear_systems,
-    linear_trials,
-    s2_claims,
-    s3_claims,
-    s3_exercises,
-    s3_grid_figures,
-    s3_table_figures,
-    s4_1_claims,
-    s4_1_exercises,
     three_quadrics,
 )
+from chapters.shared import algorithm_1, general_cameras
 from raxel.calibration import linear_as_printed
 from raxel.cameras.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays
-from repro.experiment import run_trials
-from repro.results import Result, gather
+from repro.run.experiment import run_trials
+from repro.run.results import Result, gather
 
 
 class Trials:

@@ -5,13 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model import coefficients, laws, synthetic
-from chapters.ch02_general_camera_model.s4_generic_calibration import (
+from chapters.ch02_general_camera_model.s4_generic_calibration.page import (
     cell_text,
     judge_table_coefficients,
 )
+from chapters.ch02_general_camera_model.s4_generic_calibration.page import (
+    trials as coefficients,
+)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import laws
+from chapters.shared import synthetic
 from raxel.geometry import apply_homography
-from repro.experiment import trial_rng
+from repro.run.experiment import trial_rng
 
 BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",
         "extent": "unbounded"}  # fmt: skip

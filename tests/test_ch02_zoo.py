@@ -5,25 +5,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model import zoo_exercises as exercises
-from chapters.ch02_general_camera_model import zoo_trials as trials
-from chapters.ch02_general_camera_model.s2_camera_models import (
+from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
+    CURVES,
+    ext_zoo,
+    fits_of,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.page import (
     MIRRORS,
     census,
+    exercises,
     fits,
+    trials,
 )
-from chapters.ch02_general_camera_model.zoo import (
+from chapters.shared.zoo import (
     ELSEWHERE,
     SIZE_PX,
     ZOO,
     K_of,
     camera,
     made,
-)
-from chapters.ch02_general_camera_model.zoo_figures import (
-    CURVES,
-    ext_zoo,
-    fits_of,
 )
 from raxel.cameras import CAMERAS
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model import synthetic, true_centre, zoom_scores
+from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
+from chapters.shared import synthetic, zoom_scores
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids import celect_claims as claims
-from chapters.ch03_planar_grids import celect_flowchart as flowchart
-from chapters.ch03_planar_grids import celect_scenes as scenes
-from chapters.ch03_planar_grids import celect_trials as trials
-from chapters.ch03_planar_grids.celect_animation import animation
-from repro.results import gather, opened
+from chapters.ch03_planar_grids.s1_2_celect import claims
+from chapters.ch03_planar_grids.s1_2_celect.figures import flowchart
+from chapters.ch03_planar_grids.s1_2_celect.figures.animation import animation
+from chapters.ch03_planar_grids.s1_2_celect.trials import runs as trials
+from chapters.ch03_planar_grids.s1_2_celect.trials import scenes
+from repro.run.results import gather, opened
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def run():
 
 
 class Recorded:
-    """A recorded run, read as `repro.results.Result` would give it."""
+    """A recorded run, read as `repro.run.results.Result` would give it."""
 
     def __init__(self, values):
         self.values = values
@@ -165,7 +165,7 @@ def test_a_candidate_that_two_contours_see_is_counted_once():
 
 
 def test_growth_is_judged_on_pictures_that_differ(tmp_path):
-    from repro.outcomes import Plan
+    from repro.run.outcomes import Plan
 
     plan = Plan(None, list(claims.BROKEN.values()), 20)
 

@@ -6,25 +6,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids import sheet_views
-from chapters.ch03_planar_grids.click_orders import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials import sheet_views
+from chapters.ch03_planar_grids.s3_2_conditions.trials.click_orders import (
     corner_areas,
     detected,
     ordered,
 )
-from chapters.ch03_planar_grids.grid_views import outer
-from chapters.ch03_planar_grids.merge_failures import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
     logistic_curve,
     logistic_slope,
     merge_failed,
     size_variation,
 )
-from chapters.ch03_planar_grids.partial_grids import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     Part,
     candidate_parts,
     largest_part,
     painted,
 )
+from chapters.shared.grid_views import outer
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
 from raxel.lab.scenes import board_scene

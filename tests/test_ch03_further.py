@@ -4,8 +4,17 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.bent_boards import CORNERS, BentBoard, bent_at_random
-from chapters.ch03_planar_grids.coded_trials import (
+from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
+    false_places,
+    largest_window,
+    symmetry_of_a_bend,
+)
+from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
+    CORNERS,
+    BentBoard,
+    bent_at_random,
+)
+from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
     BLOCK,
     CODED_DEFAULT,
     Block,
@@ -14,12 +23,11 @@ from chapters.ch03_planar_grids.coded_trials import (
     coded_conditions,
     decoded,
 )
-from chapters.ch03_planar_grids.further_exercises import (
-    false_places,
-    largest_window,
-    symmetry_of_a_bend,
+from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
+    METHODS,
+    OTHERS,
+    mcnemar,
 )
-from chapters.ch03_planar_grids.further_trials import METHODS, OTHERS, mcnemar
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.curvature import curved_side
 from raxel.features.celect.result import CelectResult

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.grid_scoring import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.claims import decided, mcnemar
+from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicked_corners
+from chapters.shared.grid_scoring import (
     CONTOUR,
     FALSE,
     MERGED,
@@ -17,8 +19,8 @@ from chapters.ch03_planar_grids.grid_scoring import (
     is_right,
     localised,
 )
-from chapters.ch03_planar_grids.grid_trials import tone_undone
-from chapters.ch03_planar_grids.grid_views import (
+from chapters.shared.grid_trials import tone_undone
+from chapters.shared.grid_views import (
     CLICKS,
     IMAGES,
     SETS,
@@ -28,9 +30,7 @@ from chapters.ch03_planar_grids.grid_views import (
     rig_of,
     stream,
 )
-from chapters.ch03_planar_grids.s3_2_claims import decided, mcnemar
-from chapters.ch03_planar_grids.s3_2_exercises import clicked_corners
-from chapters.ch03_planar_grids.synthetic_board import Board
+from chapters.shared.synthetic_board import Board
 from raxel.features.celect import (
     OUTER_CORNER,
     TOO_FEW,

@@ -5,23 +5,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids import s1_3_claims as claims
-from chapters.ch03_planar_grids.localisation_claims import (
+from chapters.ch03_planar_grids.s1_3_localisation import claims
+from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
+    SURFACE,
+    stationary_point,
+)
+from chapters.ch03_planar_grids.s3_1_robustness.claims.localisation import (
     farthest_start,
     judge_localise_converges,
     worst_within,
 )
-from chapters.ch03_planar_grids.localisation_exercises import (
-    SURFACE,
-    stationary_point,
-)
-from chapters.ch03_planar_grids.localisation_trials import (
+from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
     START_ERRORS_PX,
     neighbour_distances,
 )
-from chapters.ch03_planar_grids.synthetic_board import Board
-from repro.outcomes import Plan
-from repro.results import Result, gather
+from chapters.shared.synthetic_board import Board
+from repro.run.outcomes import Plan
+from repro.run.results import Result, gather
 
 WINDOWS = [5, 15, 25, 35]
 BLURS = [1.0, 2.0, 3.0]

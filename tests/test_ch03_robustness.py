@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_claims import (
+from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import (
     SWEEPS,
     first_lost,
     judge_detect_below_basin,
@@ -13,12 +13,12 @@ from chapters.ch03_planar_grids.s3_1_claims import (
     levels_of,
     rate,
 )
-from chapters.ch03_planar_grids.s3_1_values import (
+from chapters.ch03_planar_grids.s3_1_robustness.results import (
     blur_that_hurts,
     bracketed,
     limit,
 )
-from chapters.ch03_planar_grids.scoring import missing_on, scored, truth_of_contour
+from chapters.shared.scoring import missing_on, scored, truth_of_contour
 
 LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
 

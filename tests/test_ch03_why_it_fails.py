@@ -5,17 +5,30 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chapters.ch03_planar_grids import failure_stages as stages
-from chapters.ch03_planar_grids.ordering_trials import lattice_at, ordering_trial
-from chapters.ch03_planar_grids.scoring import truth_of_contour
-from chapters.ch03_planar_grids.sector_board import SectorBoard, clicked_from
-from chapters.ch03_planar_grids.why_cases import BOARD, CASES, levels_of
-from chapters.ch03_planar_grids.why_exercises import (
+from chapters.ch03_planar_grids.ext_why_it_fails.exercises import (
     largest_radius,
     least_square,
     widest_arc,
 )
-from chapters.ch03_planar_grids.why_trials import merged_ratio, wrong_first_line
+from chapters.ch03_planar_grids.ext_why_it_fails.trials import stages
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import (
+    BOARD,
+    CASES,
+    levels_of,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.levels import (
+    merged_ratio,
+    wrong_first_line,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.ordering import (
+    lattice_at,
+    ordering_trial,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
+    SectorBoard,
+    clicked_from,
+)
+from chapters.shared.scoring import truth_of_contour
 from raxel.features.celect import CelectResult, ContourTrace
 
 ORDINARY = SectorBoard(**BOARD)

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids import click_free_trials as trials
-from chapters.ch03_planar_grids.zoo_boards import ANIMALS, zoo_board
+from chapters.ch03_planar_grids.ext_without_clicks.trials import requests as trials
+from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
+    ANIMALS,
+    zoo_board,
+)
 from raxel.features import Detection, Partial, find_board
 
 CORNERS = np.stack(np.meshgrid(np.arange(9), np.arange(6)), axis=-1).reshape(-1, 2)

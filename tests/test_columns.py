@@ -2,7 +2,7 @@
 
 import pytest
 
-from repro.columns import columns
+from repro.run.columns import columns
 
 
 def test_every_row_adds_a_cell_to_every_column():

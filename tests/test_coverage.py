@@ -7,18 +7,23 @@ from pathlib import Path
 
 import pytest
 
-from repro import ledger, verdict
-from repro.discover import page_files, page_id, producers
-from repro.source_index import import_aliases
+from repro.judge import ledger, verdict
+from repro.run.discover import page_files, page_id, producers
+from repro.run.source_index import import_aliases
 
 ROOT = Path(__file__).resolve().parents[1]
 LEDGER = ledger.load(ROOT)
 PRODUCERS = producers(ROOT)
 CHAPTER_FILES = sorted((ROOT / "chapters").rglob("*.py"))
-HIDDEN = {"repro.ledger", "repro.number_rules", "repro.verdict", "repro.scoreboard"}
+HIDDEN = {
+    "repro.judge.ledger",
+    "repro.judge.number_rules",
+    "repro.judge.verdict",
+    "repro.judge.scoreboard",
+}
 # The last table of a page shows its rows of the scoreboard. It is display code: the
 # import stands inside the function, and nothing of it goes back to an experiment.
-DISPLAY = ("repro.reader", "repro.scoreboard")
+DISPLAY = ("repro.page.reader", "repro.judge.scoreboard")
 
 
 def of_thesis(identifier):
@@ -94,8 +99,8 @@ def test_the_readings_that_chapters_take_are_those_of_the_settings():
 
 
 def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
-    from chapters.ch02_general_camera_model import s5_1_synthetic_data as page
-    from chapters.ch02_general_camera_model import synthetic
+    from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import page
+    from chapters.shared import synthetic
 
     chosen = {k: e["value"] for k, e in LEDGER.settings["syn_ch2"]["chosen"].items()}
     assert chosen["noise_levels"] == list(page.LEVELS)
@@ -176,7 +181,7 @@ def test_no_chapter_and_nothing_of_raxel_reaches_the_ledger(edges):
 
 
 def test_the_allowed_import_stands_inside_the_function_that_displays():
-    tree = ast.parse((ROOT / "lib/repro/reader.py").read_text("utf-8"))
+    tree = ast.parse((ROOT / "lib/repro/page/reader.py").read_text("utf-8"))
     holders = [
         function.name
         for function in ast.walk(tree)
@@ -199,8 +204,8 @@ def test_a_chapter_calls_the_display_only_in_cells_that_are_comments():
 
 
 def test_a_path_to_the_ledger_would_be_found(edges):
-    assert "repro.ledger" in reached(edges, "repro.reader")
-    assert "repro.ledger" in edges["repro.verdict"]
+    assert "repro.judge.ledger" in reached(edges, "repro.page.reader")
+    assert "repro.judge.ledger" in edges["repro.judge.verdict"]
 
 
 @pytest.mark.parametrize("word", ["data/published", "import_module", "__import__"])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from repro import exercise
+from repro.site.make import exercise
 
 
 def test_exercises_know_right_from_wrong():

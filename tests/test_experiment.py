@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from repro import experiment, results
-from repro.outcomes import Plan, Reading
+from repro.run import experiment, results
+from repro.run.outcomes import Plan, Reading
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
 

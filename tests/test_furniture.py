@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from nbformat import v4
 
-from repro.furniture import Furnisher, in_words
-from repro.reader import mark
+from repro.page.furniture import Furnisher, in_words
+from repro.page.reader import mark
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -7,9 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.guides import choose_a_method, class_exercises, for_teachers
-from chapters.guides.benchmark_tables import benchmarks_table
-from chapters.guides.method_table import (
+from chapters.guides.benchmarks.tables import benchmarks_table
+from chapters.guides.choose_a_method import page as choose_a_method
+from chapters.guides.for_teachers import exercises as class_exercises
+from chapters.guides.for_teachers import page as for_teachers
+from chapters.shared.method_table import (
     COLUMNS,
     FAILED,
     NONE,
@@ -18,9 +20,9 @@ from chapters.guides.method_table import (
     named,
     rounded_seconds,
 )
-from repro import reader
-from repro.results import Result
-from repro.workflow import Work
+from repro.run.results import Result
+from repro.run.workflow import Work
+from repro.site.make import reader
 
 ROOT = Path(__file__).resolve().parents[1]
 METHODS = ("parametric", "generic_well_conditioned")
@@ -196,7 +198,7 @@ def test_exercises_are_counted_where_they_are_checked():
 
 
 def test_a_timed_exercise_is_computed_with_what_its_page_defines():
-    from repro.exercise import check, check_function
+    from repro.page.exercise import check, check_function
 
     computed = []
 
@@ -239,7 +241,7 @@ def test_the_routes_take_a_lesson_each():
 def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
     work = Work(ROOT, "quick", None, {})
     read = work.pages_read("guides/for_teachers")
-    assert "chapters/ch02_general_camera_model/s4_generic_calibration.py" in read
+    assert "chapters/ch02_general_camera_model/s4_generic_calibration/page.py" in read
     assert not any("guides" in name or "photographs" in name for name in read)
     assert work.pages_read("guides/choose_a_method") == []
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from repro import ledger
-from repro.ledger import LedgerError
+from repro.judge import ledger
+from repro.judge.ledger import LedgerError
 
 ROOT = Path(__file__).resolve().parents[1]
 PUBLISHED = ROOT / ledger.FOLDER

@@ -6,21 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.photographs import by_distortion, comparison_prose
-from chapters.photographs.comparison import compared_sets, twins
-from chapters.photographs.exercises import (
+from chapters.photographs.by_distortion import page as by_distortion
+from chapters.photographs.by_distortion import prose as comparison_prose
+from chapters.photographs.by_distortion.results import compared_sets, twins
+from chapters.shared.photographs.exercises import (
     exercise_lens,
     level_task,
     photographs_task,
 )
-from chapters.photographs.level import distortion_level, level_of
-from chapters.photographs.undistort import corrected_errors
+from chapters.shared.photographs.level import distortion_level, level_of
+from chapters.shared.photographs.undistort import corrected_errors
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera
 from raxel.geometry import pose, rotation_from_vector, transform
-from repro.exercise import check
-from repro.results import Result
-from repro.style import check_axes
+from repro.page.exercise import check
+from repro.page.style import check_axes
+from repro.run.results import Result
 
 WIDTH, HEIGHT = 160, 120
 OFF_MIDDLE = np.array([84.0, 57.0])

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.photographs import detectors, set
+from chapters.photographs.set import detectors
+from chapters.photographs.set import page as set
 from raxel.sets import load_set
-from repro import jobs
-from repro.results import Result
-from repro.workflow import Work
+from repro.run import jobs
+from repro.run.results import Result
+from repro.run.workflow import Work
 from tests.image_sets import COLUMNS, ROWS, description, write_description
 from tests.image_sets import write_drawn_set as write_set
 

@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from repro import photographs
+from repro.run import photographs
 
 
 @pytest.fixture

@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.photographs import sentences, set, study
-from chapters.photographs.exercises import (
+from chapters.photographs.set import page as set
+from chapters.shared.photographs import sentences, study
+from chapters.shared.photographs.exercises import (
     exercise_camera,
     exercise_corner,
     field_of_view_deg,
@@ -20,15 +21,15 @@ from chapters.photographs.exercises import (
     residual_of,
     residual_task,
 )
-from chapters.photographs.reading import Study, paired, pooled_rms
-from chapters.photographs.undistort import undistorted
+from chapters.shared.photographs.reading import Study, paired, pooled_rms
+from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import CalibrationError
 from raxel.sets import load_set
-from repro import jobs
-from repro.exercise import check
-from repro.results import Result
-from repro.style import check_axes, save_drawing
+from repro.page.exercise import check
+from repro.page.style import check_axes, save_drawing
+from repro.run import jobs
+from repro.run.results import Result
 from tests.image_sets import (
     BEND,
     FOCAL,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from repro.reach import Reach
+from repro.run.reach import Reach
 
 FILES = {
     "chapters/__init__.py": "",
@@ -14,7 +14,7 @@ FILES = {
         from raxel.shapes import area
         from raxel import shapes
         import raxel.lines as lines
-        from repro.experiment import figure
+        from repro.run.experiment import figure
 
         SIDE = 3
         UNUSED = 4
@@ -123,7 +123,7 @@ def test_parts_name_the_definition_that_changed(checkout):
 
 
 def test_every_experiment_of_the_checkout_reaches_the_library():
-    from repro.discover import producers
+    from repro.run.discover import producers
 
     root = Path(__file__).resolve().parents[1]
     reach = Reach(root)
@@ -132,4 +132,6 @@ def test_every_experiment_of_the_checkout_reaches_the_library():
     for found in experiments:
         parts = reach.parts((found.module, found.function))
         assert any(name.startswith("raxel.") for name in parts), found.id
-        assert not any(name.startswith("repro.ledger") for name in parts), found.id
+        assert not any(name.startswith("repro.judge.ledger") for name in parts), (
+            found.id
+        )

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from repro.check_site import check_site
-from repro.discover import page_files, page_id
-from repro.results import Result
+from repro.run.discover import page_files, page_id
+from repro.run.results import Result
+from repro.site.check import check_site
 
 ROOT = Path(__file__).resolve().parents[1]
 FIGURES = ROOT / "figures" / "quick"
@@ -30,7 +30,7 @@ def build() -> subprocess.CompletedProcess:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "XDG_CACHE_HOME": str(ROOT / ".cache")}
     return subprocess.run(
-        [sys.executable, "-m", "repro.build", "quick", "--effort", "quick"],
+        [sys.executable, "-m", "repro.run.build", "quick", "--effort", "quick"],
         cwd=ROOT, env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
 

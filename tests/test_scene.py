@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from repro import discover, jobs
-from repro.check_site import check_site
-from repro.scene import Points, Polyline, Scene, SceneError, Segments, Surface
-from repro.scene_page import LARGEST_BYTES, scene_html
+from repro.page.scene import Points, Polyline, Scene, SceneError, Segments, Surface
+from repro.page.scene_page import LARGEST_BYTES, scene_html
+from repro.run import discover, jobs
+from repro.site.check import check_site
 
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
 
@@ -120,10 +120,10 @@ def test_a_bad_scene_is_refused_with_its_reason(make, said):
 
 
 CHAPTER = """
-from repro.experiment import figure
-from repro.outcomes import Drawing
-from repro.scene import Points, Scene
-from repro.style import figure as new_figure
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+from repro.page.scene import Points, Scene
+from repro.page.style import figure as new_figure
 
 
 @figure("fig_9_9", evidence="analytic"MARK)

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from repro import discover, ledger, row_html, scoreboard, verdict
-from repro.number_rules import VerdictError
-from repro.results import write_atomic, write_json
+from repro.judge import ledger, row_html, scoreboard, verdict
+from repro.judge.number_rules import VerdictError
+from repro.run import discover
+from repro.run.results import write_atomic, write_json
 
 ROOT = Path(__file__).parents[1]
 SECTION = "ch02_general_camera_model/s5_1_synthetic_data"

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from repro import assemble
-from repro.check_site import check_site
-from repro.notebook import PageError
-from repro.site import build_site, without_source
+from repro.page.notebook import PageError
+from repro.site.check import check_site
+from repro.site.sphinx import assemble, build_site, without_source
 from tests.small_checkouts import PAGE, ROOT, run, small_checkout, write_page
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from repro.check_site import check_site, main
+from repro.site.check import check_site, main
 
 GOOD = """<!doctype html><html><head><link rel="stylesheet" href="_static/s.css?v=1">
 <link rel="canonical" href="https://example.org/"></head><body><h1 id="top-title">x</h1>

@@ -7,15 +7,15 @@ import sys
 import numpy as np
 import pytest
 
-from repro import style
-from repro.outcomes import Drawing
+from repro.run.outcomes import Drawing
+from repro.site.make import style
 
 PROGRAM = """
 import sys
 from pathlib import Path
 import numpy as np
-from repro import style
-from repro.outcomes import Drawing
+from repro.site.make import style
+from repro.run.outcomes import Drawing
 
 drawn, axes = style.figure(1, 2)
 x = np.linspace(0.0, 2.0, 6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.synthetic_board import Board, clicks
+from chapters.shared.synthetic_board import Board, clicks
 from raxel.lab.corner_check import fitted_corner
 
 

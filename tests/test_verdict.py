@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from raxel.errors import InputError
-from repro import ledger, verdict
-from repro.number_rules import VerdictError, equal_as_printed, half_last_digit
-from repro.outcomes import Reading
+from repro.judge import ledger, verdict
+from repro.judge.number_rules import VerdictError, equal_as_printed, half_last_digit
+from repro.run.outcomes import Reading
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = "ch02_one/s1"

@@ -20,9 +20,9 @@ CHAPTER = '''
 # A sentence that may change.
 
 # %%
-from repro.experiment import experiment, figure
-from repro.outcomes import Drawing, Plan
-from repro.reader import show
+from repro.run.experiment import experiment, figure
+from repro.run.outcomes import Drawing, Plan
+from repro.page.reader import show
 from raxel.dice import spread, throw
 
 
@@ -57,7 +57,7 @@ def again(effort, results):
 
 @figure("fig_2_3", needs=("dice_throws",), evidence="synthetic")
 def fig_2_3(results):
-    from repro.style import figure as new_figure
+    from repro.page.style import figure as new_figure
 
     drawn, axes = new_figure()
     eyes = results["dice_throws"].column("eyes", dice=1)
@@ -119,7 +119,7 @@ def build(root: Path, target: str = "ch02") -> tuple[int, str]:
     }
     done = subprocess.run(
         [
-            sys.executable, "-m", "repro.build", target,
+            sys.executable, "-m", "repro.run.build", target,
             "--effort", "quick", "--cores", "2",
         ],
         cwd=root, env=environment, capture_output=True, text=True, check=False,
@@ -238,8 +238,8 @@ def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
     edit(
         checkout,
         PAGE,
-        "from repro.reader import",
-        "from repro.scene import Points, Scene\nfrom repro.reader import",
+        "from repro.page.reader import",
+        "from repro.page.scene import Points, Scene\nfrom repro.page.reader import",
     )
     status, text = build(checkout, "fig_2_3")
     assert status == 0, text
@@ -247,7 +247,7 @@ def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
     page = (checkout / "figures" / "quick" / "fig_2_3.html").read_text()
     assert "<title>Fig. 2.3 Four throws.</title>" in page
 
-    viewer = "lib/repro/viewer/viewer.js"
+    viewer = "lib/repro/page/viewer/viewer.js"
     edit(checkout, viewer, "const STEP", "// Degrees a key turns.\nconst STEP")
     _, text = build(checkout, "fig_2_3")
     assert jobs(text) == {"figure fig_2_3"}, text

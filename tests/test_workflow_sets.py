@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from repro import discover
-from repro.sets_of_report import sets_of_report
-from repro.workflow import Work
+from repro.run import discover
+from repro.run.sets_of_report import sets_of_report
+from repro.run.workflow import Work
 from tests.test_workflow import build, jobs, small_checkout
 
 FOLDER = "chapters/ch03_pictures"
@@ -21,9 +21,9 @@ ALL = '''
 # There are {glue:text}`count` sets: {glue:text}`names`.
 
 # %%
-from repro.experiment import claim, experiment, numbers, table
-from repro.outcomes import Plan, Reading, Table, Value
-from repro.reader import results_behind, show_table, value
+from repro.run.experiment import claim, experiment, numbers, table
+from repro.run.outcomes import Plan, Reading, Table, Value
+from repro.page.reader import results_behind, show_table, value
 
 
 def sizes(results):
@@ -78,9 +78,9 @@ ONE = """
 # %%
 from pathlib import Path
 
-from repro.experiment import experiment, table
-from repro.outcomes import Plan, Table
-from repro.reader import show_table
+from repro.run.experiment import experiment, table
+from repro.run.outcomes import Plan, Table
+from repro.page.reader import show_table
 
 
 @experiment(

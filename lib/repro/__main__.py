@@ -7,7 +7,7 @@ import json
 import sys
 from pathlib import Path
 
-from repro import jobs
+from repro.run import jobs
 
 
 def _parser() -> argparse.ArgumentParser:

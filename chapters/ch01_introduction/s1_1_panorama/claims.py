@@ -1,0 +1,49 @@
+"""The claim of section 1.1.2, tested as the ledger words it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch01_introduction.s1_1_panorama.trials.resolution import (
+    ECCENTRICITIES,
+    LEAST_RATIO,
+    RIG_MIRROR,
+)
+from repro.run.experiment import claim
+from repro.run.outcomes import Reading
+
+
+def over_mirrors(ran, name):
+    """One value for each mirror, in the order of ECCENTRICITIES."""
+    return np.array(
+        [ran.column(name, mirror=mirror)[0] for mirror in ECCENTRICITIES]
+    )
+
+
+@claim(
+    "c1_unwrap_resolution",
+    needs=("fig_1_1_resolution",),
+    evidence="analytic",
+)
+def judge_unwrap_resolution(results):
+    """Source pixels in the top and the bottom row, more than 1.5 apart."""
+    ran = results["fig_1_1_resolution"]
+
+    def of(name):
+        return float(ran.column(name, mirror=RIG_MIRROR).max())
+
+    ratio = of("ratio")
+    apart = max(ratio, 1 / ratio)
+    least = over_mirrors(ran, "ratio").min()
+    return [
+        Reading(
+            "reproduced" if apart > LEAST_RATIO else "differs",
+            apart,
+            unit="1",
+            reason="area of the picture per unwrapped pixel, top row to "
+            f"bottom row: {of('top'):.2f} to {of('bottom'):.3f} px²; "
+            f"{of('ratio_row'):.1f} along the row, "
+            f"{of('ratio_column'):.1f} along the column; "
+            f"{least:.0f} or more with all mirrors tried",
+        )
+    ]

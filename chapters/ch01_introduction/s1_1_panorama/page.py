@@ -1,0 +1,240 @@
+# %% [markdown]
+# # 1.1.2 A panorama and its unwrapping
+#
+# **Question.** A camera below a curved mirror sees all around at once. Its
+# picture can be turned into a panorama that people read easily. What does
+# the panorama cost?
+
+# %% tags=["hide-cell"]
+from chapters.ch01_introduction.s1_1_panorama.claims import over_mirrors
+from chapters.ch01_introduction.s1_1_panorama.exercises import (
+    EYE_HIGH_DEG,
+    given,
+    radius_in_picture,
+    rows_above_horizon,
+)
+from chapters.ch01_introduction.s1_1_panorama.trials.panorama import (
+    RIG,
+    picture_trial,
+)
+from chapters.ch01_introduction.s1_1_panorama.trials.resolution import (
+    ECCENTRICITIES,
+    HEIGHT,
+    HIGHEST_DEG,
+    LEAST_RATIO,
+    RIG_MIRROR,
+    RIM_MM,
+    RIM_PX,
+    WIDTH,
+    jacobians,
+    resolution_trial,
+)
+from raxel.multiview.cylindrical_view import CylindricalView
+from raxel.multiview.perspective_view import source_pixels
+from repro.page.exercise import check
+from repro.page.reader import compared, open_results, show, show_code, value
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+# %% [markdown]
+# ## What the thesis claims
+#
+# - A perspective camera has a field of view that is limited and in one
+#   piece. Another design lifts that limit: Fig. 1.1(a) shows all 360° in a
+#   single picture.
+# - Such cameras have drawbacks of their own. The resolution of the
+#   unwrapped picture, Fig. 1.1(b), varies from top to bottom.
+
+# %% [markdown]
+# ## Model
+#
+# The camera looks straight up at a convex hyperboloid. It stands at one
+# focus of the hyperboloid, and then all its rays, continued behind the
+# mirror, meet in the other: the system has a single centre. A direction at
+# the angle $\psi$ from straight down is seen by the camera at the angle
+# $\varphi$ from its axis, with
+#
+# $$\tan\frac{\varphi}{2} = \frac{e-1}{e+1}\,\tan\frac{\psi}{2}$$
+#
+# where $e$ is the eccentricity of the mirror.
+#
+# **Unwrapping.** An upright cylinder stands around the centre, $f$ pixels
+# in radius. It shows azimuth $\alpha$ and elevation $\varepsilon$ at
+#
+# $$u = u_0 + f\alpha, \qquad v = v_0 - f\tan\varepsilon .$$
+#
+# Upright lines of the world become columns, the horizon becomes a row. Each
+# pixel of the panorama asks the camera where its direction was seen, and
+# takes the colour there.
+
+# %% tags=["active-ipynb"]
+# show_code(CylindricalView, source_pixels)
+
+# %% [markdown]
+# **Resolution.** From the unwrapped to the source picture there is a map,
+# and its Jacobian $J$ says what one unwrapped pixel is made of: an area of
+# $|\det J|$ source pixels. The lengths of its columns are the source pixels
+# along a row and along a column.
+
+# %% tags=["active-ipynb"]
+# show_code(jacobians)
+
+# %%
+# A smaller picture has fewer pixels each way; lens and room are the same.
+SIZES = {"quick": 0.4, "full": 1.0}
+
+
+# %% [markdown]
+# ## Experiment
+#
+# The virtual laboratory takes the picture, in colour and with the noise and
+# blur of a real camera, in its room full of straight edges. The rig is
+# `data/rigs/panorama-hyperboloid.yaml`. Then the Jacobian is computed in
+# every row: for that mirror, and for others with the same rim in the world
+# and in the picture.
+
+
+# %%
+@experiment(
+    "fig_1_1_picture", artefact="fig_1_1", shards={"quick": 1, "full": 1}
+)
+def picture(effort):
+    """The room in the mirror, and the picture unwrapped."""
+    settings = {"rig": RIG, "size": "pixels each way, as a share"}
+    return Plan(picture_trial, [{"size": SIZES[effort]}], 1, settings)
+
+
+@experiment(
+    "fig_1_1_resolution",
+    artefact="fig_1_1",
+    shards={"quick": 1, "full": 1},
+)
+def resolution(effort):
+    """Source pixels per unwrapped pixel, row by row, for each mirror."""
+    settings = {
+        "rig": RIG,
+        "image_px": [WIDTH, HEIGHT],
+        "rim_of_the_others_mm": RIM_MM,
+        "rim_of_the_others_px": RIM_PX,
+        "highest_elevation_of_the_others_deg": HIGHEST_DEG,
+        "least_ratio": LEAST_RATIO,
+    }
+    conditions = [{"mirror": name} for name in ECCENTRICITIES]
+    return Plan(resolution_trial, conditions, 1, settings)
+
+
+# %% [markdown]
+# ## Figures
+
+# %% tags=["active-ipynb"]
+# show("fig_1_1")
+
+# %% tags=["active-ipynb"]
+# show("ext_fig_1_1_resolution")
+
+# %% tags=["active-ipynb"]
+# taken = open_results("fig_1_1_picture")
+
+# %% tags=["active-ipynb"]
+# rows = open_results("fig_1_1_resolution")
+
+# %% tags=["active-ipynb"]
+# value("high", taken.column("highest_deg").max())
+
+# %% tags=["active-ipynb"]
+# value("low", -taken.column("lowest_deg").min())
+
+# %% tags=["active-ipynb"]
+# value("top", rows.column("top", mirror=RIG_MIRROR).max())
+
+# %% tags=["active-ipynb"]
+# value("bottom", rows.column("bottom", mirror=RIG_MIRROR).max())
+
+# %% tags=["active-ipynb"]
+# value("ratio", rows.column("ratio", mirror=RIG_MIRROR).max())
+
+# %% tags=["active-ipynb"]
+# value("along_row", rows.column("ratio_row", mirror=RIG_MIRROR)[0])
+
+# %% tags=["active-ipynb"]
+# value("along_column", rows.column("ratio_column", mirror=RIG_MIRROR)[0])
+
+# %% tags=["active-ipynb"]
+# value("least", over_mirrors(rows, "ratio").min())
+
+# %% tags=["active-ipynb"]
+# value("most", over_mirrors(rows, "ratio").max())
+
+# %% tags=["active-ipynb"]
+# value("band", over_mirrors(rows, "band_deg").min())
+
+# %% tags=["active-ipynb"]
+# value("limit", LEAST_RATIO)
+
+# %% tags=["active-ipynb"]
+# value("lamp", EYE_HIGH_DEG)
+
+# %% tags=["active-ipynb"]
+# value("half_a", given()[0])
+
+# %% tags=["active-ipynb"]
+# value("half_b", given()[1])
+
+# %% tags=["active-ipynb"]
+# value("focal", given()[2])
+
+# %% [markdown]
+# ## Reading and limits
+#
+# - **One picture holds the whole room**, from {glue:text}`low:.0f`° below
+#   the horizon to {glue:text}`high:.0f`° above it. The picture in the
+#   mirror is left-right reversed, as one who looks up at it would see it.
+#   The panorama is not: it is made of rays.
+# - **Upright edges and horizon come out straight**, which no curve was
+#   fitted for. The rays alone do it, and so it works for any central camera
+#   once it is calibrated.
+# - **The resolution varies, and by far more than the test asks.** An
+#   unwrapped pixel of the top row is made of {glue:text}`top:.1f` source
+#   pixels, one of the bottom row of {glue:text}`bottom:.2f`: a ratio of
+#   {glue:text}`ratio:.0f`. It is {glue:text}`along_row:.1f` along the rows,
+#   because rings of the picture become rows of one width, and
+#   {glue:text}`along_column:.1f` along the columns. The bottom is
+#   blurred for want of pixels, and at the top detail is thrown away.
+# - **No mirror tried avoids it.** From the paraboloid to the most open
+#   hyperboloid the ratio goes from {glue:text}`least:.0f` to
+#   {glue:text}`most:.0f`. The height of the panorama counts for more: in a
+#   strip from the horizon up and down by less than
+#   {glue:text}`band:.1f`° the ratio stays below {glue:text}`limit:.1f`.
+# - **Limits.** The thesis does not name the camera of its figure. Here it
+#   is a laboratory camera, with a mirror that this report chose. All
+#   mirrors tried are central; one can be designed for even resolution, and
+#   then has no single centre in general. Lens blur is not part of the
+#   Jacobian: it counts pixels, not detail.
+
+# %% [markdown]
+# ## Compared with the published numbers
+
+# %% tags=["active-ipynb"]
+# compared()
+
+# %% [markdown]
+# ## Try it yourself
+#
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
+# **1.** A panorama is 1280 px wide and shows a full turn. How many rows lie
+# between the horizon and 45° of elevation?
+
+# %% tags=["active-ipynb"]
+# check(None, lambda: rows_above_horizon(1280, 45), hint="2 pi f = 1280")
+
+# %% [markdown]
+# **2.** How far from the middle of the full picture of Fig. 1.1(a), in px,
+# is a lamp at {glue:text}`lamp:.0f`° of elevation? The mirror's half axes
+# are $a$ = {glue:text}`half_a:.1f` and $b$ = {glue:text}`half_b:.1f` mm,
+# $e = \sqrt{a^2+b^2}/a$, and the camera a focal length of
+# {glue:text}`focal:.1f` px.
+
+# %% tags=["active-ipynb"]
+# check(None, expected=radius_in_picture, hint="psi is 90 degrees more")

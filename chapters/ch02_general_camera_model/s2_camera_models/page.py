@@ -1,0 +1,340 @@
+# %% [markdown]
+# # 2.2 Camera distortions: a zoo of models
+#
+# **Question.** There are many formulas for how a camera bends the picture.
+# Which cameras can each of them describe, which not, and with how many
+# numbers?
+
+# %% tags=["hide-cell"]
+from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
+    divided_edge,
+    free_of_cubics,
+    omega_of_equidistance,
+    sphere_of_hyperboloid,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
+    CURVES,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.results import (
+    name_values,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.trials import (
+    DRAWN_MM,
+    FAMILIES,
+    LENSES,
+    POINT_MM,
+    ROOM,
+    census_trial,
+    curve_trial,
+    fit_trial,
+    mirror_trial,
+    rays_trial,
+    room_trial,
+)
+from chapters.shared.zoo import ELSEWHERE, ZOO
+from raxel.cameras import (
+    DivisionCamera,
+    KannalaBrandtCamera,
+    QuadricMirrorCamera,
+    ScaramuzzaCamera,
+    UnifiedSphereCamera,
+)
+from repro.page.exercise import check
+from repro.page.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+)
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+# %% [markdown]
+# ## What the thesis claims
+#
+# - Radial distortion is the largest distortion of an ordinary lens, and
+#   (2.4) with one or two coefficients describes it. Other models of the
+#   image plane are the division model, with one number, and the rational
+#   cubics of Hartley and Saxena, with "80 parameters".
+# - A fisheye needs a projection law from rays to points, (2.5) to (2.9).
+#   "The image displacement approach will fail for fisheye cameras with FOVs
+#   greater than or equal to 180°, since in these cases there is no single
+#   plane with which all the camera rays can intersect." The complete model
+#   of Kannala and Brandt {cite}`kannala2006` has 6 to 23 parameters.
+# - Mirrors: central models by shape, one sphere for all of them, and a
+#   polynomial (2.10). Mirrors off their focus, flat mirrors and exotic
+#   cameras (X-slits, pushbroom, axial) are not central.
+# - So there are many models, each for its own cameras; section 2.3 replaces
+#   them by one that fits all.
+
+# %% [markdown]
+# ## Model
+#
+# **Displacement in the image plane.** With $\mathbf{p}$ the undistorted
+# point and $r = |\mathbf{p}|$,
+#
+# $$\check{\mathbf{p}} = \mathbf{p} + \mathbf{p}(k_1 r^2 + k_2 r^4 + \dots).
+# \tag{2.4}$$
+#
+# **A law of the angle.** With $\theta$ from the axis and $\varphi$ around
+# it,
+#
+# $$\mathbf{p} = r(\theta)\,(\cos\varphi, \sin\varphi)^T, \tag{2.5}$$
+#
+# $$r = f\theta, \tag{2.6}$$
+#
+# $$r = 2f \sin(\theta/2), \tag{2.7}$$
+#
+# $$r = 2f \tan(\theta/2), \tag{2.8}$$
+#
+# $$\check{\mathbf{p}} = \mathbf{p} + \Delta_r(\theta, \varphi) +
+# \Delta_t(\theta, \varphi). \tag{2.9}$$
+#
+# **A ray for a point.** A polynomial in the radius gives the third
+# coordinate of the ray:
+#
+# $$\begin{aligned}
+# \mathbf{r} \simeq (&\check{\mathbf{p}}';\; a_0 + a_2
+# |\check{\mathbf{p}}'|^2 \\
+# &+ \dots + a_n |\check{\mathbf{p}}'|^n).
+# \end{aligned} \tag{2.10}$$
+#
+# **A mirror.** The library does not fit a formula to a mirror. It reflects
+# the viewer's ray in the quadric.
+#
+# Each model is one class with `rays` (pixels to rays) and `project` (points
+# to pixels). Its text says what ends where.
+
+# %% tags=["active-ipynb"]
+# show_code(DivisionCamera, ScaramuzzaCamera, UnifiedSphereCamera)
+
+# %% [markdown]
+# ## Experiment
+#
+# One camera of every model, {glue:text}`cameras` in all, has an image of
+# 200 × 200 pixels. Five small runs use them: a census, the projection
+# curves, fits of every round model to two lenses, the rays of those that
+# are not central, and a picture of one room through eight cameras. The
+# second lens is the FC-E8 fisheye converter at one zoom setting, as the
+# rig of section 2.5.2 has it from a published calibration.
+
+# %%
+STEPS = {"quick": 5, "full": 2}
+ANGLES = {"quick": 30, "full": 60}
+# Terms beyond the simplest form, at most, for the two lenses.
+MOST_TERMS = {"quick": (1, 2), "full": (3, 3)}
+SAMPLES = {"quick": 16, "full": 64}
+MIRRORS = ("hyperboloid mirror", "paraboloid mirror", "ellipsoid mirror")
+
+
+# %%
+@experiment("exp_zoo", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+def census(effort):
+    """Counts, field of view, centrality and round trip of every camera."""
+    conditions = [{"model": name, "step": STEPS[effort]} for name in ZOO]
+    settings = {
+        "image_px": [200, 200],
+        "round trip": f"by the point {POINT_MM:g} mm along the ray",
+        "left out": dict(ELSEWHERE),
+    }
+    return Plan(census_trial, conditions, 1, settings)
+
+
+@experiment(
+    "exp_zoo_curves", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def curves(effort):
+    """Angle and radius along a row of every round camera."""
+    return Plan(curve_trial, [{"model": name} for name in CURVES], 1)
+
+
+@experiment(
+    "exp_zoo_fits",
+    artefact="sec_2_2",
+    shards={"quick": 1, "full": 2},
+    inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
+)
+def fits(effort):
+    """Every round model, with more and more terms, fitted to two lenses."""
+    conditions = [
+        {
+            "lens": lens,
+            "family": family,
+            "extra": extra,
+            "angles": ANGLES[effort],
+        }
+        for lens, most in zip(LENSES, MOST_TERMS[effort], strict=True)
+        for family, (_, terms, _) in FAMILIES.items()
+        for extra in terms
+        if extra <= most
+    ]
+    settings = {
+        "angles": "even, to 91.5 deg; models of the image plane to 70 deg",
+        "weights": "none: least squares of the radius in px",
+    }
+    return Plan(fit_trial, conditions, 1, settings)
+
+
+@experiment(
+    "exp_zoo_mirrors", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def mirrors(effort):
+    """The unified sphere fitted to the three central mirrors."""
+    return Plan(mirror_trial, [{"model": name} for name in MIRRORS], 1)
+
+
+@experiment(
+    "exp_zoo_rays", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def rays(effort):
+    """Rays and caustic points of cameras that are not central."""
+    return Plan(rays_trial, [{"model": name} for name in DRAWN_MM], 1)
+
+
+@experiment(
+    "exp_zoo_room", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def pictures(effort):
+    """One room through eight cameras, without lens blur or noise."""
+    conditions = [
+        {"model": name, "samples": SAMPLES[effort]} for name in ROOM
+    ]
+    return Plan(room_trial, conditions, 1)
+
+
+# %% [markdown]
+# The claim that no plane is met by all rays from 180° on has an experiment
+# of its own, in the chapter's module `s2_claims.py`: a linear programme
+# looks for a normal that all rays of a bundle have in front.
+
+# %% [markdown]
+# ## Figures
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_curves")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_fits")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_rays")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_room")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo_scope")
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% [markdown]
+# ## Reading and limits
+#
+# - **Both ways.** All {glue:text}`cameras` cameras have `project` as well
+#   as `rays`, so none has to say why not. {glue:text}`returned:.0f` % of
+#   the pixels with a ray come back from a point of it, to
+#   {glue:text}`trip_px:.0e` px. For some cameras a point may have several
+#   pixels: a point seen in two plane mirrors, or short of the caustic of a
+#   concave mirror. Then `project` gives one of them.
+# - **Where plane models end.** The linear programme finds a plane for
+#   every bundle up to {glue:text}`plane_fov:.0f`° and for none from 180°
+#   on: the claim holds, and it is geometry, not fitting. The division
+#   model and the FOV model see less than 90° from the axis. The *formula*
+#   of the FOV model goes on beyond, but as published it displaces points
+#   of the image plane, and the library keeps to that. With decentring the
+#   library stops at {glue:text}`brown_end:.1f`°, where it inverts the map
+#   by search.
+# - **Few numbers can do.** Up to 70° and for the FC-E8, two radial
+#   coefficients leave {glue:text}`radial_2:.1f` px RMS; the division
+#   model with one leaves {glue:text}`division_1:.2f` px, and the FOV model
+#   {glue:text}`fov_1:.2f` px. It is the form that counts. "Image
+#   displacement" is not worse as such: it only has to end. The FOV model
+#   contains equidistance (exercise 1), which is why it fits so well.
+# - **Fisheye laws.** Over the whole 183° the ideal law (2.6) misses the
+#   FC-E8 by {glue:text}`ideal:.1f` px RMS, and one more number brings that
+#   to {glue:text}`micusik:.2f` px (Micusik and Pajdla, rational), or to
+#   {glue:text}`sphere_1:.2f` px with the unified sphere. The polynomial
+#   (2.10) needs three for {glue:text}`scaramuzza:.2f` px: it has to make
+#   an angle out of lengths. That Kannala and Brandt's polynomial fits
+#   exactly says nothing, as the rig's lens is such a polynomial.
+# - **Counting.** Parameters are counted in different ways. Hartley and
+#   Saxena's "80" are four cubics of the three coordinates of a point, 20
+#   coefficients each; without a scale for each of the two ratios they are
+#   {glue:text}`all_cubic`. Most of these cameras are not central: points
+#   behind one pixel lie on a curve, not on a ray. The central ones have
+#   {glue:text}`cubic:.0f`, and the library has those. Kannala and Brandt
+#   count {glue:text}`kb:.0f`; three of them are scales that cancel, so
+#   {glue:text}`kb_free:.0f` are free. The look-up table of section 2.3 has
+#   two numbers for every pixel with a ray, {glue:text}`table_size:.0f`
+#   here.
+# - **Signs.** A negative $a_0$ in (2.10), the sign of the published
+#   toolbox, means that the middle of the image looks along $-z$. A mirror
+#   looks back at its viewer too: with $z$ reversed the unified sphere
+#   equals each of the three central mirrors, to {glue:text}`sphere_px:.0e`
+#   px.
+# - **Not central.** {glue:text}`not_central` of the cameras are not. For
+#   lenses and curved mirrors it is a matter of millimetres: {glue:text}`axial_mm:.2f`
+#   mm for a moving pupil, {glue:text}`off_mm:.2f` mm for a hyperboloid
+#   whose viewer is some 10 mm off the focus, {glue:text}`ball_mm:.1f` mm
+#   for a ball. Far away that does not matter, near by it does. For X-slits
+#   the caustic is the two slits, for the pushbroom the one path: its other
+#   sheet is at infinity.
+# - **Examples only.** The curves and fields of view are those of the
+#   example parameters; the fits are of two lenses, without noise, with the
+#   centre known. They show what a form can follow, not what a calibration
+#   would reach.
+# - **Read, not copied.** Of the 10-parameter model of Shah and Aggarwal the
+#   section gives the order of its two polynomials, not the formula. The
+#   zoo has a form with both: one polynomial for the radius, one for the
+#   turn about the axis, five terms each.
+# - **Not built.** Barreto's sphere with division, circular panoramas, and
+#   networks of cameras. The {glue:text}`elsewhere` camera is in the library
+#   and not in the zoo: it is the viewer of the paraboloid mirror.
+
+# %% tags=["active-ipynb"]
+# show_code(KannalaBrandtCamera, QuadricMirrorCamera.rays)
+
+# %% [markdown]
+# ## Compared with the published numbers
+
+# %% tags=["active-ipynb"]
+# compared()
+
+# %% [markdown]
+# ## Try it yourself
+#
+# Open this page as a notebook (`make notebooks`), put an answer in place of
+# `None`, and run the cell.
+#
+# **1.** The FOV model is $r = \arctan(2 \tan\theta \tan(\omega/2)) /
+# \omega$. For which $\omega$, in degrees, is it the law of equidistance?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=omega_of_equidistance, hint="arctan undoes tan")
+
+# %% [markdown]
+# **2.** The zoo's hyperboloid has the semi-axes 30 mm (along its axis) and
+# 20 mm. Which $\xi$ has the unified sphere that equals it?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=sphere_of_hyperboloid, hint="2 e / (1 + e^2), e > 1")
+
+# %% [markdown]
+# **3.** The zoo's division model has $f = 130$ px and $\lambda_1 = -0.25$. At
+# which radius in the image, in pixels, would it reach 90°?
+
+# %% tags=["active-ipynb"]
+# check(None, expected=divided_edge, hint="there the denominator vanishes")
+
+# %% [markdown]
+# **4.** How many free numbers have two ratios of cubic polynomials of
+# $(X/Z, Y/Z)$, if a common factor of numerator and denominator does not
+# count?
+
+# %% tags=["active-ipynb"]
+# check(None, lambda: free_of_cubics(2), hint="10 coefficients a cubic")

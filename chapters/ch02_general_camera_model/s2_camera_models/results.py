@@ -1,0 +1,78 @@
+"""The numbers that the page of the camera zoo quotes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s2_camera_models.claims import (
+    FOVS_DEG,
+    feasible_shares,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
+    free_of_cubics,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
+    NONE_MM,
+    fits_of,
+)
+from chapters.shared.zoo import ELSEWHERE, ZOO
+from repro.page.reader import value
+
+# Name in the prose -> what of which camera.
+OF_ONE = {
+    "kb": ("parameters", "Kannala-Brandt, complete"),
+    "cubic": ("parameters", "rational cubic"),
+    "table_size": ("parameters", "look-up table"),
+    "brown_end": ("model_end_deg", "radial and decentring"),
+    "off_mm": ("centrality_mm", "hyperboloid off the focus"),
+    "ball_mm": ("centrality_mm", "spherical mirror"),
+    "axial_mm": ("centrality_mm", "axial"),
+}
+# Name in the prose -> family and number of radial parameters, FC-E8.
+OF_FITS = {
+    "radial_2": ("radial", 3),
+    "division_1": ("division", 2),
+    "fov_1": ("field of view", 2),
+    "ideal": ("equidistance", 1),
+    "micusik": ("Micusik-Pajdla, rational", 2),
+    "scaramuzza": ("Scaramuzza", 3),
+    "sphere_1": ("unified sphere", 2),
+}
+
+
+def of_all(result, name):
+    """One value of every camera of the zoo, (n,)."""
+    return np.array([result.column(name, model=m)[0] for m in ZOO])
+
+
+def fov_with_plane(result):
+    """Largest field of view (deg) with a plane in front of all rays."""
+    return max(np.array(FOVS_DEG)[feasible_shares(result) == 1])
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    counted = open_results("exp_zoo")
+    fitted = open_results("exp_zoo_fits")
+    reflected = open_results("exp_zoo_mirrors")
+    value("cameras", len(ZOO))
+    value("elsewhere", ", ".join(ELSEWHERE))
+    value("all_cubic", free_of_cubics(3))
+    value("trip_px", of_all(counted, "round_trip_px").max())
+    value("returned", 100 * of_all(counted, "returned").min())
+    apart = of_all(counted, "centrality_mm") > NONE_MM
+    value("not_central", int(apart.sum()))
+    for name, (what, model) in OF_ONE.items():
+        value(name, counted.column(what, model=model)[0])
+    # Three scales of the complete model of Kannala and Brandt cancel.
+    what, model = OF_ONE["kb"]
+    value("kb_free", counted.column(what, model=model)[0] - 3)
+    for name, (family, free) in OF_FITS.items():
+        counts, rms = fits_of(fitted, "FC-E8", family)
+        value(name, rms[counts == free][0])
+    mirrors = [condition["model"] for condition in reflected.conditions]
+    value(
+        "sphere_px",
+        max(reflected.column("rms_px", model=m)[0] for m in mirrors),
+    )
+    value("plane_fov", fov_with_plane(open_results("exp_c2_fov180")))

@@ -1,0 +1,203 @@
+"""Fig. 2.1, drawn from look-up tables that the library filled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s3_general_camera.trials import (
+    PIXEL_I,
+    TABLE_PX,
+)
+from chapters.shared.axes_in_space import (
+    dots,
+    line,
+    name_axes,
+)
+from raxel.geometry import pluecker_matrix
+from repro.page.scene import Points, Scene, Segments, Surface
+from repro.page.style import FAINT, INK, series
+from repro.page.style import figure as new_figure
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+DRAWN_MM = 380.0
+TOLERANCE_MM = 1e-9
+SIDES = {
+    "fisheye": "central: fisheye",
+    "faceted": "not central: four mirrors",
+}
+BLUE, ORANGE = (series(k)["color"] for k in range(2))
+SHEET = "#9aa5b1"
+
+
+class Table:
+    """The look-up table of one camera, as an experiment left it."""
+
+    def __init__(self, result, camera):
+        for name in ("pixels", "origins", "directions", "matrices"):
+            setattr(self, name, result.arrays(name, camera=camera)[0])
+        facets = result.arrays("facets", camera=camera)
+        self.facets = facets[0] if facets else np.empty((0, 4, 3))
+        self.ends = self.origins + DRAWN_MM * self.directions
+        width, _ = TABLE_PX
+        self.i = PIXEL_I[1] * width + PIXEL_I[0]
+        # Every second pixel is drawn, and pixel i.
+        self.drawn = np.all(self.pixels % 2 == 0, axis=1)
+        self.drawn &= np.isfinite(self.directions[:, 0])
+        self.drawn[self.i] = False
+
+    def gap(self):
+        """Largest distance (mm) of a drawn point from the stored line.
+
+        The line is that of its Plücker matrix: the matrix of two points
+        drawn on it must be the same, up to scale.
+        """
+        rows = np.flatnonzero(self.drawn).tolist() + [self.i]
+        one = np.ones((len(rows), 1))
+        drawn = pluecker_matrix(
+            np.column_stack([self.origins[rows], one]),
+            np.column_stack([self.ends[rows], one]),
+        )
+        return float(np.abs(drawn / DRAWN_MM - self.matrices[rows]).max())
+
+
+@figure(
+    "fig_2_1", needs=("fig_2_1_tables",), evidence="analytic", scene=True
+)
+def fig_2_1(results):
+    """Image, look-up table and rays of two cameras, side by side."""
+    tables = {
+        camera: Table(results["fig_2_1_tables"], camera) for camera in SIDES
+    }
+    drawn, images = new_figure(1, 2, height_in=6.4)
+    # Axes in space need more room than a layout engine gives them.
+    drawn.set_layout_engine("none")
+    for column, (camera, table) in enumerate(tables.items()):
+        left = 0.5 * column
+        images[column].set_position([left + 0.1, 0.81, 0.3, 0.15])
+        _draw_image(images[column], table)
+        images[column].set_title(SIDES[camera])
+        drawn.text(
+            left + 0.1,
+            0.735,
+            "$M_i$ =\n" + matrix_text(table.matrices[table.i]),
+            family="DejaVu Sans Mono",
+            fontsize=9,
+            va="top",
+        )
+        space = drawn.add_axes(
+            [left - 0.015, -0.05, 0.46, 0.74],
+            projection="3d",
+            zorder=2 - column,
+        )
+        _draw_rays(space, table)
+    gap = max(table.gap() for table in tables.values())
+    names = ["camera", "u_px", "v_px"]
+    names += [f"{part}_{x}_mm" for part in ("anchor", "end") for x in "xyz"]
+    rows = [
+        (camera, *table.pixels[k], *table.origins[k], *table.ends[k])
+        for camera, table in tables.items()
+        for k in [*np.flatnonzero(table.drawn), table.i]
+    ]
+    return Drawing(
+        drawn,
+        columns(names, rows),
+        "The general camera model. Top: an image, every second pixel "
+        "marked, and below it the Plücker matrix that the look-up table holds "
+        "for pixel $i$ (orange; lengths in mm). Bottom: the rays of the marked pixels, "
+        "from the camera's table, with their anchor points. Left, the rays "
+        "of a fisheye have one anchor point, the centre; right, each ray of a "
+        "camera that looks into four plane mirrors has its own.",
+        Check(
+            gap < TOLERANCE_MM,
+            "every drawn ray lies on the line of its Plücker matrix, to "
+            f"{gap:.1g} mm",
+        ),
+        _scene_2_1(tables),
+    )
+
+
+def _draw_image(axes, table):
+    width, height = TABLE_PX
+    axes.vlines(
+        np.arange(width + 1) - 0.5, -0.5, height - 0.5, FAINT, lw=0.6
+    )
+    axes.hlines(
+        np.arange(height + 1) - 0.5, -0.5, width - 0.5, FAINT, lw=0.6
+    )
+    axes.plot(*table.pixels[table.drawn].T, "o", color=BLUE, ms=2.5)
+    axes.plot(*table.pixels[table.i], "s", color=ORANGE, ms=5)
+    axes.annotate(
+        "$i$",
+        table.pixels[table.i],
+        (6, -4),
+        textcoords="offset points",
+        color=ORANGE,
+    )
+    axes.set(xlabel="u (px)", ylabel="v (px)", aspect="equal")
+    axes.invert_yaxis()
+    axes.grid(False)
+
+
+def matrix_text(matrix):
+    """A Plücker matrix in rows, two digits after the point."""
+    # Adding zero turns the -0 of a rounded entry into 0.
+    rows = np.round(matrix, 2) + 0.0
+    cells = [[f"{x:.2f}" for x in row] for row in rows]
+    wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return "\n".join(
+        " ".join(cell.rjust(n) for cell, n in zip(row, wide, strict=True))
+        for row in cells
+    )
+
+
+def _draw_rays(axes, table):
+    for facet in table.facets:
+        line(axes, np.vstack([facet, facet[:1]]), SHEET, 1.0)
+    for row in np.flatnonzero(table.drawn):
+        ray = np.stack([table.origins[row], table.ends[row]])
+        line(axes, ray, BLUE, 0.7)
+    dots(axes, table.origins[table.drawn], INK, 2.0)
+    ray = np.stack([table.origins[table.i], table.ends[table.i]])
+    line(axes, ray, ORANGE, 2.0)
+    dots(axes, ray[:1], ORANGE, 4, "s")
+    name_axes(axes, (20, -60))
+
+
+def _scene_2_1(tables):
+    """Both cameras beside each other: the mirrors' is moved along x."""
+    parts = []
+    for place, table in enumerate(tables.values()):
+        shift = np.array([900.0 * place, 0.0, 0.0])
+        own, rows = "" if place else "ray", table.drawn
+        for facet in table.facets:
+            sheet = np.stack([facet[[0, 1]], facet[[3, 2]]]) + shift
+            parts.append(Surface(sheet, SHEET, 0.5))
+        parts += [
+            Segments(
+                table.origins[rows] + shift,
+                table.ends[rows] + shift,
+                BLUE,
+                own,
+            ),
+            Points(
+                table.origins[rows] + shift,
+                INK,
+                "" if place else "anchor point",
+            ),
+            Segments(
+                table.origins[[table.i]] + shift,
+                table.ends[[table.i]] + shift,
+                ORANGE,
+                "" if place else "pixel i",
+                4.0,
+            ),
+        ]
+    return Scene(
+        parts,
+        (450.0, -700.0, -1600.0),
+        (450.0, 0.0, 100.0),
+        note="Left a fisheye: all rays leave one point. Right a camera "
+        "before four mirrors: every ray has an anchor point of its own.",
+    )

@@ -1,0 +1,60 @@
+"""What the exercises of sections 2.4.1 and 2.4.2 compare an answer with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_systems import (
+    UNKNOWNS_U,
+    matrix_a,
+    scaled_coefficients,
+    scene_points,
+)
+from raxel.calibration import three_point_depths
+from repro.run.experiment import trial_rng
+
+# The middle and two corners of an equilateral triangle, seen from above.
+SIDE_MM = 100.0
+HEIGHT_MM = 300.0
+
+
+def freedom_of_a():
+    """Dimension of the solution space of A u = x (2.19)."""
+    points, _, _ = scene_points(trial_rng("sec_2_4_1_exercise", {}, 0))
+    A, _ = matrix_a(scaled_coefficients(points))
+    return int(UNKNOWNS_U - np.linalg.matrix_rank(A))
+
+
+def triangle():
+    """Unit directions (3, 3) and points (3, 2) of a triangle seen upright.
+
+    The camera is above the middle of the triangle, its axis at right
+    angles to it.
+    """
+    angle = 2 * np.pi * np.arange(3) / 3
+    radius = SIDE_MM / np.sqrt(3)
+    points = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    corners = np.column_stack([points, np.full(3, HEIGHT_MM)])
+    return corners / np.linalg.norm(corners, axis=1, keepdims=True), points
+
+
+def depth_of_triangle():
+    """Depth (mm) of each corner in the upright solution."""
+    return float(np.hypot(HEIGHT_MM, SIDE_MM / np.sqrt(3)))
+
+
+def solutions_of_triangle():
+    """How many real solutions (2.26) has for the triangle."""
+    return len(_depths_of_triangle())
+
+
+def nearer_depth():
+    """Depth (mm) of the corner that is nearer than the other two."""
+    depths = _depths_of_triangle()
+    return float(depths[depths > 0].min())
+
+
+def _depths_of_triangle():
+    directions, points = triangle()
+    depths = three_point_depths(directions[None], points[None])[0]
+    return depths[np.isfinite(depths).all(axis=1)]

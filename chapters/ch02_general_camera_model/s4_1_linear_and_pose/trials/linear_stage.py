@@ -1,0 +1,148 @@
+"""Trials about the linear stage of section 2.4.1, on data without noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_systems import (
+    depth_squared,
+    matrix_a,
+    matrix_d,
+    null_entries,
+    rank_of,
+    scaled_coefficients,
+    scene_points,
+    singular_values,
+    solution_space,
+    solve_u,
+)
+from raxel.calibration import (
+    bundle_adjust_fixed_centre,
+    linear_as_printed,
+    linear_well_conditioned,
+    rays_from_known_motion,
+)
+from raxel.errors import CalibrationError
+from raxel.geometry import angle_between_rotations
+
+WRONG_MM = 1.0
+
+
+def unit_of(points):
+    """A length (mm) that brings the points of the base grid to order 1."""
+    return np.sqrt(np.mean(np.sum(points[0] ** 2, axis=1)))
+
+
+def rank_a_trial(condition, rng):
+    """Rank of A and its relative singular values, in one scene."""
+    points, _, _ = scene_points(rng)
+    A, _ = matrix_a(scaled_coefficients(points / unit_of(points)))
+    values = singular_values(A)
+    return {
+        "unknowns": A.shape[1],
+        "rank": rank_of(values),
+        "smallest": values[-1],
+    }
+
+
+def rank_d_trial(condition, rng):
+    """Rank and null vectors of D, for two bases of A's null space."""
+    points, _, _ = scene_points(rng)
+    coefficients = scaled_coefficients(points / unit_of(points))
+    a, basis = solution_space(*matrix_a(coefficients))
+    mixed = rng.normal(size=(2, 2)) @ basis
+    out = {}
+    for name, used in (("orthonormal", basis), ("any", mixed)):
+        D, _ = matrix_d(a, used, coefficients)
+        values = singular_values(D)
+        out[name] = {
+            "rank": rank_of(values),
+            "fifth": values[4],
+            "sixth": values[5],
+            "null_entry": null_entries(D),
+            "l1_l2_column": np.linalg.norm(D[:, 2])
+            / np.linalg.norm(D[:, 3]),
+        }
+    return out
+
+
+def exact_trial(condition, rng):
+    """Errors of the linear stage on exact data, form by form."""
+    points, centre, poses = scene_points(rng)
+    side = np.sign(centre[2])
+    forms = {
+        "corrected": lambda: linear_as_printed(
+            *points, side=side, tz="corrected"
+        ),
+        "tz_printed": lambda: linear_as_printed(*points, side=side),
+        "well_conditioned": lambda: linear_well_conditioned(
+            points, side=side
+        ),
+    }
+    out = {
+        name: _linear_errors(form, centre, poses)
+        for name, form in forms.items()
+    }
+    unit = unit_of(points)
+    u, coefficients = solve_u(points / unit)
+    for name, printed in (("corrected", False), ("printed", True)):
+        square = depth_squared(u, coefficients, printed)
+        out[f"{name}_negative"] = bool(square < 0)
+        depth = unit * np.sqrt(square) if square >= 0 else np.nan
+        out[f"{name}_depth_mm"] = abs(depth - abs(centre[2]))
+    return out
+
+
+def _linear_errors(form, centre, poses):
+    try:
+        found = form()
+    except CalibrationError as error:
+        return {"failed": str(error)}
+    return {
+        "centre_mm": np.linalg.norm(found.centre - centre),
+        **pose_errors(found.T_base_grid, poses),
+    }
+
+
+def pose_errors(found, true):
+    """Largest error of translations (mm) and of rotations (rad)."""
+    shift = np.linalg.norm((found - true)[:, :3, 3], axis=1)
+    turn = angle_between_rotations(found[:, :3, :3], true[:, :3, :3])
+    return {"translation_mm": shift.max(), "rotation_rad": turn.max()}
+
+
+def no_motion_trial(condition, rng):
+    """Poses from intersections alone; the two-pose method beside it.
+
+    T_1 of the two-pose method is right, or wrong by 1 mm along a random
+    direction.
+    """
+    points, centre, poses = scene_points(rng)
+    way = rng.normal(size=3)
+    way *= WRONG_MM / np.linalg.norm(way)
+    out = {"two_pose_deg": {}}
+    flat = np.column_stack([points[0], np.zeros(len(points[0]))])
+    true = flat - centre
+    true /= np.linalg.norm(true, axis=1, keepdims=True)
+    for name, error in (("right", np.zeros(3)), ("wrong", way)):
+        known = poses[:2].copy()
+        known[1, :3, 3] += error
+        found = rays_from_known_motion(points[:2], known)
+        # Lines: the grids of this scene may cross within the view.
+        cosine = np.sum(found.directions * true, axis=1)
+        sine = np.linalg.norm(np.cross(found.directions, true), axis=1)
+        angle = np.degrees(np.arctan2(sine, np.abs(cosine)))
+        out["two_pose_deg"][name] = np.nanmedian(angle)
+    try:
+        start = linear_well_conditioned(points)
+        seen = np.ones(points.shape[:2], bool)
+        adjusted = bundle_adjust_fixed_centre(
+            points, seen, start.centre, start.T_base_grid
+        )
+    except CalibrationError as error:
+        return out | {"failed": str(error)}
+    errors = pose_errors(adjusted.T_base_grid, poses)
+    return out | {
+        "pose_mm": errors["translation_mm"],
+        "pose_rad": errors["rotation_rad"],
+    }

@@ -1,0 +1,355 @@
+"""The claims about Fig. 2.3, each tested in every reading of the text.
+
+A test follows the wording of the ledger; the first reading is the primary one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import (
+    FOVS_DEG,
+    LAWS_FOV_DEG,
+    LEVELS,
+    NOISE_FOV_DEG,
+)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials.laws import (
+    LAWS,
+)
+from chapters.shared.synthetic_readings import (
+    QUESTIONS,
+    judged,
+)
+from raxel.evaluation.statistics import (
+    FAILS,
+    HOLDS,
+    SIGNIFICANCE,
+    UNDECIDED,
+    all_of,
+    bootstrap,
+    loglog_slope,
+    median_interval,
+    median_ratio,
+    trend,
+    weighted_line,
+    welch_less,
+    wins,
+    with_worst,
+)
+from repro.run.experiment import claim
+
+FLAT_FOVS = [fov for fov in FOVS_DEG if 30 <= fov <= 120]
+ALL = tuple(QUESTIONS)
+PARAMETRIC = ("noise", "scoring", "extent", "residual_scale")
+
+
+def _proportional(series: Callable) -> tuple[str, float, tuple, str]:
+    """Weighted line with R2 >= 0.98, log-log slope in [0.85, 1.15]."""
+    levels = np.array(LEVELS)
+    trials = [series(level) for level in LEVELS]
+    found = [median_interval(t, worst=np.nanmax(t)) for t in trials]
+    spread = np.array([max(e.high - e.low, 1e-12) for e in found])
+    medians = np.array([e.value for e in found])
+    # The intervals of the medians are in the weights; R2 itself has none.
+    line = weighted_line(levels, medians, 1 / spread**2)
+    slope = trend(levels, trials, loglog_slope)
+    decision = slope.within(0.85, 1.15)
+    if line.r2 < 0.98:
+        decision = FAILS
+    failed = sum(int(np.isnan(t).sum()) for t in trials)
+    remark = f"log-log slope; R² of the weighted line {line.r2:.4f}"
+    if failed:
+        remark += f"; {failed} of {sum(map(len, trials))} trials failed"
+    return decision, slope.value, (slope.low, slope.high), remark
+
+
+@claim(
+    "c2_noise_linear_generic",
+    needs=("fig_2_3_noise",),
+    evidence="synthetic",
+)
+def judge_noise_linear_generic(results):
+    """The generic residual grows in proportion to the noise."""
+
+    def judge(case):
+        return _proportional(
+            lambda level: case.generic(
+                "mean_px", noise=level, fov_deg=NOISE_FOV_DEG
+            )
+        )
+
+    return judged(results["fig_2_3_noise"], ALL, judge)
+
+
+@claim(
+    "c2_noise_linear_persp", needs=("fig_2_3_noise",), evidence="synthetic"
+)
+def judge_noise_linear_parametric(results):
+    """The parametric residual grows in proportion to the noise."""
+
+    def judge(case):
+        return _proportional(
+            lambda level: case.parametric(
+                "mean_px", noise=level, fov_deg=NOISE_FOV_DEG
+            )
+        )
+
+    return judged(results["fig_2_3_noise"], PARAMETRIC, judge)
+
+
+def _rank_trend(x: np.ndarray, medians: np.ndarray) -> float:
+    """Rank correlation of medians with a sweep that has no ties."""
+    ranks = np.argsort(np.argsort(medians))
+    return float(np.corrcoef(np.arange(len(x)), ranks)[0, 1])
+
+
+@claim("c2_fov_persp_rises", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_fov_parametric_rises(results):
+    """Spearman >= 0.9, and 150 deg more than twice 60 deg."""
+
+    def judge(case):
+        trials = [
+            case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG
+        ]
+        rank = trend(np.array(FOVS_DEG), trials, _rank_trend)
+        wide = case.parametric("mean_px", fov_deg=150)
+        narrow = case.parametric("mean_px", fov_deg=60)
+        ratio = median_ratio(wide, narrow)
+        p = welch_less(2 * narrow, wide)
+        decision = all_of([rank.above(0.9 - 1e-9), ratio.above(2.0)])
+        if decision == HOLDS and p >= SIGNIFICANCE:
+            decision = UNDECIDED
+        return (
+            decision,
+            ratio.value,
+            (ratio.low, ratio.high),
+            f"ratio 150/60 deg; Spearman {rank.value:.2f} "
+            f"({rank.low:.2f} to {rank.high:.2f}); Welch p {p:.1g}",
+        )
+
+    return judged(results["fig_2_3_fov"], PARAMETRIC, judge)
+
+
+def _spread_over_sweep(x: np.ndarray, medians: np.ndarray) -> float:
+    return float(medians.max() / medians.min())
+
+
+def _spread_of_medians(*trials: np.ndarray) -> np.ndarray:
+    medians = [np.median(t, axis=-1) for t in trials]
+    return np.max(medians, axis=0) / np.min(medians, axis=0)
+
+
+@claim("c2_fov_generic_flat", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_fov_generic_flat(results):
+    """30 to 120 deg: mean within 1.5, SD within 2, below parametric."""
+
+    def judge(case):
+        spread = {
+            quantity: trend(
+                np.array(FLAT_FOVS),
+                [case.generic(quantity, fov_deg=fov) for fov in FLAT_FOVS],
+                _spread_over_sweep,
+            )
+            for quantity in ("mean_px", "sd_px")
+        }
+        generic = case.generic("mean_px", fov_deg=120)
+        parametric = case.parametric("mean_px", fov_deg=120)
+        ratio = median_ratio(parametric, generic)
+        p = welch_less(generic, parametric)
+        lower = ratio.above(1.0)
+        if lower == HOLDS and p >= SIGNIFICANCE:
+            lower = UNDECIDED
+        decision = all_of(
+            [
+                spread["mean_px"].below(1.5),
+                spread["sd_px"].below(2.0),
+                lower,
+            ]
+        )
+        mean, sd = spread["mean_px"], spread["sd_px"]
+        return (
+            decision,
+            mean.value,
+            (mean.low, mean.high),
+            f"max/min of the mean; of the SD {sd.value:.2f} ({sd.low:.2f} "
+            f"to {sd.high:.2f}); parametric/generic at 120 deg "
+            f"{ratio.value:.2f}, Welch p {p:.1g}",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+@claim("c2_fov_generic_150", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_fov_generic_150(results):
+    """Generic mean and SD are larger at 150 than at 120 deg."""
+
+    def judge(case):
+        at = {
+            (q, fov): case.generic(q, fov_deg=fov)
+            for q in ("mean_px", "sd_px")
+            for fov in (120, 150)
+        }
+        won = wins([(at["mean_px", 120], at["mean_px", 150])])[0]
+        sd = median_ratio(at["sd_px", 150], at["sd_px", 120])
+        return (
+            all_of([won.decision, sd.above(1.0)]),
+            won.ratio.value,
+            (won.ratio.low, won.ratio.high),
+            f"ratio of means 150/120 deg, Wilcoxon p {won.p:.1g}; of SDs "
+            f"{sd.value:.2f} ({sd.low:.2f} to {sd.high:.2f})",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+def _excess_left(finite_150, finite_120, unbounded_150, unbounded_120):
+    """Share of the 150/120 ratio's excess over 1 that finite grids keep."""
+    finite = np.median(finite_150, -1) / np.median(finite_120, -1)
+    unbounded = np.median(unbounded_150, -1) / np.median(unbounded_120, -1)
+    return (finite - 1) / (unbounded - 1)
+
+
+@claim(
+    "c2_infinite_plane_cause", needs=("fig_2_3_fov",), evidence="synthetic"
+)
+def judge_infinite_plane_cause(results):
+    """Finite grids halve the rise; the residual follows 1/sin(angle)."""
+
+    def judge(case):
+        trials = []
+        for extent in ("finite", "unbounded"):
+            for fov in (150, 120):
+                found = case.other(extent=extent).generic(
+                    "mean_px", fov_deg=fov
+                )
+                trials.append(with_worst(found, np.nanmax(found)))
+        rise = median_ratio(trials[2], trials[3])
+        left = bootstrap(_excess_left, *trials)
+        grazing = case.other(extent="unbounded").generic(
+            "grazing_spearman", fov_deg=150
+        )
+        rank = median_interval(grazing, worst=-1.0)
+        decisions = [left.below(0.5), rank.above(0.3 - 1e-9)]
+        if rise.above(1.0) != HOLDS:
+            decisions.append(rise.above(1.0))
+        return (
+            all_of(decisions),
+            left.value,
+            (left.low, left.high),
+            "share of the rise from 120 to 150 deg that is left on finite "
+            f"grids (on unbounded planes the residual rises "
+            f"{rise.value:.2f} times); rank correlation (Spearman) of a "
+            "ray's residual with 1/sin of its angle to the plane "
+            f"{rank.value:.2f} ({rank.low:.2f} to {rank.high:.2f})",
+        )
+
+    questions = ("noise", "scoring", "standard_method", "residual_scale")
+    return judged(results["fig_2_3_fov"], questions, judge)
+
+
+@claim("c2_peripheral_noise", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_peripheral_noise(results):
+    """Point noise at 150 deg: outer 20 % of field angle over inner 20 %.
+
+    The claim itself says that the planes are infinite.
+    """
+
+    def judge(case):
+        ratio = median_interval(
+            case.column("point_noise_ratio", fov_deg=150)
+        )
+        decision = UNDECIDED
+        if ratio.value > 1.5 and ratio.low > 1:
+            decision = HOLDS
+        elif ratio.high <= 1.5:
+            decision = FAILS
+        return (
+            decision,
+            ratio.value,
+            (ratio.low, ratio.high),
+            "ratio of SDs in mm",
+        )
+
+    return judged(results["fig_2_3_fov"], ("noise",), judge)
+
+
+def _lower_mean(a: np.ndarray, b: np.ndarray) -> tuple[str, float]:
+    """Whether the mean of ``a`` is below that of ``b`` (Welch), and p."""
+    p = welch_less(a, b)
+    if p < SIGNIFICANCE:
+        return HOLDS, p
+    return FAILS if welch_less(b, a) < SIGNIFICANCE else UNDECIDED, p
+
+
+def _who_is_better(signs: np.ndarray) -> str:
+    """The sweep in words, from signs of parametric less generic medians."""
+    better = np.where(signs > 0, "generic", "parametric")
+    turns = np.flatnonzero(better[1:] != better[:-1]) + 1
+    if len(turns) == 0:
+        return f"{better[0]} better everywhere"
+    return f"{better[0]} better, " + ", ".join(
+        f"{better[i]} from {FOVS_DEG[i]} deg on" for i in turns
+    )
+
+
+@claim("c2_crossover", needs=("fig_2_3_fov",), evidence="synthetic")
+def judge_crossover(results):
+    """Parametric better at the lowest, generic at the highest FOV."""
+
+    def judge(case):
+        found = np.array(
+            [
+                [one("mean_px", fov_deg=fov) for fov in FOVS_DEG]
+                for one in (case.parametric, case.generic)
+            ]
+        )
+        parametric, generic = np.median(with_worst(found), axis=-1)
+        signs = np.sign(parametric - generic)
+        changes = int(np.sum(np.diff(signs) != 0))
+        first, p_first = _lower_mean(found[0, 0], found[1, 0])
+        last, p_last = _lower_mean(found[1, -1], found[0, -1])
+        decision = all_of([first, last])
+        if decision == HOLDS and changes != 1:
+            decision = FAILS
+        return (
+            decision,
+            _who_is_better(signs),
+            None,
+            f"{changes} sign changes; Welch p {p_first:.1g} at 30 deg, "
+            f"{p_last:.1g} at 150 deg",
+        )
+
+    return judged(results["fig_2_3_fov"], ALL, judge)
+
+
+@claim(
+    "c2_modality_independent", needs=("fig_2_3_laws",), evidence="synthetic"
+)
+def judge_modality_independent(results):
+    """Four projection laws at 90 deg: means within 15 % of each other.
+
+    The test asks for each camera's own pixels: those of the source image.
+    The laws share rays and noise in every trial, so trials are paired.
+    """
+
+    def judge(case):
+        case = case.other(residual_scale="source image")
+        trials = [
+            with_worst(found, np.nanmax(found))
+            for found in (
+                case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG)
+                for law in LAWS
+            )
+        ]
+        spread = bootstrap(_spread_of_medians, *trials, paired=True)
+        return (
+            spread.below(1.15),
+            spread.value,
+            (spread.low, spread.high),
+            "largest over smallest of the four means",
+        )
+
+    questions = ("noise", "scoring", "extent", "standard_method")
+    return judged(results["fig_2_3_laws"], questions, judge)

@@ -1,0 +1,101 @@
+"""Two small experiments of section 2.5.2: a true centre, and a homography."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.synthetic import (
+    PRINCIPAL,
+    about_principal_ray,
+    central_focal,
+    measure,
+    score,
+    targets,
+    view,
+)
+from raxel.calibration.bundle import bundle_adjust_fixed_centre
+from raxel.calibration.generic_linear import (
+    linear_as_printed,
+    linear_well_conditioned,
+)
+from raxel.errors import CalibrationError, InputError
+from raxel.evaluation import distortion_residual
+from raxel.geometry import inverse_pose
+
+SCENE = {
+    "law": "equidistance",
+    "fov_deg": 120,
+    "noise": 0.5,
+    "domain": "px",
+    "extent": "unbounded",
+}
+START = {
+    "as printed": lambda points: linear_as_printed(*points),
+    "well conditioned": linear_well_conditioned,
+}
+POINTS = 200
+
+
+def centre_trial(condition, rng):
+    """RMS residual with the estimated centre and with the true one."""
+    data, _ = measure(SCENE, rng)
+    true_centre = inverse_pose(data.grids[0])[:3, 3]
+    out = {}
+    for name, start in START.items():
+        try:
+            linear = start(data.noisy_points)
+            estimated = rms_of(data, linear.centre, linear.T_base_grid)
+            true = rms_of(data, true_centre, linear.T_base_grid)
+        except (CalibrationError, InputError) as error:
+            out[name] = {"failed": str(error)}
+            continue
+        out[name] = {
+            "centre_error_mm": np.linalg.norm(linear.centre - true_centre)
+        }
+        for scale in estimated:
+            out[name][scale] = {
+                "estimated_px": estimated[scale],
+                "true_px": true[scale],
+                "ratio": true[scale] / estimated[scale],
+            }
+    return out
+
+
+def rms_of(data, centre, T_base_grid):
+    """RMS residual (px) by scale, of rays adjusted about a given centre."""
+    seen = np.ones(data.noisy_points.shape[:2], bool)
+    directions = bundle_adjust_fixed_centre(
+        data.noisy_points, seen, centre, T_base_grid
+    ).directions
+    focal = central_focal(data.camera)
+    corrected = view(about_principal_ray(directions, data.pixels), focal)
+    lengths = score(
+        corrected, targets(data, focal)["noisy"], data.camera, focal
+    )
+    return {
+        scale: np.sqrt(np.nanmean(of_scale**2))
+        for scale, of_scale in lengths.items()
+    }
+
+
+def homography_trial(condition, rng):
+    """RMS residual (px) of perspective points on any plane, and distorted."""
+    points = rng.uniform(-300, 300, (POINTS, 2))
+    H = np.eye(3) + rng.uniform(-1, 1, (3, 3)) * [
+        [0.3, 0.3, 200],
+        [0.3, 0.3, 200],
+        [3e-4, 3e-4, 0],
+    ]
+    lifted = np.column_stack([points, np.ones(POINTS)]) @ H.T
+    seen = lifted[:, :2] / lifted[:, 2:]
+    offset = seen / np.abs(seen).max()
+    k1 = rng.uniform(0.02, 0.2)
+    bent = seen * (1 + k1 * np.sum(offset**2, axis=1, keepdims=True))
+    residuals = {
+        "without_px": distortion_residual(seen, points),
+        "with_px": distortion_residual(bent + PRINCIPAL, points),
+    }
+    return {
+        name: np.sqrt(np.mean(np.sum(vectors**2, axis=1)))
+        for name, vectors in residuals.items()
+    }

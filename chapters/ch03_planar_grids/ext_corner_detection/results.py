@@ -1,0 +1,143 @@
+"""The numbers that the page on 6.3.1 quotes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.ext_corner_detection.figures.coded import (
+    counts,
+)
+from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
+    CODED_DEFAULT,
+    MARKS,
+    OUTCOMES,
+)
+from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
+    DEFAULT,
+    METHODS,
+    OTHERS,
+    PUBLISHED,
+    comparisons,
+    successes,
+)
+from chapters.shared.scoring import CORNER_OFF
+from chapters.shared.synthetic_board import Board
+from repro.page.reader import value
+
+SHORT = {
+    "noise SD 40": "noise",
+    "blur SD 5 px": "blur",
+    "squares of 50 px": "squares",
+    "FOV 146°": "fov146",
+    "FOV 152°": "fov152",
+    "yaw 40°": "yaw",
+    "bent at random": "bent",
+}
+SIGNIFICANT = 0.05
+REFUSED = "refused by CELECT"
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    _name_further(open_results("ext_further_ideas_runs"))
+    _name_split(open_results("ext_split_corners_runs"))
+    _name_coded(open_results("ext_coded_grid_runs"))
+
+
+def _name_further(result):
+    compared = comparisons(result)
+    value("further.trials", result.trials_per_condition)
+    for method in OTHERS:
+        found = [v for (_, m), v in compared.items() if m == method]
+        name = method.replace(" ", "_")
+        value(f"{name}.gained", sum(v["gained"] for v in found))
+        value(f"{name}.lost", sum(v["lost"] for v in found))
+        better = [v for v in found if v["p"] < SIGNIFICANT]
+        value(
+            f"{name}.better", sum(v["after"] > v["before"] for v in better)
+        )
+        value(
+            f"{name}.worse", sum(v["after"] < v["before"] for v in better)
+        )
+        value(f"{name}.error", error_ratio(result, method))
+    for condition in result.conditions:
+        picture = condition["picture"]
+        for method in METHODS:
+            share = successes(result, picture, method).mean()
+            name = method.replace(" ", "_")
+            value(f"{SHORT[picture]}.{name}", 100 * float(share))
+    for method in (PUBLISHED, "clusters"):
+        value(f"{method}.silent", silently_wrong(result, method))
+    on_column, lost = failed_on_column(result)
+    value("published.losses", lost)
+    value("published.losses.column", on_column)
+
+
+def _name_split(result):
+    for method in (PUBLISHED, "symmetry"):
+        (inliers,) = result.arrays(f"{method}.inliers")
+        value(f"split.{method}", len(inliers))
+    value("split.corners", Board(**DEFAULT).columns)
+
+
+def silently_wrong(result, method):
+    """Trials that a method returned with a corner more than 8 px off."""
+    stages = [
+        stage
+        for condition in result.conditions
+        for stage in result.texts(f"{method}.stage", **condition)
+    ]
+    return stages.count(CORNER_OFF)
+
+
+def error_ratio(result, method):
+    """Text: mean error over the published, median of trials where both succeed."""
+    ratios = []
+    for condition in result.conditions:
+        picture = condition["picture"]
+        both = successes(result, picture, method)
+        both = both & successes(result, picture, PUBLISHED)
+        after, before = (
+            result.column(f"{name}.mean_px", picture=picture)[both]
+            for name in (method, PUBLISHED)
+        )
+        ratios.append(after / before)
+    ratios = np.concatenate(ratios)
+    return f"{np.median(ratios):.2f}" if len(ratios) else "no"
+
+
+def failed_on_column(result):
+    """(published runs lost on a column first, all published runs lost)."""
+    on_column = lost = 0
+    for condition in result.conditions:
+        picture = condition["picture"]
+        won = successes(result, picture, PUBLISHED)
+        kinds = result.texts(f"{PUBLISHED}.failed_on", picture=picture)
+        lost += int((~won).sum())
+        on_column += sum(
+            kind == "column" and not good
+            for kind, good in zip(kinds, won, strict=True)
+        )
+    return on_column, lost
+
+
+def _name_coded(result):
+    trials = result.trials_per_condition
+    value("coded.trials", trials)
+    coded = [c for c in result.conditions if c["grid"] == "coded"]
+    for marks in MARKS:
+        ours = [c for c in coded if c["marks"] == marks]
+        total = np.sum([counts(result, c) for c in ours], axis=0)
+        for outcome, count in zip(OUTCOMES, total, strict=True):
+            name = f"{marks}.{outcome.replace(' ', '_')}"
+            value(name, 100 * float(count) / (trials * len(ours)))
+        value(f"{marks}.all", trials * len(ours))
+        value(f"{marks}.wrong", int(total[-1]))
+    plain = CODED_DEFAULT | {"grid": "no marks", "marks": "faint"}
+    for name, alike in (("marked", CODED_DEFAULT), ("plain", plain)):
+        refused = counts(result, alike)[OUTCOMES.index(REFUSED)]
+        value(f"{name}.refused", 100 * float(refused) / trials)
+    false = [c for c in result.conditions if c["grid"] != "coded"]
+    total = np.sum([counts(result, c) for c in false], axis=0)
+    value("false.all", trials * len(false))
+    value("false.wrong", int(total[-1]))

@@ -1,0 +1,216 @@
+"""The figures of the page on CELECT's failures: pairs of runs, and stage counts."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import (
+    draw_overview,
+    draw_stages,
+    draw_window,
+    window_legend,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
+    OVERVIEW,
+    WINDOW,
+)
+from repro.page.style import figure as new_figure
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+
+def stages_of(result):
+    """Level -> stage of every trial, of the levels that were run."""
+    levels = result.conditions[0]["levels"]
+    return {level: result.texts(f"{level}.stage") for level in levels}
+
+
+def shares_of(stages):
+    """Level -> stage -> share of the trials in %."""
+    return {
+        level: {
+            stage: 100 * count / len(lost)
+            for stage, count in Counter(lost).items()
+        }
+        for level, lost in stages.items()
+    }
+
+
+def example(stages, drawn):
+    """The first trial in which the drawn levels come out as they usually do."""
+    usual = {
+        level: Counter(stages[level]).most_common(1)[0][0]
+        for level in drawn
+    }
+    trials = len(next(iter(stages.values())))
+    fits = [
+        k
+        for k in range(trials)
+        if all(stages[level][k] == usual[level] for level in drawn)
+    ]
+    return fits[0] if fits else 0
+
+
+def draw_case(result, case, label, caption):
+    """Overview and window of the drawn levels, and bars of all levels."""
+    drawn = CASES[case]["drawn"]
+    stages = stages_of(result)
+    trial = example(stages, drawn.values())
+    figure_, panels = new_figure(
+        3,
+        len(drawn),
+        height_in=8.4 if len(drawn) == 2 else 6.9,
+        height_ratios=(3, 3, 2),
+    )
+    for place, (title, level) in enumerate(drawn.items()):
+        kept = kept_of(result, level, trial)
+        draw_overview(panels[0, place], kept, title)
+        lost = stages[level][trial]
+        panels[0, place].set_xlabel(lost)
+        if kept["cut"].size:
+            draw_window(panels[1, place], kept)
+        else:
+            panels[1, place].set_axis_off()
+    grid = panels[2, 0].get_gridspec()
+    for panel in panels[2]:
+        panel.remove()
+    bars = figure_.add_subplot(grid[2, :])
+    shares = shares_of(stages)
+    draw_stages(bars, shares, label)
+    figure_.legend(*window_legend(), loc="outside lower center", ncols=3)
+    data = {"level": [], "stage": [], "trials": []}
+    for level, lost in stages.items():
+        for stage, count in sorted(Counter(lost).items()):
+            for column, cell in zip(
+                data, (level, stage, count), strict=True
+            ):
+                data[column].append(cell)
+    return Drawing(figure_, data, caption)
+
+
+def kept_of(result, level, trial):
+    """Arrays of one level of one trial."""
+    return {
+        part: result.arrays(f"{level}.{part}")[trial]
+        for part in (*OVERVIEW, *WINDOW)
+    }
+
+
+@figure(
+    "ext_why_clearance", needs=("ext_why_clearance",), evidence="rendered"
+)
+def ext_why_clearance(results):
+    """The edge of the sheet too close to the outermost corners."""
+    return draw_case(
+        results["ext_why_clearance"],
+        "clearance",
+        "Squares from the outermost corners to the edge of the sheet (1)",
+        "Clearance. Top: the picture with the anchors of every contour; below: "
+        "the window in which the trace was lost, and the same place where it "
+        "was not. Bars: what became of the random variations, by how far the "
+        "sheet goes on beyond the outermost corners.",
+    )
+
+
+@figure(
+    "ext_why_first_corner",
+    needs=("ext_why_first_corner",),
+    evidence="rendered",
+)
+def ext_why_first_corner(results):
+    """The right contour within t4 of L4."""
+    return draw_case(
+        results["ext_why_first_corner"],
+        "first_corner",
+        "Arc of the board (deg), clicked first: c2, in the last bar c1",
+        "First corner, first condition: the right contour must not be within "
+        "15° of the line from the fourth corner to the first. It is where the "
+        "fourth side is an arc of more than 150°.",
+    )
+
+
+@figure(
+    "ext_why_wrong_contour",
+    needs=("ext_why_wrong_contour",),
+    evidence="rendered",
+)
+def ext_why_wrong_contour(results):
+    """The wrong contour more than t4 from L4, and closer to L1."""
+    return draw_case(
+        results["ext_why_wrong_contour"],
+        "wrong_contour",
+        "Bow of the columns (deg), clicked first: c1, in the last bar c2",
+        "First corner, second condition: the wrong contour must not be more "
+        "than 15° from L4 and closer to L1 than the right one. From a bow of "
+        "2° on it is.",
+    )
+
+
+@figure(
+    "ext_why_direction", needs=("ext_why_direction",), evidence="rendered"
+)
+def ext_why_direction(results):
+    """Eight ways to click one picture."""
+    return draw_case(
+        results["ext_why_direction"],
+        "direction",
+        "First corner, and direction of the clicks",
+        "Direction of tracing: one half ring clicked from each corner, "
+        "clockwise (cw) and counterclockwise (ccw).",
+    )
+
+
+@figure("ext_why_window", needs=("ext_why_window",), evidence="rendered")
+def ext_why_window(results):
+    """Windows too small and too large."""
+    return draw_case(
+        results["ext_why_window"],
+        "window",
+        "Radius of the window over the published one (1)",
+        "Size of the window, on an arc of 130° with noise of 10 grey levels. "
+        "The thresholds stay as they are.",
+    )
+
+
+@figure(
+    "ext_why_curvature", needs=("ext_why_curvature",), evidence="rendered"
+)
+def ext_why_curvature(results):
+    """Large squares on a strong bend."""
+    return draw_case(
+        results["ext_why_curvature"],
+        "curvature",
+        "Squares along the arc of 120°, and across it (1)",
+        "Curvature: one bend divided into fewer or more squares. The window "
+        "grows with the squares, the bend within it as well.",
+    )
+
+
+@figure(
+    "ext_why_size_variation",
+    needs=("ext_why_size_variation",),
+    evidence="rendered",
+)
+def ext_why_size_variation(results):
+    """Squares that grow along a contour."""
+    return draw_case(
+        results["ext_why_size_variation"],
+        "size_variation",
+        "Largest over smallest square of a contour (1)",
+        "Variation of size: the window and t8 follow the mean square of a "
+        "side. Corners of the smallest squares are merged.",
+    )
+
+
+@figure(
+    "ext_why_blur_noise", needs=("ext_why_blur_noise",), evidence="rendered"
+)
+def ext_why_blur_noise(results):
+    """Blur, and noise."""
+    return draw_case(
+        results["ext_why_blur_noise"],
+        "blur_noise",
+        "SD of the blur (px), SD of the noise (grey levels)",
+        "Blur and noise on the ordinary board with squares of about 55 px.",
+    )

@@ -1,0 +1,136 @@
+"""Numbers that the page on CELECT's failures quotes."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from chapters.ch03_planar_grids.ext_why_it_fails.figures.pairs import (
+    stages_of,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.tables import (
+    SWEEPS,
+    first_failure,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
+    CLICK,
+    DONE,
+    NO_EDGE,
+    TOO_LONG,
+    UNSEEN,
+    WRONG_EDGE,
+)
+from chapters.shared.robustness import DEFAULTS
+from repro.page.reader import value
+
+# What the prose calls the drawn levels, in their order.
+DRAWN = {
+    2: ("broken", "kept"),
+    3: ("broken", "kept", "other"),
+}
+FORETOLD = ("first_corner", "wrong_contour", "direction")
+# Further levels that the prose quotes; a quick build does not run them.
+ALSO = (
+    ("clearance", "0.05"),
+    ("clearance", "0.3"),
+    ("window", "0.7"),
+    ("window", "1.5"),
+)
+NOT_RUN = "(not in a quick build)"
+TRACED = (NO_EDGE, TOO_LONG, WRONG_EDGE)
+
+
+def name_values(open_results):
+    """Name every quoted number, from the results of this effort."""
+    results = {case: open_results(f"ext_why_{case}") for case in CASES}
+    pairs = {"broken": [], "kept": []}
+    for case, result in results.items():
+        drawn = CASES[case]["drawn"].values()
+        for name, level in zip(DRAWN[len(drawn)], drawn, strict=True):
+            lost = stages_of(result)[level]
+            value(f"{case}_{name}", rights(lost))
+            pairs["kept" if name == "kept" else "broken"] += lost
+    _name_pairs(pairs)
+    for case, level in ALSO:
+        value(
+            f"{case}_{level}", rights(stages_of(results[case]).get(level))
+        )
+    small = stages_of(results["window"])[
+        CASES["window"]["drawn"]["too small"]
+    ]
+    value("window_broken_stage", commonest(small).partition(" (")[0])
+    _name_sweeps(open_results("ext_why_sweeps"))
+    agree = np.concatenate([foretold(results[case]) for case in FORETOLD])
+    value("foretold", f"{int(agree.sum())} of {len(agree)}")
+    orderings = open_results("ext_why_orderings")
+    for ordering in ("line", "homography"):
+        for family in ("arc", "fov"):
+            bend = first_failure(orderings, ordering, family)
+            told = (
+                f"{bend:.0f}°" if np.isfinite(bend) else "none that was run"
+            )
+            value(f"{ordering}_{family}", told)
+    value("line_criterion", agreeing_criterion(orderings))
+
+
+def rights(stages):
+    """Text: how many of the runs ended well; that they were not run, of None."""
+    if stages is None:
+        return NOT_RUN
+    return f"{stages.count(DONE)} of {len(stages)}"
+
+
+def commonest(stages):
+    """Text: the stage that lost the most runs, and how many of the lost."""
+    lost = Counter(s for s in stages if s not in (DONE, UNSEEN))
+    if not lost:
+        return "none"
+    stage, count = lost.most_common(1)[0]
+    return f"{stage} ({count} of {lost.total()} lost)"
+
+
+def _name_pairs(pairs):
+    """pairs: 'broken' and 'kept' -> stages of all runs of such drawn levels."""
+    for name, stages in pairs.items():
+        value(f"pairs_{name}", rights(stages))
+    lost = [s for stages in pairs.values() for s in stages if s != DONE]
+    traced = sum(s in TRACED for s in lost)
+    value("pairs_lost", len(lost))
+    value("pairs_traced", traced)
+    value("pairs_processed", len(lost) - traced - lost.count(CLICK))
+
+
+def _name_sweeps(result):
+    stages = {name: [] for name in SWEEPS}
+    for condition in result.conditions:
+        for name in SWEEPS:
+            if condition[name] != DEFAULTS[name]:
+                stages[name] += result.texts("stage", **condition)
+    for name, ends in stages.items():
+        value(f"sweep_{name}", commonest(ends) if ends else NOT_RUN)
+    value("sweep_all", commonest([s for e in stages.values() for s in e]))
+
+
+def foretold(result):
+    """Whether each run was lost on side 1 exactly where 3.1.2 says so: (n,) bool."""
+    agree = []
+    for level in result.conditions[0]["levels"]:
+        wrong = result.column(f"{level}.first_line_wrong") == 1
+        lost = [
+            contour == "side 1"
+            for contour in result.texts(f"{level}.contour")
+        ]
+        agree.append(wrong == np.array(lost))
+    return np.concatenate(agree)
+
+
+def agreeing_criterion(result):
+    """Share of trials in which the margin's sign tells the first ordering's outcome."""
+    agree = [
+        (result.column("margin", **condition) > 0)
+        == (result.column("line", **condition) == 1)
+        for condition in result.conditions
+    ]
+    return f"{100 * np.concatenate(agree).mean():.0f} %"

@@ -1,0 +1,270 @@
+"""Fig. 3.3: CELECT as a flowchart of the stages that its code runs through."""
+
+from __future__ import annotations
+
+from raxel.features.celect import CelectSettings
+from repro.page.style import figure as new_figure
+from repro.page.style import series
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+# Stage -> (x, y) of its box and what stands in it, function of the code last.
+BOXES = {
+    "snap": (0, 0, "Corners $c_i$ nearest to\nthe four clicks", "snapped"),
+    "window": (
+        0,
+        -1,
+        "Window $A_{r,p_{cur}}$\nand its edges $S_c$",
+        "Layers.edges",
+    ),
+    "hough": (0, -2, "Hough transform", "vote"),
+    "peaks": (
+        0,
+        -3,
+        "Peaks $S_h$: suppression,\nwrap ($t_2$), averaging ($t_1$)",
+        "peaks_of",
+    ),
+    "near": (0, -4, "Lines $S_d$ near the\ncentre ($t_3$)", "near_lines"),
+    "first line": (
+        1,
+        -3.4,
+        "First anchor: without the\nwrong contour ($t_4$)",
+        "first_line",
+    ),
+    "next line": (
+        1,
+        -4.6,
+        "Else: least turn\nfrom $\\theta_{prev}$",
+        "next_line",
+    ),
+    "anchor": (
+        2,
+        -4,
+        "$p_{new}$: farthest ahead\nin the band ($t_5$)",
+        "next_anchor",
+    ),
+    "corners": (2, -2.5, "Candidates $n_q$\nby Harris", "Layers.corners"),
+    "arrived": (
+        2,
+        -1,
+        "Within $t_6$ of the\ncontour's end?",
+        "Tracer._arrived",
+    ),
+    "process": (
+        2,
+        0,
+        "Inliers ($t_7$), merging ($t_8$),\norder along the contour",
+        "processed",
+    ),
+}
+
+GROWTH_PERCENT = f"{100 * CelectSettings().growth:.0f} %"
+GROWN_LINE = f"no line: $r$ + {GROWTH_PERCENT}"
+GROWN_ANCHOR = f"no anchor: $r$ + {GROWTH_PERCENT}"
+# (from, to): how the arrow bends, where its number stands, and what is said there.
+ARROWS = {
+    ("start", "snap"): None,
+    ("snap", "window"): "",
+    ("window", "hough"): "",
+    ("hough", "peaks"): "",
+    ("peaks", "near"): "",
+    ("near", "first line"): "",
+    ("near", "next line"): "",
+    ("near", "window"): GROWN_LINE,
+    ("first line", "anchor"): "",
+    ("first line", "window"): GROWN_LINE,
+    ("next line", "anchor"): "",
+    ("anchor", "corners"): "",
+    ("anchor", "window"): GROWN_ANCHOR,
+    ("corners", "arrived"): "",
+    ("arrived", "window"): "no: $p_{cur} = p_{new}$",
+    ("arrived", "process"): "yes",
+    ("process", "window"): "next side, then next column",
+    ("process", "end"): None,
+}
+GROWTH = {
+    ("near", "window"),
+    ("first line", "window"),
+    ("anchor", "window"),
+}
+X_STEP, Y_STEP = 4.1, 1.55
+WIDTH, HEIGHT = 3.0, 1.08
+
+
+def transitions(result):
+    """{(stage, stage): how often} in the run."""
+    found = {}
+    for name in result.names():
+        if " > " in name:
+            found[tuple(name.split(" > "))] = int(result.column(name)[0])
+    return found
+
+
+def place_of(stage):
+    """Middle (x, y) of a stage's box."""
+    x, y = BOXES[stage][:2]
+    return X_STEP * x, Y_STEP * y
+
+
+def draw_box(axes, stage):
+    """The box of a stage, with the function that does it."""
+    import matplotlib.patches as patches
+
+    x, y = place_of(stage)
+    text, function = BOXES[stage][2:]
+    axes.add_patch(
+        patches.FancyBboxPatch(
+            (x - WIDTH / 2, y - HEIGHT / 2),
+            WIDTH,
+            HEIGHT,
+            boxstyle="round,pad=0.02,rounding_size=0.12",
+            facecolor="#eef3f8",
+            edgecolor="#1b1f24",
+            linewidth=0.9,
+        )
+    )
+    axes.text(x, y + 0.14, text, ha="center", va="center", fontsize=7.6)
+    axes.text(
+        x,
+        y - HEIGHT / 2 + 0.13,
+        function,
+        ha="center",
+        va="center",
+        fontsize=6.2,
+        family="monospace",
+        color="#555555",
+    )
+
+
+def draw_arrow(axes, start, end, count):
+    """A straight arrow between neighbouring boxes, with its count."""
+    (x0, y0), (x1, y1) = place_of(start), place_of(end)
+    if x0 == x1:
+        down = 1 if y1 < y0 else -1
+        a = (x0, y0 - down * HEIGHT / 2)
+        b = (x1, y1 + down * HEIGHT / 2)
+        spot, side = (x0 + 0.1, (y0 + y1) / 2), "left"
+    else:
+        a, b = (x0 + WIDTH / 2, y0), (x1 - WIDTH / 2, y1)
+        # Above where the box in the middle is the higher one, else below.
+        up = 1 if (y0 < y1) == (x1 == X_STEP) else -1
+        spot, side = ((a[0] + b[0]) / 2, (y0 + y1) / 2 + 0.4 * up), "center"
+    axes.annotate(
+        "", b, a, arrowprops={"arrowstyle": "-|>", "color": "#1b1f24"}
+    )
+    axes.text(*spot, f"{count}", fontsize=7, ha=side, va="center")
+
+
+@figure("fig_3_3", needs=("fig_3_3_stages",), evidence="synthetic")
+def fig_3_3(results):
+    """The stages of the code, with how often a run went each way."""
+    found = transitions(results["fig_3_3_stages"])
+    drawn, axes = new_figure(height_in=6.2)
+    for stage in BOXES:
+        draw_box(axes, stage)
+    straight = [
+        pair
+        for pair, said in ARROWS.items()
+        if said == "" or pair == ("arrived", "process")
+    ]
+    for start, end in straight:
+        draw_arrow(axes, start, end, found.get((start, end), 0))
+    draw_returns(axes, found)
+    axes.set_xlim(-2.0, 2 * X_STEP + 1.9)
+    axes.set_ylim(-4.6 * Y_STEP - 0.8, 1.45)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    pairs = sorted(set(ARROWS) | set(found))
+    unknown = [" > ".join(p) for p in found if p not in ARROWS]
+    return Drawing(
+        drawn,
+        {
+            "from": [a for a, _ in pairs],
+            "to": [b for _, b in pairs],
+            "times": [found.get(p, 0) for p in pairs],
+        },
+        "CELECT as it runs: its stages with the functions of the code, and how "
+        "often one run on the board of Fig. 3.10(b) went each way.",
+        Check(
+            not unknown,
+            "every way that the run took is drawn"
+            if not unknown
+            else f"not drawn: {', '.join(unknown)}",
+        ),
+    )
+
+
+def draw_returns(axes, found):
+    """The ways back to the window: not arrived, growth, next contour."""
+    colours = [series(i)["color"] for i in (2, 1, 0)]
+    right, left = place_of("window")[0] + WIDTH / 2, WIDTH / 2
+    middle = X_STEP
+    y_window = place_of("window")[1]
+    arrived = place_of("arrived")
+    times = found.get(("arrived", "window"), 0)
+    axes.annotate(
+        "",
+        (right, y_window),
+        (arrived[0] - WIDTH / 2, arrived[1]),
+        arrowprops={"arrowstyle": "-|>", "color": colours[0]},
+    )
+    axes.text(
+        middle,
+        y_window + 0.15,
+        f"no: $p_{{cur}} = p_{{new}}$   {times}",
+        fontsize=7,
+        ha="center",
+        color=colours[0],
+    )
+    grown = sum(found.get(pair, 0) for pair in GROWTH)
+    anchor = place_of("anchor")
+    axes.annotate(
+        "",
+        (right, y_window - 0.3),
+        (anchor[0] - 0.3 * WIDTH, anchor[1] + HEIGHT / 2),
+        arrowprops={
+            "arrowstyle": "-|>",
+            "color": colours[1],
+            "connectionstyle": "arc3,rad=0.0",
+        },
+    )
+    axes.text(
+        middle,
+        y_window - 1.6,
+        f"no line or no $p_{{new}}$:\nwindow grows by "
+        f"{GROWTH_PERCENT}   {grown}",
+        fontsize=7,
+        ha="center",
+        va="center",
+        color=colours[1],
+        bbox={"fc": "white", "ec": "none", "pad": 1},
+    )
+    process = place_of("process")
+    times = found.get(("process", "window"), 0)
+    axes.annotate(
+        "",
+        (left, y_window + 0.3),
+        (process[0] - WIDTH / 2, process[1]),
+        arrowprops={"arrowstyle": "-|>", "color": colours[2]},
+    )
+    axes.text(
+        middle,
+        process[1] + 0.1,
+        f"next side, then next column   {times}",
+        fontsize=7,
+        ha="center",
+        color=colours[2],
+        bbox={"fc": "white", "ec": "none", "pad": 1},
+    )
+    ends = (
+        ("snap", "start", "image, clicks, counts"),
+        ("process", "end", "corners in order, or the\ncontour that failed"),
+    )
+    for stage, kind, text in ends:
+        x, y = place_of(stage)
+        top, far = (x, y + HEIGHT / 2), (x, y + HEIGHT / 2 + 0.42)
+        start, end = (far, top) if kind == "start" else (top, far)
+        axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>"})
+        axes.text(
+            x, far[1] + 0.05, text, fontsize=7.4, ha="center", va="bottom"
+        )

@@ -1,0 +1,404 @@
+"""Figs 3.1, 3.2 and 3.4, from recorded runs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raxel.features.celect import CelectSettings
+from repro.page.style import figure as new_figure
+from repro.page.style import series
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+GREY = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest"}
+BLUE, RED, GREEN, PINK = (series(i)["color"] for i in range(4))
+YELLOW = series(5)["color"]
+VIEW_RADII = 2.6
+
+
+class Run:
+    """The arrays of a recorded run (`celect_trials.recorded`)."""
+
+    def __init__(self, result):
+        for name in (
+            "steps",
+            "corners",
+            "edges",
+            "lines",
+            "merged",
+            "outer",
+            "grid",
+            "s",
+            "image",
+        ):
+            setattr(self, name, result.arrays(name)[0])
+
+    def step(self, index):
+        """Of a step: centre, radius, line (R, theta), anchor."""
+        row = self.steps[index]
+        return row[1:3], row[3], row[4:6], row[6:8]
+
+    def of_step(self, name, index):
+        """What a step saw: (n, 2) of its `corners`, `edges` or `lines`."""
+        rows = getattr(self, name)
+        return rows[rows[:, 0] == index, 1:]
+
+    def first_of(self, contour):
+        """Index of the first step of a contour."""
+        return int(np.flatnonzero(self.steps[:, 0] == contour)[0])
+
+    def anchors(self, contour):
+        """Anchors (n, 2) of a contour, its last one included."""
+        rows = self.steps[self.steps[:, 0] == contour]
+        return np.vstack((rows[:, 1:3], rows[-1:, 6:8]))
+
+
+def line_ends(centre, radius, line):
+    """Ends (2, 2) of the chord of a window that a line (R, theta) cuts."""
+    R, theta = line[0], np.radians(line[1])
+    along = np.array([np.cos(theta), np.sin(theta)])
+    foot = centre + R * np.array([-along[1], along[0]])
+    half = np.sqrt(max(radius**2 - R**2, 0.0))
+    return np.array([foot - half * along, foot + half * along])
+
+
+def mark(axes, point, text, offset, colour="white"):
+    """A name beside a point, with an arrow."""
+    axes.annotate(
+        text,
+        point,
+        xytext=offset,
+        textcoords="offset points",
+        color="black",
+        fontsize=9.5,
+        bbox={"boxstyle": "round,pad=0.15", "fc": colour, "alpha": 0.9},
+        arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.0},
+    )
+
+
+def draw_window(axes, run, index, band):
+    """One window: image, circle, edge pixels, chosen line with its band."""
+    import matplotlib.patches as patches
+
+    centre, radius, line, anchor = run.step(index)
+    axes.imshow(run.image, **GREY)
+    axes.add_patch(
+        patches.Circle(
+            centre, radius, fill=False, color=YELLOW, linewidth=2
+        )
+    )
+    axes.plot(
+        *run.of_step("edges", index).T,
+        "s",
+        color=BLUE,
+        markersize=2.4,
+        linestyle="none",
+        label="edge pixels $S_c$",
+    )
+    ends = line_ends(centre, radius, line)
+    axes.plot(*ends.T, "-", color=RED, linewidth=1.6, label="line $L_w$")
+    for side in (-1, 1):
+        shifted = line_ends(centre, radius, line + [side * band, 0])
+        axes.plot(*shifted.T, ":", color=RED, linewidth=1.0)
+    corners = run.of_step("corners", index)
+    axes.plot(
+        *corners.T,
+        "x",
+        color=PINK,
+        markersize=9,
+        markeredgewidth=2,
+        linestyle="none",
+        label="candidates $n_q$",
+    )
+    axes.plot(*centre, "o", color=YELLOW, markersize=6, linestyle="none")
+    axes.plot(*anchor, "o", color=GREEN, markersize=6, linestyle="none")
+    reach = VIEW_RADII * radius
+    axes.set_xlim(centre[0] - reach, centre[0] + reach)
+    axes.set_ylim(centre[1] + reach, centre[1] - reach)
+    axes.grid(False)
+    axes.set_xlabel("u (px)")
+    axes.set_ylabel("v (px)")
+
+
+def towards(axes, start, end, text, colour):
+    """A dashed line from a corner towards another one, named at its middle."""
+    axes.plot(*np.array([start, end]).T, "--", color=colour, linewidth=1.3)
+    reach = np.linalg.norm(end - start)
+    width = abs(np.diff(axes.get_xlim())[0])
+    spot = start + (end - start) / reach * min(reach, 0.36 * width)
+    axes.text(
+        *spot,
+        text,
+        color="black",
+        fontsize=9,
+        ha="center",
+        bbox={"boxstyle": "round,pad=0.12", "fc": colour, "alpha": 0.85},
+    )
+
+
+@figure(
+    "fig_3_1", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered"
+)
+def fig_3_1(results):
+    """The first window of a run: at the first corner."""
+    run = Run(results["fig_3_1_run"])
+    drawn, (whole, axes) = new_figure(1, 2, height_in=3.9)
+    band = CelectSettings().edge_band * run.s[0]
+    draw_window(axes, run, 0, band)
+    corners = run.outer
+    towards(axes, corners[0], corners[1], "$L_1$", GREEN)
+    towards(axes, corners[0], corners[3], "$L_4$", PINK)
+    centre, _, _, anchor = run.step(0)
+    mark(axes, centre, "$p_{cur} = c_1$", (-62, 26))
+    mark(axes, anchor, "$p_{new}$", (-44, 20))
+    axes.legend(loc="lower left", fontsize=7.5)
+    axes.set_title("Window at $c_1$")
+    whole.imshow(run.image, **GREY)
+    loop = np.vstack((corners, corners[:1]))
+    whole.plot(*loop.T, "--", color=GREEN, linewidth=1.3)
+    for k, corner in enumerate(corners):
+        mark(whole, corner, f"$c_{k + 1}$", (8, 8))
+        middle = (corner + corners[(k + 1) % 4]) / 2
+        whole.text(
+            *middle,
+            f"$L_{k + 1}$",
+            fontsize=8.5,
+            ha="center",
+            va="center",
+            bbox={"boxstyle": "round,pad=0.12", "fc": GREEN, "alpha": 0.85},
+        )
+    for contour in range(len(run.s)):
+        whole.plot(
+            *run.anchors(contour).T,
+            ".-",
+            color=YELLOW if contour < 4 else BLUE,
+            linewidth=1,
+            markersize=3,
+        )
+    whole.set_title("Corners, side lines, traces")
+    whole.grid(False)
+    whole.set_xlabel("u (px)")
+    whole.set_ylabel("v (px)")
+    data = {
+        "step": list(range(len(run.steps))),
+        "contour": run.steps[:, 0].astype(int).tolist(),
+        "u_px": run.steps[:, 1].tolist(),
+        "v_px": run.steps[:, 2].tolist(),
+        "radius_px": run.steps[:, 3].tolist(),
+        "R_px": run.steps[:, 4].tolist(),
+        "theta_deg": run.steps[:, 5].tolist(),
+    }
+    return Drawing(
+        drawn,
+        data,
+        "Names of section 3.1.2 in a run on a rendered fisheye picture"
+        f"{which_view(results['fig_3_1_run'])}. Left: "
+        "corners $c_i$, side lines $L_i$, anchors of the four sides (yellow) and "
+        "of the columns (blue). Right: the first window, of radius $r = s_1$, "
+        "with its edge pixels, the line $L_w$ with the band of $t_5$ (dotted), "
+        "the candidate corners $n_q$ and the next anchor.",
+        window_check(run),
+    )
+
+
+def which_view(result):
+    """Which of the random views is drawn, for a caption: the first that is read."""
+    tried = int(result.column("tried")[0])
+    return f", view {tried} of a random series: the first that is read"
+
+
+def window_check(run):
+    """Every anchor lies within its window and within t5 of its line."""
+    settings = CelectSettings()
+    worst = 0.0
+    for index, row in enumerate(run.steps):
+        centre, radius, line, anchor = run.step(index)
+        ends = line_ends(centre, radius, line)
+        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        off = abs(np.cross(along, anchor - ends[0]))
+        s = run.s[int(row[0])]
+        band = max(settings.edge_band * s, settings.least_band_px)
+        last = (
+            index + 1 == len(run.steps) or run.steps[index + 1, 0] != row[0]
+        )
+        if not last:
+            worst = max(
+                worst, off / band, np.linalg.norm(anchor - centre) / radius
+            )
+    return Check(
+        worst <= 1 + 1e-9,
+        f"all {len(run.steps)} anchors lie in their window and within t5 of "
+        "their line",
+    )
+
+
+@figure(
+    "fig_3_2", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered"
+)
+def fig_3_2(results):
+    """A later window: the line nearest in orientation to the last one."""
+    run = Run(results["fig_3_1_run"])
+    settings = CelectSettings()
+    index = turning_step(run)
+    drawn, (axes, hough) = new_figure(
+        1, 2, height_in=3.9, width_ratios=(1.25, 1)
+    )
+    s = run.s[int(run.steps[index, 0])]
+    draw_window(axes, run, index, settings.edge_band * s)
+    centre, radius, line, anchor = run.step(index)
+    previous, _, before, _ = run.step(index - 1)
+    axes.plot(*previous, "o", color=RED, markersize=6, linestyle="none")
+    along = np.array(
+        [np.cos(np.radians(before[1])), np.sin(np.radians(before[1]))]
+    )
+    along *= np.sign(along @ (centre - previous))
+    axes.annotate(
+        "",
+        centre + 1.25 * radius * along,
+        centre,
+        arrowprops={"arrowstyle": "->", "color": GREEN, "linewidth": 1.6},
+    )
+    mark(
+        axes, centre + 1.25 * radius * along, r"$\theta_{prev}$", (-44, 12)
+    )
+    mark(axes, previous, "$p_{prev}$", (-40, 22))
+    mark(axes, centre, "$p_{cur}$", (-8, 30))
+    mark(axes, anchor, "$p_{new}$", (8, 24))
+    axes.legend(loc="lower left", fontsize=7.5)
+    axes.set_title("Window at $p_{cur}$")
+    lines = run.of_step("lines", index)
+    near = settings.near_centre * s
+    hough.axhspan(-near, near, color=GREEN, alpha=0.15, label="$|R| < t_3$")
+    hough.plot(
+        lines[:, 1],
+        lines[:, 0],
+        "o",
+        color=BLUE,
+        linestyle="none",
+        label="peaks $S_h$",
+    )
+    hough.plot(
+        line[1],
+        line[0],
+        "o",
+        color=RED,
+        markersize=11,
+        fillstyle="none",
+        linestyle="none",
+        label="chosen $h_p$",
+    )
+    hough.axvline(
+        before[1], color=GREEN, linestyle="--", label=r"$\theta_{prev}$"
+    )
+    hough.set_xlim(0, 180)
+    hough.set_ylim(-radius, radius)
+    hough.set_xlabel(r"Orientation $\theta$ (deg)")
+    hough.set_ylabel("Distance $R$ from the centre (px)")
+    hough.legend(loc="upper right", fontsize=7.5)
+    hough.set_title("Its lines")
+    return Drawing(
+        drawn,
+        {
+            "R_px": lines[:, 0].tolist(),
+            "theta_deg": lines[:, 1].tolist(),
+            "chosen": [bool(np.allclose(row, line)) for row in lines],
+        },
+        "A window away from the corners, in the same run. Of the lines near the "
+        "centre, the one with the least turn from the last is followed (3.11). "
+        "Left: names as in the text. Right: the lines of this window in Hough "
+        "space.",
+        turn_check(run),
+    )
+
+
+def turning_step(run):
+    """The step of side 1, after the first, whose window has most near lines."""
+    settings = CelectSettings()
+    candidates = np.flatnonzero(run.steps[:, 0] == 0)[1:-1]
+
+    def near(index):
+        lines = run.of_step("lines", index)
+        return (np.abs(lines[:, 0]) < settings.near_centre * run.s[0]).sum()
+
+    return int(max(candidates, key=lambda i: (near(i), -i)))
+
+
+def turn_check(run):
+    """(3.11) holds at every step that is not a contour's first."""
+    settings = CelectSettings()
+    least, steps = True, 0
+    for index in range(1, len(run.steps)):
+        contour = int(run.steps[index, 0])
+        if contour != run.steps[index - 1, 0]:
+            continue
+        steps += 1
+        lines = run.of_step("lines", index)
+        near = np.abs(lines[:, 0]) < settings.near_centre * run.s[contour]
+        turns = np.abs(lines[:, 1] - run.steps[index - 1, 5]) % 180
+        turns = np.minimum(turns, 180 - turns)
+        chosen = np.abs(run.steps[index, 5] - run.steps[index - 1, 5]) % 180
+        least &= min(chosen, 180 - chosen) <= turns[near].min() + 1e-9
+    return Check(
+        bool(least),
+        f"the line of the least turn was followed at all {steps} later steps",
+    )
+
+
+@figure("fig_3_4", needs=("fig_3_4_run",), evidence="rendered")
+def fig_3_4(results):
+    """Candidates and corners of a run on a mirror's picture."""
+    run = Run(results["fig_3_4_run"])
+    drawn, (traces, corners) = new_figure(1, 2, height_in=3.9)
+    raw = np.unique(run.corners[:, 1:], axis=0)
+    for axes in (traces, corners):
+        axes.imshow(run.image, **GREY)
+        low, high = raw.min(axis=0) - 20, raw.max(axis=0) + 20
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(high[1], low[1])
+        axes.grid(False)
+        axes.set_xlabel("u (px)")
+        axes.set_ylabel("v (px)")
+    for contour in range(len(run.s)):
+        traces.plot(
+            *run.anchors(contour).T,
+            ".-",
+            color=YELLOW,
+            linewidth=1.0,
+            markersize=3,
+        )
+    traces.plot(*raw.T, "x", color=RED, markersize=4, linestyle="none")
+    traces.set_title(f"Traces, {len(raw)} candidates")
+    grid = run.grid.reshape(-1, 2)
+    corners.plot(
+        *grid.T,
+        "o",
+        color=RED,
+        markersize=5,
+        fillstyle="none",
+        linestyle="none",
+    )
+    corners.set_title(f"{len(grid)} corners")
+    order = {
+        "row": np.repeat(
+            np.arange(len(run.grid)), run.grid.shape[1]
+        ).tolist(),
+        "column": np.tile(
+            np.arange(run.grid.shape[1]), len(run.grid)
+        ).tolist(),
+        "u_px": grid[:, 0].tolist(),
+        "v_px": grid[:, 1].tolist(),
+    }
+    largest = float(results["fig_3_4_run"].column("max_px")[0])
+    return Drawing(
+        drawn,
+        order,
+        "CELECT on a rendered picture by a hyperboloid mirror"
+        f"{which_view(results['fig_3_4_run'])}. Left: anchors and "
+        "all candidate corners; one corner is detected several times. Right: the "
+        "corners after merging.",
+        Check(
+            len(raw) > len(grid) and largest <= 8,
+            f"{len(raw)} candidates were merged into {len(grid)} corners, none "
+            f"more than {largest:.1f} px off",
+        ),
+    )

@@ -1,0 +1,89 @@
+"""Numbers that the prose of section 3.1.2 quotes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s1_2_celect.claims import BIG_FOVS, BROKEN
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
+    CAMERAS,
+    LEAST_PX,
+)
+from repro.page.reader import value
+
+NAMES = dict(
+    zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=True)
+)
+
+
+def name_values(open_results):
+    """Name every quoted number, from the results of this effort."""
+    of_cameras(open_results("fig_3_1_cameras"))
+    of_windows(open_results("table_3_1_window"))
+    growth = open_results("table_3_1_growth")
+    first = next(iter(BROKEN.values()))
+    value("grown", percent(growth.column("published.success", **first)))
+    value("fixed", percent(growth.column("no growth.success", **first)))
+    split = open_results("table_3_2_split")
+    windows = split.conditions[0]["windows"]
+    for count in ("any", "near"):
+        for name, column in (
+            ("with", "published"),
+            ("without", "no averaging"),
+        ):
+            rate = split.column(f"{column}.{count}").mean() / windows
+            value(f"{count}_{name}", 100 * float(rate))
+    of_squares(open_results("exp_c3_big_square"))
+    start = open_results("table_3_2_start")
+    predicted = start.column("predicted")
+    value("cases", len(predicted))
+    value("agree", percent(predicted == start.column("went_wrong")))
+
+
+def of_cameras(result):
+    """Success of each camera, of small pictures, and candidates per corner."""
+    large, small = LEAST_PX
+    tiny, many = [], []
+    for camera, name in NAMES.items():
+        here = {"camera": camera, "size_px": large}
+        success = result.column("success", **here)
+        value(name, percent(success))
+        ratio = result.column("candidates", **here) / result.column(
+            "wanted", **here
+        )
+        many.append(ratio[success == 1])
+        tiny.append(result.column("success", camera=camera, size_px=small))
+    many = np.concatenate(many)
+    value("tiny", percent(np.concatenate(tiny)))
+    value("candidates", float(many.mean()) if len(many) else 0.0)
+
+
+def of_windows(result):
+    """Success with the smallest and the largest window."""
+    run = [c["multiplier"] for c in result.conditions]
+    for name, multiplier in (("small", run[0]), ("large", run[-1])):
+        success = result.column("success", multiplier=multiplier)
+        value(f"{name}_window", multiplier)
+        value(f"{name}_success", percent(success))
+
+
+def of_squares(result):
+    """Success with the largest and the smallest squares at the widest view."""
+    fov = BIG_FOVS[0]
+    value("wide_fov", fov)
+    across = sorted(
+        c["squares_across"]
+        for c in result.conditions
+        if c["fov_deg"] == fov
+    )
+    for name, count in (("large", across[0]), ("small", across[-1])):
+        success = result.column(
+            "success", fov_deg=fov, squares_across=count
+        )
+        value(f"{name}_squares", percent(success))
+        value(f"{name}_px", 1000 / count)
+
+
+def percent(flags):
+    """Share of trials (n,) that are 1, in percent."""
+    return 100 * float(np.mean(flags))

@@ -1,0 +1,405 @@
+"""The claims of section 3.1.3, from the residuals of every corner.
+
+What is chosen for a test, bins, halves, the fixed blur, was written into
+settings.yaml (`syn_localisation`) before the first trial.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from raxel.evaluation.statistics import (
+    FAILS,
+    HOLDS,
+    RESAMPLES,
+    Estimate,
+    all_of,
+    bootstrap,
+)
+from repro.run.experiment import claim
+from repro.run.outcomes import DECISIONS, Reading
+
+BIN_EDGES_PX = np.arange(10, 171, 20)
+MOST_GAIN, MOST_RATIO = 0.10, 1.15
+MOST_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
+SHARE_OF_BINS = 0.8
+
+
+class Swept:
+    """Residuals of all corners of an experiment, over its settings.
+
+    error: (M, windows) or (M, windows, blurs) px. distance: (M,) px. half: (M,),
+    which of two halves a corner belongs to: that of its image. images_of: (corners,
+    images), where in M the images of one corner of the board are.
+    """
+
+    def __init__(self, result):
+        errors, distances, halves, images_of = [], [], [], []
+        before = 0
+        for condition in result.conditions:
+            square = {"square_px": condition["square_px"]}
+            error = result.arrays("error", **square)
+            distance = result.arrays("distance", **square)
+            place = before + np.arange(sum(map(len, distance)))
+            images_of.append(place.reshape(len(distance), -1).T)
+            before += len(place)
+            for trial, (one, apart) in enumerate(
+                zip(error, distance, strict=True)
+            ):
+                errors.append(one)
+                distances.append(apart)
+                # A single image is halved corner by corner.
+                alone = len(error) == 1
+                halves.append(
+                    np.arange(len(one)) % 2
+                    if alone
+                    else np.full(len(one), trial % 2)
+                )
+        first = result.conditions[0]
+        self.error = np.concatenate(errors).astype(float)
+        self.distance = np.concatenate(distances)
+        self.half = np.concatenate(halves)
+        self.images_of = images_of
+        self.windows = np.array(first["windows"])
+        self.blurs = np.array(first.get("blurs", []))
+
+    @cached_property
+    def bin(self):
+        """Which distance bin (M,) a corner is in."""
+        return np.digitize(self.distance, BIN_EDGES_PX) - 1
+
+    @cached_property
+    def bins(self):
+        """The bins that have corners, nearest first."""
+        return np.unique(self.bin)
+
+    @cached_property
+    def best(self):
+        """Places (M,) of the least residual over flattened settings."""
+        return self.error.reshape(len(self.error), -1).argmin(axis=1)
+
+    @property
+    def best_window(self):
+        """Window (M,) of the least residual, px."""
+        if not len(self.blurs):
+            return self.windows[self.best]
+        return self.windows[self.best // len(self.blurs)]
+
+    @property
+    def best_blur(self):
+        """Blur (M,) of the least residual, px."""
+        return self.blurs[self.best % len(self.blurs)]
+
+    @property
+    def lowest_third(self):
+        """Largest window of the lowest third of the sweep, px."""
+        low, high = self.windows[0], self.windows[-1]
+        return low + (high - low) / 3
+
+    @property
+    def middle_blur(self):
+        """Place of the blur in the middle of the sweep."""
+        return len(self.blurs) // 2
+
+    def scored(self, choose):
+        """Residuals (M,) with settings chosen on the other half.
+
+        choose: (errors (m, settings), bins (m,)) -> place of the setting for every
+        bin (bins,), of one half; it is applied to the other.
+        """
+        flat = self.error.reshape(len(self.error), -1)
+        out = np.empty(len(flat))
+        for half in (0, 1):
+            chosen, scored = self.half == half, self.half != half
+            places = choose(flat[chosen], self.bin[chosen])
+            rows = np.flatnonzero(scored)
+            out[rows] = flat[rows, places[self.bin[rows]]]
+        return out
+
+
+def per_bin(statistic, allowed=None):
+    """A choice of the best setting in every bin, of all or the `allowed` ones.
+
+    A bin without corners in this half takes the best of all.
+    """
+
+    def choose(errors, bins):
+        places = np.empty(len(BIN_EDGES_PX) - 1, dtype=int)
+        whole = _best(statistic(errors, axis=0), allowed)
+        for k in range(len(places)):
+            inside = errors[bins == k]
+            places[k] = (
+                _best(statistic(inside, axis=0), allowed)
+                if len(inside)
+                else whole
+            )
+        return places
+
+    return choose
+
+
+def single(statistic):
+    """A choice of one setting for all bins."""
+
+    def choose(errors, bins):
+        place = _best(statistic(errors, axis=0), None)
+        return np.full(len(BIN_EDGES_PX) - 1, place)
+
+    return choose
+
+
+def _best(scores, allowed):
+    if allowed is None:
+        return int(scores.argmin())
+    return int(allowed[scores[allowed].argmin()])
+
+
+def gain_of_bins(swept, statistic=np.mean):
+    """Share of the mean (or median) residual that a choice per bin saves."""
+    chosen = swept.scored(per_bin(statistic))
+    alike = swept.scored(single(statistic))
+    return bootstrap(
+        lambda a, b: 1 - statistic(a, axis=-1) / statistic(b, axis=-1),
+        chosen,
+        alike,
+        paired=True,
+    )
+
+
+@claim(
+    "c3_loc_no_relation",
+    needs=("fig_3_5_derivative", "fig_3_5_saddle"),
+    evidence="rendered",
+)
+def judge_no_relation(results):
+    """A choice per bin saves less than 10 % for both methods."""
+    swept = {
+        name: Swept(results[f"fig_3_5_{name}"])
+        for name in ("derivative", "saddle")
+    }
+    gains = {name: gain_of_bins(one) for name, one in swept.items()}
+    medians = [gain_of_bins(s, np.median).value for s in swept.values()]
+    larger = max(gains.values(), key=lambda gain: gain.value)
+    said = "; ".join(
+        f"{name} {100 * g.value:.1f} % "
+        f"({100 * g.low:.1f} to {100 * g.high:.1f})"
+        for name, g in gains.items()
+    )
+    decision = all_of([gain.below(MOST_GAIN) for gain in gains.values()])
+    return [
+        Reading(
+            DECISIONS[decision],
+            larger.value,
+            interval=(larger.low, larger.high),
+            reason=f"share of the mean residual saved: {said}; of the "
+            f"median residual: {100 * medians[0]:.1f} and "
+            f"{100 * medians[1]:.1f} %",
+        )
+    ]
+
+
+def modal_windows(swept):
+    """Most frequent best window (bins,) px, nearest bin first."""
+    return np.array(
+        [_modal(swept.best_window[swept.bin == k]) for k in swept.bins]
+    )
+
+
+def _modal(values):
+    found, count = np.unique(values, return_counts=True)
+    return found[count.argmax()]
+
+
+def _shares(values, levels):
+    return np.mean(values[:, None] == levels, axis=0)
+
+
+@claim(
+    "c3_loc_deriv_small",
+    needs=("fig_3_5_derivative",),
+    evidence="rendered",
+)
+def judge_derivative_small(results):
+    """Modal best window in the lowest third in at least 80 % of bins."""
+    swept = Swept(results["fig_3_5_derivative"])
+    small = swept.windows <= swept.lowest_third
+    rng = np.random.default_rng(0)
+    drawn = np.zeros(RESAMPLES)
+    for k in swept.bins:
+        best = swept.best_window[swept.bin == k]
+        counts = rng.multinomial(
+            len(best), _shares(best, swept.windows), RESAMPLES
+        )
+        drawn += small[counts.argmax(axis=1)] / len(swept.bins)
+    modal = modal_windows(swept)
+    value = float(np.mean(modal <= swept.lowest_third))
+    share = _estimate(value, drawn)
+    return [
+        Reading(
+            DECISIONS[share.above(SHARE_OF_BINS - 1e-9)],
+            value,
+            interval=(share.low, share.high),
+            reason="share of the bins; modal windows, from the nearest "
+            f"bin to the farthest, {_listed(modal)} px",
+        )
+    ]
+
+
+def _estimate(value, drawn):
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    return Estimate(float(value), float(low), float(high))
+
+
+def _listed(values):
+    return ", ".join(f"{v:g}" for v in values)
+
+
+def entropies(swept, rng, draws):
+    """Entropy (draws, bins), bits, of best windows at equal counts.
+
+    A histogram of few corners has less entropy than one of many from the same
+    law, so every bin draws as many corners as the smallest one has.
+    """
+    groups = [swept.best_window[swept.bin == k] for k in swept.bins]
+    count = min(len(group) for group in groups)
+    out = []
+    for group in groups:
+        share = rng.multinomial(count, _shares(group, swept.windows), draws)
+        share = share / count
+        logs = np.log2(np.where(share > 0, share, 1))
+        out.append(-(share * logs).sum(axis=1))
+    return np.stack(out, axis=1)
+
+
+@claim(
+    "c3_loc_deriv_dense",
+    needs=("fig_3_5_derivative",),
+    evidence="rendered",
+)
+def judge_derivative_dense(results):
+    """Entropy in the nearest bin above the median over bins."""
+    swept = Swept(results["fig_3_5_derivative"])
+    drawn = entropies(swept, np.random.default_rng(0), RESAMPLES)
+    excess = drawn[:, 0] - np.median(drawn, axis=1)
+    found = _estimate(np.median(excess), excess)
+    return [
+        Reading(
+            DECISIONS[found.above(0.0)],
+            found.value,
+            interval=(found.low, found.high),
+            unit="bit",
+            reason="entropy of the nearest bin less the median over bins, "
+            "at equal counts of corners; entropies "
+            + ", ".join(f"{h:.2f}" for h in np.median(drawn, axis=0)),
+        )
+    ]
+
+
+def rank_tie(swept, values):
+    """Spearman's correlation of values (M,) with the distance, with its interval.
+
+    Images of one board have the same corners, so corners are drawn again, each
+    with all its images, and as many of every size of square as there are.
+    """
+    from scipy.stats import rankdata
+
+    def correlation(*picked):
+        index = [
+            images[pick.astype(int)].reshape(*pick.shape[:-1], -1)
+            for images, pick in zip(swept.images_of, picked, strict=True)
+        ]
+        index = np.concatenate(index, axis=-1)
+        a, b = (
+            rankdata(x[index], axis=-1) for x in (values, swept.distance)
+        )
+        a = a - a.mean(axis=-1, keepdims=True)
+        b = b - b.mean(axis=-1, keepdims=True)
+        scale = np.sqrt((a**2).sum(axis=-1) * (b**2).sum(axis=-1))
+        return (a * b).sum(axis=-1) / scale
+
+    corners = [np.arange(len(images)) for images in swept.images_of]
+    return bootstrap(correlation, *corners)
+
+
+@claim("c3_loc_saddle_win", needs=("fig_3_5_saddle",), evidence="rendered")
+def judge_saddle_window(results):
+    """|Spearman| < 0.2, and the modal window in the lowest third."""
+    swept = Swept(results["fig_3_5_saddle"])
+    tie = rank_tie(swept, swept.best_window)
+    modal = _modal(swept.best_window)
+    small = HOLDS if modal <= swept.lowest_third else FAILS
+    decision = all_of([tie.within(-MOST_TIE, MOST_TIE), small])
+    return [
+        Reading(
+            DECISIONS[decision],
+            tie.value,
+            interval=(tie.low, tie.high),
+            reason=f"Spearman; modal window {modal:g} px, by bin "
+            f"{_listed(modal_windows(swept))} px",
+        )
+    ]
+
+
+def ratio_of_middle_blur(swept):
+    """Median residual at the middle blur over that at the bin's best setting.
+
+    The window is that of the bin in both. One Estimate for every bin.
+    """
+    settings = np.arange(swept.error[0].size)
+    middle = settings[settings % len(swept.blurs) == swept.middle_blur]
+    fixed = swept.scored(per_bin(np.median, middle))
+    best = swept.scored(per_bin(np.median))
+    return [
+        bootstrap(
+            lambda a, b: np.median(a, axis=-1) / np.median(b, axis=-1),
+            fixed[swept.bin == k],
+            best[swept.bin == k],
+            paired=True,
+        )
+        for k in swept.bins
+    ]
+
+
+@claim("c3_loc_saddle_blur", needs=("fig_3_5_saddle",), evidence="rendered")
+def judge_saddle_blur(results):
+    """The middle blur costs at most 15 % in every bin."""
+    swept = Swept(results["fig_3_5_saddle"])
+    ratios = ratio_of_middle_blur(swept)
+    worst = max(ratios, key=lambda ratio: ratio.value)
+    decision = all_of(
+        [r.below(np.nextafter(MOST_RATIO, 2)) for r in ratios]
+    )
+    return [
+        Reading(
+            DECISIONS[decision],
+            worst.value,
+            interval=(worst.low, worst.high),
+            reason=f"largest ratio over the bins at a blur of "
+            f"{swept.blurs[swept.middle_blur]:g} px; by bin "
+            + ", ".join(
+                f"{r.value:.2f} ({r.low:.2f} to {r.high:.2f})"
+                for r in ratios
+            ),
+        )
+    ]
+
+
+@claim("c3_loc_saddle_weak", needs=("fig_3_5_saddle",), evidence="rendered")
+def judge_saddle_weak(results):
+    """0.05 < |Spearman(best blur, distance)| < 0.4."""
+    swept = Swept(results["fig_3_5_saddle"])
+    tie = rank_tie(swept, swept.best_blur)
+    low, high = WEAK_TIE
+    size = (
+        tie if tie.value >= 0 else Estimate(-tie.value, -tie.high, -tie.low)
+    )
+    return [
+        Reading(
+            DECISIONS[size.within(low, high)],
+            tie.value,
+            interval=(tie.low, tie.high),
+            reason="Spearman of the best blur with the distance",
+        )
+    ]

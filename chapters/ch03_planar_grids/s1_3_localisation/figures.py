@@ -1,0 +1,244 @@
+"""Fig. 3.5, and what belongs beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s1_3_localisation.claims import (
+    BIN_EDGES_PX,
+    Swept,
+)
+from chapters.ch03_planar_grids.s3_1_robustness.claims.localisation import (
+    largest_errors,
+    starts_of,
+)
+from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
+    HALF_WINDOWS,
+    OTHERS,
+    SQUARES_PX,
+)
+from repro.page.style import figure as new_figure
+from repro.page.style import series
+from repro.run.experiment import figure, numbers, table
+from repro.run.outcomes import Check, Drawing, Table, Value
+
+LOCALISERS = ("saddle point", "derivative", "OpenCV")
+NAMES = {
+    "full window": "OpenCV, 9 × 9 px",
+    "half window": "OpenCV, half window of 9",
+    "saddle point": "saddle point, 19 px",
+    "derivative": "derivative, 19 px",
+}
+
+
+def frequencies(swept, best, levels):
+    """Share (levels, bins) of the corners of a bin that are best at a level."""
+    shares = np.full((len(levels), len(BIN_EDGES_PX) - 1), np.nan)
+    for k in swept.bins:
+        inside = best[swept.bin == k]
+        shares[:, k] = np.mean(inside[:, None] == levels, axis=0)
+    return shares
+
+
+def medians(swept):
+    """Median residual (windows[, blurs], bins) px."""
+    shape = swept.error.shape[1:]
+    out = np.full((*shape, len(BIN_EDGES_PX) - 1), np.nan)
+    for k in swept.bins:
+        out[..., k] = np.median(swept.error[swept.bin == k], axis=0)
+    return out
+
+
+@figure(
+    "fig_3_5",
+    needs=("fig_3_5_derivative", "fig_3_5_saddle"),
+    evidence="rendered",
+)
+def fig_3_5(results):
+    """Histograms of the best setting, and the median residual beside them."""
+    derivative = Swept(results["fig_3_5_derivative"])
+    saddle = Swept(results["fig_3_5_saddle"])
+    over = medians(saddle)
+    rows = (
+        (
+            "(a) derivative: window",
+            "Window (px)",
+            derivative.windows,
+            frequencies(
+                derivative, derivative.best_window, derivative.windows
+            ),
+            medians(derivative),
+        ),
+        (
+            "(b) saddle point: window",
+            "Window (px)",
+            saddle.windows,
+            frequencies(saddle, saddle.best_window, saddle.windows),
+            over.min(axis=1),
+        ),
+        (
+            "(b) saddle point: blur",
+            "Blur SD (px)",
+            saddle.blurs,
+            frequencies(saddle, saddle.best_blur, saddle.blurs),
+            over.min(axis=0),
+        ),
+    )
+    return _drawn(rows)
+
+
+def _drawn(rows):
+    from matplotlib.colors import LogNorm
+
+    drawn, axes = new_figure(3, 2, height_in=9.0, sharex=True, sharey="row")
+    names = ("panel", "distance_from", "level", "share", "median_px")
+    data = {name: [] for name in names}
+    all_medians = np.concatenate([row[4].ravel() for row in rows])
+    norm = LogNorm(np.nanmin(all_medians), min(1.5, np.nanmax(all_medians)))
+    sums = []
+    for panels, (title, label, levels, share, median) in zip(
+        axes, rows, strict=True
+    ):
+        _slices(drawn, panels[0], levels, 100 * share, "Best for (%)")
+        mesh = _slices(
+            drawn, panels[1], levels, median, "Median (px)", norm=norm
+        )
+        mesh.set_cmap("viridis_r")
+        middles = (BIN_EDGES_PX[1:] + BIN_EDGES_PX[:-1]) / 2
+        seen = np.isfinite(median[0])
+        lowest = np.nanargmin(median[:, seen], axis=0)
+        panels[1].plot(
+            middles[seen], levels[lowest], "wo", ms=5, mec="black", ls=""
+        )
+        panels[0].set_title(title)
+        panels[1].set_title("median residual")
+        panels[0].set_ylabel(label)
+        sums.append(np.nansum(share[:, seen], axis=0))
+        for (i, k), part in np.ndenumerate(share):
+            row = (title, BIN_EDGES_PX[k], levels[i], part, median[i, k])
+            for name, cell in zip(names, row, strict=True):
+                data[name].append(cell)
+    for panel in axes[-1]:
+        panel.set_xlabel("Inter-corner distance (px)")
+    off = float(np.abs(np.concatenate(sums) - 1).max())
+    return Drawing(
+        drawn,
+        data,
+        "Left: how often a setting had the least residual of its corner, "
+        "each slice of distances by itself, as in the thesis. Right: the "
+        "median residual of the same corners at every setting (for the "
+        "saddle point method, with the better value of the other "
+        "parameter); dots mark its least value. (a) The window of the "
+        "derivative method, (b) window and blur of the saddle point method, "
+        "which the thesis draws in one solid.",
+        check=Check(
+            off < 1e-9, "every slice of the histograms adds up to one"
+        ),
+    )
+
+
+def _slices(drawn, panel, levels, values, label, norm=None):
+    """One panel: levels over distance bins, with its colour bar."""
+    steps = np.diff(levels) / 2
+    edges = np.concatenate(
+        [
+            [levels[0] - steps[0]],
+            levels[:-1] + steps,
+            [levels[-1] + steps[-1]],
+        ]
+    )
+    mesh = panel.pcolormesh(
+        BIN_EDGES_PX, edges, values, norm=norm, rasterized=True
+    )
+    panel.grid(False)
+    panel.set_xticks(BIN_EDGES_PX[::2])
+    drawn.colorbar(mesh, ax=panel, label=label, pad=0.02)
+    return mesh
+
+
+@figure(
+    "ext_localiser_basin",
+    needs=("fig_3_11_localised",),
+    evidence="rendered",
+)
+def ext_localiser_basin(results):
+    """Largest error against the start error, for all localisers."""
+    result = results["fig_3_11_localised"]
+    drawn, panel = new_figure(height_in=3.6)
+    starts = starts_of(result)
+    data = {"localiser": [], "start_px": [], "max_px": []}
+    for index, name in enumerate([*HALF_WINDOWS, *OTHERS]):
+        largest = largest_errors(result, name)
+        panel.plot(starts, largest, label=NAMES[name], **series(index))
+        for row in zip(starts, largest, strict=True):
+            for column, cell in zip(data, (name, *row), strict=True):
+                data[column].append(cell)
+    panel.set_yscale("log")
+    panel.set_xlabel("Start error of every corner (px)")
+    panel.set_ylabel("Largest error (px)")
+    panel.legend()
+    return Drawing(
+        drawn,
+        data,
+        "Largest error over all corners and trials after localisation on "
+        "the image of Fig. 3.10(b), which has no noise, against the distance "
+        "at which every corner was put from the truth. A corner that is "
+        "given up keeps its start error.",
+    )
+
+
+@table(
+    "ext_localisers", needs=("ext_localiser_spread",), evidence="rendered"
+)
+def ext_localisers(results):
+    """Error, stated SD and bias of three localisers with their defaults."""
+    result = results["ext_localiser_spread"]
+    names = {
+        "converged": "found (%)",
+        "rms_px": "RMS error per axis (px)",
+        "sd_px": "stated SD (px)",
+        "bias_px": "RMS error without noise (px)",
+        "score_sd": "error / stated SD (1)",
+        "within": "within one stated SD (%)",
+    }
+    columns = {"square (px)": [], "localiser": []}
+    columns |= {name: [] for name in names.values()}
+    for square in SQUARES_PX:
+        for localiser in LOCALISERS:
+            columns["square (px)"].append(square)
+            columns["localiser"].append(localiser)
+            for key, name in names.items():
+                trials = result.column(
+                    f"{localiser}.{key}", square_px=square
+                )
+                scale = 100 if "%" in name else 1
+                columns[name].append(float(scale * np.mean(trials)))
+    return Table(
+        columns,
+        "The three localisers with their default settings on the images of "
+        "Fig. 3.5, means over the images. The stated SD is that of noise; "
+        "what remains without noise is bias.",
+    )
+
+
+@numbers("fig_3_5", needs=("fig_3_5_derivative",), evidence="rendered")
+def numbers_fig_3_5(results):
+    """The settings of the study, as they were run."""
+    result = results["fig_3_5_derivative"]
+    ran = result.settings
+    scales = {
+        f"fig3_5_sq{square}": Value(c["square_px"], unit="px")
+        for square, c in zip(SQUARES_PX, result.conditions, strict=True)
+    }
+    return {
+        "fig3_5_img": Value(ran["image_px"], unit="px"),
+        "fig3_5_n": Value(
+            len(result.conditions),
+            unit="count",
+            reason="square sizes; "
+            f"{result.trials_per_condition} images of each",
+        ),
+        "fig3_5_blur": Value(ran["blur_px"], unit="px"),
+        "fig3_5_noise": Value(ran["noise_sd"], unit="grey levels"),
+        "fig3_5_init": Value(ran["start_sd_px"], unit="px"),
+    } | scales

@@ -1,0 +1,317 @@
+"""The remarks of section 3.3.2 that are claims, tested on rendered pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
+    logistic_slope,
+)
+from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
+    LIGHT_LEVELS,
+    level_name,
+)
+from chapters.shared.grid_trials import (
+    CELECT,
+    OPENCV,
+    OPENCV_SB,
+)
+from raxel.evaluation.statistics import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    all_of,
+    paired_gain,
+    proportion,
+)
+from repro.run.experiment import claim
+from repro.run.outcomes import DECISIONS, Reading
+
+COPES = 0.7
+LEAST_GAIN = 0.3
+SAME, LEAST_DROP = 0.05, 0.15
+LEAST_RATIO = 1.3
+# Who extracts fewer than this has nothing that a shadow could take.
+ENOUGH = 0.2
+SEEDS_THAT_HOLD = 0.9
+MOST_DIFFERING = 0.25
+FEWEST_FAILURES = 10
+CAMERAS = ("hyperboloidal", "fisheye")
+WAYS = ("clockwise", "reverse")
+EDGE = 1e-9
+
+
+def levels_run(result):
+    """Light levels of the contrast study as it was run, brightest first."""
+    return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
+
+
+def in_light(result, level, method):
+    """Successes (n,) of a method in one light."""
+    return result.column(f"{level_name(level)}.{method}")
+
+
+@claim(
+    "c3_low_contrast", needs=("exp_c3_low_contrast",), evidence="rendered"
+)
+def judge_low_contrast(results):
+    """CELECT at least 0.3 ahead in the lowest light in which it has 0.7."""
+    result = results["exp_c3_low_contrast"]
+    rates = {
+        v: in_light(result, v, CELECT).mean() for v in levels_run(result)
+    }
+    copes = [v for v, rate in rates.items() if rate >= COPES]
+    readings = []
+    for method in (OPENCV, OPENCV_SB):
+        reading = {"opencv_detector": method}
+        if not copes:
+            best = max(rates, key=rates.get)
+            theirs = in_light(result, best, method).mean()
+            readings.append(
+                Reading(
+                    DECISIONS[FAILS],
+                    float(rates[best] - theirs),
+                    reading=reading,
+                    unit="1",
+                    reason="CELECT extracts 70 % in no light; most, "
+                    f"{100 * rates[best]:.0f} %, in {best:g} of full light, "
+                    f"where OpenCV has {100 * theirs:.0f} %",
+                )
+            )
+            continue
+        level = min(copes)
+        found = paired_gain(
+            in_light(result, level, CELECT), in_light(result, level, method)
+        )
+        readings.append(
+            Reading(
+                DECISIONS[found.above(LEAST_GAIN - EDGE)],
+                found.value,
+                interval=(found.low, found.high),
+                reading=reading,
+                unit="1",
+                reason=f"success of CELECT less OpenCV's in {level:g} of full "
+                "light, the lowest in which CELECT extracts 70 %",
+            )
+        )
+    return readings
+
+
+def shadow_effects(result, method):
+    """Success without less with the shadow: Estimate."""
+    return paired_gain(
+        result.column(f"plain.{method}"), result.column(f"shadow.{method}")
+    )
+
+
+@claim("c3_shadow", needs=("exp_c3_shadow",), evidence="rendered")
+def judge_shadow(results):
+    """CELECT unchanged within 5 points, OpenCV down by 15 or more."""
+    result = results["exp_c3_shadow"]
+    ours = shadow_effects(result, CELECT)
+    plain = result.column(f"plain.{CELECT}").mean()
+    unchanged = ours.within(-SAME, SAME)
+    if unchanged == HOLDS and plain < ENOUGH:
+        unchanged = UNDECIDED
+    readings = []
+    for method in (OPENCV, OPENCV_SB):
+        theirs = shadow_effects(result, method)
+        decision = all_of([unchanged, theirs.above(LEAST_DROP - EDGE)])
+        readings.append(
+            Reading(
+                DECISIONS[decision],
+                theirs.value,
+                interval=(theirs.low, theirs.high),
+                reading={"opencv_detector": method},
+                unit="1",
+                reason="loss of OpenCV's success to the shadow; CELECT loses "
+                f"{100 * ours.value:.1f} points ({100 * ours.low:.1f} to "
+                f"{100 * ours.high:.1f}) of "
+                f"{100 * plain:.0f}",
+            )
+        )
+    return readings
+
+
+def partial_predicates(ours, theirs, method):
+    """Per seed (n,): whether CELECT's part is larger and nearer, both cameras.
+
+    Also the smaller of the two ratios of the counts, (n,).
+    """
+    seeds = theirs.trials_per_condition
+    holds, ratios = np.ones(seeds, bool), np.full(seeds, np.inf)
+    for camera in CAMERAS:
+        a, b = (
+            {
+                name: result.column(f"{who}.{name}", camera=camera)[:seeds]
+                for name in ("count", "border_px")
+            }
+            for who, result in ((CELECT, ours), (method, theirs))
+        )
+        ratio = np.divide(
+            a["count"],
+            b["count"],
+            out=np.full(seeds, np.inf),
+            where=b["count"] > 0,
+        )
+        nearer = np.where(
+            b["count"] > 0, a["border_px"] < b["border_px"], a["count"] > 0
+        )
+        holds &= (ratio > LEAST_RATIO) & nearer
+        ratios = np.minimum(ratios, ratio)
+    return holds, ratios
+
+
+@claim(
+    "c3_partial_grid",
+    needs=("fig_3_14_parts", "fig_3_14_parts_sb"),
+    evidence="rendered",
+)
+def judge_partial_grid(results):
+    """Larger by 1.3 and nearer to the frame, for both cameras."""
+    ours = results["fig_3_14_parts"]
+    readings = []
+    for method, theirs in (
+        (OPENCV, ours),
+        (OPENCV_SB, results["fig_3_14_parts_sb"]),
+    ):
+        holds, ratios = partial_predicates(ours, theirs, method)
+        readings.append(
+            Reading(
+                DECISIONS[
+                    HOLDS if holds.mean() >= SEEDS_THAT_HOLD else FAILS
+                ],
+                float(np.median(ratios)),
+                interval=(float(ratios.min()), float(ratios.max())),
+                reading={"opencv_detector": method},
+                unit="1",
+                reason="corners of CELECT over OpenCV's, of the worse camera; "
+                "median and range over the pictures. The predicate is true "
+                f"for {holds.sum()} of {len(holds)} pairs of pictures",
+            )
+        )
+    return readings
+
+
+def orders_of(result, set_name, tone=""):
+    """Success (2, 4, n): way round, first corner by rising square, image.
+
+    tone: 'linear_' for the pictures with their tone curve undone.
+    """
+    return np.array(
+        [
+            [
+                result.column(f"{tone}{way}_{rank}", set=set_name)
+                for rank in range(4)
+            ]
+            for way in WAYS
+        ]
+    )
+
+
+def all_orders(result, tone=""):
+    """Success (2, 4, n) over the images of all sets."""
+    sets = [c["set"] for c in result.conditions]
+    return np.concatenate(
+        [orders_of(result, s, tone) for s in sets], axis=2
+    )
+
+
+def differing(orders):
+    """Images (n,): 1 where the eight orders do not all end alike."""
+    flat = orders.reshape(-1, orders.shape[-1])
+    return (flat.min(axis=0) != flat.max(axis=0)).astype(float)
+
+
+@claim(
+    "c3_trace_direction",
+    needs=("exp_c3_trace_direction",),
+    evidence="rendered",
+)
+def judge_trace_direction(results):
+    """Some images differ, fewer than a quarter."""
+    orders = all_orders(results["exp_c3_trace_direction"])
+    found = proportion(differing(orders))
+    always, never = orders.min(axis=(0, 1)), 1 - orders.max(axis=(0, 1))
+    return [
+        Reading(
+            DECISIONS[found.within(0, MOST_DIFFERING)],
+            found.value,
+            interval=(found.low, found.high),
+            unit="1",
+            reason="share of images in which the order of the clicks decides "
+            f"over success; {100 * always.mean():.0f} % succeed in all "
+            f"eight, {100 * never.mean():.0f} % in none",
+        )
+    ]
+
+
+@claim(
+    "c3_first_corner",
+    needs=("exp_c3_trace_direction",),
+    evidence="rendered",
+)
+def judge_first_corner(results):
+    """Smallest square first, less largest first: not below 0."""
+    clockwise = all_orders(results["exp_c3_trace_direction"])[0]
+    found = paired_gain(clockwise[0], clockwise[-1])
+    if found.low >= 0 < found.value:
+        decision = HOLDS
+    else:
+        decision = FAILS if found.high < 0 else UNDECIDED
+    return [
+        Reading(
+            DECISIONS[decision],
+            found.value,
+            interval=(found.low, found.high),
+            unit="1",
+            reason="success from the corner of the smallest square less that "
+            "from the largest, same images and clicks, clockwise; from the "
+            f"smallest {100 * clockwise[0].mean():.0f} % succeed",
+        )
+    ]
+
+
+def merging_of(results, tone=""):
+    """(size ratio (n,), merge failed (n,), success (n,)) of all fisheye images.
+
+    tone: 'linear.' for the pictures with their tone curve undone.
+    """
+    both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
+    return [
+        np.concatenate([result.column(tone + name) for result in both])
+        for name in ("size_ratio", "merge_failed", "success")
+    ]
+
+
+@claim(
+    "c3_size_variation_merge",
+    needs=("exp_c3_shadow", "exp_c3_merge_images"),
+    evidence="rendered",
+)
+def judge_size_variation(results):
+    """Positive logistic slope, p < 0.05; ten failures at least."""
+    from scipy.stats import norm
+
+    ratio, failed, _ = merging_of(results)
+    slope, error = logistic_slope(ratio, failed)
+    p = 2 * norm.sf(abs(slope) / error) if np.isfinite(slope) else 1.0
+    count = int(failed.sum())
+    if count < FEWEST_FAILURES or not np.isfinite(slope):
+        decision, slope = UNDECIDED, slope if np.isfinite(slope) else 0.0
+    else:
+        decision = HOLDS if p < 0.05 and slope > 0 else FAILS
+    interval = None
+    if np.isfinite(error):
+        interval = (slope - 1.96 * error, slope + 1.96 * error)
+    return [
+        Reading(
+            DECISIONS[decision],
+            slope,
+            interval=interval,
+            unit="1",
+            reason="rise of the log odds of a merge failure with the ratio of "
+            f"longest to shortest step; p = {p:.2g}; {count} merge failures "
+            f"in {len(failed)} images",
+        )
+    ]

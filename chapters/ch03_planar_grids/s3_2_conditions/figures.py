@@ -1,0 +1,272 @@
+"""Fig. 3.14, and what section 3.3.2 says in passing, drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.ticker import FixedFormatter, FixedLocator
+
+from chapters.ch03_planar_grids.s3_2_conditions.claims import (
+    CAMERAS,
+    WAYS,
+    all_orders,
+    in_light,
+    levels_run,
+    merging_of,
+)
+from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
+    logistic_curve,
+)
+from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
+    METHODS,
+    level_name,
+)
+from chapters.shared.grid_trials import CELECT, OPENCV
+from raxel.evaluation.statistics import proportion
+from repro.page.style import figure as new_figure
+from repro.page.style import plot_interval, series
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+MARGIN_PX = 30
+RED, YELLOW, GREEN = "#e6201f", "#ffd60a", "#1fb25a"
+BINS = 6
+BESIDE = 1.06
+
+
+@figure("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
+def fig_3_14(results):
+    """The parts that CELECT and OpenCV extract from one picture per camera."""
+    result = results["fig_3_14_parts"]
+    drawn, panels = new_figure(2, 2, height_in=6.6)
+    data = {"panel": [], "method": [], "corner": [], "u_px": [], "v_px": []}
+    inside = []
+    for row, camera in zip(panels, CAMERAS, strict=True):
+        for panel, method in zip(row, (CELECT, OPENCV), strict=True):
+            found = result.arrays(f"{method}.corners", camera=camera)
+            picture = result.arrays("picture", camera=camera)[0]
+            lattice = result.arrays("lattice", camera=camera)[0]
+            here = result.column(f"{method}.count", camera=camera)[0] > 0
+            corners = found[0] if here else None
+            _draw_part(panel, picture, lattice, corners)
+            if here and method == OPENCV:
+                _draw_paint(panel, result, camera)
+            size = "none"
+            if here:
+                long, short = sorted(corners.shape[:2], reverse=True)
+                size = f"{long} × {short}"
+                inside.append(_shares_corners(corners, lattice))
+                _note(data, camera, method, corners)
+            letter = "ab"[CAMERAS.index(camera)]
+            name = METHODS[method] if method == CELECT else "OpenCV"
+            panel.set_title(f"({letter}) {camera}, {name}: {size}")
+    return Drawing(
+        drawn,
+        data,
+        "Large grids without a border. Left: the largest part that CELECT "
+        "extracts from the picture as it is. Right: the largest that OpenCV's "
+        "findChessboardCorners returns when all around the squares of that "
+        "part is painted white. Red: corners; yellow and green: their order.",
+        check=Check(
+            all(inside), "every drawn corner is a corner of the grid"
+        ),
+    )
+
+
+def _draw_part(panel, picture, lattice, corners):
+    low = lattice.reshape(-1, 2).min(axis=0) - MARGIN_PX
+    high = lattice.reshape(-1, 2).max(axis=0) + MARGIN_PX
+    panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+    if corners is not None:
+        panel.plot(
+            *corners.transpose(2, 1, 0), "-", color=GREEN, lw=0.7, marker=""
+        )
+        panel.plot(
+            *corners.transpose(2, 0, 1),
+            "-",
+            color=YELLOW,
+            lw=0.7,
+            marker="",
+        )
+        panel.plot(
+            *corners.reshape(-1, 2).T, "o", color=RED, ms=1.8, linestyle=""
+        )
+    panel.set_xlim(max(low[0], -0.5), min(high[0], picture.shape[1] - 0.5))
+    panel.set_ylim(min(high[1], picture.shape[0] - 0.5), max(low[1], -0.5))
+    panel.grid(visible=False)
+    panel.set_xlabel("u (px)")
+    panel.set_ylabel("v (px)")
+
+
+def _draw_paint(panel, result, camera):
+    """The painted picture over the one it was made from."""
+    bordered = result.arrays(f"{OPENCV}.painted", camera=camera)[0]
+    u, v = result.arrays(f"{OPENCV}.first", camera=camera)[0]
+    height, width = bordered.shape
+    extent = (u - 0.5, u + width - 0.5, v + height - 0.5, v - 0.5)
+    limits = panel.get_xlim(), panel.get_ylim()
+    panel.set_facecolor("white")
+    panel.images[0].set_visible(False)
+    panel.imshow(bordered, cmap="gray", vmin=0, vmax=255, extent=extent)
+    panel.set_xlim(*limits[0])
+    panel.set_ylim(*limits[1])
+
+
+def _shares_corners(corners, lattice):
+    apart = np.abs(corners[:, :, None, None] - lattice).sum(axis=-1)
+    return bool((apart.min(axis=(2, 3)) == 0).all())
+
+
+def _note(data, camera, method, corners):
+    for index, (u, v) in enumerate(corners.reshape(-1, 2)):
+        cells = (camera, METHODS[method], index, u, v)
+        for column, cell in zip(data, cells, strict=True):
+            data[column].append(cell)
+
+
+@figure(
+    "ext_conditions",
+    needs=(
+        "exp_c3_low_contrast",
+        "exp_c3_shadow",
+        "exp_c3_trace_direction",
+        "exp_c3_merge_images",
+    ),
+    evidence="rendered",
+)
+def ext_conditions(results):
+    """Light, shadow, order of the clicks, size variation."""
+    drawn, panels = new_figure(2, 2, height_in=6.6)
+    data = {
+        "panel": [],
+        "series": [],
+        "x": [],
+        "y": [],
+        "low": [],
+        "high": [],
+    }
+    _draw_light(panels[0, 0], results["exp_c3_low_contrast"], data)
+    _draw_shadow(panels[0, 1], results["exp_c3_shadow"], data)
+    _draw_orders(panels[1, 0], results["exp_c3_trace_direction"], data)
+    _draw_merging(panels[1, 1], results, data)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    return Drawing(
+        drawn,
+        data,
+        "Share of boards that come back complete and in order, with 95 % "
+        "intervals: (a) spherical mirror, the light on the board taken away; "
+        "(b) fisheye, without and with a soft shadow that takes 30 % of the "
+        "light; (c) CELECT, the same clicks from each outer corner, by "
+        "rising size of its square, both ways round; (d) CELECT on fisheye "
+        "images: share with a merge failure against the largest ratio of "
+        "steps along one contour, in groups of equal size, and the logistic "
+        "fit.",
+    )
+
+
+def _add(data, panel, label, x, estimates):
+    for at, e in zip(x, estimates, strict=True):
+        cells = (panel, label, at, e.value, e.low, e.high)
+        for column, cell in zip(data, cells, strict=True):
+            data[column].append(cell)
+
+
+def _draw(panel, letter, x, trials, index, label, data, bars=False):
+    estimates = [proportion(t) for t in trials]
+    middle, low, high = 100 * np.array([e[:3] for e in estimates]).T
+    plot_interval(
+        panel,
+        np.asarray(x, float),
+        middle,
+        low,
+        high,
+        index=index,
+        label=label,
+        bars=bars,
+    )
+    _add(data, letter, label, x, estimates)
+
+
+def _name_ticks(panel, places, names):
+    panel.xaxis.set_major_locator(FixedLocator(places))
+    panel.xaxis.set_major_formatter(FixedFormatter(names))
+
+
+def _draw_light(panel, result, data):
+    levels = levels_run(result)
+    for index, (method, label) in enumerate(METHODS.items()):
+        trials = [in_light(result, v, method) for v in levels]
+        # Beside each other, so that every interval is seen.
+        x = np.array(levels) * BESIDE ** (index - 2)
+        _draw(panel, "a", x, trials, index, label, data, bars=True)
+    grey = [
+        np.median(result.column(f"{level_name(v)}.contrast_grey"))
+        for v in levels
+    ]
+    for level, contrast in zip(levels, grey, strict=True):
+        panel.annotate(
+            f"{contrast:.0f}", (level, 104), ha="center", fontsize=7.5
+        )
+    panel.set_xscale("log")
+    panel.set_xticks(levels, [f"{v:g}" for v in levels], rotation=45)
+    panel.minorticks_off()
+    panel.set_ylim(-3, 112)
+    panel.set_title("(a) light (above: contrast, grey levels)")
+    panel.set_xlabel("Light on the board (1)")
+    panel.set_ylabel("Success (%)")
+
+
+def _draw_shadow(panel, result, data):
+    for index, (method, label) in enumerate(METHODS.items()):
+        trials = [
+            result.column(f"{name}.{method}")
+            for name in ("plain", "shadow")
+        ]
+        x = np.array([0, 1]) + 0.06 * (index - 2)
+        _draw(panel, "b", x, trials, index, label, data, bars=True)
+    _name_ticks(panel, [0, 1], ["no shadow", "shadow"])
+    panel.set_xlim(-0.4, 1.4)
+    panel.set_ylim(-3, 103)
+    panel.set_title("(b) soft shadow")
+    panel.set_ylabel("Success (%)")
+
+
+def _draw_orders(panel, result, data):
+    orders = all_orders(result)
+    for index, way in enumerate(WAYS):
+        x = np.arange(1, 5) + 0.08 * (index - 0.5)
+        label = "clockwise" if way == "clockwise" else "the other way"
+        _draw(
+            panel, "c", x, orders[index], index + 5, label, data, bars=True
+        )
+    squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
+    _name_ticks(panel, [1, 2, 3, 4], squares)
+    panel.set_ylim(0, 103)
+    panel.set_title("(c) first corner clicked")
+    panel.set_ylabel("Success (%)")
+    panel.legend(loc="upper right")
+
+
+def _draw_merging(panel, results, data):
+    ratio, failed, _ = merging_of(results)
+    groups = np.array_split(np.argsort(ratio), min(BINS, len(ratio)))
+    x = [float(np.median(ratio[g])) for g in groups]
+    _draw(
+        panel,
+        "d",
+        x,
+        [failed[g] for g in groups],
+        0,
+        "merge failure",
+        data,
+        bars=True,
+    )
+    along = np.linspace(ratio.min(), ratio.max(), 60)
+    curve = logistic_curve(ratio, failed, along)
+    look = series(1) | {"marker": ""}
+    panel.plot(along, 100 * curve, label="logistic fit", **look)
+    panel.set_ylim(-3, 103)
+    panel.set_title("(d) size variation")
+    panel.set_xlabel("Longest over shortest step (1)")
+    panel.set_ylabel("Images with a merge failure (%)")
+    panel.legend(loc="lower right")

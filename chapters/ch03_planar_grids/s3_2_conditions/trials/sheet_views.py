@@ -1,0 +1,188 @@
+"""A sheet with a grid, rendered once; its light is changed afterwards.
+
+Radiance is linear, and light changes little over a point spread. So a picture in
+another light is the picture in full, even light times the light at the place of the
+board that each pixel sees. Blemishes and the sensor follow, in nature's order.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from chapters.shared.grid_views import SETS, clockwise, rig_of
+from raxel.geometry import intersect_rays_plane, transform
+from raxel.lab.board_photograph import (
+    grey_of,
+    light_of_room,
+    mirror_in_view,
+    window_of,
+)
+from raxel.lab.rig import Rig
+from raxel.lab.scenes import board_scene
+from raxel.lab.target_poses import outline_of
+
+CUT_PX = 24
+# Blur reaches less far from the edge of a sheet.
+EDGE_PX = 3
+
+
+class Sheet(NamedTuple):
+    """A sheet before a rig's camera, in full and even light.
+
+    irradiance: (h, w) or (h, w, 3) of the part of the picture from pixel `first` (u,
+    v) on that holds the sheet; uv: (h, w, 2) mm, the place on the board's plane that
+    a pixel sees, also beside the sheet, nan where there is none; points: (rows,
+    columns, 2) mm and lattice: the same in px of the whole picture, rows and columns
+    turning clockwise in it; specimen, exposure: seeds of the mirror's flaws, and of
+    glare and noise.
+    """
+
+    rig: Rig
+    T_camera_board: np.ndarray
+    irradiance: np.ndarray
+    first: tuple[int, int]
+    uv: np.ndarray
+    points: np.ndarray
+    lattice: np.ndarray
+    specimen: int
+    exposure: int
+
+    def place(self, points):
+        """True pixels (N, 2) of places on the board (N, 2), mm."""
+        flat = np.pad(points, ((0, 0), (0, 1)))
+        seen = transform(self.T_camera_board, flat)
+        return self.rig.camera.project(seen).pixels
+
+
+def sheet_of(set_name, rng):
+    """A sheet of a set (key of `grid_views.SETS`), its pose and seeds drawn."""
+    number = rng.integers(sum(count for _, count in SETS[set_name]))
+    rig = rig_of(set_name, int(number))
+    pose = rig.draw_poses(rng, 1)[0]
+    scene = board_scene(rig.target, pose, rig.border_mm, **rig.radiances)
+    window = window_of(rig, pose)
+    irradiance = rig.laboratory().irradiance(
+        scene, np.eye(4), colour=_mosaic(rig), window=window
+    )
+    columns, rows = rig.target.columns, rig.target.rows
+    points = rig.target.points().reshape(rows, columns, 2)
+    specimen, exposure = (int(seed) for seed in rng.integers(2**31, size=2))
+    sheet = Sheet(
+        rig,
+        pose,
+        irradiance,
+        (window.u, window.v),
+        _seen_places(rig, pose, window),
+        points,
+        points,
+        specimen,
+        exposure,
+    )
+    lattice = sheet.place(points.reshape(-1, 2)).reshape(points.shape)
+    if clockwise(lattice) is not lattice:
+        points, lattice = points[:, ::-1], lattice[:, ::-1]
+    return sheet._replace(points=points, lattice=lattice)
+
+
+def photograph(sheet, light):
+    """The whole picture (H, W) uint8 in a light: places (N, 2) mm -> (N,)."""
+    return _exposed(sheet, light, None)
+
+
+def cut_photograph(sheet, light):
+    """The picture cut to the sheet and 24 px around it, and its true lattice.
+
+    The lattice (rows, columns, 2) is in px of the cut picture. What is cut off is
+    never exposed, so its noise is not that of `photograph`.
+    """
+    height, width = sheet.irradiance.shape[:2]
+    low = np.array(sheet.first) - CUT_PX // 2
+    high = np.array(sheet.first) + (width, height) + CUT_PX // 2
+    camera = sheet.rig.camera
+    low = np.maximum(low, 0) // 2 * 2
+    high = np.minimum(high, (camera.width, camera.height))
+    cut = slice(low[1], high[1]), slice(low[0], high[0])
+    return _exposed(sheet, light, cut), sheet.lattice - low
+
+
+def outline_px(sheet, low, high):
+    """True outline (100, 2) px of a rectangle of the board between two corners, mm."""
+    return sheet.place(outline_of(low, np.asarray(high) - low))
+
+
+def _exposed(sheet, light, cut):
+    """The picture, or only its part `cut` (slices of rows and columns)."""
+    rig = sheet.rig
+    rng = np.random.default_rng(sheet.exposure)
+    beside, whole = light_of_room(rig)
+    if sheet.irradiance.ndim == 3:
+        beside, whole = (
+            np.repeat(x[..., None], 3, axis=2) for x in (beside, whole)
+        )
+    (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
+    place = slice(v, v + height), slice(u, u + width)
+    whole[place] = beside[place] + _lit(sheet, light)
+    mirror = mirror_in_view(rig.camera)
+    specimen = np.random.default_rng(sheet.specimen)
+    whole = rig.blemishes.apply(whole, mirror, specimen, rng)
+    whole = whole if cut is None else whole[cut]
+    if rig.light.coloured:
+        whole = rig.light.tinted(whole)
+    return grey_of(rig.sensor.expose(whole, rng, colour=whole.ndim == 3))
+
+
+def _lit(sheet, light):
+    """The sheet's part of the picture in a light; the room keeps its own.
+
+    Along the edge of the sheet a pixel sees white paper and room, and what the lens
+    smears of either: there the share of paper follows from the irradiance.
+    """
+    full, rig = sheet.irradiance, sheet.rig
+    seen = np.isfinite(sheet.uv[..., 0])
+    share = np.ones(seen.shape, np.float32)
+    share[seen] = light(sheet.uv[seen])
+    share = share.reshape(share.shape + (1,) * (full.ndim - 2))
+    lens = _lens_shade(sheet).reshape(share.shape)
+    white, room = (rig.radiances[name] for name in ("white", "background"))
+    paper = np.clip((full / lens - room) / (white - room), 0, 1)
+    at_edge = full + lens * paper * white * (share - 1)
+    inside, around = (
+        m.reshape(share.shape) for m in _inside_and_around(sheet)
+    )
+    return np.where(inside, full * share, np.where(around, at_edge, full))
+
+
+def _lens_shade(sheet):
+    """Share of the light (h, w) that the lens keeps, where the sheet is."""
+    camera = sheet.rig.camera
+    shade = sheet.rig.optics.vignetting(camera.width, camera.height)
+    (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
+    return shade[v : v + height, u : u + width]
+
+
+def _inside_and_around(sheet):
+    """Pixels (h, w) surely on the sheet, and those surely or perhaps on it."""
+    corner, size = sheet.rig.extent
+    with np.errstate(invalid="ignore"):
+        on = (sheet.uv >= corner) & (sheet.uv <= corner + size)
+    on = on.all(axis=2).astype(np.uint8)
+    reach = np.ones((2 * EDGE_PX + 1,) * 2, np.uint8)
+    return (f(on, reach) > 0 for f in (cv2.erode, cv2.dilate))
+
+
+def _mosaic(rig):
+    return rig.sensor.bayer is not None
+
+
+def _seen_places(rig, T_camera_board, window):
+    """Places (h, w, 2) mm on the board's plane that a window's pixels see, or nan."""
+    u, v = np.meshgrid(
+        np.arange(window.width) + window.u,
+        np.arange(window.height) + window.v,
+    )
+    rays = rig.camera.rays(np.column_stack([u.ravel(), v.ravel()]) * 1.0)
+    met = intersect_rays_plane(*rays[:2], T_camera_board).points
+    return met.reshape(*u.shape, 2)

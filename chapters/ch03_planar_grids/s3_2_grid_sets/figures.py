@@ -1,0 +1,119 @@
+"""Figs 3.12 and 3.13: pictures chosen by what became of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
+    EXPERIMENTS,
+    pictures_of,
+    right,
+    seeds_of,
+    title_of,
+)
+from chapters.shared.grid_trials import CELECT, OPENCV
+from repro.page.style import figure as new_figure
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+# Class of a picture -> (CELECT right, OpenCV right).
+CLASSES = {
+    "both": (True, True),
+    "CELECT only": (True, False),
+    "neither": (False, False),
+}
+RED, YELLOW, GREEN = "#e0281c", "#f2c400", "#2f9e3f"
+
+
+def example(result, which):
+    """The condition of the first picture of a class; None if there is none."""
+    seed = seeds_of(result)[0]
+    ours, theirs = (right(result, m, seed) for m in (CELECT, OPENCV))
+    wanted_ours, wanted_theirs = CLASSES[which]
+    fits = (ours == wanted_ours) & (theirs == wanted_theirs)
+    pictures = pictures_of(result, seed)
+    return pictures[int(np.argmax(fits))] if fits.any() else None
+
+
+def draw_panel(panel, result, condition):
+    """A picture with CELECT's corners: circles, joined where ordered."""
+    (picture,) = result.arrays("picture", **condition)
+    u, v, factor = result.arrays("place", **condition)[0]
+    colours = {"cmap": "gray", "vmin": 0, "vmax": 255}
+    panel.imshow(picture, **({} if picture.ndim == 3 else colours))
+    height, width = picture.shape[:2]
+
+    def placed(points):
+        return (points - (u, v) + 0.5) / factor - 0.5
+
+    for name in result.arrays("detected", **condition):
+        panel.plot(*placed(name).T, "o", ms=4, mfc="none", mec=RED, mew=0.8)
+    for lattice in result.arrays("lattice", **condition):
+        for row in placed(lattice):
+            panel.plot(*row.T, "-", color=YELLOW, lw=1.0)
+        for column in placed(lattice).transpose(1, 0, 2):
+            panel.plot(*column.T, "-", color=GREEN, lw=1.0)
+    panel.set_xlim(-0.5, width - 0.5)
+    panel.set_ylim(height - 0.5, -0.5)
+
+
+def examples(results, set_names):
+    """The panels of one figure: a column per set, a row per class."""
+    drawn, panels = new_figure(3, 2, height_in=9.6)
+    data = {"panel": [], "set": [], "class": [], "image": [], "seed": []}
+    for column, set_name in enumerate(set_names):
+        result = results[EXPERIMENTS[set_name]]
+        for row, which in enumerate(CLASSES):
+            panel = panels[row, column]
+            letter = "abcdef"[2 * row + column]
+            panel.set_title(f"({letter}) {title_of(set_name)}: {which}")
+            panel.set_xticks([])
+            panel.set_yticks([])
+            panel.grid(visible=False)
+            condition = example(result, which)
+            panel.spines[:].set_visible(False)
+            if condition is None:
+                panel.text(
+                    0.5,
+                    0.5,
+                    "no picture of this kind",
+                    transform=panel.transAxes,
+                    ha="center",
+                    va="center",
+                )
+            else:
+                draw_panel(panel, result, condition)
+            found = condition or {"image": "none", "seed": "none"}
+            data["panel"].append(letter)
+            data["set"].append(title_of(set_name))
+            data["class"].append(which)
+            data["image"].append(found["image"])
+            data["seed"].append(found["seed"])
+    caption = (
+        "Pictures that CELECT and OpenCV's findChessboardCorners both get "
+        "right, that only CELECT does, and that neither does: the first of "
+        "each kind of the first seed. Circles: corners as CELECT detects "
+        "them; lines: its ordered corners, rows yellow, columns green. The "
+        "part of the picture with the board is shown."
+    )
+    return Drawing(drawn, data, caption)
+
+
+@figure(
+    "fig_3_12",
+    needs=("table_3_4_grids", "table_3_5_grids"),
+    evidence="rendered",
+)
+def fig_3_12(results):
+    """Spherical and Hyperboloidal."""
+    return examples(results, ("spherical", "hyperboloidal"))
+
+
+@figure(
+    "fig_3_13",
+    needs=("table_3_6_grids", "table_3_7_grids"),
+    evidence="rendered",
+)
+def fig_3_13(results):
+    """Fisheye and Flexible Mirror."""
+    return examples(results, ("fisheye", "flexible-mirror"))

@@ -1,0 +1,172 @@
+# %% [markdown]
+# # Which method for my camera?
+#
+# Three ways of calibration, what each one needs, and what each one leaves
+# as error in this repository's own experiments. Two questions decide most
+# of it: do all rays meet in one point, and how far is the lens from a
+# pinhole?
+
+# %% tags=["hide-cell"]
+from chapters.shared.method_table import (
+    costs,
+    method_seconds,
+    methods_table,
+    named,
+)
+from repro.page.reader import results_behind, show_table, value
+from repro.run.experiment import table
+
+# %% tags=["active-ipynb", "remove-input"]
+# found = named(results_behind("ext_methods"))
+
+# %% tags=["active-ipynb"]
+# for name, text in found.items(): value(name, text)
+
+# %% [markdown]
+# ## The methods
+#
+# - **Zhang** {cite}`zhang2000`: a pinhole with two radial terms. A handful
+#   of parameters from a board held at several tilts.
+#   `raxel calibrate SET --model zhang`
+# - **Generic, unknown poses** ({cite}`sturm2004`;
+#   [section 2.4](../ch02_general_camera_model/s4_generic_calibration.ipynb)):
+#   every pixel gets a ray of its own. All rays meet in one point. The poses
+#   of the boards are found on the way.
+#   `raxel calibrate SET --model generic`
+# - **General, known motion** ([section
+#   2.3.3](../ch02_general_camera_model/s3_general_camera.ipynb)): every
+#   pixel gets a ray of its own, and the rays need not meet. The motion of
+#   the target between its poses is *given*. This is
+#   `raxel.calibration.rays_from_known_motion`, in Python only.
+#
+# `raxel calibrate SET --model auto` makes the first two of them predict
+# photographs that they have not seen, and keeps the better one.
+
+# %% [markdown]
+# ## Decide
+#
+# **1. Do all rays meet in one point?** They nearly do in a lens on its own,
+# and in a mirror of the right shape in the right place. They do not in a
+# mirror that is not, in several plane mirrors, in a reflecting ball, or
+# behind water. [The camera
+# zoo](../ch02_general_camera_model/s2_camera_models.ipynb) shows which is
+# which.
+#
+# - *No*: known motion, question 4. Zhang's and the generic method would
+#   give you a camera, but a wrong one.
+# - *Yes, or I do not know*: question 2.
+#
+# **2. How wide is the view?** The noise of the simulated pixels is
+# {glue:text}`noise` px, and the angle is on the image diagonal of an ideal
+# fisheye.
+#
+# - *About 60°*: Zhang leaves a ray error of
+#   {glue:text}`zhang.ray_deg.60`°, the generic method
+#   {glue:text}`general.ray_deg.60`°. Begin with Zhang: where its formula
+#   fits, it averages the noise over all corners.
+# - *About 120°*: Zhang {glue:text}`zhang.ray_deg.120`°, generic
+#   {glue:text}`general.ray_deg.120`°. Try both: `--model auto`.
+# - *About 150°*: Zhang {glue:text}`zhang.ray_deg.150`°, generic
+#   {glue:text}`general.ray_deg.150`°. Near the edge, boards must be taken
+#   close and tilted; a board seen at a grazing angle says little.
+# - *180° or more*: no pinhole has such rays at all. Generic.
+#
+# What counts is the distance from the pinhole, not the angle alone: a wide
+# lens that keeps lines straight is a case for Zhang. [Every image set side
+# by side](../photographs/by_distortion.ipynb) says how that distance is
+# measured, and sorts real photographs by it.
+#
+# **3. What will the camera be used for?** A small residual is not yet a
+# good ray ([section
+# 2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)), so look
+# at the quantity that your work uses.
+#
+# - *Straight lines in pictures*. With a rendered fisheye converter at three
+#   zoom settings, {glue:text}`pictures` pictures each, the corrected view
+#   of pictures kept out has an error of {glue:text}`zhang.zoom.1`,
+#   {glue:text}`zhang.zoom.2` and {glue:text}`zhang.zoom.3` px with Zhang,
+#   {glue:text}`general.zoom.1`, {glue:text}`general.zoom.2` and
+#   {glue:text}`general.zoom.3` px with the generic method.
+# - *Poses and motion*. Equal steps of a stage, recovered by the third
+#   camera, scatter by {glue:text}`zhang.stage` mm with Zhang and by
+#   {glue:text}`general.stage` mm with the generic method.
+# - *Every pixel must have a ray*. Zhang gives one to every pixel where its
+#   formula can be inverted, seen by a board or not, right or not. The
+#   generic method answers only where boards were.
+#
+# **4. Is there a stage?** For known motion, what you know of the motion is
+# what you get. In a simulation with two grids
+# ({glue:text}`motion.grids`), a translation that is wrong by 1 mm costs
+# {glue:text}`motion.translation`° per ray, and a rotation that is wrong by
+# 1° costs {glue:text}`motion.rotation`°. Compare with what your stage, rail
+# or robot arm is good for. A ruler and a steady hand are good for about a
+# millimetre.
+
+# %% [markdown]
+# ## Errors
+
+
+# %% tags=["hide-cell"]
+@table(
+    "ext_methods",
+    needs=(
+        "fig_2_3_fov",
+        "table_2_2_redrawn",
+        "photograph_study",
+        "fig_2_2_error",
+    ),
+    evidence="synthetic",
+)
+def ext_methods(results):
+    """Simulated, rendered and photographed: each method's error."""
+    return methods_table(results)
+
+
+# %% tags=["active-ipynb"]
+# show_table("ext_methods")
+
+# %% [markdown]
+# *Residual, clean*: mean distance to points without noise, in px of the
+# source image. *Ray error*: median angle to the true rays after the best
+# rotation. *Kept out*: pictures that the calibration did not see; *left
+# after correction*, RMS in px of the corrected view, as in Table 2.2;
+# otherwise in px of the photograph, after fitting the board's pose. In the
+# rendered rows a corner without a generic ray counts for Zhang alone. The
+# generic method here is the well conditioned one that `raxel` uses.
+#
+# ## Cost
+#
+# The seconds are those of this page: {glue:text}`boards` boards of a small
+# simulated fisheye, {glue:text}`size` px wide, calibrated when the page was
+# built. The search for corners is not in them. The known motion is timed with
+# two grids of the same camera, and the point of each grid that every pixel
+# sees is given.
+
+# %% tags=["active-ipynb"]
+# costs(method_seconds())
+
+# %% [markdown]
+# The least number of pictures is what the command accepts. It is not what
+# you should take: the rendered sets above have {glue:text}`pictures`
+# pictures each. [Your own photographs](../your_photographs.md) says how to
+# take them.
+#
+# ## What is not known
+#
+# - **Cameras whose rays do not meet**, without a known motion: the library
+#   has many such models to render with, and no method that calibrates them
+#   from unknown poses.
+# - **Parametric models other than Zhang's.** The zoo has fisheye and mirror
+#   models, but nothing here fits them to photographs. On a lens that
+#   follows one of them, a few parameters should need fewer pictures than a
+#   table of rays. That was not tried.
+# - **Wrong boards.** No experiment uses a bent board or one of the wrong
+#   size. The equations say that a pitch wrong by a common factor scales all
+#   lengths and leaves the rays of a central camera alone. They promise
+#   nothing for a bent board, or for a pitch that differs between columns
+#   and rows.
+# - **Nearly central cameras.** How far rays may miss each other before the
+#   generic method suffers was not measured.
+# - **Few pictures.** No experiment sweeps the number of pictures.
+# - **Seconds** depend on the machine; the resolution and the number of
+#   boards drive those of the generic method.

@@ -1,0 +1,218 @@
+# %% [markdown]
+# # For teachers: chapters 1 and 2 in class
+#
+# Four routes of 50 minutes through the first two chapters, with pages,
+# exercises, commands, questions to ask and wrong answers to expect. Each
+# route stands alone; in the order A to D they make a short course.
+
+# %% tags=["hide-cell"]
+from chapters.guides.for_teachers.exercises import (
+    exercise_list,
+    pages_with_exercises,
+)
+from chapters.shared.method_table import rounded_seconds
+from repro.page.reader import open_results, seconds, show_table, value
+from repro.run.experiment import table
+from repro.run.outcomes import Table
+
+# The exercises are counted in the pages of the chapters.
+READS_PAGES = True
+
+# %% tags=["active-ipynb", "remove-input"]
+# pages = pages_with_exercises()
+
+# %% tags=["active-ipynb"]
+# value("pages", len(pages))
+
+# %% tags=["active-ipynb"]
+# value("exercises", sum(len(page.checks) for page in pages))
+
+# %% tags=["active-ipynb"]
+# value("fov", rounded_seconds(seconds("fig_2_3_fov")))
+
+# %% tags=["active-ipynb"]
+# value("noise", rounded_seconds(seconds("fig_2_3_noise")))
+
+# %% tags=["active-ipynb"]
+# value("trials", open_results("fig_2_3_fov").trials_per_condition)
+
+# %% [markdown]
+# ## Before the lesson
+#
+# ```console
+# $ make quick                     # 4 min: report/site-quick/index.html
+# $ make notebooks EFFORT=quick    # seconds more: report/notebooks
+# $ make archive EFFORT=quick      # seconds: report/raxel-report-quick.zip
+# ```
+#
+# Do this at least a day before: the first run sets up everything (two
+# minutes more) and needs a network. The quick report has all pages and few
+# trials, so it shows values and gives no verdicts. For the verdicts, which
+# route C ends with, leave the word `quick` out: `make report` (20 minutes,
+# `report/site/index.html`), `make notebooks`, `make archive`. The times are
+# for two cores. Either report is read from the disk, and the archive is one
+# file of it to hand out. Students who only read need a browser. For the
+# exercises they need the checkout, because the library computes the right
+# answers.
+#
+# An exercise is a cell `check(None, ...)`. The answer goes in place of
+# `None`. A wrong answer gets a hint, and no page holds the right one.
+#
+# Students should know vectors and matrices, what a projection is, and a
+# little Python. For routes B and C: least squares.
+#
+# ## Route A: rays instead of formulas
+#
+# *Aim.* Say what a camera is without a lens formula: pixels and their rays.
+# Tell a central camera from one that is not.
+#
+# - **8 min.** A whole room in one picture, unwrapped. Where did each pixel
+#   look? [Chapter 1](../ch01_introduction/s1_1_panorama.ipynb)
+# - **15 min.** The zoo: in groups, one camera each. Which room picture is
+#   whose? [2.2](../ch02_general_camera_model/s2_camera_models.ipynb)
+# - **12 min.** Turn the 3-D scenes around. Do the rays meet?
+#   [2.3](../ch02_general_camera_model/s3_general_camera.ipynb), Figs 2.1
+#   and 2.2
+# - **10 min.** Exercises. *2.3*
+# - **5 min.** Each group: what can a formula not say about your camera?
+#
+# *Ask.* How many numbers does a pinhole need, and how many a table of rays?
+# Can a picture be made free of distortion if the rays do not meet? Why can
+# no plane in front of the camera catch a field of view of 180°?
+#
+# *Expect.* "A general camera has no model": it has one, with very many
+# numbers. "A fisheye is not central, because lines are bent": bent lines
+# say nothing about where the rays meet. In the exercise on Plücker
+# coordinates: the sign of the moment.
+#
+# ## Route B: calibrate from three grids
+#
+# *Aim.* See that three pictures of a flat grid, in poses that nobody
+# measured, determine the ray of every pixel; and which equations do it.
+#
+# - **8 min.** Two grids in known poses: join two points.
+#   [2.3](../ch02_general_camera_model/s3_general_camera.ipynb)
+# - **12 min.** Three unknown grids: three points on a line. One cell of
+#   Table 2.1 by hand. [Table
+#   2.1](../ch02_general_camera_model/s4_generic_calibration.ipynb)
+# - **12 min.** The linear stage: what the rank says; then pose from three
+#   points. [2.4.1](../ch02_general_camera_model/s4_1_linear_and_pose.ipynb)
+# - **13 min.** Exercises, in pairs. *Table 2.1 and 2.4.1*
+# - **5 min.** The six steps of Algorithm 1, from memory. *2.4.1*
+#
+# *Ask.* Why are two unknown grids not enough? What goes wrong if two grids
+# are parallel? Three points of a triangle: how many places of the camera?
+#
+# *Expect.* "Each grid gives two equations, so two grids give four
+# unknowns": the poses are unknown as well. "Eight solutions, so eight
+# places": they come in pairs, one of each pair behind the camera. Counting
+# rank by the number of rows.
+#
+# ## Route C: does it work?
+#
+# *Aim.* Judge a method by an experiment: a question, a measure, trials, an
+# interval. See that a residual is not an error.
+#
+# - **5 min.** Predict on paper: two curves against the field of view.
+# - **12 min.** Fig. 2.3, and what noise does.
+#   [2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)
+# - **10 min.** What if: another number of trials. *command below*
+# - **10 min.** Exercises. *2.5.1*
+# - **8 min.** Pictures instead of points: Table 2.2.
+#   [2.5.2](../ch02_general_camera_model/s5_2_real_data.ipynb)
+# - **5 min.** The scoreboard: one claim that holds, one that does not, and
+#   why.
+#
+# ```console
+# $ make fig_2_3 TRIALS=20
+# ```
+#
+# draws the figure again with that many trials, beside the record. In the
+# build of this page, {glue:text}`trials` trials took
+# {glue:text}`fov` for the field of view and {glue:text}`noise` for the
+# noise, added up over the jobs; time goes with the number of trials.
+# Give groups different numbers and compare their intervals.
+#
+# *Ask.* Why does the residual grow in proportion to noise? Four times as
+# many trials: what becomes of the interval? Two methods leave the same
+# residual and have different rays; how? Which choice did the thesis not
+# write down, and does it matter?
+#
+# *Expect.* "More trials make the error smaller": they make the interval
+# narrower. "The smaller residual is the better camera": flexible models
+# follow the noise. "A quarter of the noise for four grids": it is half.
+#
+# ## Route D: our own photographs
+#
+# *Aim.* Calibrate a telephone's camera, and find out how good it is on
+# photographs that it has not seen.
+#
+# - **5 min.** What makes a set good: tilts, corners of the image,
+#   sharpness. [Your own photographs](../your_photographs.md)
+# - **15 min.** Groups print a chessboard, glue it to a flat thing, take
+#   pictures, write `set.yaml`.
+# - **5 min.** `raxel check SET`: one line says what is wrong.
+# - **10 min.** `raxel calibrate SET --model auto --out camera.npz`.
+# - **10 min.** Sets side by side; which model predicts better, and for
+#   whom? [All image sets](../photographs/by_distortion.ipynb)
+# - **5 min.** Decide for a camera that nobody has brought. [Which
+#   method?](choose_a_method.ipynb)
+#
+# `make report RECORDED=folder` gives every set of a folder a page, with
+# exercises of its own; run it after the lesson. Switch off zoom and any
+# processing that straightens the picture. A folder of rendered sets with a
+# known truth is on [Benchmarks](benchmarks.ipynb), for days without a
+# printer.
+#
+# *Ask.* Why keep photographs out? The board is printed a little too small:
+# what changes? Which part of the image has no ray, and whose fault is that?
+#
+# *Expect.* Boards all facing the camera; boards only in mid-image; the
+# number of squares in the place of the number of inner corners; a sheet of
+# paper that bends. "0.2 px on the fitted photographs, so we are done."
+#
+# ## Exercises and how long they run
+#
+# The pages of chapters 1 and 2 have {glue:text}`exercises` exercises that
+# check their answers, on {glue:text}`pages` pages. *Longest check* is the
+# time from running a cell to its comment, measured when this page was
+# built, without the start of the notebook and its imports.
+
+# %% tags=["active-ipynb"]
+# exercise_list(pages)
+
+# %% [markdown]
+# ## Experiments that a class can repeat
+
+
+# %% tags=["hide-cell"]
+@table(
+    "ext_class_runs",
+    needs=("fig_2_2_error", "fig_2_3_noise", "fig_2_3_fov", "fig_2_3_laws"),
+    evidence="synthetic",
+)
+def ext_class_runs(results):
+    """Conditions and trials of the experiments that the routes use."""
+    return Table(
+        {
+            "Experiment": list(results),
+            "Conditions": [len(r.conditions) for r in results.values()],
+            "Trials each": [
+                r.trials_per_condition for r in results.values()
+            ],
+        },
+        "Size of the experiments behind Figs 2.2 and 2.3.",
+    )
+
+
+# %% tags=["active-ipynb"]
+# show_table("ext_class_runs")
+
+# %% [markdown]
+# Seconds of every experiment stand in its log, below its figure.
+#
+# ## Limits
+#
+# The minutes are a plan; no class has been timed with it. The wrong answers
+# are those that the hints were written for and those that the equations
+# invite; they were not collected in classrooms.

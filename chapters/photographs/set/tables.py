@@ -1,0 +1,149 @@
+"""The tables of an image set's page."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from chapters.shared.photographs.reading import NAMES, column, pooled_rms
+from raxel.evaluation.statistics import median_interval
+from repro.run.outcomes import Table
+
+NONE = "–"
+CAMERA_PARAMETERS = (
+    6  # Zhang: two focal lengths, principal point, two radial terms
+)
+
+
+def models_table(study):
+    """Both models: size, errors where fitted and where kept out."""
+    rows = [
+        ("zhang", "own", "all corners"),
+        ("zhang", "same", "corners both have a ray for"),
+        ("general", "same", "corners both have a ray for"),
+    ]
+    made = [_model_row(study, *row) for row in rows]
+    refused = [
+        f"{NAMES[model]}: {study.refusal(model)}."
+        for model in NAMES
+        if study.refusal(model)
+    ]
+    caption = (
+        "Both models on the same photographs. Fitted: all photographs for "
+        "calibration, poses fitted again. Kept out: median over photographs with "
+        "its 95 % interval."
+    )
+    return Table(
+        {name: [row[name] for row in made] for name in made[0]},
+        " ".join([caption, *refused]),
+    )
+
+
+def _model_row(study, model, kind, scored_on):
+    parameters = CAMERA_PARAMETERS
+    if model == "general":
+        parameters = _whole(2 * study.fit("general.rays"))
+    if study.refusal(model):
+        parameters = NONE
+    errors = column(study.held_out, kind, model, "rms_px")
+    degrees = column(study.held_out, kind, model, "mean_deg")
+    scored = np.nansum(column(study.held_out, kind, model, "corners"))
+    all_corners = sum(row.corners for row in study.held_out)
+    middle, interval = _median(errors)
+    return {
+        "Model": NAMES[model],
+        "Scored on": scored_on,
+        "Parameters": parameters,
+        "Fitted: RMS (px)": _known(
+            pooled_rms(study.in_sample, kind, model)
+        ),
+        "Kept out: RMS (px)": middle,
+        "95 % interval (px)": interval,
+        "Kept out: angle (deg)": _median(degrees)[0],
+        "Photographs": int(np.isfinite(errors).sum()),
+        "Share of corners (%)": _known(100 * scored / all_corners)
+        if all_corners
+        else NONE,
+    }
+
+
+def images_table(study):
+    """Every photograph: whether the board was found, and its errors kept out."""
+    held_out = {row.image.index: row for row in study.held_out}
+    made = [
+        _image_row(study, i, held_out.get(i.index)) for i in study.images
+    ]
+    names = list(_image_row(study, None, None))
+    if not any(row["Remark"] for row in made):
+        names.remove("Remark")
+    return Table(
+        {name: [row[name] for row in made] for name in names},
+        "Every photograph. Errors are RMS residuals in px when the photograph was "
+        "kept out of the calibration; shared corners are those that both models "
+        "have a ray for.",
+    )
+
+
+def _image_row(study, image, row):
+    """Cells of one photograph; of none, for the names of the columns."""
+
+    def error(kind, model, quantity="rms_px"):
+        return (
+            NONE
+            if row is None
+            else _known(column([row], kind, model, quantity)[0])
+        )
+
+    shared = error("same", "zhang", "corners")
+    return {
+        "Photograph": image.name if image else "",
+        "Corners": len(image.corners) if image else 0,
+        "Shared": NONE if shared == NONE else int(shared),
+        "Zhang, all": error("own", "zhang"),
+        "Zhang, shared": error("same", "zhang"),
+        "General, shared": error("same", "general"),
+        "Remark": _remark(study, image, row) if image else "",
+    }
+
+
+def _remark(study, image, row):
+    """Why something is missing in this photograph, in words."""
+    if not image.found:
+        return image.reason
+    remarks = []
+    if image.use == "evaluate":
+        remarks.append("only evaluates")
+    if image.index in study.left_out:
+        remarks.append(
+            f"not in the general camera: {study.left_out[image.index]}"
+        )
+    if row is not None:
+        remarks += [
+            f"kept out, {NAMES[model]}: {score.reason}"
+            for model, score in row.own.items()
+            if score.reason
+        ]
+    return "; ".join(remarks)
+
+
+def _median(values):
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return NONE, NONE
+    middle = median_interval(values)
+    places = (
+        2 - math.floor(math.log10(middle.high)) if middle.high > 0 else 0
+    )
+    interval = [
+        f"{end:.{max(places, 0)}f}" for end in (middle.low, middle.high)
+    ]
+    return middle.value, " to ".join(interval)
+
+
+def _known(number):
+    return float(number) if np.isfinite(number) else NONE
+
+
+def _whole(number):
+    return int(number) if np.isfinite(number) else NONE

@@ -1,0 +1,169 @@
+"""A building front before the lens of set 2: pictures, and straight lines."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from chapters.shared.zoom_scores import (
+    LINEAR,
+    source_pixels_of,
+)
+from chapters.shared.zoom_shots import (
+    FACADE_ZOOM,
+    camera_of,
+    rig_of,
+)
+from raxel.evaluation import corrected_view, synthetic_plane
+from raxel.geometry import (
+    inverse_pose,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+from raxel.lab import facade
+from raxel.multiview.perspective_view import (
+    PerspectiveView,
+    resample,
+    source_pixels,
+)
+
+EYE_MM = [600.0, -1600.0, -8500.0]
+PITCH_DEG = 14.0
+HALF_VIEW_DEG = 58.0
+ON_EDGE = 120
+FEWEST = 6
+OUTER = 0.8
+
+
+def T_world_camera():
+    """The camera before the front, tilted upwards: x right, y down."""
+    R = rotation_from_vector(np.radians([PITCH_DEG, 0.0, 0.0]))
+    return pose(R, EYE_MM)
+
+
+def facade_picture(rng):
+    """What the camera of set 2 takes of the front, uint8."""
+    laboratory = rig_of(FACADE_ZOOM).laboratory()
+    return laboratory.photograph(facade(), T_world_camera(), rng)
+
+
+@cache
+def edge_pixels():
+    """True pixels (edges, points, 2) along the front's straight edges."""
+    edges = facade().straight_edges
+    share = np.linspace(0, 1, ON_EDGE)[:, None]
+    points = edges[:, :1] + share * (edges[:, 1:] - edges[:, :1])
+    flat = transform(inverse_pose(T_world_camera()), points.reshape(-1, 3))
+    camera = camera_of(FACADE_ZOOM)
+    seen = camera.project(flat)
+    inside = seen.valid & camera.in_image(
+        np.nan_to_num(seen.pixels, nan=-9)
+    )
+    pixels = np.where(inside[:, None], seen.pixels, np.nan)
+    return pixels.reshape(*points.shape[:2], 2)
+
+
+def straightness(cameras):
+    """RMS distance from straight lines in the outer fifth of the radius.
+
+    Per generic method: its own and the parametric one's, on the same points,
+    in px of the corrected view and of the source image.
+    """
+    out = {}
+    for method in LINEAR:
+        generic = cameras[method]
+        pixels = outer_pixels(generic)
+        pair = {"generic": generic, "parametric": cameras["parametric"]}
+        shared = np.isfinite(pixels[..., 0])
+        for camera in pair.values():
+            shared &= has_view(camera, pixels)
+        pixels = np.where(shared[..., None], pixels, np.nan)
+        out[method] = {
+            name: line_rms(camera, pixels) for name, camera in pair.items()
+        } | {"points": int(np.count_nonzero(shared))}
+    return out
+
+
+def outer_pixels(generic):
+    """Edge pixels beyond 0.8 of the radius that the generic rays reach."""
+    middle = (np.array([generic.width, generic.height]) - 1) / 2
+    v, u = np.nonzero(generic.mask)
+    reach = np.linalg.norm(np.column_stack([u, v]) - middle, axis=1).max()
+    pixels = edge_pixels()
+    outside = np.linalg.norm(pixels - middle, axis=-1) > OUTER * reach
+    return np.where(outside[..., None], pixels, np.nan)
+
+
+def in_view(camera, pixels):
+    """Points (N, 2) of the corrected view under pixels, NaN without one."""
+    plane = synthetic_plane(camera)
+    rays = camera.rays(pixels)
+    seen, ahead = corrected_view(
+        rays.directions, plane, np.nan_to_num(rays.origins)
+    )
+    usable = (rays.valid & ahead)[:, None]
+    return np.where(usable, seen, np.nan), plane
+
+
+def has_view(camera, pixels):
+    """Which of the pixels (edges, points, 2) the corrected view shows."""
+    seen, _ = in_view(camera, pixels.reshape(-1, 2))
+    return np.isfinite(seen[:, 0]).reshape(pixels.shape[:2])
+
+
+def line_rms(camera, pixels):
+    """RMS distance (px) of each edge's points from their line, by scale."""
+    corrected, source = [], []
+    for edge in pixels:
+        known = edge[np.isfinite(edge[:, 0])]
+        if len(known) < FEWEST:
+            continue
+        seen, plane = in_view(camera, known)
+        foot = on_line(seen)
+        corrected.append(np.linalg.norm(seen - foot, axis=1))
+        back = source_pixels_of(camera, plane, foot)
+        source.append(np.linalg.norm(known - back, axis=1))
+    if not corrected:
+        return {"edges": 0}
+    scales = {"corrected": corrected, "source": source}
+    return {"edges": len(corrected)} | {
+        scale: np.sqrt(np.nanmean(np.concatenate(lengths) ** 2))
+        for scale, lengths in scales.items()
+    }
+
+
+def on_line(points):
+    """Feet (N, 2) of points on their best line (total least squares)."""
+    centre = points.mean(axis=0)
+    along = np.linalg.svd(points - centre)[2][0]
+    return centre + ((points - centre) @ along)[:, None] * along
+
+
+def corrected_pictures(picture, cameras):
+    """The picture as a pinhole sees it, by method, and kept upright.
+
+    Upright: the generic method's view on a plane parallel to the front's
+    verticals, by the camera's true tilt.
+    """
+    out = {}
+    for method, camera in cameras.items():
+        R = synthetic_plane(camera).T_camera_plane[:3, :3]
+        out[f"view.{method}"] = pinhole_picture(picture, camera, R)
+    best = cameras.get("generic_as_printed")
+    if best is not None:
+        R = inverse_pose(T_world_camera())[:3, :3]
+        out["view.upright"] = pinhole_picture(picture, best, R)
+    return out
+
+
+def pinhole_picture(picture, camera, R_camera_view):
+    """The picture resampled for a pinhole that looks along the view's z."""
+    middle = (np.array([camera.width, camera.height]) - 1) / 2
+    focal = middle[0] / np.tan(np.radians(HALF_VIEW_DEG))
+    K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
+    view = PerspectiveView(
+        K, R_camera_view, np.zeros(3), camera.width, camera.height
+    )
+    return resample(picture, source_pixels(camera, view))

@@ -1,0 +1,242 @@
+"""Pictures of an image set: the contact sheet and the undistorted views."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from chapters.shared.photographs.reading import NAMES
+from chapters.shared.photographs.study import MODELS
+from repro.page.style import WIDTH_IN
+from repro.page.style import figure as new_figure
+from repro.run.outcomes import Drawing
+
+NO_RAY = "#e4d9d2"
+PATH = "#e69f00"
+START = "#d55e00"
+EMPTY_IN = 1.3  # height of a figure that has only words to show
+
+
+def note(axes, text, width=34):
+    """Words in the place of a picture that cannot be drawn."""
+    axes.set_axis_off()
+    axes.text(
+        0.5,
+        0.5,
+        textwrap.fill(text, width),
+        ha="center",
+        va="center",
+        fontsize=9,
+        transform=axes.transAxes,
+    )
+
+
+def tinted(mask):
+    """RGBA (h, w, 4) that covers what a mask (255: has a ray) leaves out."""
+    tint = np.ones((*mask.shape, 4))
+    tint[..., :3] = to_rgb(NO_RAY)
+    tint[..., 3] = 1 - mask / 255
+    return tint
+
+
+def contact_sheet(study):
+    """Every photograph with its corners; refused ones pale, with the reason."""
+    images = study.images
+    columns = int(np.ceil(np.sqrt(1.4 * len(images))))
+    columns = min(max(columns, 3), 10)
+    rows = max(1, int(np.ceil(len(images) / columns)))
+    shape = study.settings["height_px"] / study.settings["width_px"]
+    height = rows * (WIDTH_IN / columns * shape + 0.17) + 0.4
+    height = height if images else EMPTY_IN
+    drawn, grid = new_figure(rows, columns, height_in=height, squeeze=False)
+    drawn.get_layout_engine().set(
+        w_pad=0.03, h_pad=0.02, wspace=0, hspace=0
+    )
+    for axes in grid.ravel():
+        axes.set_axis_off()
+    size = 7.5 if columns <= 5 else 5.5
+    # A letter is about 0.6 of the font size wide; 72 points to the inch.
+    characters = int(0.9 * WIDTH_IN / columns * 72 / (0.6 * size))
+    for axes, image in zip(grid.ravel(), images, strict=False):
+        _one_photograph(
+            axes, image, study.settings["width_px"], size, characters
+        )
+    if images:
+        drawn.legend(
+            handles=_corner_legend(study),
+            loc="outside lower center",
+            ncols=4,
+        )
+    else:
+        note(grid[0, 1], study.refusal("zhang"))
+    return Drawing(drawn, _corner_data(study.found), _sheet_caption(study))
+
+
+def _sheet_caption(study):
+    count, found = len(study.images), len(study.found)
+    if not count:
+        return "No photograph of a chessboard."
+    return (
+        f"The detector found the board in {found} of {count} photographs. Lines run "
+        "through its corners row by row."
+    )
+
+
+def _one_photograph(axes, image, width_px, size, characters):
+    height, width = image.thumbnail.shape
+    axes.imshow(
+        image.thumbnail,
+        cmap="gray",
+        vmin=0,
+        vmax=255,
+        alpha=1.0 if image.found else 0.3,
+        interpolation="none",
+    )
+    use = "" if image.use == "calibrate" else " (evaluation)"
+    axes.set_title(
+        image.name + use, fontsize=size, fontweight="normal", pad=2
+    )
+    if not image.found:
+        axes.text(
+            width / 2,
+            height / 2,
+            textwrap.fill(image.reason, characters),
+            ha="center",
+            va="center",
+            fontsize=size,
+            bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none"},
+        )
+        return
+    scale = width / width_px
+    lattice = (image.corners + 0.5) * scale - 0.5
+    lattice = lattice.reshape(-1, image.columns, 2)
+    # A gap after each row: the line does not run back to the next one.
+    rows = np.pad(
+        lattice, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan
+    ).reshape(-1, 2)
+    axes.plot(*rows.T, ".-", color=PATH, linewidth=0.8, markersize=2)
+    axes.plot(*lattice[:, 0].T, "o", color=START, markersize=2.4)
+    first = lattice[0, 0]
+    axes.plot(*first, "s", color="white", mec=START, mew=1.2, markersize=5)
+
+
+def _corner_legend(study):
+    handles = [
+        Line2D([], [], color=PATH, marker=".", linewidth=1, label="row of corners"),
+        Line2D([], [], color=START, marker="o", linestyle="", label="row starts"),
+        Line2D(
+            [], [], color="white", mec=START, marker="s", linestyle="",
+            label="first corner",
+        ),
+    ]  # fmt: skip
+    if len(study.found) < len(study.images):
+        handles.append(Patch(color="#d9d9d9", label="pale: no board found"))
+    return handles
+
+
+def _corner_data(images):
+    data = {
+        name: []
+        for name in ("image", "corner", "row", "column", "u_px", "v_px")
+    }
+    for image in images:
+        count = len(image.corners)
+        data["image"] += [image.name] * count
+        data["corner"] += list(range(count))
+        data["row"] += [k // image.columns for k in range(count)]
+        data["column"] += [k % image.columns for k in range(count)]
+        data["u_px"] += image.corners[:, 0].tolist()
+        data["v_px"] += image.corners[:, 1].tolist()
+    return data
+
+
+def undistorted_views(study):
+    """One photograph as taken, and without distortion through either model."""
+    view = study.number("undistorted.view", part="fit")
+    if not np.isfinite(view):
+        drawn, axes = new_figure(height_in=EMPTY_IN)
+        note(axes, study.refusal("zhang"))
+        return Drawing(drawn, {}, "No camera to look through.")
+    shape = study.settings["height_px"] / study.settings["width_px"]
+    drawn, axes = new_figure(1, 3, height_in=WIDTH_IN / 3 * shape + 0.75)
+    image = study.images[int(view)]
+    data = {"panel": [], "corner": [], "x_px": [], "y_px": []}
+    original = study.array("undistorted.original", part="fit")
+    corners = study.array("undistorted.corners", part="fit")
+    scale = original.shape[1] / study.settings["width_px"]
+    _picture(axes[0], original, None)
+    _frame_lines(axes[0], (corners + 0.5) * scale - 0.5, image.columns)
+    axes[0].set_title("As taken")
+    _add(data, "as taken", corners)
+    for place, model in zip(axes[1:], MODELS, strict=True):
+        place.set_title(NAMES[model])
+        picture = study.array(f"undistorted.{model}.picture", part="fit")
+        if picture is None:
+            why = study.refusal(model) or study.text(
+                f"undistorted.{model}.reason", part="fit"
+            )
+            _picture(place, np.full_like(original, 255), None)
+            note(place, why, 26)
+            continue
+        mask = study.array(f"undistorted.{model}.mask", part="fit")
+        seen = study.array(f"undistorted.{model}.corners", part="fit")
+        _picture(place, picture, mask)
+        _frame_lines(place, seen, image.columns)
+        _add(data, NAMES[model], seen)
+    drawn.legend(
+        handles=[
+            Patch(color=NO_RAY, label="no ray, or beyond the photograph"),
+            Line2D(
+                [],
+                [],
+                color=START,
+                linewidth=1,
+                label="chords of the board's rim",
+            ),
+        ],
+        loc="outside lower center",
+        ncols=2,
+    )
+    towards = study.text("undistorted.towards", part="fit")
+    centre = (
+        "mid-image" if towards == "mid-image" else "the middle of the board"
+    )
+    zoom = study.number("undistorted.zoom", part="fit")
+    return Drawing(
+        drawn,
+        data,
+        f"{image.name}, as taken and as a camera without distortion would see it, "
+        f"looking where {centre} does, at {100 * zoom:.0f} % of the size there. "
+        "Straight edges of the scene must be straight.",
+    )
+
+
+def _picture(axes, picture, mask):
+    axes.set_axis_off()
+    axes.imshow(
+        picture, cmap="gray", vmin=0, vmax=255, interpolation="none"
+    )
+    if mask is not None:
+        axes.imshow(tinted(mask), interpolation="none")
+
+
+def _frame_lines(axes, corners, columns):
+    """Straight chords between the outermost corners of the board."""
+    outer = corners[
+        [0, columns - 1, len(corners) - 1, len(corners) - columns, 0]
+    ]
+    height, width = axes.images[0].get_array().shape[:2]
+    axes.plot(*outer.T, "-", color=START, linewidth=0.8)
+    axes.set_xlim(-0.5, width - 0.5)
+    axes.set_ylim(height - 0.5, -0.5)
+
+
+def _add(data, panel, corners):
+    data["panel"] += [panel] * len(corners)
+    data["corner"] += list(range(len(corners)))
+    data["x_px"] += corners[:, 0].tolist()
+    data["y_px"] += corners[:, 1].tolist()

@@ -1,0 +1,256 @@
+"""A study's result, as figures, tables and prose ask for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from chapters.shared.photographs.study import MODELS
+
+NAMES = {"zhang": "Zhang", "general": "General camera"}
+
+
+@dataclass(frozen=True)
+class Image:
+    """One photograph: whether and where the board was found, and a small copy."""
+
+    index: int
+    name: str
+    use: str
+    found: bool
+    reason: str
+    corners: np.ndarray
+    columns: int | None
+    thumbnail: np.ndarray
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of one model in one photograph.
+
+    residuals_px (N, 2): found corner less prediction, NaN where there is none.
+    corrected_px: RMS of what is left in the distortion-free view after a homography
+    (2.5.2), on shared corners only.
+    """
+
+    corners: int
+    rms_px: float
+    mean_deg: float
+    reason: str
+    residuals_px: np.ndarray
+    corrected_px: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """Scores of one photograph: {model: Score} on own corners and on shared ones."""
+
+    image: Image
+    corners: int
+    own: dict[str, Score]
+    same: dict[str, Score]
+
+
+class Study:
+    """The result of `photograph_study` for one image set."""
+
+    def __init__(self, result) -> None:
+        self.result = result
+        self.settings = result.settings
+        self.parts = [c["part"] for c in result.conditions]
+
+    def number(self, name: str, **condition) -> float:
+        """One number of a condition; nan where there is none."""
+        return float(self.result.column(name, **condition)[0])
+
+    def text(self, name: str, **condition) -> str:
+        """One text of a condition; empty where there is none."""
+        return self.result.texts(name, **condition)[0] or ""
+
+    def array(self, name: str, **condition) -> np.ndarray | None:
+        """One array of a condition; None where there is none."""
+        if not self.result.path.with_suffix(".npz").is_file():
+            return None
+        found = self.result.arrays(name, **condition)
+        return found[0] if found else None
+
+    def fit(self, name: str) -> float:
+        """A number of the calibration from all images."""
+        return self.number(name, part="fit")
+
+    def refusal(self, model: str) -> str:
+        """Why the model gave no camera from all images; empty where it did."""
+        return self.text(f"{model}.reason", part="fit")
+
+    @cached_property
+    def images(self) -> list[Image]:
+        """Every photograph of the set, in its order."""
+        if "image" not in self.parts:
+            return []
+        return [
+            self._image(index, name)
+            for index, name in enumerate(self.settings["images"])
+        ]
+
+    @property
+    def found(self) -> list[Image]:
+        """The photographs in which the board was found."""
+        return [image for image in self.images if image.found]
+
+    def _image(self, index: int, name: str) -> Image:
+        here = {"part": "image", "view": index}
+        columns = self.number("columns", **here)
+        corners = self.array("corners", **here)
+        return Image(
+            index,
+            name,
+            self.settings["uses"][index],
+            corners is not None,
+            self.text("reason", **here),
+            np.empty((0, 2)) if corners is None else corners,
+            int(columns) if columns == columns else None,
+            self.array("thumbnail", **here),
+        )
+
+    @property
+    def folds(self) -> list[int]:
+        """The parts of the cross-validation that keep out an image or more."""
+        count = self.parts.count("fold")
+        return [
+            fold
+            for fold in range(count)
+            if self.number("kept_out", part="fold", fold=fold) > 0
+        ]
+
+    def fold_refusals(self, model: str) -> list[str]:
+        """Why the model gave no camera, for the parts where it gave none."""
+        reasons = [
+            self.text(f"{model}.reason", part="fold", fold=fold)
+            for fold in self.folds
+        ]
+        return [reason for reason in reasons if reason]
+
+    @property
+    def left_out(self) -> dict[int, str]:
+        """Boards that the generic method left out of its table, with the reason."""
+        reasons = {
+            image.index: self.text(
+                f"general.left_out.{image.index}", part="fit"
+            )
+            for image in self.found
+        }
+        return {
+            index: reason for index, reason in reasons.items() if reason
+        }
+
+    def why_nothing_kept_out(self, model: str) -> str:
+        """Why the model has no error in any photograph that was kept out."""
+        reasons = [self.refusal(model), *self.fold_refusals(model)]
+        reasons += [
+            row.own[model].reason
+            for row in self.held_out
+            if model in row.own
+        ]
+        given = [reason for reason in reasons if reason]
+        return given[0] if given else "no photograph was kept out"
+
+    @cached_property
+    def in_sample(self) -> list[Row]:
+        """Photographs that the cameras were calibrated from."""
+        return [
+            self._row(image, part="fit")
+            for image in self.found
+            if image.use == "calibrate"
+        ]
+
+    @cached_property
+    def held_out(self) -> list[Row]:
+        """Every photograph, by cameras that were calibrated without it.
+
+        One for evaluation is scored by the cameras from all images for calibration,
+        the others by those of the part that kept them out.
+        """
+        rows = []
+        for image in self.found:
+            if image.use == "calibrate":
+                where = self._kept_out_in(image.index)
+            else:
+                where = {"part": "fit"}
+            if where:
+                rows.append(self._row(image, **where))
+        return rows
+
+    def _kept_out_in(self, index: int) -> dict | None:
+        for fold in self.folds:
+            where = {"part": "fold", "fold": fold}
+            if np.isfinite(self.number(f"views.{index}.corners", **where)):
+                return where
+        return None
+
+    def _row(self, image: Image, **condition) -> Row:
+        stem = f"views.{image.index}"
+        scores = {
+            kind: {
+                model: self._score(f"{stem}.{model}.{kind}", **condition)
+                for model in MODELS
+            }
+            for kind in ("own", "same")
+        }
+        return Row(
+            image,
+            int(self.number(f"{stem}.corners", **condition)),
+            *(
+                {m: s for m, s in scores[k].items() if s}
+                for k in ("own", "same")
+            ),
+        )
+
+    def _score(self, stem: str, **condition) -> Score | None:
+        corners = self.number(f"{stem}.corners", **condition)
+        if not np.isfinite(corners):
+            return None
+        return Score(
+            int(corners),
+            self.number(f"{stem}.rms_px", **condition),
+            self.number(f"{stem}.mean_deg", **condition),
+            self.text(f"{stem}.reason", **condition),
+            self.array(f"{stem}.residuals_px", **condition),
+            self.number(f"{stem}.corrected_px", **condition),
+        )
+
+
+def column(
+    rows: list[Row], kind: str, model: str, quantity: str
+) -> np.ndarray:
+    """One quantity of one model over rows, nan where the model has no score."""
+    scores = [getattr(row, kind).get(model) for row in rows]
+    return np.array(
+        [np.nan if s is None else getattr(s, quantity) for s in scores]
+    )
+
+
+def paired(rows: list[Row], quantity: str) -> tuple[np.ndarray, np.ndarray]:
+    """The quantity of (Zhang, general) on shared corners, where both have it."""
+    zhang, general = (
+        column(rows, "same", model, quantity) for model in MODELS
+    )
+    both = np.isfinite(zhang) & np.isfinite(general)
+    return zhang[both], general[both]
+
+
+def share_with_ray(rows: list[Row], model: str) -> float:
+    """Share of the found corners that the model could be scored on."""
+    scored = np.nansum(column(rows, "own", model, "corners"))
+    return float(scored / max(sum(row.corners for row in rows), 1))
+
+
+def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
+    """Root mean square distance in px over all corners of the rows."""
+    squares = column(rows, kind, model, "rms_px") ** 2
+    weights = column(rows, kind, model, "corners")
+    good = np.isfinite(squares) & (weights > 0)
+    if not good.any():
+        return float("nan")
+    return float(np.sqrt(np.average(squares[good], weights=weights[good])))

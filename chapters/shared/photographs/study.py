@@ -1,0 +1,300 @@
+"""The study of one image set: corners, two cameras, and what they predict.
+
+Each function does one condition of the experiment and returns plain numbers and arrays.
+What cannot be done comes back as a reason, in words; it is a result like any other.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.photographs.level import distortion_level
+from chapters.shared.photographs.undistort import (
+    corrected_errors,
+    reduced,
+    undistorted,
+)
+from raxel.calibration import (
+    BoardView,
+    calibrate_generic,
+    calibrate_zhang,
+)
+from raxel.calibration.board_views import board_views
+from raxel.errors import InputError
+from raxel.evaluation import evaluate_camera
+from raxel.features import DEFAULT_DETECTOR
+from raxel.features.boards import detect_boards
+from raxel.features.detector import as_8_bit
+from raxel.sets import Chessboard, load_set, read_image
+
+MODELS = ("zhang", "general")
+COVERAGE_PX = 160
+
+
+class Size(NamedTuple):
+    """How large the study is: parts of the cross-validation, widths of pictures.
+
+    Sets with at most ``leave_one_out`` images keep out one image at a time.
+    """
+
+    folds: int
+    leave_one_out: int
+    thumbnail_px: int
+    picture_px: int
+
+
+SIZES = {
+    "quick": Size(
+        folds=3, leave_one_out=3, thumbnail_px=160, picture_px=220
+    ),
+    "full": Size(
+        folds=5, leave_one_out=10, thumbnail_px=240, picture_px=440
+    ),
+}
+
+
+class Found(NamedTuple):
+    """A board that was found: index of its view in the set, its use, its corners."""
+
+    index: int
+    use: str
+    view: BoardView
+
+
+def conditions_of(image_set, size):
+    """Every image, the calibration from all of them, and every part kept out."""
+    if not isinstance(image_set.target, Chessboard):
+        return [{"part": "fit"}]
+    images = [
+        {"part": "image", "view": index, "image": view.label}
+        for index, view in enumerate(image_set.views)
+    ]
+    count = len(image_set.views_for("calibrate"))
+    if count > size.leave_one_out:
+        count = size.folds
+    folds = [{"part": "fold", "fold": fold} for fold in range(count)]
+    return [*images, {"part": "fit"}, *folds]
+
+
+def settings_of(image_set):
+    """What a reader has to know about the set."""
+    target = image_set.target
+    chessboard = isinstance(target, Chessboard)
+    return {
+        "set": image_set.name,
+        "camera": image_set.camera,
+        "width_px": image_set.width,
+        "height_px": image_set.height,
+        "target": "chessboard" if chessboard else "active grid",
+        "columns": target.columns if chessboard else None,
+        "rows": target.rows if chessboard else None,
+        "pitch_mm": target.pitch_mm if chessboard else None,
+        "unit": target.unit if chessboard else None,
+        "detector": DEFAULT_DETECTOR if chessboard else None,
+        "images": [view.label for view in image_set.views],
+        "uses": [view.use for view in image_set.views],
+        "licence": str(image_set.origin.get("licence", "")),
+        "source": str(image_set.origin.get("source", "")),
+    }
+
+
+@cache
+def board_in(folder, index):
+    """The library's Board of one image; each image is searched once per job."""
+    image_set = load_set(folder)
+    views = [image_set.views[index]]
+    return detect_boards(image_set, DEFAULT_DETECTOR, views)[0]
+
+
+def boards_of(folder):
+    """Every Found board of the set, in the order of its views."""
+    image_set = load_set(folder)
+    boards = []
+    for index, view in enumerate(image_set.views):
+        for seen in board_views(image_set, [board_in(folder, index)]):
+            boards.append(Found(index, view.use, seen))
+    return boards
+
+
+def study_trial(folder, size, condition, rng):
+    """One condition of the study, by its part."""
+    image_set = load_set(folder)
+    if not isinstance(image_set.target, Chessboard):
+        why = "the target is an active grid; this study takes chessboards"
+        return {model: {"reason": why} for model in MODELS}
+    if condition["part"] == "image":
+        return image_part(folder, image_set, condition["view"], size)
+    boards = boards_of(folder)
+    if condition["part"] == "fit":
+        return fit_part(image_set, boards, size, rng)
+    parts = sum(c["part"] == "fold" for c in conditions_of(image_set, size))
+    return fold_part(image_set, boards, condition["fold"], parts, rng)
+
+
+def image_part(folder, image_set, index, size):
+    """One image: was the board found, and where; with a small copy."""
+    found = board_in(folder, index).detection
+    image = as_8_bit(read_image(image_set, image_set.views[index]))
+    result = {
+        "found": found.found,
+        "reason": found.reason,
+        "columns": found.columns,
+        "rows": found.rows,
+        "thumbnail": reduced(image, size.thumbnail_px),
+    }
+    if found.found:
+        result["corners"] = found.corners
+    return result
+
+
+def calibrated(boards, image_set, rng):
+    """Both models from the same boards: {model: calibration or None}, reasons."""
+    views = [board.view for board in boards]
+    width, height = image_set.width, image_set.height
+    unit = image_set.target.unit
+    builders = {
+        "zhang": lambda: calibrate_zhang(views, width, height),
+        "general": lambda: calibrate_generic(
+            views, width, height, rng=rng, units=unit
+        ),
+    }
+    models, reasons = {}, {}
+    for model, build in builders.items():
+        try:
+            models[model], reasons[model] = build(), ""
+        except InputError as refusal:
+            models[model], reasons[model] = None, str(refusal)
+    return models, reasons
+
+
+def fit_part(image_set, boards, size, rng):
+    """The cameras from all images for calibration, and how they fit."""
+    used = [board for board in boards if board.use == "calibrate"]
+    models, reasons = calibrated(used, image_set, rng)
+    cameras = _cameras(models)
+    result = {model: {"reason": reasons[model]} for model in MODELS}
+    if models["zhang"]:
+        result["zhang"] |= zhang_numbers(models["zhang"])
+    if models["general"]:
+        result["general"] |= general_numbers(models["general"], used)
+    result["calibrated"] = np.array([board.index for board in used])
+    result["views"] = {
+        str(board.index): scores(cameras, board.view) for board in boards
+    }
+    result["undistorted"] = undistorted(
+        image_set, cameras, boards, size.picture_px
+    )
+    return result
+
+
+def zhang_numbers(calibration):
+    """Parameters of the pinhole with two radial terms, and the board's poses."""
+    K = calibration.camera.K
+    k1, k2 = calibration.camera.radial
+    return {
+        "fx_px": K[0, 0],
+        "fy_px": K[1, 1],
+        "u0_px": K[0, 2],
+        "v0_px": K[1, 2],
+        "k1": k1,
+        "k2": k2,
+        "rms_px": calibration.rms_px,
+        "T_camera_grid": calibration.T_camera_grid,
+    }
+
+
+def general_numbers(calibration, boards):
+    """Size of the table, boards that went in, and those left out with the reason."""
+    mask = calibration.camera.mask
+    return {
+        "rays": int(np.count_nonzero(mask)),
+        "share_with_ray": calibration.share_with_ray,
+        "boards": len(calibration.used),
+        "rms_deg": calibration.rms_deg,
+        "left_out": {
+            str(boards[k].index): why
+            for k, why in calibration.left_out.items()
+        },
+        "coverage": reduced(np.uint8(255) * mask, COVERAGE_PX),
+        "distortion": distortion_level(calibration.camera)._asdict(),
+    }
+
+
+def fold_part(image_set, boards, fold, parts, rng):
+    """Cameras from all images but one part; errors on the part kept out."""
+    used = [board for board in boards if board.use == "calibrate"]
+    kept_out = used[fold :: min(parts, max(len(used), 1))]
+    if fold >= len(used):
+        return {"kept_out": 0}
+    rest = [board for board in used if board not in kept_out]
+    models, reasons = calibrated(rest, image_set, rng)
+    result = {model: {"reason": reasons[model]} for model in MODELS}
+    result["kept_out"] = len(kept_out)
+    result["views"] = {
+        str(board.index): scores(_cameras(models), board.view)
+        for board in kept_out
+    }
+    return result
+
+
+def _cameras(models):
+    return {model: m.camera for model, m in models.items() if m is not None}
+
+
+def scores(cameras, view):
+    """Errors of each camera in one view, with nothing fitted but the board's pose.
+
+    `own`: on every corner that the camera has a ray for. `same`: on those that every
+    camera has a ray for, so that two models answer the same question.
+    """
+    result = {
+        "corners": int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))
+    }
+    own = {
+        m: evaluate_camera(c, [view]).images[0] for m, c in cameras.items()
+    }
+    for model, score in own.items():
+        result[model] = {"own": errors(score, score.residuals_px)}
+    if len(cameras) < len(MODELS):
+        return result
+    both = np.all(
+        [c.rays(view.pixels).valid for c in cameras.values()], axis=0
+    )
+    shared = view._replace(
+        pixels=np.where(both[:, None], view.pixels, np.nan)
+    )
+    same = {
+        m: evaluate_camera(c, [shared]).images[0]
+        for m, c in cameras.items()
+    }
+    answered = np.all(
+        [np.isfinite(s.residuals_px) for s in same.values()], axis=0
+    )
+    corrected = corrected_errors(
+        cameras,
+        view._replace(pixels=np.where(answered, view.pixels, np.nan)),
+    )
+    for model, score in same.items():
+        residuals = np.where(answered, score.residuals_px, np.nan)
+        result[model]["same"] = errors(score, residuals) | {
+            "corrected_px": corrected[model]
+        }
+    return result
+
+
+def errors(score, residuals):
+    """Numbers of one ImageScore, in px over these residuals (N, 2)."""
+    lengths = np.linalg.norm(residuals, axis=1)
+    lengths = lengths[np.isfinite(lengths)]
+    told = len(lengths) > 0
+    return {
+        "corners": len(lengths),
+        "rms_px": np.sqrt(np.mean(lengths**2)) if told else np.nan,
+        "median_px": np.median(lengths) if told else np.nan,
+        "mean_deg": score.mean_deg,
+        "reason": score.reason,
+        "residuals_px": residuals,
+    }

@@ -1,0 +1,1 @@
+"""The ledger of the thesis, and the verdicts on it."""

@@ -1,0 +1,175 @@
+"""The ledger: what the thesis printed, read from `data/published` and checked.
+
+Only the book-keeping reads it. An experiment that could see a published value could be
+tuned towards it, so no chapter and nothing of `raxel` reaches this module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from raxel.errors import InputError
+from repro.judge.schema import faults, hint
+
+FOLDER = Path("data/published")
+LISTS = {
+    "artefacts": ("artefacts", "sections"),
+    "numbers": ("numbers",),
+    "claims": ("claims",),
+    "settings": ("settings", "readings"),
+}
+Entries = Mapping[str, dict]
+
+
+class LedgerError(InputError):
+    """A fault in the ledger: one line with file, entry, field, found, what to do."""
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Entries by id, in the order of their files.
+
+    ``sections`` are the section ids that a claim or number names in place of an
+    artefact; ``readings`` the questions that the text leaves open.
+    """
+
+    artefacts: Entries
+    numbers: Entries
+    claims: Entries
+    settings: Entries
+    readings: Entries
+    sections: Entries
+
+    def entry(self, identifier: str) -> dict:
+        """The entry of that id, of whatever kind; LedgerError where there is none."""
+        for entries in self._kinds():
+            if identifier in entries:
+                return entries[identifier]
+        known = list(chain.from_iterable(self._kinds()))
+        raise LedgerError(f"{identifier}: no such id{hint(identifier, known)}")
+
+    def chapter(self, identifier: str) -> int | str:
+        """Chapter of an artefact, number, claim or section: 1 to 6, or 'A'."""
+        if identifier in self.artefacts:
+            return self.artefacts[identifier]["chapter"]
+        if identifier in self.numbers:
+            return self.chapter(self.numbers[identifier]["artefact"])
+        if identifier in self.claims:
+            return _chapter(self.claims[identifier]["section"])
+        if identifier in self.sections:
+            return _chapter(identifier.removeprefix("sec_").replace("_", "."))
+        self.entry(identifier)
+        raise LedgerError(f"{identifier}: settings and readings have no chapter")
+
+    def claims_of(self, identifier: str) -> list[str]:
+        """Claims that name the artefact or section."""
+        return [
+            c for c, entry in self.claims.items() if identifier in entry["artefacts"]
+        ]
+
+    def numbers_of(self, identifier: str) -> list[str]:
+        """Numbers of the artefact or section."""
+        return [
+            n for n, entry in self.numbers.items() if entry["artefact"] == identifier
+        ]
+
+    def _kinds(self) -> tuple[Entries, ...]:
+        return (
+            self.artefacts, self.numbers, self.claims, self.settings, self.readings,
+            self.sections,
+        )  # fmt: skip
+
+
+def _chapter(section: str) -> int | str:
+    number = section.partition(".")[0]
+    return int(number) if number.isdigit() else number
+
+
+def load(root: Path) -> Ledger:
+    """Read and check the ledger of the checkout at ``root``; raises LedgerError."""
+    lists: dict[str, list[dict]] = {}
+    origin: dict[str, str] = {}
+    for stem, names in LISTS.items():
+        path = root / FOLDER / f"{stem}.yaml"
+        content = read_yaml(path)
+        _raise_first(faults(content, stem, path.name))
+        for name in names:
+            lists[name] = content[name]
+            origin[name] = path.name
+    _raise_first(_repeated(lists, origin))
+    entries = {name: {e["id"]: e for e in items} for name, items in lists.items()}
+    _raise_first([*_unknown(entries, origin), *_primaries(entries["readings"])])
+    named = {e["artefact"] for e in lists["numbers"]}
+    named |= set(chain.from_iterable(e["artefacts"] for e in lists["claims"]))
+    entries["sections"] = {k: e for k, e in entries["sections"].items() if k in named}
+    return Ledger(**entries)
+
+
+def read_yaml(path: Path) -> object:
+    """Content of a YAML file; LedgerError where it is missing or malformed."""
+    import yaml
+
+    try:
+        text = path.read_text("utf-8")
+        return yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    except OSError:
+        raise LedgerError(f"{path}: not found; bring it back from git") from None
+    except yaml.YAMLError as error:
+        told = " ".join(str(error).split())
+        raise LedgerError(f"{path.name}: not YAML; mend it: {told}") from None
+
+
+def _raise_first(lines: Iterable[str]) -> None:
+    lines = list(lines)
+    if lines:
+        more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
+        raise LedgerError(lines[0] + more)
+
+
+def _repeated(lists: Mapping[str, list[dict]], origin: Mapping[str, str]) -> list[str]:
+    seen: dict[str, str] = {}
+    lines = []
+    for name, items in lists.items():
+        for entry in items:
+            identifier = entry["id"]
+            if identifier in seen:
+                lines.append(
+                    f"{origin[name]}: {identifier}: id: stands in {seen[identifier]} "
+                    "already; rename one of the two"
+                )
+            seen.setdefault(identifier, origin[name])
+    return lines
+
+
+def _unknown(entries: Mapping[str, Entries], origin: Mapping[str, str]) -> list[str]:
+    """References to artefacts or sections that do not exist."""
+    known = [*entries["artefacts"], *entries["sections"]]
+    lines = []
+    for name, field in (
+        ("numbers", "artefact"),
+        ("claims", "artefacts"),
+        ("settings", "used_by"),
+        ("readings", "used_by"),
+    ):
+        for identifier, entry in entries[name].items():
+            named = entry[field] if isinstance(entry[field], list) else [entry[field]]
+            for other in named:
+                if other not in known:
+                    lines.append(
+                        f"{origin[name]}: {identifier}: {field}: found {other!r}, no "
+                        "artefact or section of artefacts.yaml"
+                        f"{hint(other, known) or '; list it there'}"
+                    )
+    return lines
+
+
+def _primaries(readings: Entries) -> list[str]:
+    return [
+        f"settings.yaml: {identifier}: primary: found {entry['primary']!r}; "
+        f"give one of its options, {', '.join(entry['options'])}"
+        for identifier, entry in readings.items()
+        if entry["primary"] not in entry["options"]
+    ]

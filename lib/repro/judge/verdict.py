@@ -1,0 +1,335 @@
+"""The verdict on everything the thesis printed: one row per entry of the ledger.
+
+A row stands beside what a page's run regenerated: `judged/<page>.json`, written by the
+judge job. Numbers follow `repro.judge.number_rules`; a claim has the verdict of its primary
+reading, the other readings are its variants; artefacts and sections follow from their
+claims.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain, product
+from pathlib import Path
+
+from repro.judge.ledger import Ledger, read_yaml
+from repro.judge.number_rules import VerdictError, judge_number, not_produced
+from repro.judge.schema import faults, hint
+
+KINDS = ("claims", "numbers", "artefacts")
+DECIDED = ("reproduced", "differs")
+PRODUCED_BY_NOTHING = ("not yet", "not comparable")
+# Of mixed evidence, a row shows the kind that is furthest from pure calculation.
+EVIDENCE = ("photograph", "rendered", "synthetic", "analytic")
+
+
+def read_judged(folder: Path) -> list[dict]:
+    """Contents of the judged files below ``folder``; raises VerdictError."""
+    found = []
+    for path in sorted(folder.rglob("*.json")):
+        name = path.relative_to(folder).as_posix()
+        try:
+            content = json.loads(path.read_text("utf-8"))
+        except ValueError as error:
+            raise VerdictError(f"{name}: not JSON ({error}); delete it") from None
+        _raise_first(faults(content, "judged", name))
+        found.append(content)
+    return found
+
+
+def read_unfinished(root: Path) -> dict[str, str]:
+    """Chapters that are not built yet, each with what is missing."""
+    content = read_yaml(root / "chapters" / "unfinished.yaml")
+    if isinstance(content, dict):
+        content = {str(chapter): what for chapter, what in content.items()}
+    _raise_first(faults(content, "unfinished", "unfinished.yaml"))
+    return content
+
+
+def rows(
+    ledger: Ledger,
+    judged: Sequence[Mapping],
+    unfinished: Mapping[str, str],
+    effort: str,
+) -> list[dict]:
+    """Rows of the scoreboard: artefacts, numbers, claims, sections, as in the ledger.
+
+    Parameters
+    ----------
+    judged : contents of the judged files, one per page.
+    unfinished : chapter -> what is missing; only there may a value be missing.
+    effort : 'quick' shows values without verdicts.
+
+    Raises
+    ------
+    VerdictError
+        one line: what was found that fits no rule, or is missing, and what to do.
+    """
+    board = _Board(ledger, _collected(ledger, judged, effort), unfinished, effort)
+    for identifier in ledger.claims:
+        board.add("claim", identifier, _claim)
+    for identifier in ledger.numbers:
+        board.add("number", identifier, _number)
+    for identifier in ledger.artefacts:
+        board.add("artefact", identifier, _artefact)
+    for identifier in ledger.sections:
+        board.add("section", identifier, _section)
+    _raise_first(board.problems)
+    order = (ledger.artefacts, ledger.numbers, ledger.claims, ledger.sections)
+    made = [board.made[identifier] for identifier in chain.from_iterable(order)]
+    return [_quick(row) for row in made] if effort == "quick" else made
+
+
+def _raise_first(lines: Sequence[str]) -> None:
+    if lines:
+        more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
+        raise VerdictError(lines[0] + more)
+
+
+def _collected(ledger: Ledger, judged: Iterable[Mapping], effort: str) -> dict:
+    """Kind -> id -> judged entry with its page; every id is known and judged once."""
+    found: dict[str, dict] = {kind: {} for kind in KINDS}
+    problems = []
+    for content in judged:
+        page = content["page"]
+        if content["effort"] != effort:
+            problems.append(
+                f"{page}: effort: found {content['effort']!r} in a {effort} build; "
+                "delete the judged file"
+            )
+        for kind in KINDS:
+            known = getattr(ledger, kind)
+            for identifier, entry in content[kind].items():
+                if identifier.startswith("ext_"):
+                    continue
+                if identifier not in known:
+                    problems.append(
+                        f"{page}: {identifier}: {_unknown(kind, known, identifier)}"
+                    )
+                elif identifier in found[kind]:
+                    other = found[kind][identifier]["page"]
+                    problems.append(
+                        f"{page}: {identifier}: judged by {other} too; keep one, and "
+                        "delete the judged file of a page that is gone"
+                    )
+                else:
+                    found[kind][identifier] = {**entry, "page": page}
+    _raise_first(problems)
+    return found
+
+
+def _unknown(kind: str, known: Iterable[str], identifier: str) -> str:
+    close = hint(identifier, list(known))
+    advice = close or "; what is not in the thesis is called ext_..."
+    return f"no {kind.removesuffix('s')} of the ledger{advice}"
+
+
+@dataclass
+class _Board:
+    """The rows made so far, and what was found wrong."""
+
+    ledger: Ledger
+    found: Mapping[str, Mapping[str, Mapping]]
+    unfinished: Mapping[str, str]
+    effort: str
+    made: dict[str, dict] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+
+    def add(self, kind: str, identifier: str, judge) -> None:
+        """Make the row of one entry, or note why it cannot be made."""
+        row = self._empty(kind, identifier)
+        try:
+            row |= judge(self, identifier) or self._missing(row)
+        except VerdictError as error:
+            self.problems.append(f"{self._place(kind, identifier)}: {error}")
+        self.made[identifier] = row
+
+    def _empty(self, kind: str, identifier: str) -> dict:
+        entry = self.ledger.entry(identifier)
+        printed = {"claim": "statement", "number": "value"}.get(kind, "title")
+        return {
+            "id": identifier,
+            "kind": kind,
+            "chapter": self.ledger.chapter(identifier),
+            "verdict": "not yet",
+            "evidence": None,
+            "effort": self.effort,
+            "published": entry[printed],
+            "regenerated": None,
+            "interval": None,
+            "unit": entry.get("unit", ""),
+            "reason": "",
+            "test": entry.get("test", ""),
+            "changed": entry.get("changed", ""),
+            "variants": [],
+            "page": None,
+            "data": [],
+        }
+
+    def _missing(self, row: dict) -> dict:
+        chapter = str(row["chapter"])
+        if chapter not in self.unfinished:
+            raise VerdictError(
+                f"nothing produces it and chapter {chapter} counts as built; produce "
+                "it, or list the chapter in chapters/unfinished.yaml"
+            )
+        return {"reason": f"still missing: {self.unfinished[chapter]}"}
+
+    def _place(self, kind: str, identifier: str) -> str:
+        entry = self.found.get(kind + "s", {}).get(identifier)
+        return f"{entry['page']}: {identifier}" if entry else identifier
+
+
+def _site_files(entry: Mapping) -> dict:
+    """Page and data as addresses on the site, which keeps every file's own name."""
+    files = [
+        ("results/" if "results" in Path(f).parts else "figures/") + Path(f).name
+        for f in entry.get("data", entry.get("files", []))
+    ]
+    return {"page": f"{entry['page']}.html", "data": files}
+
+
+def _joined(*reasons: str) -> str:
+    return "; ".join(reason for reason in reasons if reason)
+
+
+def _number(board: _Board, identifier: str) -> dict | None:
+    entry = board.ledger.numbers[identifier]
+    value = board.found["numbers"].get(identifier)
+    if value is None:
+        if entry["role"] != "literature":
+            return None
+        verdict, reason = not_produced(entry)
+        return {"verdict": verdict, "reason": reason}
+    verdict, reason = judge_number(entry, value)
+    shown = {key: value[key] for key in ("evidence", "interval")}
+    if board.effort == "quick" and verdict != "not comparable":
+        reason = ""
+    return {
+        "verdict": verdict,
+        "regenerated": value["value"],
+        "reason": _joined(reason, value["reason"]),
+        **shown,
+        **_site_files(value),
+    }
+
+
+def _claim(board: _Board, identifier: str) -> dict | None:
+    found = board.found["claims"].get(identifier)
+    if found is None:
+        return None
+    readings = found["readings"]
+    primary = _primary(board.ledger, readings)
+    others = [reading for reading in readings if reading is not primary]
+    variant = ("reading", "verdict", "regenerated", "interval", "reason")
+    return {
+        "verdict": primary["verdict"],
+        "evidence": found["evidence"],
+        "regenerated": primary["regenerated"],
+        "interval": primary["interval"],
+        "unit": primary["unit"],
+        "reason": primary["reason"],
+        "variants": [{key: other[key] for key in variant} for other in others],
+        **_site_files(found),
+    }
+
+
+def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
+    """The reading whose options are all primary; all combinations must be there."""
+    questions = list(readings[0]["reading"])
+    for question in questions:
+        if question not in ledger.readings:
+            raise VerdictError(
+                f"reading: found the question {question!r}, which settings.yaml does "
+                f"not list{hint(question, list(ledger.readings))}"
+            )
+    options = [ledger.readings[question]["options"] for question in questions]
+    wanted = [dict(zip(questions, taken, strict=True)) for taken in product(*options)]
+    found = [dict(reading["reading"]) for reading in readings]
+    for reading in found:
+        if reading not in wanted:
+            raise VerdictError(
+                f"reading: found {reading}; every reading names the same questions, "
+                "with options of settings.yaml"
+            )
+        if found.count(reading) > 1:
+            raise VerdictError(f"reading: found {reading} twice; give each once")
+    for reading in wanted:
+        if reading not in found:
+            raise VerdictError(f"reading: {reading} is missing; test it too")
+    primary = {q: ledger.readings[q]["primary"] for q in questions}
+    return readings[found.index(primary)]
+
+
+def _artefact(board: _Board, identifier: str) -> dict | None:
+    found = board.found["artefacts"].get(identifier)
+    if found is None:
+        return None
+    claims = board.ledger.claims_of(identifier)
+    verdict, regenerated, reason = _from_claims(board, claims)
+    check = found["check"]
+    if check is not None and not check["holds"]:
+        verdict, reason = "differs", _joined("check failed: " + check["text"], reason)
+    elif check is not None:
+        reason = _joined(reason, "check: " + check["text"])
+        if not claims:
+            verdict, regenerated = "reproduced", "drawn as computed"
+    elif not claims and board.ledger.artefacts[identifier]["data"] == "illustration":
+        raise VerdictError("check: found none; a drawing without claims needs one")
+    return {
+        "verdict": verdict,
+        "evidence": found["evidence"],
+        "regenerated": None if board.effort == "quick" else regenerated,
+        "reason": "" if board.effort == "quick" else reason,
+        **_site_files(found),
+    }
+
+
+def _from_claims(board: _Board, claims: Sequence[str]) -> tuple[str, str | None, str]:
+    """Verdict that claims give what they are about, the count, and the exceptions."""
+    found = {claim: board.made[claim]["verdict"] for claim in claims}
+    counts = Counter(found.values())
+    decided = sum(counts[verdict] for verdict in DECIDED)
+    exceptions = [
+        f"{verdict}: " + ", ".join(c for c, v in found.items() if v == verdict)
+        for verdict in ("differs", "undecided", "not yet")
+        if counts[verdict]
+    ]
+    reason = "; ".join(exceptions)
+    if not decided:
+        return "counterpart", None, reason
+    verdict = "differs" if counts["differs"] else "reproduced"
+    count = f"{counts['reproduced']} of {decided} decided claims reproduced"
+    return verdict, count, reason
+
+
+def _section(board: _Board, identifier: str) -> dict | None:
+    claims = board.ledger.claims_of(identifier)
+    members = [board.made[i] for i in claims + board.ledger.numbers_of(identifier)]
+    produced = [row for row in members if row["verdict"] not in PRODUCED_BY_NOTHING]
+    if not produced:
+        if any(row["verdict"] == "not yet" for row in members):
+            return None
+        return {"verdict": "not comparable", "reason": members[0]["reason"]}
+    verdict, regenerated, reason = _from_claims(board, claims)
+    seen = {row["evidence"] for row in produced}
+    data = dict.fromkeys(chain.from_iterable(row["data"] for row in produced))
+    return {
+        "verdict": verdict,
+        "evidence": next(kind for kind in EVIDENCE if kind in seen),
+        "regenerated": None if board.effort == "quick" else regenerated,
+        "reason": "" if board.effort == "quick" else reason,
+        "page": produced[0]["page"],
+        "data": list(data),
+    }
+
+
+def _quick(row: dict) -> dict:
+    """The row with its values, and without the verdicts that few trials cannot give."""
+    if row["verdict"] in PRODUCED_BY_NOTHING:
+        return row
+    variants = [{**variant, "verdict": "quick"} for variant in row["variants"]]
+    return {**row, "verdict": "quick", "variants": variants}

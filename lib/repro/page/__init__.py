@@ -1,0 +1,1 @@
+"""What a page is made of: cells, figures, exercises, and their execution."""

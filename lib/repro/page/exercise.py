@@ -1,0 +1,123 @@
+"""Exercises that check their own answer.
+
+The right answer is computed by the library when the answer is checked; no page holds
+one. The cell of an exercise looks like this; an answer goes in the place of ``None``:
+
+    check(None, expected=rays_that_meet, hint="a plane has two sides")
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from repro.page.reader import Shown
+
+
+class Checked(Shown):
+    """The outcome of a check: ``right`` is True, False, or None for no answer yet."""
+
+    def __init__(self, right: bool | None, text: str) -> None:
+        kind = {True: "tip", False: "warning", None: "note"}[right]
+        title = {True: "Right", False: "Not yet", None: "Your turn"}[right]
+        super().__init__(
+            f":::{{admonition}} {title}\n:class: {kind}\n{text}\n:::",
+            f"<p><b>{title}.</b> {html.escape(text)}</p>",
+        )
+        self.right = right
+        self.text = text
+
+
+def check(
+    answer: object,
+    expected: Callable[[], object],
+    *,
+    tolerance: float = 1e-3,
+    hint: str = "",
+    slips: Mapping[str, Callable[[], object]] | None = None,
+) -> Checked:
+    """Compare an answer with the one that the library computes.
+
+    Parameters
+    ----------
+    answer : number, array, or word; None while the exercise is open.
+    expected : function without arguments that computes the right answer.
+    tolerance : largest error that counts as right, as a share of the largest entry of
+        the right answer; rounding to three digits passes by default. Words and whole
+        numbers are compared exactly.
+    hint : what to say about a wrong answer.
+    slips : explanation -> function that computes the answer this slip leads to. The
+        explanation is given when the answer equals it.
+    """
+    if answer is None:
+        return Checked(None, "Put your answer in place of None and run the cell again.")
+    right = expected()
+    if _same(answer, right, tolerance):
+        return Checked(True, "The library computes the same.")
+    for explanation, wrong in (slips or {}).items():
+        if _same(answer, wrong(), tolerance):
+            return Checked(False, explanation)
+    return Checked(False, _advice(_difference(answer, right), hint))
+
+
+def check_function(
+    answer: Callable | None,
+    reference: Callable,
+    cases: Callable[[], list[tuple]],
+    *,
+    tolerance: float = 1e-6,
+    hint: str = "",
+) -> Checked:
+    """Compare a function that the reader wrote with the library's, case by case."""
+    if answer is None:
+        return Checked(None, "Write the function, put it in place of None, run again.")
+    for number, arguments in enumerate(cases(), 1):
+        try:
+            given = answer(*arguments)
+        except Exception as error:  # Whatever the reader's code raises is its outcome.
+            return Checked(False, f"Case {number}: {type(error).__name__}: {error}")
+        right = reference(*arguments)
+        if not _same(given, right, tolerance):
+            text = f"Case {number}: {_difference(given, right)}"
+            return Checked(False, _advice(text, hint))
+    return Checked(True, "Your function agrees with the library in every case.")
+
+
+def _advice(text: str, hint: str) -> str:
+    return f"{text} Hint: {hint}" if hint else text
+
+
+def _same(answer: object, right: object, tolerance: float) -> bool:
+    if isinstance(right, str):
+        return isinstance(answer, str) and _word(answer) == _word(right)
+    given, wanted = np.asarray(answer), np.asarray(right)
+    if given.shape != wanted.shape or given.dtype.kind not in "biuf":
+        return False
+    if wanted.dtype.kind in "biu":
+        return bool(np.array_equal(given, wanted))
+    scale = np.abs(wanted).max(initial=0.0)
+    limit = tolerance * (scale or 1.0)
+    return bool(np.allclose(given, wanted, rtol=0, atol=limit, equal_nan=True))
+
+
+def _word(text: str) -> str:
+    return " ".join(text.lower().split())
+
+
+def _difference(answer: object, right: object) -> str:
+    """What is wrong with the answer, without giving the right one away."""
+    if isinstance(right, str):
+        return "That is not it."
+    given, wanted = np.asarray(answer), np.asarray(right)
+    if given.dtype.kind not in "biuf":
+        return f"A number is asked for, not {type(answer).__name__}."
+    if given.shape != wanted.shape:
+        return f"The shape is {given.shape}; it should be {wanted.shape}."
+    error = float(np.nanmax(np.abs(given.astype(float) - wanted)))
+    if not np.isfinite(error):
+        return "Some entries are not finite."
+    if given.ndim == 0:
+        return "Too large." if given > wanted else "Too small."
+    return f"The largest error is {error:.2g}."

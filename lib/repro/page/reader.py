@@ -1,0 +1,429 @@
+"""What the display cells of a page call: results, figures, tables, values, verdicts.
+
+A page only reads. Every function here finds its files below `figures/<effort>`, where
+the effort is that of the build (`RAXEL_EFFORT`, `full` by default), starting from the
+current folder or the checkout around it. What a cell returns shows itself as MyST in
+the built page and as HTML in a notebook.
+"""
+
+from __future__ import annotations
+
+import base64
+import csv
+import html
+import importlib
+import inspect
+import json
+import math
+import os
+import re
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+
+from repro.run.discover import page_module, result_ids
+from repro.run.results import Result, opened
+from repro.run.sets_of_report import name_of
+
+# Units of pure numbers: they are in the records, and no reader needs them.
+UNSPOKEN = ("1", "count")
+TINY = 1e-3  # numbers below it read better as 2e-14
+NEAR_ONE = 1e-12  # below this, rounding errors of the computation
+# Larger numbers are written with an exponent.
+PLAIN_BELOW = 1e6
+NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
+
+
+class Missing(FileNotFoundError):
+    """A file that a page shows and nobody has made; the message names the command."""
+
+
+class Shown:
+    """Something a display cell returns: MyST for the page, HTML for a notebook."""
+
+    def __init__(self, markdown: str, page: str) -> None:
+        self.markdown = markdown
+        self.html = page
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict:
+        return {
+            "text/markdown": self.markdown,
+            "text/html": self.html,
+            "text/plain": re.sub(r"<[^>]+>", "", self.html).strip()[:200],
+        }
+
+
+def checkout() -> Path:
+    """The checkout: the current folder, or the nearest one above it with chapters."""
+    here = Path.cwd()
+    for folder in (here, *here.parents):
+        if (folder / "chapters").is_dir() and (folder / "data" / "published").is_dir():
+            return folder
+    return here
+
+
+def names_on_page(page: str) -> dict[str, object]:
+    """What the module of a page (`chapter/page`) defines, to run its display lines."""
+    return dict(vars(importlib.import_module(page_module(page))))
+
+
+def base() -> Path:
+    """Folder of the figures and results of this effort."""
+    return checkout() / "figures" / os.environ.get("RAXEL_EFFORT", "full")
+
+
+def image_set() -> Path:
+    """Folder of the image set of this page (pages that stand once per set)."""
+    given = os.environ.get("RAXEL_SET", "")
+    if not given:
+        raise Missing("this page has no image set; RAXEL_SET names the folder of one")
+    return Path(given)
+
+
+def _identified(identifier: str, folder: Path) -> str:
+    """``identifier``, or its edition for this page's image set."""
+    given = os.environ.get("RAXEL_SET", "")
+    own = f"{identifier}@{name_of(Path(given))}" if given else identifier
+    return own if (folder / f"{own}.json").is_file() else identifier
+
+
+def _needed(path: Path, target: str) -> Path:
+    if not path.is_file():
+        raise Missing(
+            f"{path.relative_to(checkout())} is missing; `make {target}` makes it"
+        )
+    return path
+
+
+def open_results(experiment: str) -> Result:
+    """The result of an experiment, with its trials (see `repro.run.results.Result`)."""
+    folder = base() / "results"
+    name = _identified(experiment, folder)
+    return Result(_needed(folder / f"{name}.json", "report"))
+
+
+def seconds(experiment: str) -> float:
+    """Seconds that an experiment took when it was run, added up over its jobs."""
+    folder = base() / "results"
+    name = _identified(experiment, folder)
+    record = _needed(folder / f"{name}.run.json", "report")
+    return float(json.loads(record.read_text("utf-8"))["seconds"])
+
+
+def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
+    """The results that a figure or table was made from, just as its producer got them.
+
+    Experiment -> Result; for one that every image set has, and an artefact that shows
+    all sets of the build, experiment -> set name -> Result.
+    """
+    name = _identified(artefact, base())
+    return opened(base() / "results", _described(name)["results"])
+
+
+def show(artefact: str) -> Shown:
+    """A regenerated figure with its caption, its data, and its source."""
+    name = _identified(artefact, base())
+    about = _described(name)
+    svg = _needed(base() / f"{name}.svg", artefact)
+    caption = about["caption"]
+    alt = f"{label(artefact)} {plain(caption)}".strip()
+    links = _links(name, about, ("svg", "png", "csv"))
+    if about.get("scene"):
+        links = f'<a href="{_up()}figures/{name}.html">3-D scene</a> · {links}'
+    markdown = "\n".join(
+        [
+            _anchor(artefact),
+            f"::::{{figure}} /_extra/figures/{name}.svg",
+            f":name: {_label_id(name)}",
+            f":alt: {alt}",
+            f":target: {_up()}figures/{name}.svg",
+            "",
+            f"{_titled(artefact, caption)}",
+            "",
+            links,
+            "::::",
+            "",
+            *([_turnable(name, alt), ""] if about.get("scene") else []),
+            mark(name),
+        ]
+    )
+    data = base64.b64encode(svg.read_bytes()).decode()
+    page = (
+        f'<figure id="{artefact}"><img alt="{html.escape(alt)}" '
+        f'src="data:image/svg+xml;base64,{data}">'
+        f"<figcaption>{_titled(artefact, html.escape(caption), bold='b')}</figcaption>"
+        "</figure>"
+    )
+    return Shown(markdown, page)
+
+
+def show_table(artefact: str, digits: int = 4) -> Shown:
+    """A regenerated table, numbers to ``digits`` digits; the CSV has all of them."""
+    name = _identified(artefact, base())
+    about = _described(name)
+    path = _needed(base() / f"{name}.csv", artefact)
+    with path.open(encoding="utf-8", newline="") as file:
+        head, *rows = list(csv.reader(file))
+    columns = [_alike(list(column), digits) for column in zip(*rows, strict=True)]
+    cells = [list(row) for row in zip(*columns, strict=True)]
+    numeric = [
+        bool(rows) and all(_number(row[place]) is not None for row in rows)
+        for place in range(len(head))
+    ]
+    titled = _titled(artefact, about["caption"])
+    markdown = "\n".join(
+        [
+            _anchor(artefact),
+            f"::::{{table}} {titled}",
+            f":name: {_label_id(name)}",
+            "",
+            pipe_table(head, cells, numeric),
+            "::::",
+            "",
+            f":::{{div}} raxel-links\n{_links(name, about, ('csv',))}\n:::",
+            "",
+            mark(name),
+        ]
+    )
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
+        for row in cells
+    )
+    page = (
+        f'<table id="{artefact}"><caption>'
+        f"{_titled(artefact, html.escape(about['caption']), bold='b')}</caption><tr>"
+        + "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+        + f"</tr>{body}</table>"
+    )
+    return Shown(markdown, page)
+
+
+def show_code(*functions: Callable) -> Shown:
+    """The source of functions of the library, as it is, with where it stands."""
+    pieces = []
+    for function in functions:
+        lines, first = inspect.getsourcelines(inspect.unwrap(function))
+        code = textwrap.dedent("".join(lines)).rstrip()
+        place = f"{function.__module__}, from line {first}"
+        pieces.append((place, code))
+    markdown = "\n\n".join(
+        f":::{{div}} raxel-links\n{place}\n:::\n\n````python\n{code}\n````"
+        for place, code in pieces
+    )
+    page = "".join(
+        f"<p><small>{html.escape(place)}</small></p><pre>{html.escape(code)}</pre>"
+        for place, code in pieces
+    )
+    return Shown(markdown, page)
+
+
+def pipe_table(head: list[str], rows: list[list[str]], numeric: list[bool]) -> str:
+    """A Markdown table; numeric columns are set to the right."""
+    rule = ["---:" if right else "---" for right in numeric]
+    lines = [head, rule, *rows]
+    return "\n".join(
+        "| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |"
+        for line in lines
+    )
+
+
+def value(name: str, number: float | int | str) -> None:
+    """Name a value for the prose: a sentence takes it as {glue:text}`name:.2f`.
+
+    After the name stands a format of Python's `format`, or nothing.
+    """
+    from IPython.display import display
+
+    if hasattr(number, "item"):
+        number = number.item()
+    if not isinstance(number, int | float | str):
+        raise TypeError(f"value {name!r} is a {type(number).__name__}, not a number")
+    if isinstance(number, float) and not math.isfinite(number):
+        raise ValueError(
+            f"value {name!r} is {number}; a sentence needs a finite number"
+        )
+    note = {"scrapbook": {"name": name, "value": number}}
+    display({"text/plain": f"{name} = {number}"}, raw=True, metadata=note)
+
+
+def values() -> None:
+    """Name every regenerated number of this page for the prose.
+
+    A number of the ledger with id ``x`` gives ``x`` (bare), ``x.low`` and ``x.high``
+    where it has an interval, and ``x.text``, with unit and interval, rounded to what
+    the interval allows.
+    """
+    judged = base() / "judged" / f"{page_id()}.json"
+    content = json.loads(_needed(judged, "report").read_text("utf-8"))
+    for name, entry in content["numbers"].items():
+        if entry["value"] is None:
+            continue
+        value(name, entry["value"])
+        interval = entry.get("interval")
+        if interval and None not in interval:
+            value(f"{name}.low", interval[0])
+            value(f"{name}.high", interval[1])
+        value(f"{name}.text", rounded(entry["value"], interval, entry.get("unit", "")))
+
+
+def rounded(
+    number: float | str,
+    interval: tuple[float, float] | list[float] | None,
+    unit: str = "",
+) -> str:
+    """A number with unit and interval, to two digits of the interval's width."""
+    unit = "" if unit in UNSPOKEN else unit
+    if isinstance(number, str):
+        return f"{number} {unit}".strip()
+    if not interval or None in interval:
+        return f"{significant(number, 3)} {unit}".strip()
+    low, high = interval
+    if isinstance(low, str) or isinstance(high, str):
+        return f"{significant(number, 3)} {unit}".strip() + f" ({low} to {high})"
+    half = (high - low) / 2
+    if half <= 0:
+        return f"{significant(number, 4)} {unit}".strip()
+    places = max(0, 1 - math.floor(math.log10(half)))
+    if places > 6:
+        text, low, high = (significant(end, 3) for end in (number, low, high))
+        return f"{text} {unit}".strip() + f" ({low} to {high})"
+    text = f"{number:.{places}f} {unit}".strip()
+    return f"{text} ({low:.{places}f} to {high:.{places}f})"
+
+
+def significant(number: float, digits: int) -> str:
+    """A number to so many digits, and to more where these would make it 1.
+
+    An R2 of 0.999998 is not 1: what it lacks to 1 is what it says. Thousands keep all
+    digits before the point.
+    """
+    text = f"{number:.{digits}g}"
+    if "e+" in text and abs(number) < PLAIN_BELOW:
+        return f"{number:.0f}"
+    lacking = abs(1 - abs(number))
+    if text not in ("1", "-1") or lacking < NEAR_ONE:
+        return text
+    places = -math.floor(math.log10(lacking) + 1e-9)  # 1 - 0.9999 is below 1e-4
+    return f"{number:.{places}f}"
+
+
+def compared(page: str | None = None) -> Shown:
+    """This page's rows of the scoreboard: published beside regenerated, and verdict."""
+    from repro.judge.scoreboard import comparison_table
+
+    table = comparison_table(
+        page or page_id(), os.environ.get("RAXEL_EFFORT", "full"), checkout()
+    )
+    return Shown(table, table)
+
+
+def page_id() -> str:
+    """Id of the page being built (`RAXEL_PAGE`)."""
+    page = os.environ.get("RAXEL_PAGE", "")
+    if not page:
+        raise Missing("which page is this? RAXEL_PAGE names it, as chapter/section")
+    return page
+
+
+def label(artefact: str) -> str:
+    """Name of an artefact of the thesis for people: Fig. 2.3; empty if it has none."""
+    kind, _, number = artefact.partition("_")
+    if kind not in NAMES or not re.fullmatch(r"[0-9a-z]+(_[0-9]+)*", number):
+        return ""
+    return f"{NAMES[kind]} {number.replace('_', '.')}"
+
+
+def plain(text: str) -> str:
+    """A caption without markup, on one line."""
+    text = re.sub(r"\\(?:mathrm|text|mathbf)\{([^}]*)\}", r"\1", text)
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
+    return " ".join(re.sub(r"[$*`\\{}]", "", text).split())
+
+
+def mark(name: str) -> str:
+    """Where the page puts what is known about an artefact (`repro.page.furniture`)."""
+    return f'<div data-raxel-about="{name}"></div>'
+
+
+def _turnable(name: str, alt: str) -> str:
+    """The scene of a figure, folded; the page's script loads it when it is opened."""
+    return (
+        '<details class="raxel-scene"><summary>Turn it around (3-D)</summary>'
+        f'<iframe data-src="{_up()}figures/{name}.html" '
+        f'title="{html.escape(alt)} (3-D)"></iframe></details>'
+    )
+
+
+def _described(name: str) -> dict:
+    return json.loads(_needed(base() / f"{name}.json", name).read_text("utf-8"))
+
+
+def _titled(artefact: str, caption: str, bold: str = "") -> str:
+    name = label(artefact)
+    if not name:
+        return " ".join(caption.split())
+    title = f"<{bold}>{name}.</{bold}>" if bold else f"**{name}.**"
+    return f"{title} {' '.join(caption.split())}"
+
+
+def _anchor(artefact: str) -> str:
+    """The id as it stands: Sphinx would write its underscores as hyphens."""
+    return f'<span id="{artefact}"></span>\n'
+
+
+def _label_id(name: str) -> str:
+    """The label of an artefact, one in the whole site: a set's has the set's name."""
+    return name.replace("@", "-of-")
+
+
+def _up() -> str:
+    """The way from a page of the site to its top."""
+    return "../" * os.environ.get("RAXEL_PAGE", "").count("/")
+
+
+def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
+    up = _up()
+    parts = [
+        f'<a href="{up}figures/{name}.{e}" download>{e.upper()}</a>' for e in endings
+    ]
+    for result in result_ids(about["results"]):
+        said = result.removesuffix(name[name.find("@") :] if "@" in name else "")
+        said = said.replace("@", " of ")
+        parts.append(f'<a href="{up}results/{result}.json">every trial: {said}</a>')
+    if "source" in about:
+        path, function = about["source"]
+        parts.append(f'<a href="{up}source/{path}.html#{function}">source</a>')
+    parts.append(f"evidence: {about['evidence']}")
+    return " · ".join(parts)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _alike(cells: list[str], digits: int) -> list[str]:
+    """Cells of a column; numbers of similar size with the same digits behind the point.
+
+    The largest gets ``digits`` digits. Where sizes differ by 100 or more, each does.
+    """
+    numbers = [_number(cell) for cell in cells if not re.fullmatch(r"[+-]?\d+", cell)]
+    sizes = [abs(x) for x in numbers if x and math.isfinite(x)]
+    if len(sizes) < 2 or max(sizes) >= 100 * min(sizes) or max(sizes) < TINY:
+        return [_shortened(cell, digits) for cell in cells]
+    places = max(0, digits - 1 - math.floor(math.log10(max(sizes))))
+    return [
+        f"{number:.{places}f}"
+        if abs(number or 0) in sizes
+        else _shortened(cell, digits)
+        for cell, number in zip(cells, map(_number, cells), strict=True)
+    ]
+
+
+def _shortened(cell: str, digits: int) -> str:
+    number = _number(cell)
+    if number is None or not math.isfinite(number) or re.fullmatch(r"[+-]?\d+", cell):
+        return cell
+    return f"{number:.{digits}g}"

@@ -1,0 +1,220 @@
+"""One look for every figure of the report, and files with the same bytes every time.
+
+Figures are as wide as the text of a page. Text is drawn as outlines, so a figure looks
+the same on a machine without the font; the CSV beside it holds the numbers. Series
+differ by colour, marker and line style at once: they can be told apart in grey and by
+colour-blind readers. The background is opaque and light, so a figure can stand on a
+dark page.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.category import StrCategoryFormatter
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedFormatter
+
+from repro.run.jobs import csv_text
+from repro.run.outcomes import Drawing
+from repro.run.results import write_atomic
+
+WIDTH_IN = 7.2
+"""Width of the text column of a page, in inches of 96 CSS pixels."""
+
+PNG_DPI = 200
+
+INK = "#1b1f24"
+FAINT = "#d5d9de"
+
+SERIES = (
+    {"color": "#0072b2", "marker": "o", "linestyle": "-"},
+    {"color": "#d55e00", "marker": "s", "linestyle": "--"},
+    {"color": "#009e73", "marker": "^", "linestyle": "-."},
+    {"color": "#c76ea3", "marker": "D", "linestyle": ":"},
+    {"color": "#56b4e9", "marker": "v", "linestyle": (0, (7, 2))},
+    {"color": "#e69f00", "marker": "P", "linestyle": (0, (3, 1, 1, 1, 1, 1))},
+    {"color": "#4a4a4a", "marker": "X", "linestyle": (0, (1, 3))},
+)
+"""Colour (after Okabe and Ito), marker and line style of series 0, 1, 2, ..."""
+
+RC = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.labelsize": 10,
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "legend.fontsize": 9,
+    "mathtext.fontset": "dejavusans",
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.prop_cycle": matplotlib.cycler(
+        **{key: [s[key] for s in SERIES] for key in ("color", "marker", "linestyle")}
+    ),
+    "lines.linewidth": 1.6,
+    "lines.markersize": 5,
+    "legend.frameon": True,
+    "legend.framealpha": 1.0,
+    "legend.edgecolor": FAINT,
+    "legend.handlelength": 3.2,
+    "image.cmap": "cividis",
+    "image.interpolation": "nearest",
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "figure.constrained_layout.use": True,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "raxel",
+    "path.simplify": True,
+}
+
+_UNIT = re.compile(r"\([^()]+\)\s*$")
+
+
+class StyleError(ValueError):
+    """A figure that breaks a rule of the house; the message names figure and axis."""
+
+
+def figure(
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    height_in: float | None = None,
+    **subplots: object,
+) -> tuple[Figure, Axes | np.ndarray]:
+    """A figure as wide as the page, with its axes, in the house style.
+
+    Parameters
+    ----------
+    rows, columns : layout of the axes.
+    height_in : height in inches; by default 3 per row.
+    subplots : passed on to ``Figure.subplots`` (``sharex``, ``width_ratios``, ...).
+
+    Returns
+    -------
+    (figure, axes), axes as ``Figure.subplots`` gives them.
+
+    The style is set for the process, because labels added later must find it too.
+    """
+    matplotlib.rcParams.update(RC)
+    drawn = Figure(figsize=(WIDTH_IN, 3.0 * rows if height_in is None else height_in))
+    return drawn, drawn.subplots(rows, columns, **subplots)
+
+
+def series(index: int) -> dict:
+    """Colour, marker and line style of a series, as keyword arguments of ``plot``."""
+    return dict(SERIES[index % len(SERIES)])
+
+
+def plot_interval(
+    axes: Axes,
+    x: np.ndarray,
+    middle: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    *,
+    index: int,
+    label: str,
+    bars: bool = False,
+) -> None:
+    """Draw one series with its interval: a band, or bars where x is not continuous.
+
+    Parameters
+    ----------
+    x, middle, low, high : (N,) arrays in the units of the axes; ``nan`` leaves a gap.
+    index : which series, see `series`.
+    label : legend entry; says what the interval is, once per figure.
+    """
+    look = series(index)
+    if bars:
+        lengths = np.array([middle - low, high - middle])
+        axes.errorbar(x, middle, yerr=lengths, label=label, capsize=3, **look)
+        return
+    axes.plot(x, middle, label=label, **look)
+    axes.fill_between(x, low, high, color=look["color"], alpha=0.18, linewidth=0)
+
+
+def check_axes(drawn: Figure, name: str) -> None:
+    """Raise `StyleError` unless every axis with numbers names its quantity and unit.
+
+    The unit stands in parentheses at the end of the label: "Noise (px)", "Share (%)",
+    "Ratio (1)". Axes without ticks, switched-off axes and axes of named categories need
+    none. Inner axes of shared rows and columns may leave the label to the outer ones.
+    """
+    for number, axes in enumerate(drawn.axes, 1):
+        for letter in _numeric_axes(axes):
+            label = _label(drawn, axes, letter)
+            if not _UNIT.search(label):
+                raise StyleError(
+                    f"{name}: {letter} axis of axes {number}: label {label!r} has no "
+                    "unit; end it with the unit in parentheses, (1) for a pure number"
+                )
+
+
+def _numeric_axes(axes: Axes) -> Iterator[str]:
+    if not axes.axison:
+        return
+    for letter in ("x", "y", "z"):
+        axis = getattr(axes, f"{letter}axis", None)
+        if axis is None or not axis.get_visible() or not len(axis.get_ticklocs()):
+            continue
+        formatter = axis.get_major_formatter()
+        words = isinstance(formatter, FixedFormatter) and any(
+            any(c.isalpha() for c in text) for text in formatter.seq
+        )
+        if not words and not isinstance(formatter, StrCategoryFormatter):
+            yield letter
+
+
+def _label(drawn: Figure, axes: Axes, letter: str) -> str:
+    together = [axes]
+    if letter in "xy":
+        together += getattr(axes, f"get_shared_{letter}_axes")().get_siblings(axes)
+    labels = [getattr(other, f"get_{letter}label")() for other in together]
+    whole = {"x": drawn.get_supxlabel(), "y": drawn.get_supylabel()}.get(letter, "")
+    return next((text for text in (*labels, whole) if text), "")
+
+
+def save_drawing(drawing: Drawing, stem: Path) -> None:
+    """Write ``stem.svg``, ``stem.png`` and ``stem.csv``, each whole or not at all.
+
+    Raises `StyleError` if an axis lacks its unit. The bytes depend on the drawing and
+    the installed versions only: no date, no random ids.
+    """
+    check_axes(drawing.figure, stem.name)
+    table = csv_text(drawing.data)
+    svg = _rendered(
+        drawing.figure,
+        "svg",
+        metadata={"Date": None, "Creator": None, "Title": stem.name},
+    )
+    png = _rendered(drawing.figure, "png", metadata={"Software": None})
+    for ending, content in (("csv", table), ("png", png), ("svg", svg)):
+        write_atomic(stem.with_name(f"{stem.name}.{ending}"), content)
+
+
+def _rendered(drawn: Figure, kind: str, metadata: dict) -> bytes:
+    buffer = BytesIO()
+    with matplotlib.rc_context(RC):
+        drawn.savefig(
+            buffer, format=kind, dpi=PNG_DPI, metadata=metadata, bbox_inches="tight"
+        )
+    return buffer.getvalue()

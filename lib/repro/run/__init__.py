@@ -1,0 +1,1 @@
+"""Experiments, what they leave, and the workflow that runs them."""

@@ -1,0 +1,213 @@
+"""`python -m repro.run.build TARGET`: one command from an order to a finished build.
+
+Brings the photographs, says what changed in the code since the last build, runs
+Snakemake with a plain progress display, and says where to look.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import fcntl
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from repro.run.changes import remember, say_changes
+from repro.run.sets_of_report import sets_of_report
+from repro.run.workflow import Work
+
+
+class OrderError(Exception):
+    """An order that cannot be carried out; the message says why and what to do."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Carry out one build order; return its exit status."""
+    options = _parser().parse_args(argv)
+    root = Path.cwd()
+    try:
+        with _only_build(root):
+            return _build(root, options)
+    except (OrderError, ValueError) as error:
+        print(f"make {options.target}: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m repro.run.build", description=__doc__
+    )
+    parser.add_argument("target")
+    parser.add_argument("--effort", choices=("quick", "full"), default="full")
+    parser.add_argument("--trials", default="")
+    parser.add_argument("--recorded", default="")
+    parser.add_argument("--cores", default="")
+    return parser
+
+
+def _build(root: Path, options: argparse.Namespace) -> int:
+    recorded = _checked_recorded(options.recorded)
+    trials = _checked_trials(options.trials, options.target)
+    if options.target in ("report", "quick", "notebooks"):
+        _bring_photographs(root)
+    work = Work(root, options.effort, trials, sets_of_report(root, recorded))
+    targets = _targets(work, options.target)
+    _drop_judgements_of_gone_pages(work)
+    say_changes(work)
+    command = [
+        sys.executable, "-m", "snakemake", *targets,
+        "--cores", options.cores or str(os.cpu_count() or 1),
+        "--logger", "raxel", "--nolock", "--rerun-incomplete",
+        "--config", f"effort={options.effort}", f"trials={options.trials}",
+        f"recorded={recorded}",
+    ]  # fmt: skip
+    before = _ages(root, targets)
+    status = subprocess.run(command, cwd=root, check=False).returncode
+    if status == 0:
+        remember(work, _built(work, options.target))
+        _say_where(work, targets, changed=_ages(root, targets) != before)
+    return status
+
+
+def _drop_judgements_of_gone_pages(work: Work) -> None:
+    """A page that was renamed, or a set that has no page now, has no say any more."""
+    folder = work.root / work.base / "judged"
+    kept = {work.root / path for path in work.judged()}
+    for path in folder.rglob("*.json"):
+        if path not in kept:
+            path.unlink()
+
+
+def _checked_recorded(given: str) -> str:
+    """An absolute folder that is a set or holds sets, each checked by the library."""
+    if not given:
+        return ""
+    folder = Path(given).expanduser()
+    if not folder.is_dir():
+        raise OrderError(f"RECORDED={given}: no such folder; name an image set")
+    sets = [folder] if (folder / "set.yaml").is_file() else sorted(folder.glob("*/"))
+    sets = [path for path in sets if (path / "set.yaml").is_file()]
+    if not sets:
+        raise OrderError(
+            f"RECORDED={given}: no set.yaml in it; see data/recorded/README.md"
+        )
+    for path in sets:
+        checked = subprocess.run(
+            [sys.executable, "-m", "raxel", "check", str(path)],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if checked.returncode:
+            raise OrderError(checked.stderr.strip())
+    return str(folder.resolve())
+
+
+def _checked_trials(given: str, target: str) -> int | None:
+    if not given:
+        return None
+    if not given.isdigit() or int(given) < 1:
+        raise OrderError(f"TRIALS={given}: a whole number above 0 is needed")
+    if target in ("report", "quick", "notebooks") or target.startswith("ch"):
+        raise OrderError(
+            "TRIALS is a what-if on one artefact, kept apart from the record; "
+            "name it, for example: make fig_2_3 TRIALS=500"
+        )
+    return int(given)
+
+
+def _bring_photographs(root: Path) -> None:
+    from repro.run.photographs import fetch
+
+    fetch(root / "data" / "recorded" / "opencv-left")
+
+
+def _targets(work: Work, target: str) -> list[str]:
+    """Files that an order asks for."""
+    if target in ("report", "quick"):
+        if not (work.root / work.site / "index.html").is_file():
+            (work.root / work.site_done).unlink(missing_ok=True)
+        return [work.site_done]
+    if target == "notebooks":
+        return ["report/notebooks/.done"]
+    if target.startswith("ch") and target[2:].isdigit():
+        pages = [p for p in work.pages if p.startswith(f"{target}_")]
+        if not pages:
+            raise OrderError(f"no page of chapter {int(target[2:])} is built yet")
+        return [f"{work.pages_folder}/{page}.ipynb" for page in pages]
+    made = {i: kind for kind, i in work.producers if kind in ("figure", "table")}
+    if target not in made:
+        raise OrderError(_unknown(work, target, list(made)))
+    return [work.artefact_file(made[target], target)]
+
+
+def _unknown(work: Work, target: str, made: list[str]) -> str:
+    """Why there is no such figure or table, and which its chapter has."""
+    parts = target.split("_")
+    chapter = parts[1] if len(parts) > 1 and parts[1].isdigit() else ""
+    package = f"ch{chapter:0>2}_"
+    if chapter and not any(page.startswith(package) for page in work.pages):
+        return f"nothing makes {target}: chapter {chapter} is not built"
+    near = difflib.get_close_matches(target, made, n=3)
+    hint = f"; did you mean {', '.join(near)}?" if near else ""
+    pages = {i: producer.page for (_, i), producer in work.producers.items()}
+    own = [i for i in made if chapter and pages[i].startswith(package)]
+    if own:
+        return f"nothing makes {target}{hint} (chapter {chapter}: {', '.join(own)})"
+    return f"nothing makes {target}{hint or '; the scoreboard lists what there is'}"
+
+
+def _built(work: Work, target: str) -> set[str]:
+    """Ids of the experiments, figures and tables that an order brings up to date."""
+    if target.startswith("ch") and target[2:].isdigit():
+        wanted = {
+            i for (_, i), p in work.producers.items() if p.page.startswith(target)
+        }
+    elif target in ("report", "quick", "notebooks"):
+        wanted = {identifier for _, identifier in work.producers}
+    else:
+        wanted = {target}
+    needed = {n for k, i in work.producers if i in wanted for n in work.needed(k, i)}
+    return wanted | needed
+
+
+def _ages(root: Path, targets: list[str]) -> list[int]:
+    paths = [root / target for target in targets]
+    return [p.stat().st_mtime_ns if p.exists() else 0 for p in paths]
+
+
+def _say_where(work: Work, targets: list[str], changed: bool) -> None:
+    what = "" if changed else "Nothing changed. "
+    for target in targets[:1] if len(targets) > 3 else targets:
+        path = Path(target)
+        if target == work.site_done:
+            path = Path(work.site) / "index.html"
+        if path.name == ".done":
+            path = path.parent
+        for ending in (".svg", ".csv"):
+            if (
+                path.suffix == ".json"
+                and (work.root / path).with_suffix(ending).is_file()
+            ):
+                path = path.with_suffix(ending)
+                break
+        print(f"{what}Look at {path}", file=sys.stderr)
+
+
+@contextmanager
+def _only_build(root: Path) -> Iterator[None]:
+    """Hold the checkout for one build; a killed build leaves no lock behind."""
+    folder = root / ".cache"
+    folder.mkdir(exist_ok=True)
+    with (folder / "build.lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OrderError("another build runs in this folder; wait for it") from None
+        yield
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,130 @@
+"""Find pages and producers by parsing the chapters, never by importing them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+KINDS = ("experiment", "figure", "table", "claim", "numbers")
+PAGE_FILE = "page.py"
+
+
+@dataclass(frozen=True)
+class Producer:
+    """One marked function of a chapter page."""
+
+    kind: str
+    id: str
+    module: str
+    function: str
+    page: str
+    line: int
+    details: dict
+
+    @property
+    def path(self) -> str:
+        """File that holds the function, below chapters/."""
+        return "/".join(self.module.split(".")[1:]) + ".py"
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Experiments whose results the function reads."""
+        return tuple(self.details.get("needs", ()))
+
+
+def page_files(root: Path) -> list[Path]:
+    """Chapter pages below ``root/chapters``, in reading order."""
+    found = (root / "chapters").glob(f"*/*/{PAGE_FILE}")
+    return sorted(found, key=lambda path: page_id(root, path))
+
+
+def page_id(root: Path, path: Path) -> str:
+    """Page id of a chapter file: chapter and page, the folders it lies in."""
+    return "/".join(path.relative_to(root / "chapters").parts[:2])
+
+
+def page_module(page: str) -> str:
+    """Name of the module of a page, `chapters.<chapter>.<page>.page`."""
+    return f"chapters.{page.replace('/', '.')}.{PAGE_FILE.removesuffix('.py')}"
+
+
+def producers(root: Path) -> list[Producer]:
+    """Every marked function of every chapter file; ids are unique within a kind."""
+    found: dict[tuple[str, str], Producer] = {}
+    for path in sorted((root / "chapters").glob("*/*/**/*.py")):
+        for producer in _of_file(root, path):
+            key = (producer.kind, producer.id)
+            if key in found:
+                other = found[key]
+                raise ValueError(
+                    f"{path}:{producer.line}: {producer.kind} {producer.id} is made by "
+                    f"{other.module}:{other.line} already; keep one of the two"
+                )
+            found[key] = producer
+    return list(found.values())
+
+
+def per_set_experiments(made: Iterable[Producer]) -> set[str]:
+    """Ids of the experiments that stand once for every image set."""
+    return {p.id for p in made if p.kind == "experiment" and p.details.get("per_set")}
+
+
+def results_read(
+    needs: Iterable[str], per_set: set[str], own: str, sets: Iterable[str]
+) -> dict[str, str | dict[str, str]]:
+    """Which results a producer reads: need -> result id, or set name -> result id.
+
+    An experiment of ``per_set`` has a result per image set. A producer that stands once
+    for every set reads that of its ``own``; any other one reads all of ``sets``.
+    """
+    found: dict[str, str | dict[str, str]] = {}
+    for need in needs:
+        if need not in per_set:
+            found[need] = need
+        elif own:
+            found[need] = f"{need}@{own}"
+        else:
+            found[need] = {name: f"{need}@{name}" for name in sets}
+    return found
+
+
+def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
+    """The result ids of `results_read`, one after the other."""
+    return [
+        identifier
+        for one in read.values()
+        for identifier in ([one] if isinstance(one, str) else one.values())
+    ]
+
+
+def _of_file(root: Path, path: Path) -> list[Producer]:
+    body = ast.parse(path.read_text("utf-8"), str(path)).body
+    module = ".".join(path.relative_to(root).with_suffix("").parts)
+    page = page_id(root, path)
+    made = []
+    for node in body:
+        if not isinstance(node, ast.FunctionDef):
+            continue
+        for call in node.decorator_list:
+            if isinstance(call, ast.Call) and getattr(call.func, "id", "") in KINDS:
+                details = {k.arg: _literal(path, k.value) for k in call.keywords}
+                identifier = _literal(path, call.args[0])
+                made.append(
+                    Producer(
+                        call.func.id, identifier, module, node.name, page,
+                        node.lineno, details,
+                    )
+                )  # fmt: skip
+    return made
+
+
+def _literal(path: Path, node: ast.expr) -> object:
+    try:
+        return ast.literal_eval(node)
+    except ValueError:
+        raise ValueError(
+            f"{path}:{node.lineno}: arguments of a producer's decorator are literals, "
+            f"found {ast.unparse(node)}; write the value itself"
+        ) from None

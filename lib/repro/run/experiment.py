@@ -1,0 +1,172 @@
+"""Experiments, and the producers that read their results.
+
+A chapter marks its functions with the decorators of this module. The arguments are
+literals: the workflow finds producers by parsing the chapter (`repro.run.discover`), so
+that looking at the plan of work never imports a chapter.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from repro.run.outcomes import Plan
+
+ROOT_SEED = 2009
+Producer = TypeVar("Producer", bound=Callable)
+
+
+def _mark(
+    kind: str, identifier: str, **details: object
+) -> Callable[[Producer], Producer]:
+    def mark(function: Producer) -> Producer:
+        marks = getattr(function, "repro_marks", ())
+        function.repro_marks = (*marks, {"kind": kind, "id": identifier, **details})
+        return function
+
+    return mark
+
+
+def experiment(
+    identifier: str,
+    *,
+    artefact: str,
+    shards: dict[str, int],
+    inputs: Sequence[str] = (),
+    needs: Sequence[str] = (),
+    per_set: bool = False,
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs.
+
+    With ``per_set`` (here and below) the producer stands once for every image set of
+    the report, and an experiment is called as ``function(effort, folder)``. With
+    ``needs`` it reads other experiments, as ``function(effort, results)``: for trials
+    that redraw a measuring error from the one found in rendered images.
+    """
+    return _mark(
+        "experiment",
+        identifier,
+        artefact=artefact,
+        shards=shards,
+        inputs=inputs,
+        needs=needs,
+        per_set=per_set,
+    )
+
+
+def figure(
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
+    scene: bool = False,
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(results) -> Drawing`` as the producer of a figure.
+
+    With ``scene`` the drawing brings a `repro.page.scene.Scene`, and the page offers it.
+    """
+    return _mark(
+        "figure",
+        identifier,
+        needs=needs,
+        evidence=evidence,
+        per_set=per_set,
+        scene=scene,
+    )
+
+
+def table(
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(results) -> Table`` as the producer of a table."""
+    return _mark("table", identifier, needs=needs, evidence=evidence, per_set=per_set)
+
+
+def claim(
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(results) -> list[Reading]`` as the test of a claim."""
+    return _mark("claim", identifier, needs=needs, evidence=evidence, per_set=per_set)
+
+
+def numbers(
+    identifier: str,
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    per_set: bool = False,
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(results) -> {number id: Value}`` for an artefact's numbers."""
+    return _mark("numbers", identifier, needs=needs, evidence=evidence, per_set=per_set)
+
+
+def seed_of(artefact: str, condition: dict, trial: int) -> list[int]:
+    """Entropy of one trial, from (artefact, condition, trial) and nothing else."""
+    text = json.dumps([ROOT_SEED, artefact, condition, trial], sort_keys=True)
+    digest = hashlib.sha256(text.encode()).digest()
+    return np.frombuffer(digest, dtype="<u4").tolist()
+
+
+def trial_rng(artefact: str, condition: dict, trial: int) -> np.random.Generator:
+    """Generator of one trial; the same whatever core, shard or order runs it."""
+    return np.random.default_rng(
+        np.random.SeedSequence(seed_of(artefact, condition, trial))
+    )
+
+
+def shard_pairs(plan: Plan, shard: int, of: int) -> list[tuple[int, int]]:
+    """(condition index, trial) pairs of one shard, dealt out in turn."""
+    pairs = [(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)]
+    return pairs[shard::of]
+
+
+def run_trials(
+    artefact: str, plan: Plan, pairs: Sequence[tuple[int, int]]
+) -> tuple[list[dict], dict[str, np.ndarray]]:
+    """Run the pairs; return one record per trial, and their arrays by name."""
+    records, arrays = [], {}
+    for index, trial in pairs:
+        condition = plan.conditions[index]
+        values = plan.trial(dict(condition), trial_rng(artefact, condition, trial))
+        scalars = {}
+        for name, value in _flatten(values):
+            if isinstance(value, np.ndarray):
+                arrays[f"{index}/{trial}/{name}"] = value
+            else:
+                scalars[name] = _plain(name, value)
+        records.append({"condition": index, "trial": trial, "values": scalars})
+    return records, arrays
+
+
+def _flatten(values: dict, prefix: str = "") -> list[tuple[str, object]]:
+    flat = []
+    for key, value in values.items():
+        if isinstance(value, dict):
+            flat += _flatten(value, f"{prefix}{key}.")
+        else:
+            flat.append((prefix + key, value))
+    return flat
+
+
+def _plain(name: str, value: object) -> float | int | str | bool | None:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    raise TypeError(f"trial value {name!r} is a {type(value).__name__}")

@@ -1,0 +1,96 @@
+"""What a chapter hands to the book-keeping: plans, readings, values, drawings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from repro.page.scene import Scene
+
+VERDICTS = ("reproduced", "differs", "undecided")
+DECISIONS = dict(zip(("holds", "fails", "undecided"), VERDICTS, strict=True))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What an experiment runs.
+
+    ``trial(condition, rng)`` returns numbers, strings, None, nested dicts of these, or
+    arrays; every condition is run ``trials`` times. ``settings`` are printed with the
+    result and hold everything a reader needs to run it elsewhere.
+    """
+
+    trial: Callable[[dict, Any], dict]
+    conditions: Sequence[dict]
+    trials: int
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The outcome of a claim's test in one reading of the text.
+
+    ``reading`` maps an open question of settings.yaml to the option taken; it is empty
+    where the text leaves nothing open.
+    """
+
+    verdict: str
+    regenerated: float | str
+    reading: Mapping[str, str] = field(default_factory=dict)
+    interval: tuple[float, float] | None = None
+    unit: str = ""
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        if self.verdict not in VERDICTS:
+            raise ValueError(f"verdict {self.verdict!r} is none of {VERDICTS}")
+
+    def as_dict(self) -> dict:
+        """Plain dictionary for the judged file."""
+        return asdict(self) | {"reading": dict(self.reading)}
+
+
+@dataclass(frozen=True)
+class Value:
+    """A regenerated number, with its interval where trials give one."""
+
+    value: float | str
+    interval: tuple[float, float] | None = None
+    unit: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Whether drawn or tabulated content equals what it was computed from."""
+
+    holds: bool
+    text: str
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure, the data behind it (column name -> values), and its own check.
+
+    ``scene`` is the same thing to turn around, for a figure marked with ``scene=True``;
+    the figure remains what the page shows first, and on paper.
+    """
+
+    figure: Figure
+    data: Mapping[str, Sequence]
+    caption: str
+    check: Check | None = None
+    scene: Scene | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: column name -> cells, with its own check where it has one."""
+
+    columns: Mapping[str, Sequence]
+    caption: str
+    check: Check | None = None

@@ -1,0 +1,185 @@
+"""Result files: one per experiment, the same bytes for the same code, seed and input.
+
+`<experiment>.json` holds settings, conditions, per-trial values and summaries,
+`<experiment>.npz` arrays, `<experiment>.run.json` what differs between runs.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping, Sequence
+from io import BytesIO
+from math import comb
+from pathlib import Path
+
+import numpy as np
+
+from repro.run.outcomes import Plan
+
+
+def write_atomic(path: Path, content: str | bytes) -> None:
+    """Write ``content`` so that ``path`` is the old file or the whole new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def write_json(path: Path, content: object) -> None:
+    """Write JSON atomically, with stable order and no NaN."""
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    write_atomic(path, text + "\n")
+
+
+def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write an .npz whose bytes depend on the arrays alone, not on the clock."""
+    buffer = BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(arrays):
+            data = BytesIO()
+            np.lib.format.write_array(data, np.ascontiguousarray(arrays[name]))
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), data.getvalue())
+    write_atomic(path, buffer.getvalue())
+
+
+def gather(
+    identity: Mapping[str, object],
+    plan: Plan,
+    records: Sequence[dict],
+    arrays: Mapping[str, np.ndarray],
+    path: Path,
+) -> None:
+    """Join the shards' records into the result file, after checking none is missing."""
+    wanted = {(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)}
+    found = [(r["condition"], r["trial"]) for r in records]
+    if len(found) != len(set(found)) or set(found) != wanted:
+        raise ValueError(
+            f"{path}: {len(wanted - set(found))} of {len(wanted)} trials missing, "
+            f"{len(found) - len(set(found))} twice; remove the shards and run again"
+        )
+    ordered = sorted(records, key=lambda r: (r["condition"], r["trial"]))
+    if arrays:
+        write_arrays(path.with_suffix(".npz"), arrays)
+    else:
+        path.with_suffix(".npz").unlink(missing_ok=True)
+    write_json(
+        path,
+        {
+            **identity,
+            "settings": dict(plan.settings),
+            "trials_per_condition": plan.trials,
+            "conditions": list(plan.conditions),
+            "trials": ordered,
+            "summaries": [
+                _summaries([r["values"] for r in ordered if r["condition"] == c])
+                for c in range(len(plan.conditions))
+            ],
+        },
+    )
+
+
+def _summaries(rows: Sequence[Mapping[str, object]]) -> dict[str, dict]:
+    names = sorted({n for row in rows for n, v in row.items() if _is_number(v)})
+    return {name: summary([row.get(name) for row in rows]) for name in names}
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def summary(values: Sequence[float | None]) -> dict:
+    """Median with its 95 % order-statistic interval, mean, SD; failures are counted."""
+    good = np.sort([v for v in values if _is_number(v)])
+    low, high = _median_ranks(len(good))
+    return {
+        "n": len(good),
+        "without_value": len(values) - len(good),
+        "median": float(np.median(good)),
+        "median_interval": [float(good[low]), float(good[high])],
+        "mean": float(good.mean()),
+        "sd": float(good.std(ddof=1)) if len(good) > 1 else None,
+    }
+
+
+def _median_ranks(n: int) -> tuple[int, int]:
+    """Ranks whose interval covers the median with at least 95 % (binomial tails)."""
+    tails = np.cumsum([comb(n, k) / 2**n for k in range(n)])
+    low = int(np.searchsorted(tails, 0.025, side="right"))
+    return max(low - 1, 0), min(n - low, n - 1)
+
+
+class Result:
+    """A result file, read."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        content = json.loads(path.read_text("utf-8"))
+        self.experiment: str = content["experiment"]
+        self.effort: str = content["effort"]
+        self.settings: dict = content["settings"]
+        self.conditions: list[dict] = content["conditions"]
+        self.trials_per_condition: int = content["trials_per_condition"]
+        self._values: list[list[dict]] = [[] for _ in self.conditions]
+        for record in content["trials"]:
+            self._values[record["condition"]].append(record["values"])
+
+    def column(self, name: str, **condition: object) -> np.ndarray:
+        """Trials of one value under the one condition that fits; nan where failed."""
+        return np.array(
+            [_number(v.get(name)) for v in self._values[self._index(condition)]],
+            dtype=float,
+        )
+
+    def texts(self, name: str, **condition: object) -> list[str | None]:
+        """Trials of one textual value (such as the reason of a failure)."""
+        return [v.get(name) for v in self._values[self._index(condition)]]
+
+    def names(self) -> list[str]:
+        """Every value name that any trial has."""
+        return sorted({n for rows in self._values for row in rows for n in row})
+
+    def arrays(self, name: str, **condition: object) -> list[np.ndarray]:
+        """One array per trial, in trial order; trials without it are left out."""
+        index = self._index(condition)
+        with np.load(self.path.with_suffix(".npz")) as stored:
+            keys = [f"{index}/{t}/{name}" for t in range(self.trials_per_condition)]
+            return [stored[key] for key in keys if key in stored]
+
+    def _index(self, condition: Mapping[str, object]) -> int:
+        fits = [
+            i
+            for i, have in enumerate(self.conditions)
+            if all(have.get(k) == v for k, v in condition.items())
+        ]
+        if len(fits) != 1:
+            raise KeyError(f"{self.path}: {len(fits)} conditions fit {dict(condition)}")
+        return fits[0]
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else float("nan")
+
+
+def opened(
+    folder: Path, read: Mapping[str, str | Mapping[str, str]]
+) -> dict[str, Result | dict[str, Result]]:
+    """The results themselves: need -> Result, or set name -> Result."""
+
+    def result(identifier: str) -> Result:
+        return Result(folder / f"{identifier}.json")
+
+    return {
+        need: result(one)
+        if isinstance(one, str)
+        else {name: result(identifier) for name, identifier in one.items()}
+        for need, one in read.items()
+    }

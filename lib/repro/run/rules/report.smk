@@ -1,0 +1,87 @@
+rule scoreboard:
+    input:
+        judged=WORK.judged(),
+        ledger=WORK.ledger(),
+    output:
+        rows=f"{WORK.base}/scoreboard.json",
+        page=f"{WORK.base}/scoreboard.md",
+    log:
+        f"{WORK.base}/logs/scoreboard.log",
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.scoreboard_code(),
+        effort=WORK.effort,
+        judged=WORK.folder(f"{WORK.base}/judged"),
+    message:
+        "scoreboard"
+    shell:
+        "python -m repro.judge.scoreboard --effort {params.effort} "
+        "--judged {params.judged:q} --out-json {output.rows:q} "
+        "--out-page {output.page:q} > {log:q} 2>&1"
+
+
+rule page:
+    input:
+        WORK.page_inputs,
+    output:
+        notebook=f"{WORK.pages_folder}/{{page}}.ipynb",
+    log:
+        f"{WORK.base}/logs/pages/{{page}}.log",
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.page_code,
+        effort=WORK.effort,
+        source=WORK.page_source,
+        set=WORK.set_option,
+    message:
+        "page {wildcards.page}"
+    shell:
+        "python -m repro.site.make execute {params.source:q} {params.set} "
+        "--effort {params.effort} --out {output.notebook:q} > {log:q} 2>&1"
+
+
+rule site:
+    input:
+        pages=WORK.notebooks(),
+        artefacts=WORK.artefact_files(),
+        rows=f"{WORK.base}/scoreboard.json",
+        page=f"{WORK.base}/scoreboard.md",
+        sources=WORK.site_sources(),
+    output:
+        done=touch(WORK.site_done),
+    log:
+        f"{WORK.base}/logs/site.log",
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.site_code(),
+        effort=WORK.effort,
+        source=WORK.folder(WORK.source),
+        site=WORK.folder(WORK.site),
+    message:
+        "site"
+    shell:
+        "(python -m repro.site.make assemble --effort {params.effort} "
+        "--pages {input.pages:q} --scoreboard {input.page:q} --json {input.rows:q} "
+        "--out {params.source:q} && "
+        "python -m repro.site.make site --source {params.source:q} --out {params.site:q} && "
+        "python -m repro.site.check {params.site:q}) > {log:q} 2>&1"
+
+
+rule notebooks:
+    input:
+        WORK.notebooks(),
+    output:
+        touch("report/notebooks/.done"),
+    log:
+        f"{WORK.base}/logs/notebooks.log",
+    conda:
+        "environment.yaml"
+    params:
+        folder=WORK.folder("report/notebooks"),
+    message:
+        "notebooks"
+    shell:
+        "python -m repro notebooks {input:q} --out {params.folder:q} > {log:q} 2>&1"

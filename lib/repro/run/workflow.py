@@ -1,0 +1,356 @@
+"""What the rules of the Snakefile ask: paths, jobs, and the code behind each."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shlex
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from repro.judge.ledger import Ledger, load
+from repro.judge.scoreboard import judged_with
+from repro.run import discover
+from repro.run.jobs import CODE
+from repro.run.reach import Reach
+from repro.run.sets_of_report import reference_of
+
+DRAW_CODE = (("repro.run.jobs", "draw"),)
+GUIDE = "data/recorded/README.md"
+VIEWER = ("lib/repro/page/viewer/page.html", "lib/repro/page/viewer/viewer.js")
+LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page of the report: chapter file, the file's id, and image set if any."""
+
+    path: Path
+    stem: str
+    set: str
+
+
+class Work:
+    """The plan of one build: effort, what-if trials, and the image sets with a page."""
+
+    def __init__(
+        self, root: Path, effort: str, trials: int | None, sets: dict[str, str]
+    ) -> None:
+        self.root = root
+        self.effort = effort
+        self.trials = trials
+        self.sets = sets
+        self.base = f"figures/{effort}"
+        if trials is not None:
+            self.base = f"figures/what-if/{effort}-trials-{trials}"
+        self.pages_folder = f"report/build/{effort}/pages"
+        self.source = f"report/build/{effort}/source"
+        self.site = "report/site" if effort == "full" else f"report/site-{effort}"
+        # The site itself is no output: Snakemake would take its start page away first.
+        self.site_done = f"report/build/{effort}/site.done"
+        self.trials_option = "" if trials is None else f"--trials {trials}"
+        self.reach = Reach(root)
+
+    @cached_property
+    def producers(self) -> dict[tuple[str, str], discover.Producer]:
+        """(kind, id) -> producer; a producer of every set stands once per set."""
+        found = {}
+        for producer in discover.producers(self.root):
+            for name in self._expanded(producer):
+                found[producer.kind, name] = producer
+        return found
+
+    def _expanded(self, producer: discover.Producer) -> list[str]:
+        if not producer.details.get("per_set"):
+            return [producer.id]
+        return [f"{producer.id}@{name}" for name in self.sets]
+
+    @cached_property
+    def pages(self) -> dict[str, Page]:
+        """Page id -> page; a chapter file with per-set producers makes one per set."""
+        per_set = {
+            p.page for p in discover.producers(self.root) if p.details.get("per_set")
+        }
+        pages = {}
+        for path in discover.page_files(self.root):
+            stem = discover.page_id(self.root, path)
+            if stem not in per_set:
+                pages[stem] = Page(path, stem, "")
+                continue
+            for name in self.sets:
+                pages[f"{Path(stem).parent.as_posix()}/{name}"] = Page(path, stem, name)
+        return pages
+
+    def of_page(self, page: str, *kinds: str) -> list[str]:
+        """Ids of the page's producers of the given kinds."""
+        wanted = self.pages[page]
+        return [
+            identifier
+            for (kind, identifier), producer in self.producers.items()
+            if producer.page == wanted.stem
+            and kind in kinds
+            and identifier.partition("@")[2] == wanted.set
+        ]
+
+    # Files
+
+    @staticmethod
+    def folder(path: str):
+        """Parameter function for a folder that holds a rule's outputs."""
+
+        def given(wildcards) -> str:
+            return path
+
+        return given
+
+    def shards(self, wildcards) -> list[str]:
+        """Shard files of an experiment."""
+        name = wildcards.experiment
+        count = self._shard_count(name)
+        return [f"{self.base}/shards/{name}/{i}-of-{count}.json" for i in range(count)]
+
+    def _shard_count(self, name: str) -> int:
+        return self.producers["experiment", name].details["shards"][self.effort]
+
+    def inputs(self, wildcards) -> list[str]:
+        """Files that an experiment reads: what others found, and its own inputs."""
+        needed = self._result_files("experiment", wildcards.experiment)
+        return needed + self._own_inputs(wildcards)
+
+    def _own_inputs(self, wildcards) -> list[str]:
+        """Declared inputs of an experiment, or its set's files."""
+        producer = self.producers["experiment", wildcards.experiment]
+        declared = [str(path) for path in producer.details.get("inputs", ())]
+        name = wildcards.experiment.partition("@")[2]
+        return declared + (self.set_files(name) if name else [])
+
+    def set_files(self, name: str) -> list[str]:
+        """set.yaml, the images beside it, and its reference corners."""
+        folder = Path(self.sets[name])
+        kept = {".yaml", ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp"}
+        files = {p for p in folder.iterdir() if p.suffix.lower() in kept}
+        reference = reference_of(folder)
+        if reference is not None:
+            files.add(reference)
+        return sorted(path.as_posix() for path in files)
+
+    def input_hashes(self, wildcards) -> str:
+        """JSON of input file name -> SHA-256, for the result file."""
+        return json.dumps(
+            {
+                Path(path).name: hashlib.sha256(
+                    (self.root / path).read_bytes()
+                ).hexdigest()
+                for path in self._own_inputs(wildcards)
+            },
+            sort_keys=True,
+        )
+
+    def set_option(self, wildcards) -> str:
+        """`--set FOLDER` for a producer or page that stands once per set."""
+        page = wildcards.get("page")
+        identifier = wildcards.get("experiment") or wildcards.get("artefact") or ""
+        name = self.pages[page].set if page else identifier.partition("@")[2]
+        return f"--set {shlex.quote(self.sets[name])}" if name else ""
+
+    def pattern(self, kind: str, scene: bool = False) -> str:
+        """Wildcard constraint: exactly the artefacts of one kind, with a scene or not.
+
+        The rules differ in their outputs, which Snakemake wants to know beforehand.
+        """
+        names = [
+            re.escape(identifier)
+            for (of_kind, identifier), producer in self.producers.items()
+            if of_kind == kind and bool(producer.details.get("scene")) == scene
+        ]
+        return "|".join(names) or "(?!)"
+
+    def page_stem(self, wildcards) -> str:
+        """Id of a page's chapter file."""
+        return self.pages[wildcards.page].stem
+
+    def page_source(self, wildcards) -> str:
+        """Chapter file of a page."""
+        return self.pages[wildcards.page].path.relative_to(self.root).as_posix()
+
+    def result_files(self, kind: str):
+        """Input function: the results that a figure or table reads."""
+
+        def files(wildcards) -> list[str]:
+            return self._result_files(kind, wildcards.artefact)
+
+        return files
+
+    def needed(self, kind: str, identifier: str) -> list[str]:
+        """Ids of the experiments that a producer reads, with their sets."""
+        name = identifier.partition("@")[2]
+        needs = self.producers[kind, identifier].needs
+        return discover.result_ids(
+            discover.results_read(needs, self._per_set, name, self.sets)
+        )
+
+    def _result_files(self, kind: str, identifier: str) -> list[str]:
+        return [f"{self.base}/results/{n}.json" for n in self.needed(kind, identifier)]
+
+    @cached_property
+    def _per_set(self) -> set[str]:
+        return discover.per_set_experiments(discover.producers(self.root))
+
+    def sets_option(self, kind: str):
+        """Parameter function: `--sets NAME...` for what reads a result of every set.
+
+        The jobs are told, because results of earlier builds' sets may lie about.
+        """
+
+        def option(wildcards) -> str:
+            identifier = wildcards.get("artefact") or wildcards.experiment
+            return self._sets_option([(kind, identifier)])
+
+        return option
+
+    def judge_sets(self, wildcards) -> str:
+        """`--sets NAME...` where a judgement of the page reads every set."""
+        page = wildcards.page
+        kinds = ("claim", "numbers")
+        return self._sets_option([(k, i) for k in kinds for i in self.of_page(page, k)])
+
+    def _sets_option(self, made: list[tuple[str, str]]) -> str:
+        whole = any(
+            need in self._per_set
+            for kind, identifier in made
+            if "@" not in identifier
+            for need in self.producers[kind, identifier].needs
+        )
+        return f"--sets {shlex.join(self.sets)}".strip() if whole else ""
+
+    def scene_inputs(self, wildcards) -> list[str]:
+        """What a figure with a scene is made from: results, and the viewer's files."""
+        return self._result_files("figure", wildcards.artefact) + list(VIEWER)
+
+    def artefact_file(self, kind: str, identifier: str) -> str:
+        """The description file of a figure or table, which names its other files."""
+        return f"{self.base}/{identifier}.json"
+
+    def artefact_files(self, page: str | None = None) -> list[str]:
+        """Description files of a page's figures and tables, or of all."""
+        wanted = set(self.of_page(page, "figure", "table")) if page else None
+        return [
+            self.artefact_file(kind, identifier)
+            for kind, identifier in self.producers
+            if kind in ("figure", "table") and (wanted is None or identifier in wanted)
+        ]
+
+    def page_results(self, page: str) -> list[str]:
+        """Results that any producer of the page reads."""
+        files: set[str] = set()
+        for kind in ("figure", "table", "claim", "numbers"):
+            for identifier in self.of_page(page, kind):
+                files |= set(self._result_files(kind, identifier))
+        for identifier in self.of_page(page, "experiment"):
+            files.add(f"{self.base}/results/{identifier}.json")
+        return sorted(files)
+
+    def judged_inputs(self, wildcards) -> list[str]:
+        """What judging a page reads."""
+        return self.page_results(wildcards.page) + self.artefact_files(wildcards.page)
+
+    def page_inputs(self, wildcards) -> list[str]:
+        """What executing a page reads, its own file first."""
+        return [
+            self.page_source(wildcards),
+            *self.judged_with(wildcards.page),
+            *self.judged_inputs(wildcards),
+            *self.ledger(),
+            *self.pages_read(wildcards.page),
+            "CITATION.cff",
+        ]
+
+    def pages_read(self, page: str) -> list[str]:
+        """Files of the thesis's chapters, for a page that says `READS_PAGES = True`."""
+        text = self.pages[page].path.read_text("utf-8")
+        if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
+            return []
+        files = {p.path.relative_to(self.root).as_posix() for p in self.pages.values()}
+        return sorted(name for name in files if name.startswith("chapters/ch"))
+
+    def judged_with(self, page: str) -> list[str]:
+        """The page's judged file, and those that decide on its artefacts."""
+        stem = self.pages[page].stem
+        others = judged_with(self.root, stem, self._ledger)[1:]
+        return [f"{self.base}/judged/{name}.json" for name in (page, *others)]
+
+    @cached_property
+    def _ledger(self) -> Ledger:
+        return load(self.root)
+
+    def judged(self) -> list[str]:
+        """Judged files of every page."""
+        return [f"{self.base}/judged/{page}.json" for page in self.pages]
+
+    def notebooks(self) -> list[str]:
+        """Executed notebooks of every page."""
+        return [f"{self.pages_folder}/{page}.ipynb" for page in self.pages]
+
+    def ledger(self) -> list[str]:
+        """The ledger's files, and the list of unfinished chapters."""
+        return [f"data/published/{name}.yaml" for name in LEDGER] + [
+            "chapters/unfinished.yaml"
+        ]
+
+    def site_sources(self) -> list[str]:
+        """Files of the site's own source, the guide, and the code that it shows."""
+        shown = [
+            *(self.root / "report" / "source").rglob("*"),
+            *(self.root / "lib" / "raxel").rglob("*.py"),
+            *(self.root / "chapters").glob("*/**/*.py"),
+        ]
+        return [GUIDE] + sorted(
+            path.relative_to(self.root).as_posix()
+            for path in shown
+            if path.is_file() and "__pycache__" not in path.parts
+        )
+
+    # Keys
+
+    def experiment_code(self, wildcards) -> str:
+        """Key over the code that an experiment reaches."""
+        return self._key("experiment", wildcards.experiment, CODE)
+
+    def figure_code(self, wildcards) -> str:
+        """Key over the code that draws a figure."""
+        return self._key("figure", wildcards.artefact, DRAW_CODE)
+
+    def table_code(self, wildcards) -> str:
+        """Key over the code that fills a table."""
+        return self._key("table", wildcards.artefact, DRAW_CODE)
+
+    def _key(self, kind: str, identifier: str, more) -> str:
+        producer = self.producers[kind, identifier]
+        return self.reach.key((producer.module, producer.function), *more)
+
+    def judge_code(self, wildcards) -> str:
+        """Key over the code of a page's judgements."""
+        page = wildcards.page
+        functions = [
+            (self.producers[kind, i].module, self.producers[kind, i].function)
+            for kind in ("claim", "numbers")
+            for i in self.of_page(page, kind)
+        ]
+        return self.reach.key(*functions, ("repro.run.jobs", "judge"))
+
+    def page_code(self, wildcards) -> str:
+        """Key over the code that a page's cells can call."""
+        module = discover.page_module(self.pages[wildcards.page].stem)
+        return self.reach.key(
+            (module, "*"), ("repro.site.make", "*"), ("repro.page.reader", "*")
+        )
+
+    def scoreboard_code(self) -> str:
+        """Key over the code of the scoreboard."""
+        return self.reach.key(("repro.judge.scoreboard", "*"))
+
+    def site_code(self) -> str:
+        """Key over the code that assembles the site."""
+        return self.reach.key(("repro.site.make", "*"), ("repro.site.check", "*"))

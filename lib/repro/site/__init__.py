@@ -1,0 +1,1 @@
+"""The site: pages put together, built and checked."""

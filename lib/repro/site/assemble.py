@@ -1,0 +1,286 @@
+"""Gather the source of the site: its own pages, the executed chapters, the scoreboard.
+
+Sphinx gets one folder with everything in it. The guide for photographs is the README of
+`data/recorded`: it stands in both places and is written once. The pages that depend on
+what was built (the start page, one index per chapter) are templates in `report/source`,
+filled here: numbers in them are counted from the scoreboard, and a chapter is listed
+when it has a page. What readers may download goes to `_extra`, which Sphinx copies to
+the top of the site.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from repro.judge.scoreboard import chapter_order, headline, natural, written_before
+from repro.page.notebook import PageError
+from repro.page.reader import plain
+from repro.run.discover import PAGE_FILE
+from repro.site.api_reference import api_pages
+from repro.site.mirror import Content, files_below, mirror
+from repro.site.source_pages import source_page
+
+GUIDES = "guides"
+
+
+@dataclass(frozen=True)
+class Document:
+    """A page of a chapter: its name in the site and its title."""
+
+    name: str
+    title: str
+    summary: str
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A package of `chapters/` that has pages: title and text from its docstring."""
+
+    folder: str
+    title: str
+    intro: str
+    pages: tuple[Document, ...]
+
+    @property
+    def number(self) -> str:
+        """The thesis's number or letter of the chapter; empty for other pages."""
+        found = re.match(r"ch0*(\d+)_|appendix_([a-z])", self.folder)
+        return (found[1] or found[2].upper()) if found else ""
+
+    @property
+    def guides(self) -> bool:
+        """Whether its pages stand for themselves, each with an entry at the start."""
+        return self.folder == GUIDES
+
+
+def assemble(
+    root: Path,
+    effort: str,
+    pages: Sequence[Path],
+    scoreboard: Path,
+    rows: Path,
+    out: Path,
+) -> list[str]:
+    """Bring the site's source at ``out`` up to date; return the files touched.
+
+    Parameters
+    ----------
+    pages : executed notebooks, `.../<chapter>/<page>.ipynb`.
+    scoreboard, rows : the scoreboard as a page and as JSON.
+    """
+    chapters = chapters_of(root, pages)
+    board = json.loads(rows.read_text("utf-8"))
+    own = files_below(root / "report" / "source")
+    wanted: dict[str, Content] = {
+        name: path for name, path in own.items() if not name.endswith(".jinja")
+    }
+    for path in pages:
+        wanted[f"{path.parent.name}/{path.name}"] = path
+    wanted["scoreboard.md"] = scoreboard
+    wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
+    wanted |= _filled(root, effort, chapters, board)
+    wanted |= api_pages(root / "lib" / "raxel")
+    wanted |= {
+        f"_extra/{name}": content
+        for name, content in _extra(root, effort, pages, rows).items()
+    }
+    wanted["site.json"] = json.dumps(
+        {
+            "effort": effort,
+            "sources": {f"{p.parent.name}/{p.stem}": _source(p) for p in pages},
+            # Neighbours show a page's title: when one changes, they are written again.
+            "titles": _titles(chapters, wanted),
+        },
+        indent=1,
+        ensure_ascii=False,
+    )
+    return mirror(wanted, out)
+
+
+def chapters_of(root: Path, pages: Iterable[Path]) -> list[Chapter]:
+    """Chapters of the given notebooks, in the order of the thesis, the others last."""
+    found: dict[str, list[Path]] = {}
+    for path in sorted(pages, key=lambda path: _place(root, path)):
+        found.setdefault(path.parent.name, []).append(path)
+    return [
+        _chapter(root, folder, found[folder]) for folder in sorted(found, key=_order)
+    ]
+
+
+def _place(root: Path, page: Path) -> tuple:
+    """Sort key in a chapter: by the section that the title begins with, then by name.
+
+    Pages without a section stand behind them, and those of image sets last.
+    """
+    file = root / "chapters" / page.parent.name / page.stem / PAGE_FILE
+    section = re.match(r"[0-9A-Z](\.[0-9]+)+", title_of(page))
+    number = natural(section[0]) if section else []
+    return not file.is_file(), not section, number, natural(page.stem)
+
+
+def _order(folder: str) -> tuple:
+    kinds = ("ch", "appendix_")
+    rank = next((i for i, kind in enumerate(kinds) if folder.startswith(kind)), 2)
+    return rank, natural(folder)
+
+
+def _chapter(root: Path, folder: str, pages: list[Path]) -> Chapter:
+    path = root / "chapters" / folder / "__init__.py"
+    code = path.read_text("utf-8") if path.is_file() else ""
+    text = ast.get_docstring(ast.parse(code))
+    if not text:
+        raise PageError(f"{path}: no docstring; its first line is the chapter's title")
+    title, _, intro = text.partition("\n")
+    documents = tuple(
+        Document(f"{folder}/{p.stem}", title_of(p), summary_of(p)) for p in pages
+    )
+    return Chapter(folder, title.strip().rstrip("."), intro.strip(), documents)
+
+
+def title_of(path: Path) -> str:
+    """First heading of a notebook or Markdown page, as plain text."""
+    found = re.search(r"^# +(.+)$", _markdown(path), flags=re.M)
+    if not found:
+        raise PageError(f"{path}: no heading; a page begins with a line '# Title'")
+    return found[1].strip()
+
+
+def summary_of(path: Path) -> str:
+    """First paragraph below the first heading, as plain text; empty for none."""
+    _, _, rest = re.split(r"^(# +.+)$", _markdown(path), maxsplit=1, flags=re.M)
+    first = next((part for part in rest.split("\n\n") if part.strip()), "").strip()
+    return "" if re.match(r"[#|:`$<-]", first) else plain(first)
+
+
+def _markdown(path: Path) -> str:
+    text = path.read_text("utf-8")
+    if path.suffix != ".ipynb":
+        return text
+    cells = json.loads(text)["cells"]
+    return "\n\n".join(
+        "".join(c["source"]) for c in cells if c["cell_type"] == "markdown"
+    )
+
+
+def _documents(chapters: Iterable[Chapter]) -> list[Document]:
+    return [page for chapter in chapters for page in chapter.pages]
+
+
+def _source(notebook: Path) -> str:
+    """The page's file that the notebook was made from, below chapters/."""
+    return json.loads(notebook.read_text("utf-8"))["metadata"]["raxel"]["source"]
+
+
+def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:
+    titles = {d.name: d.title for d in _documents(chapters)}
+    titles |= {f"{chapter.folder}/index": chapter.title for chapter in chapters}
+    for name, content in sorted(wanted.items()):
+        if "/" not in name and name.endswith(".md") and isinstance(content, Path):
+            titles[name.removesuffix(".md")] = title_of(content)
+    return titles
+
+
+def _extra(
+    root: Path, effort: str, pages: Sequence[Path], rows: Path
+) -> dict[str, Content]:
+    """What can be downloaded: figures, tables, results, pages, the scoreboard, code."""
+    base = root / "figures" / effort
+    kept: dict[str, Content] = {"scoreboard.json": rows}
+    named = {path.stem for path in pages}
+    for path in sorted(base.glob("*")):
+        if path.suffix in (".svg", ".png", ".csv", ".html") and _is_of(path, named):
+            kept[f"figures/{path.name}"] = path
+    for path in sorted((base / "results").glob("*.json")):
+        if not _is_of(path, named):
+            continue
+        if path.name.endswith(".run.json"):
+            kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
+        else:
+            kept[f"results/{path.name}"] = path
+    for path in pages:
+        kept[f"notebooks/{path.parent.name}/{path.name}"] = path
+        kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)
+    return kept | _code(root)
+
+
+def _is_of(path: Path, pages: set[str]) -> bool:
+    """Whether a file is of this build: what is of an image set, of one with a page.
+
+    Pictures of a set of an earlier build may be somebody's private photographs.
+    """
+    _, at, image_set = path.name.partition("@")
+    return not at or any(image_set.startswith(f"{name}.") for name in pages)
+
+
+def _log(run: Path) -> str:
+    """A run record to hand on: without the name of the machine."""
+    record = json.loads(run.read_text("utf-8"))
+    record.pop("host", None)
+    return json.dumps(record, indent=1) + "\n"
+
+
+def _code(root: Path) -> dict[str, Content]:
+    """The code of the chapters and of the library, as pages with anchors."""
+    chapters, library = root / "chapters", root / "lib"
+    files = {p: p.relative_to(chapters) for p in chapters.glob("*/**/*.py")}
+    files |= {p: p.relative_to(library) for p in library.glob("raxel/**/*.py")}
+    return {
+        f"source/{name.as_posix()}.html": source_page(
+            path, name.as_posix(), "../" * len(name.parts)
+        )
+        for path, name in sorted(files.items())
+    }
+
+
+def _filled(
+    root: Path, effort: str, chapters: Sequence[Chapter], board: list[dict]
+) -> dict[str, str]:
+    """The pages made from templates; an unknown name in one is an error."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    templates = Environment(
+        loader=FileSystemLoader(root / "report" / "source"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    counts = headline(board)
+    known = {
+        "effort": effort,
+        "chapters": chapters,
+        "counts": counts,
+        "written_before": written_before(counts["changed"]),
+        "table": chapter_table(board, chapters),
+    }
+    filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
+    for chapter in chapters:
+        filled[f"{chapter.folder}/index.md"] = templates.get_template(
+            "chapter.md.jinja"
+        ).render(known, chapter=chapter)
+    return filled
+
+
+def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[dict]:
+    """One row per chapter of the thesis: its verdicts, its index if it has pages."""
+    built = {chapter.number: chapter.folder for chapter in chapters if chapter.number}
+    named = {str(row["chapter"]) for row in board} | set(built)
+    table = []
+    for number in sorted(named, key=chapter_order):
+        mine = Counter(r["verdict"] for r in board if str(r["chapter"]) == number)
+        table.append(
+            {
+                "number": number,
+                "folder": built.get(number, ""),
+                "verdict": mine,
+                "all": mine.total(),
+            }
+        )
+    return table

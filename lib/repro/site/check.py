@@ -1,0 +1,199 @@
+"""Check a built site: every link leads somewhere, and nothing is loaded from a host.
+
+    python -m repro.site.check report/site
+
+A page must work from a folder on a disk without a network. So links are files (a folder
+would show a listing), anchors exist, images say what they show, and scripts, styles,
+fonts and images come from the site itself. Links that a reader may follow to the world
+outside are fine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import unquote, urlsplit
+
+CSS_URL = re.compile(r"""url\(\s*['"]?([^'")]+)|@import\s+['"]([^'"]+)""")
+# What a script written into a page fetches by a whole address.
+SCRIPT_LOADS = re.compile(
+    r"""(?:fetch\(|import\(?|importScripts\(|\.open\(|\.(?:src|href)\s*=)"""
+    r"""\s*["'`]((?:https?:)?//[^"'`]+)"""
+)
+LOADED = {
+    "script": ("src",),
+    "img": ("src", "srcset"),
+    "source": ("src", "srcset"),
+    "iframe": ("src", "data-src"),
+    "embed": ("src",),
+    "object": ("data",),
+    "video": ("src", "poster"),
+    "audio": ("src",),
+    "track": ("src",),
+    "image": ("href", "xlink:href"),
+    "use": ("href", "xlink:href"),
+    "form": ("action",),
+}
+NOT_LOADED = {"canonical", "prev", "next", "author", "license", "index", "search"}
+
+
+class Reference(NamedTuple):
+    """An address in a page: where it stands, and whether a browser loads it unasked."""
+
+    line: int
+    address: str
+    loaded: bool
+
+
+class Problem(NamedTuple):
+    """What is wrong, and where."""
+
+    file: str
+    line: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}: {self.text}"
+
+
+class Page(HTMLParser):
+    """Ids and references of one HTML file, and what a reader without sight misses."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: set[str] = set()
+        self.references: list[Reference] = []
+        self.faults: list[tuple[int, str]] = []
+        self._inside = ""
+        self._in_figure = False
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {name: value or "" for name, value in attrs}
+        line = self.getpos()[0]
+        self.ids |= {given[key] for key in ("id", "name") if given.get(key)}
+        self._inside = tag if tag in ("style", "script") else ""
+        self._in_figure = self._in_figure or tag == "figure"
+        if tag == "img" and "alt" not in given:
+            self.faults.append((line, "image without alt text"))
+        if tag == "img" and self._in_figure and not given.get("alt", "x").strip():
+            self.faults.append((line, "figure with an empty alt text"))
+        if tag == "iframe" and not given.get("title", "").strip():
+            self.faults.append((line, "frame without a title"))
+        if tag in ("a", "area") and "href" in given:
+            self.references.append(Reference(line, given["href"], False))
+        if tag == "link" and "href" in given:
+            loaded = not set(given.get("rel", "").split()) & NOT_LOADED
+            self.references.append(Reference(line, given["href"], loaded))
+        for key in LOADED.get(tag, ()):
+            for address in _addresses(key, given.get(key, "")):
+                self.references.append(Reference(line, address, True))
+        for address in css_addresses(given.get("style", "")):
+            self.references.append(Reference(line, address, True))
+
+    def handle_data(self, data: str) -> None:
+        line = self.getpos()[0]
+        if self._inside == "style":
+            self.references += [Reference(line, a, True) for a in css_addresses(data)]
+        elif self._inside == "script":
+            found = SCRIPT_LOADS.findall(data)
+            self.references += [Reference(line, a, True) for a in found]
+
+    def handle_endtag(self, tag: str) -> None:
+        self._inside = ""
+        self._in_figure = self._in_figure and tag != "figure"
+
+
+def _addresses(key: str, value: str) -> list[str]:
+    if key != "srcset":
+        return [value] if value else []
+    return [part.split()[0] for part in value.split(",") if part.strip()]
+
+
+def css_addresses(text: str) -> list[str]:
+    """Addresses that a style sheet loads."""
+    return [
+        a or b for a, b in CSS_URL.findall(re.sub(r"/\*.*?\*/", "", text, flags=re.S))
+    ]
+
+
+def check_site(site: Path) -> list[Problem]:
+    """Every problem of the site at ``site``; an empty list for a good one."""
+    pages = {
+        path.resolve(): Page(path.read_text("utf-8")) for path in site.rglob("*.html")
+    }
+    if not pages:
+        return [Problem(str(site), 0, "no HTML page here; build the site first")]
+    problems: list[Problem] = []
+    for path, page in sorted(pages.items()):
+        name = path.relative_to(site.resolve()).as_posix()
+        problems += [Problem(name, line, text) for line, text in page.faults]
+        for reference in page.references:
+            text = _fault(site.resolve(), path, reference, pages)
+            if text:
+                problems.append(Problem(name, reference.line, text))
+    return problems + list(_style_sheets(site))
+
+
+def _style_sheets(site: Path) -> Iterator[Problem]:
+    for path in sorted(site.rglob("*.css")):
+        for address in css_addresses(path.read_text("utf-8")):
+            reference = Reference(0, address, True)
+            text = _fault(site.resolve(), path.resolve(), reference, {})
+            if text:
+                yield Problem(path.relative_to(site).as_posix(), 0, text)
+
+
+def _fault(
+    site: Path, path: Path, reference: Reference, pages: dict[Path, Page]
+) -> str | None:
+    parts = urlsplit(reference.address)
+    shown = reference.address
+    if parts.scheme in ("http", "https") or parts.netloc:
+        return f"loads {shown} from a host" if reference.loaded else None
+    if parts.scheme in ("data", "mailto", "javascript"):
+        return None
+    if parts.scheme:
+        return f"link {shown}: unknown scheme"
+    if parts.path.startswith("/"):
+        return f"link {shown}: starts at the root, which a file has not"
+    target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+    if target != site and site not in target.parents:
+        return f"link {shown}: leads out of the site"
+    if target.is_dir():
+        return f"link {shown}: is a folder; name the page in it"
+    if not target.is_file():
+        return f"link {shown}: no such file"
+    anchor = unquote(parts.fragment)
+    # With an equals sign it is no anchor but the state of a page's filters.
+    if (
+        anchor
+        and "=" not in anchor
+        and anchor != "top"
+        and target in pages
+        and anchor not in pages[target].ids
+    ):
+        return f"link {shown}: no such anchor in the page"
+    return None
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print every problem; exit status 1 if there is one."""
+    parser = argparse.ArgumentParser(prog="python -m repro.site.check")
+    parser.add_argument("site", type=Path)
+    problems = check_site(parser.parse_args(argv).site)
+    for problem in problems:
+        print(problem)
+    if problems:
+        print(f"{len(problems)} problem(s) in the site", file=sys.stderr)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
