@@ -8,9 +8,10 @@ from repro.page.scene_page import scene_html
 from repro.run.jobs import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
-from repro.site.make import main, style
+from repro.site import assemble
+from repro.page import style
+from repro.site.make import main
 from repro.site.mirror import mirror
-from repro.site.sphinx import assemble
 
 ROOT = Path(__file__).parents[1]
 

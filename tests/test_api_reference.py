@@ -4,8 +4,8 @@ import ast
 import re
 from pathlib import Path
 
+from repro.site import source_pages
 from repro.site.api_reference import api_pages, escaped, prose
-from repro.site.sphinx import source_pages
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "lib" / "raxel"

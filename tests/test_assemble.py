@@ -8,8 +8,8 @@ import pytest
 from repro.judge import scoreboard
 from repro.page.notebook import PageError
 from repro.run.results import write_atomic, write_json
+from repro.site import assemble
 from repro.site.mirror import mirror
-from repro.site.sphinx import assemble
 from tests.small_checkouts import small_checkout
 
 

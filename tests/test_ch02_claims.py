@@ -4,19 +4,17 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import claims
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import FOVS_DEG
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import (
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
     results as s5_1_values,
 )
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import FOVS_DEG
 from chapters.ch02_general_camera_model.s5_2_real_data import claims as zoom_claims
+from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_values
 from chapters.ch02_general_camera_model.s5_2_real_data.figures import agreement
 from chapters.ch02_general_camera_model.s5_2_real_data.figures import (
     seeds as s5_2_figures,
 )
-from chapters.ch02_general_camera_model.s5_2_real_data.page import (
-    results as s5_2_values,
-)
-from chapters.ch02_general_camera_model.s5_3_distortion_correction.page import (
+from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
     page as s5_3_distortion_correction,
 )
 

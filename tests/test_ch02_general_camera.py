@@ -6,25 +6,21 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s2_camera_models import claims as s2_claims
+from chapters.ch02_general_camera_model.s3_general_camera import claims as s3_claims
+from chapters.ch02_general_camera_model.s3_general_camera import (
+    exercises as s3_exercises,
+)
+from chapters.ch02_general_camera_model.s3_general_camera import trials as drawn_rays
 from chapters.ch02_general_camera_model.s3_general_camera.figures import (
     grids as s3_grid_figures,
 )
 from chapters.ch02_general_camera_model.s3_general_camera.figures import (
     ray_tables as s3_table_figures,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.page import (
-    claims as s3_claims,
-)
-from chapters.ch02_general_camera_model.s3_general_camera.page import (
-    exercises as s3_exercises,
-)
-from chapters.ch02_general_camera_model.s3_general_camera.page import (
-    trials as drawn_rays,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.page import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     claims as s4_1_claims,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.page import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     exercises as s4_1_exercises,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (

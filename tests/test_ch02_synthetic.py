@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from chapters.ch02_general_camera_model.s4_generic_calibration import (
+    trials as coefficients,
+)
 from chapters.ch02_general_camera_model.s4_generic_calibration.page import (
     cell_text,
     judge_table_coefficients,
-)
-from chapters.ch02_general_camera_model.s4_generic_calibration.page import (
-    trials as coefficients,
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import laws
 from chapters.shared import synthetic

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from chapters.ch02_general_camera_model.s2_camera_models import exercises, trials
 from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
     CURVES,
     ext_zoo,
@@ -13,9 +14,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
 from chapters.ch02_general_camera_model.s2_camera_models.page import (
     MIRRORS,
     census,
-    exercises,
     fits,
-    trials,
 )
 from chapters.shared.zoo import (
     ELSEWHERE,

@@ -99,7 +99,7 @@ def test_the_readings_that_chapters_take_are_those_of_the_settings():
 
 
 def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
-    from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import page
+    from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
     from chapters.shared import synthetic
 
     chosen = {k: e["value"] for k, e in LEDGER.settings["syn_ch2"]["chosen"].items()}

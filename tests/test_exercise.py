@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from repro.site.make import exercise
+from repro.page import exercise
 
 
 def test_exercises_know_right_from_wrong():

@@ -20,9 +20,9 @@ from chapters.shared.method_table import (
     named,
     rounded_seconds,
 )
+from repro.page import reader
 from repro.run.results import Result
 from repro.run.workflow import Work
-from repro.site.make import reader
 
 ROOT = Path(__file__).resolve().parents[1]
 METHODS = ("parametric", "generic_well_conditioned")

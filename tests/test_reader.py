@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from repro.site.make import reader
+from repro.page import reader
 from tests.small_checkouts import small_checkout
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from repro.page.notebook import PageError
+from repro.site import assemble, build_site, without_source
 from repro.site.check import check_site
-from repro.site.sphinx import assemble, build_site, without_source
 from tests.small_checkouts import PAGE, ROOT, run, small_checkout, write_page
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from raxel.evaluation import statistics as stats
+from repro.judge import statistics as stats
 
 
 def binomial_room(n: int, p: float) -> float:

@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import pytest
 
+from repro.page import style
 from repro.run.outcomes import Drawing
-from repro.site.make import style
 
 PROGRAM = """
 import sys
 from pathlib import Path
 import numpy as np
-from repro.site.make import style
+from repro.page import style
 from repro.run.outcomes import Drawing
 
 drawn, axes = style.figure(1, 2)

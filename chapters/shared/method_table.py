@@ -32,8 +32,8 @@ from raxel.calibration import (
 )
 from raxel.cameras.base import pixel_grid
 from raxel.cli.calibrate import FEWEST_VIEWS
-from raxel.evaluation.statistics import median_interval
 from raxel.geometry import intersect_rays_plane, transform
+from repro.judge.statistics import median_interval
 from repro.page.reader import Shown, pipe_table
 from repro.run.experiment import trial_rng
 from repro.run.outcomes import Table

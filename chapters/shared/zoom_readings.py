@@ -12,7 +12,7 @@ from chapters.shared.synthetic_readings import (
     readings_of,
 )
 from chapters.shared.zoom_shots import ZOOMS
-from raxel.evaluation.statistics import wins
+from repro.judge.statistics import wins
 
 QUESTIONS = {
     "standard_method": ("as printed", "well conditioned"),

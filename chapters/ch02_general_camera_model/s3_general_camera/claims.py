@@ -11,7 +11,7 @@ from chapters.shared.general_cameras import (
     origin_trial,
     two_pairs_trial,
 )
-from raxel.evaluation.statistics import median_interval, weighted_line
+from repro.judge.statistics import median_interval, weighted_line
 from repro.run.experiment import claim, experiment
 from repro.run.outcomes import Plan, Reading
 

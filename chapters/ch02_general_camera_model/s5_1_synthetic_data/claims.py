@@ -22,7 +22,7 @@ from chapters.shared.synthetic_readings import (
     QUESTIONS,
     judged,
 )
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     FAILS,
     HOLDS,
     SIGNIFICANCE,

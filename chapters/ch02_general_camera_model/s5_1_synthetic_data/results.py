@@ -11,7 +11,7 @@ from chapters.shared.synthetic import (
     SCALES,
     SCORINGS,
 )
-from raxel.evaluation.statistics import with_worst
+from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
 DOMAINS = ("px", "mm")

@@ -18,7 +18,7 @@ from chapters.shared.zoom_shots import (
     STAGE_ZOOM,
     ZOOMS,
 )
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     FAILS,
     HOLDS,
     all_of,

@@ -17,7 +17,7 @@ from chapters.shared.zoom_shots import (
     ZOOMS,
     true_shape,
 )
-from raxel.evaluation.statistics import median_interval, with_worst
+from repro.judge.statistics import median_interval, with_worst
 from repro.page.reader import value
 from repro.run.experiment import numbers
 from repro.run.outcomes import Value

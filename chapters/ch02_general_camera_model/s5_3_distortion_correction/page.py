@@ -26,7 +26,7 @@ from chapters.shared.zoom_readings import (
     judged,
 )
 from chapters.shared.zoom_shots import FACADE_ZOOM
-from raxel.evaluation.statistics import with_worst
+from repro.judge.statistics import with_worst
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, value
 from repro.page.style import figure as new_figure

@@ -8,7 +8,8 @@ from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
     CAMERAS,
     LEAST_PX,
 )
-from raxel.evaluation.statistics import (
+from raxel.features.celect import CelectSettings
+from repro.judge.statistics import (
     FAILS,
     HOLDS,
     UNDECIDED,
@@ -16,7 +17,6 @@ from raxel.evaluation.statistics import (
     bootstrap,
     proportion,
 )
-from raxel.features.celect import CelectSettings
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import DECISIONS, Reading, Value
 

@@ -10,8 +10,8 @@ from chapters.ch03_planar_grids.s1_2_celect.claims import (
     SIDES,
 )
 from chapters.ch03_planar_grids.s1_2_celect.figures.runs import Run
-from raxel.evaluation.statistics import proportion
 from raxel.features.celect import CelectSettings
+from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval
 from repro.run.experiment import figure, table

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     FAILS,
     HOLDS,
     RESAMPLES,

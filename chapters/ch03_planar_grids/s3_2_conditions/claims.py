@@ -16,7 +16,7 @@ from chapters.shared.grid_trials import (
     OPENCV,
     OPENCV_SB,
 )
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     FAILS,
     HOLDS,
     UNDECIDED,

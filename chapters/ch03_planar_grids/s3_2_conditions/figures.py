@@ -21,7 +21,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
     level_name,
 )
 from chapters.shared.grid_trials import CELECT, OPENCV
-from raxel.evaluation.statistics import proportion
+from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
 from repro.run.experiment import figure

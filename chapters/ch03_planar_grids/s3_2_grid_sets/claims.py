@@ -27,7 +27,7 @@ from chapters.shared.grid_scoring import (
     TRUTH,
 )
 from chapters.shared.grid_trials import CELECT, OPENCV
-from raxel.evaluation.statistics import FAILS, HOLDS, UNDECIDED
+from repro.judge.statistics import FAILS, HOLDS, UNDECIDED
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 

@@ -16,7 +16,7 @@ from chapters.shared.photographs.reading import (
     share_with_ray,
 )
 from chapters.shared.photographs.sentences import because, decided
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     SIGNIFICANCE,
     Estimate,
     median_interval,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from chapters.shared.photographs.reading import NAMES, column, pooled_rms
-from raxel.evaluation.statistics import median_interval
+from repro.judge.statistics import median_interval
 from repro.run.outcomes import Table
 
 NONE = "–"

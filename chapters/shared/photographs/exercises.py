@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from raxel.cameras import PerspectiveCamera
-from raxel.evaluation.statistics import SIGNIFICANCE
 from raxel.geometry import pose, rotation_from_vector, transform
+from repro.judge.statistics import SIGNIFICANCE
 
 MADE_UP = {
     "fx": 500.0,

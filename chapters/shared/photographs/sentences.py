@@ -13,7 +13,7 @@ from chapters.shared.photographs.reading import (
     paired,
     share_with_ray,
 )
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     LEAST_RATIO,
     SIGNIFICANCE,
     median_interval,

@@ -27,7 +27,7 @@ from chapters.shared.zoom_readings import (
 from chapters.shared.zoom_readings import (
     Case as ZoomCase,
 )
-from raxel.evaluation.statistics import all_of, trend
+from repro.judge.statistics import all_of, trend
 from repro.run.experiment import claim
 
 ASKED = OF_SWEEP | {question: OF_SETS[question] for question in RESIDUAL}

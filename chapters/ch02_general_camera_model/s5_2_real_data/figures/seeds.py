@@ -14,7 +14,7 @@ from chapters.shared.zoom_shots import (
     STEP_MM,
     ZOOMS,
 )
-from raxel.evaluation.statistics import SIGNIFICANCE, holm, with_worst
+from repro.judge.statistics import SIGNIFICANCE, holm, with_worst
 from repro.page.style import SERIES
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns

@@ -22,11 +22,11 @@ from chapters.shared.synthetic_board import (
     Board,
     clicks,
 )
-from raxel.evaluation.statistics import bootstrap, holm
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.clustering import clustered
 from raxel.features.celect.curvature import curved_side
 from raxel.features.celect.symmetric import symmetric_corners
+from repro.judge.statistics import bootstrap, holm
 
 PUBLISHED = "published"
 _STAGES = {

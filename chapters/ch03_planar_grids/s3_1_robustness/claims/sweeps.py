@@ -8,7 +8,7 @@ from chapters.shared.robustness import (
     LEVELS,
 )
 from chapters.shared.synthetic_board import SIZE_PX
-from raxel.evaluation.statistics import (
+from repro.judge.statistics import (
     FAILS,
     HOLDS,
     UNDECIDED,

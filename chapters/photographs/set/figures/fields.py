@@ -21,7 +21,7 @@ from chapters.shared.photographs.pictures import (
 )
 from chapters.shared.photographs.reading import NAMES, column, paired
 from chapters.shared.photographs.study import MODELS
-from raxel.evaluation.statistics import median_interval
+from repro.judge.statistics import median_interval
 from repro.page.style import INK, WIDTH_IN, series
 from repro.page.style import figure as new_figure
 from repro.run.outcomes import Drawing
