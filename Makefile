@@ -10,7 +10,7 @@ SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 # Everything a run writes stays in the checkout; only package caches lie outside.
 RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
   PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
-BUILD = $(RUN) .venv/bin/python -m repro.run.build
+BUILD = $(RUN) .venv/bin/python -m repro.workflow.build
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
 
 .PHONY: report quick test notebooks archive bench serve clean help setup ch% fig_% table_% alg_% ext_% app_%

@@ -1,14 +1,14 @@
 # The thesis, regenerated: experiments -> results -> figures -> verdicts -> pages.
-# `make help` lists the targets; lib/repro/run/rules holds the rules.
+# `make help` lists the targets; lib/repro/workflow/rules holds the rules.
 
 
-configfile: "lib/repro/run/rules/config.yaml"
+configfile: "lib/repro/workflow/rules/config.yaml"
 
 
-include: "lib/repro/run/rules/common.smk"
-include: "lib/repro/run/rules/experiments.smk"
-include: "lib/repro/run/rules/artefacts.smk"
-include: "lib/repro/run/rules/report.smk"
+include: "lib/repro/workflow/rules/common.smk"
+include: "lib/repro/workflow/rules/experiments.smk"
+include: "lib/repro/workflow/rules/artefacts.smk"
+include: "lib/repro/workflow/rules/report.smk"
 
 
 rule all:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from repro.page.scene import Points, Scene
 from repro.page.scene_page import scene_html
-from repro.run.jobs import csv_text
+from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
 from repro.site import assemble

@@ -22,7 +22,7 @@ from chapters.shared.method_table import (
 )
 from repro.page import reader
 from repro.run.results import Result
-from repro.run.workflow import Work
+from repro.workflow.work import Work
 
 ROOT = Path(__file__).resolve().parents[1]
 METHODS = ("parametric", "generic_well_conditioned")

@@ -40,17 +40,11 @@ def test_no_home_no_installed_kernel_and_a_path_with_spaces(
     assert sorted(path.name for path in folder.iterdir()) == [".cache", "pages"]
 
 
-@pytest.mark.parametrize(
-    ("cell", "complaint"),
-    [
-        ("def f():\n    return 1 / 0\n\n\n# %%\nf()", "ZeroDivisionError"),
-        ("import os\nos._exit(3)", "kernel died"),
-    ],
-)
 def test_a_failing_cell_is_one_line_and_leaves_no_notebook(
-    page, tmp_path, monkeypatch, capfd, cell, complaint
+    page, tmp_path, monkeypatch, capfd
 ):
     monkeypatch.chdir(tmp_path)
+    cell = "def f():\n    return 1 / 0\n\n\n# %%\nf()"
     path = page(f"# %% [markdown]\n# # T\n\n# %%\n{cell}\n")
     out = tmp_path / "pages" / "ch02_sample" / "s5_page.ipynb"
     write_atomic(out, "the old one")
@@ -58,7 +52,7 @@ def test_a_failing_cell_is_one_line_and_leaves_no_notebook(
     last = capfd.readouterr().err.strip().splitlines()[-1]
     assert last.startswith(f"{path}:")
     assert ": cell " in last
-    assert complaint in last
+    assert "ZeroDivisionError: division by zero" in last
     assert out.read_text() == "the old one"
     assert list(out.parent.iterdir()) == [out]
 

@@ -11,7 +11,7 @@ from chapters.photographs.set import page as set
 from raxel.sets import load_set
 from repro.run import jobs
 from repro.run.results import Result
-from repro.run.workflow import Work
+from repro.workflow.work import Work
 from tests.image_sets import COLUMNS, ROWS, description, write_description
 from tests.image_sets import write_drawn_set as write_set
 

@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from repro.run import photographs
+from repro.workflow import photographs
 
 
 @pytest.fixture

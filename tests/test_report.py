@@ -30,7 +30,7 @@ def build() -> subprocess.CompletedProcess:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "XDG_CACHE_HOME": str(ROOT / ".cache")}
     return subprocess.run(
-        [sys.executable, "-m", "repro.run.build", "quick", "--effort", "quick"],
+        [sys.executable, "-m", "repro.workflow.build", "quick", "--effort", "quick"],
         cwd=ROOT, env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
 

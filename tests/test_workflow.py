@@ -119,7 +119,7 @@ def build(root: Path, target: str = "ch02") -> tuple[int, str]:
     }
     done = subprocess.run(
         [
-            sys.executable, "-m", "repro.run.build", target,
+            sys.executable, "-m", "repro.workflow.build", target,
             "--effort", "quick", "--cores", "2",
         ],
         cwd=root, env=environment, capture_output=True, text=True, check=False,

@@ -9,7 +9,7 @@ import pytest
 
 from repro.run import discover
 from repro.run.sets_of_report import sets_of_report
-from repro.run.workflow import Work
+from repro.workflow.work import Work
 from tests.test_workflow import build, jobs, small_checkout
 
 FOLDER = "chapters/ch03_pictures"

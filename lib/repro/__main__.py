@@ -23,15 +23,16 @@ def _parser() -> argparse.ArgumentParser:
 
     run = command("run")
     run.add_argument("--shard", required=True, help="number/of")
-    gather = command("gather")
-    for sub in (run, gather):
+    whole, gather = command("whole"), command("gather")
+    for sub in (run, whole, gather):
         sub.add_argument("--effort", choices=("quick", "full"), required=True)
         sub.add_argument("--trials", type=int)
         sub.add_argument("--set", dest="set_folder")
         sub.add_argument("--results", type=Path, required=True)
         _add_sets(sub)
-    gather.add_argument("--code", required=True)
-    gather.add_argument("--inputs", type=json.loads, default={})
+    for sub in (whole, gather):
+        sub.add_argument("--code", required=True)
+        sub.add_argument("--inputs", type=json.loads, default={})
     gather.add_argument("--shards", nargs="+", type=Path, required=True)
     for kind in ("figure", "table"):
         draw = command(kind)
@@ -67,14 +68,22 @@ def main(argv: list[str] | None = None) -> int:
     if a.command == "run":
         shard, of = (int(part) for part in a.shard.split("/"))
         jobs.run(root, _order(a), shard, of, a.out)
+    elif a.command == "whole":
+        jobs.whole(root, _order(a), a.code, a.inputs, a.out)
     elif a.command == "gather":
         jobs.gather(root, _order(a), a.code, a.inputs, a.shards, a.out)
     elif a.command in ("figure", "table"):
-        jobs.draw(root, a.command, a.name, a.results, a.out, a.sets)
+        from repro.page.drawing import draw
+
+        draw(root, a.command, a.name, a.results, a.out, a.sets)
     elif a.command == "judge":
-        jobs.judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets)
+        from repro.judge.page import judge
+
+        judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets)
     else:
-        jobs.notebooks(a.pages, a.out)
+        from repro.site.notebooks import notebooks
+
+        notebooks(a.pages, a.out)
     return 0
 
 

@@ -1,23 +1,24 @@
 """A page file becomes a notebook: percent format in, executed notebook out.
 
 A page is a percent-format Python file. Cells tagged `active-ipynb` are comments in the
-file and code in the notebook; cells tagged `active-py` stay in the file alone. The
-kernel is the interpreter that runs this module, with every file it may write kept in
-the checkout's cache, so it needs neither an installed kernel nor a home directory.
+file and code in the notebook; cells tagged `active-py` stay in the file alone. Cells run
+in an IPython shell of this very process: a kernel of its own would import everything
+again for each page, and a page only reads results.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import signal
 import sys
-import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from nbformat import NotebookNode
+from nbformat.v4 import new_output
 
-GLUE = "application/papermill.record/"
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)(?::([^`]*))?`")
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 LANGUAGE = {"name": "python", "pygments_lexer": "ipython3"}
@@ -62,126 +63,107 @@ def execute(
     variables: Mapping[str, str],
     seconds: int,
 ) -> None:
-    """Run every code cell of ``notebook`` in ``root``; outputs are stored in place.
+    """Run every code cell of ``notebook``; outputs are stored in place.
 
     Parameters
     ----------
     path : the page's file, for messages.
-    variables : environment variables for the kernel, on top of those of this process.
+    root : the checkout, which keeps IPython's files; it is the current folder.
+    variables : environment variables for the cells, on top of those of this process.
     seconds : time limit for one cell.
 
-    Raises `PageError` at the first cell that fails, or if the kernel dies.
+    Raises `PageError` at the first cell that fails.
     """
-    cache = root / ".cache"
-    folders = {
-        "IPYTHONDIR": cache / "ipython",
-        "JUPYTER_CONFIG_DIR": cache / "jupyter" / "config",
-        "JUPYTER_DATA_DIR": cache / "jupyter" / "data",
-        "MPLCONFIGDIR": cache / "matplotlib",
-    }
-    for name, folder in folders.items():
-        folder.mkdir(parents=True, exist_ok=True)
-        os.environ[name] = str(folder)
-    os.environ["JUPYTER_PATH"] = ""
-    # Sockets are files here: two pages started at once cannot pick the same port. Their
-    # paths have to be short, which the checkout's may not be.
-    with tempfile.TemporaryDirectory(prefix="raxel-") as runtime:
-        os.environ["JUPYTER_RUNTIME_DIR"] = runtime
-        environment = os.environ | dict(variables)
-        environment["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"
-        _run(notebook, path, root, environment, runtime, seconds)
+    own = root / ".cache" / "ipython"
+    own.mkdir(parents=True, exist_ok=True)
+    with _environment({**variables, "IPYTHONDIR": str(own)}), _shell() as shell:
+        code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+        for count, cell in enumerate(code, 1):
+            cell.execution_count = count
+            fault = _run(shell, cell, seconds)
+            if fault:
+                number = notebook.cells.index(cell) + 1
+                place = f"{_line_of(cell, path)}: cell {number}"
+                first = cell.source.strip().splitlines()[0]
+                raise PageError(f"{place} `{first}`: {fault}")
 
 
-def _run(
-    notebook: NotebookNode,
-    path: Path,
-    root: Path,
-    environment: dict[str, str],
-    runtime: str,
-    seconds: int,
-) -> None:
-    from nbclient import NotebookClient
-    from nbclient.exceptions import (
-        CellExecutionError,
-        CellTimeoutError,
-        DeadKernelError,
-    )
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    before = dict(os.environ)
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
-    client = NotebookClient(
-        notebook,
-        kernel_manager_class=_own_kernel(runtime),
-        timeout=seconds,
-        record_timing=False,
-        coalesce_streams=True,
-        resources={"metadata": {"path": str(root)}},
+
+@contextmanager
+def _shell() -> Iterator:
+    """A fresh IPython shell without a history; this process's main module comes back."""
+    from IPython.core.interactiveshell import InteractiveShell
+    from traitlets.config import Config
+
+    main = sys.modules["__main__"]
+    InteractiveShell.clear_instance()
+    shell = InteractiveShell.instance(
+        config=Config({"HistoryManager": {"enabled": False}})
     )
     try:
-        client.execute(env=environment)
-    except CellExecutionError as error:
-        print(ANSI.sub("", str(error)), file=sys.stderr)
-        place, what = _failed(notebook, path), f"{error.ename}: {error.evalue}"
-    except CellTimeoutError:
-        place, what = _failed(notebook, path), f"longer than {seconds} s; stopped"
-    except DeadKernelError:
-        place, what = (
-            _failed(notebook, path),
-            "the kernel died (memory? a native crash?)",
-        )
-    else:
-        return
-    raise PageError(f"{place}: {' '.join(ANSI.sub('', what).split())}")
+        yield shell
+    finally:
+        shell.reset(new_session=False)
+        InteractiveShell.clear_instance()
+        sys.modules["__main__"] = main
 
 
-def _own_kernel(runtime: str) -> type:
-    """A kernel manager that starts this interpreter, whatever kernels are installed."""
-    from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
-    from jupyter_client.manager import AsyncKernelManager
-    from traitlets import default
+def _run(shell, cell: NotebookNode, seconds: int) -> str:
+    """Run one cell and keep its outputs; return what went wrong, or nothing."""
+    from IPython.utils.capture import capture_output
 
-    class ThisInterpreter(KernelSpecManager):
-        def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
-            return KernelSpec(
-                argv=[
-                    sys.executable,
-                    "-m",
-                    "ipykernel_launcher",
-                    "-f",
-                    "{connection_file}",
-                    "--HistoryManager.enabled=False",
-                ],
-                **{key: KERNEL[key] for key in ("display_name", "language")},
-            )
-
-    class OwnKernel(AsyncKernelManager):
-        @default("kernel_spec_manager")
-        def _this_interpreter(self) -> KernelSpecManager:
-            return ThisInterpreter(parent=self)
-
-        @default("connection_file")
-        def _in_runtime(self) -> str:
-            return os.path.join(runtime, "kernel.json")
-
-        @default("transport")
-        def _socket_files(self) -> str:
-            return "ipc"
-
-    return OwnKernel
+    with capture_output() as kept:
+        signal.signal(signal.SIGALRM, _too_long)
+        signal.alarm(seconds)
+        try:
+            done = shell.run_cell(cell.source, store_history=False)
+        finally:
+            signal.alarm(0)
+    streams = [("stdout", kept.stdout), ("stderr", kept.stderr)]
+    cell.outputs = [
+        *(new_output("stream", name=name, text=text) for name, text in streams if text),
+        *(
+            new_output("display_data", data=shown.data, metadata=shown.metadata)
+            for shown in kept.outputs
+        ),
+    ]
+    error = done.error_before_exec or done.error_in_exec
+    if error is None:
+        return ""
+    print(ANSI.sub("", kept.stdout), file=sys.stderr)
+    if isinstance(error, _TooLong):
+        return f"longer than {seconds} s; stopped"
+    return " ".join(f"{type(error).__name__}: {ANSI.sub('', str(error))}".split())
 
 
-def _failed(notebook: NotebookNode, path: Path) -> str:
-    """Place of the cell that was running: the last one with a number, or the first."""
-    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    begun = [c for c in code if c.execution_count or c.outputs]
-    cell = begun[-1] if begun else code[0]
-    first = cell.source.strip().splitlines()[0]
+class _TooLong(Exception):
+    """A cell has run for longer than it may."""
+
+
+def _too_long(number: int, frame: object) -> None:
+    raise _TooLong
+
+
+def _line_of(cell: NotebookNode, path: Path) -> str:
+    """File and line at which the cell begins."""
+    first = cell.source.strip().splitlines()[0].strip()
     lines = path.read_text("utf-8").splitlines()
     places = [
         number
         for number, line in enumerate(lines, 1)
-        if line.removeprefix("#").strip() == first.strip()
+        if line.removeprefix("#").strip() == first
     ]
-    where = f"{path}:{places[-1]}" if places else f"{path}"
-    return f"{where}: cell {notebook.cells.index(cell) + 1} `{first}`"
+    return f"{path}:{places[-1]}" if places else f"{path}"
 
 
 def settle(notebook: NotebookNode, path: Path) -> None:

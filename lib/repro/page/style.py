@@ -21,7 +21,7 @@ from matplotlib.category import StrCategoryFormatter
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter
 
-from repro.run.jobs import csv_text
+from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic
 

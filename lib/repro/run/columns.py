@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from io import StringIO
 
 
 def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
@@ -12,3 +14,12 @@ def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
         for name, cell in zip(found, row, strict=True):
             found[name].append(cell)
     return found
+
+
+def csv_text(columns: Mapping[str, Sequence]) -> str:
+    """CSV of named columns, numbers in full precision."""
+    buffer = StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return buffer.getvalue()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 KINDS = ("experiment", "figure", "table", "claim", "numbers")
@@ -99,12 +100,17 @@ def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
     ]
 
 
-def _of_file(root: Path, path: Path) -> list[Producer]:
-    body = ast.parse(path.read_text("utf-8"), str(path)).body
+def _of_file(root: Path, path: Path) -> tuple[Producer, ...]:
+    return _marked(root, path, path.read_text("utf-8"))
+
+
+@cache
+def _marked(root: Path, path: Path, text: str) -> tuple[Producer, ...]:
+    """Marked functions of a file with this text; what did not change is not parsed."""
     module = ".".join(path.relative_to(root).with_suffix("").parts)
     page = page_id(root, path)
     made = []
-    for node in body:
+    for node in ast.parse(text, str(path)).body:
         if not isinstance(node, ast.FunctionDef):
             continue
         for call in node.decorator_list:
@@ -117,7 +123,7 @@ def _of_file(root: Path, path: Path) -> list[Producer]:
                         node.lineno, details,
                     )
                 )  # fmt: skip
-    return made
+    return tuple(made)
 
 
 def _literal(path: Path, node: ast.expr) -> object:

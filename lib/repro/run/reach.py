@@ -25,14 +25,17 @@ class Reach:
         self.root = root
         self._modules: dict[str, Module | None] = {}
         self._known: dict[tuple[str, str], tuple[dict, list]] = {}
+        self._keys: dict[tuple[tuple[str, str], ...], str] = {}
         self.versions = _pins(root / "environment.txt")
 
     def key(self, *functions: tuple[str, str]) -> str:
         """Hash over everything the (module, name) pairs reach."""
-        digest = hashlib.sha256()
-        for name, part in sorted(self.parts(*functions).items()):
-            digest.update(f"{name}={part}\n".encode())
-        return digest.hexdigest()[:16]
+        if functions not in self._keys:
+            digest = hashlib.sha256()
+            for name, part in sorted(self.parts(*functions).items()):
+                digest.update(f"{name}={part}\n".encode())
+            self._keys[functions] = digest.hexdigest()[:16]
+        return self._keys[functions]
 
     def parts(self, *functions: tuple[str, str]) -> dict[str, str]:
         """Reached definition -> hash of its bare syntax, or pinned version."""

@@ -1,3 +1,34 @@
+# An experiment of one job leaves its result itself.
+rule whole:
+    input:
+        files=WORK.inputs,
+    output:
+        result=f"{WORK.base}/results/{{experiment}}.json",
+    log:
+        f"{WORK.base}/logs/results/{{experiment}}.log",
+    wildcard_constraints:
+        experiment=WORK.experiments(sharded=False),
+    conda:
+        "environment.yaml"
+    params:
+        code=WORK.experiment_code,
+        effort=WORK.effort,
+        hashes=WORK.input_hashes,
+        trials=WORK.trials_option,
+        set=WORK.set_option,
+        sets=WORK.sets_option("experiment"),
+        results=WORK.folder(f"{WORK.base}/results"),
+    message:
+        "experiment {wildcards.experiment}"
+    shell:
+        "{JOB} experiment/{wildcards.experiment} repro whole {wildcards.experiment:q} "
+        "--effort {params.effort} "
+        "{params.trials} {params.set} {params.sets} --results {params.results:q} "
+        "--code {params.code} "
+        "--inputs {params.hashes:q} "
+        "--out {output.result:q} > {log:q} 2>&1"
+
+
 rule shard:
     input:
         WORK.inputs,
@@ -18,7 +49,8 @@ rule shard:
     message:
         "experiment {wildcards.experiment}, part {wildcards.shard} of {wildcards.of}"
     shell:
-        "python -m repro run {wildcards.experiment:q} --effort {params.effort} "
+        "{JOB} experiment/{wildcards.experiment}/{wildcards.shard}-of-{wildcards.of} "
+        "repro run {wildcards.experiment:q} --effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--shard {wildcards.shard}/{wildcards.of} "
         "--out {output.records:q} > {log:q} 2>&1"
@@ -32,6 +64,8 @@ rule gather:
         result=f"{WORK.base}/results/{{experiment}}.json",
     log:
         f"{WORK.base}/logs/results/{{experiment}}.log",
+    wildcard_constraints:
+        experiment=WORK.experiments(sharded=True),
     conda:
         "environment.yaml"
     params:
@@ -45,7 +79,8 @@ rule gather:
     message:
         "result {wildcards.experiment}"
     shell:
-        "python -m repro gather {wildcards.experiment:q} --effort {params.effort} "
+        "{JOB} result/{wildcards.experiment} repro gather {wildcards.experiment:q} "
+        "--effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--code {params.code} "
         "--inputs {params.hashes:q} --shards {input.shards:q} "

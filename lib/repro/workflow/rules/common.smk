@@ -1,7 +1,8 @@
 from pathlib import Path
 
 from repro.run.sets_of_report import sets_of_report
-from repro.run.workflow import Work
+from repro.workflow.forks import PINNED
+from repro.workflow.work import Work
 
 WORK = Work(
     Path.cwd(),
@@ -10,12 +11,14 @@ WORK = Work(
     sets=sets_of_report(Path.cwd(), config.get("recorded", "")),
 )
 
-# One thread per job: the cores are shared out by the workflow, and sums stay the same.
+# A job is forked from a warm process where the build keeps one (repro.workflow.forks).
+JOB = "python -I -S lib/repro/workflow/ask.py"
+
 shell.prefix(
-    "set -euo pipefail; export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 "
-    "MKL_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 PYTHONHASHSEED=0 "
-    f"RAXEL_EFFORT={config['effort']}; "
-    'export MPLCONFIGDIR="$PWD/.cache/matplotlib" MPLBACKEND=Agg; '
+    "set -euo pipefail; export "
+    + " ".join(f"{name}={value}" for name, value in PINNED.items())
+    + f" RAXEL_EFFORT={config['effort']} RAXEL_TIMES={WORK.base}/times"
+    + ' MPLCONFIGDIR="$PWD/.cache/matplotlib"; '
 )
 
 

@@ -19,7 +19,7 @@ rule figure:
     message:
         "figure {wildcards.artefact}"
     shell:
-        "python -m repro figure {wildcards.artefact:q} {params.sets} "
+        "{JOB} figure/{wildcards.artefact} repro figure {wildcards.artefact:q} {params.sets} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -56,7 +56,7 @@ rule table:
     message:
         "table {wildcards.artefact}"
     shell:
-        "python -m repro table {wildcards.artefact:q} {params.sets} "
+        "{JOB} table/{wildcards.artefact} repro table {wildcards.artefact:q} {params.sets} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -78,6 +78,6 @@ rule judge:
     message:
         "claims and numbers of {wildcards.page}"
     shell:
-        "python -m repro judge {wildcards.page:q} --stem {params.stem:q} "
+        "{JOB} judge/{wildcards.page} repro judge {wildcards.page:q} --stem {params.stem:q} "
         "--effort {params.effort} {params.sets} --folder {params.folder:q} "
         "--out {output.judged:q} > {log:q} 2>&1"

@@ -7,7 +7,7 @@ import sys
 
 from repro.run.jobs import CODE
 from repro.run.results import write_json
-from repro.run.workflow import Work
+from repro.workflow.work import Work
 
 KINDS = ("experiment", "figure", "table")
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import shlex
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,8 @@ from repro.run.jobs import CODE
 from repro.run.reach import Reach
 from repro.run.sets_of_report import reference_of
 
-DRAW_CODE = (("repro.run.jobs", "draw"),)
+DRAW_CODE = (("repro.page.drawing", "draw"),)
+JUDGE_CODE = (("repro.judge.page", "judge"),)
 GUIDE = "data/recorded/README.md"
 VIEWER = ("lib/repro/page/viewer/page.html", "lib/repro/page/viewer/viewer.js")
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
@@ -52,6 +54,7 @@ class Work:
         self.site_done = f"report/build/{effort}/site.done"
         self.trials_option = "" if trials is None else f"--trials {trials}"
         self.reach = Reach(root)
+        self._hashes: dict[str, str] = {}
 
     @cached_property
     def producers(self) -> dict[tuple[str, str], discover.Producer]:
@@ -105,6 +108,14 @@ class Work:
 
         return given
 
+    def experiments(self, sharded: bool) -> str:
+        """Wildcard constraint: the experiments of several jobs, or those of one."""
+        return _one_of(
+            identifier
+            for kind, identifier in self.producers
+            if kind == "experiment" and (self._shard_count(identifier) > 1) == sharded
+        )
+
     def shards(self, wildcards) -> list[str]:
         """Shard files of an experiment."""
         name = wildcards.experiment
@@ -140,13 +151,17 @@ class Work:
         """JSON of input file name -> SHA-256, for the result file."""
         return json.dumps(
             {
-                Path(path).name: hashlib.sha256(
-                    (self.root / path).read_bytes()
-                ).hexdigest()
+                Path(path).name: self._hash_of(path)
                 for path in self._own_inputs(wildcards)
             },
             sort_keys=True,
         )
+
+    def _hash_of(self, path: str) -> str:
+        if path not in self._hashes:
+            content = (self.root / path).read_bytes()
+            self._hashes[path] = hashlib.sha256(content).hexdigest()
+        return self._hashes[path]
 
     def set_option(self, wildcards) -> str:
         """`--set FOLDER` for a producer or page that stands once per set."""
@@ -160,12 +175,11 @@ class Work:
 
         The rules differ in their outputs, which Snakemake wants to know beforehand.
         """
-        names = [
-            re.escape(identifier)
+        return _one_of(
+            identifier
             for (of_kind, identifier), producer in self.producers.items()
             if of_kind == kind and bool(producer.details.get("scene")) == scene
-        ]
-        return "|".join(names) or "(?!)"
+        )
 
     def page_stem(self, wildcards) -> str:
         """Id of a page's chapter file."""
@@ -338,7 +352,7 @@ class Work:
             for kind in ("claim", "numbers")
             for i in self.of_page(page, kind)
         ]
-        return self.reach.key(*functions, ("repro.run.jobs", "judge"))
+        return self.reach.key(*functions, *JUDGE_CODE)
 
     def page_code(self, wildcards) -> str:
         """Key over the code that a page's cells can call."""
@@ -354,3 +368,8 @@ class Work:
     def site_code(self) -> str:
         """Key over the code that assembles the site."""
         return self.reach.key(("repro.site.make", "*"), ("repro.site.check", "*"))
+
+
+def _one_of(names: Iterable[str]) -> str:
+    """A pattern that fits exactly the names."""
+    return "|".join(map(re.escape, names)) or "(?!)"

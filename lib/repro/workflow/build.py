@@ -1,4 +1,4 @@
-"""`python -m repro.run.build TARGET`: one command from an order to a finished build.
+"""`python -m repro.workflow.build TARGET`: one command from an order to a finished build.
 
 Brings the photographs, says what changed in the code since the last build, runs
 Snakemake with a plain progress display, and says where to look.
@@ -16,9 +16,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from repro.run.changes import remember, say_changes
 from repro.run.sets_of_report import sets_of_report
-from repro.run.workflow import Work
+from repro.workflow.changes import remember, say_changes
+from repro.workflow.forks import warm_jobs
+from repro.workflow.work import Work
 
 
 class OrderError(Exception):
@@ -39,7 +40,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m repro.run.build", description=__doc__
+        prog="python -m repro.workflow.build", description=__doc__
     )
     parser.add_argument("target")
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
@@ -58,19 +59,33 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     targets = _targets(work, options.target)
     _drop_judgements_of_gone_pages(work)
     say_changes(work)
-    command = [
-        sys.executable, "-m", "snakemake", *targets,
+    words = [
+        *targets,
         "--cores", options.cores or str(os.cpu_count() or 1),
-        "--logger", "raxel", "--nolock", "--rerun-incomplete",
+        "--logger", "raxel", "--nolock", "--rerun-incomplete", "--scheduler", "greedy",
         "--config", f"effort={options.effort}", f"trials={options.trials}",
         f"recorded={recorded}",
     ]  # fmt: skip
     before = _ages(root, targets)
-    status = subprocess.run(command, cwd=root, check=False).returncode
-    if status == 0:
+    done = _snakemake(words)
+    if done:
         remember(work, _built(work, options.target))
         _say_where(work, targets, changed=_ages(root, targets) != before)
-    return status
+    return 0 if done else 1
+
+
+def _snakemake(words: list[str]) -> bool:
+    """Run Snakemake as its command line does, with one setting that it cannot take.
+
+    Its default limit of jobs a second starts, after each job, a timer that looks at all
+    waiting jobs again, for ever: hundreds of them keep a core busy. No limit, no timer.
+    """
+    from snakemake.cli import args_to_api, parse_args
+
+    parser, settings = parse_args(words)
+    settings.max_jobs_per_timespan = None
+    with warm_jobs():
+        return args_to_api(settings, parser)
 
 
 def _drop_judgements_of_gone_pages(work: Work) -> None:
@@ -119,7 +134,7 @@ def _checked_trials(given: str, target: str) -> int | None:
 
 
 def _bring_photographs(root: Path) -> None:
-    from repro.run.photographs import fetch
+    from repro.workflow.photographs import fetch
 
     fetch(root / "data" / "recorded" / "opencv-left")
 

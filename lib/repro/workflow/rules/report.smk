@@ -16,7 +16,7 @@ rule scoreboard:
     message:
         "scoreboard"
     shell:
-        "python -m repro.judge.scoreboard --effort {params.effort} "
+        "{JOB} scoreboard repro.judge.scoreboard --effort {params.effort} "
         "--judged {params.judged:q} --out-json {output.rows:q} "
         "--out-page {output.page:q} > {log:q} 2>&1"
 
@@ -38,7 +38,7 @@ rule page:
     message:
         "page {wildcards.page}"
     shell:
-        "python -m repro.site.make execute {params.source:q} {params.set} "
+        "{JOB} page/{wildcards.page} repro.page.execute {params.source:q} {params.set} "
         "--effort {params.effort} --out {output.notebook:q} > {log:q} 2>&1"
 
 
@@ -63,11 +63,11 @@ rule site:
     message:
         "site"
     shell:
-        "(python -m repro.site.make assemble --effort {params.effort} "
+        "({JOB} site/assemble repro.site.assemble --effort {params.effort} "
         "--pages {input.pages:q} --scoreboard {input.page:q} --json {input.rows:q} "
         "--out {params.source:q} && "
-        "python -m repro.site.make site --source {params.source:q} --out {params.site:q} && "
-        "python -m repro.site.check {params.site:q}) > {log:q} 2>&1"
+        "{JOB} site/sphinx repro.site.sphinx --source {params.source:q} --out {params.site:q} && "
+        "{JOB} site/check repro.site.check {params.site:q}) > {log:q} 2>&1"
 
 
 rule notebooks:
@@ -84,4 +84,4 @@ rule notebooks:
     message:
         "notebooks"
     shell:
-        "python -m repro notebooks {input:q} --out {params.folder:q} > {log:q} 2>&1"
+        "{JOB} notebooks repro notebooks {input:q} --out {params.folder:q} > {log:q} 2>&1"

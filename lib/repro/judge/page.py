@@ -1,0 +1,81 @@
+"""The job that runs every claim test of a page, and collects its numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from repro.run import discover, jobs, results
+
+
+def judge(
+    root: Path,
+    page: str,
+    stem: str,
+    effort: str,
+    folder: Path,
+    out: Path,
+    sets: Sequence[str] = (),
+) -> None:
+    """Run every claim test of a page, and collect its numbers and artefacts.
+
+    ``stem`` is the id of the chapter file; it differs from the page's where the file
+    makes one page per image set. ``sets`` are the image sets of the build.
+    """
+    mine = [p for p in discover.producers(root) if p.page == stem]
+    claims, numbers, artefacts = {}, {}, {}
+    for found in mine:
+        evidence = found.details.get("evidence")
+        name = found.id if stem == page else f"{found.id}@{page.rpartition('/')[2]}"
+        if found.kind in ("claim", "numbers"):
+            read = jobs.results_of(root, found, name, sets)
+            outcome = jobs.function_of(found)(results.opened(folder / "results", read))
+            data = [f"results/{need}.json" for need in discover.result_ids(read)]
+        if found.kind == "claim":
+            claims[found.id] = {
+                "evidence": evidence,
+                "readings": [_finite(r.as_dict()) for r in outcome],
+                "data": data,
+            }
+        elif found.kind == "numbers":
+            numbers |= {
+                key: _finite({**vars(value), "evidence": evidence, "data": data})
+                for key, value in outcome.items()
+            }
+        elif found.kind in ("figure", "table"):
+            described = json.loads((folder / f"{name}.json").read_text("utf-8"))
+            endings = ["svg", "png", "csv"] if found.kind == "figure" else ["csv"]
+            endings += ["html"] if found.details.get("scene") else []
+            artefacts[name] = {
+                "evidence": evidence,
+                "files": [(folder / f"{name}.{e}").as_posix() for e in endings],
+                "check": described["check"],
+            }
+    results.write_json(
+        out,
+        {
+            "page": page,
+            "effort": effort,
+            "claims": claims,
+            "numbers": numbers,
+            "artefacts": artefacts,
+        },
+    )
+
+
+def _finite(values: dict) -> dict:
+    """Infinite or missing floats as text or null, so that the JSON is plain."""
+
+    def plain(value: object) -> object:
+        if isinstance(value, tuple | list):
+            return [plain(v) for v in value]
+        if hasattr(value, "item"):
+            value = value.item()
+        if isinstance(value, float) and value != value:
+            return None
+        if isinstance(value, float) and value in (float("inf"), float("-inf")):
+            return str(value)
+        return value
+
+    return {key: plain(value) for key, value in values.items()}

@@ -1,0 +1,69 @@
+"""The job that makes a figure or a table from results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from repro.page.reader import label, plain
+from repro.page.scene_page import scene_html
+from repro.page.style import save_drawing
+from repro.run import discover, jobs, results
+from repro.run.columns import csv_text
+from repro.run.outcomes import Check, Drawing, Table
+
+
+def draw(
+    root: Path,
+    kind: str,
+    name: str,
+    folder: Path,
+    out: Path,
+    sets: Sequence[str] = (),
+) -> None:
+    """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
+
+    A figure marked with a scene leaves that too (html). ``sets`` are the image sets of
+    the build, for what shows all of them.
+    """
+    found = jobs.producer(root, kind, name)
+    read = jobs.results_of(root, found, name, sets)
+    made = jobs.function_of(found)(results.opened(folder, read))
+    if isinstance(made, Drawing):
+        save_drawing(made, out.with_suffix(""))
+        _write_scene(found, made, out.with_suffix(".html"))
+    else:
+        results.write_atomic(out.with_suffix(".csv"), csv_text(made.columns))
+    results.write_json(
+        out,
+        {
+            "id": name,
+            "kind": kind,
+            "caption": made.caption,
+            "evidence": found.details["evidence"],
+            "results": read,
+            "check": _check(made),
+            "scene": bool(found.details.get("scene")),
+            "source": [found.path, found.function],
+        },
+    )
+
+
+def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
+    """Write the figure's scene where its mark promises one; drop an old one if not."""
+    promised = found.details.get("scene", False)
+    if promised != (made.scene is not None):
+        raise ValueError(
+            f"{found.module}:{found.line}: {found.id} is marked with scene={promised}, "
+            f"and its drawing has {'a' if made.scene else 'no'} scene"
+        )
+    if made.scene is None:
+        out.unlink(missing_ok=True)
+    else:
+        title = f"{label(found.id)} {plain(made.caption)}".strip()
+        results.write_atomic(out, scene_html(made.scene, title))
+
+
+def _check(made: Drawing | Table) -> dict | None:
+    check: Check | None = made.check
+    return None if check is None else {"holds": bool(check.holds), "text": check.text}

@@ -1,0 +1,1 @@
+"""The workflow: from an order to a finished build, with Snakemake."""

@@ -1,0 +1,150 @@
+"""One warm process for a build, which is forked for each job.
+
+Half of the work of many small jobs is to import numpy, OpenCV and matplotlib again. Here
+they are imported once, and a job begins where that has been done:
+
+    python -m repro.workflow.forks SOCKET
+
+The server ends when its standard input does, so that it never outlives the build.
+`lib/repro/workflow/ask.py` hands it a job; without a server (on a cluster, or from
+Snakemake's own command line) that starts an interpreter for the job instead.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from repro.workflow import job
+
+PINNED = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "OPENCV_FOR_THREADS_NUM": "1",
+    "PYTHONHASHSEED": "0",
+    "MPLBACKEND": "Agg",
+}
+"""Of every job: the cores are shared out by the workflow, and sums stay the same."""
+
+ADDRESS = "RAXEL_JOBS"
+WARM = (
+    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "scipy.ndimage",
+    "scipy.optimize", "scipy.spatial", "scipy.stats", "IPython.core.interactiveshell",
+    "raxel.calibration", "raxel.features.celect", "raxel.features.find", "raxel.lab",
+    "repro.judge.page", "repro.page.drawing", "repro.page.execute",
+)  # fmt: skip
+
+
+@contextmanager
+def warm_jobs() -> Iterator[None]:
+    """Run a server for the jobs that are started inside; they find it by themselves."""
+    # A socket's path has to be short, which the checkout's may not be.
+    with tempfile.TemporaryDirectory(prefix="raxel-") as folder:
+        address = str(Path(folder) / "jobs")
+        server = subprocess.Popen(
+            [sys.executable, "-m", "repro.workflow.forks", address],
+            stdin=subprocess.PIPE,
+            env={**os.environ, **PINNED},
+        )
+        os.environ[ADDRESS] = address
+        try:
+            yield
+        finally:
+            del os.environ[ADDRESS]
+            server.stdin.close()
+            server.wait()
+
+
+def serve(address: str) -> None:
+    """Fork a job for each request at ``address``, until standard input ends."""
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(address)
+    listener.listen(64)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _import_ahead()
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    gc.collect()
+    gc.freeze()
+    while True:
+        ready, _, _ = select.select([listener, sys.stdin], [], [])
+        if sys.stdin in ready:
+            return
+        connection, _ = listener.accept()
+        if os.fork() == 0:
+            listener.close()
+            _job(connection)
+        connection.close()
+
+
+def _import_ahead() -> None:
+    """Import what jobs need. A module that is broken is left for its job to report."""
+    for name in WARM:
+        try:
+            importlib.import_module(name)
+        except Exception:
+            traceback.print_exc()
+
+
+def _job(connection: socket.socket) -> None:
+    """Take the place of the process that asks: its streams, folder and environment."""
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    head, streams, _, _ = socket.recv_fds(connection, 8, 2)
+    asked = _received(connection, int.from_bytes(head, "big"))
+    folder, count, *rest = os.fsdecode(asked).split("\0")
+    words, variables = rest[: int(count)], rest[int(count) :]
+    for own, given in zip((1, 2), streams, strict=True):
+        os.dup2(given, own)
+        os.close(given)
+    os.environ.clear()
+    os.environ.update(pair.split("=", 1) for pair in variables)
+    os.chdir(folder)
+    threading.Thread(target=_end_with, args=(connection,), daemon=True).start()
+    status = _status(words)
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    connection.sendall(bytes([status]))
+    os._exit(status)
+
+
+def _received(connection: socket.socket, size: int) -> bytes:
+    received = b""
+    while len(received) < size:
+        part = connection.recv(size - len(received))
+        if not part:
+            os._exit(1)
+        received += part
+    return received
+
+
+def _end_with(connection: socket.socket) -> None:
+    """End this job when the process that asked for it is gone."""
+    connection.recv(1)
+    os._exit(1)
+
+
+def _status(words: list[str]) -> int:
+    try:
+        return job.run(words)
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except BaseException:
+        traceback.print_exc()
+        return 1
+
+
+if __name__ == "__main__":
+    serve(sys.argv[1])
