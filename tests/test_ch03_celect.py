@@ -6,11 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s1_2_celect import claims
+from chapters.ch03_planar_grids.s1_2_celect import claims, page, results
 from chapters.ch03_planar_grids.s1_2_celect.figures import flowchart
 from chapters.ch03_planar_grids.s1_2_celect.figures.animation import animation
-from chapters.ch03_planar_grids.s1_2_celect.trials import runs as trials
-from chapters.ch03_planar_grids.s1_2_celect.trials import scenes
+from chapters.ch03_planar_grids.s1_2_celect.trials import (
+    boards,
+    constructed,
+    recorded,
+    scenes,
+)
+from chapters.shared.synthetic_board import Board
 from repro.run.results import gather, opened
 
 
@@ -18,7 +23,7 @@ from repro.run.results import gather, opened
 def run():
     """One recorded run on a small fisheye picture."""
     condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
-    return trials.drawn_run(condition, np.random.default_rng(5))
+    return recorded.drawn_run(condition, np.random.default_rng(5))
 
 
 class Recorded:
@@ -83,7 +88,7 @@ def test_the_animation_is_well_formed_and_moves_on_a_click_only(run):
 
 
 def test_every_way_through_the_code_is_in_the_flowchart():
-    counts = trials.stage_trial({}, np.random.default_rng(0))
+    counts = recorded.stage_trial({}, np.random.default_rng(0))
     ways = [tuple(k.split(" > ")) for k in counts if " > " in k]
     assert set(ways) <= set(flowchart.ARROWS)
     assert {a for way in ways for a in way} - {"start", "end"} == set(flowchart.BOXES)
@@ -93,40 +98,42 @@ def test_every_way_through_the_code_is_in_the_flowchart():
 def test_constructed_first_corners_keep_away_from_the_boundaries():
     rng = np.random.default_rng(1)
     for _ in range(50):
-        side_4, true, wrong = trials.start_case(rng)
-        near, nearer = trials.predicted_wrong(side_4, true, wrong)
+        side_4, true, wrong = constructed.start_case(rng)
+        near, nearer = constructed.predicted_wrong(side_4, true, wrong)
         moved = [
-            trials.predicted_wrong(side_4 + a, true + b, wrong + c)
+            constructed.predicted_wrong(side_4 + a, true + b, wrong + c)
             for a, b, c in ((1.5, 0, 0), (0, 1.5, 0), (0, 0, -1.5))
         ]
         assert all(m == (near, nearer) for m in moved)
 
 
 def test_the_corner_of_an_edge_picture_is_in_its_middle():
-    image = trials.edge_picture([20, 100], 0, 61, 100, np.random.default_rng(0))
+    image = constructed.edge_picture([20, 100], 0, 61, 100, np.random.default_rng(0))
     assert image.shape == (61, 61)
     turned = image[::-1, ::-1].astype(int)
     assert np.abs(image.astype(int) - turned).mean() < 15
 
 
 def test_a_bent_corner_stays_and_a_bent_disc_moves():
-    values = trials.bias_trial({"bend": 0.2, "radius": 20.0}, np.random.default_rng(0))
+    values = constructed.bias_trial(
+        {"bend": 0.2, "radius": 20.0}, np.random.default_rng(0)
+    )
     assert values["corner_px"] < 1e-9
     assert values["disc_px"] > 1e-3
-    flat = trials.centroid(lambda p: p + 3, 20.0)
+    flat = constructed.centroid(lambda p: p + 3, 20.0)
     np.testing.assert_allclose(flat, [3, 3], atol=1e-12)
 
 
 def test_broken_edges_fade_to_grey_and_leave_the_rest():
-    board = trials.Board(square_px=250.0, fov_deg=80.0)
-    image, lattice = board.image(1.0), trials.lattice_of(board)
+    board = Board(square_px=250.0, fov_deg=80.0)
+    image, lattice = board.image(1.0), board.lattice
     rng = np.random.default_rng(0)
-    broken = trials.broken_edges(image, lattice, 1.0, 0.4, rng)
+    broken = boards.broken_edges(image, lattice, 1.0, 0.4, rng)
     middle = (lattice[0, 0] + lattice[0, 1]) / 2
     u, v = np.rint(middle).astype(int)
     assert abs(int(broken[v, u]) - 128) < 3
     np.testing.assert_array_equal(
-        trials.broken_edges(image, lattice, 0.0, 0.4, rng), image
+        boards.broken_edges(image, lattice, 0.0, 0.4, rng), image
     )
 
 
@@ -140,8 +147,8 @@ def test_cochran_armitage_on_known_tables():
 
 
 def test_the_border_costs_28_of_63_corners():
-    assert claims.interior((10, 8), 0) == 63
-    assert claims.interior((10, 8), 1) == 35
+    assert results.interior((10, 8), 0) == 63
+    assert results.interior((10, 8), 1) == 35
     assert claims.judge_border_formula({})[0].verdict == "reproduced"
 
 
@@ -160,14 +167,14 @@ def result_of(tmp_path, name, plan, values):
 def test_a_candidate_that_two_contours_see_is_counted_once():
     side, column = [[10, 10], [40, 11]], [[10, 10], [10, 40]]
     contours = [SimpleNamespace(candidates=np.array(c)) for c in (side, column)]
-    assert trials.candidates_of(SimpleNamespace(contours=contours)) == 3
-    assert trials.candidates_of(SimpleNamespace(contours=())) == 0
+    assert page.candidates_of(SimpleNamespace(contours=contours)) == 3
+    assert page.candidates_of(SimpleNamespace(contours=())) == 0
 
 
 def test_growth_is_judged_on_pictures_that_differ(tmp_path):
     from repro.run.outcomes import Plan
 
-    plan = Plan(None, list(claims.BROKEN.values()), 20)
+    plan = Plan(None, list(boards.BROKEN.values()), 20)
 
     def rows(grown, fixed):
         return [
@@ -176,6 +183,6 @@ def test_growth_is_judged_on_pictures_that_differ(tmp_path):
         ]
 
     values = [rows(15, 2), rows(8, 6), rows(3, 10)]
-    results = result_of(tmp_path, "table_3_1_growth", plan, values)
-    verdicts = [r.verdict for r in claims.judge_window_growth(results)]
+    written = result_of(tmp_path, "table_3_1_growth", plan, values)
+    verdicts = [r.verdict for r in claims.judge_window_growth(written)]
     assert verdicts == ["reproduced", "undecided", "differs"]

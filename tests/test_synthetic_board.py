@@ -42,6 +42,13 @@ def test_yaw_about_the_vertical_keeps_the_mirror_symmetry_of_top_and_bottom():
     np.testing.assert_allclose(lattice[::-1, :, 0], lattice[:, :, 0], atol=1e-9)
 
 
+def test_the_lattice_goes_by_row_and_column():
+    board = Board(50.0)
+    row_by_row = board.corners[3 * board.columns + 5]
+    np.testing.assert_array_equal(board.lattice[3, 5], row_by_row)
+    assert board.lattice.shape == (board.rows, board.columns, 2)
+
+
 def test_outer_corners_go_clockwise_from_the_upper_left():
     u, v = Board().outer_corners.T
     assert u[0] < u[1]

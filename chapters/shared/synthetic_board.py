@@ -97,6 +97,11 @@ class Board:
         ).pixels
 
     @property
+    def lattice(self):
+        """The true corners as (rows, columns, 2)."""
+        return self.corners.reshape(self.rows, self.columns, 2)
+
+    @property
     def outer_corners(self):
         """True outer corners (4, 2), clockwise from the upper left."""
         return outer_of(self.corners, self.columns, self.rows)
@@ -104,8 +109,10 @@ class Board:
     @property
     def least_spacing(self):
         """Smallest distance in px between neighbouring corners."""
-        lattice = self.corners.reshape(self.rows, self.columns, 2)
-        steps = (np.diff(lattice, axis=0), np.diff(lattice, axis=1))
+        steps = (
+            np.diff(self.lattice, axis=0),
+            np.diff(self.lattice, axis=1),
+        )
         return min(
             float(np.nanmin(np.linalg.norm(s, axis=2))) for s in steps
         )

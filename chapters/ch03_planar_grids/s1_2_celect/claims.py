@@ -4,6 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s1_2_celect.results import (
+    COUNTS,
+    FACTORS,
+    SIDES,
+    interior,
+)
+from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
+    BIG_FOVS,
+    BROKEN,
+)
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
     CAMERAS,
     LEAST_PX,
@@ -23,29 +33,6 @@ from repro.run.outcomes import DECISIONS, Reading, Value
 SURE, DROP = 0.9, 0.2
 LEAST_TRIALS = 10
 P_MAX = 0.05
-MULTIPLIERS = (0.4, 0.5, 0.63, 0.8, 1.0, 1.26, 1.6, 2.0, 2.5)
-BIG_FOVS = (152, 146, 134)
-# Length of the faded stretch in sides of squares, and the share of all sides.
-BROKEN = {
-    "large squares with long breaks": {
-        "length": 0.6,
-        "share": 0.15,
-        "squares_across": 6,
-        "fov_deg": 100,
-    },
-    "large squares with short breaks": {
-        "length": 0.4,
-        "share": 0.15,
-        "squares_across": 6,
-        "fov_deg": 100,
-    },
-    "small squares with long breaks": {
-        "length": 0.6,
-        "share": 0.30,
-        "squares_across": 10,
-        "fov_deg": 134,
-    },
-}
 
 
 @claim("c3_trace_orders", needs=("fig_3_1_cameras",), evidence="rendered")
@@ -299,11 +286,6 @@ def judge_merge_multi(results):
     ]
 
 
-def interior(squares, border):
-    """Corners between squares, less those next to a border of `border` squares."""
-    return int(np.prod(np.array(squares) - 1 - 2 * border))
-
-
 @claim("c3_border_formula", needs=(), evidence="analytic")
 def judge_border_formula(results):
     """(l-1)(k-1) - (l-3)(k-3) = 2 l + 2 k - 8 for all boards up to 60 x 60."""
@@ -340,10 +322,6 @@ def judge_chess_unbiased(results):
     ]
 
 
-SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
-COUNTS = ("width", "height", "width", "height")
-
-
 @numbers("table_3_1", needs=(), evidence="analytic")
 def numbers_of_table_3_1(results):
     """The window radii, as the code has them."""
@@ -354,17 +332,6 @@ def numbers_of_table_3_1(results):
             zip(SIDES, COUNTS, strict=True), 1
         )
     }
-
-
-FACTORS = {
-    "t1": ("split_peaks", "Hough bins"),
-    "t2": ("wrap", "deg"),
-    "t3": ("near_centre", "px"),
-    "t5": ("edge_band", "px"),
-    "t6": ("arrival", "px"),
-    "t7": ("corner_band", "px"),
-    "t8": ("merge", "px"),
-}
 
 
 @numbers("table_3_2", needs=(), evidence="analytic")

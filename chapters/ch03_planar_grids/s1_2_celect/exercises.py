@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chapters.ch03_planar_grids.s1_2_celect.claims import interior
+from chapters.ch03_planar_grids.s1_2_celect.results import interior
 from raxel.features.celect import CelectSettings
 
 

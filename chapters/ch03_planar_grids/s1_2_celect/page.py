@@ -5,11 +5,8 @@
 # lines any more. Which corner is which? The thesis follows the edges.
 
 # %% tags=["hide-cell"]
-from chapters.ch03_planar_grids.s1_2_celect.claims import (
-    BIG_FOVS,
-    BROKEN,
-    MULTIPLIERS,
-)
+import numpy as np
+
 from chapters.ch03_planar_grids.s1_2_celect.exercises import (
     borderless_gain,
     first_corner_wrong,
@@ -19,22 +16,10 @@ from chapters.ch03_planar_grids.s1_2_celect.figures.animation import (
     animation,
 )
 from chapters.ch03_planar_grids.s1_2_celect.results import name_values
-from chapters.ch03_planar_grids.s1_2_celect.trials.runs import (
-    bias_trial,
-    camera_trial,
-    drawn_run,
-    growth_trial,
-    limit_trial,
-    split_trial,
-    square_trial,
-    stage_trial,
-    start_trial,
-    window_trial,
-)
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
-    CAMERAS,
-    LEAST_PX,
-)
+from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
+from chapters.shared.grid_views import outer
+from chapters.shared.scoring import scored
+from chapters.shared.synthetic_board import Board, clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import peaks_of
 from raxel.features.celect.processing import processed
@@ -136,26 +121,39 @@ from repro.run.outcomes import Plan
 CAMERA_VIEWS = {"quick": 1, "full": 50}
 BOARDS = {"quick": 1, "full": 25}
 PAIRS = {"quick": 1, "full": 50}
-WINDOWS = {"quick": 5, "full": 25}
-CASES = {"quick": 12, "full": 200}
 SQUARES_ACROSS = (20, 15, 12, 10, 8, 6, 5)
 SMOOTHING_PX = (None, 0.7, 1.0, 1.5)
 LIMITS = ((10, 20.0), (10, 34.0), (15, 0.0), (20, 0.0), (25, 0.0))
 
 
 # %%
-@experiment(
-    "fig_3_1_run", artefact="fig_3_1", shards={"quick": 1, "full": 1}
-)
-def run_on_fisheye(effort):
-    """A run that is drawn: windows, lines, candidates of every step."""
-    condition = {
-        "camera": "fisheye",
-        "size_px": 600,
-        "least_px": 22,
-        "views": 10,
+def camera_trial(condition, rng):
+    """One board before one of the four cameras."""
+    size = condition["size_px"]
+    view = scenes.board_view(
+        condition["camera"], size, scenes.LEAST_PX[size], rng
+    )
+    rows, columns = view.lattice.shape[:2]
+    where = clicks(outer(view.lattice), rng)
+    result = celect(view.image, where, columns, rows)
+    sides = scenes.sides_of(view.lattice)
+    merged = int(np.isfinite(result.corners[..., 0]).sum())
+    return scored(result, view.lattice) | {
+        "least_px": float(sides.min()),
+        "uneven": float(sides.max() / sides.min()),
+        "candidates": candidates_of(result),
+        "merged": merged,
+        "wanted": rows * columns,
     }
-    return Plan(drawn_run, [condition], 1)
+
+
+def candidates_of(result):
+    """How many candidate corners a run found, each once.
+
+    Contours cross at the corners of the sides, so two of them see a candidate.
+    """
+    seen = [c.candidates for c in result.contours]
+    return len(np.unique(np.vstack(seen), axis=0)) if seen else 0
 
 
 @experiment(
@@ -165,32 +163,22 @@ def cameras(effort):
     """The same values on pictures of four kinds of camera."""
     conditions = [
         {"camera": name, "size_px": size}
-        for size in LEAST_PX
-        for name in CAMERAS
+        for size in scenes.LEAST_PX
+        for name in scenes.CAMERAS
     ]
     return Plan(camera_trial, conditions, CAMERA_VIEWS[effort])
 
 
-@experiment(
-    "fig_3_3_stages", artefact="fig_3_3", shards={"quick": 1, "full": 1}
-)
-def stages(effort):
-    """Which stage of the code follows which, counted in a run."""
-    return Plan(stage_trial, [{}], 1)
-
-
-@experiment(
-    "fig_3_4_run", artefact="fig_3_4", shards={"quick": 1, "full": 1}
-)
-def run_on_mirror(effort):
-    """A run on a mirror's picture that is drawn."""
-    condition = {
-        "camera": "hyperboloid",
-        "size_px": 900,
-        "least_px": 18,
-        "views": 10,
-    }
-    return Plan(drawn_run, [condition], 1)
+def window_trial(condition, rng):
+    """The synthetic board with another window radius."""
+    board = Board()
+    image = board.image(1.0, boards.NOISE_SD, rng)
+    where = clicks(board.outer_corners, rng)
+    settings = CelectSettings(radius_scale=condition["multiplier"])
+    result = celect(
+        image, where, board.columns, board.rows, settings=settings
+    )
+    return scored(result, board.lattice)
 
 
 @experiment(
@@ -200,7 +188,9 @@ def run_on_mirror(effort):
 )
 def windows(effort):
     """The radius of Table 3.1 times a factor; thresholds as they are."""
-    taken = MULTIPLIERS[::4] if effort == "quick" else MULTIPLIERS
+    taken = (
+        boards.MULTIPLIERS[::4] if effort == "quick" else boards.MULTIPLIERS
+    )
     conditions = [{"multiplier": m} for m in taken]
     return Plan(window_trial, conditions, BOARDS[effort])
 
@@ -212,23 +202,21 @@ def windows(effort):
 )
 def growth(effort):
     """Broken edges, each picture with and without growing windows."""
-    return Plan(growth_trial, list(BROKEN.values()), PAIRS[effort])
+    return Plan(
+        boards.growth_trial, list(boards.BROKEN.values()), PAIRS[effort]
+    )
 
 
-@experiment(
-    "table_3_2_split", artefact="table_3_2", shards={"quick": 1, "full": 1}
-)
-def split_peaks(effort):
-    """Windows with one edge, with and without averaging of peaks."""
-    return Plan(split_trial, [{"windows": 40}], WINDOWS[effort])
-
-
-@experiment(
-    "table_3_2_start", artefact="table_3_2", shards={"quick": 1, "full": 1}
-)
-def start_cases(effort):
-    """First corners on both sides of each condition of the text."""
-    return Plan(start_trial, [{}], CASES[effort])
+def square_trial(condition, rng):
+    """The synthetic board with larger squares under strong distortion."""
+    board = Board(
+        square_px=1000 / condition["squares_across"],
+        fov_deg=condition["fov_deg"],
+    )
+    image = board.image(1.0, boards.NOISE_SD, rng)
+    where = clicks(board.outer_corners, rng)
+    result = celect(image, where, board.columns, board.rows)
+    return scored(result, board.lattice)
 
 
 @experiment(
@@ -241,18 +229,25 @@ def big_squares(effort):
     across = SQUARES_ACROSS[::6] if effort == "quick" else SQUARES_ACROSS
     conditions = [
         {"squares_across": n, "fov_deg": fov}
-        for fov in BIG_FOVS
+        for fov in boards.BIG_FOVS
         for n in across
     ]
     return Plan(square_trial, conditions, {"quick": 1, "full": 12}[effort])
 
 
-@experiment(
-    "exp_c3_bias", artefact="sec_3_1_2", shards={"quick": 1, "full": 1}
-)
-def bias(effort):
-    """A corner and a disc under a homography and a radial law."""
-    return Plan(bias_trial, [{"bend": 0.2, "radius": 20.0}], CASES[effort])
+def limit_trial(condition, rng):
+    """The synthetic board, with one smoothing for all sizes of square."""
+    board = Board(square_px=1000 / condition["squares_across"])
+    image = board.image(1.0, condition["noise_sd"], rng)
+    where = clicks(board.outer_corners, rng)
+    smoothing = condition["smoothing_px"]
+    settings = CelectSettings()
+    if smoothing is not None:
+        settings = CelectSettings(smoothing_limits_px=(smoothing,) * 2)
+    result = celect(
+        image, where, board.columns, board.rows, settings=settings
+    )
+    return scored(result, board.lattice)
 
 
 @experiment(
@@ -262,12 +257,12 @@ def bias(effort):
 )
 def limits(effort):
     """One smoothing for all, against noise and against small squares."""
-    scenes = LIMITS[1:4:2] if effort == "quick" else LIMITS
+    pictures = LIMITS[1:4:2] if effort == "quick" else LIMITS
     rules = SMOOTHING_PX[:2] if effort == "quick" else SMOOTHING_PX
     conditions = [
         {"smoothing_px": rule, "squares_across": n, "noise_sd": noise}
         for rule in rules
-        for n, noise in scenes
+        for n, noise in pictures
     ]
     return Plan(limit_trial, conditions, {"quick": 1, "full": 10}[effort])
 

@@ -1,10 +1,13 @@
-"""Numbers that the prose of section 3.1.2 quotes."""
+"""Results of section 3.1.2: recorded runs, names of parameters, quoted numbers."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.claims import BIG_FOVS, BROKEN
+from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
+    BIG_FOVS,
+    BROKEN,
+)
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
     CAMERAS,
     LEAST_PX,
@@ -87,3 +90,73 @@ def of_squares(result):
 def percent(flags):
     """Share of trials (n,) that are 1, in percent."""
     return 100 * float(np.mean(flags))
+
+
+class Run:
+    """The arrays of a recorded run (`trials.recorded`)."""
+
+    def __init__(self, result):
+        for name in (
+            "steps",
+            "corners",
+            "edges",
+            "lines",
+            "merged",
+            "outer",
+            "grid",
+            "s",
+            "image",
+        ):
+            setattr(self, name, result.arrays(name)[0])
+
+    def step(self, index):
+        """Of a step: centre, radius, line (R, theta), anchor."""
+        row = self.steps[index]
+        return row[1:3], row[3], row[4:6], row[6:8]
+
+    def of_step(self, name, index):
+        """What a step saw: (n, 2) of its `corners`, `edges` or `lines`."""
+        rows = getattr(self, name)
+        return rows[rows[:, 0] == index, 1:]
+
+    def first_of(self, contour):
+        """Index of the first step of a contour."""
+        return int(np.flatnonzero(self.steps[:, 0] == contour)[0])
+
+    def anchors(self, contour):
+        """Anchors (n, 2) of a contour, its last one included."""
+        rows = self.steps[self.steps[:, 0] == contour]
+        return np.vstack((rows[:, 1:3], rows[-1:, 6:8]))
+
+
+def which_view(result):
+    """Which of the random views is drawn, for a caption: the first that is read."""
+    tried = int(result.column("tried")[0])
+    return f", view {tried} of a random series: the first that is read"
+
+
+def line_ends(centre, radius, line):
+    """Ends (2, 2) of the chord of a window that a line (R, theta) cuts."""
+    R, theta = line[0], np.radians(line[1])
+    along = np.array([np.cos(theta), np.sin(theta)])
+    foot = centre + R * np.array([-along[1], along[0]])
+    half = np.sqrt(max(radius**2 - R**2, 0.0))
+    return np.array([foot - half * along, foot + half * along])
+
+
+SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
+COUNTS = ("width", "height", "width", "height")
+FACTORS = {
+    "t1": ("split_peaks", "Hough bins"),
+    "t2": ("wrap", "deg"),
+    "t3": ("near_centre", "px"),
+    "t5": ("edge_band", "px"),
+    "t6": ("arrival", "px"),
+    "t7": ("corner_band", "px"),
+    "t8": ("merge", "px"),
+}
+
+
+def interior(squares, border):
+    """Corners between squares, less those next to a border of `border` squares."""
+    return int(np.prod(np.array(squares) - 1 - 2 * border))

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.claims import (
+from chapters.ch03_planar_grids.s1_2_celect.results import (
     COUNTS,
     FACTORS,
     SIDES,
+    Run,
 )
-from chapters.ch03_planar_grids.s1_2_celect.figures.runs import Run
 from raxel.features.celect import CelectSettings
-from repro.judge.statistics import proportion
-from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Table
+from repro.run.experiment import table
+from repro.run.outcomes import Check, Table
 
 
 @table(
@@ -89,45 +86,6 @@ def table_3_2(results):
         rows,
         "Thresholds of CELECT: value, unit in which the number is taken, field of "
         "`CelectSettings`, and size on side 1 of the run of Fig. 3.1.",
-    )
-
-
-@figure(
-    "ext_celect_window", needs=("table_3_1_window",), evidence="synthetic"
-)
-def window_study(results):
-    """Share of boards read against the multiplier of the window radius."""
-    result = results["table_3_1_window"]
-    run = [c["multiplier"] for c in result.conditions]
-    rates = [
-        proportion(result.column("success", multiplier=m)) for m in run
-    ]
-    drawn, axes = new_figure(height_in=2.8)
-    middle, low, high = (
-        100 * np.array([getattr(r, name) for r in rates])
-        for name in ("value", "low", "high")
-    )
-    plot_interval(
-        axes,
-        np.array(run),
-        middle,
-        low,
-        high,
-        index=0,
-        label="boards read, 95 % interval",
-    )
-    axes.set_xscale("log")
-    axes.set_xticks(run, [f"{m:g}" for m in run])
-    axes.minorticks_off()
-    axes.set_ylim(-3, 103)
-    axes.set_xlabel("Window radius over that of Table 3.1 (1)")
-    axes.set_ylabel("Success (%)")
-    axes.legend(loc="best")
-    return Drawing(
-        drawn,
-        {"multiplier": run, "success_percent": middle.tolist()},
-        "Windows that are too small or too large: share of synthetic boards that "
-        "are read completely, against a multiplier of the window radius.",
     )
 
 

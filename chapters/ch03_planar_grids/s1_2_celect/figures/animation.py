@@ -7,7 +7,7 @@ import base64
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.figures.runs import (
+from chapters.ch03_planar_grids.s1_2_celect.results import (
     Run,
     line_ends,
 )

@@ -1,12 +1,18 @@
-"""Figs 3.1, 3.2 and 3.4, from recorded runs."""
+"""Figs 3.1, 3.2 and 3.4, from recorded runs, and what the window radius does."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s1_2_celect.results import (
+    Run,
+    line_ends,
+    which_view,
+)
 from raxel.features.celect import CelectSettings
+from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
-from repro.page.style import series
+from repro.page.style import plot_interval, series
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -14,52 +20,6 @@ GREY = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest"}
 BLUE, RED, GREEN, PINK = (series(i)["color"] for i in range(4))
 YELLOW = series(5)["color"]
 VIEW_RADII = 2.6
-
-
-class Run:
-    """The arrays of a recorded run (`celect_trials.recorded`)."""
-
-    def __init__(self, result):
-        for name in (
-            "steps",
-            "corners",
-            "edges",
-            "lines",
-            "merged",
-            "outer",
-            "grid",
-            "s",
-            "image",
-        ):
-            setattr(self, name, result.arrays(name)[0])
-
-    def step(self, index):
-        """Of a step: centre, radius, line (R, theta), anchor."""
-        row = self.steps[index]
-        return row[1:3], row[3], row[4:6], row[6:8]
-
-    def of_step(self, name, index):
-        """What a step saw: (n, 2) of its `corners`, `edges` or `lines`."""
-        rows = getattr(self, name)
-        return rows[rows[:, 0] == index, 1:]
-
-    def first_of(self, contour):
-        """Index of the first step of a contour."""
-        return int(np.flatnonzero(self.steps[:, 0] == contour)[0])
-
-    def anchors(self, contour):
-        """Anchors (n, 2) of a contour, its last one included."""
-        rows = self.steps[self.steps[:, 0] == contour]
-        return np.vstack((rows[:, 1:3], rows[-1:, 6:8]))
-
-
-def line_ends(centre, radius, line):
-    """Ends (2, 2) of the chord of a window that a line (R, theta) cuts."""
-    R, theta = line[0], np.radians(line[1])
-    along = np.array([np.cos(theta), np.sin(theta)])
-    foot = centre + R * np.array([-along[1], along[0]])
-    half = np.sqrt(max(radius**2 - R**2, 0.0))
-    return np.array([foot - half * along, foot + half * along])
 
 
 def mark(axes, point, text, offset, colour="white"):
@@ -199,12 +159,6 @@ def fig_3_1(results):
         "the candidate corners $n_q$ and the next anchor.",
         window_check(run),
     )
-
-
-def which_view(result):
-    """Which of the random views is drawn, for a caption: the first that is read."""
-    tried = int(result.column("tried")[0])
-    return f", view {tried} of a random series: the first that is read"
 
 
 def window_check(run):
@@ -401,4 +355,43 @@ def fig_3_4(results):
             f"{len(raw)} candidates were merged into {len(grid)} corners, none "
             f"more than {largest:.1f} px off",
         ),
+    )
+
+
+@figure(
+    "ext_celect_window", needs=("table_3_1_window",), evidence="synthetic"
+)
+def window_study(results):
+    """Share of boards read against the multiplier of the window radius."""
+    result = results["table_3_1_window"]
+    run = [c["multiplier"] for c in result.conditions]
+    rates = [
+        proportion(result.column("success", multiplier=m)) for m in run
+    ]
+    drawn, axes = new_figure(height_in=2.8)
+    middle, low, high = (
+        100 * np.array([getattr(r, name) for r in rates])
+        for name in ("value", "low", "high")
+    )
+    plot_interval(
+        axes,
+        np.array(run),
+        middle,
+        low,
+        high,
+        index=0,
+        label="boards read, 95 % interval",
+    )
+    axes.set_xscale("log")
+    axes.set_xticks(run, [f"{m:g}" for m in run])
+    axes.minorticks_off()
+    axes.set_ylim(-3, 103)
+    axes.set_xlabel("Window radius over that of Table 3.1 (1)")
+    axes.set_ylabel("Success (%)")
+    axes.legend(loc="best")
+    return Drawing(
+        drawn,
+        {"multiplier": run, "success_percent": middle.tolist()},
+        "Windows that are too small or too large: share of synthetic boards that "
+        "are read completely, against a multiplier of the window radius.",
     )

@@ -31,7 +31,7 @@ MOST_UNEVEN = 3
 DRAWS = 2000
 
 
-class BoardView(NamedTuple):
+class BoardPicture(NamedTuple):
     """A picture uint8 (h, w) and the true corners (rows, columns, 2) px."""
 
     image: np.ndarray
@@ -112,7 +112,7 @@ def sides_of(lattice):
 
 
 def board_view(name, size, least_px, rng):
-    """A moderately bent BoardView by the camera `name`, at a random pose.
+    """A moderately bent BoardPicture by the camera `name`, at a random pose.
 
     Moderate: every side of a square is at least least_px long, and none more
     than MOST_UNEVEN times as long as another.
@@ -128,7 +128,7 @@ def board_view(name, size, least_px, rng):
         sides = sides_of(lattice)
         even = sides.max() <= MOST_UNEVEN * sides.min()
         if even and sides.min() >= least_px:
-            return BoardView(
+            return BoardPicture(
                 picture(name, size, T_camera_board, rng), lattice
             )
     raise ValueError(f"no pose with the whole board in sight of {name}")
