@@ -9,6 +9,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
     largest_window,
     symmetry_of_a_bend,
 )
+from chapters.ch03_planar_grids.ext_corner_detection.results import mcnemar
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
     CORNERS,
     BentBoard,
@@ -16,17 +17,16 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
 )
 from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
     BLOCK,
-    CODED_DEFAULT,
+    DEFAULT,
     Block,
     CodedView,
     code_of,
-    coded_conditions,
+    conditions,
     decoded,
 )
 from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     METHODS,
     OTHERS,
-    mcnemar,
 )
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.curvature import curved_side
@@ -103,7 +103,7 @@ def test_truth_judges_the_decoder():
     def outcome(corners, numbers, found=True, **other):
         result = CelectResult(found, corners, BLOCK, BLOCK, None, (), ())
         block = Block(image, None, true, numbers)
-        return decoded(block, result, CODED_DEFAULT | other)[0]["outcome"]
+        return decoded(block, result, DEFAULT | other)[0]["outcome"]
 
     assert outcome(true, numbers) == "right"
     assert outcome(true, numbers + 1) == "wrong place"
@@ -117,7 +117,7 @@ def test_truth_judges_the_decoder():
 
 def test_conditions_are_all_different():
     for effort in ("quick", "full"):
-        asked = coded_conditions(effort)
+        asked = conditions(effort)
         assert len({tuple(c.values()) for c in asked}) == len(asked)
 
 

@@ -7,6 +7,8 @@
 # carried out here. Which of them help?
 
 # %% tags=["hide-cell"]
+import numpy as np
+
 from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
     false_places,
     largest_window,
@@ -15,22 +17,13 @@ from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
 from chapters.ch03_planar_grids.ext_corner_detection.results import (
     name_values,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
-    CODED_DEFAULT,
-    CODED_SETTINGS,
-    CODED_TRIALS,
-    PICTURES,
-    coded_conditions,
-    coded_picture_trial,
-    coded_trial,
+from chapters.ch03_planar_grids.ext_corner_detection.trials import (
+    coded,
+    further,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
-    SETTINGS,
-    TRIALS,
-    conditions,
-    further_trial,
-    split_trial,
-)
+from chapters.shared.scoring import scored
+from chapters.shared.synthetic_board import clicks
+from raxel.features.celect import celect
 from raxel.features.celect.clustering import clustered
 from raxel.features.celect.curvature import curved_side
 from raxel.features.celect.symmetric import (
@@ -143,6 +136,36 @@ from repro.run.outcomes import Plan
 
 
 # %%
+def further_trial(condition, rng):
+    """One picture and one set of clicks; every method runs on them."""
+    board, image = further.picture_of(condition["picture"], rng)
+    outer = clicks(board.outer_corners, rng)
+    lattice = board.corners.reshape(board.rows, board.columns, 2)
+    return {
+        name: method_values(settings, image, outer, lattice)
+        for name, settings in further.METHODS.items()
+    }
+
+
+def method_values(settings, image, outer, lattice):
+    """Score of one method: as `scored`, and candidates for every corner passed."""
+    rows, columns = lattice.shape[:2]
+    result = celect(image, outer, columns, rows, settings=settings)
+    wanted = sum(
+        columns if c.name in ("side 1", "side 3") else rows
+        for c in result.contours
+    )
+    seen = sum(len(c.inliers) for c in result.contours)
+    values = scored(result, lattice)
+    values["failed_on"] = _kind(values.pop("contour"))
+    return values | {"candidates": seen / wanted if wanted else None}
+
+
+def _kind(contour):
+    """'side', 'column' or 'corner' of a contour's name; None where none failed."""
+    return contour.split()[0] if contour else None
+
+
 @experiment(
     "ext_further_ideas_runs",
     artefact="ext_further_ideas",
@@ -150,7 +173,12 @@ from repro.run.outcomes import Plan
 )
 def further_ideas(effort):
     """Published stages, each further one, and all three; same pictures."""
-    return Plan(further_trial, conditions(), TRIALS[effort], SETTINGS)
+    return Plan(
+        further_trial,
+        further.conditions(),
+        further.TRIALS[effort],
+        further.SETTINGS,
+    )
 
 
 @experiment(
@@ -160,7 +188,12 @@ def further_ideas(effort):
 )
 def split_corners(effort):
     """One blurred contour: what either detector finds on it."""
-    return Plan(split_trial, [{"picture": "blur SD 5 px"}], 1, SETTINGS)
+    return Plan(
+        further.split_trial,
+        [{"picture": "blur SD 5 px"}],
+        1,
+        further.SETTINGS,
+    )
 
 
 # %% [markdown]
@@ -172,6 +205,16 @@ def split_corners(effort):
 
 
 # %%
+def coded_trial(condition, rng):
+    """One block of one picture, clicked from any corner on, in order and decoded."""
+    block = coded.clicked_block(condition, rng)
+    steps = [np.diff(block.true, axis=axis) for axis in (0, 1)]
+    least = min(np.linalg.norm(s, axis=2).min() for s in steps)
+    found = celect(block.image, block.clicks, coded.BLOCK, coded.BLOCK)
+    values, _ = coded.decoded(block, found, condition)
+    return {"least_px": float(least)} | values
+
+
 @experiment(
     "ext_coded_grid_runs",
     artefact="ext_coded_grid",
@@ -181,9 +224,9 @@ def coded_grids(effort):
     """Blocks of a coded grid: found, refused, or put in a wrong place."""
     return Plan(
         coded_trial,
-        coded_conditions(effort),
-        CODED_TRIALS[effort],
-        CODED_SETTINGS,
+        coded.conditions(effort),
+        coded.TRIALS[effort],
+        coded.SETTINGS,
     )
 
 
@@ -195,7 +238,7 @@ def coded_grids(effort):
 def coded_picture(effort):
     """Some pictures, for looking at the first that is decoded."""
     return Plan(
-        coded_picture_trial, [CODED_DEFAULT], PICTURES, CODED_SETTINGS
+        coded.picture_trial, [coded.DEFAULT], coded.PICTURES, coded.SETTINGS
     )
 
 

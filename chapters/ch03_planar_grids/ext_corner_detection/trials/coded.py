@@ -10,6 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import (
     SIZE_PX,
     Board,
@@ -29,7 +30,6 @@ MOST_TILT_DEG = 20.0
 MOST_SHIFT = 2.5
 POSES = 4
 BLUR_PX = 1.0
-LOST_PX = 8.0
 SEEDS = {"coded": 631, "another code": 632}
 
 # Faint marks have less contrast than an edge needs to be one (Canny's 0.3).
@@ -37,14 +37,14 @@ MARKS = {"full": 1.0, "faint": 0.25}
 FOV_DEG = (120, 134, 146, 152)
 NOISE_SD = (10, 30, 50, 70)
 FALSE_GRIDS = ("another code", "no marks")
-CODED_DEFAULT = {
+DEFAULT = {
     "grid": "coded",
     "marks": "full",
     "fov_deg": 134,
     "noise_sd": 10,
 }
 PICTURES = 4
-CODED_TRIALS = {"quick": 1, "full": 40}
+TRIALS = {"quick": 1, "full": 40}
 OUTCOMES = (
     "right",
     "a corner off",
@@ -52,7 +52,7 @@ OUTCOMES = (
     "refused by the decoder",
     "wrong place",
 )
-CODED_SETTINGS = {
+SETTINGS = {
     "image_px": SIZE_PX,
     "squares": [SQUARES, SQUARES],
     "squares_to_a_focal_length": SQUARES_TO_FOCAL,
@@ -68,17 +68,17 @@ CODED_SETTINGS = {
 }
 
 
-def coded_conditions(effort):
+def conditions(effort):
     """Fields of view, noise, and grids that are not the one looked for."""
     fields, levels = FOV_DEG, NOISE_SD
     if effort == "quick":
         fields, levels = (134,), (10,)
     swept = []
     for marks in MARKS:
-        base = CODED_DEFAULT | {"marks": marks}
+        base = DEFAULT | {"marks": marks}
         swept += [base | {"fov_deg": f} for f in fields]
         swept += [base | {"noise_sd": n} for n in levels if n != 10]
-    faint = CODED_DEFAULT | {"marks": "faint"}
+    faint = DEFAULT | {"marks": "faint"}
     return swept + [faint | {"grid": name} for name in FALSE_GRIDS]
 
 
@@ -187,17 +187,7 @@ def _blurred(view):
     return cv2.GaussianBlur(picture, (0, 0), BLUR_PX)
 
 
-def coded_trial(condition, rng):
-    """One block of one picture, clicked from any corner on, in order and decoded."""
-    block = clicked_block(condition, rng)
-    steps = [np.diff(block.true, axis=axis) for axis in (0, 1)]
-    least = min(np.linalg.norm(s, axis=2).min() for s in steps)
-    found = celect(block.image, block.clicks, BLOCK, BLOCK)
-    values, _ = decoded(block, found, condition)
-    return {"least_px": float(least)} | values
-
-
-def coded_picture_trial(condition, rng):
+def picture_trial(condition, rng):
     """A picture whose block is found: its clicks, corners, and their numbers."""
     block = clicked_block(condition, rng)
     found = celect(block.image, block.clicks, BLOCK, BLOCK)

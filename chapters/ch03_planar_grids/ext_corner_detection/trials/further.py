@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
     CORNERS,
     SLOPES,
@@ -16,7 +14,6 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
     SIZE_PX as BENT_PX,
 )
-from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import (
     SIZE_PX,
     Board,
@@ -26,7 +23,6 @@ from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.clustering import clustered
 from raxel.features.celect.curvature import curved_side
 from raxel.features.celect.symmetric import symmetric_corners
-from repro.judge.statistics import bootstrap, holm
 
 PUBLISHED = "published"
 _STAGES = {
@@ -88,31 +84,6 @@ def picture_of(name, rng):
     return board, board.image(blur, noise, rng)
 
 
-def further_trial(condition, rng):
-    """One picture and one set of clicks; every method runs on them."""
-    board, image = picture_of(condition["picture"], rng)
-    outer = clicks(board.outer_corners, rng)
-    lattice = board.corners.reshape(board.rows, board.columns, 2)
-    return {
-        name: method_values(settings, image, outer, lattice)
-        for name, settings in METHODS.items()
-    }
-
-
-def method_values(settings, image, outer, lattice):
-    """Score of one method: as `scored`, and candidates for every corner passed."""
-    rows, columns = lattice.shape[:2]
-    result = celect(image, outer, columns, rows, settings=settings)
-    wanted = sum(
-        columns if c.name in ("side 1", "side 3") else rows
-        for c in result.contours
-    )
-    seen = sum(len(c.inliers) for c in result.contours)
-    values = scored(result, lattice)
-    values["failed_on"] = _kind(values.pop("contour"))
-    return values | {"candidates": seen / wanted if wanted else None}
-
-
 def split_trial(condition, rng):
     """The first side of one picture: the candidates on it, by either detector."""
     board, image = picture_of(condition["picture"], rng)
@@ -126,60 +97,3 @@ def split_trial(condition, rng):
         side = result.contours[0]
         values[name] = {"inliers": side.inliers, "merged": side.merged}
     return values
-
-
-def _kind(contour):
-    """'side', 'column' or 'corner' of a contour's name; None where none failed."""
-    return contour.split()[0] if contour else None
-
-
-def mcnemar(a, b):
-    """Exact two-sided p that of paired trials (n,) bool a and b succeed as often.
-
-    Of the trials in which they differ, each is a fair coin.
-    """
-    from scipy.stats import binomtest
-
-    a, b = np.asarray(a, bool), np.asarray(b, bool)
-    gained, lost = int((b & ~a).sum()), int((a & ~b).sum())
-    if not gained + lost:
-        return 1.0
-    return float(binomtest(gained, gained + lost, 0.5).pvalue)
-
-
-def successes(result, picture, method):
-    """Trials (n,) bool: every corner within 8 px."""
-    found = result.texts(f"{method}.success", picture=picture)
-    return np.array(found, bool)
-
-
-def comparisons(result):
-    """{(picture, method): values against the published stages, with Holm's p}.
-
-    `gained`, `lost`: trials; `p`: corrected over the whole table; `low`, `high`: 95 %
-    interval of the difference of the two shares, resampled by trial.
-    """
-    pairs, raw = {}, []
-    for condition in result.conditions:
-        picture = condition["picture"]
-        before = successes(result, picture, PUBLISHED)
-        for method in OTHERS:
-            after = successes(result, picture, method)
-            change = bootstrap(
-                lambda a, b: b.mean(axis=-1) - a.mean(axis=-1),
-                before,
-                after,
-                paired=True,
-            )
-            pairs[picture, method] = {
-                "before": float(before.mean()),
-                "after": float(after.mean()),
-                "gained": int((after & ~before).sum()),
-                "lost": int((before & ~after).sum()),
-                "low": change.low,
-                "high": change.high,
-            }
-            raw.append(mcnemar(before, after))
-    for values, p in zip(pairs.values(), holm(raw), strict=True):
-        values["p"] = p
-    return pairs
