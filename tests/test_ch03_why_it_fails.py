@@ -16,13 +16,13 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import (
     CASES,
     levels_of,
 )
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.levels import (
-    merged_ratio,
-    wrong_first_line,
-)
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.ordering import (
     lattice_at,
     ordering_trial,
+)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.runs import (
+    merged_ratio,
+    wrong_first_line,
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
     SectorBoard,

@@ -46,7 +46,9 @@ def test_the_lattice_goes_by_row_and_column():
     board = Board(50.0)
     row_by_row = board.corners[3 * board.columns + 5]
     np.testing.assert_array_equal(board.lattice[3, 5], row_by_row)
-    assert board.lattice.shape == (board.rows, board.columns, 2)
+    points = board.coordinates.reshape(-1, 2)
+    assert points[board.columns + 2].tolist() == [2, 1]
+    np.testing.assert_allclose(board.place(points), board.corners, atol=1e-9)
 
 
 def test_outer_corners_go_clockwise_from_the_upper_left():

@@ -107,6 +107,19 @@ class Board:
         return outer_of(self.corners, self.columns, self.rows)
 
     @property
+    def coordinates(self):
+        """Lattice points (rows, columns, 2) of the corners: see `place`."""
+        y, x = np.mgrid[: self.rows, : self.columns].astype(float)
+        return np.stack((x, y), axis=2)
+
+    def place(self, points):
+        """Pixels (N, 2) of lattice points (N, 2): x along a row, 1 per square."""
+        flat = np.pad(self.square_px * points, ((0, 0), (0, 1)))
+        return self.camera.project(
+            transform(self.T_camera_board, flat)
+        ).pixels
+
+    @property
     def least_spacing(self):
         """Smallest distance in px between neighbouring corners."""
         steps = (

@@ -6,35 +6,22 @@
 # steps lost it? And does each condition of 3.1.2 matter as the thesis says?
 
 # %% tags=["hide-cell"]
+import numpy as np
+
 from chapters.ch03_planar_grids.ext_why_it_fails.exercises import (
     largest_radius,
     least_square,
     widest_arc,
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.results import name_values
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import (
-    CORNER_SD_PX,
-    SWEEP_LEVELS,
-    SWEEP_QUICK,
-    VARIATION,
-    levels_of,
-)
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.levels import (
-    sweep_trial,
-    why_trial,
-    wrong_first_line,
-)
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.ordering import (
-    bends,
-    ordering_trial,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials import runs, stages
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
     SectorBoard,
 )
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
-    lost_at,
-)
-from chapters.shared.robustness import DEFAULTS
+from chapters.shared.robustness import DEFAULTS, LEVELS, board_of
+from chapters.shared.scoring import LOST_PX
+from chapters.shared.synthetic_board import clicks
+from raxel.features.celect import celect
 from raxel.features.celect.baselines import (
     order_by_homography,
     order_by_joining_line,
@@ -105,14 +92,14 @@ from repro.run.outcomes import Plan
 # of a square. CELECT sees nothing of this.
 
 # %% tags=["active-ipynb"]
-# show_code(lost_at)
+# show_code(stages.lost_at)
 
 # %% [markdown]
 # The condition on the first corner can be computed from the true contours,
 # so failure can be foretold:
 
 # %% tags=["active-ipynb"]
-# show_code(wrong_first_line)
+# show_code(runs.wrong_first_line)
 
 # %% [markdown]
 # ## Experiment
@@ -131,94 +118,37 @@ from repro.run.outcomes import Plan
 # and *where* these conditions break a run, not how often they do.
 
 # %%
-TRIALS = {"quick": 1, "full": 20}
-SWEEP_TRIALS = {"quick": 1, "full": 6}
+# Levels of Fig. 3.11 at which trials are lost: its failures, traced here.
+LOSING = {
+    "noise_sd": (80, 100),
+    "blur_px": (4, 6, 8),
+    "squares_across": (25, 30, 40),
+    "fov_deg": (152, 158, 164),
+    "yaw_deg": (40, 44, 48),
+}
+FEW = {"blur_px": (8,), "fov_deg": (158,)}
+TRIALS = {"quick": 1, "full": 6}
 
 
-def plan_of(case, effort):
-    """The plan of one case: all its levels in one trial."""
-    condition = {"case": case, "levels": levels_of(case, effort)}
-    return Plan(why_trial, [condition], TRIALS[effort], VARIATION)
-
-
-@experiment(
-    "ext_why_clearance",
-    artefact="ext_why_clearance",
-    shards={"quick": 1, "full": 1},
-)
-def clearance(effort):
-    """How far the sheet goes on beyond the outermost corners."""
-    return plan_of("clearance", effort)
-
-
-@experiment(
-    "ext_why_first_corner",
-    artefact="ext_why_first_corner",
-    shards={"quick": 1, "full": 1},
-)
-def first_corner(effort):
-    """The right contour of the first corner comes within t4 of L4."""
-    return plan_of("first_corner", effort)
-
-
-@experiment(
-    "ext_why_wrong_contour",
-    artefact="ext_why_wrong_contour",
-    shards={"quick": 1, "full": 1},
-)
-def wrong_contour(effort):
-    """The wrong contour of the first corner leaves t4 of L4, closer to L1."""
-    return plan_of("wrong_contour", effort)
-
-
-@experiment(
-    "ext_why_direction",
-    artefact="ext_why_direction",
-    shards={"quick": 1, "full": 1},
-)
-def direction(effort):
-    """Eight ways to click one picture."""
-    return plan_of("direction", effort)
-
-
-@experiment(
-    "ext_why_window",
-    artefact="ext_why_window",
-    shards={"quick": 1, "full": 1},
-)
-def window(effort):
-    """The window's radius, times a factor."""
-    return plan_of("window", effort)
-
-
-@experiment(
-    "ext_why_curvature",
-    artefact="ext_why_curvature",
-    shards={"quick": 1, "full": 1},
-)
-def curvature(effort):
-    """The same bend with fewer and larger squares."""
-    return plan_of("curvature", effort)
-
-
-@experiment(
-    "ext_why_size_variation",
-    artefact="ext_why_size_variation",
-    shards={"quick": 1, "full": 1},
-)
-def size_variation(effort):
-    """Squares that grow along a contour."""
-    return plan_of("size_variation", effort)
-
-
-@experiment(
-    "ext_why_blur_noise",
-    artefact="ext_why_blur_noise",
-    shards={"quick": 1, "full": 1},
-)
-def blur_noise(effort):
-    """Blur, and noise."""
-    return plan_of("blur_noise", effort)
+def sweep_trial(condition, rng):
+    """A trial of the sweeps of 3.3.1, with the stage that lost it."""
+    board = board_of(condition)
+    if np.isnan(board.corners).any():
+        return {"stage": stages.UNSEEN, "contour": "", "returned": False}
+    image = board.image(
+        condition["blur_px"],
+        condition["noise_sd"],
+        rng,
+        LEVELS[condition["levels"]],
+    )
+    outer = clicks(board.outer_corners, rng)
+    run = celect(image, outer, board.columns, board.rows)
+    lost = stages.lost_at(run, board.coordinates, board.place, LOST_PX)
+    return {
+        "stage": lost.stage,
+        "contour": lost.contour,
+        "returned": run.found,
+    }
 
 
 @experiment(
@@ -228,21 +158,13 @@ def blur_noise(effort):
 )
 def sweeps(effort):
     """The levels of Fig. 3.11 at which trials are lost."""
-    levels = SWEEP_QUICK if effort == "quick" else SWEEP_LEVELS
-    conditions = [DEFAULTS | level for level in levels]
-    return Plan(sweep_trial, conditions, SWEEP_TRIALS[effort])
-
-
-@experiment(
-    "ext_why_orderings",
-    artefact="ext_why_orderings",
-    shards={"quick": 1, "full": 1},
-)
-def orderings(effort):
-    """The two orderings of 1.2.1 on corners of boards that bend more and more."""
-    settings = {"corner_sd_px": CORNER_SD_PX}
-    trials = TRIALS[effort]
-    return Plan(ordering_trial, bends(effort), trials, settings)
+    levels = FEW if effort == "quick" else LOSING
+    conditions = [
+        DEFAULTS | {name: value}
+        for name in levels
+        for value in levels[name]
+    ]
+    return Plan(sweep_trial, conditions, TRIALS[effort])
 
 
 # %% [markdown]

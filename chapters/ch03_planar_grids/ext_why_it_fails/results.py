@@ -1,4 +1,4 @@
-"""Numbers that the page on CELECT's failures quotes."""
+"""Results of the page on CELECT's failures: stages that lost a run, quoted numbers."""
 
 from __future__ import annotations
 
@@ -6,13 +6,6 @@ from collections import Counter
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_why_it_fails.figures.pairs import (
-    stages_of,
-)
-from chapters.ch03_planar_grids.ext_why_it_fails.tables import (
-    SWEEPS,
-    first_failure,
-)
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     CLICK,
@@ -25,6 +18,13 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
 from chapters.shared.robustness import DEFAULTS
 from repro.page.reader import value
 
+SWEEPS = {
+    "noise_sd": "noise {0}",
+    "blur_px": "blur {0} px",
+    "squares_across": "squares {1:.0f} px",
+    "fov_deg": "FOV {0}°",
+    "yaw_deg": "yaw {0}°",
+}
 # What the prose calls the drawn levels, in their order.
 DRAWN = {
     2: ("broken", "kept"),
@@ -40,6 +40,23 @@ ALSO = (
 )
 NOT_RUN = "(not in a quick build)"
 TRACED = (NO_EDGE, TOO_LONG, WRONG_EDGE)
+
+
+def stages_of(result):
+    """Level -> stage of every trial, of the levels that were run."""
+    levels = result.conditions[0]["levels"]
+    return {level: result.texts(f"{level}.stage") for level in levels}
+
+
+def shares_of(stages):
+    """Level -> stage -> share of the trials in %."""
+    return {
+        level: {
+            stage: 100 * count / len(lost)
+            for stage, count in Counter(lost).items()
+        }
+        for level, lost in stages.items()
+    }
 
 
 def name_values(open_results):
@@ -134,3 +151,14 @@ def agreeing_criterion(result):
         for condition in result.conditions
     ]
     return f"{100 * np.concatenate(agree).mean():.0f} %"
+
+
+def first_failure(result, name, family):
+    """The smallest bend (deg) at which an ordering fails in a trial; nan if none."""
+    for condition in result.conditions:
+        if condition["family"] == family:
+            bend = condition["bend_deg"]
+            right = result.column(name, family=family, bend_deg=bend)
+            if right.mean() < 1:
+                return float(bend)
+    return float("nan")

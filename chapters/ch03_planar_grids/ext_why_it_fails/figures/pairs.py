@@ -1,4 +1,4 @@
-"""The figures of the page on CELECT's failures: pairs of runs, and stage counts."""
+"""A figure for each case: a pair of runs side by side, and what became of all runs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import (
     draw_window,
     window_legend,
 )
+from chapters.ch03_planar_grids.ext_why_it_fails.results import (
+    shares_of,
+    stages_of,
+)
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
     OVERVIEW,
@@ -18,23 +22,6 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
-
-
-def stages_of(result):
-    """Level -> stage of every trial, of the levels that were run."""
-    levels = result.conditions[0]["levels"]
-    return {level: result.texts(f"{level}.stage") for level in levels}
-
-
-def shares_of(stages):
-    """Level -> stage -> share of the trials in %."""
-    return {
-        level: {
-            stage: 100 * count / len(lost)
-            for stage, count in Counter(lost).items()
-        }
-        for level, lost in stages.items()
-    }
 
 
 def example(stages, drawn):

@@ -174,28 +174,3 @@ def levels_of(case, effort):
         for label in levels
         if label in taken
     }
-
-
-# Levels of Fig. 3.11 at which trials are lost: its failures, traced here.
-SWEEP_LEVELS = [
-    {"noise_sd": 80},
-    {"noise_sd": 100},
-    {"blur_px": 4},
-    {"blur_px": 6},
-    {"blur_px": 8},
-    {"squares_across": 25},
-    {"squares_across": 30},
-    {"squares_across": 40},
-    {"fov_deg": 152},
-    {"fov_deg": 158},
-    {"fov_deg": 164},
-    {"yaw_deg": 40},
-    {"yaw_deg": 44},
-    {"yaw_deg": 48},
-]
-SWEEP_QUICK = [{"blur_px": 8}, {"fov_deg": 158}]
-
-# The two orderings of 1.2.1: corners are given, true but for this error.
-CORNER_SD_PX = 0.5
-ARCS_DEG = (1, 5, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 130, 160)
-FOVS_DEG = (20, 40, 60, 70, 80, 90, 100, 110, 120, 134, 146, 158)

@@ -6,11 +6,6 @@ import math
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import (
-    ARCS_DEG,
-    CORNER_SD_PX,
-    FOVS_DEG,
-)
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
     SectorBoard,
 )
@@ -24,7 +19,13 @@ from raxel.features.celect.baselines import (
     row_margin,
 )
 from raxel.geometry import apply_homography, homography_dlt
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
+TRIALS = {"quick": 1, "full": 20}
+CORNER_SD_PX = 0.5
+ARCS_DEG = (1, 5, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 130, 160)
+FOVS_DEG = (20, 40, 60, 70, 80, 90, 100, 110, 120, 134, 146, 158)
 HALF_WIDTH_PX, DEPTH_PX = 300.0, 200.0
 BENDS = {"arc": ARCS_DEG, "fov": FOVS_DEG}
 FEW = {"arc": (5, 60), "fov": (60, 134)}
@@ -41,7 +42,7 @@ def lattice_at(condition, rng):
     bend = condition["bend_deg"]
     if condition["family"] == "fov":
         board = Board(fov_deg=bend)
-        return board.corners.reshape(board.rows, board.columns, 2)
+        return board.lattice
     radius = HALF_WIDTH_PX / math.sin(math.radians(bend) / 2)
     return SectorBoard(
         arc_deg=bend,
@@ -73,6 +74,18 @@ def ordering_trial(condition, rng):
         "margin": row_margin(corners) / float(side.min()),
         "stray": float((stray / side).max()),
     }
+
+
+@experiment(
+    "ext_why_orderings",
+    artefact="ext_why_orderings",
+    shards={"quick": 1, "full": 1},
+)
+def orderings(effort):
+    """The two orderings of 1.2.1 on corners of boards that bend more and more."""
+    settings = {"corner_sd_px": CORNER_SD_PX}
+    trials = TRIALS[effort]
+    return Plan(ordering_trial, bends(effort), trials, settings)
 
 
 def _flat(outer, rows, columns):

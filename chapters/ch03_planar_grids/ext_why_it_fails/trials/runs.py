@@ -1,4 +1,4 @@
-"""One trial of a case: the same random variation at every level of the case."""
+"""The trial of a case, the same random variation at all its levels; and its plans."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import (
     CASES,
     CLICK_CAP_PX,
     CLICK_SD_PX,
+    VARIATION,
+    levels_of,
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
     SectorBoard,
@@ -18,7 +20,6 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     DONE,
-    UNSEEN,
     between,
     lost_at,
 )
@@ -27,14 +28,14 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
     overview,
     window_at,
 )
-from chapters.shared.robustness import LEVELS, board_of
-from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import angle_apart, orientation
-from raxel.geometry import transform
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
 PUBLISHED = CelectSettings()
+TRIALS = {"quick": 1, "full": 20}
 
 
 def why_trial(condition, rng):
@@ -135,31 +136,87 @@ def _tangent(stops, place):
     return orientation(first[1] - first[0])
 
 
-def sweep_trial(condition, rng):
-    """A trial of the sweeps of 3.3.1, with the stage that lost it."""
-    board = board_of(condition)
-    if np.isnan(board.corners).any():
-        return {"stage": UNSEEN, "contour": "", "returned": False}
-    y, x = np.mgrid[: board.rows, : board.columns].astype(float)
-    coordinates = np.stack((x, y), axis=2)
+def plan_of(case, effort):
+    """The plan of one case: all its levels in one trial."""
+    condition = {"case": case, "levels": levels_of(case, effort)}
+    return Plan(why_trial, [condition], TRIALS[effort], VARIATION)
 
-    def place(points):
-        flat = np.pad(board.square_px * points, ((0, 0), (0, 1)))
-        return board.camera.project(
-            transform(board.T_camera_board, flat)
-        ).pixels
 
-    image = board.image(
-        condition["blur_px"],
-        condition["noise_sd"],
-        rng,
-        LEVELS[condition["levels"]],
-    )
-    outer = clicks(board.outer_corners, rng)
-    run = celect(image, outer, board.columns, board.rows)
-    lost = lost_at(run, coordinates, place, LOST_PX)
-    return {
-        "stage": lost.stage,
-        "contour": lost.contour,
-        "returned": run.found,
-    }
+@experiment(
+    "ext_why_clearance",
+    artefact="ext_why_clearance",
+    shards={"quick": 1, "full": 1},
+)
+def clearance(effort):
+    """How far the sheet goes on beyond the outermost corners."""
+    return plan_of("clearance", effort)
+
+
+@experiment(
+    "ext_why_first_corner",
+    artefact="ext_why_first_corner",
+    shards={"quick": 1, "full": 1},
+)
+def first_corner(effort):
+    """The right contour of the first corner comes within t4 of L4."""
+    return plan_of("first_corner", effort)
+
+
+@experiment(
+    "ext_why_wrong_contour",
+    artefact="ext_why_wrong_contour",
+    shards={"quick": 1, "full": 1},
+)
+def wrong_contour(effort):
+    """The wrong contour of the first corner leaves t4 of L4, closer to L1."""
+    return plan_of("wrong_contour", effort)
+
+
+@experiment(
+    "ext_why_direction",
+    artefact="ext_why_direction",
+    shards={"quick": 1, "full": 1},
+)
+def direction(effort):
+    """Eight ways to click one picture."""
+    return plan_of("direction", effort)
+
+
+@experiment(
+    "ext_why_window",
+    artefact="ext_why_window",
+    shards={"quick": 1, "full": 1},
+)
+def window(effort):
+    """The window's radius, times a factor."""
+    return plan_of("window", effort)
+
+
+@experiment(
+    "ext_why_curvature",
+    artefact="ext_why_curvature",
+    shards={"quick": 1, "full": 1},
+)
+def curvature(effort):
+    """The same bend with fewer and larger squares."""
+    return plan_of("curvature", effort)
+
+
+@experiment(
+    "ext_why_size_variation",
+    artefact="ext_why_size_variation",
+    shards={"quick": 1, "full": 1},
+)
+def size_variation(effort):
+    """Squares that grow along a contour."""
+    return plan_of("size_variation", effort)
+
+
+@experiment(
+    "ext_why_blur_noise",
+    artefact="ext_why_blur_noise",
+    shards={"quick": 1, "full": 1},
+)
+def blur_noise(effort):
+    """Blur, and noise."""
+    return plan_of("blur_noise", effort)
