@@ -12,7 +12,13 @@ from raxel.features import (
     verified,
 )
 from raxel.features.lattice import in_standard_order, lattice_fault, misfit, spacing
-from raxel.features.opencv import refine
+from raxel.features.opencv import (
+    PLAIN_FLAGS,
+    SECTOR_FLAGS,
+    chessboard_corners,
+    chessboard_corners_sb,
+    refine,
+)
 from tests.chessboards import Board, facing
 
 EVERY = pytest.mark.parametrize("detector", list(DETECTORS))
@@ -131,6 +137,34 @@ def test_opencv_needs_the_counts_and_says_so():
     refusal = DETECTORS["opencv"](drawn("straight").image(), None, None)
     assert not refusal.found
     assert "opencv-sb" in refusal.reason
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "flags"),
+    [
+        (
+            chessboard_corners,
+            cv2.findChessboardCorners,
+            cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE,
+        ),
+        (
+            chessboard_corners_sb,
+            cv2.findChessboardCornersSB,
+            cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY,
+        ),
+    ],
+)
+def test_opencv_by_itself_is_handed_on_as_it_is(ours, theirs, flags):
+    image = drawn("tilted").image()
+    corners = theirs(image, (9, 6), flags=flags)[1].reshape(-1, 2)
+    np.testing.assert_array_equal(ours(image, 9, 6), corners)
+    np.testing.assert_array_equal(ours(image, 9, 6, flags), corners)
+    assert ours(np.zeros((64, 64), np.uint8), 9, 6) is None
+
+
+def test_opencvs_default_flags_are_those_of_its_header():
+    assert PLAIN_FLAGS == cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+    assert SECTOR_FLAGS == cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
 
 
 @COUNTING

@@ -12,6 +12,7 @@ from raxel.features.localise import (
     saddle_point,
 )
 from raxel.features.localise.ridges import _columns, _offsets
+from raxel.features.localise.subpix import opencv_subpix
 from raxel.features.localise.windows import cubic_taps, noise_variance
 
 SIZE, PERIOD, BLUR = 420, 31.7, 1.5
@@ -229,6 +230,10 @@ def test_a_full_window_of_9_leaves_far_corners_and_a_half_window_of_9_does_not()
     wide = corner_subpix(image, at_8, half_window=9)
     assert wide.converged.all()
     assert np.abs(wide.corners - truth).max() < 0.1
+    alone = opencv_subpix(image.astype(np.float32), at_8, half_window=9)
+    np.testing.assert_array_equal(alone, wide.corners)
+    left = opencv_subpix(image.astype(np.float32), at_8, half_window=4)
+    np.testing.assert_array_equal(left, at_8.astype(np.float32))
 
 
 @pytest.mark.parametrize(

@@ -9,13 +9,50 @@ import numpy as np
 
 from raxel.features.detector import as_8_bit, refused, verified
 from raxel.features.lattice import misfit, spacing
+from raxel.features.localise.subpix import opencv_subpix
 
 WINDOW_IN_STEPS = 0.35
 SMALLEST_WINDOW, LARGEST_WINDOW = 2, 8
-ITERATIONS, STILL_PX = 100, 1e-3
+STILL_PX = 1e-3
 RESTART_MISFIT, RESTARTS = 0.12, 3
 LEAST_COUNT = 3
+# cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+PLAIN_FLAGS = 1 | 2
+# cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+SECTOR_FLAGS = 16 | 32
 NOT_FOUND = "OpenCV found no board of {} x {} interior corners"
+
+
+def chessboard_corners(image, columns, rows, flags=PLAIN_FLAGS):
+    """Corners as cv2.findChessboardCorners returns them; None where it has no board.
+
+    `image` (height, width) uint8 or uint16; `columns` and `rows` count interior
+    corners, `flags` are OpenCV's. Returns (rows * columns, 2) float64 pixels (u, v), row by row,
+    from whichever corner OpenCV begins with.
+    """
+    import cv2
+
+    size = columns, rows
+    found, corners = cv2.findChessboardCorners(as_8_bit(image), size, flags=flags)
+    return _all_of(found, corners, size)
+
+
+def chessboard_corners_sb(image, columns, rows, flags=SECTOR_FLAGS):
+    """Corners as cv2.findChessboardCornersSB, the sector-based one, returns them.
+
+    As `chessboard_corners`.
+    """
+    import cv2
+
+    size = columns, rows
+    found, corners = cv2.findChessboardCornersSB(as_8_bit(image), size, flags=flags)
+    return _all_of(found, corners, size)
+
+
+def _all_of(found, corners, size):
+    if not found or len(corners) != size[0] * size[1]:
+        return None
+    return np.asarray(corners, dtype=float).reshape(-1, 2)
 
 
 def find_opencv(image, columns, rows):
@@ -24,17 +61,10 @@ def find_opencv(image, columns, rows):
     `image` (height, width) uint8 or uint16; `columns` and `rows` count interior
     corners and must be known. Returns a Detection.
     """
-    import cv2
-
     if columns is None or rows is None:
         reason = "this detector needs target.columns and target.rows; try opencv-sb"
         return refused(columns, rows, reason)
-    flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
-    found, corners = cv2.findChessboardCorners(
-        as_8_bit(image), (columns, rows), flags=flags
-    )
-    if not found:
-        return refused(columns, rows, NOT_FOUND.format(columns, rows))
+    corners = chessboard_corners(image, columns, rows)
     return _refined_and_verified(corners, columns, rows, image)
 
 
@@ -44,22 +74,16 @@ def find_opencv_sb(image, columns, rows):
     As `find_opencv`; where the counts are unknown the largest board is taken, its
     longer side as columns.
     """
-    import cv2
-
-    flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
     if columns is None or rows is None:
-        return _largest_board(image, flags | cv2.CALIB_CB_LARGER)
-    found, corners = cv2.findChessboardCornersSB(
-        as_8_bit(image), (columns, rows), flags=flags
-    )
-    if not found:
-        return refused(columns, rows, NOT_FOUND.format(columns, rows))
+        return _largest_board(image)
+    corners = chessboard_corners_sb(image, columns, rows)
     return _refined_and_verified(corners, columns, rows, image)
 
 
-def _largest_board(image, flags):
+def _largest_board(image):
     import cv2
 
+    flags = SECTOR_FLAGS | cv2.CALIB_CB_LARGER
     found, corners, marks = cv2.findChessboardCornersSBWithMeta(
         as_8_bit(image), (LEAST_COUNT, LEAST_COUNT), flags=flags
     )
@@ -70,12 +94,11 @@ def _largest_board(image, flags):
     if rows > columns:
         lattice = lattice.transpose(1, 0, 2)
     rows, columns = lattice.shape[:2]
-    return _refined_and_verified(lattice, columns, rows, image)
+    return _refined_and_verified(lattice.reshape(-1, 2), columns, rows, image)
 
 
 def _refined_and_verified(corners, columns, rows, image):
-    corners = np.asarray(corners, dtype=float).reshape(-1, 2)
-    if not np.isfinite(corners).all() or len(corners) != columns * rows:
+    if corners is None or not np.isfinite(corners).all():
         return refused(columns, rows, NOT_FOUND.format(columns, rows))
     return verified(refine(image, corners, columns, rows), columns, rows, image)
 
@@ -102,17 +125,13 @@ def refine(image, corners, columns, rows):
 
 def _at_saddles(image, corners, steps):
     """cornerSubPix, in groups of corners that share a window."""
-    import cv2
-
     grey = image if image.dtype == np.uint8 else image.astype(np.float32)
-    until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ITERATIONS, STILL_PX)
     height, width = image.shape
     inside = np.all((corners >= 0) & (corners <= (width - 1, height - 1)), axis=1)
     half = np.clip(WINDOW_IN_STEPS * steps, SMALLEST_WINDOW, LARGEST_WINDOW).astype(int)
     moved = corners.copy()
     for window in np.unique(half[inside]):
         group = inside & (half == window)
-        start = np.ascontiguousarray(corners[group, None], dtype=np.float32)
-        size = int(window), int(window)
-        moved[group] = cv2.cornerSubPix(grey, start, size, (-1, -1), until)[:, 0]
+        at = opencv_subpix(grey, corners[group], int(window), termination_px=STILL_PX)
+        moved[group] = at
     return moved

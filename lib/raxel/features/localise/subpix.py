@@ -10,6 +10,25 @@ TERMINATION_PX = 0.1
 ITERATIONS = 100
 
 
+def opencv_subpix(
+    image, corners, half_window=4, zero_zone=-1, termination_px=TERMINATION_PX
+):
+    """OpenCV's cornerSubPix by itself: where it puts corners, (N, 2) float64.
+
+    image: (H, W) uint8 or float32; corners: (N, 2) pixels (u, v) inside it, which
+    OpenCV takes as float32; the rest as `corner_subpix`, which also says how sure each
+    corner is. A corner that OpenCV gives up is returned as it was put.
+    """
+    import cv2
+
+    until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ITERATIONS)
+    # cornerSubPix writes into what it is given.
+    start = np.array(corners, dtype=np.float32, order="C").reshape(-1, 1, 2)
+    window, middle = (half_window, half_window), (zero_zone, zero_zone)
+    found = cv2.cornerSubPix(image, start, window, middle, (*until, termination_px))
+    return found[:, 0].astype(float)
+
+
 def corner_subpix(
     image, corners, *, half_window=4, zero_zone=-1, termination_px=TERMINATION_PX
 ):
@@ -35,8 +54,6 @@ def corner_subpix(
     -------
     Localised. Raises InputError for a colour image or a window that is none.
     """
-    import cv2
-
     grey, corners = checked(image, corners, 2 * half_window + 1)
     if zero_zone >= half_window:
         raise InputError(
@@ -46,15 +63,10 @@ def corner_subpix(
     inside = fits(grey.shape, corners, 0) & (min(grey.shape) >= 2 * half_window + 5)
     found = corners.copy()
     if inside.any():
-        until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ITERATIONS)
-        start = np.ascontiguousarray(corners[inside, None], dtype=np.float32)
-        found[inside] = cv2.cornerSubPix(
-            np.asarray(image) if image.dtype == np.uint8 else grey.astype(np.float32),
-            start.copy(),
-            (half_window, half_window),
-            (zero_zone, zero_zone),
-            (*until, termination_px),
-        )[:, 0]
+        picture = image if image.dtype == np.uint8 else grey.astype(np.float32)
+        found[inside] = opencv_subpix(
+            picture, corners[inside], half_window, zero_zone, termination_px
+        )
     # OpenCV says that it gave up by returning the very numbers it was given.
     moved = inside & (found != corners.astype(np.float32)).any(axis=1)
     moved &= fits(grey.shape, found, half_window + 5)

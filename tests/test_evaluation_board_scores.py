@@ -1,0 +1,52 @@
+"""Corners of a board against the truth: in their places, and in order."""
+
+import numpy as np
+import pytest
+
+from raxel.evaluation.board_scores import distances, in_order_of, in_place
+
+COLUMNS, ROWS = 5, 4
+LATTICE = np.stack(
+    np.meshgrid(100.0 + 30 * np.arange(COLUMNS), 60.0 + 30 * np.arange(ROWS)), axis=-1
+)
+TRUTH = LATTICE.reshape(-1, 2)
+
+
+def test_a_board_is_in_place_only_in_its_own_order_and_within_reach():
+    assert in_place(TRUTH + [5, 5], TRUTH, 8.0)
+    assert not in_place(TRUTH + [6, 6], TRUTH, 8.0)
+    assert in_place(TRUTH + [6, 6], TRUTH, 9.0)
+    assert not in_place(TRUTH[::-1], TRUTH, 8.0)
+    assert not in_place(TRUTH[:-1], TRUTH, 8.0)
+    hole = TRUTH.copy()
+    hole[3] = np.nan
+    assert not in_place(hole, TRUTH, 8.0)
+
+
+def test_a_corner_nearer_to_another_true_one_is_not_in_place():
+    close = TRUTH / 5
+    assert in_place(close + [2.5, 0], close, 8.0)
+    assert not in_place(close + [3.5, 0], close, 8.0)
+
+
+@pytest.mark.parametrize("down", [1, -1])
+@pytest.mark.parametrize("across", [1, -1])
+def test_a_detector_without_clicks_may_begin_anywhere(down, across):
+    turned = LATTICE[::down, ::across].reshape(-1, 2)
+    np.testing.assert_array_equal(in_order_of(TRUTH, turned, COLUMNS, ROWS), TRUTH)
+
+
+def test_rows_stay_rows_on_a_square_board():
+    square = LATTICE[:, :ROWS]
+    turned = square.transpose(1, 0, 2).reshape(-1, 2)
+    best = in_order_of(square.reshape(-1, 2), turned, ROWS, ROWS).reshape(square.shape)
+    across = np.diff(best, axis=1)
+    np.testing.assert_array_equal(across[..., 0], 0)
+
+
+def test_distances_are_between_all_pairs_and_far_from_nothing():
+    apart = distances(
+        np.array([[0.0, 0], [3, 4]]), np.array([[0.0, 0], [3, 0], [0, 4]])
+    )
+    np.testing.assert_allclose(apart, [[0, 3, 4], [5, 4, 3]])
+    assert np.isinf(distances(TRUTH, np.empty((0, 2)))).all()
