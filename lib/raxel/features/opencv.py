@@ -27,8 +27,8 @@ def chessboard_corners(image, columns, rows, flags=PLAIN_FLAGS):
     """Corners as cv2.findChessboardCorners returns them; None where it has no board.
 
     `image` (height, width) uint8 or uint16; `columns` and `rows` count interior
-    corners, `flags` are OpenCV's. Returns (rows * columns, 2) float64 pixels (u, v), row by row,
-    from whichever corner OpenCV begins with.
+    corners, `flags` are OpenCV's. Returns (rows * columns, 2) float64 pixels (u, v),
+    row by row, from whichever corner OpenCV begins with.
     """
     import cv2
 
