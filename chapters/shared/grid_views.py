@@ -131,3 +131,29 @@ def outer(lattice):
     return np.array(
         [lattice[0, 0], lattice[0, -1], lattice[-1, -1], lattice[-1, 0]]
     )
+
+
+def corner_areas(lattice):
+    """Area (4,) in px² of the squares at the four outer corners, as `outer`."""
+    rows, columns = lattice.shape[:2]
+    areas = []
+    for r, c in (
+        (0, 0),
+        (0, columns - 2),
+        (rows - 2, columns - 2),
+        (rows - 2, 0),
+    ):
+        a, b = lattice[r, c], lattice[r, c + 1]
+        d, e = lattice[r + 1, c], lattice[r + 1, c + 1]
+        (x, y), (p, q) = e - a, d - b
+        areas.append(abs(x * q - y * p) / 2)
+    return np.array(areas)
+
+
+def from_smallest(lattice):
+    """The lattice begun at the outer corner with the smallest square.
+
+    lattice: (rows, columns, 2), clockwise in the picture; so is the answer,
+    its rows and columns exchanged where it begins at the side of the other.
+    """
+    return np.rot90(lattice, int(corner_areas(lattice).argmin()))

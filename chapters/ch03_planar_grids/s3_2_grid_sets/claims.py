@@ -8,25 +8,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
-    chance_of_split,
-)
 from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     DETECTORS_OF_TODAY,
     EXPERIMENTS,
-    all_right,
+    any_of,
     causes,
+    chance_of_split,
     errors,
+    of_each_seed,
     pictures_of,
     right,
-    seeds_of,
+    spread,
 )
-from chapters.shared.grid_scoring import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
     CONTOUR,
     REFERENCES,
     TRUTH,
 )
-from chapters.shared.grid_trials import CELECT, OPENCV
+from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.judge.statistics import FAILS, HOLDS, UNDECIDED
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
@@ -53,32 +52,6 @@ def decided(holds, counted=True):
 def seeds_told(holds):
     """The same in words."""
     return f"true of {int(np.sum(holds))} of {len(holds)} seeds"
-
-
-def any_of(results):
-    """The seeds, which all four experiments share."""
-    return seeds_of(next(iter(results.values())))
-
-
-def of_each_seed(results, detector):
-    """Each seed, and which of its pictures CELECT and a detector get right.
-
-    Yields (seed, (n,) bool, (n,) bool), the pictures of all four sets.
-    """
-    for seed in any_of(results):
-        yield (
-            seed,
-            all_right(results, CELECT, seed),
-            all_right(results, detector, seed),
-        )
-
-
-def spread(values):
-    """(mean, (least, greatest)) of one value per seed."""
-    return float(np.mean(values)), (
-        float(np.min(values)),
-        float(np.max(values)),
-    )
 
 
 def mcnemar(one, other):

@@ -11,7 +11,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     seeds_of,
     title_of,
 )
-from chapters.shared.grid_trials import CELECT, OPENCV
+from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing

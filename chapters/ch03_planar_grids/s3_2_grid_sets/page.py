@@ -8,29 +8,52 @@
 # are lost. Here the laboratory renders four such sets, three times.
 
 # %% tags=["hide-cell"]
+import numpy as np
+
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
-    chance_of_split,
     clicked_corners,
     reach_of_merging,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.values import name_values
-from chapters.shared.grid_scoring import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
+    chance_of_split,
+    name_values,
+)
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
+    BLEMISHES,
+    BOTH,
+    DONE,
+    FINE,
+    FINER,
+    SEEDS,
     cause_of,
+    drawn,
     errors_of,
-    from_smallest,
+    settings_of,
+    share_found,
+)
+from chapters.shared.grid_detectors import (
+    CELECT,
+    CLICK_SD_PX,
+    CLICKLESS,
+    LINEAR,
+    OPENCV,
+    OPENCV_SB,
     is_right,
     localised,
-)
-from chapters.shared.grid_trials import (
-    conditions_of,
-    grid_trial,
-    no_clicks,
     returned,
-    run_celect,
-    settings_of,
-    tone_undone,
 )
-from chapters.shared.grid_views import grid_view
+from chapters.shared.grid_views import (
+    CLICKS,
+    IMAGES,
+    from_smallest,
+    grid_view,
+    outer,
+    stream,
+)
+from raxel.errors import InputError
+from raxel.evaluation.board_scores import in_order_of, in_place
+from raxel.features.celect import CelectSettings, celect
+from raxel.features.tone_curve import undo_srgb
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -85,10 +108,13 @@ from repro.run.outcomes import Plan
 # of its own true corner and nearer to it than to any other.
 
 # %% tags=["active-ipynb"]
-# show_code(grid_view, grid_trial, run_celect, no_clicks, returned)
+# show_code(grid_view, returned)
 
 # %% tags=["active-ipynb"]
-# show_code(is_right, localised, errors_of, cause_of, from_smallest)
+# show_code(is_right, in_place, localised)
+
+# %% tags=["active-ipynb"]
+# show_code(errors_of, cause_of, from_smallest)
 
 # %% [markdown]
 # "OpenCV" is `findChessboardCorners` of today in the primary reading, with
@@ -102,9 +128,85 @@ from repro.run.outcomes import Plan
 
 
 # %%
+def grid_trial(condition, rng):
+    """One picture and what the detectors make of it.
+
+    Its draws are those of the picture (`grid_views`), so that others can have
+    the same one; `rng` is not used. CELECT is given the picture, simulated
+    clicks and the counts; the others the picture and the counts.
+    """
+    where = condition["set"], condition["image"], condition["seed"]
+    view = grid_view(*where)
+    values = {name: no_clicks(name, view) for name in (OPENCV, OPENCV_SB)}
+    lattice = from_smallest(
+        view.corners.reshape(view.rows, view.columns, 2)
+    )
+    clicks = outer(lattice) + stream(*where, CLICKS).normal(
+        0, CLICK_SD_PX, (4, 2)
+    )
+    linear = undo_srgb(view.image)
+    for name, image, settings in (
+        (LINEAR, linear, CelectSettings()),
+        (FINE, view.image, FINER),
+        (BOTH, linear, FINER),
+    ):
+        _, values[name] = run_celect(image, clicks, lattice, settings)
+    values[CLICKLESS] = no_clicks(CLICKLESS, view)
+    result, values[CELECT] = run_celect(view.image, clicks, lattice)
+    if not values[CELECT]["success"]:
+        for blemish in BLEMISHES.get(condition["set"], ()):
+            clean = grid_view(*where, without=blemish)
+            _, again = run_celect(clean.image, clicks, lattice)
+            values[CELECT][f"right_without_{blemish}"] = again["success"]
+    if not values[OPENCV]["success"]:
+        values["independent"] = share_found(view.image, view.corners)
+    if condition["seed"] == SEEDS[0]:
+        values |= drawn(view, result)
+    steps = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
+    return values | {"corners": len(view.corners), "least_px": steps.min()}
+
+
+def run_celect(image, clicks, lattice, settings=None):
+    """(CelectResult or None, scores) of one run, against the true lattice."""
+    rows, columns = lattice.shape[:2]
+    settings = settings or CelectSettings()
+    try:
+        result = celect(image, clicks, columns, rows, settings=settings)
+    except InputError as fault:
+        return None, {"success": False, "cause": str(fault)}
+    truth = lattice.reshape(-1, 2)
+    corners = result.corners.reshape(-1, 2)
+    if result.found and is_right(corners, truth):
+        scores = {"success": True, "cause": DONE}
+        return result, scores | errors_of(image, corners, truth)
+    scores = {"success": False, "cause": cause_of(result, lattice)}
+    if result.failures:
+        first = result.failures[0]
+        scores |= {"contour": first.contour, "stage": first.stage}
+    return result, scores
+
+
+def no_clicks(name, view):
+    """Scores of a detector that is told the counts alone."""
+    corners = returned(name, view.image, view.columns, view.rows)
+    if corners is None:
+        return {"success": False, "returned": False}
+    corners = in_order_of(view.corners, corners, view.columns, view.rows)
+    if not is_right(corners, view.corners):
+        return {"success": False, "returned": True}
+    scores = {"success": True, "returned": True}
+    return scores | errors_of(view.image, corners, view.corners)
+
+
+# %%
 def plan_of(set_name, effort):
-    """One trial for every picture of a set."""
-    conditions = conditions_of(set_name, effort)
+    """Every picture of a set of three seeds, or one for a look."""
+    images, seeds = (1, SEEDS[:1]) if effort == "quick" else (IMAGES, SEEDS)
+    conditions = [
+        {"set": set_name, "image": image, "seed": seed}
+        for seed in seeds
+        for image in range(images)
+    ]
     return Plan(grid_trial, conditions, 1, settings_of(set_name))
 
 
@@ -208,7 +310,7 @@ def flexible_mirror(effort):
 # on nine pictures of another seed, and the claims are not tested with them.
 
 # %% tags=["active-ipynb"]
-# show_code(tone_undone)
+# show_code(undo_srgb)
 
 # %% [markdown]
 # **Accuracy.** Of the grids that findChessboardCorners or CELECT gets

@@ -11,12 +11,15 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     seeds_of,
     title_of,
 )
-from chapters.shared.grid_scoring import REFERENCE, TRUTH
-from chapters.shared.grid_trials import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
     BOTH,
+    FINE,
+    REFERENCE,
+    TRUTH,
+)
+from chapters.shared.grid_detectors import (
     CELECT,
     CLICKLESS,
-    FINE,
     LINEAR,
     OPENCV,
     OPENCV_SB,

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.grid_scoring import is_right, localised
-from chapters.shared.grid_trials import (
+from chapters.shared.grid_detectors import (
     CELECT,
     CLICK_SD_PX,
     CLICKLESS,
     OPENCV,
     OPENCV_SB,
+    is_right,
+    localised,
     returned,
 )
 from chapters.shared.grid_views import clockwise, outer

@@ -1,0 +1,167 @@
+"""What the trials of 3.3.2 share: settings, scores, causes, parts to draw."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.grid_detectors import (
+    CELECT,
+    CLICK_SD_PX,
+    CLICKLESS,
+    HALF_WINDOW,
+    LINEAR,
+    OPENCV,
+    OPENCV_SB,
+    PRECISION_PX,
+    localised,
+)
+from chapters.shared.grid_views import SETS, rig_named
+from chapters.shared.scoring import LOST_PX, truth_of_contour
+from raxel.evaluation.board_scores import distances
+from raxel.features.celect import (
+    OUTER_CORNER,
+    TOO_FEW,
+    TRACING,
+    CelectSettings,
+)
+from raxel.features.localise.subpix import ITERATIONS
+
+SEEDS = (1, 2, 3)
+FINE, BOTH = "celect-fine", "celect-linear-fine"
+METHODS = (OPENCV, OPENCV_SB, CELECT, LINEAR, FINE, BOTH, CLICKLESS)
+# Harris detector of the variants: smoothed and averaged as little as can be.
+FINER = CelectSettings(smoothing_limits_px=(0.5, 0.7))
+# What may be wiped off the mirror of a set where CELECT has failed.
+BLEMISHES = {
+    "spherical": ("spots",),
+    "hyperboloidal": ("spots", "glare"),
+}
+TRUTH, REFERENCE = "truth", "cornerSubPix from truth"
+REFERENCES = (REFERENCE, TRUTH)
+# Why a run of CELECT ended, from the contour that ended it.
+DONE = "all corners right"
+CONTOUR, SNAP = "contour lost", "outer corner not found"
+MISSED, FALSE = "corner missed", "false corner"
+MERGED, SPLIT = "corners merged", "corner split"
+MISPLACED = "corner misplaced"
+# An independent detector's find counts within this distance.
+INDEPENDENT_PX = 3.0
+PICTURE_MARGIN_PX, PICTURE_SIZE_PX = 40, 420
+
+
+def settings_of(set_name):
+    """What an experiment's result says about its set."""
+    rigs = [(rig_named(name), count) for name, count in SETS[set_name]]
+    return {
+        "set": set_name,
+        "rigs": [f"data/rigs/{rig.name}.yaml" for rig, _ in rigs],
+        "camera": rigs[0][0].summary,
+        "image_px": [rigs[0][0].camera.width, rigs[0][0].camera.height],
+        "grids": [[rig.target.columns, rig.target.rows] for rig, _ in rigs],
+        "pitch_mm": [rig.target.pitch_mm for rig, _ in rigs],
+        "images": [count for _, count in rigs],
+        "seeds": list(SEEDS),
+        "click_sd_px": CLICK_SD_PX,
+        "localiser": {
+            "function": "cornerSubPix",
+            "half_window_px": HALF_WINDOW,
+            "precision_px": PRECISION_PX,
+            "most_steps": ITERATIONS,
+        },
+        "variants": {
+            LINEAR: "the sRGB tone curve undone before CELECT",
+            FINE: "smoothing at most 0.7 px, tensor averaged by as much",
+            BOTH: "both",
+        },
+        "opencv_flags": "adaptive threshold, normalised image; "
+        "sector-based: exhaustive, accurate",
+    }
+
+
+def errors_of(image, corners, truth):
+    """Errors (N,) of a right grid before and after localisation, px."""
+    after = localised(image, corners)
+    standards = {TRUTH: truth, REFERENCE: localised(image, truth)}
+    found = {}
+    for name, standard in standards.items():
+        key = "truth" if name == TRUTH else "reference"
+        found[f"before_{key}"] = np.linalg.norm(corners - standard, axis=1)
+        found[f"after_{key}"] = np.linalg.norm(after - standard, axis=1)
+    return found
+
+
+def cause_of(result, lattice):
+    """Why a run of CELECT failed, told from its first failed contour.
+
+    result: CelectResult; lattice: true corners (rows, columns, 2), in the
+    order of the clicks.
+    """
+    if result.found:
+        return MISPLACED
+    failure = result.failures[0]
+    if failure.stage == OUTER_CORNER:
+        return SNAP
+    if failure.stage == TRACING:
+        return CONTOUR
+    contour = next(c for c in result.contours if c.name == failure.contour)
+    truth, _ = truth_of_contour(contour.name, lattice)
+    near = nearness(truth)
+    if failure.stage == TOO_FEW:
+        seen = np.vstack([contour.inliers, contour.merged])
+        missing = distances(truth, seen).min(axis=1) > near
+        return MISSED if missing.any() else MERGED
+    apart = distances(contour.merged, truth)
+    strays = apart.min(axis=1) > near[apart.argmin(axis=1)]
+    return FALSE if strays.any() else SPLIT
+
+
+def nearness(truth):
+    """How near a find must be to a true corner (n, 2) of a contour: (n,) px.
+
+    8 px, or half the way to the next corner of the contour.
+    """
+    steps = np.linalg.norm(np.diff(truth, axis=0), axis=1)
+    least = np.minimum(np.append(steps, np.inf), np.append(np.inf, steps))
+    return np.minimum(LOST_PX, least / 2)
+
+
+def share_found(image, truth):
+    """Share of the true corners (N, 2) that a Harris detector sees.
+
+    OpenCV's goodFeaturesToTrack, on the part of the picture with the board.
+    """
+    import cv2
+
+    low = np.maximum(truth.min(axis=0).astype(int) - PICTURE_MARGIN_PX, 0)
+    high = truth.max(axis=0).astype(int) + PICTURE_MARGIN_PX
+    part = np.ascontiguousarray(image[low[1] : high[1], low[0] : high[0]])
+    seen = cv2.goodFeaturesToTrack(
+        part, 4 * len(truth), 0.01, 3, useHarrisDetector=True
+    )
+    seen = np.empty((0, 2)) if seen is None else seen.reshape(-1, 2) + low
+    nearest = distances(truth, seen).min(axis=1)
+    return float((nearest <= INDEPENDENT_PX).mean())
+
+
+def drawn(view, result):
+    """Arrays for Figs 3.12 and 3.13: the picture's part, and CELECT's corners.
+
+    picture: (h, w[, 3]) uint8, made smaller by a whole factor; place: (3,)
+    pixel (u, v) of its corner, and that factor; lattice: (rows, columns, 2),
+    NaN where CELECT has no corner; detected: (m, 2) corners as detected.
+    """
+    import cv2
+
+    low = view.corners.min(axis=0).astype(int) - PICTURE_MARGIN_PX
+    low = np.maximum(low, 0)
+    high = view.corners.max(axis=0).astype(int) + PICTURE_MARGIN_PX
+    part = view.colour[low[1] : high[1], low[0] : high[0]]
+    factor = max(1, int(np.ceil(max(part.shape[:2]) / PICTURE_SIZE_PX)))
+    size = part.shape[1] // factor, part.shape[0] // factor
+    part = part[: size[1] * factor, : size[0] * factor]
+    small = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
+    arrays = {"picture": small, "place": np.array([*low, factor], float)}
+    if result is None:
+        return arrays
+    seen = [c.candidates for c in result.contours] or [np.empty((0, 2))]
+    return arrays | {"lattice": result.corners, "detected": np.vstack(seen)}
