@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from chapters.ch01_introduction.s1_1_panorama import claims as s1_1_claims
-from chapters.ch01_introduction.s1_1_panorama import exercises as s1_1_exercises
-from chapters.ch01_introduction.s1_1_panorama import figures as s1_1_figures
-from chapters.ch01_introduction.s1_1_panorama.trials import panorama, resolution
+from chapters.ch01_introduction.s1_1_panorama import (
+    claims,
+    exercises,
+    figures,
+    page,
+    results,
+    trials,
+)
 from raxel.multiview.perspective_view import source_pixels
 
 
@@ -30,15 +34,15 @@ class Found:
 
 @pytest.fixture(scope="module")
 def rows():
-    conditions = [{"mirror": name} for name in resolution.ECCENTRICITIES]
-    return Found([(c, resolution.resolution_trial(c, None)) for c in conditions])
+    conditions = [{"mirror": name} for name in trials.ECCENTRICITIES]
+    return Found([(c, page.resolution_trial(c, None)) for c in conditions])
 
 
 @pytest.fixture(scope="module")
 def taken():
     rng = np.random.default_rng(0)
     condition = {"size": 0.25}
-    return Found([(condition, panorama.picture_trial(condition, rng))])
+    return Found([(condition, page.picture_trial(condition, rng))])
 
 
 def closed_form(e, focal, radius_px, elevations):
@@ -53,10 +57,10 @@ def closed_form(e, focal, radius_px, elevations):
 
 
 def test_scales_are_those_of_the_closed_form():
-    camera = panorama.laboratory(1.0).camera
-    view = panorama.view_of(camera)
+    camera = trials.laboratory(1.0).camera
+    view = trials.view_of(camera)
     elevations = np.radians(np.linspace(-45, 45, 13))
-    area, row, column = resolution.scales(camera, view, elevations)
+    area, row, column = trials.scales(camera, view, elevations)
     e = camera.mirror.eccentricity
     wanted = closed_form(e, camera.viewer.K[0, 0], view.radius, elevations)
     np.testing.assert_allclose([row, column], wanted, rtol=1e-4)
@@ -64,42 +68,42 @@ def test_scales_are_those_of_the_closed_form():
 
 
 def test_every_mirror_has_the_same_rim_in_world_and_picture():
-    for name, e in resolution.ECCENTRICITIES.items():
+    for name, e in trials.ECCENTRICITIES.items():
         if e is None:
             continue
-        camera = resolution.mirror_camera(name)
+        camera = trials.mirror_camera(name)
         assert camera.central
         assert camera.mirror.eccentricity == pytest.approx(e)
-        inner, outer = np.array([-0.01, 0.01]) + resolution.RIM_PX
-        pixels = np.array(resolution.MIDDLE) + [[inner, 0], [outer, 0]]
+        inner, outer = np.array([-0.01, 0.01]) + trials.RIM_PX
+        pixels = np.array(trials.MIDDLE) + [[inner, 0], [outer, 0]]
         rays = camera.rays(pixels)
         assert rays.valid.tolist() == [True, False]
-        highest = np.degrees(np.arcsin(-rays.directions[0] @ panorama.DOWN))
-        assert highest == pytest.approx(resolution.HIGHEST_DEG, abs=0.01)
+        highest = np.degrees(np.arcsin(-rays.directions[0] @ trials.DOWN))
+        assert highest == pytest.approx(trials.HIGHEST_DEG, abs=0.01)
 
 
 def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
-    judge = s1_1_claims.judge_unwrap_resolution
+    judge = claims.judge_unwrap_resolution
     (reading,) = judge({"fig_1_1_resolution": rows})
     assert reading.verdict == "reproduced"
-    assert np.all(s1_1_claims.over_mirrors(rows, "ratio") > resolution.LEAST_RATIO)
-    assert np.isfinite(s1_1_claims.over_mirrors(rows, "band_deg")).all()
+    assert np.all(results.over_mirrors(rows, "ratio") > trials.LEAST_RATIO)
+    assert np.isfinite(results.over_mirrors(rows, "band_deg")).all()
     even = [(c, v | {"ratio": 1.4}) for c, v in rows.made]
     (reading,) = judge({"fig_1_1_resolution": Found(even)})
     assert reading.verdict == "differs"
 
 
 def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
-    view = panorama.view_of(panorama.laboratory(1.0).camera)
+    view = trials.view_of(trials.laboratory(1.0).camera)
     ends = np.degrees(view.elevations([0, view.height - 1]))
-    for mirror in resolution.ECCENTRICITIES:
+    for mirror in trials.ECCENTRICITIES:
         (elevations,) = rows.arrays("elevation_deg", mirror=mirror)
         assert len(elevations) == view.height
         np.testing.assert_allclose(elevations[[0, -1]], ends)
 
 
 def test_a_smaller_picture_shows_the_same_view():
-    cameras = [panorama.laboratory(size).camera for size in (1.0, 0.25)]
+    cameras = [trials.laboratory(size).camera for size in (1.0, 0.25)]
     np.testing.assert_allclose(cameras[0].centre, cameras[1].centre)
     corner = np.array([[200.0, 300.0]])
     smaller = (corner + 0.5) / 4 - 0.5
@@ -116,16 +120,16 @@ def test_the_picture_is_unwrapped_and_its_uprights_are_straight(taken):
     assert values["unwrapped"].shape[1:] == (320, 3)
     assert values["spread_px"] < 1e-6
     assert values["horizon_error_px"] < 1e-6
-    drawing = s1_1_figures.fig_1_1({"fig_1_1_picture": taken})
+    drawing = figures.fig_1_1({"fig_1_1_picture": taken})
     assert drawing.check.holds
     tilted = values | {"spread_px": 0.1}
-    drawing = s1_1_figures.fig_1_1({"fig_1_1_picture": Found([({}, tilted)])})
+    drawing = figures.fig_1_1({"fig_1_1_picture": Found([({}, tilted)])})
     assert not drawing.check.holds
 
 
 def test_the_picture_has_straight_ahead_on_top_and_in_the_middle():
-    camera = panorama.laboratory(0.25).camera
-    view = panorama.view_of(camera)
+    camera = trials.laboratory(0.25).camera
+    view = trials.view_of(camera)
     sources = source_pixels(camera, view)
     u, v = sources[int(view.horizon), view.width // 2]
     assert u == pytest.approx(camera.viewer.K[0, 2], abs=1.0)
@@ -140,21 +144,19 @@ def test_a_step_is_found_where_it_is_and_a_thin_line_is_none():
     grey[:, 20:] = 100.0
     grey[:, 19] = 30.0
     rows = np.arange(10)
-    found = panorama.steps_along(grey, 19.0, rows)
+    found = trials.steps_along(grey, 19.0, rows)
     # Brightness 0, 30, 100: 30 % of the step before 19, 70 % after it.
     np.testing.assert_allclose(found, 19.2, atol=1e-9)
     grey[:, 21:] = 0.0
-    assert np.isnan(panorama.steps_along(grey, 19.0, rows)).all()
-    assert np.isnan(panorama.steps_along(grey, 1.0, rows)).all()
+    assert np.isnan(trials.steps_along(grey, 19.0, rows)).all()
+    assert np.isnan(trials.steps_along(grey, 1.0, rows)).all()
 
 
 def test_exercises():
-    assert s1_1_exercises.rows_above_horizon(1280, 45) == pytest.approx(
-        1280 / (2 * np.pi)
-    )
-    camera = panorama.laboratory(1.0).camera
-    up = np.radians(s1_1_exercises.EYE_HIGH_DEG)
-    ray = np.cos(up) * panorama.AHEAD - np.sin(up) * panorama.DOWN
+    assert exercises.rows_above_horizon(1280, 45) == pytest.approx(1280 / (2 * np.pi))
+    camera = trials.laboratory(1.0).camera
+    up = np.radians(exercises.EYE_HIGH_DEG)
+    ray = np.cos(up) * trials.AHEAD - np.sin(up) * trials.DOWN
     seen = camera.project((camera.centre + 1e4 * ray)[None]).pixels[0]
     radius = np.linalg.norm(seen - camera.viewer.K[:2, 2])
-    assert s1_1_exercises.radius_in_picture() == pytest.approx(radius, abs=1e-3)
+    assert exercises.radius_in_picture() == pytest.approx(radius, abs=1e-3)

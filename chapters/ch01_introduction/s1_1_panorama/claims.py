@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from chapters.ch01_introduction.s1_1_panorama.trials.resolution import (
-    ECCENTRICITIES,
+from chapters.ch01_introduction.s1_1_panorama.results import over_mirrors
+from chapters.ch01_introduction.s1_1_panorama.trials import (
     LEAST_RATIO,
     RIG_MIRROR,
 )
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
-
-
-def over_mirrors(ran, name):
-    """One value for each mirror, in the order of ECCENTRICITIES."""
-    return np.array(
-        [ran.column(name, mirror=mirror)[0] for mirror in ECCENTRICITIES]
-    )
 
 
 @claim(

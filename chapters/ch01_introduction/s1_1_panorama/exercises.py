@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch01_introduction.s1_1_panorama.trials.panorama import (
+from chapters.ch01_introduction.s1_1_panorama.trials import (
     laboratory,
-)
-from chapters.ch01_introduction.s1_1_panorama.trials.resolution import (
     viewer_angle,
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch01_introduction.s1_1_panorama.trials.resolution import (
+from chapters.ch01_introduction.s1_1_panorama.trials import (
     ECCENTRICITIES,
     RIG_MIRROR,
 )

@@ -6,31 +6,43 @@
 # the panorama cost?
 
 # %% tags=["hide-cell"]
-from chapters.ch01_introduction.s1_1_panorama.claims import over_mirrors
+import numpy as np
+
 from chapters.ch01_introduction.s1_1_panorama.exercises import (
     EYE_HIGH_DEG,
     given,
     radius_in_picture,
     rows_above_horizon,
 )
-from chapters.ch01_introduction.s1_1_panorama.trials.panorama import (
-    RIG,
-    picture_trial,
-)
-from chapters.ch01_introduction.s1_1_panorama.trials.resolution import (
+from chapters.ch01_introduction.s1_1_panorama.results import over_mirrors
+from chapters.ch01_introduction.s1_1_panorama.trials import (
+    AHEAD,
+    BANDS_DEG,
+    DOWN,
     ECCENTRICITIES,
     HEIGHT,
     HIGHEST_DEG,
     LEAST_RATIO,
+    RIG,
     RIG_MIRROR,
     RIM_MM,
     RIM_PX,
     WIDTH,
+    T_world_camera,
+    borders,
     jacobians,
-    resolution_trial,
+    laboratory,
+    mirror_camera,
+    scales,
+    through_the_mirror,
+    view_of,
 )
-from raxel.multiview.cylindrical_view import CylindricalView
-from raxel.multiview.perspective_view import source_pixels
+from raxel.lab import room
+from raxel.multiview.cylindrical_view import (
+    CylindricalView,
+    cylindrical_view,
+)
+from raxel.multiview.perspective_view import resample, source_pixels
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, value
 from repro.run.experiment import experiment
@@ -95,6 +107,28 @@ SIZES = {"quick": 0.4, "full": 1.0}
 
 
 # %%
+def picture_trial(condition, rng):
+    """Photograph the room, unwrap the picture, look for its verticals."""
+    lab = laboratory(condition["size"])
+    camera, view = lab.camera, view_of(lab.camera)
+    picture = lab.photograph(
+        room(), T_world_camera(camera), rng, colour=True
+    )
+    unwrapped = resample(picture, source_pixels(camera, view))
+    row, columns = through_the_mirror(camera, view)
+    return {
+        "picture": picture,
+        "unwrapped": unwrapped,
+        "horizon_px": view.horizon,
+        "radius_px": view.radius,
+        "highest_deg": np.degrees(view.elevations([0])[0]),
+        "lowest_deg": np.degrees(view.elevations([view.height - 1])[0]),
+        "spread_px": columns,
+        "horizon_error_px": row,
+        "borders": borders(unwrapped, camera, view),
+    }
+
+
 @experiment(
     "fig_1_1_picture", artefact="fig_1_1", shards={"quick": 1, "full": 1}
 )
@@ -102,6 +136,34 @@ def picture(effort):
     """The room in the mirror, and the picture unwrapped."""
     settings = {"rig": RIG, "size": "pixels each way, as a share"}
     return Plan(picture_trial, [{"size": SIZES[effort]}], 1, settings)
+
+
+def resolution_trial(condition, rng):
+    """Scales in every row, and the ratio of the top row to the bottom."""
+    camera = mirror_camera(condition["mirror"])
+    # The rows of Fig. 1.1(b), for every mirror.
+    rig = view_of(laboratory(1.0).camera)
+    view = cylindrical_view(camera, DOWN, AHEAD, WIDTH)
+    view = view._replace(horizon=rig.horizon, height=rig.height)
+    elevations = view.elevations(np.arange(rig.height))
+    area, row, column = scales(camera, view, elevations)
+    # A horizontal band from -x to x degrees: where does 1.5 begin?
+    ends = np.radians(np.stack([BANDS_DEG, -BANDS_DEG]))
+    top, bottom = (scales(camera, view, end)[0] for end in ends)
+    wide = BANDS_DEG[top / bottom > LEAST_RATIO]
+    return {
+        "eccentricity": camera.mirror.eccentricity,
+        "elevation_deg": np.degrees(elevations),
+        "area": area,
+        "along_row": row,
+        "along_column": column,
+        "top": area[0],
+        "bottom": area[-1],
+        "ratio": area[0] / area[-1],
+        "ratio_row": row[0] / row[-1],
+        "ratio_column": column[0] / column[-1],
+        "band_deg": wide[0] if len(wide) else np.nan,
+    }
 
 
 @experiment(

@@ -1,21 +1,21 @@
-"""The picture of Fig. 1.1: a room in a mirror, and its unwrapping."""
+"""The camera of Fig. 1.1 in its room, mirrors like its own, and what is measured."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from chapters.shared.rigs import rig_named
 from raxel.cameras import PerspectiveCamera
+from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
-from raxel.lab import Laboratory, load_rig, room
+from raxel.lab import Laboratory, room
 from raxel.multiview.cylindrical_view import cylindrical_view
-from raxel.multiview.perspective_view import resample, source_pixels
+from raxel.multiview.perspective_view import FAR
 
-ROOT = Path(__file__).resolve().parents[2]
 RIG = "panorama-hyperboloid"
 # The camera looks straight up, the top of its picture is straight ahead:
 # its x, y and z axes in the world, which has x right, y down, z ahead.
@@ -33,7 +33,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 @cache
 def laboratory(size):
     """The rig, with `size` times its pixels each way."""
-    rig = load_rig(ROOT / "data" / "rigs" / f"{RIG}.yaml")
+    rig = rig_named(RIG)
     mirror, viewer = rig.camera, rig.camera.viewer
     width, height = (round(size * n) for n in (viewer.width, viewer.height))
     # Pixel centres are at whole numbers: a picture starts at -0.5.
@@ -61,28 +61,6 @@ def T_world_camera(camera):
 def view_of(camera):
     """The cylinder about the mirror's focus, as wide as the picture."""
     return cylindrical_view(camera, DOWN, AHEAD, camera.width)
-
-
-def picture_trial(condition, rng):
-    """Photograph the room, unwrap the picture, look for its verticals."""
-    lab = laboratory(condition["size"])
-    camera, view = lab.camera, view_of(lab.camera)
-    picture = lab.photograph(
-        room(), T_world_camera(camera), rng, colour=True
-    )
-    unwrapped = resample(picture, source_pixels(camera, view))
-    row, columns = through_the_mirror(camera, view)
-    return {
-        "picture": picture,
-        "unwrapped": unwrapped,
-        "horizon_px": view.horizon,
-        "radius_px": view.radius,
-        "highest_deg": np.degrees(view.elevations([0])[0]),
-        "lowest_deg": np.degrees(view.elevations([view.height - 1])[0]),
-        "spread_px": columns,
-        "horizon_error_px": row,
-        "borders": borders(unwrapped, camera, view),
-    }
 
 
 @cache
@@ -168,3 +146,81 @@ def steps_along(grey, column, rows):
     with np.errstate(divide="ignore", invalid="ignore"):
         places = slope @ window / signed
     return np.where(single & (np.abs(signed) > LEAST_STEP), places, np.nan)
+
+
+RIG_MIRROR = "rig"
+# Other mirrors of the same rim, by their eccentricity; 1 is a paraboloid.
+ECCENTRICITIES = {
+    "paraboloid": 1.0,
+    "hyperboloid 1.05": 1.05,
+    RIG_MIRROR: None,
+    "hyperboloid 1.25": 1.25,
+}
+HIGHEST_DEG = 50.0
+RIM_MM, RIM_PX = 37.5, 475.0
+WIDTH, HEIGHT = 1280, 960
+MIDDLE = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
+STEP_PX = 0.05
+BANDS_DEG = np.arange(0.1, 45.0, 0.1)
+LEAST_RATIO = 1.5
+
+
+def mirror_camera(name):
+    """A central camera whose rim is at the rig's highest elevation.
+
+    The rig itself, or a mirror of the same rim radius that fills as much of
+    the picture. In polar form about the inner focus a mirror is at
+    R / (1 + e cos psi), psi being the angle from straight down.
+    """
+    e = ECCENTRICITIES[name]
+    if e is None:
+        return laboratory(1.0).camera
+    psi = np.radians(90 + HIGHEST_DEG)
+    R = RIM_MM * (1 + e * np.cos(psi)) / np.sin(psi)
+    if e == 1:
+        scale = RIM_PX / RIM_MM
+        viewer = OrthographicCamera(scale, MIDDLE, WIDTH, HEIGHT)
+        return QuadricMirrorCamera.aligned(
+            viewer, "paraboloid", [R / 2], RIM_MM
+        )
+    a = R / (e * e - 1)
+    b = a * np.sqrt(e * e - 1)
+    focal = RIM_PX / np.tan(viewer_angle(e, psi))
+    K = [[focal, 0, MIDDLE[0]], [0, focal, MIDDLE[1]], [0, 0, 1]]
+    viewer = PerspectiveCamera(K, [], WIDTH, HEIGHT)
+    return QuadricMirrorCamera.aligned(
+        viewer, "hyperboloid", [a, b], RIM_MM
+    )
+
+
+def viewer_angle(e, psi):
+    """Angle (rad) at the viewer of a direction psi from straight down."""
+    return 2 * np.arctan((e - 1) / (e + 1) * np.tan(psi / 2))
+
+
+def jacobians(camera, view, pixels):
+    """Derivatives (N, 2, 2) of source pixels by unwrapped pixels (N, 2)."""
+    columns = []
+    for step in STEP_PX * np.eye(2):
+        ahead, behind = (
+            camera.project(
+                view.centre + FAR * view.directions(pixels + side * step)
+            ).pixels
+            for side in (1, -1)
+        )
+        columns.append((ahead - behind) / (2 * STEP_PX))
+    return np.stack(columns, axis=-1)
+
+
+def scales(camera, view, elevations):
+    """Source px per unwrapped px, (N,) each: area, along row and column.
+
+    At the elevations (N,), radians, in the middle column: the mirror is a
+    surface of revolution, and so every column is like that one.
+    """
+    v = view.horizon - view.radius * np.tan(elevations)
+    J = jacobians(
+        camera, view, np.column_stack([np.full_like(v, view.middle), v])
+    )
+    along = np.linalg.norm(J, axis=1)
+    return np.abs(np.linalg.det(J)), along[:, 0], along[:, 1]
