@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s2_camera_models import claims as s2_claims
+from chapters.ch02_general_camera_model.s2_camera_models.trials import planes
 from chapters.ch02_general_camera_model.s3_general_camera import claims as s3_claims
 from chapters.ch02_general_camera_model.s3_general_camera import (
     exercises as s3_exercises,
@@ -165,9 +166,9 @@ def test_a_matrix_is_printed_without_negative_zeros():
 
 @pytest.mark.parametrize(("fov", "feasible"), [(90, True), (179, True), (180, False)])
 def test_a_plane_lies_before_all_rays_below_180_degrees_only(fov, feasible):
-    found = s2_claims.plane_trial({"fov_deg": fov}, np.random.default_rng(0))
+    found = planes.plane_trial({"fov_deg": fov}, np.random.default_rng(0))
     assert found["feasible"] is feasible
-    assert found["rim"] == s2_claims.RIM
+    assert found["rim"] == planes.RIM
 
 
 def fov_verdict(law):

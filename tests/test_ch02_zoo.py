@@ -5,17 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s2_camera_models import exercises, trials
-from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
-    CURVES,
-    ext_zoo,
-    fits_of,
-)
+from chapters.ch02_general_camera_model.s2_camera_models import exercises, page, results
 from chapters.ch02_general_camera_model.s2_camera_models.page import (
     MIRRORS,
     census,
     fits,
 )
+from chapters.ch02_general_camera_model.s2_camera_models.results import fits_of
+from chapters.ch02_general_camera_model.s2_camera_models.tables import ext_zoo
+from chapters.ch02_general_camera_model.s2_camera_models.trials import zoo as trials
+from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import CURVES
 from chapters.shared.zoo import (
     ELSEWHERE,
     SIZE_PX,
@@ -52,13 +51,13 @@ def test_parameters_are_counted_as_the_page_says(name, count):
 
 
 def test_cubics_of_space_points_and_of_image_points():
-    assert exercises.free_of_cubics(3) == 4 * 20 - 2
-    assert exercises.free_of_cubics(2) == camera("rational cubic").parameters
+    assert results.free_of_cubics(3) == 4 * 20 - 2
+    assert results.free_of_cubics(2) == camera("rational cubic").parameters
 
 
 @pytest.mark.parametrize("name", ZOO)
 def test_each_camera_comes_back_and_is_as_central_as_it_says(name):
-    found = trials.census_trial({"model": name, "step": 11}, None)
+    found = page.census_trial({"model": name, "step": 11}, None)
     assert camera(name).width == camera(name).height == SIZE_PX
     assert found["returned"] == 1
     assert found["round_trip_px"] < 1e-9
@@ -111,7 +110,7 @@ def test_the_division_model_ends_where_its_denominator_does():
 def test_more_terms_never_fit_worse(family):
     _, terms, _ = trials.FAMILIES[family]
     rows = [
-        trials.fit_trial(
+        page.fit_trial(
             {"lens": "FC-E8", "family": family, "extra": n, "angles": 25}, None
         )
         for n in terms
@@ -125,8 +124,8 @@ def test_more_terms_never_fit_worse(family):
 
 def test_an_ideal_law_fits_its_own_lens_exactly():
     condition = {"lens": "equidistance", "extra": 0, "angles": 20}
-    own = trials.fit_trial(condition | {"family": "equidistance"}, None)
-    other = trials.fit_trial(condition | {"family": "stereographic"}, None)
+    own = page.fit_trial(condition | {"family": "equidistance"}, None)
+    other = page.fit_trial(condition | {"family": "stereographic"}, None)
     assert own["rms_px"] < 1e-9 < 1 < other["rms_px"]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.trials import (
+from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     mirror_trial,
 )
 from chapters.shared.zoo import K_of, camera, made
@@ -22,15 +22,6 @@ def omega_of_equidistance():
 def sphere_of_hyperboloid():
     """xi of the unified sphere that equals the zoo's hyperboloid."""
     return mirror_trial({"model": "hyperboloid mirror"}, None)["xi"]
-
-
-def free_of_cubics(coordinates):
-    """Free numbers of two ratios of cubics, homogeneous or not.
-
-    coordinates: 3 for cubics of (X, Y, Z) with all lower terms, 2 for
-    those of (X / Z, Y / Z).
-    """
-    return 4 * {3: 20, 2: 10}[coordinates] - 2
 
 
 def divided_edge():

@@ -6,39 +6,45 @@
 # numbers?
 
 # %% tags=["hide-cell"]
+import numpy as np
+
 from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
     divided_edge,
-    free_of_cubics,
     omega_of_equidistance,
     sphere_of_hyperboloid,
 )
-from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
-    CURVES,
-)
 from chapters.ch02_general_camera_model.s2_camera_models.results import (
+    free_of_cubics,
     name_values,
 )
-from chapters.ch02_general_camera_model.s2_camera_models.trials import (
+from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
+    CURVES,
     DRAWN_MM,
     FAMILIES,
     LENSES,
     POINT_MM,
     ROOM,
-    census_trial,
+    angles_from,
     curve_trial,
-    fit_trial,
+    grid_of,
+    lens,
+    looking,
     mirror_trial,
+    model_end,
     rays_trial,
     room_trial,
+    there_and_back,
 )
-from chapters.shared.zoo import ELSEWHERE, ZOO
+from chapters.shared.zoo import ELSEWHERE, ZOO, camera
 from raxel.cameras import (
     DivisionCamera,
     KannalaBrandtCamera,
     QuadricMirrorCamera,
     ScaramuzzaCamera,
     UnifiedSphereCamera,
+    centrality,
 )
+from raxel.cameras.fit import fit_camera
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -129,6 +135,29 @@ MIRRORS = ("hyperboloid mirror", "paraboloid mirror", "ellipsoid mirror")
 
 
 # %%
+def census_trial(condition, rng):
+    """Counts and measures of one camera."""
+    model = camera(condition["model"])
+    pixels = grid_of(condition["step"])
+    rays = model.rays(pixels)
+    pixels = pixels[rays.valid]
+    seen = type(rays)(*(part[rays.valid] for part in rays))
+    misses = there_and_back(model, pixels, seen)
+    widest = angles_from(looking(model), seen.directions).max()
+    return {
+        "kind": model.kind,
+        "parameters": int(model.parameters),
+        "central": bool(model.central),
+        "projects": bool(model.projects),
+        "widest_deg": float(np.degrees(widest)),
+        "model_end_deg": model_end(model),
+        "centrality_mm": centrality(seen),
+        "round_trip_px": float(np.nanmax(misses)),
+        "returned": float(np.isfinite(misses).mean()),
+        "share": float(rays.valid.mean()),
+    }
+
+
 @experiment("exp_zoo", artefact="sec_2_2", shards={"quick": 1, "full": 1})
 def census(effort):
     """Counts, field of view, centrality and round trip of every camera."""
@@ -147,6 +176,23 @@ def census(effort):
 def curves(effort):
     """Angle and radius along a row of every round camera."""
     return Plan(curve_trial, [{"model": name} for name in CURVES], 1)
+
+
+def fit_trial(condition, rng):
+    """One family, one number of terms, one lens: rms and largest error."""
+    widest, _, start = FAMILIES[condition["family"]]
+    angles = np.linspace(0, widest, condition["angles"])
+    radii = lens(condition["lens"])(angles)
+    # A pinhole's radius grows without end: its focal length starts small.
+    focal = radii[-1] / angles[-1]
+    first = start(focal, condition["extra"])()
+    found = fit_camera(first, angles, radii)
+    return {
+        "free": found.free,
+        "rms_px": found.rms_px,
+        "largest_px": float(np.abs(found.residuals_px).max()),
+        "rim_px": float(radii[-1]),
+    }
 
 
 @experiment(
@@ -205,8 +251,8 @@ def pictures(effort):
 
 # %% [markdown]
 # The claim that no plane is met by all rays from 180° on has an experiment
-# of its own, in the chapter's module `s2_claims.py`: a linear programme
-# looks for a normal that all rays of a bundle have in front.
+# of its own, in `trials/planes.py` beside this page: a linear programme looks
+# for a normal that all rays of a bundle have in front.
 
 # %% [markdown]
 # ## Figures

@@ -1,22 +1,18 @@
-"""The numbers that the page of the camera zoo quotes."""
+"""What figures, tables, claims and the prose of the camera zoo read."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.claims import (
+from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import (
     FOVS_DEG,
-    feasible_shares,
-)
-from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
-    free_of_cubics,
-)
-from chapters.ch02_general_camera_model.s2_camera_models.figures.maps import (
-    NONE_MM,
-    fits_of,
 )
 from chapters.shared.zoo import ELSEWHERE, ZOO
 from repro.page.reader import value
+
+# Rounding: an error that is smaller counts as none.
+NONE_PX = 1e-6
+NONE_MM = 1e-9
 
 # Name in the prose -> what of which camera.
 OF_ONE = {
@@ -76,3 +72,31 @@ def name_values(open_results):
         max(reflected.column("rms_px", model=m)[0] for m in mirrors),
     )
     value("plane_fov", fov_with_plane(open_results("exp_c2_fov180")))
+
+
+def fits_of(result, lens, family):
+    """Free parameters (n,) and rms (n,) px of a family's fits."""
+    rows = [
+        c
+        for c in result.conditions
+        if c["lens"] == lens and c["family"] == family
+    ]
+    free = [result.column("free", **row)[0] for row in rows]
+    rms = [result.column("rms_px", **row)[0] for row in rows]
+    return np.array(free), np.array(rms)
+
+
+def feasible_shares(result):
+    """Share of trials with a plane, for every field of view: (fov,)."""
+    return np.array(
+        [result.column("feasible", fov_deg=fov).mean() for fov in FOVS_DEG]
+    )
+
+
+def free_of_cubics(coordinates):
+    """Free numbers of two ratios of cubics, homogeneous or not.
+
+    coordinates: 3 for cubics of (X, Y, Z) with all lower terms, 2 for
+    those of (X / Z, Y / Z).
+    """
+    return 4 * {3: 20, 2: 10}[coordinates] - 2

@@ -1,12 +1,12 @@
-"""What is measured of every camera of the zoo, and what is fitted."""
+"""What several trials of the zoo share, and the trials that only feed a picture."""
 
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from chapters.shared.rigs import rig_named
 from chapters.shared.zoo import (
     HALF_ANGLE,
     MIDDLE,
@@ -15,11 +15,10 @@ from chapters.shared.zoo import (
     camera,
     made,
 )
-from raxel.cameras import caustic_points, centrality
+from raxel.cameras import caustic_points
 from raxel.cameras.fit import fit_camera, radii_of
-from raxel.lab.rig import load_rig
 
-RIG = Path(__file__).parents[2] / "data/rigs/coolpix-fce8-zoom-3.yaml"
+RIG = "coolpix-fce8-zoom-3"
 # Where a ray is met again for the round trip.
 POINT_MM = 2000.0
 
@@ -68,29 +67,6 @@ def model_end(model):
     return float(np.degrees(getattr(model, "max_angle", np.nan)))
 
 
-def census_trial(condition, rng):
-    """Counts and measures of one camera."""
-    model = camera(condition["model"])
-    pixels = grid_of(condition["step"])
-    rays = model.rays(pixels)
-    pixels = pixels[rays.valid]
-    seen = type(rays)(*(part[rays.valid] for part in rays))
-    misses = there_and_back(model, pixels, seen)
-    widest = angles_from(looking(model), seen.directions).max()
-    return {
-        "kind": model.kind,
-        "parameters": int(model.parameters),
-        "central": bool(model.central),
-        "projects": bool(model.projects),
-        "widest_deg": float(np.degrees(widest)),
-        "model_end_deg": model_end(model),
-        "centrality_mm": centrality(seen),
-        "round_trip_px": float(np.nanmax(misses)),
-        "returned": float(np.isfinite(misses).mean()),
-        "share": float(rays.valid.mean()),
-    }
-
-
 def curve_trial(condition, rng):
     """theta (N,) rad and r (N,) px along a row, and the slope at 0."""
     model = camera(condition["model"])
@@ -108,7 +84,7 @@ PLANE_ANGLE = np.radians(70.0)
 @cache
 def lens(name):
     """Radius law of a lens: angles (N,) rad -> radii (N,) px."""
-    rig = load_rig(RIG).laboratory().camera
+    rig = rig_named(RIG).laboratory().camera
     if name == "FC-E8":
         return lambda angles: radii_of(rig, angles)
     rim = radii_of(rig, np.array([HALF_ANGLE]))[0]
@@ -201,23 +177,6 @@ FAMILIES = {
 LENSES = ("equidistance", "FC-E8")
 
 
-def fit_trial(condition, rng):
-    """One family, one number of terms, one lens: rms and largest error."""
-    widest, _, start = FAMILIES[condition["family"]]
-    angles = np.linspace(0, widest, condition["angles"])
-    radii = lens(condition["lens"])(angles)
-    # A pinhole's radius grows without end: its focal length starts small.
-    focal = radii[-1] / angles[-1]
-    first = start(focal, condition["extra"])()
-    found = fit_camera(first, angles, radii)
-    return {
-        "free": found.free,
-        "rms_px": found.rms_px,
-        "largest_px": float(np.abs(found.residuals_px).max()),
-        "rim_px": float(radii[-1]),
-    }
-
-
 def mirror_trial(condition, rng):
     """The unified sphere fitted to a mirror that looks along -z."""
     model = camera(condition["model"])
@@ -294,3 +253,30 @@ def room_trial(condition, rng):
         "mean": float(radiance.mean()),
         "seen": float(np.mean(radiance.max(axis=2) > 0)),
     }
+
+
+PANELS = {
+    "In the image plane": (
+        "radial",
+        "division",
+        "field of view",
+    ),
+    "Fisheye laws": (
+        "equidistance",
+        "equisolid angle",
+        "stereographic",
+        "Micusik-Pajdla, rational",
+        "Micusik-Pajdla, sine",
+        "Kannala-Brandt, symmetric",
+    ),
+    "Mirrors and general": (
+        "Tardif",
+        "Scaramuzza",
+        "unified sphere",
+        "hyperboloid mirror",
+        "paraboloid mirror",
+        "ellipsoid mirror",
+        "spherical mirror",
+    ),
+}
+CURVES = tuple(name for names in PANELS.values() for name in names)

@@ -1,0 +1,98 @@
+"""What the zoo of section 2.2 counts and measures of every camera, as tables."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s2_camera_models.results import (
+    NONE_MM,
+    NONE_PX,
+)
+from chapters.shared.zoo import ZOO
+from repro.run.experiment import table
+from repro.run.outcomes import Check, Table
+
+
+@table("ext_zoo", needs=("exp_zoo",), evidence="analytic")
+def ext_zoo(results):
+    """Counts and measures of every camera."""
+    ran = results["exp_zoo"]
+
+    def column(name):
+        return [ran.column(name, model=model)[0] for model in ZOO]
+
+    ends = column("model_end_deg")
+    trips = np.array(column("round_trip_px"))
+    returned = np.array(column("returned"))
+    centres = np.array(column("centrality_mm"))
+    central = np.array([c < NONE_MM for c in centres])
+    said = np.array(
+        [ran.texts("central", model=m)[0] for m in ZOO], dtype=bool
+    )
+    return Table(
+        {
+            "model": list(ZOO),
+            "section": [model.section for model in ZOO.values()],
+            "kind in the library": [
+                ran.texts("kind", model=m)[0] for m in ZOO
+            ],
+            "parameters": [int(n) for n in column("parameters")],
+            "central": ["yes" if c else "no" for c in said],
+            "projects": [
+                "yes" if ran.texts("projects", model=m)[0] else "no"
+                for m in ZOO
+            ],
+            "widest ray (deg)": [f"{x:.1f}" for x in column("widest_deg")],
+            "law ends (deg)": [
+                f"{x:.1f}" if np.isfinite(x) else "" for x in ends
+            ],
+            "from central (mm)": [
+                "0" if x < NONE_MM else f"{x:.3g}" for x in centres
+            ],
+            "round trip (px)": [f"{x:.0e}" for x in trips],
+        },
+        "One example camera of every model, 200 × 200 pixels. Widest ray: "
+        "from the middle ray, within the image. Law ends: where the formula "
+        "with the example's parameters stops. From central: smallest RMS "
+        "distance of the rays from one point. Round trip: largest distance "
+        "of a pixel from the projection of a point on its ray.",
+        Check(
+            bool(
+                (returned == 1).all()
+                and (trips < NONE_PX).all()
+                and (central == said).all()
+            ),
+            f"{100 * returned.min():.3g} % of the pixels come back (least "
+            f"of all cameras), to {trips.max():.1g} px, and just the cameras "
+            "that say so are central",
+        ),
+    )
+
+
+@table(
+    "ext_zoo_scope",
+    needs=("exp_zoo", "exp_zoo_mirrors"),
+    evidence="analytic",
+)
+def ext_zoo_scope(results):
+    """What each model can and cannot represent, with how many numbers."""
+    ran, mirrors = results["exp_zoo"], results["exp_zoo_mirrors"]
+    worst = max(
+        mirrors.column("rms_px", **one)[0] for one in mirrors.conditions
+    )
+    return Table(
+        {
+            "model": list(ZOO),
+            "parameters": [
+                int(ran.column("parameters", model=m)[0]) for m in ZOO
+            ],
+            "represents": [model.can for model in ZOO.values()],
+            "does not represent": [m.cannot for m in ZOO.values()],
+        },
+        "What each model can and cannot represent. Parameters are those of "
+        "the example camera.",
+        Check(
+            bool(worst < NONE_PX),
+            f"the unified sphere is each central mirror, to {worst:.1g} px",
+        ),
+    )

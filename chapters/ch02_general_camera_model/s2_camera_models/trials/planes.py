@@ -1,0 +1,81 @@
+"""Is there a plane before all rays of a bundle? Section 2.2.2, trial and plan."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raxel.cameras import FisheyeCamera
+from raxel.geometry import rotation_from_vector
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+FOVS_DEG = (30, 90, 150, 170, 179, 180, 181, 190, 220, 270, 360)
+TRIALS = {"quick": 2, "full": 20}
+RIM, INNER = 90, 300
+LEAST_COSINE = 1e-9
+SIZE_PX = 400
+
+
+def rays_of_fov(fov_deg, rng):
+    """Directions (N, 3) of an equidistance fisheye, with those of its rim.
+
+    The rim has every ray together with its mirror image about the axis.
+    The whole bundle is turned at random: no plane is preferred.
+    """
+    half, middle = np.radians(fov_deg) / 2, (SIZE_PX - 1) / 2
+    focal = middle / half
+    camera = FisheyeCamera(
+        "equidistance", focal, (middle, middle), SIZE_PX, SIZE_PX, half
+    )
+    angle = np.concatenate(
+        [np.arange(RIM) * 2 * np.pi / RIM, rng.uniform(0, 2 * np.pi, INNER)]
+    )
+    # The ray straight back, at 360 degrees, has no direction to its pixel.
+    radius = middle * np.sqrt(rng.uniform(0, 1, RIM + INNER))
+    radius[:RIM] = middle * (1 if fov_deg < 360 else 1 - 1e-9)
+    pixels = middle + radius[:, None] * np.column_stack(
+        [np.cos(angle), np.sin(angle)]
+    )
+    rays = camera.rays(pixels)
+    R = rotation_from_vector(rng.uniform(-np.pi, np.pi, 3))
+    return rays.directions[rays.valid] @ R.T, int(rays.valid[:RIM].sum())
+
+
+def plane_trial(condition, rng):
+    """Is there a plane normal n with n . r_i >= eps for every ray?
+
+    The linear programme asks for n in the cube |n_k| <= 1 and the largest
+    eps; there is a plane in front of all rays exactly if it is positive.
+    """
+    from scipy.optimize import linprog
+
+    directions, on_rim = rays_of_fov(condition["fov_deg"], rng)
+    lowest = np.column_stack([-directions, np.ones(len(directions))])
+    found = linprog(
+        [0, 0, 0, -1.0],
+        A_ub=lowest,
+        b_ub=np.zeros(len(directions)),
+        bounds=[(-1, 1)] * 3 + [(None, 1)],
+        method="highs",
+    )
+    if found.status != 0:
+        return {"failed": found.message, "rim": on_rim}
+    return {
+        "cosine": float(found.x[3]),
+        "feasible": bool(found.x[3] >= LEAST_COSINE),
+        "rim": on_rim,
+    }
+
+
+@experiment(
+    "exp_c2_fov180", artefact="sec_2_2", shards={"quick": 1, "full": 1}
+)
+def planes(effort):
+    """The linear programme n . r_i >= eps over fields of view."""
+    settings = {
+        "rays": {"on the rim": RIM, "within": INNER},
+        "eps": LEAST_COSINE,
+        "bundle": "equidistance fisheye, turned at random",
+    }
+    conditions = [{"fov_deg": fov} for fov in FOVS_DEG]
+    return Plan(plane_trial, conditions, TRIALS[effort], settings)
