@@ -11,12 +11,19 @@ from chapters.ch02_general_camera_model.s3_general_camera import claims as s3_cl
 from chapters.ch02_general_camera_model.s3_general_camera import (
     exercises as s3_exercises,
 )
-from chapters.ch02_general_camera_model.s3_general_camera import trials as drawn_rays
+from chapters.ch02_general_camera_model.s3_general_camera import page as s3_page
 from chapters.ch02_general_camera_model.s3_general_camera.figures import (
     grids as s3_grid_figures,
 )
 from chapters.ch02_general_camera_model.s3_general_camera.figures import (
     ray_tables as s3_table_figures,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.trials import (
+    drawn_rays as drawn_rays,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.trials import (
+    known_motion,
+    lines,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     claims as s4_1_claims,
@@ -94,7 +101,7 @@ def test_a_ray_of_each_camera_comes_back_to_its_pixel(name):
     rays = camera.rays(pixels)
     assert rays.valid.all()
     ahead = np.sign(rays.directions[:, 2])
-    assert np.all(ahead == general_cameras.AHEAD[name])
+    assert np.all(ahead == known_motion.AHEAD[name])
     back = camera.project(rays.origins + 500 * rays.directions)
     np.testing.assert_allclose(back.pixels, pixels, atol=1e-9)
 
@@ -107,13 +114,13 @@ def test_mirrors_meet_at_their_edges_and_rays_jump_there():
     ]
     np.testing.assert_allclose(corners[0][3], corners[1][3], atol=1e-9)
     np.testing.assert_allclose(corners[1][1], corners[2][1], atol=1e-9)
-    assert general_cameras.largest_jump(camera) > 20
-    assert general_cameras.largest_jump(general_cameras.fisheye(24, 18)) < 10
+    assert known_motion.largest_jump(camera) > 20
+    assert known_motion.largest_jump(general_cameras.fisheye(24, 18)) < 10
 
 
 def test_any_camera_is_judged_on_the_faceted_one():
     conditions = [{"camera": name} for name in ("pinhole", "faceted")]
-    found = ran(general_cameras.known_motion_trial, conditions)
+    found = ran(known_motion.known_motion_trial, conditions)
     (reading,) = s3_claims.judge_nonparametric({"exp_c2_nonparam_any": found})
     assert reading.verdict == "reproduced"
     good = {"angle_rad": 1e-12, "gap_mm": 1e-12, "share": 1.0, "jump_deg": 20.0}
@@ -142,7 +149,7 @@ def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
 
 def test_figure_2_2_has_its_points_on_rays_and_grids():
     conditions = [{"method": name} for name in ("general", "generic")]
-    results = {"fig_2_2_grids": ran(drawn_rays.grids_trial, conditions)}
+    results = {"fig_2_2_grids": ran(s3_page.grids_trial, conditions)}
     drawing = s3_grid_figures.fig_2_2(results)
     assert drawing.check.holds
     found = results["fig_2_2_grids"]
@@ -193,8 +200,8 @@ def test_a_refuted_fov180_shows_its_shares():
 
 def test_pluecker_claims_hold_and_can_fail():
     rng = np.random.default_rng(1)
-    pairs = {"exp_c2_pluecker_invariant": general_cameras.two_pairs_trial({}, rng)}
-    through = {"exp_c2_pluecker_origin": general_cameras.origin_trial({}, rng)}
+    pairs = {"exp_c2_pluecker_invariant": lines.two_pairs_trial({}, rng)}
+    through = {"exp_c2_pluecker_origin": lines.origin_trial({}, rng)}
     for judge, values in (
         (s3_claims.judge_pluecker_invariant, pairs),
         (s3_claims.judge_pluecker_origin, through),
@@ -230,7 +237,7 @@ def test_two_pose_error_is_judged_by_its_straight_line():
 
 def test_a_shift_turns_rays_as_far_as_its_triangle_says():
     rng = np.random.default_rng(2)
-    found = flat(general_cameras.wrong_motion_trial({"kind": "translation"}, rng))
+    found = flat(s3_page.wrong_motion_trial({"kind": "translation"}, rng))
     assert found["ray_deg.0"] < 1e-9
     most = s3_exercises.angle_per_shift(1.0, found["step_mm"])
     assert 0.2 * most < found["ray_deg.1"] < 1.2 * most

@@ -4,51 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.general_cameras import (
-    KINDS,
-    LEVELS,
-    known_motion_trial,
-    origin_trial,
-    two_pairs_trial,
+from chapters.ch02_general_camera_model.s3_general_camera.results import (
+    line_fits,
+    slope,
 )
-from repro.judge.statistics import median_interval, weighted_line
-from repro.run.experiment import claim, experiment
-from repro.run.outcomes import Plan, Reading
+from chapters.shared.general_cameras import KINDS
+from repro.judge.statistics import median_interval
+from repro.run.experiment import claim
+from repro.run.outcomes import Reading
 
-LINES = {"quick": 2, "full": 10}
-POSES = {"quick": 3, "full": 30}
 ROUNDING = 1e-12
 RAY_ERROR = 1e-9
 LEAST_R2 = 0.98
-
-
-LINE_SETTINGS = {
-    "lines_per_trial": 100,
-    "points": "within 1 m of a point of the line, at least 5 cm apart, "
-    "each at a homogeneous scale of its own",
-    "lines": "through a point within a cube of 2 m about the origin, or "
-    "through the origin",
-}
-
-
-@experiment(
-    "exp_c2_pluecker_invariant",
-    artefact="sec_2_3",
-    shards={"quick": 1, "full": 1},
-)
-def lines_by_two_pairs(effort):
-    """Plücker matrices of random lines, each from two pairs of points."""
-    return Plan(two_pairs_trial, [{}], LINES[effort], LINE_SETTINGS)
-
-
-@experiment(
-    "exp_c2_pluecker_origin",
-    artefact="sec_2_3",
-    shards={"quick": 1, "full": 1},
-)
-def lines_through_origin(effort):
-    """Plücker vectors of lines through the origin and of others."""
-    return Plan(origin_trial, [{}], LINES[effort], LINE_SETTINGS)
 
 
 @claim(
@@ -95,24 +62,6 @@ def judge_pluecker_origin(results):
     ]
 
 
-@experiment(
-    "exp_c2_nonparam_any",
-    artefact="fig_2_1",
-    shards={"quick": 1, "full": 2},
-)
-def two_known_grids(effort):
-    """Every pixel of three cameras, calibrated by two known grids."""
-    settings = {
-        "image_px": [160, 120],
-        "grids": "near one 350 to 450 mm away, the far one 200 to 400 mm "
-        "behind it, each turned by up to 6 deg about every axis; no noise",
-    }
-    conditions = [
-        {"camera": name} for name in ("pinhole", "fisheye", "faceted")
-    ]
-    return Plan(known_motion_trial, conditions, POSES[effort], settings)
-
-
 @claim(
     "c2_nonparam_any",
     needs=("exp_c2_nonparam_any",),
@@ -137,28 +86,6 @@ def judge_nonparametric(results):
             f"to {jump:.0f} deg apart",
         )
     ]
-
-
-def line_fits(result, kind):
-    """R2 of a straight line through the error of each trial, (trials,)."""
-    errors = np.stack(
-        [
-            result.column(f"ray_deg.{level:g}", kind=kind)
-            for level in LEVELS
-        ],
-        axis=1,
-    )
-    weights = np.ones(len(LEVELS))
-    return np.array(
-        [weighted_line(LEVELS, error, weights).r2 for error in errors]
-    )
-
-
-def slope(result, kind):
-    """Median ray error per unit of error put on T_1 (deg per mm or deg)."""
-    smallest = LEVELS[0]
-    found = result.column(f"ray_deg.{smallest:g}", kind=kind)
-    return float(np.median(found)) / smallest
 
 
 @claim(

@@ -6,30 +6,51 @@
 # such a list look like, which cameras fit in it, and how does one fill it?
 
 # %% tags=["hide-cell"]
-from chapters.ch02_general_camera_model.s3_general_camera.claims import (
-    slope,
-)
+import numpy as np
+
 from chapters.ch02_general_camera_model.s3_general_camera.exercises import (
     angle_per_shift,
     bytes_of_table,
     ray_of_pixel,
     vector_through,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.trials import (
+from chapters.ch02_general_camera_model.s3_general_camera.results import (
+    slope,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.trials.drawn_rays import (
+    DRAWN_STEP,
     IMAGE_PX,
     KNOWN_SHIFT_MM,
+    SHIFTS_MM,
     TABLE_PX,
-    grids_trial,
+    TILTS_DEG,
+    meetings_of,
     table_trial,
+    three_unknown_poses,
+)
+from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (
+    LEVELS,
+    error_pose,
+    ray_errors,
 )
 from chapters.shared.general_cameras import (
     KINDS,
-    LEVELS,
+    draw_two_grids,
     faceted,
-    wrong_motion_trial,
+    fisheye,
+    pinhole,
 )
 from raxel.calibration.known_motion import rays_from_known_motion
-from raxel.geometry import pluecker_matrix, pluecker_vector
+from raxel.cameras.base import pixel_grid
+from raxel.geometry import (
+    intersect_rays_plane,
+    inverse_pose,
+    pluecker_matrix,
+    pluecker_vector,
+    pose,
+    rotate,
+    rotation_from_vector,
+)
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, value
 from repro.run.experiment import experiment
@@ -111,6 +132,46 @@ def tables(effort):
     return Plan(table_trial, conditions, 1, {"image_px": list(TABLE_PX)})
 
 
+def grids_trial(condition, rng):
+    """Calibrate one camera both ways and meet its rays with the grids.
+
+    All in the base grid's frame: poses (n, 4, 4), origins and directions
+    (N, 3), where the rays meet the grids (n, N, 3), the grids' outlines
+    (n, 5, 3), and how far all of it is from the truth.
+    """
+    camera = pinhole(*IMAGE_PX)
+    grids = pose(
+        rotation_from_vector(np.radians(TILTS_DEG)),
+        np.array(SHIFTS_MM, float),
+    )
+    if condition["method"] == "general":
+        known = pose(np.eye(3), np.array(KNOWN_SHIFT_MM, float))
+        grids = np.stack([grids[0], grids[0] @ known])
+    pixels = pixel_grid(*IMAGE_PX)
+    true = camera.rays(pixels)
+    hits = intersect_rays_plane(true.origins, true.directions, grids)
+    truth = inverse_pose(grids[0]) @ grids
+    if condition["method"] == "general":
+        poses = truth
+        found = rays_from_known_motion(hits.points, poses)
+        origins, directions = found.origins, found.directions
+    else:
+        poses, centre, directions = three_unknown_poses(hits.points)
+        origins = np.broadcast_to(centre, directions.shape)
+    drawn = np.all(pixels % DRAWN_STEP == 0, axis=1)
+    origins, directions = origins[drawn], directions[drawn]
+    true_directions = rotate(inverse_pose(grids[0]), true.directions)
+    return {
+        "poses": poses,
+        "centre": inverse_pose(grids[0])[:3, 3],
+        "origins": origins,
+        "directions": directions,
+        **meetings_of(origins, directions, poses),
+        "pose_error_mm": np.abs(poses - truth)[:, :3, 3].max(),
+        "ray_error": np.abs(directions - true_directions[drawn]).max(),
+    }
+
+
 @experiment(
     "fig_2_2_grids", artefact="fig_2_2", shards={"quick": 1, "full": 1}
 )
@@ -119,6 +180,31 @@ def grids(effort):
     conditions = [{"method": name} for name in ("general", "generic")]
     settings = {"image_px": list(IMAGE_PX), "T_1_mm": list(KNOWN_SHIFT_MM)}
     return Plan(grids_trial, conditions, 1, settings)
+
+
+def wrong_motion_trial(condition, rng):
+    """Ray error (deg) of the two-pose method with T_1 wrong by a level.
+
+    The wrong T_1 goes the same way at every level of a trial: a shift
+    along a random direction, or a turn about a random axis of grid 2.
+    """
+    camera = fisheye(160, 120)
+    pixels = rng.uniform([0, 0], [159, 119], (400, 2))
+    true = camera.rays(pixels)
+    grids = draw_two_grids(rng, 1.0)
+    hits = intersect_rays_plane(true.origins, true.directions, grids)
+    way = rng.normal(size=3)
+    way /= np.linalg.norm(way)
+    out = {"step_mm": float(grids[1, 2, 3] - grids[0, 2, 3])}
+    for level in (0.0, *LEVELS):
+        wrong = grids.copy()
+        wrong[1] = grids[1] @ error_pose(condition["kind"], level * way)
+        found = rays_from_known_motion(hits.points, wrong)
+        both = found.valid & true.valid
+        angle, gap = ray_errors(found, true, both)
+        out[f"ray_deg.{level:g}"] = np.degrees(np.median(angle))
+        out[f"gap_mm.{level:g}"] = np.median(gap)
+    return out
 
 
 @experiment(
@@ -142,10 +228,10 @@ def wrong_motion(effort):
 
 
 # %% [markdown]
-# The other claims have experiments of their own, in the chapter's module
-# `s3_claims.py`: random lines for (2.11) and (2.12), and for the claim that
-# one model fits any camera, every pixel of three cameras calibrated by two
-# known grids.
+# The other claims have experiments of their own, beside this page:
+# `trials/lines.py`, random lines for (2.11) and (2.12); and for the claim
+# that one model fits any camera `trials/known_motion.py`, every pixel of
+# three cameras calibrated by two known grids.
 
 # %% [markdown]
 # ## Figures

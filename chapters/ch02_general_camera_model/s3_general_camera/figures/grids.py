@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (
+    LEVELS,
+)
 from chapters.shared.axes_in_space import (
     dots,
     in_axes,
     line,
     name_axes,
 )
-from chapters.shared.general_cameras import KINDS, LEVELS
+from chapters.shared.general_cameras import KINDS
 from raxel.geometry import inverse_pose, transform
 from repro.page.scene import Points, Scene, Segments, Surface
 from repro.page.style import INK, plot_interval, series

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s3_general_camera.trials import (
+from chapters.ch02_general_camera_model.s3_general_camera.trials.drawn_rays import (
     PIXEL_I,
     TABLE_PX,
 )

@@ -6,21 +6,15 @@ import numpy as np
 
 from chapters.shared.general_cameras import (
     CAMERAS,
-    pinhole,
 )
 from raxel.calibration import (
     bundle_adjust_fixed_centre,
     linear_well_conditioned,
-    rays_from_known_motion,
 )
 from raxel.cameras import GeneralCamera
 from raxel.cameras.base import pixel_grid
 from raxel.geometry import (
     intersect_rays_plane,
-    inverse_pose,
-    pose,
-    rotate,
-    rotation_from_vector,
     transform,
 )
 
@@ -65,47 +59,7 @@ KNOWN_SHIFT_MM = (0, 0, 160)
 MARGIN_MM = 30.0
 
 
-def grids_trial(condition, rng):
-    """Calibrate one camera both ways and meet its rays with the grids.
-
-    All in the base grid's frame: poses (n, 4, 4), origins and directions
-    (N, 3), where the rays meet the grids (n, N, 3), the grids' outlines
-    (n, 5, 3), and how far all of it is from the truth.
-    """
-    camera = pinhole(*IMAGE_PX)
-    grids = pose(
-        rotation_from_vector(np.radians(TILTS_DEG)),
-        np.array(SHIFTS_MM, float),
-    )
-    if condition["method"] == "general":
-        known = pose(np.eye(3), np.array(KNOWN_SHIFT_MM, float))
-        grids = np.stack([grids[0], grids[0] @ known])
-    pixels = pixel_grid(*IMAGE_PX)
-    true = camera.rays(pixels)
-    hits = intersect_rays_plane(true.origins, true.directions, grids)
-    truth = inverse_pose(grids[0]) @ grids
-    if condition["method"] == "general":
-        poses = truth
-        found = rays_from_known_motion(hits.points, poses)
-        origins, directions = found.origins, found.directions
-    else:
-        poses, centre, directions = _generic(hits.points)
-        origins = np.broadcast_to(centre, directions.shape)
-    drawn = np.all(pixels % DRAWN_STEP == 0, axis=1)
-    origins, directions = origins[drawn], directions[drawn]
-    true_directions = rotate(inverse_pose(grids[0]), true.directions)
-    return {
-        "poses": poses,
-        "centre": inverse_pose(grids[0])[:3, 3],
-        "origins": origins,
-        "directions": directions,
-        **_meetings(origins, directions, poses),
-        "pose_error_mm": np.abs(poses - truth)[:, :3, 3].max(),
-        "ray_error": np.abs(directions - true_directions[drawn]).max(),
-    }
-
-
-def _generic(points):
+def three_unknown_poses(points):
     """Poses, centre and directions from three grids in unknown poses."""
     start = linear_well_conditioned(points)
     seen = np.isfinite(points).all(axis=2)
@@ -115,7 +69,7 @@ def _generic(points):
     return adjusted.T_base_grid, start.centre, adjusted.directions
 
 
-def _meetings(origins, directions, poses):
+def meetings_of(origins, directions, poses):
     """Where lines meet grids (n, N, 3), and the grids' outlines (n, 5, 3).
 
     An anchor on the first grid meets it at distance zero: lines, not

@@ -1,0 +1,32 @@
+"""What a wrong T_1 does to the rays, read from the results of section 2.3."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (
+    LEVELS,
+)
+from repro.judge.statistics import weighted_line
+
+
+def line_fits(result, kind):
+    """R2 of a straight line through the error of each trial, (trials,)."""
+    errors = np.stack(
+        [
+            result.column(f"ray_deg.{level:g}", kind=kind)
+            for level in LEVELS
+        ],
+        axis=1,
+    )
+    weights = np.ones(len(LEVELS))
+    return np.array(
+        [weighted_line(LEVELS, error, weights).r2 for error in errors]
+    )
+
+
+def slope(result, kind):
+    """Median ray error per unit of error put on T_1 (deg per mm or deg)."""
+    smallest = LEVELS[0]
+    found = result.column(f"ray_deg.{smallest:g}", kind=kind)
+    return float(np.median(found)) / smallest
