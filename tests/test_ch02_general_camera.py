@@ -31,12 +31,19 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     exercises as s4_1_exercises,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
-    linear_stage as linear_trials,
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import page as s4_page
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
+    results as s4_results,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
-    linear_systems,
-    three_quadrics,
+    quadrics as three_quadrics,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import stage
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
+    stage as linear_trials,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
+    systems as linear_systems,
 )
 from chapters.shared import algorithm_1, general_cameras
 from raxel.calibration import linear_as_printed
@@ -391,9 +398,7 @@ def test_exercises_of_2_4():
 
 
 def test_algorithm_1_reproduces_the_rays_of_a_pinhole():
-    found = flat(
-        algorithm_1.run_trial({"camera": "pinhole"}, np.random.default_rng(11))
-    )
+    found = flat(s4_page.run_trial({"camera": "pinhole"}, np.random.default_rng(11)))
     assert found["table.largest_deg"] < 1e-6
     assert found["linear.pose_mm"] < 1e-6
     assert found["others.boards"] == algorithm_1.BOARDS - 3
@@ -416,10 +421,10 @@ def test_the_numbers_of_2_4_are_read_from_what_the_trials_give(tmp_path):
     made = {
         name: result_of(tmp_path, name, replace(plan, trials=3))
         for name, plan in {
-            "exp_c2_rank_A": s4_1_claims.rank_of_a("quick"),
-            "exp_c2_rank_D": s4_1_claims.rank_of_d("quick"),
+            "exp_c2_rank_A": stage.rank_of_a("quick"),
+            "exp_c2_rank_D": stage.rank_of_d("quick"),
         }.items()
     }
-    values = s4_1_claims.values_of_ranks(made)
+    values = s4_results.values_of_ranks(made)
     assert values["s2_4_1_rankA"].value == 12
     assert values["s2_4_1_rankD"].value == 5

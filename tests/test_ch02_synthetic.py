@@ -8,10 +8,10 @@ import pytest
 from chapters.ch02_general_camera_model.s4_generic_calibration import (
     trials as coefficients,
 )
-from chapters.ch02_general_camera_model.s4_generic_calibration.page import (
-    cell_text,
+from chapters.ch02_general_camera_model.s4_generic_calibration.claims import (
     judge_table_coefficients,
 )
+from chapters.ch02_general_camera_model.s4_generic_calibration.tables import cell_text
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import laws
 from chapters.shared import synthetic
 from raxel.geometry import apply_homography

@@ -1,50 +1,20 @@
-"""The claims of sections 2.4, 2.4.1 and 2.4.2, tested as the ledger words
-them."""
+"""The claims of sections 2.4, 2.4.1 and 2.4.2, tested as the ledger words them."""
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_stage import (
-    exact_trial,
-    no_motion_trial,
-    rank_a_trial,
-    rank_d_trial,
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
+    counted,
+    exact_errors,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_systems import (
-    RANK_TOLERANCE,
-    SCENE,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.three_quadrics import (
-    triplet_trial,
-)
-from repro.run.experiment import claim, experiment, numbers
-from repro.run.outcomes import Plan, Reading, Value
+from repro.run.experiment import claim
+from repro.run.outcomes import Reading
 
-SEEDS = {"quick": 10, "full": 100}
-TRIPLETS = {"quick": 100, "full": 1000}
-SCENES = {"quick": 10, "full": 100}
 RANK_A, RANK_D, MOST_SOLUTIONS = 12, 5, 8
 NULL_ENTRY = 1e-6
 EXACT_MM, EXACT_RAD = 1e-6, 1e-8
 RECOVERED = 1e-6
-
-LINEAR_SETTINGS = {
-    "scene": SCENE,
-    "rays": 999,
-    "grids": "as in the simulation of section 2.5.1",
-    "rank_tolerance": RANK_TOLERANCE,
-}
-
-
-@experiment(
-    "exp_c2_rank_A", artefact="sec_2_4_1", shards={"quick": 1, "full": 1}
-)
-def rank_of_a(effort):
-    """Singular values of A (2.24) in random noise-free scenes."""
-    return Plan(rank_a_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
 
 
 @claim("c2_rank_A", needs=("exp_c2_rank_A",), evidence="analytic")
@@ -64,14 +34,6 @@ def judge_rank_a(results):
     ]
 
 
-@experiment(
-    "exp_c2_rank_D", artefact="sec_2_4_1", shards={"quick": 1, "full": 1}
-)
-def rank_of_d(effort):
-    """Singular values and null vectors of D (2.25), the same way."""
-    return Plan(rank_d_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
-
-
 @claim("c2_rank_D", needs=("exp_c2_rank_D",), evidence="analytic")
 def judge_rank_d(results):
     """Rank 5; null vectors vanish on l1, l2 and the lambda terms."""
@@ -89,29 +51,6 @@ def judge_rank_d(results):
             f"{entry:.1g}; {other:.1g} with bases that are not orthonormal",
         )
     ]
-
-
-@experiment(
-    "exp_c2_linear_exact",
-    artefact="sec_2_4_1",
-    shards={"quick": 1, "full": 1},
-)
-def exact_data(effort):
-    """The linear stage on exact data, in three forms of its formulas."""
-    return Plan(exact_trial, [{}], SCENES[effort], LINEAR_SETTINGS)
-
-
-def exact_errors(result, form):
-    """Largest errors over trials: centre and translation (mm), rotation.
-
-    A trial that gave nothing counts as an infinite error.
-    """
-    return {
-        name: float(
-            np.nan_to_num(result.column(f"{form}.{name}"), nan=np.inf).max()
-        )
-        for name in ("centre_mm", "translation_mm", "rotation_rad")
-    }
 
 
 @claim(
@@ -153,30 +92,6 @@ def judge_linear_exact(results):
     ]
 
 
-@experiment(
-    "exp_c2_pose_eight",
-    artefact="sec_2_4_2",
-    shards={"quick": 1, "full": 4},
-)
-def triplets(effort):
-    """Every real solution of (2.26) for random triplets of rays."""
-    conditions = [{"anchors": "common"}, {"anchors": "distinct"}]
-    settings = {
-        "points": "three in a square of 300 mm",
-        "pose": "150 to 900 mm away, turned by about 35 deg (SD 0.6 rad on "
-        "each axis)",
-        "distinct_anchors": "each within a cube of 80 mm",
-        "solver": "elimination to a polynomial of degree 8, any anchors",
-    }
-    return Plan(triplet_trial, conditions, TRIPLETS[effort], settings)
-
-
-def counted(result, anchors):
-    """How often each number of real solutions came out, in words."""
-    found = Counter(result.column("solutions", anchors=anchors).astype(int))
-    return ", ".join(f"{n}: {found[n]}" for n in sorted(found))
-
-
 @claim("c2_pose_eight", needs=("exp_c2_pose_eight",), evidence="analytic")
 def judge_pose_eight(results):
     """At most eight real solutions, closed under negation of the depths."""
@@ -197,17 +112,6 @@ def judge_pose_eight(results):
             f"{int((distinct > 0).sum())} of {len(distinct)} (E-2.15)",
         )
     ]
-
-
-@experiment(
-    "exp_c2_generic_no_motion",
-    artefact="alg_1",
-    shards={"quick": 1, "full": 1},
-)
-def no_motion(effort):
-    """Poses from intersections alone, and the two-pose method beside."""
-    settings = LINEAR_SETTINGS | {"error_put_on_T_1_mm": 1.0}
-    return Plan(no_motion_trial, [{}], SCENES[effort], settings)
 
 
 @claim(
@@ -236,35 +140,3 @@ def judge_generic_no_motion(results):
             f"T_1 wrong by 1 mm, {right:.1g} deg with the right one",
         )
     ]
-
-
-@numbers(
-    "sec_2_4_1",
-    needs=("exp_c2_rank_A", "exp_c2_rank_D"),
-    evidence="analytic",
-)
-def values_of_ranks(results):
-    """Ranks of A and D, the same in every scene or not given at all."""
-    return {
-        "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
-        "s2_4_1_rankD": Value(
-            only_value(results["exp_c2_rank_D"], "orthonormal.rank")
-        ),
-    }
-
-
-@numbers("sec_2_4_2", needs=("exp_c2_pose_eight",), evidence="analytic")
-def values_of_solutions(results):
-    """The largest number of real solutions that any triplet had."""
-    found = results["exp_c2_pose_eight"].column(
-        "solutions", anchors="common"
-    )
-    return {"s2_4_2_solutions": Value(float(found.max()))}
-
-
-def only_value(result, name):
-    """The one value that all trials have; what they have, where they differ."""
-    found = sorted(set(result.column(name)))
-    if len(found) == 1:
-        return float(found[0])
-    return " or ".join(f"{value:g}" for value in found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_systems import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (
     UNKNOWNS_U,
     matrix_a,
     scaled_coefficients,

@@ -15,12 +15,20 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.exercises import (
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
     name_values,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_systems import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.quadrics import (
+    real_solutions,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.steps import (
+    first_three,
+    largest_shift,
+    locating,
+    overlap,
+    scored_table,
+    view_board,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (
     matrix_a,
     matrix_d,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.three_quadrics import (
-    real_solutions,
 )
 from chapters.shared.algorithm_1 import (
     BOARDS,
@@ -28,9 +36,11 @@ from chapters.shared.algorithm_1 import (
     PITCH_MM,
     ROWS,
     SIZE_PX,
-    first_three,
-    run_trial,
+    draw_poses,
 )
+from chapters.shared.general_cameras import CAMERAS
+from raxel.calibration import calibrate_generic
+from raxel.geometry import inverse_pose
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show_code, show_table
 from repro.run.experiment import experiment
@@ -124,10 +134,30 @@ from repro.run.outcomes import Plan
 # corners sees by a homography, which is exact for a pinhole only.
 
 # %% tags=["active-ipynb"]
-# show_code(run_trial, first_three)
+# show_code(first_three)
 
 
 # %%
+def run_trial(condition, rng):
+    """One run of the six steps, and what each of them gave."""
+    camera = CAMERAS[condition["camera"]](SIZE_PX, SIZE_PX)
+    grids = draw_poses(rng)
+    views = [view_board(camera, T) for T in grids]
+    found = calibrate_generic(views, SIZE_PX, SIZE_PX, rng=rng)
+    truth = inverse_pose(grids[found.used[0]]) @ grids[found.used]
+    return {
+        "overlap": overlap(views),
+        "locate": locating(camera, views, grids),
+        **first_three(views, found.used, truth),
+        "others": {
+            "boards": len(found.used) - 3,
+            "left_out": len(found.left_out),
+            "pose_mm": largest_shift(found.T_base_grid, truth),
+        },
+        "table": scored_table(camera, found.camera),
+    }
+
+
 @experiment("alg_1_run", artefact="alg_1", shards={"quick": 2, "full": 2})
 def algorithm_run(effort):
     """The six steps of Algorithm 1 on synthetic boards, for two cameras."""
@@ -142,9 +172,9 @@ def algorithm_run(effort):
 
 
 # %% [markdown]
-# **The claims** have experiments of their own, in the chapter's module
-# `s4_1_claims.py`: random scenes without noise, and random triplets of rays
-# with a common anchor point and with distinct ones.
+# **The claims** have experiments of their own, beside this page: random
+# scenes without noise (`trials/stage.py`), and random triplets of rays with
+# a common anchor point and with distinct ones (`trials/quadrics.py`).
 
 # %% [markdown]
 # ## Table

@@ -1,13 +1,14 @@
-"""The numbers that the page of section 2.4 quotes."""
+"""Errors, counts and ranks of section 2.4, and the numbers that its page quotes."""
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.claims import (
-    exact_errors,
-)
 from repro.page.reader import value
+from repro.run.experiment import numbers
+from repro.run.outcomes import Value
 
 
 def name_values(open_results):
@@ -67,3 +68,54 @@ def of_triplets(triplets):
     value("distinct_paired", int((paired > 0).sum()))
     grunert = triplets.column("grunert_agrees", anchors="common")
     value("grunert", int(grunert.sum()))
+
+
+def exact_errors(result, form):
+    """Largest errors over trials: centre and translation (mm), rotation.
+
+    A trial that gave nothing counts as an infinite error.
+    """
+    return {
+        name: float(
+            np.nan_to_num(result.column(f"{form}.{name}"), nan=np.inf).max()
+        )
+        for name in ("centre_mm", "translation_mm", "rotation_rad")
+    }
+
+
+def counted(result, anchors):
+    """How often each number of real solutions came out, in words."""
+    found = Counter(result.column("solutions", anchors=anchors).astype(int))
+    return ", ".join(f"{n}: {found[n]}" for n in sorted(found))
+
+
+def only_value(result, name):
+    """The one value that all trials have; what they have, where they differ."""
+    found = sorted(set(result.column(name)))
+    if len(found) == 1:
+        return float(found[0])
+    return " or ".join(f"{value:g}" for value in found)
+
+
+@numbers(
+    "sec_2_4_1",
+    needs=("exp_c2_rank_A", "exp_c2_rank_D"),
+    evidence="analytic",
+)
+def values_of_ranks(results):
+    """Ranks of A and D, the same in every scene or not given at all."""
+    return {
+        "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
+        "s2_4_1_rankD": Value(
+            only_value(results["exp_c2_rank_D"], "orthonormal.rank")
+        ),
+    }
+
+
+@numbers("sec_2_4_2", needs=("exp_c2_pose_eight",), evidence="analytic")
+def values_of_solutions(results):
+    """The largest number of real solutions that any triplet had."""
+    found = results["exp_c2_pose_eight"].column(
+        "solutions", anchors="common"
+    )
+    return {"s2_4_2_solutions": Value(float(found.max()))}

@@ -6,21 +6,19 @@
 # in one cell would spoil every calibration built on it.
 
 # %% tags=["hide-cell"]
-from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
-    AS_PRINTED,
-    TABLE_2_1,
-    VECTORS,
-    as_maths,
-    draw_scene,
-    formula,
-    library_difference,
-    meet,
-    substitute,
-)
-from chapters.shared.exercises import (
+from chapters.ch02_general_camera_model.s4_generic_calibration.exercises import (
     entries_of,
     exercise_scene,
     where_it_meets,
+)
+from chapters.ch02_general_camera_model.s4_generic_calibration.results import (
+    summary_of,
+)
+from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
+    draw_scene,
+    library_difference,
+    meet,
+    substitute,
 )
 from repro.page.exercise import check
 from repro.page.reader import (
@@ -30,8 +28,8 @@ from repro.page.reader import (
     show_table,
     value,
 )
-from repro.run.experiment import claim, experiment, table
-from repro.run.outcomes import Check, Plan, Reading, Table
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan, Table
 
 # %% [markdown]
 # ## What the thesis claims
@@ -103,76 +101,6 @@ def substitution(effort):
 
 
 # %% tags=["hide-cell"]
-def cell_text(row, vector):
-    """One cell as LaTeX, bold where it corrects the printed table."""
-    text = as_maths(formula(row, vector))
-    if (row, vector) in AS_PRINTED:
-        return rf"$\boldsymbol{{{text.strip('$')}}}$"
-    return text
-
-
-@table("table_2_1", needs=("table_2_1_sums",), evidence="analytic")
-def table_2_1(results):
-    """Table 2.1 in symbols; its check is that every sum vanishes."""
-    ran = results["table_2_1_sums"]
-    columns = {"i": [str(n) for n in range(1, 10)]}
-    columns["j"] = [row[0] for row in TABLE_2_1]
-    columns["k"] = [row[1] for row in TABLE_2_1]
-    for vector in VECTORS:
-        columns[f"{vector}_i"] = [
-            cell_text(row, vector) for row in range(9)
-        ]
-    zero = [
-        ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS
-    ]
-    return Table(
-        columns,
-        "Coefficients used in equations 2.14, with row 3 corrected (bold).",
-        Check(
-            all(zero),
-            "all four sums are exactly zero in every scene, in rational "
-            "arithmetic",
-        ),
-    )
-
-
-@claim(
-    "c2_table_coefficients", needs=("table_2_1_sums",), evidence="analytic"
-)
-def judge_table_coefficients(results):
-    """Relative residual below 1e-12 corrected, above 1e-3 as printed."""
-    ran = results["table_2_1_sums"]
-    corrected = max(
-        ran.column(f"corrected.{vector}.relative").max()
-        for vector in VECTORS
-    )
-    exact = all(
-        ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS
-    )
-    printed = [summary_of(ran, vector) for vector in ("W", "N")]
-    few = sum(
-        int((ran.column(f"printed.{vector}.relative") <= 1e-3).sum())
-        for vector in ("W", "N")
-    )
-    holds = exact and corrected < 1e-12 and min(printed) > 1e-3
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            f"{corrected:.1g} corrected; {printed[0]:.2g} (W), "
-            f"{printed[1]:.2g} (N) as printed",
-            reason="row 3 of W and N carries a superscript one too low as "
-            "printed (E-2.08); largest residual of all scenes corrected, "
-            "medians over scenes as printed, where "
-            f"{few} of {2 * ran.trials_per_condition} are at most 1e-3",
-        )
-    ]
-
-
-def summary_of(result, vector):
-    """Median over scenes of the largest relative sum, as printed."""
-    import numpy as np
-
-    return float(np.median(result.column(f"printed.{vector}.relative")))
 
 
 # %% tags=["active-ipynb"]

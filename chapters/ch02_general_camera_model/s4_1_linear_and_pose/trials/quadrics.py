@@ -15,6 +15,8 @@ import numpy as np
 
 from raxel.calibration import three_point_depths
 from raxel.geometry import pose, rotation_from_vector, transform
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
 PAIRS = ((0, 1), (0, 2), (1, 2))
 DEGREE = 8
@@ -203,3 +205,24 @@ def triplet_trial(condition, rng):
         grunert = grunert[np.isfinite(grunert).all(axis=1)]
         out["grunert_agrees"] = agreement(found, grunert)
     return out
+
+
+TRIPLETS = {"quick": 100, "full": 1000}
+
+
+@experiment(
+    "exp_c2_pose_eight",
+    artefact="sec_2_4_2",
+    shards={"quick": 1, "full": 4},
+)
+def triplets(effort):
+    """Every real solution of (2.26) for random triplets of rays."""
+    conditions = [{"anchors": "common"}, {"anchors": "distinct"}]
+    settings = {
+        "points": "three in a square of 300 mm",
+        "pose": "150 to 900 mm away, turned by about 35 deg (SD 0.6 rad on "
+        "each axis)",
+        "distinct_anchors": "each within a cube of 80 mm",
+        "solver": "elimination to a polynomial of degree 8, any anchors",
+    }
+    return Plan(triplet_trial, conditions, TRIPLETS[effort], settings)

@@ -1,10 +1,12 @@
-"""Trials about the linear stage of section 2.4.1, on data without noise."""
+"""The linear stage of section 2.4.1 on data without noise: trials and plans."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.linear_systems import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (
+    RANK_TOLERANCE,
+    SCENE,
     depth_squared,
     matrix_a,
     matrix_d,
@@ -24,8 +26,21 @@ from raxel.calibration import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
 WRONG_MM = 1.0
+
+SEEDS = {"quick": 10, "full": 100}
+
+SCENES = {"quick": 10, "full": 100}
+
+LINEAR_SETTINGS = {
+    "scene": SCENE,
+    "rays": 999,
+    "grids": "as in the simulation of section 2.5.1",
+    "rank_tolerance": RANK_TOLERANCE,
+}
 
 
 def unit_of(points):
@@ -43,6 +58,14 @@ def rank_a_trial(condition, rng):
         "rank": rank_of(values),
         "smallest": values[-1],
     }
+
+
+@experiment(
+    "exp_c2_rank_A", artefact="sec_2_4_1", shards={"quick": 1, "full": 1}
+)
+def rank_of_a(effort):
+    """Singular values of A (2.24) in random noise-free scenes."""
+    return Plan(rank_a_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
 
 
 def rank_d_trial(condition, rng):
@@ -64,6 +87,14 @@ def rank_d_trial(condition, rng):
             / np.linalg.norm(D[:, 3]),
         }
     return out
+
+
+@experiment(
+    "exp_c2_rank_D", artefact="sec_2_4_1", shards={"quick": 1, "full": 1}
+)
+def rank_of_d(effort):
+    """Singular values and null vectors of D (2.25), the same way."""
+    return Plan(rank_d_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
 
 
 def exact_trial(condition, rng):
@@ -91,6 +122,16 @@ def exact_trial(condition, rng):
         depth = unit * np.sqrt(square) if square >= 0 else np.nan
         out[f"{name}_depth_mm"] = abs(depth - abs(centre[2]))
     return out
+
+
+@experiment(
+    "exp_c2_linear_exact",
+    artefact="sec_2_4_1",
+    shards={"quick": 1, "full": 1},
+)
+def exact_data(effort):
+    """The linear stage on exact data, in three forms of its formulas."""
+    return Plan(exact_trial, [{}], SCENES[effort], LINEAR_SETTINGS)
 
 
 def _linear_errors(form, centre, poses):
@@ -146,3 +187,14 @@ def no_motion_trial(condition, rng):
         "pose_mm": errors["translation_mm"],
         "pose_rad": errors["rotation_rad"],
     }
+
+
+@experiment(
+    "exp_c2_generic_no_motion",
+    artefact="alg_1",
+    shards={"quick": 1, "full": 1},
+)
+def no_motion(effort):
+    """Poses from intersections alone, and the two-pose method beside."""
+    settings = LINEAR_SETTINGS | {"error_put_on_T_1_mm": 1.0}
+    return Plan(no_motion_trial, [{}], SCENES[effort], settings)
