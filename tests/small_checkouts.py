@@ -3,14 +3,14 @@
 import shutil
 from pathlib import Path
 
+from repro.page import style
+from repro.page.execute import main
 from repro.page.scene import Points, Scene
 from repro.page.scene_page import scene_html
 from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
 from repro.site import assemble
-from repro.page import style
-from repro.site.make import main
 from repro.site.mirror import mirror
 
 ROOT = Path(__file__).parents[1]
@@ -94,7 +94,7 @@ def _hidden():
 
 def write_page(root, text, name="s5_page"):
     """Write a page file of a sample chapter below ``root``; return its path."""
-    path = root / "chapters" / "ch02_sample" / f"{name}.py"
+    path = root / "chapters" / "ch02_sample" / name / "page.py"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, "utf-8")
     return path
@@ -102,9 +102,7 @@ def write_page(root, text, name="s5_page"):
 
 def run(page_file, out, *more):
     """Execute a page as the workflow does; return the exit status."""
-    return main(
-        ["execute", str(page_file), "--effort", "quick", "--out", str(out), *more]
-    )
+    return main([str(page_file), "--effort", "quick", "--out", str(out), *more])
 
 
 def small_checkout(root):
@@ -118,7 +116,7 @@ def small_checkout(root):
     caption = "Residual against noise $\\sigma$."
     style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
     about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
-    about |= {"source": ["ch02_sample/s5_page.py", "half_of"], "scene": False}
+    about |= {"source": ["ch02_sample/s5_page/page.py", "half_of"], "scene": False}
     write_json(base / "fig_2_3.json", about | {"scene": True})
     scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))
     write_atomic(base / "fig_2_3.html", scene_html(scene, "Fig. 2.3"))

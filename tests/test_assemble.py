@@ -63,7 +63,7 @@ def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
         cell = {"cell_type": "markdown", "source": [f"# {title}\n"]}
         books.append(tmp_path / f"ch02_x/{name}.ipynb")
         write_json(books[-1], {"cells": [cell]})
-        write_atomic(tmp_path / f"chapters/ch02_x/{name}.py", "")
+        write_atomic(tmp_path / f"chapters/ch02_x/{name}/page.py", "")
     write_atomic(tmp_path / "chapters/ch02_x/__init__.py", '"""Chapter 2: x."""\n')
     (chapter,) = assemble.chapters_of(tmp_path, books)
     assert [page.name.removeprefix("ch02_x/") for page in chapter.pages] == [
@@ -100,9 +100,9 @@ def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
             {"cell_type": "markdown", "source": [f"About {title}.\n"]},
         ]
         book = tmp_path / "pages" / f"{name}.ipynb"
-        notes = {"raxel": {"source": f"{name}.py"}}
+        notes = {"raxel": {"source": f"{name}/page.py"}}
         write_json(book, {"cells": cells, "metadata": notes})
-        write_atomic(tmp_path / "chapters" / f"{name}.py", "# %%\n")
+        write_atomic(tmp_path / "chapters" / name / "page.py", "# %%\n")
         books.append(book)
     write_atomic(tmp_path / "chapters" / "guides" / "__init__.py", '"""Guides."""\n')
     base, out = tmp_path / "figures" / "quick", tmp_path / "source"
@@ -131,7 +131,7 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
     for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
         write_json(base / "results" / name, {})
     book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
-    write_json(book, {"metadata": {"raxel": {"source": "photographs/set.py"}}})
+    write_json(book, {"metadata": {"raxel": {"source": "photographs/set/page.py"}}})
     handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
     assert "figures/ext_a@my.set.png" in handed
     assert "figures/fig_2_3.png" in handed

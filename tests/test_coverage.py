@@ -20,10 +20,11 @@ HIDDEN = {
     "repro.judge.number_rules",
     "repro.judge.verdict",
     "repro.judge.scoreboard",
+    "repro.page.rows",
 }
 # The last table of a page shows its rows of the scoreboard. It is display code: the
 # import stands inside the function, and nothing of it goes back to an experiment.
-DISPLAY = ("repro.page.reader", "repro.judge.scoreboard")
+DISPLAY = ("repro.page.reader", "repro.page.rows")
 
 
 def of_thesis(identifier):

@@ -20,7 +20,7 @@ def furnisher(tmp_path):
     shutil.copy(ROOT / "CITATION.cff", tmp_path)
     results = tmp_path / "figures" / "full" / "results"
     results.mkdir(parents=True)
-    about = {"source": ["ch02_x/s5_figures.py", "draw"]}
+    about = {"source": ["ch02_x/s5_page/figures.py", "draw"]}
     of_all = {"sweep": {name: f"sweep@{name}" for name in ("my-set", "other")}}
     for name, read in (
         ("fig_2_6", {"sweep": "sweep"}),
@@ -40,7 +40,7 @@ def test_the_original_is_told_in_words(furnisher):
     assert "Fig. 2.6, section 2.5.2 (Experiments with Real Data, from p. 45)" in block
     assert "x: translation; y: translation; series: standard perspective" in block
     assert "step (mm): 25" in block
-    assert 'href="../source/ch02_x/s5_figures.py.html#draw"' in block
+    assert 'href="../source/ch02_x/s5_page/figures.py.html#draw"' in block
     assert 'href="../logs/sweep.json"' in block
     assert "note = {Fig. 2.6}" in block
     assert "Dunne, Aubrey K." in block

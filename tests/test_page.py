@@ -59,7 +59,7 @@ def test_a_failing_cell_is_one_line_and_leaves_no_notebook(
 
 def test_a_cell_that_hangs_is_stopped(page, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("repro.site.make.CELL_SECONDS", 1)
+    monkeypatch.setattr("repro.page.execute.CELL_SECONDS", 1)
     path = page("# %% [markdown]\n# # T\n\n# %%\nimport time\ntime.sleep(60)\n")
     assert run(path, tmp_path / "pages" / "ch02_sample" / "s.ipynb") == 1
     assert "longer than 1 s; stopped" in capfd.readouterr().err

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from repro.page import reader
+from repro.page import reader, wording
 from tests.small_checkouts import small_checkout
 
 
@@ -59,11 +59,11 @@ def _parsed(text: str):
 
 
 def test_names_and_captions_for_people():
-    assert reader.label("fig_2_3") == "Fig. 2.3"
-    assert reader.label("table_2_1") == "Table 2.1"
-    assert reader.label("alg_1") == "Algorithm 1"
-    assert reader.label("ext_fig_2_3_readings") == ""
-    assert reader.plain("a *b* [c](d.md) $\\mathbf{x}_1 \\| y$") == "a b c x_1 | y"
+    assert wording.label("fig_2_3") == "Fig. 2.3"
+    assert wording.label("table_2_1") == "Table 2.1"
+    assert wording.label("alg_1") == "Algorithm 1"
+    assert wording.label("ext_fig_2_3_readings") == ""
+    assert wording.plain("a *b* [c](d.md) $\\mathbf{x}_1 \\| y$") == "a b c x_1 | y"
     assert reader.pipe_table(["a|b"], [["1"]], [True]) == "| a\\|b |\n| ---: |\n| 1 |"
 
 
@@ -81,16 +81,16 @@ def test_names_and_captions_for_people():
     ],
 )
 def test_numbers_are_rounded_to_their_interval(value, interval, text):
-    assert reader.rounded(value, interval, "px") == text
+    assert wording.rounded(value, interval, "px") == text
 
 
 def test_numbers_next_to_1_do_not_become_1_and_pure_numbers_have_no_unit():
-    assert reader.rounded(0.999998, None) == "0.999998"
-    assert reader.rounded(1.0007, None, "1") == "1.0007"
-    assert reader.rounded(-0.9999, None) == "-0.9999"
-    assert reader.rounded(1 - 1e-14, None, "px") == "1 px"
-    assert reader.rounded(12, None, "count") == "12"
-    narrow = reader.rounded(0.9999980, (0.9999979, 0.9999981))
+    assert wording.rounded(0.999998, None) == "0.999998"
+    assert wording.rounded(1.0007, None, "1") == "1.0007"
+    assert wording.rounded(-0.9999, None) == "-0.9999"
+    assert wording.rounded(1 - 1e-14, None, "px") == "1 px"
+    assert wording.rounded(12, None, "count") == "12"
+    narrow = wording.rounded(0.9999980, (0.9999979, 0.9999981))
     assert narrow == "0.999998 (0.999998 to 0.999998)"
 
 
@@ -107,7 +107,7 @@ def test_numbers_next_to_1_do_not_become_1_and_pure_numbers_have_no_unit():
     ],
 )
 def test_numbers_of_a_column_are_written_alike(cells, shown):
-    assert reader._alike(cells, 3) == shown
+    assert wording.alike(cells, 3) == shown
 
 
 def test_a_missing_file_names_the_command(tmp_path, monkeypatch):

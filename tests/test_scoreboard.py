@@ -8,10 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from repro.judge import ledger, row_html, scoreboard, verdict
+from repro.judge import ledger, scoreboard, verdict
 from repro.judge.number_rules import VerdictError
+from repro.page import rows as row_html
 from repro.run import discover
+from repro.run.deciding import judged_with
 from repro.run.results import write_atomic, write_json
+from repro.site import scoreboard as board_page
 
 ROOT = Path(__file__).parents[1]
 SECTION = "ch02_general_camera_model/s5_1_synthetic_data"
@@ -127,7 +130,7 @@ def test_order_and_bytes_do_not_depend_on_the_order_given():
         "fig_2_9", "fig_2_10", "c2_one", "c9", "c10", "c_a",
     ]  # fmt: skip
     again = scoreboard.checked(rows[::-1])
-    assert scoreboard.page(ordered) == scoreboard.page(again)
+    assert board_page.page(ordered) == board_page.page(again)
 
 
 def test_text_is_escaped_and_never_ends_the_block():
@@ -147,8 +150,8 @@ def test_text_is_escaped_and_never_ends_the_block():
             )
         ]
     )
-    compared = scoreboard.comparison(rows, "full", "../", {})
-    for text in (scoreboard.page(rows), compared):
+    compared = row_html.comparison(rows, "full", "../", {})
+    for text in (board_page.page(rows), compared):
         assert "<script>alert" not in text
         assert "&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; # Heading" in text
         block = text[text.index("<div") : text.rindex("</div>")]
@@ -167,7 +170,7 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
             row("n2", kind="number", verdict="not yet", chapter="A", regenerated=None),
         ]
     )
-    page = scoreboard.page(rows, {SECTION})
+    page = board_page.page(rows, {SECTION})
     board = Board(page)
     assert [
         (a["id"], a["data-kind"], a["data-chapter"], a["data-verdict"])
@@ -197,8 +200,8 @@ def test_a_badge_says_where_the_readings_disagree():
     shown = row_html.judged_badge(split)
     assert "✓" in shown
     assert "primary reading; 2 of 3 agree" in shown
-    assert "2 of 3" in scoreboard.page(scoreboard.checked([split]))
-    assert "2 of 3" in scoreboard.comparison([split], "full", "../", {})
+    assert "2 of 3" in board_page.page(scoreboard.checked([split]))
+    assert "2 of 3" in row_html.comparison([split], "full", "../", {})
     for agreed in (row("c2_one"), row("c2_one", variants=[variant("mm")])):
         assert "primary" not in row_html.judged_badge(agreed)
 
@@ -207,14 +210,14 @@ def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
     changed = row("c2_one", changed="After a run: <looser>.")
     rows = scoreboard.checked([changed, row("c2_two")])
     for shown in (
-        scoreboard.page(rows),
-        scoreboard.comparison(rows, "full", "../", {}),
+        board_page.page(rows),
+        row_html.comparison(rows, "full", "../", {}),
     ):
         assert shown.count("Slope &gt;= 0.9.") == 2
         assert shown.count("Test changed: After a run: &lt;looser&gt;.") == 1
-    assert "except that of" in scoreboard.page(rows)
-    assert 'href="scoreboard.html#c2_one"' in scoreboard.page(rows)
-    assert "before its run. The" in " ".join(scoreboard.page(rows[1:]).split())
+    assert "except that of" in board_page.page(rows)
+    assert 'href="scoreboard.html#c2_one"' in board_page.page(rows)
+    assert "before its run. The" in " ".join(board_page.page(rows[1:]).split())
     assert scoreboard.headline(rows)["changed"] == ["c2_one"]
 
 
@@ -225,12 +228,12 @@ def test_what_nothing_produces_yet_is_folded_away():
             row("c2_two"),
         ]
     )
-    page = scoreboard.page(rows)
+    page = board_page.page(rows)
     shown, folded = page.split('<details class="rx-pending">')
     assert 'id="c2_two"' in shown
     assert 'id="c2_one"' in folded[: folded.index("</table>")]
     assert "1 rows" not in folded
-    assert "rx-pending" not in scoreboard.page(rows[1:])
+    assert "rx-pending" not in board_page.page(rows[1:])
 
 
 def test_pure_numbers_have_no_unit():
@@ -241,13 +244,13 @@ def test_pure_numbers_have_no_unit():
 
 def test_links_lead_to_page_data_and_source():
     rows = scoreboard.checked([row("c2_one")])
-    links = Board(scoreboard.page(rows, {SECTION})).links
+    links = Board(board_page.page(rows, {SECTION})).links
     wanted = [
         f"{SECTION}.html", "results/sweep.json", "figures/fig_2_3.csv",
-        f"source/{SECTION}.py",
+        f"source/{SECTION}/page.py",
     ]  # fmt: skip
     assert links[-4:] == wanted
-    assert f"source/{SECTION}.py" not in scoreboard.page(rows)
+    assert f"source/{SECTION}/page.py" not in board_page.page(rows)
 
 
 def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
@@ -281,7 +284,7 @@ def test_what_all_readings_of_a_verdict_share_is_said_once():
 
 
 def test_every_verdict_has_a_sign_and_a_meaning_of_its_own():
-    schema = ROOT / "lib" / "repro" / "schemas" / "scoreboard.schema.json"
+    schema = ROOT / "lib/repro/judge/schemas" / "scoreboard.schema.json"
     allowed = json.loads(schema.read_text("utf-8"))["$defs"]["verdict"]["enum"]
     assert allowed == list(scoreboard.MEANINGS) == list(row_html.SIGNS)
     assert len(set(row_html.SIGNS.values())) == len(allowed)
@@ -292,7 +295,7 @@ def test_every_verdict_has_a_sign_and_a_meaning_of_its_own():
 
 def test_script_and_page_agree_on_names():
     script = (ROOT / "report/source/_static/scoreboard.js").read_text("utf-8")
-    page = scoreboard.page(scoreboard.checked([row("c2_one")]))
+    page = board_page.page(scoreboard.checked([row("c2_one")]))
     for name in re.findall(r'getElementById\("([^"]+)"\)', script):
         assert f'id="{name}"' in page
     names = re.search(r"const names = \[(.+)\]", script)[1]
@@ -310,8 +313,8 @@ def checkout(tmp_path):
         tmp_path / "chapters" / "unfinished.yaml",
         "".join(f"'{c}': not built\n" for c in [*range(1, 7), "A"]),
     )
-    write_atomic(tmp_path / "chapters" / f"{SECTION}.py", CHAPTER)
-    write_atomic(tmp_path / "chapters/ch02_general_camera_model/other.py", OTHER)
+    write_atomic(tmp_path / "chapters" / SECTION / "page.py", CHAPTER)
+    write_atomic(tmp_path / "chapters" / OTHER_PAGE / "page.py", OTHER)
     judged = {
         "page": SECTION,
         "effort": "full",
@@ -362,30 +365,28 @@ def test_comparison_equals_the_board(checkout):
     folder = checkout / "figures" / "full" / "judged"
     board = scoreboard.rows_of(checkout, "full", folder)
     own = {"c2_noise_linear_generic", "c2_fov_persp_rises", "fig_2_3"}
-    table = scoreboard.comparison_table(SECTION, "full", checkout)
+    table = row_html.comparison_table(SECTION, "full", checkout)
     found = discover.producers(checkout)
     tests = {
         p.id: f"source/{p.path}.html#{p.function}" for p in found if p.kind == "claim"
     }
-    assert table == scoreboard.comparison(
+    assert table == row_html.comparison(
         [r for r in board if r["id"] in own], "full", "../", tests
     )
-    flat = f"../source/{OTHER_PAGE}.py.html#flat"
+    flat = f"../source/{OTHER_PAGE}/page.py.html#flat"
     assert flat not in Board(table).links
-    shown = scoreboard.comparison_table(OTHER_PAGE, "full", checkout)
+    shown = row_html.comparison_table(OTHER_PAGE, "full", checkout)
     assert {flat, "../results/sweep.json"} <= set(Board(shown).links)
     assert {a["data-id"] for a, _ in Board(table).rows} == own
     assert "../scoreboard.html#fig_2_3" in Board(table).links
     book = ledger.load(checkout)
-    assert scoreboard.judged_with(checkout, SECTION, book) == [SECTION, OTHER_PAGE]
-    assert scoreboard.judged_with(checkout, OTHER_PAGE, book) == [OTHER_PAGE]
+    assert judged_with(checkout, SECTION, book) == [SECTION, OTHER_PAGE]
+    assert judged_with(checkout, OTHER_PAGE, book) == [OTHER_PAGE]
 
 
 def test_comparison_of_a_page_needs_no_other_chapter(checkout):
     write_atomic(checkout / "chapters" / "unfinished.yaml", "{}\n")
-    assert "c2_fov_persp_rises" in scoreboard.comparison_table(
-        SECTION, "full", checkout
-    )
+    assert "c2_fov_persp_rises" in row_html.comparison_table(SECTION, "full", checkout)
     with pytest.raises(VerdictError):
         scoreboard.rows_of(checkout, "full", checkout / "figures" / "full" / "judged")
 
@@ -395,7 +396,7 @@ def test_quick_shows_values_without_verdicts(checkout):
         content = json.loads(path.read_text("utf-8")) | {"effort": "quick"}
         name = path.relative_to(checkout / "figures" / "full")
         write_json(checkout / "figures" / "quick" / name, content)
-    table = scoreboard.comparison_table(SECTION, "quick", checkout)
+    table = row_html.comparison_table(SECTION, "quick", checkout)
     assert "Verdicts are given at full size only" in " ".join(table.split())
     assert {a["data-verdict"] for a, _ in Board(table).rows} == {"quick"}
     assert "0.980 " in table
@@ -407,7 +408,7 @@ def test_command_writes_board_and_page(checkout, monkeypatch, capsys):
         "--effort", "full", "--judged", "figures/full/judged", "--out-json", "b.json",
         "--out-page", "b.md",
     ]  # fmt: skip
-    assert scoreboard.main(args) == 0
+    assert board_page.main(args) == 0
     rows = json.loads((checkout / "b.json").read_text("utf-8"))
     book = ledger.load(checkout)
     every = {*book.artefacts, *book.numbers, *book.claims, *book.sections}
@@ -416,13 +417,13 @@ def test_command_writes_board_and_page(checkout, monkeypatch, capsys):
     assert {a["id"] for a, _ in Board(page).rows} == every
     assert len(page.encode()) < 1.2e6
     first = deepcopy(page)
-    assert scoreboard.main(args) == 0
+    assert board_page.main(args) == 0
     assert (checkout / "b.md").read_text("utf-8") == first
     capsys.readouterr()
 
     (checkout / "b.json").unlink()
     write_atomic(checkout / "chapters" / "unfinished.yaml", "{}\n")
-    assert scoreboard.main(args) == 1
+    assert board_page.main(args) == 1
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
     assert not (checkout / "b.json").exists()
 

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from repro.page.notebook import PageError
-from repro.site import assemble, build_site, without_source
+from repro.site import assemble
 from repro.site.check import check_site
+from repro.site.sphinx import build_site, without_source
 from tests.small_checkouts import PAGE, ROOT, run, small_checkout, write_page
 
 
@@ -43,7 +44,7 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
     assert "section 2.5.1 (Experiments with Synthetic Data, from p. 43)" in text
     assert "<b>(b)</b>: x: field of view (deg), 30..150; y: distortion" in text
     assert "@phdthesis{dunne2009," in text
-    assert 'href="../source/ch02_sample/s5_page.py.html#half_of"' in text
+    assert 'href="../source/ch02_sample/s5_page/page.py.html#half_of"' in text
     assert 'href="../logs/sweep.json"' in text
     assert "some-machine" not in (site / "logs" / "sweep.json").read_text()
     reference = (site / "api" / "rays.html").read_text("utf-8")
@@ -62,12 +63,12 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
         "figures/fig_2_3.html",
         "figures/table_2_1.csv",
         "logs/sweep.json",
-        "source/ch02_sample/s5_page.py.html",
+        "source/ch02_sample/s5_page/page.py.html",
         "source/raxel/rays/lines.py.html",
         "api/index.html",
         "results/sweep.json",
         "notebooks/ch02_sample/s5_page.ipynb",
-        "source/ch02_sample/s5_page.py",
+        "source/ch02_sample/s5_page/page.py",
     ):
         assert (site / name).is_file(), name
 

@@ -12,7 +12,7 @@ from textwrap import dedent
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = "chapters/ch02_small/s1_dice.py"
+PAGE = "chapters/ch02_small/s1_dice/page.py"
 CHAPTER = '''
 # %% [markdown]
 # # Dice
@@ -86,7 +86,7 @@ def checkout(tmp_path_factory) -> Path:
     """A small checkout in a folder with spaces in its name."""
     root = small_checkout(tmp_path_factory.mktemp("work") / "a path with spaces")
     (root / PAGE).parent.mkdir(parents=True)
-    (root / PAGE).with_name("__init__.py").write_text("")
+    (root / PAGE).parents[1].joinpath("__init__.py").write_text("")
     (root / PAGE).write_text(CHAPTER.lstrip())
     (root / "lib" / "raxel" / "dice.py").write_text(dedent(DICE))
     return root

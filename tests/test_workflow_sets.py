@@ -13,7 +13,7 @@ from repro.workflow.work import Work
 from tests.test_workflow import build, jobs, small_checkout
 
 FOLDER = "chapters/ch03_pictures"
-PAGE = f"{FOLDER}/all.py"
+PAGE = f"{FOLDER}/all/page.py"
 ALL = '''
 # %% [markdown]
 # # All pictures
@@ -121,10 +121,10 @@ def ext_one(results):
 def checkout(tmp_path_factory) -> Path:
     """A small checkout with two image sets, a page for each and one for both."""
     root = small_checkout(tmp_path_factory.mktemp("sets") / "work")
-    (root / FOLDER).mkdir(parents=True)
+    for name, text in (("all", ALL), ("one", ONE)):
+        (root / FOLDER / name).mkdir(parents=True)
+        (root / FOLDER / name / "page.py").write_text(text.lstrip())
     (root / FOLDER / "__init__.py").write_text("")
-    (root / PAGE).write_text(ALL.lstrip())
-    (root / FOLDER / "one.py").write_text(ONE.lstrip())
     add_set(root, "b-set", 7)
     add_set(root, "a-set", 5)
     return root

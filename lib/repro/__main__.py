@@ -41,7 +41,7 @@ def _parser() -> argparse.ArgumentParser:
     judge = command("judge")
     judge.add_argument("--effort", choices=("quick", "full"), required=True)
     judge.add_argument("--folder", type=Path, required=True)
-    judge.add_argument("--stem", required=True, help="id of the chapter file")
+    judge.add_argument("--stem", required=True, help="id of the page in the chapters")
     _add_sets(judge)
     books = commands.add_parser("notebooks")
     books.add_argument("pages", nargs="+", type=Path)

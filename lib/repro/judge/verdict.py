@@ -1,9 +1,9 @@
 """The verdict on everything the thesis printed: one row per entry of the ledger.
 
 A row stands beside what a page's run regenerated: `judged/<page>.json`, written by the
-judge job. Numbers follow `repro.judge.number_rules`; a claim has the verdict of its primary
-reading, the other readings are its variants; artefacts and sections follow from their
-claims.
+judge job. Numbers follow `repro.judge.number_rules`; a claim has the verdict of its
+primary reading, the other readings are its variants; artefacts and sections follow from
+their claims.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What stands below an artefact: its files in one line, and what to know about it.
 
-A page's cell leaves a mark (`repro.page.reader.show`), and the book-keeping puts the block
-in its place when the page has run: the thesis's section and the original's axes come
-from `data/published`, which no chapter reads.
+A page's cell leaves a mark (`repro.page.reader.show`), and the book-keeping puts the
+block in its place when the page has run: the thesis's section and the original's axes
+come from `data/published`, which no chapter reads.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from repro.judge import ledger
-from repro.page.reader import label, mark
+from repro.page.reader import mark
+from repro.page.wording import label
 from repro.run.discover import result_ids
 
 MARK = re.compile(re.escape(mark("NAME")).replace("NAME", '([^"]+)'))

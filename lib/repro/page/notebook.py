@@ -1,9 +1,10 @@
 """A page file becomes a notebook: percent format in, executed notebook out.
 
-A page is a percent-format Python file. Cells tagged `active-ipynb` are comments in the
-file and code in the notebook; cells tagged `active-py` stay in the file alone. Cells run
-in an IPython shell of this very process: a kernel of its own would import everything
-again for each page, and a page only reads results.
+A page is a Python file in percent format, the `page.py` of its package. Cells tagged
+`active-ipynb` are comments in the file and code in the notebook; cells tagged
+`active-py` stay in the file alone. Cells run in an IPython shell of this very process:
+a kernel of its own would import everything again for each page, and a page only reads
+results.
 """
 
 from __future__ import annotations

@@ -21,17 +21,10 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+from repro.page.wording import alike, label, number_in, plain, rounded
 from repro.run.discover import page_module, result_ids
 from repro.run.results import Result, opened
 from repro.run.sets_of_report import name_of
-
-# Units of pure numbers: they are in the records, and no reader needs them.
-UNSPOKEN = ("1", "count")
-TINY = 1e-3  # numbers below it read better as 2e-14
-NEAR_ONE = 1e-12  # below this, rounding errors of the computation
-# Larger numbers are written with an exponent.
-PLAIN_BELOW = 1e6
-NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
 
 
 class Missing(FileNotFoundError):
@@ -164,10 +157,10 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     path = _needed(base() / f"{name}.csv", artefact)
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file))
-    columns = [_alike(list(column), digits) for column in zip(*rows, strict=True)]
+    columns = [alike(list(column), digits) for column in zip(*rows, strict=True)]
     cells = [list(row) for row in zip(*columns, strict=True)]
     numeric = [
-        bool(rows) and all(_number(row[place]) is not None for row in rows)
+        bool(rows) and all(number_in(row[place]) is not None for row in rows)
         for place in range(len(head))
     ]
     titled = _titled(artefact, about["caption"])
@@ -266,50 +259,9 @@ def values() -> None:
         value(f"{name}.text", rounded(entry["value"], interval, entry.get("unit", "")))
 
 
-def rounded(
-    number: float | str,
-    interval: tuple[float, float] | list[float] | None,
-    unit: str = "",
-) -> str:
-    """A number with unit and interval, to two digits of the interval's width."""
-    unit = "" if unit in UNSPOKEN else unit
-    if isinstance(number, str):
-        return f"{number} {unit}".strip()
-    if not interval or None in interval:
-        return f"{significant(number, 3)} {unit}".strip()
-    low, high = interval
-    if isinstance(low, str) or isinstance(high, str):
-        return f"{significant(number, 3)} {unit}".strip() + f" ({low} to {high})"
-    half = (high - low) / 2
-    if half <= 0:
-        return f"{significant(number, 4)} {unit}".strip()
-    places = max(0, 1 - math.floor(math.log10(half)))
-    if places > 6:
-        text, low, high = (significant(end, 3) for end in (number, low, high))
-        return f"{text} {unit}".strip() + f" ({low} to {high})"
-    text = f"{number:.{places}f} {unit}".strip()
-    return f"{text} ({low:.{places}f} to {high:.{places}f})"
-
-
-def significant(number: float, digits: int) -> str:
-    """A number to so many digits, and to more where these would make it 1.
-
-    An R2 of 0.999998 is not 1: what it lacks to 1 is what it says. Thousands keep all
-    digits before the point.
-    """
-    text = f"{number:.{digits}g}"
-    if "e+" in text and abs(number) < PLAIN_BELOW:
-        return f"{number:.0f}"
-    lacking = abs(1 - abs(number))
-    if text not in ("1", "-1") or lacking < NEAR_ONE:
-        return text
-    places = -math.floor(math.log10(lacking) + 1e-9)  # 1 - 0.9999 is below 1e-4
-    return f"{number:.{places}f}"
-
-
 def compared(page: str | None = None) -> Shown:
     """This page's rows of the scoreboard: published beside regenerated, and verdict."""
-    from repro.judge.scoreboard import comparison_table
+    from repro.page.rows import comparison_table
 
     table = comparison_table(
         page or page_id(), os.environ.get("RAXEL_EFFORT", "full"), checkout()
@@ -323,21 +275,6 @@ def page_id() -> str:
     if not page:
         raise Missing("which page is this? RAXEL_PAGE names it, as chapter/section")
     return page
-
-
-def label(artefact: str) -> str:
-    """Name of an artefact of the thesis for people: Fig. 2.3; empty if it has none."""
-    kind, _, number = artefact.partition("_")
-    if kind not in NAMES or not re.fullmatch(r"[0-9a-z]+(_[0-9]+)*", number):
-        return ""
-    return f"{NAMES[kind]} {number.replace('_', '.')}"
-
-
-def plain(text: str) -> str:
-    """A caption without markup, on one line."""
-    text = re.sub(r"\\(?:mathrm|text|mathbf)\{([^}]*)\}", r"\1", text)
-    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
-    return " ".join(re.sub(r"[$*`\\{}]", "", text).split())
 
 
 def mark(name: str) -> str:
@@ -395,35 +332,3 @@ def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
         parts.append(f'<a href="{up}source/{path}.html#{function}">source</a>')
     parts.append(f"evidence: {about['evidence']}")
     return " · ".join(parts)
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
-def _alike(cells: list[str], digits: int) -> list[str]:
-    """Cells of a column; numbers of similar size with the same digits behind the point.
-
-    The largest gets ``digits`` digits. Where sizes differ by 100 or more, each does.
-    """
-    numbers = [_number(cell) for cell in cells if not re.fullmatch(r"[+-]?\d+", cell)]
-    sizes = [abs(x) for x in numbers if x and math.isfinite(x)]
-    if len(sizes) < 2 or max(sizes) >= 100 * min(sizes) or max(sizes) < TINY:
-        return [_shortened(cell, digits) for cell in cells]
-    places = max(0, digits - 1 - math.floor(math.log10(max(sizes))))
-    return [
-        f"{number:.{places}f}"
-        if abs(number or 0) in sizes
-        else _shortened(cell, digits)
-        for cell, number in zip(cells, map(_number, cells), strict=True)
-    ]
-
-
-def _shortened(cell: str, digits: int) -> str:
-    number = _number(cell)
-    if number is None or not math.isfinite(number) or re.fullmatch(r"[+-]?\d+", cell):
-        return cell
-    return f"{number:.{digits}g}"

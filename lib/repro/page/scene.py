@@ -1,9 +1,9 @@
 """3-D scenes that a reader can turn around: plain parts in one frame, lengths in mm.
 
-A figure hands its scene over with the drawing (`repro.run.outcomes.Drawing.scene`); the
-drawing stays the picture of the page, and `repro.page.scene_page` writes the scene as a page
-of its own. Rows with a value that is not finite are left out, so that an invalid ray
-needs no case of its own in a chapter.
+A figure hands its scene over with the drawing (`repro.run.outcomes.Drawing.scene`);
+the drawing stays the picture of the page, and `repro.page.scene_page` writes the scene
+as a page of its own. Rows with a value that is not finite are left out, so that an
+invalid ray needs no case of its own in a chapter.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A scene as one page: data and viewer in a single file that loads nothing else.
 
-The viewer (`repro/viewer`) is a few kilobytes of WebGL, so that every scene carries its
-own and works from a disk, on its own, for ever. Writing one draws nothing and needs
-neither a display nor OpenGL; the same scene gives the same bytes.
+The viewer (`repro/page/viewer`) is a few kilobytes of WebGL, so that every scene
+carries its own and works from a disk, on its own, for ever. Writing one draws nothing
+and needs neither a display nor OpenGL; the same scene gives the same bytes.
 """
 
 from __future__ import annotations

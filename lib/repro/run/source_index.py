@@ -1,4 +1,4 @@
-"""What a source file defines, imports and names: the index that `repro.run.reach` walks.
+"""What a source file defines, imports and names: what `repro.run.reach` walks.
 
 An index is kept on disk under the file's own content, so that a build parses only what
 changed since the last one.

@@ -1,5 +1,8 @@
 """Gather the source of the site: its own pages, the executed chapters, the scoreboard.
 
+    python -m repro.site.assemble --effort full --pages NB... --scoreboard F --json F
+                                  --out SOURCE
+
 Sphinx gets one folder with everything in it. The guide for photographs is the README of
 `data/recorded`: it stands in both places and is written once. The pages that depend on
 what was built (the start page, one index per chapter) are templates in `report/source`,
@@ -10,20 +13,23 @@ the top of the site.
 
 from __future__ import annotations
 
+import argparse
 import ast
 import json
 import re
+import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from repro.judge.scoreboard import chapter_order, headline, natural, written_before
+from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.notebook import PageError
-from repro.page.reader import plain
+from repro.page.wording import plain
 from repro.run.discover import PAGE_FILE
 from repro.site.api_reference import api_pages
 from repro.site.mirror import Content, files_below, mirror
+from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 
 GUIDES = "guides"
@@ -284,3 +290,24 @@ def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[di
             }
         )
     return table
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Assemble the source of the site; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m repro.site.assemble")
+    parser.add_argument("--effort", choices=("quick", "full"), required=True)
+    parser.add_argument("--pages", nargs="*", type=Path, default=[])
+    parser.add_argument("--scoreboard", type=Path, required=True)
+    parser.add_argument("--json", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    a = parser.parse_args(argv)
+    try:
+        assemble(Path.cwd(), a.effort, a.pages, a.scoreboard, a.json, a.out)
+    except PageError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

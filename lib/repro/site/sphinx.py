@@ -1,7 +1,11 @@
-"""Build the site with Sphinx, then put it in its place whole."""
+"""Build the site with Sphinx, then put it in its place whole.
+
+python -m repro.site.sphinx --source SOURCE --out SITE
+"""
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import subprocess
 import sys
@@ -73,3 +77,21 @@ def _first_complaint(stderr: str, source: Path) -> str:
     more = f" (and {len(marked) - 1} more)" if len(marked) > 1 else ""
     first = marked[0] if marked else "Sphinx stopped without a word"
     return f"site: {first.replace(f'{source.resolve()}/', '')}{more}"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Build the site; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m repro.site.sphinx")
+    parser.add_argument("--source", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    a = parser.parse_args(argv)
+    try:
+        build_site(a.source, a.out)
+    except PageError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -18,7 +18,7 @@ from pathlib import Path
 PACKAGE = "mvtb-data==1.6.1"
 WHEEL_SHA256 = "0ca9c30e100fa272421068a167ea6529085ff8f4afdca72e5fad681c52cabdbf"
 FOLDER_IN_WHEEL = "mvtbdata/images/calibration"
-CACHE = Path(__file__).resolve().parents[2] / ".cache"
+CACHE = Path(__file__).resolve().parents[3] / ".cache"
 PHOTOGRAPHS = {
     "left01.jpg": "9621899098adffa1440c8264606bb7be535ccfd9ad126ae8e0bd9b0c5a5b8676",
     "left02.jpg": "052e700bbcc865c112958ec2ea105cb1bce4deca50ac8d6efae13adca9df7a2c",

@@ -12,8 +12,8 @@ from functools import cached_property
 from pathlib import Path
 
 from repro.judge.ledger import Ledger, load
-from repro.judge.scoreboard import judged_with
 from repro.run import discover
+from repro.run.deciding import judged_with
 from repro.run.jobs import CODE
 from repro.run.reach import Reach
 from repro.run.sets_of_report import reference_of
@@ -358,16 +358,17 @@ class Work:
         """Key over the code that a page's cells can call."""
         module = discover.page_module(self.pages[wildcards.page].stem)
         return self.reach.key(
-            (module, "*"), ("repro.site.make", "*"), ("repro.page.reader", "*")
+            (module, "*"), ("repro.page.execute", "*"), ("repro.page.reader", "*")
         )
 
     def scoreboard_code(self) -> str:
         """Key over the code of the scoreboard."""
-        return self.reach.key(("repro.judge.scoreboard", "*"))
+        return self.reach.key(("repro.site.scoreboard", "*"))
 
     def site_code(self) -> str:
         """Key over the code that assembles the site."""
-        return self.reach.key(("repro.site.make", "*"), ("repro.site.check", "*"))
+        rooms = ("assemble", "sphinx", "check")
+        return self.reach.key(*((f"repro.site.{name}", "*") for name in rooms))
 
 
 def _one_of(names: Iterable[str]) -> str:

@@ -16,7 +16,7 @@ rule scoreboard:
     message:
         "scoreboard"
     shell:
-        "{JOB} scoreboard repro.judge.scoreboard --effort {params.effort} "
+        "{JOB} scoreboard repro.site.scoreboard --effort {params.effort} "
         "--judged {params.judged:q} --out-json {output.rows:q} "
         "--out-page {output.page:q} > {log:q} 2>&1"
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from pathlib import PurePosixPath
+from itertools import chain
+from pathlib import Path, PurePosixPath
 
-from repro.page.reader import UNSPOKEN, label, rounded
+from repro.judge import ledger, scoreboard, verdict
+from repro.page.wording import UNSPOKEN, label, rounded
+from repro.run import discover
+from repro.run.deciding import judged_with
 from repro.run.discover import PAGE_FILE
 
 SIGNS = {
@@ -158,45 +161,90 @@ def links(row: Mapping, up: str, sources: Iterable[str]) -> str:
     )
 
 
-def summary_table(
-    rows: Sequence[Mapping], kinds: Sequence[str], meanings: Mapping[str, str]
+def said(row: Mapping) -> str:
+    """The reason, the test behind a verdict that there is, and the other readings."""
+    reason = f'<span class="rx-reason">{text(row["reason"])}</span>'
+    return reason + limits_of(row) + readings(row)
+
+
+def comparison_table(page: str, effort: str, root: Path) -> str:
+    """The rows of one page as HTML: claims, numbers, artefacts judged there.
+
+    ``page`` is its id, ``root`` the checkout. Reads the judged files of
+    `judged_with`; what other pages produce plays no part, and may be missing.
+    """
+    folder = root / "figures" / effort / "judged"
+    book = ledger.load(root)
+    needed = judged_with(root, page, book)
+    judged = [c for c in verdict.read_judged(folder) if c["page"] in needed]
+    mine = {i for c in judged if c["page"] == page for k in verdict.KINDS for i in c[k]}
+    every = chain(book.artefacts, book.numbers, book.claims, book.sections)
+    elsewhere = {str(book.chapter(i)): "judged on another page" for i in every}
+    rows = scoreboard.checked(verdict.rows(book, judged, elsewhere, effort))
+    own = [row for row in rows if row["id"] in mine]
+    tests = {
+        p.id: f"source/{p.path}.html#{p.function}"
+        for p in discover.producers(root)
+        if p.kind == "claim"
+    }
+    return comparison(own, effort, "../" * page.count("/"), tests)
+
+
+def comparison(
+    rows: Sequence[Mapping], effort: str, up: str, tests: Mapping[str, str]
 ) -> str:
-    """Counts by verdict and kind, each a link to the board filtered, with meanings."""
-    found = Counter((row["verdict"], row["kind"]) for row in rows)
-    head = "".join(f'<th scope="col" class="rx-count">{kind}s</th>' for kind in kinds)
-    lines = [
-        '<table class="rx-summary"><caption>Rows by verdict and kind</caption><thead>'
-        f'<tr><th scope="col">verdict</th>{head}'
-        '<th scope="col" class="rx-count">all</th>'
-        '<th scope="col">what it means</th></tr></thead><tbody>'
-    ]
-    for verdict, meaning in meanings.items():
-        counts = [found[verdict, kind] for kind in kinds]
-        if not sum(counts) and verdict == "quick":
-            continue
-        cells = [
-            _count(n, {"kind": kind, "verdict": verdict})
-            for n, kind in zip(counts, kinds, strict=True)
-        ]
-        cells.append(_count(sum(counts), {"verdict": verdict}))
-        lines.append(
-            f'<tr><th scope="row">{badge(verdict)}</th>{"".join(cells)}'
-            f"<td>{text(meaning)}</td></tr>"
+    """Rows as one table per kind; ``up`` leads to the top of the site.
+
+    ``tests`` says where in the site the code of a claim's test is shown.
+    """
+    parts = ['<div class="rx tex2jax_ignore mathjax_ignore">']
+    if effort == "quick":
+        parts.append(
+            "<p>A quick build: values from few trials. Verdicts are given at full "
+            "size only.</p>"
         )
-    sums = [_count(sum(r["kind"] == k for r in rows), {"kind": k}) for k in kinds]
-    lines.append(
-        f'</tbody><tfoot><tr><th scope="row">all</th>{"".join(sums)}'
-        f'<td class="rx-count">{len(rows)}</td><td></td></tr></tfoot></table>'
-    )
-    return "\n".join(lines)
+    for kind in ("claim", "number", "artefact"):
+        own = [row for row in rows if row["kind"] == kind]
+        if own:
+            parts.append(_compared(kind, own, up, tests))
+    if not rows:
+        parts.append("<p>This page has no rows on the scoreboard.</p>")
+    return "\n".join([*parts, "</div>"])
 
 
-def _count(number: int, filters: Mapping[str, str]) -> str:
-    if not number:
-        return '<td class="rx-count rx-none">0</td>'
-    state = "&amp;".join(f"{k}={v.replace(' ', '+')}" for k, v in filters.items())
-    said = ", ".join(filters.values())
-    return (
-        f'<td class="rx-count"><a href="#{state}" '
-        f'aria-label="{number}: show {said}">{number}</a></td>'
+def _compared(
+    kind: str, rows: Sequence[Mapping], up: str, tests: Mapping[str, str]
+) -> str:
+    head = "".join(
+        f'<th scope="col">{name}</th>'
+        for name in (f"{kind}, verdict", "published", "regenerated", "reason, readings")
     )
+    lines = []
+    for row in rows:
+        name = (
+            f'<a href="{up}scoreboard.html#{row["id"]}"><code>{breakable(row["id"])}'
+            "</code></a>"
+        )
+        lines.append(
+            f'<tr data-id="{row["id"]}" data-verdict="{row["verdict"]}">'
+            f'<th scope="row">{name} {judged_badge(row)}</th>'
+            f'<td class="p">{published(row)}</td><td class="g">{regenerated(row)}</td>'
+            f'<td class="r">{said(row)}{_behind(row, up, tests)}</td></tr>'
+        )
+    caption = f"{kind.capitalize()}s of this page"
+    return "\n".join(
+        [
+            f'<table class="rx-rows rx-compared"><caption>{caption}</caption>',
+            f"<thead><tr>{head}</tr></thead><tbody>",
+            *lines,
+            "</tbody></table>",
+        ]
+    )
+
+
+def _behind(row: Mapping, up: str, tests: Mapping[str, str]) -> str:
+    """Links to the test of a claim and to the data it read."""
+    if row["id"] not in tests:
+        return ""
+    test = f'<a href="{text(up + tests[row["id"]])}">code of the test</a>'
+    return f'<p class="rx-behind">{test} {links({**row, "page": None}, up, ())}</p>'

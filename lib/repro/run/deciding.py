@@ -1,0 +1,17 @@
+"""Which pages decide together: claims of one page may judge an artefact of another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from repro.judge.ledger import Ledger
+from repro.run import discover
+
+
+def judged_with(root: Path, page: str, book: Ledger) -> list[str]:
+    """The page, and the pages whose claims decide the verdict of its artefacts."""
+    made = discover.producers(root)
+    drawn = [p.id for p in made if p.page == page and p.kind in ("figure", "table")]
+    deciding = {claim for name in drawn for claim in book.claims_of(name)}
+    pages = {p.page for p in made if p.kind == "claim" and p.id in deciding}
+    return [page, *sorted(pages - {page})]
