@@ -143,7 +143,7 @@ THROWS = {
     "experiment dice_throws, part 1 of 2",
     "result dice_throws",
 }
-SPREAD = {"experiment dice_spread, part 0 of 1", "result dice_spread"}
+SPREAD = {"experiment dice_spread"}
 AGAIN = {
     "experiment dice_again, part 0 of 2",
     "experiment dice_again, part 1 of 2",
@@ -199,7 +199,7 @@ def test_a_failing_job_keeps_the_old_result_and_shows_its_reason(checkout):
     edit(checkout, "lib/raxel/dice.py", "1, 7, 50).std()", "1, 7, 50).std() / []")
     status, text = build(checkout)
     assert status != 0
-    assert "FAILED: experiment dice_spread, part 0 of 1" in text
+    assert "FAILED: experiment dice_spread" in text
     assert "TypeError" in text
     assert not result.exists() or json.loads(result.read_text()) == before
     edit(checkout, "lib/raxel/dice.py", " / []", "")

@@ -157,8 +157,7 @@ def page(root: Path) -> str:
 
 def size_of(name: str) -> set[str]:
     return {
-        f"experiment picture_size@{name}, part 0 of 1",
-        f"result picture_size@{name}",
+        f"experiment picture_size@{name}",
     }
 
 

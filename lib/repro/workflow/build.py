@@ -1,4 +1,4 @@
-"""`python -m repro.workflow.build TARGET`: one command from an order to a finished build.
+"""`python -m repro.workflow.build TARGET`: from an order to a finished build.
 
 Brings the photographs, says what changed in the code since the last build, runs
 Snakemake with a plain progress display, and says where to look.

@@ -1,7 +1,7 @@
 """One warm process for a build, which is forked for each job.
 
-Half of the work of many small jobs is to import numpy, OpenCV and matplotlib again. Here
-they are imported once, and a job begins where that has been done:
+Half of the work of many small jobs is to import numpy, OpenCV and matplotlib again.
+Here they are imported once, and a job begins where that has been done:
 
     python -m repro.workflow.forks SOCKET
 

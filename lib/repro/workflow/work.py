@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from repro.judge.deciding import judged_with
 from repro.judge.ledger import Ledger, load
 from repro.run import discover
-from repro.run.deciding import judged_with
 from repro.run.jobs import CODE
 from repro.run.reach import Reach
 from repro.run.sets_of_report import reference_of

@@ -1,0 +1,127 @@
+"""Jobs forked from a warm process do what a process of their own does."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from repro.workflow.forks import ADDRESS, PINNED, warm_jobs
+
+ROOT = Path(__file__).resolve().parents[1]
+ASK = ROOT / "lib" / "repro" / "workflow" / "ask.py"
+SAMPLE = """
+import os, sys, time
+
+def main(words):
+    if words[0] == "say":
+        print(os.getcwd(), os.environ["TOLD"], *words[1:])
+        print("aside", file=sys.stderr)
+        return 0
+    if words[0] == "sleep":
+        print(os.getpid(), flush=True)
+        time.sleep(60)
+    if words[0] == "die":
+        os._exit(3)
+    if words[0] == "raise":
+        raise ValueError("wrong")
+    sys.exit(int(words[1]))
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a command, and a name that needs quoting."""
+    folder = tmp_path_factory.mktemp("a folder")
+    (folder / "sample.py").write_text(SAMPLE)
+    return folder
+
+
+@pytest.fixture(scope="module", params=["forked", "its own process"])
+def ask(request, folder):
+    """Starts a job in the folder; both ways must not differ."""
+    environment = (
+        os.environ
+        | PINNED
+        | {
+            "PYTHONPATH": os.pathsep.join([str(ROOT / "lib"), str(folder)]),
+            "TOLD": "a = b",
+            "RAXEL_TIMES": str(folder / "times"),
+        }
+    )
+
+    def start(*words, **more):
+        return subprocess.Popen(
+            [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", *words],
+            cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env=environment | {ADDRESS: os.environ.get(ADDRESS, "")} | more,
+        )  # fmt: skip
+
+    if request.param == "its own process":
+        yield start
+        return
+    before = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = environment["PYTHONPATH"]
+    with warm_jobs():
+        yield start
+    os.environ.pop("PYTHONPATH") if before is None else os.environ.update(
+        PYTHONPATH=before
+    )
+
+
+def test_folder_words_environment_streams_and_time(ask, folder):
+    job = ask("say", "two words", "", 'quo"te')
+    said, aside = job.communicate(timeout=60)
+    assert job.returncode == 0, aside
+    assert said == f'{folder} a = b two words  quo"te\n'
+    assert aside == "aside\n"
+    took = json.loads((folder / "times" / "kind" / "label.json").read_text())
+    assert 0 <= took["processor_seconds"] < 60
+    assert set(took) == {"seconds", "processor_seconds"}
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "reason"),
+    [
+        (("leave", "7"), 7, ""),
+        (("raise",), 1, "ValueError: wrong"),
+    ],
+)
+def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
+    (folder / "times" / "kind" / "label.json").unlink(missing_ok=True)
+    job = ask(*words)
+    _, aside = job.communicate(timeout=60)
+    assert job.returncode == status
+    assert reason in aside
+    assert not (folder / "times" / "kind" / "label.json").exists()
+
+
+def test_a_job_that_dies_is_not_taken_for_done(ask):
+    job = ask("die")
+    job.communicate(timeout=60)
+    assert job.returncode != 0
+
+
+def test_a_job_ends_with_the_process_that_asked_for_it(ask):
+    job = ask("sleep")
+    number = int(job.stdout.readline())
+    job.kill()
+    job.wait()
+    for _ in range(100):
+        if not Path(f"/proc/{number}").exists():
+            return
+        time.sleep(0.1)
+    pytest.fail(f"process {number} goes on")
+
+
+def test_the_warm_process_ends_with_the_build():
+    with warm_jobs():
+        address = os.environ[ADDRESS]
+    assert ADDRESS not in os.environ
+    assert not Path(address).exists()
