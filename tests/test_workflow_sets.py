@@ -156,9 +156,7 @@ def page(root: Path) -> str:
 
 
 def size_of(name: str) -> set[str]:
-    return {
-        f"experiment picture_size@{name}",
-    }
+    return {f"experiment picture_size@{name}"}
 
 
 OF_ALL = {
