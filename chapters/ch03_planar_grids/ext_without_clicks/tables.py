@@ -1,25 +1,20 @@
-"""Tables and the figure of the page on extraction without clicks."""
+"""Tables of the page on extraction without clicks: boards, and refusals."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch03_planar_grids.ext_without_clicks.results import (
+    ROWS,
+    found_row,
+    over,
+)
 from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import (
-    NAMES,
     RIGHT_PX,
-    SWEPT,
 )
-from repro.page.style import figure as new_figure
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Table
+from repro.run.experiment import table
+from repro.run.outcomes import Check, Table
 
-ROWS = (
-    ("raxel", "known"),
-    ("raxel", "counted"),
-    ("opencv", "known"),
-    ("opencv-sb", "known"),
-    ("opencv-sb", "counted"),
-)
 ASKED = (
     "one column too many",
     "one column too few",
@@ -28,31 +23,7 @@ ASKED = (
     "two boards, size given",
     "two boards, size not given",
 )
-
-
-def over(result, name):
-    """Values of all trials of all conditions that have them, (N,)."""
-    parts = [result.column(name, **one) for one in result.conditions]
-    return np.concatenate(parts)
-
-
-def found_row(result, detector, size):
-    """One row of the table of detectors."""
-    name = f"{detector}.{size}"
-    off = over(result, f"{name}.worst_px")
-    off = off[np.isfinite(off)]
-    right = int(over(result, f"{name}.right").sum())
-    return {
-        "Detector": detector,
-        "Size": NAMES[size].removeprefix("size "),
-        "Boards": len(over(result, f"{name}.right")),
-        "Right": right,
-        "Wrong": int(over(result, f"{name}.wrong").sum()),
-        "Median of worst (px)": float(np.median(off))
-        if len(off)
-        else np.nan,
-        "Worst (px)": float(off.max()) if len(off) else np.nan,
-    }
+NOT_TOLD = "–"
 
 
 @table(
@@ -98,9 +69,6 @@ def ext_click_free_refusals(results):
     )
 
 
-NOT_TOLD = "–"
-
-
 def _refusal_row(result, name):
     refused = over(result, f"refusals.{name}.refused")
     row = {
@@ -120,80 +88,3 @@ def _refusal_row(result, name):
         100 * float(share.min()) if told else NOT_TOLD
     )
     return row
-
-
-@figure(
-    "ext_click_free_sweeps",
-    needs=("ext_without_clicks_sweeps",),
-    evidence="rendered",
-)
-def ext_click_free_sweeps(results):
-    """The worst corner of each board over five sweeps, and the refusals."""
-    result = results["ext_without_clicks_sweeps"]
-    drawn, axes = new_figure(2, 3, height_in=4.4)
-    data = {name: [] for name in ("sweep", "level", "worst_px", "found")}
-    for axis, (sweep, (_, label, unit)) in zip(
-        axes.flat, SWEPT.items(), strict=False
-    ):
-        for one in result.conditions:
-            if one["sweep"] != sweep:
-                continue
-            off = result.column("worst_px", **one)
-            found = result.column("found", **one)
-            for x, y in zip(found, off, strict=True):
-                data["sweep"].append(sweep)
-                data["level"].append(one["level"])
-                data["worst_px"].append(y)
-                data["found"].append(x)
-            right = np.isfinite(off)
-            axis.plot(
-                [one["level"]] * right.sum(),
-                off[right],
-                "o",
-                color="C0",
-                ms=4,
-            )
-            lost = np.count_nonzero(found == 0)
-            axis.plot(
-                [one["level"]] * lost, [1.0] * lost, "x", color="C1", ms=5
-            )
-        axis.axhline(RIGHT_PX, color="0.6", lw=0.8)
-        axis.set_ylim(0, 1.15)
-        axis.set_xlabel(f"{label} ({unit})")
-        axis.set_ylabel("worst corner (px)")
-    drawn.delaxes(axes.flat[-1])
-    drawn.tight_layout()
-    off = over(result, "wrong")
-    return Drawing(
-        drawn,
-        data,
-        "Boards of 3.3.1 with one thing changed. Dots: the corner farthest from the "
-        "truth, of boards that were returned. Crosses: boards that were refused.",
-        Check(
-            off.sum() == 0,
-            f"{int(off.sum())} of {len(off)} boards were returned with a corner more "
-            f"than {RIGHT_PX:g} px off, or of a wrong size; the aim is none",
-        ),
-    )
-
-
-def facts(zoo, sweeps):
-    """What the prose says, as {name: number or text}."""
-    rows = {(d, s): found_row(zoo, d, s) for d, s in ROWS}
-    share = over(sweeps, "share")
-    share = share[np.isfinite(share)]
-    mine = rows["raxel", "known"]
-    return {
-        "boards": mine["Boards"],
-        "right": mine["Right"],
-        "counted": rows["raxel", "counted"]["Right"],
-        "right_cv": rows["opencv", "known"]["Right"],
-        "right_sb": rows["opencv-sb", "known"]["Right"],
-        "wrong": mine["Wrong"] + rows["raxel", "counted"]["Wrong"],
-        "swept": len(over(sweeps, "found")),
-        "swept_found": int(over(sweeps, "found").sum()),
-        "swept_wrong": int(over(sweeps, "wrong").sum()),
-        "swept_share": f"{100 * np.median(share):.0f} %"
-        if len(share)
-        else "none is refused",
-    }

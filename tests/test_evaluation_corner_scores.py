@@ -1,0 +1,47 @@
+"""How much of a board a part in order holds, whichever corner it begins at."""
+
+import numpy as np
+import pytest
+
+from raxel.evaluation.corner_scores import share_in_order
+from raxel.features import Partial
+
+CORNERS = np.stack(np.meshgrid(np.arange(9), np.arange(6)), axis=-1).reshape(-1, 2)
+CORNERS = 20.0 * CORNERS + 30.0
+SHAPE = (200, 260)
+
+
+def part(rows, columns, turned=False):
+    """A Partial of these rows and columns of CORNERS."""
+    i, j = (a.ravel() for a in np.meshgrid(rows, columns, indexing="ij"))
+    indices = np.column_stack([i, j]) - [min(rows), min(columns)]
+    if turned:
+        indices = indices[:, ::-1] * [1, -1] + [0, max(rows)]
+    return Partial(CORNERS[9 * i + j], indices)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_part_in_order_counts_whatever_its_first_corner_is(turned):
+    seen = part(range(6), range(1, 9), turned)
+    share = share_in_order(seen, CORNERS, 9, SHAPE, 1.0)
+    assert share == pytest.approx(48 / 54)
+
+
+def test_corners_out_of_order_do_not_count():
+    seen = part(range(6), range(9))
+    seen.indices[:9] += [0, 3]
+    share = share_in_order(seen, CORNERS, 9, SHAPE, 1.0)
+    assert share == pytest.approx(45 / 54)
+    assert share_in_order(None, CORNERS, 9, SHAPE, 1.0) == 0
+
+
+def test_only_corners_in_the_image_and_within_reach_count():
+    seen = part(range(6), range(9))
+    narrow = (200, 180)
+    assert share_in_order(seen, CORNERS, 9, narrow, 1.0) == 1
+    assert share_in_order(part(range(6), range(4)), CORNERS, 9, narrow, 1.0) == (
+        pytest.approx(4 / 8)
+    )
+    seen.corners[5] += [1.1, 0]
+    assert share_in_order(seen, CORNERS, 9, SHAPE, 1.0) == pytest.approx(53 / 54)
+    assert share_in_order(seen, CORNERS + 500, 9, SHAPE, 1.0) == 0
