@@ -11,7 +11,6 @@ from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
 )
 from chapters.ch03_planar_grids.ext_corner_detection.results import mcnemar
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
-    CORNERS,
     BentBoard,
     bent_at_random,
 )
@@ -51,9 +50,8 @@ def test_true_corners_of_a_bent_board_are_those_of_its_picture():
 
 def test_a_board_that_is_not_bent_is_straight():
     board = BentBoard((0.0, 0.0), (5.0, 5.0), (0.0, 0.0))
-    lattice = board.corners.reshape(CORNERS, CORNERS, 2)
-    assert np.diff(lattice, axis=1) - (60, 0) == pytest.approx(0, abs=1e-9)
-    assert np.diff(lattice, axis=0) - (0, 60) == pytest.approx(0, abs=1e-9)
+    assert np.diff(board.lattice, axis=1) - (60, 0) == pytest.approx(0, abs=1e-9)
+    assert np.diff(board.lattice, axis=0) - (0, 60) == pytest.approx(0, abs=1e-9)
     assert board.corners.mean(axis=0) == pytest.approx((359.5, 359.5))
 
 

@@ -104,7 +104,7 @@ class Board:
     @property
     def outer_corners(self):
         """True outer corners (4, 2), clockwise from the upper left."""
-        return outer_of(self.corners, self.columns, self.rows)
+        return outer_of(self.lattice)
 
     @property
     def coordinates(self):
@@ -166,10 +166,9 @@ class Board:
         return np.rint(255 * _rendered(self, camera)).astype(np.uint8)
 
 
-def outer_of(corners, columns, rows):
-    """Outer corners (4, 2), clockwise, of a board's corners given row by row."""
-    last = rows * columns - 1
-    return corners[[0, columns - 1, last, last - columns + 1]]
+def outer_of(lattice):
+    """What a lattice (rows, columns, ...) has at its outer corners: (4, ...)."""
+    return lattice[[0, 0, -1, -1], [0, -1, -1, 0]]
 
 
 def clicks(outer_corners, rng, sd=2.0, cap=4.0):

@@ -140,9 +140,8 @@ def further_trial(condition, rng):
     """One picture and one set of clicks; every method runs on them."""
     board, image = further.picture_of(condition["picture"], rng)
     outer = clicks(board.outer_corners, rng)
-    lattice = board.corners.reshape(board.rows, board.columns, 2)
     return {
-        name: method_values(settings, image, outer, lattice)
+        name: method_values(settings, image, outer, board.lattice)
         for name, settings in further.METHODS.items()
     }
 

@@ -54,9 +54,14 @@ class BentBoard:
         return at * SQUARE_PX + (SIZE_PX - 1) / 2
 
     @property
+    def lattice(self):
+        """The true corners as (7, 7, 2)."""
+        return self.corners.reshape(CORNERS, CORNERS, 2)
+
+    @property
     def outer_corners(self):
         """True outer corners (4, 2), clockwise from the upper left."""
-        return outer_of(self.corners, CORNERS, CORNERS)
+        return outer_of(self.lattice)
 
     def image(self, blur_px, noise_sd, rng):
         """The picture, uint8 (720, 720): black beyond a ring of squares."""

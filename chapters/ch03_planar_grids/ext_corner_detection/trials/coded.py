@@ -15,6 +15,7 @@ from chapters.shared.synthetic_board import (
     SIZE_PX,
     Board,
     clicks,
+    outer_of,
 )
 from raxel.features.celect import celect
 from raxel.features.coded_grid import coded_grid, locate, read_squares
@@ -227,7 +228,7 @@ def clicked_block(condition, rng):
     numbers = np.indices((BLOCK, BLOCK)).transpose(1, 2, 0) + (row, column)
     numbers = np.rot90(numbers, int(rng.integers(4)))
     true = view.corners[numbers[..., 0], numbers[..., 1]]
-    outer = clicks(true[[0, 0, -1, -1], [0, -1, -1, 0]], rng)
+    outer = clicks(outer_of(true), rng)
     return Block(
         view.image(condition["noise_sd"], rng), outer, true, numbers
     )

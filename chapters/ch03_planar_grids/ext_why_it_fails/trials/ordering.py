@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     spacing,
 )
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import Board, outer_of
 from raxel.features.celect.baselines import (
     order_by_homography,
     order_by_joining_line,
@@ -62,7 +62,7 @@ def ordering_trial(condition, rng):
     true = lattice_at(condition, rng)
     rows, columns = true.shape[:2]
     corners = true + rng.normal(0.0, CORNER_SD_PX, true.shape)
-    outer = corners[[0, 0, -1, -1], [0, -1, -1, 0]]
+    outer = outer_of(corners)
     points = rng.permutation(corners.reshape(-1, 2))
     by_line = order_by_joining_line(points, outer, columns, rows)
     by_plane = order_by_homography(points, outer, columns, rows)

@@ -28,7 +28,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
     overview,
     window_at,
 )
-from chapters.shared.synthetic_board import clicks
+from chapters.shared.synthetic_board import clicks, outer_of
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import angle_apart, orientation
 from repro.run.experiment import experiment
@@ -85,7 +85,7 @@ def clicked(board, image, level, offsets, settings):
     lattice = board.place(coordinates.reshape(-1, 2)).reshape(
         rows, columns, 2
     )
-    outer = lattice[[0, 0, -1, -1], [0, -1, -1, 0]] + offsets
+    outer = outer_of(lattice) + offsets
     run = celect(
         image, outer, columns, rows, settings=settings, record=True
     )

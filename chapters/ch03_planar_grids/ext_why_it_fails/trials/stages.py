@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.scoring import truth_of_contour
+from chapters.shared.synthetic_board import outer_of
 
 UNSEEN = "not in the picture"
 DONE = "all corners right"
@@ -70,7 +71,7 @@ def lost_at(result, coordinates, place, near_px=None):
         reach = np.minimum(near_px, squares / 2)
     if (np.linalg.norm(result.corners - lattice, axis=2) <= reach).all():
         return Lost(DONE)
-    outer, allowed = (_outer(grid) for grid in (lattice, reach))
+    outer, allowed = (outer_of(grid) for grid in (lattice, reach))
     off = np.linalg.norm(result.outer_corners - outer, axis=1)
     wrong = ~(off <= allowed)
     if wrong.any():
@@ -105,10 +106,6 @@ def between(stops):
     along = np.linspace(0, len(stops) - 1, DENSE * (len(stops) - 1) + 1)
     index = np.arange(len(stops))
     return np.column_stack([np.interp(along, index, c) for c in stops.T])
-
-
-def _outer(grid):
-    return np.array([grid[0, 0], grid[0, -1], grid[-1, -1], grid[-1, 0]])
 
 
 def _lost_on(contour, truth, near, square, curve):

@@ -1,4 +1,4 @@
-"""The synthetic board of 3.3.1 with broken edges, large squares, other smoothing."""
+"""What is varied on the synthetic board of 3.3.1, and its picture with broken edges."""
 
 from __future__ import annotations
 
