@@ -10,15 +10,11 @@ from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
     SURFACE,
     stationary_point,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.claims.localisation import (
-    farthest_start,
-    judge_localise_converges,
-    worst_within,
-)
-from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
-    START_ERRORS_PX,
-    neighbour_distances,
-)
+from chapters.ch03_planar_grids.s1_3_localisation.results import Swept, per_bin
+from chapters.ch03_planar_grids.s1_3_localisation.trials import neighbour_distances
+from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_localise_converges
+from chapters.ch03_planar_grids.s3_1_robustness.trials import START_ERRORS_PX
+from chapters.shared.localiser_basin import farthest_start, worst_within
 from chapters.shared.synthetic_board import Board
 from repro.run.outcomes import Plan
 from repro.run.results import Result, gather
@@ -131,9 +127,9 @@ def test_entropy_is_compared_at_equal_counts(tmp_path):
 
 
 def test_settings_are_scored_on_corners_that_did_not_choose_them(tmp_path):
-    one = claims.Swept(swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
+    one = Swept(swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
     lucky = one.error.reshape(len(one.error), -1).min(axis=1)
-    scored = one.scored(claims.per_bin(np.mean))
+    scored = one.scored(per_bin(np.mean))
     assert scored.mean() > 1.5 * lucky.mean()
     assert one.middle_blur == 1
     assert np.isin(one.best_window, WINDOWS).all()

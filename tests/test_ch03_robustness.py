@@ -5,17 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import (
-    SWEEPS,
-    first_lost,
+from chapters.ch03_planar_grids.s3_1_robustness.claims import (
     judge_detect_below_basin,
     judge_fisheye_fail,
-    levels_of,
     rate,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.results import (
+    SWEEPS,
     blur_that_hurts,
     bracketed,
+    first_lost,
+    levels_of,
     limit,
 )
 from chapters.shared.scoring import missing_on, scored, truth_of_contour

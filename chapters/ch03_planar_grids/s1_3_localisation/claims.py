@@ -6,10 +6,13 @@ settings.yaml (`syn_localisation`) before the first trial.
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
+from chapters.ch03_planar_grids.s1_3_localisation.results import (
+    Swept,
+    gain_of_bins,
+    ratio_of_middle_blur,
+)
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -21,151 +24,9 @@ from repro.judge.statistics import (
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 
-BIN_EDGES_PX = np.arange(10, 171, 20)
 MOST_GAIN, MOST_RATIO = 0.10, 1.15
 MOST_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
 SHARE_OF_BINS = 0.8
-
-
-class Swept:
-    """Residuals of all corners of an experiment, over its settings.
-
-    error: (M, windows) or (M, windows, blurs) px. distance: (M,) px. half: (M,),
-    which of two halves a corner belongs to: that of its image. images_of: (corners,
-    images), where in M the images of one corner of the board are.
-    """
-
-    def __init__(self, result):
-        errors, distances, halves, images_of = [], [], [], []
-        before = 0
-        for condition in result.conditions:
-            square = {"square_px": condition["square_px"]}
-            error = result.arrays("error", **square)
-            distance = result.arrays("distance", **square)
-            place = before + np.arange(sum(map(len, distance)))
-            images_of.append(place.reshape(len(distance), -1).T)
-            before += len(place)
-            for trial, (one, apart) in enumerate(
-                zip(error, distance, strict=True)
-            ):
-                errors.append(one)
-                distances.append(apart)
-                # A single image is halved corner by corner.
-                alone = len(error) == 1
-                halves.append(
-                    np.arange(len(one)) % 2
-                    if alone
-                    else np.full(len(one), trial % 2)
-                )
-        first = result.conditions[0]
-        self.error = np.concatenate(errors).astype(float)
-        self.distance = np.concatenate(distances)
-        self.half = np.concatenate(halves)
-        self.images_of = images_of
-        self.windows = np.array(first["windows"])
-        self.blurs = np.array(first.get("blurs", []))
-
-    @cached_property
-    def bin(self):
-        """Which distance bin (M,) a corner is in."""
-        return np.digitize(self.distance, BIN_EDGES_PX) - 1
-
-    @cached_property
-    def bins(self):
-        """The bins that have corners, nearest first."""
-        return np.unique(self.bin)
-
-    @cached_property
-    def best(self):
-        """Places (M,) of the least residual over flattened settings."""
-        return self.error.reshape(len(self.error), -1).argmin(axis=1)
-
-    @property
-    def best_window(self):
-        """Window (M,) of the least residual, px."""
-        if not len(self.blurs):
-            return self.windows[self.best]
-        return self.windows[self.best // len(self.blurs)]
-
-    @property
-    def best_blur(self):
-        """Blur (M,) of the least residual, px."""
-        return self.blurs[self.best % len(self.blurs)]
-
-    @property
-    def lowest_third(self):
-        """Largest window of the lowest third of the sweep, px."""
-        low, high = self.windows[0], self.windows[-1]
-        return low + (high - low) / 3
-
-    @property
-    def middle_blur(self):
-        """Place of the blur in the middle of the sweep."""
-        return len(self.blurs) // 2
-
-    def scored(self, choose):
-        """Residuals (M,) with settings chosen on the other half.
-
-        choose: (errors (m, settings), bins (m,)) -> place of the setting for every
-        bin (bins,), of one half; it is applied to the other.
-        """
-        flat = self.error.reshape(len(self.error), -1)
-        out = np.empty(len(flat))
-        for half in (0, 1):
-            chosen, scored = self.half == half, self.half != half
-            places = choose(flat[chosen], self.bin[chosen])
-            rows = np.flatnonzero(scored)
-            out[rows] = flat[rows, places[self.bin[rows]]]
-        return out
-
-
-def per_bin(statistic, allowed=None):
-    """A choice of the best setting in every bin, of all or the `allowed` ones.
-
-    A bin without corners in this half takes the best of all.
-    """
-
-    def choose(errors, bins):
-        places = np.empty(len(BIN_EDGES_PX) - 1, dtype=int)
-        whole = _best(statistic(errors, axis=0), allowed)
-        for k in range(len(places)):
-            inside = errors[bins == k]
-            places[k] = (
-                _best(statistic(inside, axis=0), allowed)
-                if len(inside)
-                else whole
-            )
-        return places
-
-    return choose
-
-
-def single(statistic):
-    """A choice of one setting for all bins."""
-
-    def choose(errors, bins):
-        place = _best(statistic(errors, axis=0), None)
-        return np.full(len(BIN_EDGES_PX) - 1, place)
-
-    return choose
-
-
-def _best(scores, allowed):
-    if allowed is None:
-        return int(scores.argmin())
-    return int(allowed[scores[allowed].argmin()])
-
-
-def gain_of_bins(swept, statistic=np.mean):
-    """Share of the mean (or median) residual that a choice per bin saves."""
-    chosen = swept.scored(per_bin(statistic))
-    alike = swept.scored(single(statistic))
-    return bootstrap(
-        lambda a, b: 1 - statistic(a, axis=-1) / statistic(b, axis=-1),
-        chosen,
-        alike,
-        paired=True,
-    )
 
 
 @claim(
@@ -339,26 +200,6 @@ def judge_saddle_window(results):
             reason=f"Spearman; modal window {modal:g} px, by bin "
             f"{_listed(modal_windows(swept))} px",
         )
-    ]
-
-
-def ratio_of_middle_blur(swept):
-    """Median residual at the middle blur over that at the bin's best setting.
-
-    The window is that of the bin in both. One Estimate for every bin.
-    """
-    settings = np.arange(swept.error[0].size)
-    middle = settings[settings % len(swept.blurs) == swept.middle_blur]
-    fixed = swept.scored(per_bin(np.median, middle))
-    best = swept.scored(per_bin(np.median))
-    return [
-        bootstrap(
-            lambda a, b: np.median(a, axis=-1) / np.median(b, axis=-1),
-            fixed[swept.bin == k],
-            best[swept.bin == k],
-            paired=True,
-        )
-        for k in swept.bins
     ]
 
 

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_3_localisation.claims import (
+from chapters.ch03_planar_grids.s1_3_localisation.results import (
     BIN_EDGES_PX,
     Swept,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.claims.localisation import (
-    largest_errors,
-    starts_of,
-)
-from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
+from chapters.shared.localiser_basin import (
     HALF_WINDOWS,
     OTHERS,
-    SQUARES_PX,
+    largest_by_start,
+    starts_of,
 )
 from repro.page.style import figure as new_figure
 from repro.page.style import series
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Table, Value
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
 
-LOCALISERS = ("saddle point", "derivative", "OpenCV")
 NAMES = {
     "full window": "OpenCV, 9 × 9 px",
     "half window": "OpenCV, half window of 9",
@@ -168,7 +164,7 @@ def ext_localiser_basin(results):
     starts = starts_of(result)
     data = {"localiser": [], "start_px": [], "max_px": []}
     for index, name in enumerate([*HALF_WINDOWS, *OTHERS]):
-        largest = largest_errors(result, name)
+        largest = largest_by_start(result, name)
         panel.plot(starts, largest, label=NAMES[name], **series(index))
         for row in zip(starts, largest, strict=True):
             for column, cell in zip(data, (name, *row), strict=True):
@@ -185,60 +181,3 @@ def ext_localiser_basin(results):
         "at which every corner was put from the truth. A corner that is "
         "given up keeps its start error.",
     )
-
-
-@table(
-    "ext_localisers", needs=("ext_localiser_spread",), evidence="rendered"
-)
-def ext_localisers(results):
-    """Error, stated SD and bias of three localisers with their defaults."""
-    result = results["ext_localiser_spread"]
-    names = {
-        "converged": "found (%)",
-        "rms_px": "RMS error per axis (px)",
-        "sd_px": "stated SD (px)",
-        "bias_px": "RMS error without noise (px)",
-        "score_sd": "error / stated SD (1)",
-        "within": "within one stated SD (%)",
-    }
-    columns = {"square (px)": [], "localiser": []}
-    columns |= {name: [] for name in names.values()}
-    for square in SQUARES_PX:
-        for localiser in LOCALISERS:
-            columns["square (px)"].append(square)
-            columns["localiser"].append(localiser)
-            for key, name in names.items():
-                trials = result.column(
-                    f"{localiser}.{key}", square_px=square
-                )
-                scale = 100 if "%" in name else 1
-                columns[name].append(float(scale * np.mean(trials)))
-    return Table(
-        columns,
-        "The three localisers with their default settings on the images of "
-        "Fig. 3.5, means over the images. The stated SD is that of noise; "
-        "what remains without noise is bias.",
-    )
-
-
-@numbers("fig_3_5", needs=("fig_3_5_derivative",), evidence="rendered")
-def numbers_fig_3_5(results):
-    """The settings of the study, as they were run."""
-    result = results["fig_3_5_derivative"]
-    ran = result.settings
-    scales = {
-        f"fig3_5_sq{square}": Value(c["square_px"], unit="px")
-        for square, c in zip(SQUARES_PX, result.conditions, strict=True)
-    }
-    return {
-        "fig3_5_img": Value(ran["image_px"], unit="px"),
-        "fig3_5_n": Value(
-            len(result.conditions),
-            unit="count",
-            reason="square sizes; "
-            f"{result.trials_per_condition} images of each",
-        ),
-        "fig3_5_blur": Value(ran["blur_px"], unit="px"),
-        "fig3_5_noise": Value(ran["noise_sd"], unit="grey levels"),
-        "fig3_5_init": Value(ran["start_sd_px"], unit="px"),
-    } | scales

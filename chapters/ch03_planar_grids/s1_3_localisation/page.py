@@ -6,21 +6,22 @@
 # and does it depend on how close the next corner is?
 
 # %% tags=["hide-cell"]
+import numpy as np
+
 from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
     farthest_return,
     pulled_edge,
     stationary_point,
 )
 from chapters.ch03_planar_grids.s1_3_localisation.results import name_values
-from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
+from chapters.ch03_planar_grids.s1_3_localisation.trials import (
     BLUR_PX,
     NOISE_SD,
     SQUARES_PX,
     START_SD_PX,
-    derivative_trial,
     neighbour_distances,
-    saddle_trial,
-    spread_trial,
+    residuals,
+    study_image,
 )
 from chapters.shared.synthetic_board import SIZE_PX
 from raxel.features.localise import (
@@ -28,6 +29,8 @@ from raxel.features.localise import (
     derivative,
     saddle_point,
 )
+from raxel.features.localise.ridges import fit_ridges, gradient
+from raxel.features.localise.saddle import blurred, fit_saddles
 from raxel.features.localise.windows import noise_variance
 from repro.page.exercise import check
 from repro.page.reader import (
@@ -134,6 +137,24 @@ SETTINGS = {
 
 
 # %%
+def derivative_trial(condition, rng):
+    """Residual of every corner with every window: (N, windows)."""
+    board, image, start = study_image(condition["square_px"], rng)
+    slopes = gradient(image)
+    errors, share = [], []
+    for window in condition["windows"]:
+        ridges, settled = fit_ridges(slopes, start, window)
+        errors.append(
+            residuals(ridges[:, :2], settled, start, board.corners)
+        )
+        share.append(settled.mean())
+    return {
+        "error": np.stack(errors, axis=-1).astype(np.float32),
+        "distance": neighbour_distances(board),
+        "converged": np.array(share),
+    }
+
+
 @experiment(
     "fig_3_5_derivative", artefact="fig_3_5", shards={"quick": 1, "full": 4}
 )
@@ -144,6 +165,27 @@ def derivative_sweep(effort):
         for square in SQUARES_PX
     ]
     return Plan(derivative_trial, conditions, IMAGES[effort], SETTINGS)
+
+
+# %%
+def saddle_trial(condition, rng):
+    """Residual of every corner with every window and blur: (N, windows, blurs)."""
+    board, image, start = study_image(condition["square_px"], rng)
+    errors, share = [], []
+    for blur in condition["blurs"]:
+        soft = blurred(image, blur)
+        for window in condition["windows"]:
+            found, settled = fit_saddles(soft, start, window)
+            errors.append(residuals(found, settled, start, board.corners))
+            share.append(settled.mean())
+    shape = len(condition["blurs"]), len(condition["windows"])
+    errors = np.stack(errors, axis=-1).astype(np.float32)
+    errors = errors.reshape(len(errors), *shape).transpose(0, 2, 1)
+    return {
+        "error": errors,
+        "distance": neighbour_distances(board),
+        "converged": np.reshape(share, shape).T,
+    }
 
 
 @experiment(
@@ -162,6 +204,37 @@ def saddle_sweep(effort):
     return Plan(saddle_trial, conditions, IMAGES[effort], SETTINGS)
 
 
+# %%
+def spread_trial(condition, rng):
+    """Errors of a localiser beside the standard deviations that it states.
+
+    What is left without noise is its bias.
+    """
+    board, image, start = study_image(condition["square_px"], rng)
+    image, clean = image.astype(np.uint8), board.image(BLUR_PX)
+    functions = {
+        "saddle point": saddle_point,
+        "derivative": derivative,
+        "OpenCV": corner_subpix,
+    }
+    found = {}
+    for name, function in functions.items():
+        result, without = function(image, start), function(clean, start)
+        good = result.converged
+        error = (result.corners - board.corners)[good]
+        bias = (without.corners - board.corners)[good & without.converged]
+        stated = result.sd[good, None]
+        found[name] = {
+            "converged": float(good.mean()),
+            "rms_px": float(np.sqrt(np.mean(error**2))),
+            "sd_px": float(np.sqrt(np.mean(stated**2))),
+            "bias_px": float(np.sqrt(np.mean(bias**2))),
+            "score_sd": float(np.sqrt(np.mean((error / stated) ** 2))),
+            "within": float(np.mean(np.abs(error) < stated)),
+        }
+    return found
+
+
 @experiment(
     "ext_localiser_spread",
     artefact="ext_localisers",
@@ -174,7 +247,7 @@ def spreads(effort):
 
 
 # %% tags=["active-ipynb"]
-# show_code(derivative_trial, neighbour_distances)
+# show_code(study_image, residuals, neighbour_distances)
 
 # %% [markdown]
 # ## Figures

@@ -1,24 +1,185 @@
-"""The numbers that the page of section 3.1.3 quotes."""
+"""The residuals of section 3.1.3, corner by corner, and the numbers it quotes."""
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_3_localisation.claims import (
-    Swept,
-    gain_of_bins,
-    ratio_of_middle_blur,
-)
-from chapters.ch03_planar_grids.s3_1_robustness.claims.localisation import (
+from chapters.ch03_planar_grids.s1_3_localisation.trials import SQUARES_PX
+from chapters.shared.localiser_basin import (
+    HALF_WINDOWS,
+    OTHERS,
     farthest_start,
     worst_within,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
-    HALF_WINDOWS,
-    OTHERS,
-    SQUARES_PX,
-)
+from repro.judge.statistics import bootstrap
 from repro.page.reader import value
+from repro.run.experiment import numbers
+from repro.run.outcomes import Value
+
+BIN_EDGES_PX = np.arange(10, 171, 20)
+
+
+class Swept:
+    """Residuals of all corners of an experiment, over its settings.
+
+    error: (M, windows) or (M, windows, blurs) px. distance: (M,) px. half: (M,),
+    which of two halves a corner belongs to: that of its image. images_of: (corners,
+    images), where in M the images of one corner of the board are.
+    """
+
+    def __init__(self, result):
+        errors, distances, halves, images_of = [], [], [], []
+        before = 0
+        for condition in result.conditions:
+            square = {"square_px": condition["square_px"]}
+            error = result.arrays("error", **square)
+            distance = result.arrays("distance", **square)
+            place = before + np.arange(sum(map(len, distance)))
+            images_of.append(place.reshape(len(distance), -1).T)
+            before += len(place)
+            for trial, (one, apart) in enumerate(
+                zip(error, distance, strict=True)
+            ):
+                errors.append(one)
+                distances.append(apart)
+                # A single image is halved corner by corner.
+                alone = len(error) == 1
+                halves.append(
+                    np.arange(len(one)) % 2
+                    if alone
+                    else np.full(len(one), trial % 2)
+                )
+        first = result.conditions[0]
+        self.error = np.concatenate(errors).astype(float)
+        self.distance = np.concatenate(distances)
+        self.half = np.concatenate(halves)
+        self.images_of = images_of
+        self.windows = np.array(first["windows"])
+        self.blurs = np.array(first.get("blurs", []))
+
+    @cached_property
+    def bin(self):
+        """Which distance bin (M,) a corner is in."""
+        return np.digitize(self.distance, BIN_EDGES_PX) - 1
+
+    @cached_property
+    def bins(self):
+        """The bins that have corners, nearest first."""
+        return np.unique(self.bin)
+
+    @cached_property
+    def best(self):
+        """Places (M,) of the least residual over flattened settings."""
+        return self.error.reshape(len(self.error), -1).argmin(axis=1)
+
+    @property
+    def best_window(self):
+        """Window (M,) of the least residual, px."""
+        if not len(self.blurs):
+            return self.windows[self.best]
+        return self.windows[self.best // len(self.blurs)]
+
+    @property
+    def best_blur(self):
+        """Blur (M,) of the least residual, px."""
+        return self.blurs[self.best % len(self.blurs)]
+
+    @property
+    def lowest_third(self):
+        """Largest window of the lowest third of the sweep, px."""
+        low, high = self.windows[0], self.windows[-1]
+        return low + (high - low) / 3
+
+    @property
+    def middle_blur(self):
+        """Place of the blur in the middle of the sweep."""
+        return len(self.blurs) // 2
+
+    def scored(self, choose):
+        """Residuals (M,) with settings chosen on the other half.
+
+        choose: (errors (m, settings), bins (m,)) -> place of the setting for every
+        bin (bins,), of one half; it is applied to the other.
+        """
+        flat = self.error.reshape(len(self.error), -1)
+        out = np.empty(len(flat))
+        for half in (0, 1):
+            chosen, scored = self.half == half, self.half != half
+            places = choose(flat[chosen], self.bin[chosen])
+            rows = np.flatnonzero(scored)
+            out[rows] = flat[rows, places[self.bin[rows]]]
+        return out
+
+
+def per_bin(statistic, allowed=None):
+    """A choice of the best setting in every bin, of all or the `allowed` ones.
+
+    A bin without corners in this half takes the best of all.
+    """
+
+    def choose(errors, bins):
+        places = np.empty(len(BIN_EDGES_PX) - 1, dtype=int)
+        whole = _best(statistic(errors, axis=0), allowed)
+        for k in range(len(places)):
+            inside = errors[bins == k]
+            places[k] = (
+                _best(statistic(inside, axis=0), allowed)
+                if len(inside)
+                else whole
+            )
+        return places
+
+    return choose
+
+
+def single(statistic):
+    """A choice of one setting for all bins."""
+
+    def choose(errors, bins):
+        place = _best(statistic(errors, axis=0), None)
+        return np.full(len(BIN_EDGES_PX) - 1, place)
+
+    return choose
+
+
+def _best(scores, allowed):
+    if allowed is None:
+        return int(scores.argmin())
+    return int(allowed[scores[allowed].argmin()])
+
+
+def gain_of_bins(swept, statistic=np.mean):
+    """Share of the mean (or median) residual that a choice per bin saves."""
+    chosen = swept.scored(per_bin(statistic))
+    alike = swept.scored(single(statistic))
+    return bootstrap(
+        lambda a, b: 1 - statistic(a, axis=-1) / statistic(b, axis=-1),
+        chosen,
+        alike,
+        paired=True,
+    )
+
+
+def ratio_of_middle_blur(swept):
+    """Median residual at the middle blur over that at the bin's best setting.
+
+    The window is that of the bin in both. One Estimate for every bin.
+    """
+    settings = np.arange(swept.error[0].size)
+    middle = settings[settings % len(swept.blurs) == swept.middle_blur]
+    fixed = swept.scored(per_bin(np.median, middle))
+    best = swept.scored(per_bin(np.median))
+    return [
+        bootstrap(
+            lambda a, b: np.median(a, axis=-1) / np.median(b, axis=-1),
+            fixed[swept.bin == k],
+            best[swept.bin == k],
+            paired=True,
+        )
+        for k in swept.bins
+    ]
 
 
 def best_setting(swept):
@@ -45,6 +206,29 @@ def excess_of_one_setting(swept):
 def winners_at(swept, window):
     """Share (%) of corners for which a window is the best."""
     return 100 * float(np.mean(swept.best_window == window))
+
+
+@numbers("fig_3_5", needs=("fig_3_5_derivative",), evidence="rendered")
+def numbers_fig_3_5(results):
+    """The settings of the study, as they were run."""
+    result = results["fig_3_5_derivative"]
+    ran = result.settings
+    scales = {
+        f"fig3_5_sq{square}": Value(c["square_px"], unit="px")
+        for square, c in zip(SQUARES_PX, result.conditions, strict=True)
+    }
+    return {
+        "fig3_5_img": Value(ran["image_px"], unit="px"),
+        "fig3_5_n": Value(
+            len(result.conditions),
+            unit="count",
+            reason="square sizes; "
+            f"{result.trials_per_condition} images of each",
+        ),
+        "fig3_5_blur": Value(ran["blur_px"], unit="px"),
+        "fig3_5_noise": Value(ran["noise_sd"], unit="grey levels"),
+        "fig3_5_init": Value(ran["start_sd_px"], unit="px"),
+    } | scales
 
 
 def name_values(open_results):

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_1_robustness.claims.localisation import (
-    MOST_PX,
-    largest_errors,
-    starts_of,
-)
-from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import (
+from chapters.ch03_planar_grids.s3_1_robustness.results import (
     SWEEPS,
     experiment_of,
     levels_of,
     successes,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.trials.localisation import (
+from chapters.shared.localiser_basin import (
     HALF_WINDOWS,
+    LOCALISED_PX,
+    largest_by_start,
+    starts_of,
 )
 from chapters.shared.synthetic_board import SIZE_PX, Board
 from repro.page.style import figure as new_figure
@@ -169,7 +167,7 @@ def _draw_basin(panel, result, data):
     """Largest error over corners and trials after OpenCV's localisation."""
     starts = starts_of(result)
     for index, (window, half) in enumerate(HALF_WINDOWS.items()):
-        worst = largest_errors(result, window)
+        worst = largest_by_start(result, window)
         side = 2 * half + 1
         panel.plot(
             starts,
@@ -181,9 +179,12 @@ def _draw_basin(panel, result, data):
             cells = (f"localised, {window}", start, error, *[np.nan] * 4)
             for column, cell in zip(data, cells, strict=True):
                 data[column].append(cell)
-    panel.axhline(MOST_PX, color="#4a4a4a", linewidth=1, linestyle=":")
+    panel.axhline(LOCALISED_PX, color="#4a4a4a", linewidth=1, linestyle=":")
     panel.annotate(
-        f"{MOST_PX} px", (starts[-1], MOST_PX), ha="right", va="bottom"
+        f"{LOCALISED_PX} px",
+        (starts[-1], LOCALISED_PX),
+        ha="right",
+        va="bottom",
     )
     panel.set_yscale("log")
     panel.set_ylim(0.02, 200)

@@ -7,31 +7,36 @@
 # chessboard until CELECT fails. This page does it again.
 
 # %% tags=["hide-cell"]
+import numpy as np
+
 from chapters.ch03_planar_grids.s3_1_robustness.exercises import (
     farthest_yaw,
     mean_click,
     shrunk_interval,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.results import name_values
-from chapters.shared.robustness import (
+from chapters.ch03_planar_grids.s3_1_robustness.trials import (
+    BASIN_BLUR_PX,
+    BASIN_QUICK,
+    BASIN_TRIALS,
     BLUR_PX,
     FOV_DEG,
-    LEVELS,
     NOISE_SD,
     SETTINGS,
     SQUARES_ACROSS,
+    START_ERRORS_PX,
+    TERMINATION_PX,
     TRIALS,
     YAW_DEG,
-    board_of,
-    robustness_trial,
+    basin_image,
     sweep,
 )
-from chapters.shared.scoring import missing_on, scored
-from chapters.shared.synthetic_board import (
-    SIZE_PX,
-    Board,
-    clicks,
-)
+from chapters.shared.localiser_basin import HALF_WINDOWS, OTHERS
+from chapters.shared.robustness import LEVELS, board_of
+from chapters.shared.scoring import scored
+from chapters.shared.synthetic_board import SIZE_PX, Board, clicks
+from raxel.features.celect import celect
+from raxel.features.localise import corner_subpix
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
@@ -88,10 +93,41 @@ from repro.run.outcomes import Plan
 # thesis leaves open in it is on [its own page](s1_2_celect.ipynb).
 
 # %% tags=["active-ipynb"]
-# show_code(robustness_trial, scored)
+# show_code(scored)
 
 # %% [markdown]
 # ## Experiment
+
+
+# %%
+def robustness_trial(condition, rng):
+    """One picture, one set of clicks, one run of CELECT, and its score.
+
+    Where an outer corner is not in the picture nobody can click it: lost.
+    """
+    board = board_of(condition)
+    distances = {
+        "least_px": board.least_spacing,
+        "rim_px": board.rim_spacing,
+    }
+    if np.isnan(board.corners).any():
+        return distances | {
+            "success": False,
+            "stage": "corner not in the picture",
+            "missed": int(np.isnan(board.corners[:, 0]).sum()),
+            "missed_on_rim": int(np.isnan(board.corners[:, 0]).sum()),
+        }
+    outer = clicks(board.outer_corners, rng)
+    image = board.image(
+        condition["blur_px"],
+        condition["noise_sd"],
+        rng,
+        LEVELS[condition["levels"]],
+    )
+    result = celect(image, outer, board.columns, board.rows)
+    lattice = board.corners.reshape(board.rows, board.columns, 2)
+    off = np.linalg.norm(outer - board.outer_corners, axis=1).mean()
+    return distances | scored(result, lattice) | {"click_px": float(off)}
 
 
 # %%
@@ -145,8 +181,56 @@ def yaw_sweep(effort):
 
 
 # %% [markdown]
-# Panel (f), the localiser's basin, is an experiment of
+# Panel (f) is the basin of the localisers of
 # [3.1.3](s1_3_localisation.ipynb).
+
+
+# %%
+def basin_trial(condition, rng):
+    """Localisation from starts that are all off by the same distance."""
+    image, truth = basin_image()
+    angle = rng.uniform(0, 2 * np.pi, len(truth))
+    away = np.column_stack([np.cos(angle), np.sin(angle)])
+    start = truth + condition["start_px"] * away
+    found = {
+        name: corner_subpix(
+            image, start, half_window=half, termination_px=TERMINATION_PX
+        )
+        for name, half in HALF_WINDOWS.items()
+    }
+    for name, (function, parameters) in OTHERS.items():
+        found[name] = function(image, start, **parameters)
+    return {name: basin_scores(one, truth) for name, one in found.items()}
+
+
+def basin_scores(localised, truth):
+    """Errors px of what a localiser returned, and the share it left in place."""
+    error = np.linalg.norm(localised.corners - truth, axis=1)
+    return {
+        "max_px": float(error.max()),
+        "mean_px": float(error.mean()),
+        "left_share": float(1 - localised.converged.mean()),
+    }
+
+
+@experiment(
+    "fig_3_11_localised",
+    artefact="fig_3_11",
+    shards={"quick": 1, "full": 1},
+)
+def localised_starts(effort):
+    """Error after localisation for starts of falling accuracy."""
+    starts = BASIN_QUICK if effort == "quick" else START_ERRORS_PX
+    settings = {
+        "image": {"px": SIZE_PX, "square_px": 100, "fov_deg": 134},
+        "blur_px": BASIN_BLUR_PX,
+        "noise_sd": 0,
+        "half_windows": HALF_WINDOWS,
+        "termination_px": TERMINATION_PX,
+        "others": {name: given for name, (_, given) in OTHERS.items()},
+    }
+    conditions = [{"start_px": start} for start in starts]
+    return Plan(basin_trial, conditions, BASIN_TRIALS[effort], settings)
 
 
 # %%

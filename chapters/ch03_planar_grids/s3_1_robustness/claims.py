@@ -4,9 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.robustness import (
-    LEVELS,
+from chapters.ch03_planar_grids.s3_1_robustness.results import (
+    DEFAULT_FOV,
+    SWEEPS,
+    WITHOUT_BLUR,
+    experiment_of,
+    first_lost,
+    largest_errors,
+    levels_of,
+    successes,
 )
+from chapters.shared.localiser_basin import (
+    FARTHEST_START_PX,
+    HALF_WINDOWS,
+    LOCALISED_PX,
+    farthest_start,
+    worst_within,
+)
+from chapters.shared.robustness import LEVELS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.judge.statistics import (
     FAILS,
@@ -23,68 +38,15 @@ from repro.run.outcomes import DECISIONS, Reading
 
 SURE, BROKEN = 0.9, 0.5
 MOST_PX = 6.5
-DEFAULT_FOV = 134
-# Sweep -> the name of what is swept.
-SWEEPS = {
-    "noise": "noise_sd",
-    "blur": "blur_px",
-    "square": "squares_across",
-    "fov": "fov_deg",
-    "yaw": "yaw_deg",
-}
 # The text's trials per level: fewer are no test of "50 of 50".
 TEXT_TRIALS = 50
 # Fewer trials than these leave a difference of shares open.
 LEAST_TRIALS = 10
-# The four of which the text gives the largest error.
-WITHOUT_BLUR = ("noise", "square", "fov", "yaw")
-
-
-def experiment_of(sweep):
-    """Name of the experiment of a sweep."""
-    return f"fig_3_11_{sweep}"
-
-
-def levels_of(result, name, **other):
-    """Levels (n,) along a sweep, as they were run, in order."""
-    found = [
-        c[name]
-        for c in result.conditions
-        if all(c[key] == value for key, value in other.items())
-    ]
-    return np.array(found)
-
-
-def successes(result, **condition):
-    """Trials (n,) of one level: 1 where every corner was right."""
-    return result.column("success", **condition)
 
 
 def rate(result, **condition):
     """Share of successful trials, with its exact interval."""
     return proportion(successes(result, **condition))
-
-
-def first_lost(result, name, **other):
-    """Index of the first level with a lost trial; None if none is lost."""
-    for index, level in enumerate(levels_of(result, name, **other)):
-        if successes(result, **{name: level}, **other).min() < 1:
-            return index
-    return None
-
-
-def largest_errors(results, sweeps):
-    """Largest error (px) over the successful trials of every level."""
-    found = []
-    for sweep in sweeps:
-        result = results[experiment_of(sweep)]
-        for condition in result.conditions:
-            if condition["levels"] != "full range":
-                continue
-            errors = result.column("max_px", **condition)
-            if np.isfinite(errors).any():
-                found.append(np.nanmax(errors))
-    return np.array(found)
 
 
 @claim("c3_robust_noise", needs=("fig_3_11_noise",), evidence="rendered")
@@ -396,3 +358,37 @@ def judge_detect_below_basin(results):
             ),
         )
     ]
+
+
+@claim(
+    "c3_localise_converges",
+    needs=("fig_3_11_localised",),
+    evidence="rendered",
+)
+def judge_localise_converges(results):
+    """Less than 0.46 px from all starts up to 8 px, in both windows.
+
+    The largest error over all trials is counted, not estimated.
+    """
+    result = results["fig_3_11_localised"]
+    readings = []
+    for window, half in HALF_WINDOWS.items():
+        worst = worst_within(result, window)
+        left = result.column(
+            f"{window}.left_share", start_px=FARTHEST_START_PX
+        ).mean()
+        readings.append(
+            Reading(
+                "reproduced" if worst < LOCALISED_PX else "differs",
+                worst,
+                reading={"localiser_window": window},
+                interval=(worst, worst),
+                unit="px",
+                reason=f"largest error, {2 * half + 1} x {2 * half + 1} "
+                f"pixels; all corners are within {LOCALISED_PX} px up to a "
+                f"start error of {farthest_start(result, window):g} px; "
+                f"started 8 px off, {100 * left:.0f} % of the corners are "
+                "left where they were put",
+            )
+        )
+    return readings
