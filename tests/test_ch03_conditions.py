@@ -6,16 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_conditions.trials import sheet_views
-from chapters.ch03_planar_grids.s3_2_conditions.trials.click_orders import (
-    corner_areas,
-    detected,
-    ordered,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
+from chapters.ch03_planar_grids.s3_2_conditions.results import (
     logistic_curve,
     logistic_slope,
+)
+from chapters.ch03_planar_grids.s3_2_conditions.trials import sheet_views
+from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
+    detected,
     merge_failed,
+    ordered,
     size_variation,
 )
 from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
@@ -24,7 +23,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     largest_part,
     painted,
 )
-from chapters.shared.grid_views import outer
+from chapters.shared.grid_views import corner_areas, outer
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
 from raxel.lab.scenes import board_scene

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
+from chapters.ch03_planar_grids.s3_2_conditions.results import (
+    CAMERAS,
+    all_orders,
+    differing,
+    in_light,
+    levels_run,
     logistic_slope,
+    merging_of,
+    shadow_effects,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
-    LIGHT_LEVELS,
-    level_name,
-)
-from chapters.shared.grid_trials import (
-    CELECT,
-    OPENCV,
-    OPENCV_SB,
-)
+from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -36,19 +35,7 @@ ENOUGH = 0.2
 SEEDS_THAT_HOLD = 0.9
 MOST_DIFFERING = 0.25
 FEWEST_FAILURES = 10
-CAMERAS = ("hyperboloidal", "fisheye")
-WAYS = ("clockwise", "reverse")
 EDGE = 1e-9
-
-
-def levels_run(result):
-    """Light levels of the contrast study as it was run, brightest first."""
-    return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
-
-
-def in_light(result, level, method):
-    """Successes (n,) of a method in one light."""
-    return result.column(f"{level_name(level)}.{method}")
 
 
 @claim(
@@ -95,13 +82,6 @@ def judge_low_contrast(results):
             )
         )
     return readings
-
-
-def shadow_effects(result, method):
-    """Success without less with the shadow: Estimate."""
-    return paired_gain(
-        result.column(f"plain.{method}"), result.column(f"shadow.{method}")
-    )
 
 
 @claim("c3_shadow", needs=("exp_c3_shadow",), evidence="rendered")
@@ -193,36 +173,6 @@ def judge_partial_grid(results):
     return readings
 
 
-def orders_of(result, set_name, tone=""):
-    """Success (2, 4, n): way round, first corner by rising square, image.
-
-    tone: 'linear_' for the pictures with their tone curve undone.
-    """
-    return np.array(
-        [
-            [
-                result.column(f"{tone}{way}_{rank}", set=set_name)
-                for rank in range(4)
-            ]
-            for way in WAYS
-        ]
-    )
-
-
-def all_orders(result, tone=""):
-    """Success (2, 4, n) over the images of all sets."""
-    sets = [c["set"] for c in result.conditions]
-    return np.concatenate(
-        [orders_of(result, s, tone) for s in sets], axis=2
-    )
-
-
-def differing(orders):
-    """Images (n,): 1 where the eight orders do not all end alike."""
-    flat = orders.reshape(-1, orders.shape[-1])
-    return (flat.min(axis=0) != flat.max(axis=0)).astype(float)
-
-
 @claim(
     "c3_trace_direction",
     needs=("exp_c3_trace_direction",),
@@ -269,18 +219,6 @@ def judge_first_corner(results):
             "from the largest, same images and clicks, clockwise; from the "
             f"smallest {100 * clockwise[0].mean():.0f} % succeed",
         )
-    ]
-
-
-def merging_of(results, tone=""):
-    """(size ratio (n,), merge failed (n,), success (n,)) of all fisheye images.
-
-    tone: 'linear.' for the pictures with their tone curve undone.
-    """
-    both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
-    return [
-        np.concatenate([result.column(tone + name) for result in both])
-        for name in ("size_ratio", "merge_failed", "success")
     ]
 
 

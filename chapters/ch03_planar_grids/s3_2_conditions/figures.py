@@ -5,22 +5,20 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from chapters.ch03_planar_grids.s3_2_conditions.claims import (
+from chapters.ch03_planar_grids.s3_2_conditions.results import (
     CAMERAS,
+    METHODS,
     WAYS,
     all_orders,
     in_light,
     levels_run,
+    logistic_curve,
     merging_of,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
-    logistic_curve,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
-    METHODS,
+from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     level_name,
 )
-from chapters.shared.grid_trials import CELECT, OPENCV
+from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series

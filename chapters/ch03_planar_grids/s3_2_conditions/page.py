@@ -7,37 +7,41 @@
 # border. Each remark is put to a test of its own here.
 
 # %% tags=["hide-cell"]
+from dataclasses import replace
+
+import numpy as np
+
 from chapters.ch03_planar_grids.s3_2_conditions.exercises import (
     adaptive_loss,
     smallest_over_merging,
     veiled_contrast,
 )
 from chapters.ch03_planar_grids.s3_2_conditions.results import name_values
-from chapters.ch03_planar_grids.s3_2_conditions.trials.click_orders import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
     detected,
-    run,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials.merge_failures import (
+    draw_clicks,
+    eight_orders,
+    every_detector,
     merge_failed,
+    merging,
+    run,
 )
 from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     candidate_parts,
+    large_grids,
     largest_part,
     painted,
     partial_sb_trial,
     partial_trial,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
-    LIGHT_LEVELS,
-    SHADOW_DEPTH,
-    contrast_trial,
-    direction_trial,
-    merging_trial,
-    shadow_trial,
-)
 from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
+    LIGHT_LEVELS,
+    contrast,
     cut_photograph,
+    level_name,
+    lit_sheet,
 )
+from raxel.lab.lighting import Shadow
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -135,23 +139,14 @@ SETS_TAKEN = {
     "quick": ["fisheye"],
     "full": ["spherical", "hyperboloidal", "fisheye", "flexible-mirror"],
 }
+SHADOW_DEPTH = 0.3
 LEVELS = {"quick": [0.8, 0.1], "full": list(LIGHT_LEVELS)}
-# Parts tried: each has at most this share of the corners of the one before.
-NEXT_SHARE = {"quick": 0.4, "full": 0.95}
 SETTINGS = {
     "clicks_sd_px": 0.614,
     "lost_px": 8.0,
     "shadow_depth": SHADOW_DEPTH,
     "celect": "the thesis's values (Tables 3.1 and 3.2)",
 }
-
-
-def large_grids(effort):
-    """Conditions of both cameras with a large grid."""
-    return [
-        {"camera": camera, "next_share": NEXT_SHARE[effort]}
-        for camera in ("hyperboloidal", "fisheye")
-    ]
 
 
 @experiment(
@@ -175,6 +170,21 @@ def parts_sb(effort):
     )
 
 
+# %%
+def contrast_trial(condition, rng):
+    """One image of the Spherical set's rig in every light, all detectors."""
+    sheet, light = lit_sheet("spherical", rng)
+    offsets = draw_clicks(rng)
+    values = {}
+    for level in condition["levels"]:
+        image, lattice = cut_photograph(sheet, replace(light, level=level))
+        values[level_name(level)] = {
+            "contrast_grey": contrast(image, lattice),
+            **every_detector(image, lattice, offsets),
+        }
+    return values
+
+
 @experiment(
     "exp_c3_low_contrast",
     artefact="sec_3_3_2",
@@ -186,6 +196,27 @@ def low_contrast(effort):
     return Plan(contrast_trial, conditions, LIT_IMAGES[effort], SETTINGS)
 
 
+# %%
+def shadow_trial(condition, rng):
+    """One image of the Fisheye set's rigs, without and with a shadow."""
+    sheet, light = lit_sheet("fisheye", rng)
+    offsets = draw_clicks(rng)
+    corner, size = sheet.rig.extent
+    shadow = Shadow(
+        corner + rng.random(2) * size,
+        SHADOW_DEPTH,
+        rng.uniform(*sheet.rig.light.shadow_radius),
+        rng.uniform(*sheet.rig.light.shadow_edge),
+    )
+    values = {}
+    for name, cast in (("plain", None), ("shadow", shadow)):
+        image, lattice = cut_photograph(sheet, replace(light, shadow=cast))
+        values[name] = every_detector(image, lattice, offsets)
+        if cast is None:
+            values |= merging(image, lattice, offsets)
+    return values
+
+
 @experiment(
     "exp_c3_shadow", artefact="sec_3_3_2", shards={"quick": 1, "full": 2}
 )
@@ -193,6 +224,15 @@ def shadow(effort):
     """Fisheye images, without and with a shadow."""
     conditions = [{"rigs": "fisheye"}]
     return Plan(shadow_trial, conditions, SHADOW_IMAGES[effort], SETTINGS)
+
+
+# %%
+def direction_trial(condition, rng):
+    """One image, as it is and with its tone curve undone, clicked in eight orders."""
+    sheet, light = lit_sheet(condition["set"], rng)
+    offsets = draw_clicks(rng)
+    image, lattice = cut_photograph(sheet, light)
+    return eight_orders(image, lattice, offsets)
 
 
 @experiment(
@@ -204,6 +244,15 @@ def trace_direction(effort):
     """Images of all sets, four first corners times two ways round."""
     conditions = [{"set": name} for name in SETS_TAKEN[effort]]
     return Plan(direction_trial, conditions, SET_IMAGES[effort], SETTINGS)
+
+
+# %%
+def merging_trial(condition, rng):
+    """One image of the Fisheye set's rigs: was a contour lost by merging?"""
+    sheet, light = lit_sheet("fisheye", rng)
+    offsets = draw_clicks(rng)
+    image, lattice = cut_photograph(sheet, replace(light, shadow=None))
+    return merging(image, lattice, offsets)
 
 
 @experiment(

@@ -1,4 +1,4 @@
-"""The numbers that the page on the conditions of section 3.3.2 quotes."""
+"""What the conditions of section 3.3.2 did, and the numbers that are quoted."""
 
 from __future__ import annotations
 
@@ -6,31 +6,35 @@ from collections import Counter
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_conditions.claims import (
-    CAMERAS,
-    all_orders,
-    differing,
-    in_light,
-    levels_run,
-    merging_of,
-    shadow_effects,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.tables import (
-    ends_of_orders,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials.click_orders import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
     DONE,
     WRONG,
 )
-from chapters.shared.grid_trials import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
+    LIGHT_LEVELS,
+    level_name,
+)
+from chapters.shared.grid_detectors import (
     CELECT,
     CLICKLESS,
     LINEAR,
     OPENCV,
     OPENCV_SB,
 )
+from repro.judge.statistics import paired_gain
 from repro.page.reader import value
+from repro.run.experiment import numbers
+from repro.run.outcomes import Value
 
+CAMERAS = ("hyperboloidal", "fisheye")
+WAYS = ("clockwise", "reverse")
+METHODS = {
+    CELECT: "CELECT",
+    LINEAR: "CELECT, tone curve undone",
+    OPENCV: "findChessboardCorners",
+    OPENCV_SB: "findChessboardCornersSB",
+    CLICKLESS: "without clicks (ours)",
+}
 NAMES = {
     CELECT: "celect",
     LINEAR: "linear",
@@ -39,6 +43,151 @@ NAMES = {
     CLICKLESS: "raxel",
 }
 DIM = 0.1
+# Information below which a slope is without bound.
+SEPARATED = 1e-6
+
+
+def levels_run(result):
+    """Light levels of the contrast study as it was run, brightest first."""
+    return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
+
+
+def in_light(result, level, method):
+    """Successes (n,) of a method in one light."""
+    return result.column(f"{level_name(level)}.{method}")
+
+
+def shadow_effects(result, method):
+    """Success without less with the shadow: Estimate."""
+    return paired_gain(
+        result.column(f"plain.{method}"), result.column(f"shadow.{method}")
+    )
+
+
+def orders_of(result, set_name, tone=""):
+    """Success (2, 4, n): way round, first corner by rising square, image.
+
+    tone: 'linear_' for the pictures with their tone curve undone.
+    """
+    return np.array(
+        [
+            [
+                result.column(f"{tone}{way}_{rank}", set=set_name)
+                for rank in range(4)
+            ]
+            for way in WAYS
+        ]
+    )
+
+
+def all_orders(result, tone=""):
+    """Success (2, 4, n) over the images of all sets."""
+    sets = [c["set"] for c in result.conditions]
+    return np.concatenate(
+        [orders_of(result, s, tone) for s in sets], axis=2
+    )
+
+
+def differing(orders):
+    """Images (n,): 1 where the eight orders do not all end alike."""
+    flat = orders.reshape(-1, orders.shape[-1])
+    return (flat.min(axis=0) != flat.max(axis=0)).astype(float)
+
+
+def ends_of_orders(result, conditions):
+    """Counter of where the runs in the eight orders ended, over some conditions."""
+    ends = Counter()
+    for condition in conditions:
+        for way in WAYS:
+            for rank in range(4):
+                name = f"{way}_{rank}_stage"
+                ends.update(result.texts(name, **condition))
+    return ends
+
+
+def merging_of(results, tone=""):
+    """(size ratio (n,), merge failed (n,), success (n,)) of all fisheye images.
+
+    tone: 'linear.' for the pictures with their tone curve undone.
+    """
+    both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
+    return [
+        np.concatenate([result.column(tone + name) for result in both])
+        for name in ("size_ratio", "merge_failed", "success")
+    ]
+
+
+def logistic_slope(x, y):
+    """Slope of log odds of y (n,) bool over x (n,), and its standard error.
+
+    Maximum likelihood by Newton's method; (nan, nan) where all y are alike or x parts
+    them, so that no slope is the steepest.
+    """
+    y = np.asarray(y, float)
+    if y.min() == y.max():
+        return np.nan, np.nan
+    scale = x.std()
+    design = np.column_stack([np.ones(len(x)), (x - x.mean()) / scale])
+    weights = np.zeros(2)
+    for _ in range(50):
+        p = 1 / (1 + np.exp(-design @ weights))
+        information = design.T @ (design * (p * (1 - p))[:, None])
+        if np.linalg.eigvalsh(information)[0] < SEPARATED:
+            return np.nan, np.nan
+        step = np.linalg.solve(information, design.T @ (y - p))
+        weights += step
+        if np.abs(step).max() < 1e-10:
+            break
+    error = np.sqrt(np.linalg.inv(information)[1, 1])
+    return float(weights[1] / scale), float(error / scale)
+
+
+def logistic_curve(x, y, at):
+    """Probability (m,) at places `at` (m,) by the logistic fit of y (n,) over x (n,).
+
+    The mean of y where there is no such fit.
+    """
+    slope, _ = logistic_slope(x, y)
+    y = np.asarray(y, float)
+    if not np.isfinite(slope):
+        return np.full(len(at), y.mean())
+    offset = _offset(slope, x, y)
+    return 1 / (1 + np.exp(-(offset + slope * at)))
+
+
+def _offset(slope, x, y):
+    """Constant of the fit of a known slope: the mean probability is that of y."""
+    from scipy.optimize import brentq
+
+    def excess(offset):
+        return (1 / (1 + np.exp(-(offset + slope * x)))).mean() - y.mean()
+
+    far = 50 + np.abs(slope * x).max()
+    return brentq(excess, -far, far)
+
+
+@numbers("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
+def numbers_fig_3_14(results):
+    """Sizes of the parts in the drawn picture; the others in words."""
+    result = results["fig_3_14_parts"]
+    found = {}
+    for short, camera in (("hype", "hyperboloidal"), ("fish", "fisheye")):
+        for name_of, method in (("celect", CELECT), ("opencv", OPENCV)):
+            counts = result.column(f"{method}.count", camera=camera)
+            others = ", ".join(f"{n:.0f}" for n in counts)
+            for axis, name in (("columns", "cols"), ("rows", "rows")):
+                sizes = np.nan_to_num(
+                    result.column(f"{method}.{axis}", camera=camera)
+                )
+                found[f"fig3_14_{short}_{name_of}_{name}"] = Value(
+                    float(sizes[0]),
+                    interval=(float(sizes.min()), float(sizes.max())),
+                    unit="corners",
+                    reason="in the picture drawn; the range is over "
+                    f"{len(counts)} pictures, whose parts have {others} "
+                    "corners",
+                )
+    return found
 
 
 def name_values(open_results):

@@ -1,51 +1,21 @@
-"""The numbers of Fig. 3.14 and the tables beside it."""
+"""The parts of large grids one by one, and where CELECT's runs ended."""
 
 from __future__ import annotations
 
 from collections import Counter
 
-import numpy as np
-
-from chapters.ch03_planar_grids.s3_2_conditions.claims import (
+from chapters.ch03_planar_grids.s3_2_conditions.results import (
     CAMERAS,
-    WAYS,
+    METHODS,
+    ends_of_orders,
     levels_run,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.remarks import (
-    METHODS,
+from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     level_name,
 )
-from chapters.shared.grid_trials import (
-    CELECT,
-    OPENCV,
-    OPENCV_SB,
-)
-from repro.run.experiment import numbers, table
-from repro.run.outcomes import Table, Value
-
-
-@numbers("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
-def numbers_fig_3_14(results):
-    """Sizes of the parts in the drawn picture; the others in words."""
-    result = results["fig_3_14_parts"]
-    found = {}
-    for short, camera in (("hype", "hyperboloidal"), ("fish", "fisheye")):
-        for name_of, method in (("celect", CELECT), ("opencv", OPENCV)):
-            counts = result.column(f"{method}.count", camera=camera)
-            others = ", ".join(f"{n:.0f}" for n in counts)
-            for axis, name in (("columns", "cols"), ("rows", "rows")):
-                sizes = np.nan_to_num(
-                    result.column(f"{method}.{axis}", camera=camera)
-                )
-                found[f"fig3_14_{short}_{name_of}_{name}"] = Value(
-                    float(sizes[0]),
-                    interval=(float(sizes.min()), float(sizes.max())),
-                    unit="corners",
-                    reason="in the picture drawn; the range is over "
-                    f"{len(counts)} pictures, whose parts have {others} "
-                    "corners",
-                )
-    return found
+from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
+from repro.run.experiment import table
+from repro.run.outcomes import Table
 
 
 @table(
@@ -160,14 +130,3 @@ def stages_of(results):
             result, [condition]
         )
     return runs
-
-
-def ends_of_orders(result, conditions):
-    """Counter of where the runs in the eight orders ended, over some conditions."""
-    ends = Counter()
-    for condition in conditions:
-        for way in WAYS:
-            for rank in range(4):
-                name = f"{way}_{rank}_stage"
-                ends.update(result.texts(name, **condition))
-    return ends

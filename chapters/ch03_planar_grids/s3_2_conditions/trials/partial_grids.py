@@ -14,7 +14,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_conditions.trials.click_orders import (
+from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
     DONE,
     detected,
     draw_clicks,
@@ -25,7 +25,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     photograph,
     sheet_of,
 )
-from chapters.shared.grid_trials import (
+from chapters.shared.grid_detectors import (
     CELECT,
     OPENCV,
     OPENCV_SB,
@@ -34,6 +34,8 @@ from chapters.shared.grid_trials import (
 FEWEST = 3
 WHITE = 255
 BORDER_PX = 24
+# Parts tried: each has at most this share of the corners of the one before.
+NEXT_SHARE = {"quick": 0.4, "full": 0.95}
 
 
 class Part(NamedTuple):
@@ -59,6 +61,14 @@ class Part(NamedTuple):
         """The part with one side moved outwards by `step` lines (-1: inwards)."""
         outwards = (-step, step, -step, step)[side]
         return self._replace(**{self._fields[side]: self[side] + outwards})
+
+
+def large_grids(effort):
+    """Conditions of both cameras with a large grid."""
+    return [
+        {"camera": camera, "next_share": NEXT_SHARE[effort]}
+        for camera in ("hyperboloidal", "fisheye")
+    ]
 
 
 def candidate_parts(lattice, next_share):

@@ -24,9 +24,15 @@ from raxel.lab.rig import Rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.target_poses import outline_of
 
+LIGHT_LEVELS = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
 CUT_PX = 24
 # Blur reaches less far from the edge of a sheet.
 EDGE_PX = 3
+
+
+def level_name(level):
+    """Key of a light level in a trial's values."""
+    return f"light {level:g}".replace(".", "_")
 
 
 class Sheet(NamedTuple):
@@ -87,6 +93,12 @@ def sheet_of(set_name, rng):
     return sheet._replace(points=points, lattice=lattice)
 
 
+def lit_sheet(set_name, rng):
+    """A sheet of a set and the light that falls on it, both drawn."""
+    sheet = sheet_of(set_name, rng)
+    return sheet, sheet.rig.light.draw(rng, sheet.rig.extent)
+
+
 def photograph(sheet, light):
     """The whole picture (H, W) uint8 in a light: places (N, 2) mm -> (N,)."""
     return _exposed(sheet, light, None)
@@ -106,6 +118,19 @@ def cut_photograph(sheet, light):
     high = np.minimum(high, (camera.width, camera.height))
     cut = slice(low[1], high[1]), slice(low[0], high[0])
     return _exposed(sheet, light, cut), sheet.lattice - low
+
+
+def contrast(image, lattice):
+    """Median over the squares of how far their grey is from their neighbours'."""
+    middles = (
+        lattice[:-1, :-1]
+        + lattice[1:, 1:]
+        + lattice[:-1, 1:]
+        + lattice[1:, :-1]
+    ) / 4
+    u, v = np.rint(middles).astype(int).transpose(2, 0, 1)
+    grey = image[v, u].astype(float)
+    return float(np.median(np.abs(np.diff(grey, axis=1))))
 
 
 def outline_px(sheet, low, high):
