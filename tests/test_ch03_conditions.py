@@ -23,7 +23,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     largest_part,
     painted,
 )
-from chapters.shared.grid_views import corner_areas, outer
+from chapters.shared.lattices import corner_areas, outer
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
 from raxel.lab.scenes import board_scene

@@ -5,7 +5,14 @@ import pytest
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.claims import decided, mcnemar
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicked_corners
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
+    CLICKS,
+    IMAGES,
+    from_smallest,
+    grid_view,
+    stream,
+)
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     CONTOUR,
     FALSE,
     MERGED,
@@ -16,17 +23,8 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
     cause_of,
 )
 from chapters.shared.grid_detectors import is_right, localised
-from chapters.shared.grid_views import (
-    CLICKS,
-    IMAGES,
-    SETS,
-    clockwise,
-    from_smallest,
-    grid_view,
-    outer,
-    rig_of,
-    stream,
-)
+from chapters.shared.grid_rigs import SETS, rig_of
+from chapters.shared.lattices import clockwise, outer
 from chapters.shared.synthetic_board import Board
 from raxel.features.celect import (
     OUTER_CORNER,

@@ -17,7 +17,7 @@ from chapters.ch03_planar_grids.s1_2_celect.figures.animation import (
 )
 from chapters.ch03_planar_grids.s1_2_celect.results import name_values
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
-from chapters.shared.grid_views import outer
+from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import Board, clicks
 from raxel.features.celect import CelectSettings, celect

@@ -20,7 +20,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     right,
     spread,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     CONTOUR,
     REFERENCES,
     TRUTH,

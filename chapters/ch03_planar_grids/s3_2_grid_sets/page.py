@@ -18,7 +18,14 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     chance_of_split,
     name_values,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
+    CLICKS,
+    IMAGES,
+    from_smallest,
+    grid_view,
+    stream,
+)
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     BLEMISHES,
     BOTH,
     DONE,
@@ -42,14 +49,7 @@ from chapters.shared.grid_detectors import (
     localised,
     returned,
 )
-from chapters.shared.grid_views import (
-    CLICKS,
-    IMAGES,
-    from_smallest,
-    grid_view,
-    outer,
-    stream,
-)
+from chapters.shared.lattices import outer
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import in_order_of, in_place
 from raxel.features.celect import CelectSettings, celect
@@ -131,7 +131,7 @@ from repro.run.outcomes import Plan
 def grid_trial(condition, rng):
     """One picture and what the detectors make of it.
 
-    Its draws are those of the picture (`grid_views`), so that others can have
+    Its draws are those of the picture (`pictures`), so that others can have
     the same one; `rng` is not used. CELECT is given the picture, simulated
     clicks and the counts; the others the picture and the counts.
     """

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     CONTOUR,
     MERGED,
     METHODS,
@@ -16,7 +16,6 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
     TRUTH,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
-from chapters.shared.grid_views import TITLES
 from repro.page.reader import value
 from repro.run.experiment import numbers
 from repro.run.outcomes import Value
@@ -27,6 +26,12 @@ EXPERIMENTS = {
     "hyperboloidal": "table_3_5_grids",
     "fisheye": "table_3_6_grids",
     "flexible-mirror": "table_3_7_grids",
+}
+TITLES = {
+    "spherical": "Spherical",
+    "hyperboloidal": "Hyperboloidal",
+    "fisheye": "Fisheye",
+    "flexible-mirror": "Flexible Mirror",
 }
 DETECTORS_OF_TODAY = (OPENCV, OPENCV_SB)
 # Short names of sets in the ledger's numbers, with their grids.

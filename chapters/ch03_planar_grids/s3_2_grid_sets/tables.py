@@ -11,7 +11,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     seeds_of,
     title_of,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     BOTH,
     FINE,
     REFERENCE,

@@ -19,7 +19,7 @@ from chapters.shared.grid_detectors import (
     localised,
     returned,
 )
-from chapters.shared.grid_views import clockwise, outer
+from chapters.shared.lattices import clockwise, outer
 from raxel.errors import InputError
 from raxel.features import symmetries
 from raxel.features.celect import celect

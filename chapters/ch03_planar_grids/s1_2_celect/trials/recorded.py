@@ -8,7 +8,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.trials.boards import NOISE_SD
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import board_view
-from chapters.shared.grid_views import outer
+from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import Board, clicks
 from raxel.features.celect import celect

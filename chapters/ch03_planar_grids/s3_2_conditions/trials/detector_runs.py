@@ -16,7 +16,7 @@ from chapters.shared.grid_detectors import (
     is_right,
     returned,
 )
-from chapters.shared.grid_views import corner_areas, outer
+from chapters.shared.lattices import corner_areas, outer
 from chapters.shared.scoring import truth_of_contour
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import distances, in_order_of

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.shared.grid_views import SETS, clockwise, rig_of
+from chapters.shared.grid_rigs import SETS, rig_of
+from chapters.shared.lattices import clockwise
 from raxel.geometry import intersect_rays_plane, transform
 from raxel.lab.board_photograph import (
     grey_of,
@@ -64,7 +65,7 @@ class Sheet(NamedTuple):
 
 
 def sheet_of(set_name, rng):
-    """A sheet of a set (key of `grid_views.SETS`), its pose and seeds drawn."""
+    """A sheet of a set (key of `grid_rigs.SETS`), its pose and seeds drawn."""
     number = rng.integers(sum(count for _, count in SETS[set_name]))
     rig = rig_of(set_name, int(number))
     pose = rig.draw_poses(rng, 1)[0]

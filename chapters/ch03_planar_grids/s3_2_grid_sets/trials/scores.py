@@ -1,4 +1,4 @@
-"""What the trials of 3.3.2 share: settings, scores, causes, parts to draw."""
+"""How the grids of 3.3.2 are scored, what lost them, and what is kept to draw."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from chapters.shared.grid_detectors import (
     PRECISION_PX,
     localised,
 )
-from chapters.shared.grid_views import SETS, rig_named
+from chapters.shared.grid_rigs import SETS, rig_named
 from chapters.shared.scoring import LOST_PX, truth_of_contour
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import (

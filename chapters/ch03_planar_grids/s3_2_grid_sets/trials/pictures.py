@@ -1,4 +1,4 @@
-"""Pictures of the grids of section 3.3.2, one at a time, and of Fig. 3.14.
+"""Pictures of the grids of section 3.3.2, one at a time.
 
 A set's picture depends on its number and a seed alone: pose, light, glare and
 noise are its own, the flaws of the mirror are the seed's. No detector has a say.
@@ -9,32 +9,16 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.grid_rigs import SETS, rig_of
+from chapters.shared.lattices import clockwise, corner_areas, outer
 from raxel.geometry import transform
-from raxel.lab import load_rig
 from raxel.lab.board_photograph import grey_of, light_of_board, saved
 
-ROOT = Path(__file__).resolve().parents[2]
 IMAGES = 15
-# Rigs of a set, each with how many of its images it takes (E-3.14).
-SETS = {
-    "spherical": (("spherical", 15),),
-    "hyperboloidal": (("hyperboloidal", 15),),
-    "fisheye": (("fisheye-9x7", 7), ("fisheye-12x9", 8)),
-    "flexible-mirror": (("flexible-mirror", 15),),
-    "large-hyperboloidal": (("large-hyperboloidal", 1),),
-    "large-fisheye": (("large-fisheye", 1),),
-}
-TITLES = {
-    "spherical": "Spherical",
-    "hyperboloidal": "Hyperboloidal",
-    "fisheye": "Fisheye",
-    "flexible-mirror": "Flexible Mirror",
-}
 # Streams of random numbers of a seed.
 POSE, PICTURE, SPECIMEN, CLICKS = 0, 1, 2, 3
 # What can be wiped off a rig's mirror, its random draws left as they are.
@@ -61,20 +45,6 @@ class GridView(NamedTuple):
     outer_corners: np.ndarray
     colour: np.ndarray
     pitch_mm: float
-
-
-@lru_cache(maxsize=8)
-def rig_named(name):
-    """The rig of one file of data/rigs."""
-    return load_rig(ROOT / "data" / "rigs" / f"{name}.yaml")
-
-
-def rig_of(set_name, image):
-    """The rig that took an image, 0 to 14, of a set."""
-    names = [name for name, count in SETS[set_name] for _ in range(count)]
-    if not 0 <= image < len(names):
-        raise ValueError(f"{set_name} has no image {image}")
-    return rig_named(names[image])
 
 
 def stream(set_name, image, seed, kind):
@@ -118,36 +88,6 @@ def grid_view(set_name, image, seed, without=None):
         picture,
         rig.target.pitch_mm,
     )
-
-
-def clockwise(lattice):
-    """The lattice (rows, columns, 2), its columns reversed where mirrored."""
-    (ax, ay), (bx, by) = np.diff(outer(lattice)[[3, 0, 1]], axis=0)
-    return lattice if ax * by > ay * bx else lattice[:, ::-1]
-
-
-def outer(lattice):
-    """Corners (4, 2) of a lattice (rows, columns, 2), around it by its rows."""
-    return np.array(
-        [lattice[0, 0], lattice[0, -1], lattice[-1, -1], lattice[-1, 0]]
-    )
-
-
-def corner_areas(lattice):
-    """Area (4,) in px² of the squares at the four outer corners, as `outer`."""
-    rows, columns = lattice.shape[:2]
-    areas = []
-    for r, c in (
-        (0, 0),
-        (0, columns - 2),
-        (rows - 2, columns - 2),
-        (rows - 2, 0),
-    ):
-        a, b = lattice[r, c], lattice[r, c + 1]
-        d, e = lattice[r + 1, c], lattice[r + 1, c + 1]
-        (x, y), (p, q) = e - a, d - b
-        areas.append(abs(x * q - y * p) / 2)
-    return np.array(areas)
 
 
 def from_smallest(lattice):
