@@ -7,7 +7,6 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data import claims
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
     results as s5_1_values,
 )
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import FOVS_DEG
 from chapters.ch02_general_camera_model.s5_2_real_data import claims as zoom_claims
 from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_values
 from chapters.ch02_general_camera_model.s5_2_real_data.figures import agreement
@@ -17,6 +16,7 @@ from chapters.ch02_general_camera_model.s5_2_real_data.figures import (
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
     page as s5_3_distortion_correction,
 )
+from chapters.shared.three_planes import FOVS_DEG
 
 TRIALS = 50
 

@@ -12,8 +12,9 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.claims import (
     judge_table_coefficients,
 )
 from chapters.ch02_general_camera_model.s4_generic_calibration.tables import cell_text
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import laws
-from chapters.shared import synthetic
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import page as s5_page
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import trials
+from chapters.shared import methods, three_planes
 from raxel.geometry import apply_homography
 from repro.run.experiment import trial_rng
 
@@ -23,7 +24,7 @@ BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",
 
 def drawn(trial=0, **condition):
     case = BASE | condition
-    return synthetic.measure(case, trial_rng("test", case, trial))[0]
+    return three_planes.measure(case, trial_rng("test", case, trial))[0]
 
 
 def test_corrected_cells_of_table_2_1_are_bold_in_the_formula():
@@ -37,14 +38,14 @@ def test_corrected_cells_of_table_2_1_are_bold_in_the_formula():
 @pytest.mark.parametrize("law", ["equidistance", "equisolid", "stereographic"])
 @pytest.mark.parametrize("fov_deg", [30, 90, 150])
 def test_field_of_view_is_that_of_the_image_diagonal(law, fov_deg):
-    rays = synthetic.fisheye(law, fov_deg).rays(np.zeros((1, 2)))
+    rays = three_planes.fisheye(law, fov_deg).rays(np.zeros((1, 2)))
     angle = np.degrees(np.arccos(rays.directions[0, 2]))
     assert angle == pytest.approx(fov_deg / 2, abs=1e-9)
 
 
 def test_grids_are_tilted_apart_and_face_the_camera():
     for trial in range(30):
-        grids, least = synthetic.draw_grids(trial_rng("test", {}, trial))
+        grids, least = three_planes.draw_grids(trial_rng("test", {}, trial))
         tilts = np.degrees(np.arccos(grids[:, 2, 2]))
         assert np.all((tilts >= 10 - 1e-9) & (tilts <= 30 + 1e-9))
         assert least >= 10
@@ -53,13 +54,13 @@ def test_grids_are_tilted_apart_and_face_the_camera():
 
 def test_finite_grids_are_kept_to_and_all_points_are_there():
     case = BASE | {"fov_deg": 150, "extent": "finite"}
-    data, draw = synthetic.measure(case, trial_rng("test", case, 0))
+    data, draw = three_planes.measure(case, trial_rng("test", case, 0))
     assert data.points.shape == (3, 999, 2)
     assert np.abs(data.points).max() <= 600
     assert draw["accepted_share"] < 0.6
     # A corner of the nearest grid possible: 450 mm away, 150 mm off, tilted by 30.
-    assert synthetic.widest_angle_deg(data) < 69
-    assert synthetic.widest_angle_deg(drawn(fov_deg=150)) == pytest.approx(75, abs=2)
+    assert trials.widest_angle_deg(data) < 69
+    assert trials.widest_angle_deg(drawn(fov_deg=150)) == pytest.approx(75, abs=2)
 
 
 @pytest.mark.parametrize("domain", ["px", "mm"])
@@ -88,7 +89,7 @@ def test_points_of_noisy_pixels_lie_on_their_rays():
 @pytest.mark.parametrize("linear", ["as printed", "well conditioned"])
 def test_generic_rays_are_exact_without_noise(linear):
     data = drawn(trial=1)
-    directions = synthetic.calibrate_generic(data, linear)
+    directions = trials.calibrate_generic(data, linear)
     true = data.camera.rays(data.pixels).directions
     to_camera = data.grids[0][:3, :3]
     assert np.abs(directions @ to_camera.T - true).max() < 1e-6
@@ -96,7 +97,7 @@ def test_generic_rays_are_exact_without_noise(linear):
 
 def test_parametric_method_is_exact_on_a_lens_it_can_describe():
     data = drawn(law="lens", fov_deg=60)
-    camera = synthetic.calibrate_parametric(data)
+    camera = trials.calibrate_parametric(data)
     true = data.camera.rays(data.pixels).directions
     # OpenCV takes single precision only, so exactness ends near 1e-5.
     assert np.abs(camera.rays(data.pixels).directions - true).max() < 1e-4
@@ -105,28 +106,28 @@ def test_parametric_method_is_exact_on_a_lens_it_can_describe():
 
 def test_a_homography_changes_no_residual():
     data = drawn(noise=0.5)
-    focal = synthetic.central_focal(data.camera)
-    target = synthetic.targets(data, focal)["clean"]
+    focal = three_planes.central_focal(data.camera)
+    target = three_planes.targets(data, focal)["clean"]
     rng = np.random.default_rng(0)
     seen = target + rng.normal(0, 0.5, target.shape)
     H = np.array([[1.1, 0.02, 30], [-0.03, 0.9, -12], [1e-5, -2e-5, 1]])
-    plain = synthetic.score(seen, target, data.camera, focal)
-    moved = synthetic.score(apply_homography(H, seen), target, data.camera, focal)
-    for scale in synthetic.SCALES:
+    plain = three_planes.score(seen, target, data.camera, focal)
+    moved = three_planes.score(apply_homography(H, seen), target, data.camera, focal)
+    for scale in methods.SCALES:
         assert moved[scale] == pytest.approx(plain[scale], abs=1e-5)
 
 
 def test_central_focal_is_the_focal_length():
-    assert synthetic.central_focal(synthetic.fisheye("equidistance", 120)) == (
-        pytest.approx(synthetic.CORNER_RADIUS_PX / np.radians(60), rel=1e-6)
+    assert three_planes.central_focal(three_planes.fisheye("equidistance", 120)) == (
+        pytest.approx(three_planes.CORNER_RADIUS_PX / np.radians(60), rel=1e-6)
     )
 
 
 @pytest.mark.parametrize("domain", ["px", "mm"])
 def test_projection_laws_share_rays_and_noise(domain):
     case = {"fov_deg": 90, "noise": 0.5, "domain": domain, "extent": "unbounded"}
-    measured = laws.measure_laws(case, trial_rng("test", case, 0))
-    assert list(measured) == list(laws.LAWS)
+    measured = trials.measure_laws(case, trial_rng("test", case, 0))
+    assert list(measured) == list(trials.LAWS)
     first = measured["equidistance"]
     rays = first.camera.rays(first.pixels).directions
     for law, data in measured.items():
@@ -141,12 +142,12 @@ def test_projection_laws_share_rays_and_noise(domain):
         assert np.abs(shifts[0] - shifts[1]).max() < 1e-9
         # Half a pixel is the rim of the image about the last pixel centres.
         assert data.pixels.min() > -1
-        assert data.pixels.max() < synthetic.SIZE_PX
+        assert data.pixels.max() < three_planes.SIZE_PX
 
 
 def test_each_scale_has_its_own_correlation_with_grazing_angles():
     data = drawn(fov_deg=150, noise=0.5)
-    found = synthetic.score_generic(data, 300.0, "well conditioned")["clean"]
+    found = trials.score_generic(data, 300.0, "well conditioned")["clean"]
     corrected = found["corrected"]["grazing_spearman"]
     source = found["source"]["grazing_spearman"]
     # The corrected view is stretched where rays graze, the source image is not.
@@ -159,9 +160,9 @@ def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
     def refuse(*_, **__):
         raise CalibrationError("no real solution")
 
-    monkeypatch.setattr(synthetic, "linear_as_printed", refuse)
+    monkeypatch.setattr(trials, "linear_as_printed", refuse)
     case = BASE | {"noise": 0.5}
-    out = synthetic.trial(case, trial_rng("test", case, 0))
+    out = s5_page.trial(case, trial_rng("test", case, 0))
     assert out["generic_as_printed"] == {"failed": "no real solution"}
     assert out["generic_well_conditioned"]["clean"]["source"]["mean_px"] < 1
     assert out["parametric"]["clean"]["source"]["mean_px"] < 1

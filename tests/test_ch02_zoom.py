@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
-from chapters.shared import synthetic, zoom_scores
+from chapters.shared import three_planes, zoom_scores
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
@@ -97,7 +97,7 @@ def test_the_true_centre_is_that_of_the_base_grids_frame():
 
 def test_without_noise_the_true_centre_leaves_nothing():
     scene = true_centre.SCENE | {"noise": 0.0}
-    data, _ = synthetic.measure(scene, np.random.default_rng(0))
+    data, _ = three_planes.measure(scene, np.random.default_rng(0))
     T_base_grid = inverse_pose(data.grids[0]) @ data.grids
     left = true_centre.rms_of(data, inverse_pose(data.grids[0])[:3, 3], T_base_grid)
     assert max(left.values()) < 1e-6

@@ -101,21 +101,21 @@ def test_the_readings_that_chapters_take_are_those_of_the_settings():
 
 def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
     from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
-    from chapters.shared import synthetic
+    from chapters.shared import three_planes
 
     chosen = {k: e["value"] for k, e in LEDGER.settings["syn_ch2"]["chosen"].items()}
     assert chosen["noise_levels"] == list(page.LEVELS)
     assert chosen["noise_in_fov_sweep"] == page.FOV_NOISE
     assert chosen["fov_in_noise_sweep_deg"] == page.NOISE_FOV_DEG
-    lens = {"k1": synthetic.LENS_K1, "k2": synthetic.LENS_K2}
+    lens = {"k1": three_planes.LENS_K1, "k2": three_planes.LENS_K2}
     assert chosen["lens_of_noise_sweep"] == lens
     assert chosen["fov_levels_deg"] == list(page.FOVS_DEG)
-    assert chosen["principal_point_px"] == synthetic.PRINCIPAL.tolist()
-    assert chosen["grid_distance_mm"] == synthetic.DISTANCE_MM
-    assert chosen["grid_shift_mm"] == [-synthetic.SHIFT_MM, synthetic.SHIFT_MM]
-    assert chosen["grid_tilt_deg"] == list(synthetic.TILT_DEG)
-    assert chosen["least_angle_between_grids_deg"] == synthetic.LEAST_ANGLE_DEG
-    assert chosen["finite_grid_mm"] == [-synthetic.FINITE_MM, synthetic.FINITE_MM]
+    assert chosen["principal_point_px"] == three_planes.PRINCIPAL.tolist()
+    assert chosen["grid_distance_mm"] == three_planes.DISTANCE_MM
+    assert chosen["grid_shift_mm"] == [-three_planes.SHIFT_MM, three_planes.SHIFT_MM]
+    assert chosen["grid_tilt_deg"] == list(three_planes.TILT_DEG)
+    assert chosen["least_angle_between_grids_deg"] == three_planes.LEAST_ANGLE_DEG
+    assert chosen["finite_grid_mm"] == [-three_planes.FINITE_MM, three_planes.FINITE_MM]
 
 
 # The experiments cannot see the answer

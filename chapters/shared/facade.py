@@ -6,10 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from chapters.shared.zoom_scores import (
-    LINEAR,
-    source_pixels_of,
-)
+from chapters.shared.methods import LINEAR
+from chapters.shared.zoom_scores import source_pixels_of
 from chapters.shared.zoom_shots import (
     FACADE_ZOOM,
     camera_of,

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from chapters.shared.synthetic import SCALES, SCORINGS
+from chapters.shared.methods import LINEAR, SCALES, SCORINGS
 from repro.run.outcomes import DECISIONS, Reading
 
 QUESTIONS = {
@@ -17,15 +17,12 @@ QUESTIONS = {
     "standard_method": ("as printed", "well conditioned"),
     "residual_scale": ("corrected view", "source image"),
 }
-METHOD = {
-    "as printed": "generic_as_printed",
-    "well conditioned": "generic_well_conditioned",
-}
+METHOD = {linear: method for method, linear in LINEAR.items()}
 SCALE = dict(zip(QUESTIONS["residual_scale"], SCALES, strict=True))
-Judge = Callable[["Case"], tuple[str, float | str, tuple | None, str]]
+Judge = Callable[["SweepCase"], tuple[str, float | str, tuple | None, str]]
 
 
-class Case:
+class SweepCase:
     """Trials of one reading."""
 
     def __init__(self, result, options: dict[str, str]) -> None:
@@ -52,9 +49,9 @@ class Case:
         """Trials of a value without a method, such as the point noise."""
         return self.result.column(name, **self._with(condition))
 
-    def other(self, **options: str) -> Case:
+    def other(self, **options: str) -> SweepCase:
         """The same reading with other options."""
-        return Case(self.result, self.options | options)
+        return SweepCase(self.result, self.options | options)
 
     def _column(
         self, method: str, quantity: str, condition: dict
@@ -73,10 +70,12 @@ class Case:
         return self.options.get(question, QUESTIONS[question][0])
 
 
-def every_reading(result, questions: tuple[str, ...]) -> Iterator[Case]:
+def every_reading(
+    result, questions: tuple[str, ...]
+) -> Iterator[SweepCase]:
     """One case per combination of options of the given questions."""
     for options in product(*(QUESTIONS[q] for q in questions)):
-        yield Case(result, dict(zip(questions, options, strict=True)))
+        yield SweepCase(result, dict(zip(questions, options, strict=True)))
 
 
 def judged(

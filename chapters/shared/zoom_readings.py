@@ -28,7 +28,7 @@ IMAGES = {
 STATISTIC = {"RMS": "rms_px", "mean": "mean_px"}
 
 
-class Case:
+class ZoomCase:
     """Seeds of one reading; methods are `parametric` and `generic`."""
 
     def __init__(self, result, options=None):
@@ -78,7 +78,7 @@ def judged(result, questions, judge):
     """Readings of a claim about the three sets."""
     options = product(*(QUESTIONS[q] for q in questions))
     cases = (
-        Case(result, dict(zip(questions, taken, strict=True)))
+        ZoomCase(result, dict(zip(questions, taken, strict=True)))
         for taken in options
     )
     return readings_of(cases, judge)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.shared.methods import LINEAR
 from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.errors import InputError
 from raxel.evaluation import (
@@ -19,11 +20,6 @@ from raxel.geometry import (
     transform,
 )
 
-METHODS = ("parametric", "generic_as_printed", "generic_well_conditioned")
-LINEAR = {
-    "generic_as_printed": "as printed",
-    "generic_well_conditioned": "well conditioned",
-}
 FEWEST = 12
 QUINTILES = 5
 NEIGHBOURS = 8

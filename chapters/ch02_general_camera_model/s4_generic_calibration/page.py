@@ -29,7 +29,7 @@ from repro.page.reader import (
     value,
 )
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, Table
+from repro.run.outcomes import Plan
 
 # %% [markdown]
 # ## What the thesis claims
@@ -98,9 +98,6 @@ def substitution(effort):
 #
 # The corrected table, printed from the formulas that were evaluated. The
 # cells that differ from the printed table are set in bold.
-
-
-# %% tags=["hide-cell"]
 
 
 # %% tags=["active-ipynb"]

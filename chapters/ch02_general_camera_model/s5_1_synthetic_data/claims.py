@@ -9,19 +9,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import (
-    FOVS_DEG,
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
+    LAWS,
     LAWS_FOV_DEG,
     LEVELS,
     NOISE_FOV_DEG,
-)
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials.laws import (
-    LAWS,
 )
 from chapters.shared.synthetic_readings import (
     QUESTIONS,
     judged,
 )
+from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import (
     FAILS,
     HOLDS,

@@ -6,25 +6,22 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import (
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
+    PRIMARY,
+)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     DOMAINS,
     EXTENTS,
-    FOVS_DEG,
     LEVELS,
 )
-from chapters.shared.synthetic import METHODS
+from chapters.shared.methods import METHODS, NAMES
+from chapters.shared.three_planes import FOVS_DEG
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 from repro.run.results import summary
 
-NAMES = {
-    "parametric": "standard perspective",
-    "generic_as_printed": "central generic, as printed",
-    "generic_well_conditioned": "central generic, well conditioned",
-}
-PRIMARY = {"domain": "px", "extent": "unbounded"}
 NOISE = ("fig_2_3_noise", "noise", LEVELS, "Noise SD (px)")
 FOV = ("fig_2_3_fov", "fov_deg", FOVS_DEG, "Field of view (deg)")
 

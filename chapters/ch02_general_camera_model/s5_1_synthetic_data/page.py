@@ -7,34 +7,44 @@
 # data in its Fig. 2.3. This page runs the simulation again.
 
 # %% tags=["hide-cell"]
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
-    name_values,
-)
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials.laws import (
-    LAWS,
-    laws_trial,
-)
-from chapters.shared.exercises import (
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.exercises import (
     clean_residual,
     focal_of_equidistance,
     stretch_at,
 )
-from chapters.shared.synthetic import (
-    CORNER_RADIUS_PX,
-    FINITE_MM,
-    POINTS,
-    SIZE_PX,
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
+    name_values,
+)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
+    DOMAINS,
+    EXTENTS,
+    FOV_NOISE,
+    LAWS,
+    LAWS_FOV_DEG,
+    LEVELS,
+    NOISE_FOV_DEG,
     calibrate_generic,
     calibrate_parametric,
+    measure_laws,
+    point_noise_ratio,
+    scores,
+    widest_angle_deg,
+)
+from chapters.shared.methods import METHODS
+from chapters.shared.three_planes import (
+    CORNER_RADIUS_PX,
+    FINITE_MM,
+    FOVS_DEG,
+    POINTS,
+    SIZE_PX,
     measure,
     observe,
     score,
-    trial,
 )
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment, numbers
-from repro.run.outcomes import Plan, Value
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
 # %% [markdown]
 # ## What the thesis claims
@@ -60,7 +70,7 @@ from repro.run.outcomes import Plan, Value
 # This matters: one noisy pixel thrown on all planes would leave its three
 # points on one line through the centre, and every method would be exact.
 #
-# The code of one trial, from the chapter's module `synthetic.py`:
+# The code of one trial's data, from `chapters/shared/three_planes.py`:
 
 # %% tags=["active-ipynb"]
 # show_code(measure, observe)
@@ -108,14 +118,7 @@ from repro.run.outcomes import Plan, Value
 # and least squares. The same bundle adjustment follows both.
 
 # %%
-LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
-FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)
-NOISE_FOV_DEG = 60
-FOV_NOISE = 0.5
-LAWS_FOV_DEG = 90
 TRIALS = {"quick": 4, "full": 50}
-DOMAINS = ("px", "mm")
-EXTENTS = ("unbounded", "finite")
 
 SETTINGS = {
     "image_px": [SIZE_PX, SIZE_PX],
@@ -169,6 +172,18 @@ def conditions(law, fovs_deg, levels):
     ]
 
 
+def trial(condition, rng):
+    """One trial: measure, calibrate with each method, score each way."""
+    data, drawn = measure(condition, rng)
+    out = drawn | {
+        "points": len(data.pixels),
+        "widest_angle_deg": widest_angle_deg(data),
+    }
+    if condition["noise"] > 0:
+        out["point_noise_ratio"] = point_noise_ratio(data)
+    return out | scores(data, METHODS)
+
+
 @experiment(
     "fig_2_3_noise", artefact="fig_2_3", shards={"quick": 2, "full": 6}
 )
@@ -187,6 +202,12 @@ def fov_sweep(effort):
     return Plan(trial, cases, TRIALS[effort], SETTINGS)
 
 
+def laws_trial(condition, rng):
+    """One trial: the generic method's scores under every law."""
+    measured = measure_laws(condition, rng)
+    return {law: scores(measured[law], METHODS[1:]) for law in LAWS}
+
+
 @experiment(
     "fig_2_3_laws", artefact="fig_2_3", shards={"quick": 1, "full": 2}
 )
@@ -201,23 +222,8 @@ def law_sweep(effort):
 #
 # Every point is the median over the trials of the mean (or SD) over the 999
 # points of a trial; the band is its 95 % interval. A trial in which a
-# method failed counts as its worst. The code that draws is in the chapter's
-# module `s5_1_figures.py`.
-
-
-# %% tags=["hide-cell"]
-@numbers("fig_2_3", needs=("fig_2_3_fov",), evidence="synthetic")
-def numbers_fig_2_3(results):
-    """The settings that the text states, as they were run."""
-    ran = results["fig_2_3_fov"]
-    fovs_deg = [condition["fov_deg"] for condition in ran.conditions]
-    return {
-        "s2_5_1_res": Value(ran.settings["image_px"][0], unit="px"),
-        "s2_5_1_pts": Value(ran.settings["points_per_trial"], unit="count"),
-        "s2_5_1_trials": Value(ran.trials_per_condition, unit="count"),
-        "s2_5_1_fov_min": Value(min(fovs_deg), unit="deg"),
-        "s2_5_1_fov_max": Value(max(fovs_deg), unit="deg"),
-    }
+# method failed counts as its worst. The code that draws is in `figures.py`
+# beside this page.
 
 
 # %% tags=["active-ipynb"]

@@ -12,6 +12,11 @@ from functools import partial
 
 import numpy as np
 
+from chapters.ch02_general_camera_model.s5_2_real_data.exercises import (
+    edge_angle_deg,
+    rms_of,
+    zoom_focal_px,
+)
 from chapters.ch02_general_camera_model.s5_2_real_data.results import (
     name_values,
 )
@@ -23,11 +28,6 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.true_centre import
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.zoom import (
     redrawn_trial,
     rendered_trial,
-)
-from chapters.shared.exercises import (
-    edge_angle_deg,
-    rms_of,
-    zoom_focal_px,
 )
 from chapters.shared.zoom_scores import (
     calibrate,

@@ -8,8 +8,8 @@ from chapters.ch02_general_camera_model.s5_2_real_data.figures.seeds import (
     FIELD_SCALE,
     STEP_SCALE,
 )
-from chapters.shared.zoom_readings import Case
-from chapters.shared.zoom_scores import METHODS
+from chapters.shared.methods import METHODS
+from chapters.shared.zoom_readings import ZoomCase
 from chapters.shared.zoom_shots import (
     STAGE_IMAGES,
     STAGE_ZOOM,
@@ -41,7 +41,7 @@ def share_left_out(result, zoom):
 @numbers("table_2_2", needs=("table_2_2_redrawn",), evidence="rendered")
 def values_of_table_2_2(results):
     """Medians over seeds in the primary reading."""
-    case = Case(results["table_2_2_redrawn"])
+    case = ZoomCase(results["table_2_2_redrawn"])
     out = {}
     for name, short in (("parametric", "persp"), ("generic", "gen")):
         for statistic in ("rms", "sd"):

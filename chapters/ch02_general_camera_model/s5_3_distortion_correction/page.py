@@ -8,7 +8,7 @@
 # %% tags=["hide-cell"]
 import numpy as np
 
-from chapters.shared.exercises import (
+from chapters.ch02_general_camera_model.s5_3_distortion_correction.exercises import (
     convergence_deg,
     view_focal_px,
 )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.synthetic import measure
+from chapters.shared.three_planes import measure
 from raxel.calibration import solve_coefficients
 from raxel.geometry import inverse_pose
 

@@ -7,9 +7,6 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.page import (
-    FOVS_DEG,
-)
 from chapters.ch02_general_camera_model.s5_2_real_data.claims import (
     RESIDUAL,
     rendered_slopes,
@@ -17,16 +14,12 @@ from chapters.ch02_general_camera_model.s5_2_real_data.claims import (
 from chapters.shared.synthetic_readings import (
     QUESTIONS as OF_SWEEP,
 )
-from chapters.shared.synthetic_readings import (
-    Case as SweepCase,
-)
-from chapters.shared.synthetic_readings import readings_of
+from chapters.shared.synthetic_readings import SweepCase, readings_of
+from chapters.shared.three_planes import FOVS_DEG
 from chapters.shared.zoom_readings import (
     QUESTIONS as OF_SETS,
 )
-from chapters.shared.zoom_readings import (
-    Case as ZoomCase,
-)
+from chapters.shared.zoom_readings import ZoomCase
 from repro.judge.statistics import all_of, trend
 from repro.run.experiment import claim
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.figures import (
-    NAMES,
-)
-from chapters.shared.zoom_scores import METHODS
+from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.zoom_shots import (
     STAGE_IMAGES,
     STAGE_ZOOM,

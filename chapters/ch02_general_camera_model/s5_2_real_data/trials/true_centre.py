@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.synthetic import (
+from chapters.shared.three_planes import (
     PRINCIPAL,
     about_principal_ray,
     central_focal,

@@ -9,8 +9,8 @@ from chapters.shared.facade import (
     facade_picture,
     straightness,
 )
+from chapters.shared.methods import METHODS
 from chapters.shared.zoom_scores import (
-    METHODS,
     calibrate,
     moran,
     radial_bias,
