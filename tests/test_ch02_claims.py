@@ -5,16 +5,16 @@ import pytest
 
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import claims
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
-    results as s5_1_values,
+    results as s5_1_results,
 )
-from chapters.ch02_general_camera_model.s5_2_real_data import claims as zoom_claims
-from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_values
-from chapters.ch02_general_camera_model.s5_2_real_data.figures import agreement
-from chapters.ch02_general_camera_model.s5_2_real_data.figures import (
-    seeds as s5_2_figures,
+from chapters.ch02_general_camera_model.s5_2_real_data import claims as s5_2_claims
+from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_results
+from chapters.ch02_general_camera_model.s5_2_real_data import tables as s5_2_tables
+from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
+    claims as s5_3_claims,
 )
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
-    page as s5_3_distortion_correction,
+    results as s5_3_results,
 )
 from chapters.shared.three_planes import FOVS_DEG
 
@@ -157,10 +157,10 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
         if name == "widest_angle_deg":
             return np.full(TRIALS, covered)
         slope = 5.0 if name.startswith("parametric") else 0.5
-        level = agreement.distortion_level(covered)
+        level = s5_2_results.distortion_level(covered)
         return spread_about(np.exp(slope * level), 0.01, condition["fov_deg"])
 
-    readings = agreement.judge_depends_on_distortion(
+    readings = s5_2_claims.judge_depends_on_distortion(
         {"fig_2_3_fov": Trials(values), "table_2_2_redrawn": rising_with_level(*sets)}
     )
     assert {r.verdict for r in readings} == {verdict}
@@ -171,8 +171,8 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
 
 def test_distortion_level_of_the_equidistance_law():
     # r / r_pinhole = f theta / (f tan theta), smallest at the widest angle.
-    assert agreement.distortion_level(45) == pytest.approx(1 - np.pi / 4)
-    levels = [agreement.distortion_level(fov / 2) for fov in FOVS_DEG]
+    assert s5_2_results.distortion_level(45) == pytest.approx(1 - np.pi / 4)
+    levels = [s5_2_results.distortion_level(fov / 2) for fov in FOVS_DEG]
     assert np.all(np.diff(levels) > 0)
 
 
@@ -189,7 +189,7 @@ def of_zoom(parametric, generic):
 @pytest.mark.parametrize(("growth", "verdict"), [(1.05, "reproduced"), (2, "differs")])
 def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
     made = of_zoom(None, lambda zoom: spread_about(growth**zoom, 0.01, zoom))
-    readings = zoom_claims.judge_generic_flat({"table_2_2_redrawn": made})
+    readings = s5_2_claims.judge_generic_flat({"table_2_2_redrawn": made})
     assert {r.verdict for r in readings} == {verdict}
     assert len(readings) == 16
 
@@ -198,7 +198,7 @@ def test_a_failed_generic_seed_counts_against_it():
     generic = np.full(TRIALS, 1.0)
     generic[:6] = np.nan
     made = of_zoom(lambda zoom: np.full(TRIALS, 2.0), lambda zoom: generic)
-    readings = zoom_claims.judge_parametric_worse({"table_2_2_redrawn": made})
+    readings = s5_2_claims.judge_parametric_worse({"table_2_2_redrawn": made})
     assert {r.verdict for r in readings} == {"differs"}
     assert readings[0].regenerated == pytest.approx(0.88)
 
@@ -212,7 +212,7 @@ def test_radial_bias_must_turn_round(inner, verdict):
         return np.full(TRIALS, 0.5 if outer else inner)
 
     made = {"table_2_2_redrawn": Trials(values)}
-    assert {r.verdict for r in zoom_claims.judge_radial_bias(made)} == {verdict}
+    assert {r.verdict for r in s5_2_claims.judge_radial_bias(made)} == {verdict}
 
 
 @pytest.mark.parametrize(("bias", "verdict"), [(0.2, "reproduced"), (0.3, "differs")])
@@ -221,7 +221,7 @@ def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
         return np.full(TRIALS, 1.0 if name.endswith("rms_px") else -bias)
 
     made = {"table_2_2_redrawn": Trials(values)}
-    assert {r.verdict for r in zoom_claims.judge_no_radial_bias(made)} == {verdict}
+    assert {r.verdict for r in s5_2_claims.judge_no_radial_bias(made)} == {verdict}
 
 
 @pytest.mark.parametrize(
@@ -233,7 +233,7 @@ def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
         "table_2_2_redrawn": Trials(lambda name, condition: np.full(TRIALS, p)),
         "fig_2_5_true_centre": Trials(lambda name, condition: spread_about(ratio)),
     }
-    assert {r.verdict for r in zoom_claims.judge_systematic(made)} == {verdict}
+    assert {r.verdict for r in s5_2_claims.judge_systematic(made)} == {verdict}
 
 
 def scatter(better, missing):
@@ -248,12 +248,12 @@ def scatter(better, missing):
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
 def test_motion_is_won_by_the_smaller_scatter(better, verdict):
-    readings = zoom_claims.judge_motion(scatter(better, missing=0))
+    readings = s5_2_claims.judge_motion(scatter(better, missing=0))
     assert {r.verdict for r in readings} == {verdict}
 
 
 def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
-    readings = zoom_claims.judge_motion(scatter(3.0, missing=2))
+    readings = s5_2_claims.judge_motion(scatter(3.0, missing=2))
     assert {r.verdict for r in readings} == {"reproduced"}
     assert "2 failed with the parametric" in readings[0].reason
     generic_fails = scatter(3.0, missing=0)["table_2_2_redrawn"].values
@@ -264,7 +264,7 @@ def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
             found[:40] = np.nan
         return found
 
-    readings = zoom_claims.judge_motion({"table_2_2_redrawn": Trials(values)})
+    readings = s5_2_claims.judge_motion({"table_2_2_redrawn": Trials(values)})
     assert {r.verdict for r in readings} == {"differs"}
     assert "40 with the generic" in readings[0].reason
 
@@ -276,7 +276,7 @@ def test_failed_trials_of_the_true_centre_are_told():
         "table_2_2_redrawn": Trials(lambda name, condition: np.full(TRIALS, 0.001)),
         "fig_2_5_true_centre": Trials(lambda name, condition: ratios),
     }
-    assert "3 failed" in zoom_claims.judge_systematic(made)[0].reason
+    assert "3 failed" in s5_2_claims.judge_systematic(made)[0].reason
 
 
 def of_set_2(columns):
@@ -284,29 +284,29 @@ def of_set_2(columns):
 
 
 def test_prose_of_the_real_data_counts_failures_and_corners_left_out():
-    assert s5_2_values.typical(np.array([1.0, np.nan, np.nan])) == np.inf
-    corners = s5_2_values.true_shape(3)[0]
+    assert s5_2_results.typical(np.array([1.0, np.nan, np.nan])) == np.inf
+    corners = s5_2_results.true_shape(3)[0]
     made = of_set_2({"left_out": [10.0, np.nan], "boards": [2.0, np.nan]})
-    assert s5_2_values.share_left_out(made, 3) == pytest.approx(10 / (2 * corners))
+    assert s5_2_results.share_left_out(made, 3) == pytest.approx(10 / (2 * corners))
 
 
 def test_the_range_of_rendered_seeds_is_not_called_an_interval():
     made = Trials(lambda name, condition: spread_about(2.0)[:3])
     made.trials_per_condition = 3
-    results = dict.fromkeys(s5_2_figures.SOURCES, made)
-    assert "3 seeds, too few for an interval" in s5_2_figures.table_2_2(results).caption
+    results = dict.fromkeys(s5_2_tables.SOURCES, made)
+    assert "3 seeds, too few for an interval" in s5_2_tables.table_2_2(results).caption
 
 
 def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
     redrawn, rendered = (
         Trials(lambda name, condition, n=n: spread_about(2.0)[:n]) for n in (50, 3)
     )
-    check = s5_2_figures.agreement(redrawn, rendered)
+    check = s5_2_tables.agreement(redrawn, rendered)
     assert check.holds
     assert "no difference shown" in check.text
     assert "times those of 3 rendered" in check.text
     other = Trials(lambda name, condition: spread_about(9.0)[:3])
-    assert not s5_2_figures.agreement(redrawn, other).holds
+    assert not s5_2_tables.agreement(redrawn, other).holds
 
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
@@ -316,13 +316,11 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
         found[0] = np.nan
         return found
 
-    readings = s5_3_distortion_correction.judge_periphery(
-        {"table_2_2_redrawn": Trials(values)}
-    )
+    readings = s5_3_claims.judge_periphery({"table_2_2_redrawn": Trials(values)})
     assert {r.verdict for r in readings} == {verdict}
     assert "1 failed with the parametric" in readings[0].reason
     made = Trials(lambda name, condition: [1.0, np.nan, np.nan])
-    assert s5_3_distortion_correction.line_median(made, "generic") == np.inf
+    assert s5_3_results.line_median(made, "generic") == np.inf
 
 
 def test_projection_laws_are_compared_trial_by_trial():
@@ -356,10 +354,10 @@ def test_prose_says_where_the_generic_method_is_ahead(better, words):
 
     fov = Trials(values)
     fov.conditions = [{"fov_deg": at} for at in (150, 120, 30)]
-    found = s5_1_values.ahead(fov, "generic_as_printed", "source", domain="mm")
+    found = s5_1_results.ahead(fov, "generic_as_printed", "source", domain="mm")
     assert found == words
 
 
 def test_numbers_of_the_prose_count_failed_trials_as_the_worst():
     half = Trials(lambda name, condition: [1.0, 2.0, np.nan, np.nan, 9.0])
-    assert s5_1_values.median_of(half, "any") == 9.0
+    assert s5_1_results.median_of(half, "any") == 9.0

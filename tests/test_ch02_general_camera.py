@@ -19,9 +19,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.figures import (
     ray_tables as s3_table_figures,
 )
 from chapters.ch02_general_camera_model.s3_general_camera.trials import (
-    drawn_rays as drawn_rays,
-)
-from chapters.ch02_general_camera_model.s3_general_camera.trials import (
+    drawn_rays,
     known_motion,
     lines,
 )

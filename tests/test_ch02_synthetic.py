@@ -12,8 +12,7 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.claims import (
     judge_table_coefficients,
 )
 from chapters.ch02_general_camera_model.s4_generic_calibration.tables import cell_text
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import page as s5_page
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import trials
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import page, trials
 from chapters.shared import methods, three_planes
 from raxel.geometry import apply_homography
 from repro.run.experiment import trial_rng
@@ -162,7 +161,7 @@ def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
 
     monkeypatch.setattr(trials, "linear_as_printed", refuse)
     case = BASE | {"noise": 0.5}
-    out = s5_page.trial(case, trial_rng("test", case, 0))
+    out = page.trial(case, trial_rng("test", case, 0))
     assert out["generic_as_printed"] == {"failed": "no real solution"}
     assert out["generic_well_conditioned"]["clean"]["source"]["mean_px"] < 1
     assert out["parametric"]["clean"]["source"]["mean_px"] < 1

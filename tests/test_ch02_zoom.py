@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from chapters.ch02_general_camera_model.s5_2_real_data.trials import (
+    scores as zoom_scores,
+)
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
-from chapters.shared import three_planes, zoom_scores
+from chapters.shared import three_planes
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform

@@ -6,14 +6,10 @@ from functools import cache
 
 import numpy as np
 
+from chapters.shared.corrected_views import in_view, source_pixels_of
 from chapters.shared.methods import LINEAR
-from chapters.shared.zoom_scores import source_pixels_of
-from chapters.shared.zoom_shots import (
-    FACADE_ZOOM,
-    camera_of,
-    rig_of,
-)
-from raxel.evaluation import corrected_view, synthetic_plane
+from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of, rig_of
+from raxel.evaluation import synthetic_plane
 from raxel.geometry import (
     inverse_pose,
     pose,
@@ -92,17 +88,6 @@ def outer_pixels(generic):
     pixels = edge_pixels()
     outside = np.linalg.norm(pixels - middle, axis=-1) > OUTER * reach
     return np.where(outside[..., None], pixels, np.nan)
-
-
-def in_view(camera, pixels):
-    """Points (N, 2) of the corrected view under pixels, NaN without one."""
-    plane = synthetic_plane(camera)
-    rays = camera.rays(pixels)
-    seen, ahead = corrected_view(
-        rays.directions, plane, np.nan_to_num(rays.origins)
-    )
-    usable = (rays.valid & ahead)[:, None]
-    return np.where(usable, seen, np.nan), plane
 
 
 def has_view(camera, pixels):

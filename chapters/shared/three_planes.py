@@ -1,9 +1,8 @@
-"""The synthetic experiment of section 2.5.1: measure, calibrate, score.
+"""Three tilted planes before a camera: what is measured on them, and scored.
 
-A camera looks at three tilted planes. 999 random pixels are back-projected
-on each plane, with noise that is independent from plane to plane. The
-parametric and the generic method calibrate from the same data, and both are
-scored the same way.
+999 random pixels are back-projected on each plane, with noise that is
+independent from plane to plane. Whatever method calibrates from these data,
+its rays are scored the same way.
 """
 
 from __future__ import annotations
@@ -32,6 +31,8 @@ TILT_DEG = (10.0, 30.0)
 LEAST_ANGLE_DEG = 10.0
 FINITE_MM = 600.0
 LENS_K1, LENS_K2 = -0.2, 0.05
+# Fields of view of the sweep of Fig. 2.3(b), on the image diagonal.
+FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)
 
 
 def fisheye(projection, fov_deg):
@@ -213,6 +214,3 @@ def targets(data, focal):
     )
     on_base = flat @ T[:3, :3].T + T[:3, 3]
     return {"noisy": view(on_base, focal), "clean": clean}
-
-
-FOVS_DEG = (30, 45, 60, 75, 90, 105, 120, 135, 150)

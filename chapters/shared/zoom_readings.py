@@ -11,7 +11,7 @@ from chapters.shared.synthetic_readings import (
     SCALE,
     readings_of,
 )
-from chapters.shared.zoom_shots import ZOOMS
+from chapters.shared.zoom_rigs import ZOOMS
 from repro.judge.statistics import wins
 
 QUESTIONS = {

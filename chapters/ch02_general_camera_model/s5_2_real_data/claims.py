@@ -6,18 +6,28 @@ seed in which a method failed counts against that method.
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import product
+
 import numpy as np
 
+from chapters.ch02_general_camera_model.s5_2_real_data.results import (
+    rendered_slopes,
+    swept_slopes,
+)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
+    QUINTILES,
+)
+from chapters.shared.synthetic_readings import QUESTIONS as OF_SWEEP
+from chapters.shared.synthetic_readings import SweepCase, readings_of
+from chapters.shared.zoom_readings import QUESTIONS as OF_SETS
 from chapters.shared.zoom_readings import (
+    ZoomCase,
     generic_wins,
     judged,
     share_of,
 )
-from chapters.shared.zoom_scores import QUINTILES
-from chapters.shared.zoom_shots import (
-    STAGE_ZOOM,
-    ZOOMS,
-)
+from chapters.shared.zoom_rigs import STAGE_ZOOM
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -42,6 +52,8 @@ RESIDUAL = (
     "residual_statistic",
 )
 FIELD = ("standard_method", "residual_image", "residual_scale")
+
+ASKED = OF_SWEEP | {question: OF_SETS[question] for question in RESIDUAL}
 
 
 def in_seeds(holds):
@@ -225,25 +237,70 @@ def judge_homography(results):
     ]
 
 
-def zoom_slope(levels, *trials):
-    """Slope of log median residual on distortion level."""
-    logs = np.log(np.stack([np.median(t, axis=-1) for t in trials], -1))
-    centred = levels - levels.mean()
-    return np.sum(logs * centred, axis=-1) / np.sum(centred**2)
+def _depends(parametric, generic) -> str:
+    """Parametric slope above zero, generic within a fifth of it."""
+    bound = abs(parametric.value) / 5
+    return all_of([parametric.above(0.0), generic.within(-bound, bound)])
 
 
-def rendered_slopes(case):
-    """Slopes of both methods over the three sets, with intervals."""
-    levels = np.array(
-        [
-            np.median(case.result.column("distortion_level", zoom=zoom))
-            for zoom in ZOOMS
-        ]
+def _as_text(parametric, generic) -> str:
+    """Both slopes with their intervals, and what they decide."""
+    slopes = ", ".join(
+        f"{name} {s.value:.2f} ({s.low:.2f} to {s.high:.2f})"
+        for name, s in (("parametric", parametric), ("generic", generic))
     )
-    return [
-        bootstrap(
-            lambda *t: zoom_slope(levels, *t),
-            *(with_worst(t) for t in case.residuals(name)),
+    return f"{slopes}: {_depends(parametric, generic)}"
+
+
+def every_case(result):
+    """One case per combination of options, of the sweep and of the sets."""
+    for options in product(*ASKED.values()):
+        yield SweepCase(result, dict(zip(ASKED, options, strict=True)))
+
+
+def _taken(case, questions):
+    return tuple(
+        (question, case.options[question]) for question in questions
+    )
+
+
+@claim(
+    "c2_real_vs_sim_agree",
+    needs=("fig_2_3_fov", "table_2_2_redrawn"),
+    evidence="rendered",
+)
+def judge_depends_on_distortion(results):
+    """Parametric error depends on distortion, generic a fifth at most.
+
+    In the simulated sweep and in the three rendered sets: both must agree.
+    """
+    fov, sets = results["fig_2_3_fov"], results["table_2_2_redrawn"]
+
+    @cache
+    def of_sweep(options):
+        return swept_slopes(SweepCase(fov, dict(options)))
+
+    @cache
+    def of_sets(options):
+        return rendered_slopes(ZoomCase(sets, dict(options)))
+
+    def judge(case):
+        halves = (
+            of_sweep(_taken(case, OF_SWEEP)),
+            of_sets(_taken(case, RESIDUAL)),
         )
-        for name in ("parametric", "generic")
-    ]
+        _, generic = halves[0]
+        return (
+            all_of([_depends(*half) for half in halves]),
+            generic.value,
+            (generic.low, generic.high),
+            "generic slope of log residual in the sweep; "
+            + "; ".join(
+                f"{name}: {_as_text(*half)}"
+                for name, half in zip(
+                    ("sweep", "three sets"), halves, strict=True
+                )
+            ),
+        )
+
+    return readings_of(every_case(fov), judge)

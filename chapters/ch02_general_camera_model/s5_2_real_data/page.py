@@ -20,32 +20,37 @@ from chapters.ch02_general_camera_model.s5_2_real_data.exercises import (
 from chapters.ch02_general_camera_model.s5_2_real_data.results import (
     name_values,
 )
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
+    calibrate,
+    example_view,
+    fields,
+    residuals_of,
+    scores,
+    stage_poses,
+    steps_of,
+)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
+    STAGE_IMAGES,
+    STEP_MM,
+    Counts,
+    draw_poses,
+    draw_stage,
+    found_in_pictures,
+    photograph,
+    redrawn,
+    true_shape,
+)
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.true_centre import (
     SCENE,
     centre_trial,
     homography_trial,
 )
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.zoom import (
-    redrawn_trial,
-    rendered_trial,
-)
-from chapters.shared.zoom_scores import (
-    calibrate,
-    residuals_of,
-    stage_poses,
-    steps_of,
-)
-from chapters.shared.zoom_shots import (
-    STAGE_IMAGES,
+from chapters.shared.facade import corrected_pictures, facade_picture
+from chapters.shared.zoom_rigs import (
+    FACADE_ZOOM,
     STAGE_ZOOM,
-    STEP_MM,
     ZOOMS,
-    Counts,
     camera_of,
-    draw_stage,
-    photograph,
-    redrawn,
-    true_shape,
 )
 from repro.page.exercise import check
 from repro.page.reader import (
@@ -155,6 +160,26 @@ def settings(effort):
 
 
 # %%
+def rendered_trial(condition, rng, counts):
+    """A seed whose boards are photographed and searched."""
+    zoom = condition["zoom"]
+    poses = draw_poses(zoom, counts, rng)
+    boards, pictures = {}, {}
+    for use, of_use in poses.items():
+        boards[use], pictures[use] = found_in_pictures(zoom, of_use, rng)
+    errors = [seen.found - seen.true for seen in boards.values()]
+    out, cameras = scores(zoom, boards, rng)
+    out["errors"] = np.concatenate(errors)
+    sample = example_view(zoom, boards)
+    out["sample"] = pictures["calibration"][sample]
+    if zoom == STAGE_ZOOM:
+        out |= fields(zoom, boards, sample, cameras)
+    if zoom == FACADE_ZOOM:
+        out["facade"] = facade_picture(rng)
+        out |= corrected_pictures(out["facade"], cameras)
+    return out
+
+
 @experiment(
     "table_2_2_rendered",
     artefact="table_2_2",
@@ -164,6 +189,17 @@ def rendered_seeds(effort):
     """Seeds that go from pictures to numbers."""
     trial = partial(rendered_trial, counts=COUNTS[effort])
     return Plan(trial, SETS, RENDERED[effort], settings(effort))
+
+
+def redrawn_trial(condition, rng, counts, errors):
+    """A seed whose boards err as those of rendered pictures did."""
+    zoom = condition["zoom"]
+    poses = draw_poses(zoom, counts, rng)
+    boards = {
+        use: redrawn(zoom, of_use, errors[zoom], rng)
+        for use, of_use in poses.items()
+    }
+    return scores(zoom, boards, rng)[0]
 
 
 @experiment(

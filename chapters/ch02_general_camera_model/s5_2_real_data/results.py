@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_2_real_data.figures.seeds import (
-    FIELD_SCALE,
-    STEP_SCALE,
-)
-from chapters.shared.methods import METHODS
-from chapters.shared.zoom_readings import ZoomCase
-from chapters.shared.zoom_shots import (
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
     STAGE_IMAGES,
-    STAGE_ZOOM,
     STEP_MM,
-    ZOOMS,
     true_shape,
 )
-from repro.judge.statistics import median_interval, with_worst
+from chapters.shared.methods import METHODS
+from chapters.shared.three_planes import FOVS_DEG
+from chapters.shared.zoom_readings import ZoomCase
+from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
+from repro.judge.statistics import (
+    bootstrap,
+    median_interval,
+    trend,
+    with_worst,
+)
 from repro.page.reader import value
 from repro.run.experiment import numbers
 from repro.run.outcomes import Value
+
+FIELD_SCALE = 50
+STEP_SCALE = 20
 
 
 def typical(trials):
@@ -120,3 +124,54 @@ def name_values(open_results):
         value(f"centre_{short}", typical(ratio))
         value(f"centre_failed_{short}", int(np.isnan(ratio).sum()))
     return shown
+
+
+def distortion_level(angle_deg: float) -> float:
+    """|r_distorted / r_pinhole - 1| of the equidistance law at an angle.
+
+    It rises with the angle from the axis: the widest one has the largest.
+    """
+    angle = np.radians(angle_deg)
+    return float(1 - angle / np.tan(angle))
+
+
+def _log_slope(x: np.ndarray, medians: np.ndarray) -> float:
+    return float(np.polyfit(x, np.log(medians), 1)[0])
+
+
+def swept_slopes(case):
+    """Slopes of both methods over the simulated sweep, with intervals."""
+    widest = [case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG]
+    levels = np.array([distortion_level(np.median(w)) for w in widest])
+    return [
+        trend(
+            levels,
+            [one("mean_px", fov_deg=f) for f in FOVS_DEG],
+            _log_slope,
+        )
+        for one in (case.parametric, case.generic)
+    ]
+
+
+def zoom_slope(levels, *trials):
+    """Slope of log median residual on distortion level."""
+    logs = np.log(np.stack([np.median(t, axis=-1) for t in trials], -1))
+    centred = levels - levels.mean()
+    return np.sum(logs * centred, axis=-1) / np.sum(centred**2)
+
+
+def rendered_slopes(case):
+    """Slopes of both methods over the three sets, with intervals."""
+    levels = np.array(
+        [
+            np.median(case.result.column("distortion_level", zoom=zoom))
+            for zoom in ZOOMS
+        ]
+    )
+    return [
+        bootstrap(
+            lambda *t: zoom_slope(levels, *t),
+            *(with_worst(t) for t in case.residuals(name)),
+        )
+        for name in ("parametric", "generic")
+    ]

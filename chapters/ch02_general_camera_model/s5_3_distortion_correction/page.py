@@ -6,11 +6,12 @@
 # straight, up to the edge of the picture?
 
 # %% tags=["hide-cell"]
-import numpy as np
-
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.exercises import (
     convergence_deg,
     view_focal_px,
+)
+from chapters.ch02_general_camera_model.s5_3_distortion_correction.results import (
+    line_median,
 )
 from chapters.shared.facade import (
     HALF_VIEW_DEG,
@@ -21,17 +22,8 @@ from chapters.shared.facade import (
     outer_pixels,
     straightness,
 )
-from chapters.shared.zoom_readings import (
-    generic_wins,
-    judged,
-)
-from chapters.shared.zoom_shots import FACADE_ZOOM
-from repro.judge.statistics import with_worst
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, value
-from repro.page.style import figure as new_figure
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Check, Drawing
 
 # %% [markdown]
 # ## What the thesis claims
@@ -73,101 +65,11 @@ from repro.run.outcomes import Check, Drawing
 # %% [markdown]
 # ## Figures
 
-# %%
-PANELS = (
-    ("facade", "(a) as taken"),
-    ("view.parametric", "(b) parametric"),
-    ("view.parametric", "(c) part of (b)"),
-    ("view.generic_as_printed", "(d) generic"),
-    ("view.generic_as_printed", "(e) part of (d)"),
-    ("view.upright", "(f) as (d), plane upright"),
-)
-PART = (slice(300, 500), slice(620, 820))
-
-
-@figure("fig_2_7", needs=("table_2_2_rendered",), evidence="rendered")
-def fig_2_7(results):
-    """The front as taken, corrected in two ways, and kept upright."""
-    rendered = results["table_2_2_rendered"]
-    drawn, axes = new_figure(3, 2, height_in=7.6)
-    shown = {"panel": [], "share_of_picture_shown": []}
-    for panel, (name, title) in zip(axes.flat, PANELS, strict=True):
-        picture = rendered.arrays(name, zoom=FACADE_ZOOM)[0]
-        rows, columns = PART
-        if title.startswith(("(b)", "(d)")):
-            panel.add_patch(frame_of(rows, columns))
-        if title.startswith(("(c)", "(e)")):
-            picture = picture[PART]
-        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
-        panel.set_title(title)
-        panel.set_axis_off()
-        panel.set_anchor("W")
-        shown["panel"].append(title)
-        shown["share_of_picture_shown"].append(float(np.mean(picture > 0)))
-    return Drawing(
-        drawn,
-        shown,
-        "A building front through the lens of image set 2: as taken; "
-        "corrected with each calibration of one rendered seed, with a part "
-        "enlarged; and the generic correction on a plane parallel to the "
-        "front's verticals. Black: no ray.",
-        Check(
-            shown["share_of_picture_shown"][3] > 0.05,
-            "the generic correction shows a part of the front",
-        ),
-    )
-
-
-def frame_of(rows, columns):
-    """Outline of the enlarged part."""
-    from matplotlib.patches import Rectangle
-
-    return Rectangle(
-        (columns.start, rows.start),
-        columns.stop - columns.start,
-        rows.stop - rows.start,
-        fill=False,
-        color="#d55e00",
-        lw=1.5,
-    )
-
-
-@claim("c2_periphery", needs=("table_2_2_redrawn",), evidence="rendered")
-def judge_periphery(results):
-    """Near the edge, generic lines are straighter than parametric ones."""
-
-    def judge(case):
-        place = f"lines.{case.method('generic')}"
-        generic, parametric = (
-            case.result.column(
-                f"{place}.{name}.{case.scale}", zoom=FACADE_ZOOM
-            )
-            for name in ("generic", "parametric")
-        )
-        return generic_wins(
-            generic, parametric, "RMS distance from straight lines"
-        )
-
-    return judged(
-        results["table_2_2_redrawn"],
-        ("standard_method", "residual_scale"),
-        judge,
-    )
-
-
 # %% tags=["active-ipynb"]
 # show("fig_2_7")
 
 # %% tags=["active-ipynb"]
 # made = open_results("table_2_2_redrawn")
-
-
-# %% tags=["hide-cell"]
-def line_median(made, name, scale="corrected"):
-    """Median over seeds of a method's distance from straight lines."""
-    place = f"lines.generic_as_printed.{name}.{scale}"
-    trials = made.column(place, zoom=FACADE_ZOOM)
-    return float(np.median(with_worst(trials)))
 
 
 # %% tags=["active-ipynb"]

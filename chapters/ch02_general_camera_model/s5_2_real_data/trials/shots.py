@@ -7,20 +7,21 @@ found in a rendered picture (or not found at all, as some of those).
 
 from __future__ import annotations
 
-from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.zoom_rigs import (
+    STAGE_ZOOM,
+    camera_of,
+    laboratory_of,
+    rig_of,
+)
 from raxel.calibration import BoardView
 from raxel.features import find_opencv
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.lab import board_scene, load_rig
+from raxel.lab import board_scene
 
-ROOT = Path(__file__).resolve().parents[2]
-ZOOMS = (1, 2, 3)
-STAGE_ZOOM, FACADE_ZOOM = 3, 2
 STAGE_IMAGES, STEP_MM = 5, 25.0
 STAGE_TURN_DEG = 10.0
 MOST_DRAWS = 2000
@@ -41,24 +42,6 @@ class Boards(NamedTuple):
 
     found: np.ndarray
     true: np.ndarray
-
-
-@cache
-def rig_of(zoom):
-    """The rig of one zoom setting."""
-    path = ROOT / "data" / "rigs" / f"coolpix-fce8-zoom-{zoom}.yaml"
-    return load_rig(path)
-
-
-@cache
-def laboratory_of(zoom):
-    """Camera, lens and sensor of one zoom setting."""
-    return rig_of(zoom).laboratory()
-
-
-def camera_of(zoom):
-    """The true camera: for projecting and for scoring, not for calibrating."""
-    return laboratory_of(zoom).camera
 
 
 def draw_poses(zoom, counts, rng):

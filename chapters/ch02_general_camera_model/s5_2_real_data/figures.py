@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.methods import METHODS, NAMES
-from chapters.shared.zoom_shots import (
-    STAGE_IMAGES,
-    STAGE_ZOOM,
-    STEP_MM,
-    ZOOMS,
+from chapters.ch02_general_camera_model.s5_2_real_data.results import (
+    FIELD_SCALE,
+    STEP_SCALE,
 )
-from repro.judge.statistics import SIGNIFICANCE, holm, with_worst
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
+    STAGE_IMAGES,
+    STEP_MM,
+)
+from chapters.shared.methods import METHODS, NAMES
+from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.page.style import SERIES
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Table
-from repro.run.results import summary
-
-FIELD_SCALE = 50
-STEP_SCALE = 20
-ROWS = {"rms_px": "RMS", "mean_px": "mean", "sd_px": "SD"}
-SOURCES = {
-    "table_2_2_redrawn": "redrawn",
-    "table_2_2_rendered": "rendered",
-}
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
 
 
 @figure("fig_2_4", needs=("table_2_2_rendered",), evidence="rendered")
@@ -57,76 +50,6 @@ def fig_2_4(results):
             + ", ".join(f"{level:.2f}" for level in levels),
         ),
     )
-
-
-@table(
-    "table_2_2",
-    needs=("table_2_2_redrawn", "table_2_2_rendered"),
-    evidence="rendered",
-)
-def table_2_2(results):
-    """Residuals of the calibration pictures, in px of the corrected view."""
-    names = ["Method", "Error type", "Corners"]
-    rows = [
-        [NAMES[method], label, corners]
-        + [
-            cell_of(results[experiment], method, statistic, zoom)
-            for zoom in ZOOMS
-        ]
-        for experiment, corners in SOURCES.items()
-        for method in METHODS
-        for statistic, label in ROWS.items()
-    ]
-    return Table(
-        columns(names + [f"Set {zoom} (px)" for zoom in ZOOMS], rows),
-        "Distortion residuals after perspective correction: medians over "
-        "seeds with 95 % intervals. Corners redrawn: with errors of those "
-        "found in rendered pictures; rendered: found in the pictures of "
-        f"{results['table_2_2_rendered'].trials_per_condition} seeds, too few "
-        "for an interval, so that their range stands in its place.",
-        agreement(*(results[name] for name in SOURCES)),
-    )
-
-
-def agreement(redrawn, rendered):
-    """Whether redrawn seeds differ from rendered ones: rank tests, Holm.
-
-    A p-value that was not reached shows no equality: the text says how far
-    the medians are apart.
-    """
-    from scipy.stats import mannwhitneyu
-
-    p, ratios = [], []
-    for method in METHODS:
-        name = f"{method}.calibration.corrected.rms_px"
-        for zoom in ZOOMS:
-            both = [
-                with_worst(ran.column(name, zoom=zoom))
-                for ran in (redrawn, rendered)
-            ]
-            p.append(mannwhitneyu(*both).pvalue)
-            ratios.append(np.median(both[0]) / np.median(both[1]))
-    smallest = min(holm(p))
-    return Check(
-        bool(smallest > SIGNIFICANCE),
-        "no difference shown between residuals of redrawn and rendered "
-        f"seeds: smallest p of {len(p)} rank tests, corrected, "
-        f"{smallest:.2g}; medians of redrawn seeds are {min(ratios):.2f} to "
-        f"{max(ratios):.2f} times those of {len(both[1])} rendered ones",
-    )
-
-
-def cell_of(result, method, statistic, zoom):
-    """Median and interval in words; failures are counted."""
-    name = f"{method}.calibration.corrected.{statistic}"
-    trials = result.column(name, zoom=zoom)
-    failed = int(np.isnan(trials).sum())
-    if failed == len(trials):
-        return "failed in all seeds"
-    row = summary([None if np.isnan(t) else float(t) for t in trials])
-    low, high = row["median_interval"]
-    text = f"{row['median']:.2f} ({low:.2f} to {high:.2f})"
-    return text + (f", {failed} failed" if failed else "")
 
 
 @figure("fig_2_5", needs=("table_2_2_rendered",), evidence="rendered")

@@ -1,0 +1,30 @@
+"""The claim of section 2.5.3, tested as the ledger words it."""
+
+from __future__ import annotations
+
+from chapters.shared.zoom_readings import generic_wins, judged
+from chapters.shared.zoom_rigs import FACADE_ZOOM
+from repro.run.experiment import claim
+
+
+@claim("c2_periphery", needs=("table_2_2_redrawn",), evidence="rendered")
+def judge_periphery(results):
+    """Near the edge, generic lines are straighter than parametric ones."""
+
+    def judge(case):
+        place = f"lines.{case.method('generic')}"
+        generic, parametric = (
+            case.result.column(
+                f"{place}.{name}.{case.scale}", zoom=FACADE_ZOOM
+            )
+            for name in ("generic", "parametric")
+        )
+        return generic_wins(
+            generic, parametric, "RMS distance from straight lines"
+        )
+
+    return judged(
+        results["table_2_2_redrawn"],
+        ("standard_method", "residual_scale"),
+        judge,
+    )

@@ -1,0 +1,27 @@
+"""The three zoom settings of section 2.5.2: their rigs and true cameras."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from chapters.shared.rigs import rig_named
+
+ZOOMS = (1, 2, 3)
+STAGE_ZOOM, FACADE_ZOOM = 3, 2
+
+
+@cache
+def rig_of(zoom):
+    """The rig of one zoom setting."""
+    return rig_named(f"coolpix-fce8-zoom-{zoom}")
+
+
+@cache
+def laboratory_of(zoom):
+    """Camera, lens and sensor of one zoom setting."""
+    return rig_of(zoom).laboratory()
+
+
+def camera_of(zoom):
+    """The true camera: for projecting and for scoring, not for calibrating."""
+    return laboratory_of(zoom).camera
