@@ -7,19 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.guides.benchmarks.tables import benchmarks_table
+from chapters.guides.benchmarks.tables import ext_benchmarks
 from chapters.guides.choose_a_method import page as choose_a_method
+from chapters.guides.choose_a_method import tables
+from chapters.guides.choose_a_method.results import named
+from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, NONE, costs
+from chapters.guides.choose_a_method.trials import method_seconds
 from chapters.guides.for_teachers import exercises as class_exercises
 from chapters.guides.for_teachers import page as for_teachers
-from chapters.shared.method_table import (
-    COLUMNS,
-    FAILED,
-    NONE,
-    costs,
-    method_seconds,
-    named,
-    rounded_seconds,
-)
+from chapters.guides.for_teachers import tables as class_tables
+from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
 from repro.run.results import Result
 from repro.workflow.work import Work
@@ -86,7 +83,7 @@ def results(tmp_path):
 
 
 def test_the_table_has_a_row_for_everything_measured(results):
-    table = choose_a_method.ext_methods(results)
+    table = tables.ext_methods(results)
     assert tuple(table.columns) == COLUMNS
     assert {len(cells) for cells in table.columns.values()} == {6 + 3 + 1 + 2}
     zhang, generic = table.columns["Zhang"], table.columns["Generic, unknown poses"]
@@ -104,7 +101,7 @@ def test_a_method_that_never_worked_has_failed(results, tmp_path):
     ]
     settings = {"calibration_images": 8}
     results["table_2_2_redrawn"] = result(tmp_path, "none", settings, cases)
-    rows = choose_a_method.ext_methods(results).columns
+    rows = tables.ext_methods(results).columns
     # Six simulated rows stand above the rendered ones.
     assert rows["Evidence"][6:10] == ["rendered"] * 4
     assert rows["Zhang"][6:10] == [FAILED] * 4
@@ -126,7 +123,7 @@ def test_a_calibration_that_failed_is_told_from_one_that_was_not_tried():
         **{"opencv_right": 5, "opencv_rms_px": 0.25},
         **{"opencv-sb_right": 0, "raxel_right": 5},
     )
-    columns = benchmarks_table(found).columns
+    columns = ext_benchmarks({"ext_benchmark_scores": found}).columns
     rows = dict(zip(columns["Rig"], columns["Zhang (deg)"], strict=True))
     assert rows.pop("ordinary-lens") == "failed"
     assert set(rows.values()) == {NONE}
@@ -139,7 +136,7 @@ def test_a_detector_with_no_board_right_has_no_error():
         **{"opencv_right": 0, "opencv-sb_right": 0, "raxel_right": 0},
         **{"zhang_rms_deg": 0.1},
     )
-    columns = benchmarks_table(found).columns
+    columns = ext_benchmarks({"ext_benchmark_scores": found}).columns
     place = columns["Rig"].index("ordinary-lens")
     assert columns["opencv: right, RMS (px)"][place] == "0 of 5"
     assert columns["Zhang (deg)"][place] == "0.1"
@@ -248,7 +245,7 @@ def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
 
 def test_runs_of_a_class(results):
     del results["photograph_study"]
-    columns = for_teachers.ext_class_runs(results).columns
+    columns = class_tables.ext_class_runs(results).columns
     assert columns["Trials each"] == [3, 3, 3]
     assert columns["Conditions"] == [6, 3, 2]
 

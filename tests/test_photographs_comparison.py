@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.photographs.by_distortion import page as by_distortion
-from chapters.photographs.by_distortion import prose as comparison_prose
-from chapters.photographs.by_distortion.results import compared_sets, twins
-from chapters.shared.photographs.exercises import (
+from chapters.photographs.by_distortion import figures, tables
+from chapters.photographs.by_distortion import results as comparison_prose
+from chapters.photographs.by_distortion.exercises import (
     exercise_lens,
     level_task,
     photographs_task,
 )
+from chapters.shared.photographs.compared import compared_sets, twins
 from chapters.shared.photographs.level import distortion_level, level_of
 from chapters.shared.photographs.undistort import corrected_errors
 from raxel.calibration import BoardView
@@ -155,8 +155,8 @@ def sets(tmp_path):
 
 def produced(results):
     given = {"photograph_study": results}
-    table = by_distortion.ext_real_by_distortion(given)
-    drawing = by_distortion.ext_real_by_distortion_figure(given)
+    table = tables.ext_real_by_distortion(given)
+    drawing = figures.ext_real_by_distortion_figure(given)
     check_axes(drawing.figure, drawing.caption)
     sets = compared_sets(results)
     texts = [comparison_prose.brought(results, sets)]

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from chapters.photographs.set import page as set
-from chapters.shared.photographs import sentences, study
-from chapters.shared.photographs.exercises import (
+from chapters.photographs.set.exercises import (
     exercise_camera,
     exercise_corner,
     field_of_view_deg,
@@ -21,6 +20,7 @@ from chapters.shared.photographs.exercises import (
     residual_of,
     residual_task,
 )
+from chapters.shared.photographs import sentences, study
 from chapters.shared.photographs.reading import Study, paired, pooled_rms
 from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera

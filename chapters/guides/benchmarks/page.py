@@ -7,15 +7,35 @@
 # this library do, and how far the pictures themselves can be trusted.
 
 # %% tags=["hide-cell"]
-from chapters.guides.benchmarks import trials
-from chapters.guides.benchmarks.tables import (
-    accuracy_table,
-    benchmarks_table,
-    facts,
-    worst_corner,
-    worst_of,
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from chapters.guides.benchmarks import exercises
+from chapters.guides.benchmarks.results import facts, worst_corner, worst_of
+from chapters.guides.benchmarks.trials import (
+    CHECKS,
+    DETECTORS,
+    NOISE,
+    RENDERINGS,
+    SCORED,
+    SIZE,
+    VIEW_PX,
+    VIEWS,
+    camera_scores,
+    cameras,
+    kept_scores,
+    megapixel_trial,
 )
-from raxel.evaluation.benchmark import corner_errors, score_camera
+from chapters.shared.rigs import rig_named
+from raxel.calibration.board_views import board_views
+from raxel.evaluation.benchmark import (
+    corner_errors,
+    score_camera,
+    score_corners,
+)
+from raxel.features.boards import detect_boards
+from raxel.lab import render_set
 from repro.page.exercise import check
 from repro.page.reader import (
     open_results,
@@ -24,10 +44,29 @@ from repro.page.reader import (
     show_table,
     value,
 )
-from repro.run.experiment import experiment, table
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
 
 # %% tags=["hide-cell"]
+def score_rig(name, views, rng):
+    """Render a set of this rig; score both detectors and both calibrations.
+
+    The cameras are compared on the pixels that the general one has a ray for.
+    """
+    rig = replace(rig_named(name), count=views, evaluate=0)
+    seed = int(rng.integers(2**31))
+    with tempfile.TemporaryDirectory() as room:
+        image_set = render_set(rig, Path(room) / "set", seed)
+        boards = {one: detect_boards(image_set, one) for one in DETECTORS}
+        scores = {
+            one: kept_scores(score_corners(image_set, found))
+            for one, found in boards.items()
+        }
+        found = board_views(image_set, boards[DETECTORS[0]])
+        return scores | camera_scores(image_set, found, rng)
+
+
 @experiment(
     "ext_benchmark_scores",
     artefact="ext_benchmarks",
@@ -35,7 +74,13 @@ from repro.run.experiment import experiment, table
 )
 def ext_benchmark_scores(effort):
     """Small rendered sets, scored as raxel score does."""
-    return trials.scores_plan(effort)
+    conditions = [{"rig": name} for name in SCORED[effort]]
+    settings = {"views": VIEWS[effort], "detectors": list(DETECTORS)}
+
+    def trial(condition, rng):
+        return score_rig(condition["rig"], VIEWS[effort], rng)
+
+    return Plan(trial, conditions, 1, settings)
 
 
 @experiment(
@@ -45,7 +90,13 @@ def ext_benchmark_scores(effort):
 )
 def ext_lab_accuracy_checks(effort):
     """Rendered corners and light against what they should be."""
-    return trials.accuracy_plan(effort)
+    return Plan(
+        lambda condition, rng: CHECKS[condition["check"]](condition, rng),
+        [{"check": "corners", "camera": name} for name in cameras()]
+        + [{"check": name} for name in ("area", "edge", "noise")],
+        1,
+        {"square_px": 17.0, "aim_px": 0.02, **SIZE, "noise": NOISE},
+    )
 
 
 @experiment(
@@ -55,27 +106,7 @@ def ext_lab_accuracy_checks(effort):
 )
 def ext_lab_rendering(effort):
     """Pictures of one megapixel; their time stands in the run record."""
-    return trials.rendering_plan(effort)
-
-
-@table(
-    "ext_benchmarks",
-    needs=("ext_benchmark_scores",),
-    evidence="synthetic",
-)
-def ext_benchmarks(results):
-    """The rigs, what they ask, and today's scores."""
-    return benchmarks_table(results["ext_benchmark_scores"])
-
-
-@table(
-    "ext_lab_accuracy",
-    needs=("ext_lab_accuracy_checks", "ext_lab_rendering"),
-    evidence="synthetic",
-)
-def ext_lab_accuracy(results):
-    """The laboratory's own errors; the pictures that are timed are made with it."""
-    return accuracy_table(results["ext_lab_accuracy_checks"])
+    return Plan(megapixel_trial, [{"size_px": VIEW_PX}], RENDERINGS[effort])
 
 
 # %% tags=["active-ipynb", "remove-input"]
@@ -192,7 +223,7 @@ def ext_lab_accuracy(results):
 # ext_lab_accuracy` measures it on yours.
 
 # %% tags=["active-ipynb", "hide-output"]
-# show_code(trials.rendering_plan)
+# show_code(megapixel_trial)
 
 # %% [markdown]
 # ## Limits
@@ -218,4 +249,4 @@ def ext_lab_accuracy(results):
 # and 0.4 px down. What RMS error in px does the score say?
 
 # %% tags=["active-ipynb"]
-# check(None, **trials.shift_task())
+# check(None, **exercises.shift_task())

@@ -1,15 +1,19 @@
-"""The tables of the page of benchmarks, and the sentences that read them."""
+"""The tables of the page of benchmarks."""
 
 from __future__ import annotations
 
-from math import isfinite
-
-from chapters.guides.benchmarks.trials import DETECTORS, rig_names, rig_of
+from chapters.guides.benchmarks.results import (
+    _told,
+    scored_rigs,
+    worst_corner,
+)
+from chapters.guides.benchmarks.trials import DETECTORS, rig_names
+from chapters.shared.rigs import rig_named
 from raxel.sets import Chessboard
+from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
 NONE = "–"
-FAILED = "failed"
 ASKS = {
     "active-grid-demo": "decoder: place on a monitor, to a share of a px",
     "coolpix-fce8-zoom-1": "calibration: wide lens, moderate distortion",
@@ -25,8 +29,14 @@ CHECK_NAMES = {
 }
 
 
-def benchmarks_table(result):
+@table(
+    "ext_benchmarks",
+    needs=("ext_benchmark_scores",),
+    evidence="synthetic",
+)
+def ext_benchmarks(results):
     """Every rig, what it asks, and today's scores where it was scored."""
+    result = results["ext_benchmark_scores"]
     rows = [_rig_row(name, result) for name in rig_names()]
     return Table(
         {key: [row[key] for row in rows] for key in rows[0]},
@@ -41,7 +51,7 @@ def benchmarks_table(result):
 
 
 def _rig_row(name, result):
-    rig = rig_of(name)
+    rig = rig_named(name)
     target = "monitor"
     if isinstance(rig.target, Chessboard):
         target = f"{rig.target.columns} x {rig.target.rows} corners"
@@ -73,17 +83,14 @@ def _rig_row(name, result):
     return row
 
 
-def scored_rigs(result):
-    """Names of the rigs that have scores."""
-    return [condition["rig"] for condition in result.conditions]
-
-
-def _told(x):
-    return f"{x:.2g}" if isfinite(x) else FAILED
-
-
-def accuracy_table(result):
+@table(
+    "ext_lab_accuracy",
+    needs=("ext_lab_accuracy_checks", "ext_lab_rendering"),
+    evidence="synthetic",
+)
+def ext_lab_accuracy(results):
     """Errors of rendered corners for each camera; photometry against forms."""
+    result = results["ext_lab_accuracy_checks"]
     rows = []
     for condition in result.conditions:
         check = condition["check"]
@@ -111,44 +118,3 @@ def accuracy_table(result):
             f"largest corner error {worst:.3g} px; the aim is {aim} px",
         ),
     )
-
-
-def worst_corner(result):
-    """The largest error of a corner in px, over all cameras."""
-    return max(
-        float(result.column("largest", **condition)[0])
-        for condition in result.conditions
-        if condition["check"] == "corners"
-    )
-
-
-def worst_of(result, check):
-    """The largest error of one check of photometry."""
-    return float(result.column("largest", check=check)[0])
-
-
-def facts(scores):
-    """What the prose says of the scored rigs, as {name: number or text}."""
-    rigs = scored_rigs(scores)
-    views = scores.settings["views"]
-    last = rigs[-1]
-    right = {
-        one: sum(
-            int(scores.column(f"{one}.right", rig=name)[0]) for name in rigs
-        )
-        for one in DETECTORS
-    }
-    found = {
-        "views": views * len(rigs),
-        "rigs": ", ".join(rigs),
-        "right_raxel": right["raxel"],
-        "right_cv": right["opencv"],
-        "right_sb": right["opencv-sb"],
-        "last": last,
-    }
-    for model in ("zhang", "general"):
-        angle = float(scores.column(f"{model}.rms_deg", rig=last)[0])
-        found[f"{model}_deg"] = _told(angle)
-    share = float(scores.column("general.share_with_ray", rig=last)[0])
-    found["share"] = f"{100 * share:.0f} %" if isfinite(share) else FAILED
-    return found

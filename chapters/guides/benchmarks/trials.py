@@ -1,26 +1,19 @@
-"""What the page of benchmarks runs: rendered sets scored, the laboratory checked."""
+"""What the trials of benchmarks share: scores of a set, checks of the laboratory."""
 
 from __future__ import annotations
 
-import tempfile
-from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from chapters.shared.rigs import RIGS
 from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.board_views import board_views
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import (
-    corner_errors,
     score_camera,
-    score_corners,
     scoring_grid,
 )
-from raxel.features.boards import detect_boards
-from raxel.features.detector import Detection
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.lab import (
     Plain,
@@ -28,16 +21,11 @@ from raxel.lab import (
     Scene,
     Sensor,
     board_scene,
-    load_rig,
     render,
-    render_set,
 )
 from raxel.lab.corner_check import board_before, fitted_corners
 from raxel.sets import Chessboard
-from raxel.sets.reference import ReferenceCorners
-from repro.run.outcomes import Plan
 
-RIGS = Path(__file__).resolve().parents[2] / "data" / "rigs"
 SCORED = {
     "quick": ("coolpix-fce8-zoom-2",),
     "full": tuple(f"coolpix-fce8-zoom-{zoom}" for zoom in (1, 2, 3)),
@@ -58,47 +46,14 @@ def rig_names():
     return sorted(path.stem for path in RIGS.glob("*.yaml"))
 
 
-@cache
-def rig_of(name):
-    """A rig of the repository."""
-    return load_rig(RIGS / f"{name}.yaml")
-
-
-def scores_plan(effort):
-    """One small rendered set for each rig that is scored."""
-    conditions = [{"rig": name} for name in SCORED[effort]]
-    settings = {"views": VIEWS[effort], "detectors": list(DETECTORS)}
-
-    def trial(condition, rng):
-        return score_rig(condition["rig"], VIEWS[effort], rng)
-
-    return Plan(trial, conditions, 1, settings)
-
-
-def score_rig(name, views, rng):
-    """Render a set of this rig; score both detectors and both calibrations.
-
-    The cameras are compared on the pixels that the general one has a ray for.
-    """
-    rig = replace(rig_of(name), count=views, evaluate=0)
-    seed = int(rng.integers(2**31))
-    with tempfile.TemporaryDirectory() as room:
-        image_set = render_set(rig, Path(room) / "set", seed)
-        boards = {one: detect_boards(image_set, one) for one in DETECTORS}
-        scores = {
-            one: _plain(score_corners(image_set, found))
-            for one, found in boards.items()
-        }
-        found = board_views(image_set, boards[DETECTORS[0]])
-        return scores | _cameras(image_set, found, rng)
-
-
-def _plain(scored):
+def kept_scores(scored):
+    """What the record keeps of the scores of a detector."""
     kept = "found", "right", "rms_px", "median_px", "max_px"
     return {name: scored[name] for name in kept}
 
 
-def _cameras(image_set, views, rng):
+def camera_scores(image_set, views, rng):
+    """Scores of both calibrations, or why there are none."""
     size = image_set.width, image_set.height
     try:
         general = calibrate_generic(views, *size, rng=rng).camera
@@ -115,17 +70,6 @@ def _cameras(image_set, views, rng):
     }
     scores["general"]["share_with_ray"] = share
     return scores
-
-
-def accuracy_plan(effort):
-    """Corners of every listed camera, and three closed forms."""
-    return Plan(
-        lambda condition, rng: CHECKS[condition["check"]](condition, rng),
-        [{"check": "corners", "camera": name} for name in cameras()]
-        + [{"check": name} for name in ("area", "edge", "noise")],
-        1,
-        {"square_px": 17.0, "aim_px": 0.02, **SIZE, "noise": NOISE},
-    )
 
 
 @cache
@@ -261,8 +205,8 @@ CHECKS = {
 }
 
 
-def rendering_plan(effort):
-    """A chessboard that fills a picture of one megapixel, over and over."""
+def megapixel_trial(condition, rng):
+    """One picture of a chessboard that fills a megapixel."""
     camera = camera_from(
         "perspective",
         {
@@ -273,33 +217,7 @@ def rendering_plan(effort):
         },
     )
     board = Chessboard(12, 9, 30.0)
-
-    def trial(condition, rng):
-        R = rotation_from_vector(rng.uniform(-0.3, 0.3, 3))
-        T = pose(R, [0, 0, 430] - R @ [165, 120, 0])
-        picture = render(camera, np.eye(4), board_scene(board, T, 30.0))
-        return {"mean_radiance": float(picture.mean())}
-
-    return Plan(trial, [{"size_px": VIEW_PX}], RENDERINGS[effort])
-
-
-def shift_task():
-    """What `check` needs for the exercise."""
-    return {
-        "expected": shift_rms,
-        "hint": "the distance of each corner, not of each coordinate",
-        "slips": {
-            "That is per coordinate.": lambda: shift_rms() / np.sqrt(2),
-        },
-    }
-
-
-def shift_rms():
-    """RMS error in px of a board whose corners are all shifted alike."""
-    board = Chessboard(7, 5, 30.0)
-    corners, everywhere = board.points(), np.ones(35, bool)
-    truth = ReferenceCorners(corners, everywhere, 7, 5, 1.0)
-    errors = corner_errors(
-        Detection(True, corners + [0.3, 0.4], 7, 5), truth
-    )
-    return float(np.sqrt(np.mean(errors**2)))
+    R = rotation_from_vector(rng.uniform(-0.3, 0.3, 3))
+    T = pose(R, [0, 0, 430] - R @ [165, 120, 0])
+    picture = render(camera, np.eye(4), board_scene(board, T, 30.0))
+    return {"mean_radiance": float(picture.mean())}

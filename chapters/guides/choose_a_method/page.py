@@ -7,14 +7,10 @@
 # pinhole?
 
 # %% tags=["hide-cell"]
-from chapters.shared.method_table import (
-    costs,
-    method_seconds,
-    methods_table,
-    named,
-)
+from chapters.guides.choose_a_method.results import named
+from chapters.guides.choose_a_method.tables import costs
+from chapters.guides.choose_a_method.trials import method_seconds
 from repro.page.reader import results_behind, show_table, value
-from repro.run.experiment import table
 
 # %% tags=["active-ipynb", "remove-input"]
 # found = named(results_behind("ext_methods"))
@@ -104,22 +100,6 @@ from repro.run.experiment import table
 
 # %% [markdown]
 # ## Errors
-
-
-# %% tags=["hide-cell"]
-@table(
-    "ext_methods",
-    needs=(
-        "fig_2_3_fov",
-        "table_2_2_redrawn",
-        "photograph_study",
-        "fig_2_2_error",
-    ),
-    evidence="synthetic",
-)
-def ext_methods(results):
-    """Simulated, rendered and photographed: each method's error."""
-    return methods_table(results)
 
 
 # %% tags=["active-ipynb"]

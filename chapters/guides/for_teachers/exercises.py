@@ -7,7 +7,7 @@ import html
 from itertools import pairwise
 from typing import NamedTuple
 
-from chapters.shared.method_table import rounded_seconds, timed
+from chapters.shared.run_times import rounded_seconds, timed
 from repro.page.reader import (
     Missing,
     Shown,

@@ -10,10 +10,8 @@ from chapters.guides.for_teachers.exercises import (
     exercise_list,
     pages_with_exercises,
 )
-from chapters.shared.method_table import rounded_seconds
+from chapters.shared.run_times import rounded_seconds
 from repro.page.reader import open_results, seconds, show_table, value
-from repro.run.experiment import table
-from repro.run.outcomes import Table
 
 # The exercises are counted in the pages of the chapters.
 READS_PAGES = True
@@ -183,26 +181,6 @@ READS_PAGES = True
 
 # %% [markdown]
 # ## Experiments that a class can repeat
-
-
-# %% tags=["hide-cell"]
-@table(
-    "ext_class_runs",
-    needs=("fig_2_2_error", "fig_2_3_noise", "fig_2_3_fov", "fig_2_3_laws"),
-    evidence="synthetic",
-)
-def ext_class_runs(results):
-    """Conditions and trials of the experiments that the routes use."""
-    return Table(
-        {
-            "Experiment": list(results),
-            "Conditions": [len(r.conditions) for r in results.values()],
-            "Trials each": [
-                r.trials_per_condition for r in results.values()
-            ],
-        },
-        "Size of the experiments behind Figs 2.2 and 2.3.",
-    )
 
 
 # %% tags=["active-ipynb"]

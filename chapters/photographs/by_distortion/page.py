@@ -8,18 +8,13 @@
 # {glue:text}`brought`
 
 # %% tags=["hide-cell"]
-from chapters.photographs.by_distortion import prose as comparison_prose
-from chapters.photographs.by_distortion.results import (
-    compared_sets,
-    outcome_of,
-    sets_figure,
-    sets_table,
-)
-from chapters.shared.photographs.exercises import (
+from chapters.photographs.by_distortion import results
+from chapters.photographs.by_distortion.exercises import (
     exercise_lens,
     level_task,
     photographs_task,
 )
+from chapters.shared.photographs.compared import compared_sets, outcome_of
 from chapters.shared.photographs.level import (
     distortion_level,
     fitted_curve,
@@ -34,7 +29,6 @@ from repro.page.reader import (
     show_table,
     value,
 )
-from repro.run.experiment import figure, table
 
 # %% tags=["active-ipynb", "remove-input"]
 # read = results_behind("ext_real_by_distortion")["photograph_study"]
@@ -43,19 +37,19 @@ from repro.run.experiment import figure, table
 # sets = compared_sets(read)
 
 # %% tags=["active-ipynb"]
-# value("brought", comparison_prose.brought(read, sets))
+# value("brought", results.brought(read, sets))
 
 # %% tags=["active-ipynb"]
-# value("axis", comparison_prose.axis(sets))
+# value("axis", results.axis(sets))
 
 # %% tags=["active-ipynb"]
-# value("trend", comparison_prose.trend(sets))
+# value("trend", results.trend(sets))
 
 # %% tags=["active-ipynb"]
-# value("winners", comparison_prose.winners(sets))
+# value("winners", results.winners(sets))
 
 # %% tags=["active-ipynb"]
-# value("corrected", comparison_prose.corrected(sets))
+# value("corrected", results.corrected(sets))
 
 # %% [markdown]
 # ## What the thesis claims
@@ -123,27 +117,6 @@ from repro.run.experiment import figure, table
 
 # %% [markdown]
 # ## Figures
-
-
-# %% tags=["hide-cell"]
-@table(
-    "ext_real_by_distortion",
-    needs=("photograph_study",),
-    evidence="photograph",
-)
-def ext_real_by_distortion(results):
-    """Every image set: level, angle, boards, errors, outcome."""
-    return sets_table(results["photograph_study"])
-
-
-@figure(
-    "ext_real_by_distortion_figure",
-    needs=("photograph_study",),
-    evidence="photograph",
-)
-def ext_real_by_distortion_figure(results):
-    """Errors of both models against the level of distortion."""
-    return sets_figure(results["photograph_study"])
 
 
 # %% tags=["active-ipynb"]

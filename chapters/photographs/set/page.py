@@ -16,18 +16,18 @@ from chapters.photographs.set.detectors import (
     detectors_table,
     score,
 )
+from chapters.photographs.set.exercises import (
+    exercise_camera,
+    exercise_corner,
+    field_of_view_task,
+    residual_task,
+)
 from chapters.photographs.set.figures.fields import (
     held_out_errors,
     residual_fields,
 )
 from chapters.photographs.set.tables import images_table, models_table
 from chapters.shared.photographs import sentences
-from chapters.shared.photographs.exercises import (
-    exercise_camera,
-    exercise_corner,
-    field_of_view_task,
-    residual_task,
-)
 from chapters.shared.photographs.pictures import (
     contact_sheet,
     undistorted_views,

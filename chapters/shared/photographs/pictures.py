@@ -9,6 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from chapters.shared.photographs.notes import EMPTY_IN, note
 from chapters.shared.photographs.reading import NAMES
 from chapters.shared.photographs.study import MODELS
 from repro.page.style import WIDTH_IN
@@ -18,21 +19,6 @@ from repro.run.outcomes import Drawing
 NO_RAY = "#e4d9d2"
 PATH = "#e69f00"
 START = "#d55e00"
-EMPTY_IN = 1.3  # height of a figure that has only words to show
-
-
-def note(axes, text, width=34):
-    """Words in the place of a picture that cannot be drawn."""
-    axes.set_axis_off()
-    axes.text(
-        0.5,
-        0.5,
-        textwrap.fill(text, width),
-        ha="center",
-        va="center",
-        fontsize=9,
-        transform=axes.transAxes,
-    )
 
 
 def tinted(mask):

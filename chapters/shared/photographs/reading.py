@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from chapters.shared.photographs.study import MODELS
+from repro.judge.statistics import LEAST_RATIO, SIGNIFICANCE
 
 NAMES = {"zhang": "Zhang", "general": "General camera"}
 
@@ -254,3 +256,23 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
     if not good.any():
         return float("nan")
     return float(np.sqrt(np.average(squares[good], weights=weights[good])))
+
+
+def because(reason):
+    """A refusal in Markdown, without the name of the method that it begins with."""
+    begins = r"^(Zhang's method|generic calibration): "
+    return plain(re.sub(begins, "", reason))
+
+
+def decided(won):
+    """Whether a paired comparison of photographs comes out in favour.
+
+    The number of photographs is what was brought, so it is not asked for here: with
+    few of them p cannot be small.
+    """
+    return won.p < SIGNIFICANCE and won.ratio.low >= LEAST_RATIO
+
+
+def plain(text):
+    """Text from set.yaml without marks that Markdown would take for its own."""
+    return " ".join(re.sub(r"[\\`*\[\]<>$|{}#]", "", text).split())

@@ -9,27 +9,17 @@ import numpy as np
 
 from chapters.shared.photographs.reading import (
     NAMES,
+    because,
     column,
+    decided,
     paired,
+    plain,
     share_with_ray,
 )
 from repro.judge.statistics import (
-    LEAST_RATIO,
-    SIGNIFICANCE,
     median_interval,
     wins,
 )
-
-
-def plain(text):
-    """Text from set.yaml without marks that Markdown would take for its own."""
-    return " ".join(re.sub(r"[\\`*\[\]<>$|{}#]", "", text).split())
-
-
-def because(reason):
-    """A refusal in Markdown, without the name of the method that it begins with."""
-    begins = r"^(Zhang's method|generic calibration): "
-    return plain(re.sub(begins, "", reason))
 
 
 def title(study):
@@ -202,15 +192,6 @@ def comparison(study):
     if decided(for_zhang):
         return text + "**Zhang's model predicts these corners better.**"
     return text + "**These photographs do not decide between the two.**"
-
-
-def decided(won):
-    """Whether a paired comparison of photographs comes out in favour.
-
-    The number of photographs is what was brought, so it is not asked for here: with
-    few of them p cannot be small.
-    """
-    return won.p < SIGNIFICANCE and won.ratio.low >= LEAST_RATIO
 
 
 def angles(study):

@@ -13,12 +13,8 @@ from matplotlib.ticker import (
     NullLocator,
 )
 
-from chapters.shared.photographs.pictures import (
-    EMPTY_IN,
-    NO_RAY,
-    note,
-    tinted,
-)
+from chapters.shared.photographs.notes import EMPTY_IN, note
+from chapters.shared.photographs.pictures import NO_RAY, tinted
 from chapters.shared.photographs.reading import NAMES, column, paired
 from chapters.shared.photographs.study import MODELS
 from repro.judge.statistics import median_interval

@@ -1,0 +1,25 @@
+"""What a class can run again: conditions and trials of each experiment."""
+
+from __future__ import annotations
+
+from repro.run.experiment import table
+from repro.run.outcomes import Table
+
+
+@table(
+    "ext_class_runs",
+    needs=("fig_2_2_error", "fig_2_3_noise", "fig_2_3_fov", "fig_2_3_laws"),
+    evidence="synthetic",
+)
+def ext_class_runs(results):
+    """Conditions and trials of the experiments that the routes use."""
+    return Table(
+        {
+            "Experiment": list(results),
+            "Conditions": [len(r.conditions) for r in results.values()],
+            "Trials each": [
+                r.trials_per_condition for r in results.values()
+            ],
+        },
+        "Size of the experiments behind Figs 2.2 and 2.3.",
+    )
