@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 
+from repro.page import draw
 from repro.page.scene import Points, Polyline, Scene, SceneError, Segments, Surface
 from repro.page.scene_page import LARGEST_BYTES, scene_html
 from repro.run import discover, jobs
@@ -145,7 +146,7 @@ def fig_9_9(results):
     ],
 )
 def test_a_marked_figure_leaves_its_scene(tmp_path, monkeypatch, mark, scene, good):
-    path = tmp_path / "chapters" / "ch09_try" / "s9_scene.py"
+    path = tmp_path / "chapters" / "ch09_try" / "s9_scene" / "page.py"
     path.parent.mkdir(parents=True)
     path.write_text(CHAPTER.replace("MARK", mark).replace("SCENE", scene))
     names = {}
@@ -154,19 +155,19 @@ def test_a_marked_figure_leaves_its_scene(tmp_path, monkeypatch, mark, scene, go
     out = tmp_path / "figures" / "fig_9_9.json"
     if not good:
         with pytest.raises(ValueError, match="fig_9_9 is marked with scene="):
-            jobs.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
+            draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
         return
-    jobs.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
+    draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
     about = json.loads(out.read_text())
     assert about["scene"] is bool(mark)
-    assert about["source"] == ["ch09_try/s9_scene.py", "fig_9_9"]
+    assert about["source"] == ["ch09_try/s9_scene/page.py", "fig_9_9"]
     assert out.with_suffix(".html").is_file() is bool(mark)
     if mark:
         assert "<title>Fig. 9.9 One x.</title>" in out.with_suffix(".html").read_text()
 
 
 def test_a_scene_is_a_literal_that_the_workflow_finds(tmp_path):
-    path = tmp_path / "chapters" / "ch09_try" / "s9_scene.py"
+    path = tmp_path / "chapters" / "ch09_try" / "s9_scene" / "page.py"
     path.parent.mkdir(parents=True)
     path.write_text(CHAPTER.replace("MARK", ", scene=True"))
     assert [p.details["scene"] for p in discover.producers(tmp_path)] == [True]

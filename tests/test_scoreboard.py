@@ -12,7 +12,7 @@ from repro.judge import ledger, scoreboard, verdict
 from repro.judge.number_rules import VerdictError
 from repro.page import rows as row_html
 from repro.run import discover
-from repro.judge.deciding import judged_with
+from repro.run.deciding import judged_with
 from repro.run.results import write_atomic, write_json
 from repro.site import scoreboard as board_page
 

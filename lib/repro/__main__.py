@@ -73,11 +73,11 @@ def main(argv: list[str] | None = None) -> int:
     elif a.command == "gather":
         jobs.gather(root, _order(a), a.code, a.inputs, a.shards, a.out)
     elif a.command in ("figure", "table"):
-        from repro.page.drawing import draw
+        from repro.page.draw import draw
 
         draw(root, a.command, a.name, a.results, a.out, a.sets)
     elif a.command == "judge":
-        from repro.judge.page import judge
+        from repro.run.judging import judge
 
         judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets)
     else:

@@ -8,9 +8,9 @@ from itertools import chain
 from pathlib import Path, PurePosixPath
 
 from repro.judge import ledger, scoreboard, verdict
-from repro.judge.deciding import judged_with
 from repro.page.wording import UNSPOKEN, label, rounded
 from repro.run import discover
+from repro.run.deciding import judged_with
 from repro.run.discover import PAGE_FILE
 
 SIGNS = {

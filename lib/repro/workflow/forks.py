@@ -44,7 +44,7 @@ WARM = (
     "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "scipy.ndimage",
     "scipy.optimize", "scipy.spatial", "scipy.stats", "IPython.core.interactiveshell",
     "raxel.calibration", "raxel.features.celect", "raxel.features.find", "raxel.lab",
-    "repro.judge.page", "repro.page.drawing", "repro.page.execute",
+    "repro.run.judging", "repro.page.draw", "repro.page.execute",
 )  # fmt: skip
 
 

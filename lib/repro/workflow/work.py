@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from repro.judge.deciding import judged_with
 from repro.judge.ledger import Ledger, load
 from repro.run import discover
+from repro.run.deciding import judged_with
 from repro.run.jobs import CODE
 from repro.run.reach import Reach
 from repro.run.sets_of_report import reference_of
 
-DRAW_CODE = (("repro.page.drawing", "draw"),)
-JUDGE_CODE = (("repro.judge.page", "judge"),)
+DRAW_CODE = (("repro.page.draw", "draw"),)
+JUDGE_CODE = (("repro.run.judging", "judge"),)
 GUIDE = "data/recorded/README.md"
 VIEWER = ("lib/repro/page/viewer/page.html", "lib/repro/page/viewer/viewer.js")
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")

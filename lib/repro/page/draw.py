@@ -1,13 +1,11 @@
-"""The job that makes a figure or a table from results."""
+"""The job that draws a figure or fills a table from results, and describes it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from repro.page.reader import label, plain
-from repro.page.scene_page import scene_html
-from repro.page.style import save_drawing
+from repro.page.wording import label, plain
 from repro.run import discover, jobs, results
 from repro.run.columns import csv_text
 from repro.run.outcomes import Check, Drawing, Table
@@ -30,6 +28,8 @@ def draw(
     read = jobs.results_of(root, found, name, sets)
     made = jobs.function_of(found)(results.opened(folder, read))
     if isinstance(made, Drawing):
+        from repro.page.style import save_drawing
+
         save_drawing(made, out.with_suffix(""))
         _write_scene(found, made, out.with_suffix(".html"))
     else:
@@ -51,6 +51,8 @@ def draw(
 
 def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
     """Write the figure's scene where its mark promises one; drop an old one if not."""
+    from repro.page.scene_page import scene_html
+
     promised = found.details.get("scene", False)
     if promised != (made.scene is not None):
         raise ValueError(
