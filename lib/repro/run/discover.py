@@ -5,8 +5,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
+
+from repro.run.names import Sources, dotted
 
 KINDS = ("experiment", "figure", "table", "claim", "numbers")
 PAGE_FILE = "page.py"
@@ -54,8 +55,9 @@ def page_module(page: str) -> str:
 def producers(root: Path) -> list[Producer]:
     """Every marked function of every chapter file; ids are unique within a kind."""
     found: dict[tuple[str, str], Producer] = {}
+    sources = Sources(root)
     for path in sorted((root / "chapters").glob("*/*/**/*.py")):
-        for producer in _of_file(root, path):
+        for producer in _of_file(sources, path):
             key = (producer.kind, producer.id)
             if key in found:
                 other = found[key]
@@ -100,37 +102,40 @@ def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
     ]
 
 
-def _of_file(root: Path, path: Path) -> tuple[Producer, ...]:
-    return _marked(root, path, path.read_text("utf-8"))
-
-
-@cache
-def _marked(root: Path, path: Path, text: str) -> tuple[Producer, ...]:
-    """Marked functions of a file with this text; what did not change is not parsed."""
-    module = ".".join(path.relative_to(root).with_suffix("").parts)
-    page = page_id(root, path)
+def _of_file(sources: Sources, path: Path) -> list[Producer]:
+    module = ".".join(path.relative_to(sources.root).with_suffix("").parts)
+    page = page_id(sources.root, path)
     made = []
-    for node in ast.parse(text, str(path)).body:
+    for node in sources.body(path):
         if not isinstance(node, ast.FunctionDef):
             continue
         for call in node.decorator_list:
             if isinstance(call, ast.Call) and getattr(call.func, "id", "") in KINDS:
-                details = {k.arg: _literal(path, k.value) for k in call.keywords}
-                identifier = _literal(path, call.args[0])
+                details = {
+                    k.arg: _literal(sources, path, k.value) for k in call.keywords
+                }
+                identifier = _literal(sources, path, call.args[0])
                 made.append(
                     Producer(
                         call.func.id, identifier, module, node.name, page,
                         node.lineno, details,
                     )
                 )  # fmt: skip
-    return tuple(made)
+    return made
 
 
-def _literal(path: Path, node: ast.expr) -> object:
+def _literal(sources: Sources, path: Path, node: ast.expr) -> object:
+    """Value of a decorator's argument: a literal, or the name of one in a module."""
+    value = node
+    name = dotted(node)
+    place = sources.find(path, name) if name else None
+    if place and isinstance(place.node, ast.Assign | ast.AnnAssign):
+        value = place.node.value
     try:
-        return ast.literal_eval(node)
+        return ast.literal_eval(value)
     except ValueError:
         raise ValueError(
             f"{path}:{node.lineno}: arguments of a producer's decorator are literals, "
-            f"found {ast.unparse(node)}; write the value itself"
+            f"found {ast.unparse(node)}; write the value itself, or name a literal "
+            "that stands at the top of a module"
         ) from None

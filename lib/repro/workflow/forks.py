@@ -27,6 +27,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from repro.run import discover
 from repro.workflow import job
 
 PINNED = {
@@ -96,6 +97,7 @@ def _import_ahead() -> None:
             importlib.import_module(name)
         except Exception:
             traceback.print_exc()
+    discover.producers(Path.cwd())
 
 
 def _job(connection: socket.socket) -> None:
