@@ -13,7 +13,7 @@ RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR
 BUILD = $(RUN) .venv/bin/python -m repro.workflow.build
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
 
-.PHONY: report quick test notebooks archive bench serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test notebooks archive bench where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -32,6 +32,16 @@ archive: setup ## the built report as one file: report/raxel-report-full.zip (EF
 
 bench: setup ## detectors without clicks side by side on image sets: counts, times as ratios (RECORDED="set another-set")
 	@$(RUN) .venv/bin/raxel bench $(or $(RECORDED),data/recorded/opencv-left)
+
+# The words after `where` are ids: what they name is looked up and not made.
+ifeq ($(firstword $(MAKECMDGOALS)),where)
+IDS = $(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS))
+.PHONY: $(IDS)
+$(eval $(IDS):;@:)
+endif
+
+where: setup ## where something is made, as file:line: make where table_3_4 (any figure, claim, number, page)
+	@$(RUN) .venv/bin/python -m repro.run.where $(IDS)
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
