@@ -26,11 +26,12 @@ from pathlib import Path
 from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.notebook import PageError
 from repro.page.wording import plain
-from repro.run.discover import PAGE_FILE
+from repro.run.discover import PAGE_FILE, producers
 from repro.site.api_reference import api_pages
 from repro.site.mirror import Content, files_below, mirror
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
+from repro.site.times import times_of
 
 GUIDES = "guides"
 
@@ -267,6 +268,16 @@ def _filled(
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
+    filled["times.md"] = templates.get_template("times.md.jinja").render(
+        effort=effort,
+        titles={page.name: page.title for page in _documents(chapters)},
+        times=times_of(
+            root / "figures" / effort / "times",
+            effort,
+            producers(root),
+            [page.name for page in _documents(chapters)],
+        ),
+    )
     for chapter in chapters:
         filled[f"{chapter.folder}/index.md"] = templates.get_template(
             "chapter.md.jinja"

@@ -1,0 +1,102 @@
+"""Where the time of a build goes: processor seconds of each page, from its jobs.
+
+A job leaves `<label>.json` in `figures/<effort>/times` (`repro.workflow.job`). What was
+kept from an earlier build counts with the time it took then; a record that no job of
+this build leaves any more does not count.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from repro.run.discover import Producer
+
+SLOWEST = 10
+
+
+@dataclass
+class PageTimes:
+    """Processor seconds of a page's jobs: experiments, figures and tables, the rest."""
+
+    page: str
+    computed: float = 0.0
+    drawn: float = 0.0
+    rest: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """All of them."""
+        return self.computed + self.drawn + self.rest
+
+
+@dataclass(frozen=True)
+class Times:
+    """The times of a build: of each page, of its slowest experiments, of all jobs."""
+
+    pages: Sequence[PageTimes]
+    slowest: Sequence[tuple[str, str, float]]
+    site: float
+
+    @property
+    def total(self) -> float:
+        """Processor seconds of all jobs."""
+        return self.site + sum(page.total for page in self.pages)
+
+
+def times_of(
+    folder: Path, effort: str, made: Iterable[Producer], pages: Sequence[str]
+) -> Times:
+    """Add up the records below ``folder`` for the ``pages`` of a build.
+
+    Parameters
+    ----------
+    made : the producers of all chapters.
+    pages : ids of the pages; one of an image set ends with the set's name.
+    """
+    sums = {page: PageTimes(page) for page in pages}
+    experiments = []
+    for producer in made:
+        for page, name in _editions(producer, pages):
+            seconds = sum(map(_seconds, _records(folder, producer, name, effort)))
+            if producer.kind == "experiment":
+                sums[page].computed += seconds
+                experiments.append((name, page, seconds))
+            elif producer.kind in ("figure", "table"):
+                sums[page].drawn += seconds
+    for page, times in sums.items():
+        for kind in ("judge", "page"):
+            times.rest += _seconds(folder / kind / f"{page}.json")
+    site = [folder / "scoreboard.json", *(folder / "site").glob("*.json")]
+    experiments.sort(key=lambda found: -found[2])
+    return Times(list(sums.values()), experiments[:SLOWEST], sum(map(_seconds, site)))
+
+
+def _editions(producer: Producer, pages: Sequence[str]) -> list[tuple[str, str]]:
+    """(page, name) of a producer; one that stands once per set has several."""
+    if not producer.details.get("per_set"):
+        return [(producer.page, producer.id)] if producer.page in pages else []
+    chapter = producer.page.partition("/")[0]
+    named = {
+        page.rpartition("/")[2]: page for page in pages if page.startswith(chapter)
+    }
+    return [(page, f"{producer.id}@{name}") for name, page in named.items()]
+
+
+def _records(folder: Path, producer: Producer, name: str, effort: str) -> list[Path]:
+    """Records of a producer's jobs, of the number of shards that it has now."""
+    own = folder / producer.kind / f"{name}.json"
+    shards = producer.details.get("shards", {}).get(effort, 1)
+    if shards == 1:
+        return [own]
+    parts = [own.with_suffix("") / f"{i}-of-{shards}.json" for i in range(shards)]
+    return [*parts, folder / "result" / own.name]
+
+
+def _seconds(path: Path) -> float:
+    """Processor seconds of a record; none where the job has not run."""
+    if not path.is_file():
+        return 0.0
+    return float(json.loads(path.read_text("utf-8"))["processor_seconds"])
