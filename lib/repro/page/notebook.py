@@ -102,7 +102,7 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _shell() -> Iterator:
-    """A fresh IPython shell with no history; afterwards the main module is as before."""
+    """A fresh IPython shell with no history; the main module comes back afterwards."""
     from IPython.core.interactiveshell import InteractiveShell
     from traitlets.config import Config
 
