@@ -1,0 +1,195 @@
+"""A scene becomes meshes of pyvista: tubes, balls, cones and sheets.
+
+Everything is geometry, so that picture and page show the same thing with the same
+occlusion. Widths and sizes, px, become lengths at the distance of `look_at`, and
+places are told from there, so that single precision is enough.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.show.scene import (
+    CLEAR,
+    SAME,
+    Arrows,
+    Labels,
+    Points,
+    Polyline,
+    SceneError,
+    Segments,
+    Surface,
+    finite_pairs,
+    finite_points,
+)
+from raxel.show.view import mm_per_px
+
+# Sides of a tube, and rings of a ball: fine where there are few, coarse where many.
+FINE, COARSE, MANY = 12, 5, 400
+# Length and radius of an arrow's head, in widths of its shaft.
+HEAD_LENGTH, HEAD_RADIUS = 4.5, 1.7
+
+
+class Drawn(NamedTuple):
+    """One mesh, about `look_at`, and how it is painted.
+
+    culled: 'front', 'back' or None, the side of its faces that is not drawn.
+    """
+
+    mesh: object
+    colour: str
+    opacity: float
+    texture: np.ndarray | None
+    label: str
+    culled: str | None
+
+
+def drawn_parts(scene):
+    """The meshes of a scene, `Drawn`, in the order of its parts; labels have none.
+
+    Raises SceneError where no part has anything to draw.
+    """
+    centre = np.asarray(scene.look_at, float)
+    unit = mm_per_px(scene)
+    found = [
+        drawn
+        for part in scene.parts
+        if not isinstance(part, Labels)
+        for drawn in _drawn(part, centre, unit)
+        if drawn.mesh.n_points
+    ]
+    if not found:
+        raise SceneError("Scene: no part has a finite point")
+    return found
+
+
+def _drawn(part, centre, unit):
+    if isinstance(part, Surface):
+        return _sheet(part, centre)
+    if isinstance(part, Points):
+        mesh = _balls(finite_points(part) - centre, part.size * unit / 2)
+    elif isinstance(part, Arrows):
+        mesh = _arrows(finite_pairs(part) - centre, part.width * unit)
+    elif isinstance(part, Polyline):
+        mesh = _tubes(_runs(np.asarray(part.points, float) - centre), part.width * unit)
+    elif isinstance(part, Segments):
+        mesh = _tubes(list(finite_pairs(part) - centre), part.width * unit)
+    return [Drawn(mesh, part.colour, 1.0, None, part.label, None)]
+
+
+def _runs(points):
+    """The stretches (n, 3), n >= 2, of a line between its rows that are not finite."""
+    gaps = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    runs = np.split(points, gaps)
+    runs = [runs[0], *(run[1:] for run in runs[1:])]
+    return [run for run in runs if len(run) > 1]
+
+
+def _tubes(lines, width):
+    """Tubes of a diameter around lines [(n, 3)], which hold no gap."""
+    import pyvista as pv
+
+    lines = [line for line in lines if np.ptp(line, axis=0).any()]
+    if not lines:
+        return pv.PolyData()
+    starts = np.cumsum([0, *map(len, lines)])
+    cells = [
+        [len(line), *range(start, start + len(line))]
+        for start, line in zip(starts[:-1], lines, strict=True)
+    ]
+    mesh = pv.PolyData()
+    mesh.points = np.concatenate(lines).astype(np.float32)
+    mesh.lines = np.concatenate(cells)
+    # An axis given here spares VTK the search for one, which fails on sharp bends.
+    return mesh.tube(radius=width / 2, n_sides=_detail(len(mesh.points)), capping=True)
+
+
+def _balls(points, radius):
+    import pyvista as pv
+
+    if not len(points):
+        return pv.PolyData()
+    detail = _detail(len(points))
+    ball = pv.Sphere(radius=radius, theta_resolution=detail, phi_resolution=detail)
+    return _copies(ball, points)
+
+
+def _arrows(pairs, width):
+    """Shafts, and a cone at the end of each; an arrow of no length has neither."""
+    import pyvista as pv
+
+    run = pairs[:, 1] - pairs[:, 0]
+    length = np.linalg.norm(run, axis=1)
+    pairs, run = pairs[length > 0], run[length > 0] / length[length > 0, None]
+    if not len(pairs):
+        return pv.PolyData()
+    head = np.minimum(HEAD_LENGTH * width, length[length > 0])[:, None] * run
+    necks = pairs[:, 1] - head
+    cones = [
+        pv.Cone(
+            center=neck + part / 2,
+            direction=part,
+            height=np.linalg.norm(part),
+            radius=HEAD_RADIUS * width,
+            resolution=2 * FINE,
+        )
+        for neck, part in zip(necks, head, strict=True)
+    ]
+    shafts = _tubes(list(np.stack([pairs[:, 0], necks], axis=1)), width)
+    return pv.merge([shafts, *cones], merge_points=False).extract_surface(
+        algorithm="dataset_surface"
+    )
+
+
+def _copies(shape, points):
+    """A mesh repeated at points (N, 3), with its normals."""
+    import pyvista as pv
+
+    shape = shape.compute_normals(split_vertices=True)
+    corners, normals = np.asarray(shape.points), np.asarray(shape.point_normals)
+    faces = shape.regular_faces
+    steps = len(corners) * np.arange(len(points))
+    placed = (points[:, None] + corners).reshape(-1, 3).astype(np.float32)
+    mesh = pv.PolyData.from_regular_faces(
+        placed, (steps[:, None, None] + faces).reshape(-1, 3)
+    )
+    mesh.point_data.active_normals = np.tile(normals, (len(points), 1))
+    return mesh
+
+
+def _detail(count):
+    return FINE if count <= MANY else COARSE
+
+
+def _sheet(part, centre):
+    """Front and back of a sheet; cells with a corner that is not finite are left out.
+
+    Faces turn counterclockwise seen from the front.
+    """
+    import pyvista as pv
+
+    lattice = np.asarray(part.points, float) - centre
+    rows, columns, _ = lattice.shape
+    finite = np.isfinite(lattice).all(axis=2)
+    index = np.arange(rows * columns).reshape(rows, columns)
+    cells = np.stack(
+        [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1
+    ).reshape(-1, 4)
+    cells = cells[finite.ravel()[cells].all(axis=1)]
+    if not len(cells):
+        return []
+    points = np.where(finite[..., None], lattice, 0.0).reshape(-1, 3)
+    mesh = pv.PolyData.from_regular_faces(points.astype(np.float32), cells)
+    v, u = np.mgrid[0 : 1 : rows * 1j, 0 : 1 : columns * 1j]
+    mesh.active_texture_coordinates = np.column_stack(
+        [u.ravel(), 1 - v.ravel()]
+    ).astype(np.float32)
+    if rows > 2 or columns > 2:
+        mesh = mesh.compute_normals(
+            cell_normals=False, consistent_normals=False, split_vertices=False
+        )
+    one_sided = "back" if part.back != SAME else None
+    front = Drawn(mesh, part.colour, part.opacity, part.texture, part.label, one_sided)
+    if part.back in (SAME, CLEAR):
+        return [front]
+    return [front, Drawn(mesh, part.back, part.opacity, None, part.label, "front")]

@@ -1,0 +1,141 @@
+"""A scene as one page on which it turns: pyvista's own export, with legend and words.
+
+The page loads nothing and works from the disk. The export numbers its objects by their
+places in memory and stamps times; here they are numbered in order, so that the same
+scene is the same page.
+"""
+
+import json
+import re
+from html import escape
+from io import BytesIO, StringIO
+from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+
+import numpy as np
+
+from raxel.show.meshes import drawn_parts
+from raxel.show.picture import add_drawn, aim, legend_entries
+from raxel.show.rendering import need_rendering
+from raxel.show.scene import Labels, SceneError
+
+LARGEST_BYTES = 3_000_000
+HERE = Path(__file__).parent
+REFERENCE = re.compile(r"^instance:\$\{(.*)\}$")
+EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def html(scene, title):
+    """The page of a scene as text; `title` says in words what it shows.
+
+    The same scene gives the same page. Raises SceneError for a scene with nothing to
+    draw or whose page would be larger than LARGEST_BYTES, and RenderingError where
+    the machine has not what it takes.
+    """
+    need_rendering()
+    drawn = drawn_parts(scene)
+    viewer = StringIO()
+    from trame_vtk.tools.vtksz2html import write_html
+
+    write_html(_zipped(_numbered(_exported(scene, drawn))), viewer)
+    text = _with_words(viewer.getvalue(), scene, title, drawn)
+    size = len(text.encode())
+    if size > LARGEST_BYTES:
+        raise SceneError(
+            f"scene of {size} bytes, {LARGEST_BYTES} at most; give it fewer points or "
+            "a smaller texture"
+        )
+    return text
+
+
+def _exported(scene, drawn):
+    """What pyvista exports: {hashes, scene}, as its viewer reads it."""
+    import pyvista as pv
+
+    plotter = pv.Plotter(off_screen=True)
+    try:
+        plotter.set_background("#ffffff")
+        add_drawn(plotter, drawn)
+        aim(plotter, scene)
+        return json.loads(plotter.trame.export_vtksz(filename=None, format="json"))
+    finally:
+        plotter.close()
+
+
+def _numbered(exported):
+    """The export with its objects numbered in the order of their appearance."""
+    numbers = {}
+
+    def number(name):
+        return numbers.setdefault(str(name), str(len(numbers) + 1))
+
+    def walk(value, key=""):
+        if isinstance(value, dict):
+            return {k: walk(v, k) for k, v in value.items()}
+        if isinstance(value, list):
+            return [walk(part, key) for part in value]
+        if key == "mtime":
+            return 0
+        if key in ("id", "parent", "vtkRefId", "camera") and value is not None:
+            return number(value)
+        if isinstance(value, str) and (found := REFERENCE.match(value)):
+            return f"instance:${{{number(found[1])}}}"
+        return value
+
+    return {"hashes": exported["hashes"], "scene": walk(exported["scene"])}
+
+
+def _zipped(exported):
+    buffer = BytesIO()
+    with ZipFile(buffer, "w") as archive:
+        entry = ZipInfo("index.json", EPOCH)
+        entry.compress_type = ZIP_DEFLATED
+        text = json.dumps(exported, separators=(",", ":"))
+        archive.writestr(entry, text, compresslevel=9)
+    return buffer.getvalue()
+
+
+def _with_words(viewer, scene, title, drawn):
+    """pyvista's page with title, legend, labels and note in place of its empty body."""
+    body = (HERE / "page.html").read_text("utf-8")
+    for name, content in (
+        ("title", escape(title)),
+        ("note", escape(scene.note)),
+        ("legend", "\n".join(map(_legend_entry, legend_entries(scene)))),
+        ("words", _words(scene, drawn)),
+        ("script", (HERE / "page.js").read_text("utf-8")),
+    ):
+        body = body.replace("{{" + name + "}}", content)
+    head, rest = viewer.split("<body>", 1)
+    head = re.sub(
+        "<title>.*?</title>", lambda _: f"<title>{escape(title)}</title>", head
+    )
+    return f"{head}<body>\n{body}{rest}"
+
+
+def _legend_entry(entry):
+    label, colour, mark = entry
+    said = escape(label)
+    return (
+        f'<label><input type="checkbox" checked value="{said}"> '
+        f'<i style="color:{escape(colour)}">{mark}</i> {said}</label>'
+    )
+
+
+def _words(scene, drawn):
+    """Labels of the actors, and texts with their places about `look_at`, as JSON."""
+    texts = [
+        {
+            "at": np.subtract(point, scene.look_at).astype(float).round(6).tolist(),
+            "text": text,
+            "colour": part.colour,
+            "size": part.size,
+            "label": part.label,
+        }
+        for part in scene.parts
+        if isinstance(part, Labels)
+        for point, text in zip(part.points, part.texts, strict=True)
+        if np.isfinite(point).all()
+    ]
+    data = {"actors": [part.label for part in drawn], "texts": texts}
+    return json.dumps(data).replace("<", "\\u003c")

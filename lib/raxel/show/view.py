@@ -1,0 +1,126 @@
+"""From where a scene is seen, and how large it is: views found from its points."""
+
+import numpy as np
+
+from raxel.show.scene import (
+    Labels,
+    Scene,
+    SceneError,
+    Segments,
+    finite_points,
+)
+
+# Vertical angle of view of every picture and page, degrees: VTK's and vtk.js's own.
+VIEW_ANGLE_DEG = 30.0
+# Height of the picture, px, that sizes and widths of parts refer to.
+NOMINAL_PX = 480
+ASPECT = 1.5
+# Share of the picture's height and width that the parts fill.
+FILLED = 0.9
+INK = "#1b1f24"
+# Looking ahead, a little down and to the right: camera frames have y downwards, so one
+# stands behind the camera, to its left and above, and sees the targets' faces.
+SIGHT = (0.62, 0.42, 0.66)
+ROUND = (1.0, 2.0, 5.0, 10.0)
+
+
+def framed(parts, sight=SIGHT, up=(0.0, -1.0, 0.0), note="", scale="mm"):
+    """A Scene of parts with a view along `sight` (3,) that shows them whole.
+
+    up: (3,), what stays upright. scale: the unit of a scale bar that is laid beside
+    the parts, '' for none. Raises SceneError where no part has a finite point.
+    """
+    parts = list(parts)
+    points = [finite_points(part) for part in parts]
+    points = np.concatenate(points) if points else np.empty((0, 3))
+    if not len(points):
+        raise SceneError("Scene: no part has a finite point")
+    axes = view_axes(sight, up)
+    if scale:
+        bar = scale_bar(points, axes, scale)
+        parts += bar
+        points = np.concatenate([points, *map(finite_points, bar)])
+    look_at, distance = _fitted(points @ axes.T)
+    look_at = look_at @ axes
+    return Scene(parts, look_at - distance * axes[2], look_at, up, note)
+
+
+def view_axes(sight, up):
+    """Rows right, down and ahead (3, 3) of a view along `sight` with `up` upright."""
+    ahead = np.asarray(sight, float) / np.linalg.norm(sight)
+    right = np.cross(ahead, up)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(ahead, right), ahead])
+
+
+def _fitted(seen):
+    """(look_at (3,), distance) for points (N, 3) in the axes of the view.
+
+    Each point keeps inside both pairs of planes of the view's pyramid: for a pair,
+    |x - c| <= t (z - e) with c, e the eye across and along, so the two planes that
+    touch the points from outside give c and the greatest e.
+    """
+    half = FILLED * np.tan(np.radians(VIEW_ANGLE_DEG / 2))
+    x, y, z = seen.T
+    middles, eyes = [], []
+    for across, slope in ((x, half * ASPECT), (y, half)):
+        low, high = (across + slope * z).min(), (across - slope * z).max()
+        middles.append((low + high) / 2)
+        eyes.append((low - high) / (2 * slope))
+    eye, deep = min(eyes), (z.min() + z.max()) / 2
+    # One point alone has no size: it is seen from 1 mm.
+    return np.array([*middles, deep]), (deep - eye) or 1.0
+
+
+def mm_per_px(scene):
+    """Length that one px of a nominal picture has at the distance of `look_at`."""
+    distance = np.linalg.norm(np.subtract(scene.look_at, scene.view_from))
+    return 2 * distance * np.tan(np.radians(VIEW_ANGLE_DEG / 2)) / NOMINAL_PX
+
+
+def projected(scene, points, width, height):
+    """Pixels (N, 2) of points (N, 3) in a picture of the scene; NaN behind the eye.
+
+    width, height: of the picture, px; pixel centres lie at whole numbers.
+    """
+    axes = view_axes(np.subtract(scene.look_at, scene.view_from), scene.up)
+    x, y, z = axes @ np.subtract(points, scene.view_from).astype(float).T
+    focal = height / 2 / np.tan(np.radians(VIEW_ANGLE_DEG / 2))
+    z = np.where(z > 0, z, np.nan)
+    return np.column_stack(
+        [focal * x / z + (width - 1) / 2, focal * y / z + (height - 1) / 2]
+    )
+
+
+def scale_bar(points, axes, unit):
+    """A bar of a round length below points (N, 3), with its length in words.
+
+    It lies along the axis of the frame that crosses the view most, at the lowest and
+    nearest edge of the points' box.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    length = round_below(np.linalg.norm(high - low) / 4)
+    if not length > 0:
+        return []
+    along = int(np.argmax(np.abs(axes[0])))
+    corner = np.where(axes[1] - 0.5 * axes[2] > 0, high, low)
+    corner[along] = (low[along] + high[along] - length) / 2
+    end = corner.copy()
+    end[along] += length
+    # Ticks stand across the bar, so that its ends can be told.
+    tick = 0.06 * length * np.eye(3)[int(np.argmax(np.abs(axes[1])))]
+    starts = np.stack([corner, corner - tick, end - tick])
+    ends = np.stack([end, corner + tick, end + tick])
+    middle = (corner + end) / 2 + 3 * tick * np.sign(axes[1] @ tick)
+    return [
+        Segments(starts, ends, INK, width=2.5),
+        Labels(middle[None], [f"{length:g} {unit}"], INK),
+    ]
+
+
+def round_below(length):
+    """The largest of 1, 2, 5 times a power of ten that is not above `length`."""
+    if not 0 < length < np.inf:
+        return 0.0
+    power = 10.0 ** np.floor(np.log10(length))
+    return max(power * step for step in ROUND if power * step <= length * (1 + 1e-12))
