@@ -1,16 +1,18 @@
 """Targets in space: chessboards and monitors with what they show, sheets, polygons."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from raxel.geometry.poses import transform
 from raxel.lab.textures import ChessboardTexture
 from raxel.sets.model import ActiveGrid
-from raxel.show.scene import SAME, Surface
+from raxel.show.scene import CLEAR, Polyline, Surface
 
 # Pixels of a board's picture along one square; a border that is no multiple of a square
 # is met to the nearest of them.
 TEXELS = 12
-BACK = "#aeb6c0"
+BACK, BACK_OPACITY = "#aeb6c0", 0.3
 MONITOR_DARK, MONITOR_BRIGHT, MONITOR_CELLS = 40, 205, (16, 10)
 
 
@@ -32,18 +34,23 @@ def polygon(points, **more):
     return Surface(np.stack([ring, middle]), **more)
 
 
-def board(target, T_frame_target, border_mm=None, label="", back=BACK):
-    """A target of an image set or rig as a Surface that shows its squares.
+def board(target, T_frame_target, border_mm=None, label="", colour=BACK):
+    """A target of an image set or rig: its front, its rim, and a back to look through.
 
     target: Chessboard of known counts, or ActiveGrid; T_frame_target: (4, 4);
-    border_mm: white margin of a chessboard, a pitch if not given. A board of unknown
-    pitch has squares of one unit.
+    border_mm: white margin of a chessboard, a pitch if not given; colour: of rim and
+    back. A board of unknown pitch has squares of one unit. Returns three parts.
     """
     texture, corner, size = face(target, border_mm)
-    return plate(
-        T_frame_target, corner, size, texture=texture, label=label, back=back,
-        colour=BACK if back == SAME else back,
-    )  # fmt: skip
+    front = plate(T_frame_target, corner, size, texture=texture, back=CLEAR)
+    flat = front.points
+    ring = np.stack([flat[0, 0], flat[0, 1], flat[1, 1], flat[1, 0], flat[0, 0]])
+    return [
+        replace(front, label=label, colour=colour),
+        # The same sheet from the other side.
+        Surface(flat[:, ::-1], colour, BACK_OPACITY, label, back=CLEAR),
+        Polyline(ring, colour, label, 1.5),
+    ]
 
 
 def face(target, border_mm=None):

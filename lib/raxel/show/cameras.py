@@ -25,8 +25,9 @@ from raxel.show.view import INK, framed, round_below
 BLUE, ORANGE, GREEN, SILVER = "#0072b2", "#d55e00", "#009e73", "#9fb4c7"
 FAINT, SKY = "#8a939e", "#56b4e9"
 AXES = {"x": "#c0392b", "y": "#2e8b57", "z": "#2457a6"}
-# Directions in which the edge of the field is looked for, and places tried in each.
-AROUND, OUTWARD = 144, 400
+# Directions in which the edge of the field is looked for, places tried in each, and
+# bisections after that.
+AROUND, OUTWARD, HALVINGS = 144, 100, 30
 # Rings and spokes of a mirror of revolution, and lines of a sheet.
 RINGS, SPOKES, SHEET = 16, 64, 24
 RAY_GRID = (13, 9)
@@ -65,15 +66,23 @@ def field_edge(camera):
     size = np.array([camera.width, camera.height])
     turn = np.linspace(0, 2 * np.pi, AROUND + 1)
     out = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    # To the border's pixel centres: a rectangle, not a circle.
     with np.errstate(divide="ignore"):
-        # To the border's pixel centres, along the rectangle and not the circle.
-        limit = ((size - 1) / 2 / np.abs(out)).min(axis=1)
-    share = np.linspace(0, 1, OUTWARD)
-    pixels = (size - 1) / 2 + (limit[:, None] * share)[..., None] * out[:, None]
-    valid = camera.rays(pixels.reshape(-1, 2)).valid.reshape(pixels.shape[:2])
-    last = OUTWARD - 1 - np.argmax(valid[:, ::-1], axis=1)
-    edge = pixels[np.arange(len(turn)), last]
-    return np.where(valid.any(axis=1)[:, None], edge, np.nan)
+        out *= ((size - 1) / 2 / np.abs(out)).min(axis=1)[:, None]
+
+    def pixels(share):
+        return (size - 1) / 2 + share[:, None] * out
+
+    found = np.full(len(out), np.nan)
+    for share in np.linspace(0, 1, OUTWARD):
+        seen = camera.rays(pixels(np.full(len(out), share))).valid
+        found[seen] = share
+    beyond = np.minimum(found + 1 / (OUTWARD - 1), 1.0)
+    for _ in range(HALVINGS):
+        middle = (found + beyond) / 2
+        seen = camera.rays(pixels(middle)).valid
+        found, beyond = np.where(seen, middle, found), np.where(seen, beyond, middle)
+    return pixels(found)
 
 
 def field_of_view(camera, reach, colour=SKY, label="edge of the field of view"):
@@ -125,7 +134,7 @@ def axes(length, T_frame_axes=None, labelled=True):
     return parts
 
 
-def mirrors(camera, label="mirror", colour=SILVER, opacity=0.75):
+def mirrors(camera, label="mirror", colour=SILVER, opacity=0.6):
     """The mirrors of a camera as Surfaces; none of a camera without one."""
     if hasattr(camera, "outlines"):
         rings = [
@@ -160,7 +169,7 @@ def viewing_rays(camera, count=(7, 5)):
         return []
     pixels = spread_pixels(camera, count)
     seen, met = camera.viewer.rays(pixels), camera.rays(pixels)
-    return [Segments(seen.origins, met.origins, FAINT, "to the mirror", 1.0)]
+    return [Segments(seen.origins, met.origins, FAINT, "line of sight to the mirror", 1.0)]
 
 
 def caustics(camera, within, grid=(CAUSTIC_PX, CAUSTIC_PX)):

@@ -1,17 +1,17 @@
-"""A rig of the laboratory as a scene: camera, mirror, field of view, target poses."""
+"""Targets before a camera as a scene: the rigs of the laboratory, and posed boards."""
 
 import numpy as np
 
 from raxel.lab.render_set import POSES
 from raxel.sets.model import ActiveGrid
-from raxel.show.boards import BACK, board
+from raxel.show.boards import board
 from raxel.show.cameras import axes, field_of_view, frustum, mirrors, viewing_rays
-from raxel.show.scene import Labels, Points, finite_points
-from raxel.show.view import INK, framed
+from raxel.show.scene import finite_points
+from raxel.show.view import SIGHT, framed
 
-EVALUATE = "#d9b38c"
+CALIBRATE, EVALUATE = "#6b7785", "#d55e00"
 # The camera's pyramid, and its axes, as shares of the farthest target's distance.
-BODY, AXIS = 0.1, 0.25
+BODY, AXIS, FIELD = 0.1, 0.25, 0.6
 
 
 def rig_scene(rig, seed=0):
@@ -20,30 +20,44 @@ def rig_scene(rig, seed=0):
     rig: `raxel.lab.Rig`; seed: whole number; the poses are those that `raxel render`
     draws from the same seed. Raises InputError as `Rig.draw_poses`.
     """
-    poses = rig.draw_poses(
-        np.random.default_rng([seed, POSES]), rig.count + rig.evaluate
-    )
-    what = "monitor" if isinstance(rig.target, ActiveGrid) else "chessboard"
-    boards = [
-        board(
-            rig.target, T, rig.border_mm,
-            f"{what} to calibrate with" if k < rig.count else f"{what} to evaluate with",
-            BACK if k < rig.count else EVALUATE,
-        )
-        for k, T in enumerate(poses)
-    ]  # fmt: skip
-    parts = boards + camera_parts(rig.camera, boards)
+    rng = np.random.default_rng([seed, POSES])
+    poses = rig.draw_poses(rng, rig.count + rig.evaluate)
+    uses = ["calibrate"] * rig.count + ["evaluate"] * rig.evaluate
     count = f"{rig.count} poses" + (f" and {rig.evaluate} more" if rig.evaluate else "")
     note = f"{rig.name}: {rig.summary}. {count}, drawn from seed {seed}."
-    return framed(parts, note=note)
+    return posed_targets(
+        rig.camera, rig.target, poses, uses, note, border_mm=rig.border_mm
+    )
 
 
-def camera_parts(camera, boards):
-    """The camera that sees `boards`, in their frame, drawn to their size."""
+def posed_targets(camera, target, poses, uses, note, border_mm=None, unit="mm"):
+    """A camera and its targets in poses T_camera_target (n, 4, 4).
+
+    uses: 'calibrate' or 'evaluate' for each; border_mm: as in `board`.
+    """
+    what = "monitor" if isinstance(target, ActiveGrid) else "chessboard"
+    parts = []
+    for T, use in zip(poses, uses, strict=True):
+        label, colour = f"{what} to {use} with", EVALUATE
+        if use == "calibrate":
+            label, colour = (label if "evaluate" in uses else what), CALIBRATE
+        parts += board(target, T, border_mm, label, colour)
+    parts += _camera_for(camera, parts)
+    return framed(parts, facing_sight(np.asarray(poses)), note=note, scale=unit)
+
+
+def facing_sight(poses):
+    """Of the usual view and its mirror images the one that sees most fronts (3,)."""
+    signs = np.array([[1, 1, 1], [-1, 1, 1], [1, 1, -1], [-1, 1, -1]])
+    views = signs * np.array(SIGHT)
+    return views[np.argmax((poses[:, :3, 2] @ views.T > 0).sum(axis=0))]
+
+
+def _camera_for(camera, boards):
+    """The camera that sees `boards`, drawn to their size."""
     corners = np.concatenate([finite_points(part) for part in boards])
     far = np.linalg.norm(corners, axis=1).max()
-    parts = field_of_view(camera, 0.6 * far)
+    parts = field_of_view(camera, FIELD * far)
     parts += mirrors(camera) + viewing_rays(camera)
     parts.append(frustum(getattr(camera, "viewer", camera), BODY * far))
-    parts += axes(AXIS * far)
-    return parts
+    return parts + axes(AXIS * far)

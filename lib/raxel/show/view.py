@@ -22,6 +22,8 @@ INK = "#1b1f24"
 # stands behind the camera, to its left and above, and sees the targets' faces.
 SIGHT = (0.62, 0.42, 0.66)
 ROUND = (1.0, 2.0, 5.0, 10.0)
+# How far below a scale bar its length is written, in diagonals of what is shown.
+BELOW = 0.045
 
 
 def framed(parts, sight=SIGHT, up=(0.0, -1.0, 0.0), note="", scale="mm"):
@@ -111,10 +113,10 @@ def scale_bar(points, axes, unit):
     tick = 0.06 * length * np.eye(3)[int(np.argmax(np.abs(axes[1])))]
     starts = np.stack([corner, corner - tick, end - tick])
     ends = np.stack([end, corner + tick, end + tick])
-    middle = (corner + end) / 2 + 3 * tick * np.sign(axes[1] @ tick)
+    below = (corner + end) / 2 + BELOW * np.linalg.norm(high - low) * axes[1]
     return [
         Segments(starts, ends, INK, width=2.5),
-        Labels(middle[None], [f"{length:g} {unit}"], INK),
+        Labels(below[None], [f"{length:g} {unit}"], INK),
     ]
 
 
