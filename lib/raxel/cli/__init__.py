@@ -10,6 +10,9 @@
   them.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
   laboratory.
+- `raxel show RIG|CAMERA|SET [--camera CAMERA] [--seed N] [--out FILE]` draws a rig, a
+  camera, or the targets of a set before their camera: FILE is a picture (.png) or a
+  page to turn (.html); without it the page opens in the browser.
 - `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
   compares results with the truth of a rendered set.
 - `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
@@ -80,6 +83,7 @@ def _parser():
     _add_undistort(commands)
     _add_check(commands)
     _add_render(commands)
+    _add_show(commands)
     _add_score(commands)
     _add_bench(commands)
     return parser
@@ -144,6 +148,29 @@ def _add_render(commands):
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
     parser.set_defaults(command=_render)
+
+
+def _add_show(commands):
+    summary = "draw a rig, a camera, or the targets of a set, in three dimensions"
+    parser = commands.add_parser("show", help=summary, description=summary)
+    parser.add_argument(
+        "what",
+        metavar="RIG|CAMERA|SET",
+        help="a rig file (.yaml), a camera file (.npz), or the folder of an image set",
+    )
+    parser.add_argument(
+        "--camera",
+        metavar="CAMERA",
+        help="pose the boards of a set to fit this camera; without it, to the truth of "
+        "a rendered set, or to a quick calibration by Zhang's method",
+    )
+    parser.add_argument(
+        "--seed", type=_seed, default=0, help="of a rig's poses (default 0)"
+    )
+    parser.add_argument(
+        "--out", metavar="FILE", help="write a .png or .html file and open nothing"
+    )
+    parser.set_defaults(command=_show)
 
 
 def _add_score(commands):
@@ -235,6 +262,12 @@ def _render(options, say):
     from raxel.cli.render import render
 
     render(options, say)
+
+
+def _show(options, say):
+    from raxel.cli.show import show
+
+    show(options, say)
 
 
 def _score(options, say):

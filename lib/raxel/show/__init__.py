@@ -1,6 +1,8 @@
 """Scenes in space, drawn by pyvista: pictures, and pages on which they turn.
 
 Needs the extra `show` (`pip install raxel[show]`); `available` says whether it is here.
+Ready-made scenes: `camera_scene` here, `rigs.rig_scene`, `sets.set_scene` and
+`surroundings.surroundings_scene`.
 """
 
 from raxel.show.boards import board, plate, polygon
@@ -17,7 +19,6 @@ from raxel.show.cameras import (
 from raxel.show.page import html
 from raxel.show.picture import picture, picture_array
 from raxel.show.rendering import RenderingError, available
-from raxel.show.rigs import rig_scene
 from raxel.show.scene import (
     CLEAR,
     SAME,
@@ -31,3 +32,33 @@ from raxel.show.scene import (
     Surface,
 )
 from raxel.show.view import framed
+
+__all__ = [
+    "CLEAR",
+    "SAME",
+    "Arrows",
+    "Labels",
+    "Points",
+    "Polyline",
+    "RenderingError",
+    "Scene",
+    "SceneError",
+    "Segments",
+    "Surface",
+    "available",
+    "axes",
+    "board",
+    "camera_scene",
+    "caustics",
+    "field_of_view",
+    "framed",
+    "frustum",
+    "html",
+    "mirrors",
+    "moved",
+    "picture",
+    "picture_array",
+    "plate",
+    "polygon",
+    "rays",
+]

@@ -1,5 +1,6 @@
 """Targets in space: chessboards and monitors with what they show, sheets, polygons."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -53,8 +54,12 @@ def board(target, T_frame_target, border_mm=None, label="", colour=BACK):
     ]
 
 
+@functools.lru_cache(maxsize=32)
 def face(target, border_mm=None):
-    """(texture, corner (2,), size (2,)) of a target's front in its plane, mm."""
+    """(texture, corner (2,), size (2,)) of a target's front in its plane, mm.
+
+    Equal targets share one texture, which is then stored once.
+    """
     if isinstance(target, ActiveGrid):
         size = target.monitor_mm or target.monitor_px
         return _stripes(), np.zeros(2), np.array(size, float)

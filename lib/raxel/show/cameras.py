@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from raxel.cameras import caustic_points, centrality, closest_point
-from raxel.cameras.base import pixel_grid
 from raxel.geometry.poses import transform
 from raxel.show.boards import polygon
 from raxel.show.scene import (
@@ -18,9 +17,8 @@ from raxel.show.scene import (
     Polyline,
     Segments,
     Surface,
-    finite_points,
 )
-from raxel.show.view import INK, framed, round_below
+from raxel.show.view import INK, framed
 
 BLUE, ORANGE, GREEN, SILVER = "#0072b2", "#d55e00", "#009e73", "#9fb4c7"
 FAINT, SKY = "#8a939e", "#56b4e9"
@@ -30,10 +28,12 @@ AXES = {"x": "#c0392b", "y": "#2e8b57", "z": "#2457a6"}
 AROUND, OUTWARD, HALVINGS = 144, 100, 30
 # Rings and spokes of a mirror of revolution, and lines of a sheet.
 RINGS, SPOKES, SHEET = 16, 64, 24
-RAY_GRID = (13, 9)
-CAUSTIC_PX = 40
+# Pixels whose rays are drawn, and those by which a camera is called central.
+RAY_GRID, MEASURED = (13, 9), (64, 48)
+CAUSTIC_PX = 30
 # How long rays are drawn: in spans of their origins, and without one in mm.
-REACH, REACH_MM = 1.6, 100.0
+REACH, REACH_MM = 1.1, 100.0
+PYRAMID = ((-0.6, -0.45, 1), (0.6, -0.45, 1), (0.6, 0.45, 1), (-0.6, 0.45, 1))
 # Rays closer together than this share of the drawn length come from one place.
 ONE_POINT = 1e-6
 
@@ -58,7 +58,7 @@ def spread_pixels(camera, grid):
 
 
 def field_edge(camera):
-    """Pixels (N, 2) around the part of the image that has rays, the last like the first.
+    """Pixels (N, 2) around the part of the image that has rays, the last the first.
 
     Outward from mid-image, in even directions: the farthest pixel with a ray, which is
     the image's border or the edge of the field of view. NaN where there is none.
@@ -99,15 +99,15 @@ def field_of_view(camera, reach, colour=SKY, label="edge of the field of view"):
 def frustum(camera, reach, colour=INK, label="camera"):
     """A small pyramid that stands for a camera which sees less than a half space.
 
-    Its edges go along the rays of the image's corners to the depth `reach`, mm; one
-    line more marks the upper side of the picture. Of a camera that has no such rays
-    it is an upright box's front: the same for every camera.
+    Its edges go along the rays of the image's corners to the depth `reach`, mm; a
+    peak marks the upper side of the picture. Where the corners have no rays, or
+    sideways ones, the pyramid is the same for every camera.
     """
     w, h = camera.width - 1, camera.height - 1
     seen = camera.rays(np.array([[0, 0], [w, 0], [w, h], [0, h]], float))
     depth = seen.directions[:, 2:]
     if not (seen.valid.all() and (depth > 0.3).all()):
-        side = np.array([[-0.6, -0.45, 1], [0.6, -0.45, 1], [0.6, 0.45, 1], [-0.6, 0.45, 1]])
+        side = np.array(PYRAMID)
         origin, ring = np.zeros((4, 3)), reach * side
     else:
         origin, ring = seen.origins, seen.origins + reach * seen.directions / depth
@@ -134,7 +134,7 @@ def axes(length, T_frame_axes=None, labelled=True):
     return parts
 
 
-def mirrors(camera, label="mirror", colour=SILVER, opacity=0.6):
+def mirrors(camera, label="mirror", colour=SILVER, opacity=0.45):
     """The mirrors of a camera as Surfaces; none of a camera without one."""
     if hasattr(camera, "outlines"):
         rings = [
@@ -142,8 +142,7 @@ def mirrors(camera, label="mirror", colour=SILVER, opacity=0.6):
             for T, outline in zip(camera.T_viewer_facets, camera.outlines, strict=True)
         ]
         return [
-            polygon(ring, colour=colour, opacity=opacity, label=label)
-            for ring in rings
+            polygon(ring, colour=colour, opacity=opacity, label=label) for ring in rings
         ]
     if not hasattr(camera, "mirror"):
         return []
@@ -169,7 +168,7 @@ def viewing_rays(camera, count=(7, 5)):
         return []
     pixels = spread_pixels(camera, count)
     seen, met = camera.viewer.rays(pixels), camera.rays(pixels)
-    return [Segments(seen.origins, met.origins, FAINT, "line of sight to the mirror", 1.0)]
+    return [Segments(seen.origins, met.origins, FAINT, "sight of the mirror", 1.0)]
 
 
 def caustics(camera, within, grid=(CAUSTIC_PX, CAUSTIC_PX)):
@@ -216,8 +215,8 @@ def camera_scene(camera, name="camera"):
     parts = [rays(camera, reach), *field_of_view(camera, reach)]
     parts += mirrors(camera) + viewing_rays(camera)
     parts.append(Points(origins, INK, "start of a ray", 4.0))
-    gap = centrality(seen)
-    nearest = closest_point(seen)
+    measured = camera.rays(spread_pixels(camera, MEASURED))
+    gap, nearest = centrality(measured), closest_point(measured)
     if gap > ONE_POINT * reach:
         parts += caustics(camera, 1.5 * reach)
         parts.append(Points(nearest[None], "#c76ea3", "nearest to all rays", 12.0))

@@ -8,7 +8,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.show.meshes import drawn_parts
 from raxel.show.rendering import need_rendering
-from raxel.show.scene import Labels, Points, Scene, Surface
+from raxel.show.scene import Labels, Points, Surface
 from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected
 
 # Width and height on a page, px; the file has FINER times as many each way.
@@ -16,7 +16,7 @@ SIZE = (720, 480)
 FINER = 2
 # Light enough for paper, solid enough for shape: matt, with a soft highlight.
 SHADING = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.0}
-PRINTED = {"ambient": 0.75, "diffuse": 0.25, "specular": 0.0}
+PRINTED = {"ambient": 0.85, "diffuse": 0.15, "specular": 0.0}
 PEELS = 8
 FONT_PX, LINE_PX, GAP_PX = 13, 21, 18
 
@@ -46,7 +46,7 @@ def picture(scene, size=SIZE, theme="light"):
 
 
 def picture_array(scene, size=SIZE, theme="light"):
-    """The picture of `picture` as an array (height, width, 3), uint8, of twice `size`."""
+    """What `picture` shows, as an array (height, width, 3), uint8, of twice `size`."""
     if theme not in THEMES:
         raise InputError(f"theme: found {theme!r}; give one of {', '.join(THEMES)}")
     look = THEMES[theme]
@@ -80,7 +80,7 @@ def render(scene, window, look=THEMES["light"]):
 
 
 def add_drawn(plotter, drawn, ink=INK):
-    """Put meshes (`Drawn`) into a plotter; what is drawn in INK gets the colour `ink`."""
+    """Put meshes (`Drawn`) into a plotter; what has the colour INK gets `ink`."""
     from pyvista.plotting.opts import InterpolationType
 
     textures = {}
@@ -143,7 +143,7 @@ def legend_entries(scene):
 
 
 def _legend_rows(entries, width):
-    """Entries with their places along a row, broken into rows of the picture's width."""
+    """Entries with their places along rows that fit into the picture's width."""
     font = _font(FONT_PX)
     rows, x = [], 0
     for label, colour, mark in entries:

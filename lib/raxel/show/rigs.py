@@ -6,8 +6,8 @@ from raxel.lab.render_set import POSES
 from raxel.sets.model import ActiveGrid
 from raxel.show.boards import board
 from raxel.show.cameras import axes, field_of_view, frustum, mirrors, viewing_rays
-from raxel.show.scene import finite_points
-from raxel.show.view import SIGHT, framed
+from raxel.show.scene import Labels, finite_points
+from raxel.show.view import INK, SIGHT, framed
 
 CALIBRATE, EVALUATE = "#6b7785", "#d55e00"
 # The camera's pyramid, and its axes, as shares of the farthest target's distance.
@@ -25,19 +25,20 @@ def rig_scene(rig, seed=0):
     uses = ["calibrate"] * rig.count + ["evaluate"] * rig.evaluate
     count = f"{rig.count} poses" + (f" and {rig.evaluate} more" if rig.evaluate else "")
     note = f"{rig.name}: {rig.summary}. {count}, drawn from seed {seed}."
-    return posed_targets(
-        rig.camera, rig.target, poses, uses, note, border_mm=rig.border_mm
-    )
+    targets = [rig.target] * len(poses)
+    return posed_targets(rig.camera, targets, poses, uses, note, rig.border_mm)
 
 
-def posed_targets(camera, target, poses, uses, note, border_mm=None, unit="mm"):
-    """A camera and its targets in poses T_camera_target (n, 4, 4).
+def posed_targets(camera, targets, poses, uses, note, border_mm=None):
+    """A camera and targets in poses T_camera_target (n, 4, 4), one of each for each.
 
     uses: 'calibrate' or 'evaluate' for each; border_mm: as in `board`.
     """
-    what = "monitor" if isinstance(target, ActiveGrid) else "chessboard"
+    what = "monitor" if isinstance(targets[0], ActiveGrid) else "chessboard"
+    known = what == "monitor" or targets[0].pitch_mm is not None
+    unit = "mm" if known else "pitches"
     parts = []
-    for T, use in zip(poses, uses, strict=True):
+    for target, T, use in zip(targets, poses, uses, strict=True):
         label, colour = f"{what} to {use} with", EVALUATE
         if use == "calibrate":
             label, colour = (label if "evaluate" in uses else what), CALIBRATE
@@ -58,6 +59,18 @@ def _camera_for(camera, boards):
     corners = np.concatenate([finite_points(part) for part in boards])
     far = np.linalg.norm(corners, axis=1).max()
     parts = field_of_view(camera, FIELD * far)
-    parts += mirrors(camera) + viewing_rays(camera)
     parts.append(frustum(getattr(camera, "viewer", camera), BODY * far))
-    return parts + axes(AXIS * far)
+    parts += [*axes(AXIS * far), _name("camera", np.zeros((1, 3)), BODY * far)]
+    silvered = mirrors(camera)
+    if silvered:
+        surface = np.concatenate([finite_points(part) for part in silvered])
+        parts += silvered + viewing_rays(camera)
+        parts.append(_name("mirror", surface, BODY * far))
+    return parts
+
+
+def _name(text, points, gap):
+    """A word above the middle of points (N, 3); up is negative y."""
+    place = (points.min(axis=0) + points.max(axis=0)) / 2
+    place[1] = points[:, 1].min() - gap
+    return Labels(place[None], [text], INK)

@@ -116,8 +116,14 @@ def scale_bar(points, axes, unit):
     below = (corner + end) / 2 + BELOW * np.linalg.norm(high - low) * axes[1]
     return [
         Segments(starts, ends, INK, width=2.5),
-        Labels(below[None], [f"{length:g} {unit}"], INK),
+        Labels(below[None], [_told(length, unit)], INK),
     ]
+
+
+def _told(length, unit):
+    """A length in words; metres where millimetres take four digits."""
+    whole = unit == "mm" and length >= 1000
+    return f"{length / 1000:g} m" if whole else f"{length:g} {unit}"
 
 
 def round_below(length):

@@ -1,0 +1,87 @@
+"""`raxel show RIG|CAMERA|SET [--camera CAMERA] [--seed N] [--out FILE]`"""
+
+import os
+import sys
+import tempfile
+import webbrowser
+from pathlib import Path
+
+from raxel.cameras.io import load_camera
+from raxel.cli.outputs import check_written
+from raxel.errors import InputError
+from raxel.files import check_can_be_written, replacing
+from raxel.sets import load_set
+from raxel.show.rendering import need_rendering
+
+FORMS = (".html", ".png")
+
+
+def show(options, say):
+    """Draw a rig, a camera or a set: to a file, or in the browser."""
+    out = options.out and Path(options.out)
+    if out:
+        if out.suffix.lower() not in FORMS:
+            raise InputError(
+                f"{out}: found ending {out.suffix or 'none'!r}; give "
+                f"{' or '.join(FORMS)}"
+            )
+        check_can_be_written(out)
+    need_rendering()
+    scene, title, image_sets = _scene(options, say)
+    if out is None:
+        folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))
+        out = folder / f"{title.split(':')[0]}.html"
+    else:
+        check_written([out], image_sets, [options.what, options.camera])
+    _write(out, scene, title)
+    print(f"{scene.note}\n{out}")
+    if options.out is None and _has_display():
+        webbrowser.open(out.as_uri())
+
+
+def _scene(options, say):
+    """(scene, title, image sets that were read)"""
+    what = Path(options.what)
+    if what.is_dir():
+        from raxel.show.sets import set_scene
+
+        image_set = load_set(what)
+        camera = options.camera and load_camera(options.camera)
+        scene = set_scene(image_set, camera, say)
+        return scene, f"{image_set.name}: targets before the camera", [image_set]
+    if options.camera:
+        raise InputError(
+            f"--camera: found with {what}, which is no folder of an image set; leave "
+            "it out"
+        )
+    if what.suffix == ".npz":
+        from raxel.show.cameras import camera_scene
+
+        return camera_scene(load_camera(what), what.stem), f"{what.stem}: a camera", []
+    if what.suffix in (".yaml", ".yml"):
+        from raxel.lab import load_rig
+        from raxel.show.rigs import rig_scene
+
+        rig = load_rig(what)
+        return rig_scene(rig, options.seed), f"{rig.name}: a rig", []
+    found = "this ending" if what.exists() else "no such file"
+    raise InputError(
+        f"{what}: {found}; give a rig (.yaml), a camera (.npz) or the folder of a set"
+    )
+
+
+def _write(out, scene, title):
+    from raxel.show import html, picture
+
+    if out.suffix.lower() == ".png":
+        content = picture(scene)
+    else:
+        content = html(scene, title).encode()
+    with replacing(out) as temporary:
+        temporary.write_bytes(content)
+
+
+def _has_display():
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

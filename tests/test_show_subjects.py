@@ -1,0 +1,262 @@
+"""What stands in the scenes of cameras, rigs, sets and rooms; the command `show`."""
+
+import json
+import webbrowser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from raxel.cameras import camera_from, closest_point, pixel_grid
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.geometry import inverse_pose, pose, transform
+from raxel.lab import board_scene, facade, load_rig, room
+from raxel.lab.render_set import POSES
+from raxel.lab.rig import Rig
+from raxel.sets import Chessboard, load_set
+from raxel.show import Points, Polyline, Segments, Surface, camera_scene, rendering
+from raxel.show.cameras import field_edge, mirrors, moved
+from raxel.show.rigs import rig_scene
+from raxel.show.scene import CLEAR, finite_points
+from raxel.show.sets import set_scene
+from raxel.show.surroundings import surroundings
+from tests.image_sets import write_drawn_set
+from tests.test_lab_rig import RIGS
+from tests.test_show import draws
+
+LENS = {
+    "K": [[130, 0, 99.5], [0, 130, 79.5], [0, 0, 1]],
+    "radial": [],
+    "width": 200,
+    "height": 160,
+}
+PINHOLE = camera_from("perspective", LENS)
+SPHERE = {"shape": "sphere", "axes": [30], "rim_radius": 25}
+
+
+def sphere_camera():
+    """A pinhole 100 mm before a ball."""
+    viewer = {"kind": "perspective"} | LENS
+    T = pose(np.eye(3), [0, 0, 100])
+    return camera_from(
+        "quadric mirror", SPHERE | {"viewer": viewer, "T_viewer_mirror": T}
+    )
+
+
+def of_kind(scene, kind, label):
+    return [p for p in scene.parts if isinstance(p, kind) and p.label == label]
+
+
+def fronts(scene):
+    """The sheets that show squares."""
+    sheets = [part for part in scene.parts if isinstance(part, Surface)]
+    return [sheet for sheet in sheets if sheet.texture is not None]
+
+
+def test_the_field_of_a_pinhole_ends_at_its_border_and_of_a_lens_at_its_angle():
+    u, v = field_edge(PINHOLE).T
+    rim = np.maximum(np.abs(u - 99.5) / 99.5, np.abs(v - 79.5) / 79.5)
+    assert rim == pytest.approx(1)
+    lens = camera_from(
+        "fisheye",
+        {
+            "projection": "equidistance", "focal_px": 40, "max_angle": 1.5,
+            "principal_point": [99.5, 79.5], "width": 200, "height": 160,
+        },
+    )  # fmt: skip
+    radius = np.linalg.norm(field_edge(lens) - [99.5, 79.5], axis=1)
+    assert radius == pytest.approx(60, abs=1e-6)
+
+
+def test_a_central_camera_shows_its_centre_and_rays_of_equal_length():
+    scene = camera_scene(PINHOLE, "mine")
+    (rays,) = of_kind(scene, Segments, "ray")
+    assert np.linalg.norm(rays.ends, axis=1) == pytest.approx(100)
+    (centre,) = of_kind(scene, Points, "centre")
+    assert np.allclose(centre.points, 0)
+    assert scene.note.startswith("mine: perspective, 200 x 160 px; central")
+
+
+def test_a_mirror_is_where_its_rays_start_and_its_caustic_is_shown():
+    camera = sphere_camera()
+    scene = camera_scene(camera)
+    (sheet,) = of_kind(scene, Surface, "mirror")
+    starts = finite_points(of_kind(scene, Points, "start of a ray")[0])
+    from_middle = np.linalg.norm(sheet.points - [0, 0, 130], axis=2)
+    assert from_middle == pytest.approx(30)
+    assert np.linalg.norm(starts - [0, 0, 130], axis=1) == pytest.approx(30)
+    (caustic,) = of_kind(scene, Points, "caustic, sheet 1")
+    assert (np.linalg.norm(caustic.points - [0, 0, 130], axis=1) < 30).all()
+    assert "not central" in scene.note
+    (nearest,) = of_kind(scene, Points, "nearest to all rays")
+    rays = camera.rays(pixel_grid(200, 160))
+    assert nearest.points[0] == pytest.approx(closest_point(rays), abs=0.05)
+
+
+def test_facets_are_shown_as_their_outlines():
+    outline = [[-9, -9], [9, -9], [9, 9], [-9, 9]]
+    camera = camera_from(
+        "planar mirrors",
+        {
+            "viewer": {"kind": "perspective"} | LENS,
+            "T_viewer_facets": [pose(np.eye(3), [0, 0, 50])],
+            "outlines": [outline],
+        },
+    )
+    (facet,) = mirrors(camera)
+    assert np.allclose(
+        facet.points[0, :4], np.pad(outline, ((0, 0), (0, 1))) + [0, 0, 50]
+    )
+    assert mirrors(PINHOLE) == []
+
+
+def test_moved_parts_keep_their_shape():
+    T = pose(np.diag([1.0, -1, -1]), [5, 6, 7])
+    line = Polyline([[0, 0, 0], [1, 2, 3]], "k", "way")
+    (there,) = moved([line], T, scale=2.0)
+    assert np.allclose(there.points, [[5, 6, 7], [7, 2, 1]])
+    (back,) = moved([there], inverse_pose(T), unlabelled=True, scale=1.0)
+    assert np.allclose(back.points, 2 * np.array(line.points))
+    assert (there.label, back.label) == ("way", "")
+
+
+@pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
+def test_a_rig_shows_its_targets_in_the_poses_that_are_rendered(path):
+    rig: Rig = load_rig(path)
+    scene = rig_scene(rig, seed=3)
+    sheets = [
+        p for p in scene.parts if isinstance(p, Surface) and p.texture is not None
+    ]
+    count = rig.count + rig.evaluate
+    poses = rig.draw_poses(np.random.default_rng([3, POSES]), count)
+    assert len(sheets) == count
+    corner, size = rig.extent
+    for sheet, T in zip(sheets, poses, strict=True):
+        ends = transform(T, [[*corner, 0], [*(corner + size), 0]])
+        assert np.allclose(sheet.points[[0, 1], [0, 1]], ends)
+
+
+def test_a_set_without_poses_is_calibrated_and_one_with_truth_is_not(tmp_path):
+    drawn = write_drawn_set(tmp_path / "set")
+    scene = set_scene(load_set(tmp_path / "set"))
+    sheets = [
+        p for p in scene.parts if isinstance(p, Surface) and p.texture is not None
+    ]
+    assert len(sheets) == len(drawn)
+    # The first board stands upright at 9.5 pitches of 20 mm.
+    depth = sheets[0].points[..., 2]
+    assert depth == pytest.approx(190, rel=0.02)
+    assert "6 of 6 boards; camera by Zhang's method" in scene.note
+    truth = tmp_path / "set" / "truth"
+    truth.mkdir()
+    PINHOLE.save(truth / "camera.npz")
+    T = pose(np.eye(3), [0, 0, 500])
+    named = {f"view{k}.png": T.tolist() for k in range(len(drawn))}
+    (truth / "poses.json").write_text(json.dumps({"T_camera_target": named}))
+    text = (tmp_path / "set" / "set.yaml").read_text()
+    (tmp_path / "set" / "set.yaml").write_text(text + "truth: truth/\n")
+    scene = set_scene(load_set(tmp_path / "set"))
+    assert "true poses" in scene.note
+    named.popitem()
+    (truth / "poses.json").write_text(json.dumps({"T_camera_target": named}))
+    with pytest.raises(InputError, match=r"poses\.json: T_camera_target: no pose"):
+        set_scene(load_set(tmp_path / "set"))
+
+
+def test_walls_are_looked_through_from_behind_and_furniture_is_not():
+    parts = surroundings(room())
+    clear = [part.back == CLEAR for part in parts]
+    assert clear[:6] == [True] * 6
+    assert not any(clear[6:])
+    inside = np.zeros(3)
+    for wall in parts[:6]:
+        a, b, c = wall.points[0, 0], wall.points[0, 1], wall.points[1, 0]
+        away = np.cross(b - a, c - a)
+        assert (inside - a) @ away < 0
+    assert len(surroundings(facade())) == len(facade().parts)
+
+
+def test_a_wall_shows_its_texture_as_it_hangs():
+    chess = Chessboard(4, 3, 20.0)
+    (sheet,) = surroundings(board_scene(chess, np.eye(4)))
+    dark = sheet.texture < 128
+    rows, columns = dark.shape
+    at = transform(np.eye(4), [[30, 10, 0], [10, 10, 0]])
+    low, high = sheet.points[0, 0], sheet.points[-1, -1]
+    u, v = ((at - low)[:, :2] / (high - low)[:2]).T
+    places = (v * rows).astype(int), (u * columns).astype(int)
+    assert dark[places].tolist() == [True, False]
+
+
+@draws
+@pytest.mark.parametrize("name", ["a.png", "b.html"])
+def test_the_command_writes_what_its_name_says(tmp_path, capsys, name):
+    PINHOLE.save(tmp_path / "camera.npz")
+    out = tmp_path / name
+    assert main(["show", str(tmp_path / "camera.npz"), "--out", str(out)]) == 0
+    head = out.read_bytes()[:15]
+    assert head.startswith(b"\x89PNG" if name == "a.png" else b"<!doctype html>")
+    assert "camera: perspective" in capsys.readouterr().out
+
+
+@draws
+@pytest.mark.parametrize("display", ["", ":0"])
+def test_without_a_file_it_opens_a_page_where_there_is_a_display(
+    tmp_path, capsys, monkeypatch, display
+):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    PINHOLE.save(tmp_path / "camera.npz")
+    assert main(["show", str(tmp_path / "camera.npz")]) == 0
+    page = Path(capsys.readouterr().out.splitlines()[-1])
+    assert page.is_file()
+    assert opened == ([page.as_uri()] if display else [])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere.npz"], "nowhere.npz"),
+        (["nothing.txt"], "nothing.txt: no such file; give a rig"),
+        (
+            ["x.yaml", "--out", "a.svg"],
+            "a.svg: found ending '.svg'; give .html or .png",
+        ),
+        (["x.yaml", "--camera", "c.npz"], "--camera: found with x.yaml"),
+        (["x.yaml", "--out", "no/folder/a.png"], "no folder"),
+    ],
+)
+def test_bad_requests_get_one_line(monkeypatch, capsys, arguments, said):
+    monkeypatch.setattr("raxel.cli.show.need_rendering", lambda: None)
+    assert main(["show", *arguments]) == 2
+    complaint = capsys.readouterr().err
+    assert said in complaint
+    assert complaint.count("\n") == 1
+
+
+def test_what_is_missing_is_told_with_the_command_that_mends_it(
+    monkeypatch, capsys, tmp_path
+):
+    monkeypatch.setattr(rendering, "_remembered", lambda: False)
+    monkeypatch.setattr(rendering, "PROBE", "import os; os.kill(os.getpid(), 11)")
+    assert "apt-get install libegl1 libgl1 libxrender1" in fresh().reason
+    monkeypatch.setattr(rendering, "PACKAGES", ("pyvista", "no_such_package"))
+    found = fresh()
+    assert not found.works
+    assert found.reason == (
+        "3-D pictures need no_such_package, not installed here; run: "
+        "pip install raxel[show]"
+    )
+    monkeypatch.setattr(rendering, "available", lambda: found)
+    PINHOLE.save(tmp_path / "camera.npz")
+    assert main(["show", str(tmp_path / "camera.npz")]) == 2
+    assert capsys.readouterr().err == f"raxel: {found.reason}\n"
+
+
+def fresh():
+    """The availability, found out anew."""
+    return rendering.available.__wrapped__()
