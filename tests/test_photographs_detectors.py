@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.photographs.set import detectors
-from chapters.photographs.set import page as set
+from chapters.photographs.set import tables as set_tables
+from chapters.photographs.set.trials import detectors
 from raxel.sets import load_set
 from repro.run import jobs
 from repro.run.results import Result
@@ -39,7 +39,7 @@ def run(folder, out):
     jobs.run(ROOT, order, 0, 1, part)
     path = out / "results" / f"{NAME}.json"
     jobs.gather(ROOT, order, "key", {}, [part], path)
-    return set.ext_detectors({"photograph_detectors": Result(path)})
+    return set_tables.ext_detectors({"photograph_detectors": Result(path)})
 
 
 def cells(table, column):

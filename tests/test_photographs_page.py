@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.photographs.set import page as set
+from chapters.photographs.set import results as sentences
+from chapters.photographs.set import tables as set_tables
 from chapters.photographs.set.exercises import (
     exercise_camera,
     exercise_corner,
@@ -20,7 +21,8 @@ from chapters.photographs.set.exercises import (
     residual_of,
     residual_task,
 )
-from chapters.shared.photographs import sentences, study
+from chapters.photographs.set.figures import fields, pictures
+from chapters.photographs.set.trials import study
 from chapters.shared.photographs.reading import Study, paired, pooled_rms
 from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera
@@ -43,12 +45,12 @@ from tests.image_sets import (
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "photograph_study@drawn"
 FIGURES = (
-    set.ext_corners,
-    set.ext_residuals,
-    set.ext_cross_validation,
-    set.ext_undistorted,
+    pictures.ext_corners,
+    fields.ext_residuals,
+    fields.ext_cross_validation,
+    pictures.ext_undistorted,
 )
-TABLES = (set.ext_images, set.ext_models)
+TABLES = (set_tables.ext_images, set_tables.ext_models)
 SENTENCES = (
     sentences.title,
     sentences.about,
@@ -224,7 +226,7 @@ def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
 
 
 def test_a_figure_is_rendered_whole(drawn, tmp_path):
-    drawing = set.ext_residuals({"photograph_study": drawn[1]})
+    drawing = fields.ext_residuals({"photograph_study": drawn[1]})
     save_drawing(drawing, tmp_path / "residuals")
     rows = (tmp_path / "residuals.csv").read_text("utf-8").splitlines()
     assert len(rows) == 1 + 6 * 35 * 2

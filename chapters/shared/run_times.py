@@ -1,6 +1,7 @@
 """How long something takes, and in words."""
 
 from __future__ import annotations
+
 import time
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from chapters.shared.photographs.compared import FEWEST_DECIDING, twins
-from chapters.shared.photographs.reading import NAMES
-from chapters.shared.photographs.study import MODELS
+from chapters.shared.photographs.reading import MODELS, NAMES
 
 
 def brought(results, sets):

@@ -10,39 +10,42 @@
 # %% tags=["hide-cell"]
 from functools import partial
 
-from chapters.photographs.set.detectors import (
-    detector_conditions,
-    detector_trial,
-    detectors_table,
-    score,
-)
+from chapters.photographs.set import results
 from chapters.photographs.set.exercises import (
     exercise_camera,
     exercise_corner,
     field_of_view_task,
     residual_task,
 )
-from chapters.photographs.set.figures.fields import (
-    held_out_errors,
-    residual_fields,
+from chapters.photographs.set.trials.detectors import (
+    UNSUITED,
+    clicks_of,
+    detector_conditions,
+    read_by_celect,
+    score,
 )
-from chapters.photographs.set.tables import images_table, models_table
-from chapters.shared.photographs import sentences
-from chapters.shared.photographs.pictures import (
-    contact_sheet,
-    undistorted_views,
-)
-from chapters.shared.photographs.reading import Study
-from chapters.shared.photographs.study import (
+from chapters.photographs.set.trials.study import (
     SIZES,
+    boards_of,
     calibrated,
     conditions_of,
+    fit_part,
     fold_part,
+    image_part,
     scores,
     settings_of,
-    study_trial,
 )
-from raxel.sets import load_set
+from chapters.shared.grid_detectors import (
+    CELECT,
+    CLICKLESS,
+    OPENCV,
+    OPENCV_SB,
+    returned,
+)
+from chapters.shared.photographs.reading import MODELS, Study
+from raxel.features.detector import as_8_bit
+from raxel.sets import Chessboard, load_set, read_image
+from raxel.sets.reference import load_reference
 from repro.page.exercise import check
 from repro.page.reader import (
     open_results,
@@ -51,7 +54,7 @@ from repro.page.reader import (
     show_table,
     value,
 )
-from repro.run.experiment import experiment, figure, table
+from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 # %% [markdown]
@@ -82,6 +85,21 @@ from repro.run.outcomes import Plan
 
 
 # %% tags=["hide-cell"]
+def study_trial(folder, size, condition, rng):
+    """One condition of the study, by its part."""
+    image_set = load_set(folder)
+    if not isinstance(image_set.target, Chessboard):
+        why = "the target is an active grid; this study takes chessboards"
+        return {model: {"reason": why} for model in MODELS}
+    if condition["part"] == "image":
+        return image_part(folder, image_set, condition["view"], size)
+    boards = boards_of(folder)
+    if condition["part"] == "fit":
+        return fit_part(image_set, boards, size, rng)
+    parts = sum(c["part"] == "fold" for c in conditions_of(image_set, size))
+    return fold_part(image_set, boards, condition["fold"], parts, rng)
+
+
 @experiment(
     "photograph_study",
     artefact="ext_models",
@@ -99,66 +117,49 @@ def photograph_study(effort, folder):
     )
 
 
-def study_of(results):
-    """The study in the results that a producer was given."""
-    return Study(results["photograph_study"])
-
-
 # %% tags=["active-ipynb", "remove-input"]
 # study = Study(open_results("photograph_study"))
 
 # %% tags=["active-ipynb"]
-# value("title", sentences.title(study))
+# value("title", results.title(study))
 
 # %% tags=["active-ipynb"]
-# value("about", sentences.about(study))
+# value("about", results.about(study))
 
 # %% tags=["active-ipynb"]
-# value("origin", sentences.origin(study))
+# value("origin", results.origin(study))
 
 # %% tags=["active-ipynb"]
-# value("found", sentences.found(study))
+# value("found", results.found(study))
 
 # %% tags=["active-ipynb"]
-# value("zhang", sentences.zhang(study))
+# value("zhang", results.zhang(study))
 
 # %% tags=["active-ipynb"]
-# value("general", sentences.general(study))
+# value("general", results.general(study))
 
 # %% tags=["active-ipynb"]
-# value("kept_out", sentences.kept_out(study))
+# value("kept_out", results.kept_out(study))
 
 # %% tags=["active-ipynb"]
-# value("coverage", sentences.coverage(study))
+# value("coverage", results.coverage(study))
 
 # %% tags=["active-ipynb"]
-# value("comparison", sentences.comparison(study))
+# value("comparison", results.comparison(study))
 
 # %% tags=["active-ipynb"]
-# value("angles", sentences.angles(study))
+# value("angles", results.angles(study))
 
 # %% tags=["active-ipynb"]
-# value("straightness", sentences.straightness(study))
+# value("straightness", results.straightness(study))
 
 # %% tags=["active-ipynb"]
-# value("exercise", sentences.exercise(study))
+# value("exercise", results.exercise(study))
 
 # %% [markdown]
 # ## The photographs and their corners
 #
 # {glue:text}`found`
-
-
-# %% tags=["hide-cell"]
-@figure(
-    "ext_corners",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_corners(results):
-    """Every photograph with its corners in order."""
-    return contact_sheet(study_of(results))
 
 
 # %% tags=["active-ipynb"]
@@ -184,18 +185,6 @@ def ext_corners(results):
 # {glue:text}`kept_out`
 
 
-# %% tags=["hide-cell"]
-@figure(
-    "ext_residuals",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_residuals(results):
-    """Residual vectors of corners kept out, both models on one scale."""
-    return residual_fields(study_of(results))
-
-
 # %% tags=["active-ipynb"]
 # show("ext_residuals")
 
@@ -208,29 +197,6 @@ def ext_residuals(results):
 # ## Error per photograph
 
 
-# %% tags=["hide-cell"]
-@figure(
-    "ext_cross_validation",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_cross_validation(results):
-    """Error of both models in every photograph kept out."""
-    return held_out_errors(study_of(results))
-
-
-@table(
-    "ext_images",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_images(results):
-    """Every photograph: corners found, errors, remarks."""
-    return images_table(study_of(results))
-
-
 # %% tags=["active-ipynb"]
 # show("ext_cross_validation")
 
@@ -239,18 +205,6 @@ def ext_images(results):
 
 # %% [markdown]
 # ## The photograph without distortion
-
-
-# %% tags=["hide-cell"]
-@figure(
-    "ext_undistorted",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_undistorted(results):
-    """One photograph as taken, and undistorted through both models."""
-    return undistorted_views(study_of(results))
 
 
 # %% tags=["active-ipynb"]
@@ -264,18 +218,6 @@ def ext_undistorted(results):
 # angles of the cross-validation do not.
 #
 # ## Compared models
-
-
-# %% tags=["hide-cell"]
-@table(
-    "ext_models",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_models(results):
-    """Both models: parameters, fit, prediction, coverage."""
-    return models_table(study_of(results))
 
 
 # %% tags=["active-ipynb"]
@@ -302,10 +244,31 @@ def ext_models(results):
 # that went into them is judged mildly.
 
 # %% tags=["active-ipynb", "hide-output"]
-# show_code(detector_trial, score)
+# show_code(score)
 
 
 # %% tags=["hide-cell"]
+def detector_trial(folder, condition, rng):
+    """What every detector makes of one image, and how far off its corners are."""
+    if condition["view"] < 0:
+        return {"reason": UNSUITED}
+    image_set = load_set(folder)
+    view = image_set.views[condition["view"]]
+    size = image_set.target.columns, image_set.target.rows
+    image = as_8_bit(read_image(image_set, view))
+    reference = load_reference(image_set).get(view.image)
+    values = {"judged": reference is not None}
+    for name in (OPENCV, OPENCV_SB, CLICKLESS):
+        corners = returned(name, image, *size)
+        values[name] = score(image, corners, size, reference)
+    clicks = clicks_of(view, size, reference, rng)
+    values["clicked"] = clicks is not None
+    if clicks is not None:
+        corners = read_by_celect(image, clicks, size)
+        values[CELECT] = score(image, corners, size, reference)
+    return values
+
+
 @experiment(
     "photograph_detectors",
     artefact="ext_detectors",
@@ -321,17 +284,6 @@ def photograph_detectors(effort, folder):
         1,
         settings_of(image_set),
     )
-
-
-@table(
-    "ext_detectors",
-    needs=("photograph_detectors",),
-    evidence="photograph",
-    per_set=True,
-)
-def ext_detectors(results):
-    """Detectors side by side: boards returned and right, errors."""
-    return detectors_table(results["photograph_detectors"])
 
 
 # %% tags=["active-ipynb"]

@@ -6,14 +6,30 @@ import math
 
 import numpy as np
 
+from chapters.photographs.set.results import study_of
+from chapters.photographs.set.trials.detectors import UNSUITED
+from chapters.shared.grid_detectors import (
+    CELECT,
+    CLICK_SD_PX,
+    CLICKLESS,
+    OPENCV,
+    OPENCV_SB,
+)
 from chapters.shared.photographs.reading import NAMES, column, pooled_rms
 from repro.judge.statistics import median_interval
+from repro.run.experiment import table
 from repro.run.outcomes import Table
 
 NONE = "–"
-CAMERA_PARAMETERS = (
-    6  # Zhang: two focal lengths, principal point, two radial terms
-)
+# Zhang: two focal lengths, principal point, two radial terms.
+CAMERA_PARAMETERS = 6
+
+ROWS = {
+    OPENCV: "OpenCV findChessboardCorners",
+    OPENCV_SB: "OpenCV findChessboardCornersSB",
+    CELECT: "CELECT",
+    CLICKLESS: "without clicks (ext.)",
+}
 
 
 def models_table(study):
@@ -147,3 +163,115 @@ def _known(number):
 
 def _whole(number):
     return int(number) if np.isfinite(number) else NONE
+
+
+@table(
+    "ext_images",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_images(results):
+    """Every photograph: corners found, errors, remarks."""
+    return images_table(study_of(results))
+
+
+@table(
+    "ext_models",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_models(results):
+    """Both models: parameters, fit, prediction, coverage."""
+    return models_table(study_of(results))
+
+
+def detectors_table(result):
+    """Counts and errors of every detector on the images of a set.
+
+    A column in which nothing can be told is left out.
+    """
+    trials = [c for c in result.conditions if c["view"] >= 0]
+    columns = {
+        name: []
+        for name in (
+            "Method",
+            "Images",
+            "Returned",
+            "Right",
+            *(
+                f"{statistic} {when} (px)"
+                for when in ("before", "after")
+                for statistic in ("Mean", "Max", "SD")
+            ),
+        )
+    }
+    for method, name in ROWS.items():
+        row = [name, *_counted(result, trials, method)]
+        for when in ("before", "after"):
+            row += _statistics(result, trials, f"{method}.{when}")
+        for cells, cell in zip(columns.values(), row, strict=True):
+            cells.append(cell)
+    told = {
+        name: cells
+        for name, cells in columns.items()
+        if any(cell != NONE for cell in cells)
+    }
+    return Table(told, _caption(result, trials))
+
+
+def _counted(result, trials, method):
+    """Images that the method was given, boards returned, boards right."""
+    if method == CELECT:
+        trials = [c for c in trials if result.column("clicked", **c)[0]]
+    if not trials:
+        return [0, NONE, NONE]
+    count = [
+        int(sum(result.column(f"{method}.{what}", **c)[0] for c in trials))
+        for what in ("returned", "right")
+    ]
+    judged = any(result.column("judged", **c)[0] for c in trials)
+    return [len(trials), count[0], count[1] if judged else NONE]
+
+
+def _statistics(result, trials, name):
+    """Mean, maximum and SD (px) of the errors of right boards, as cells."""
+    right = name.partition(".")[0] + ".right"
+    trials = [c for c in trials if np.nansum(result.column(right, **c)) > 0]
+    if not trials:
+        return [NONE] * 3
+    errors = [e for c in trials for e in result.arrays(name, **c)]
+    errors = np.concatenate(errors)
+    values = errors.mean(), errors.max(), errors.std(ddof=1)
+    return [f"{value:.4f}" for value in values]
+
+
+def _caption(result, trials):
+    start = (
+        "Tables 3.4 to 3.7 on these photographs: boards returned and right"
+    )
+    if not trials:
+        return f"{start}. Nothing to compare: {UNSUITED}."
+    if not any(result.column("judged", **c)[0] for c in trials):
+        return (
+            f"{start}. The set has no reference corners, so right and wrong "
+            "cannot be told. CELECT runs where outer_corners are given."
+        )
+    return (
+        f"{start}, and the errors of the corners of right boards before and "
+        "after cornerSubPix, against the set's reference corners. CELECT has "
+        "four clicks: those of set.yaml, or the reference's outer corners with "
+        f"an error of {CLICK_SD_PX} px (SD per axis)."
+    )
+
+
+@table(
+    "ext_detectors",
+    needs=("photograph_detectors",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_detectors(results):
+    """Detectors side by side: boards returned and right, errors."""
+    return detectors_table(results["photograph_detectors"])

@@ -8,10 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from chapters.shared.photographs.study import MODELS
 from repro.judge.statistics import LEAST_RATIO, SIGNIFICANCE
 
 NAMES = {"zhang": "Zhang", "general": "General camera"}
+
+MODELS = ("zhang", "general")
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,19 @@ from matplotlib.ticker import (
     NullLocator,
 )
 
+from chapters.photographs.set.figures.pictures import NO_RAY, tinted
+from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
-from chapters.shared.photographs.pictures import NO_RAY, tinted
-from chapters.shared.photographs.reading import NAMES, column, paired
-from chapters.shared.photographs.study import MODELS
+from chapters.shared.photographs.reading import (
+    MODELS,
+    NAMES,
+    column,
+    paired,
+)
 from repro.judge.statistics import median_interval
 from repro.page.style import INK, WIDTH_IN, series
 from repro.page.style import figure as new_figure
+from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 ARROWS = 1500
@@ -306,3 +312,25 @@ def _error_data(rows):
                 values = column(rows, kind, model, quantity)
                 data[f"{model}.{kind}.{quantity}"] = values.tolist()
     return data
+
+
+@figure(
+    "ext_residuals",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_residuals(results):
+    """Residual vectors of corners kept out, both models on one scale."""
+    return residual_fields(study_of(results))
+
+
+@figure(
+    "ext_cross_validation",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_cross_validation(results):
+    """Error of both models in every photograph kept out."""
+    return held_out_errors(study_of(results))

@@ -9,11 +9,12 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
-from chapters.shared.photographs.reading import NAMES
-from chapters.shared.photographs.study import MODELS
+from chapters.shared.photographs.reading import MODELS, NAMES
 from repro.page.style import WIDTH_IN
 from repro.page.style import figure as new_figure
+from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 NO_RAY = "#e4d9d2"
@@ -226,3 +227,25 @@ def _add(data, panel, corners):
     data["corner"] += list(range(len(corners)))
     data["x_px"] += corners[:, 0].tolist()
     data["y_px"] += corners[:, 1].tolist()
+
+
+@figure(
+    "ext_corners",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_corners(results):
+    """Every photograph with its corners in order."""
+    return contact_sheet(study_of(results))
+
+
+@figure(
+    "ext_undistorted",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=True,
+)
+def ext_undistorted(results):
+    """One photograph as taken, and undistorted through both models."""
+    return undistorted_views(study_of(results))

@@ -9,6 +9,7 @@ import numpy as np
 
 from chapters.shared.photographs.reading import (
     NAMES,
+    Study,
     because,
     column,
     decided,
@@ -265,3 +266,8 @@ def _counted(reasons):
         because(reason) + (f" ({count} times)" if count > 1 else "")
         for reason, count in reasons.most_common()
     )
+
+
+def study_of(results):
+    """The study in the results that a producer was given."""
+    return Study(results["photograph_study"])

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.photographs.level import distortion_level
+from chapters.shared.photographs.reading import MODELS
 from chapters.shared.photographs.undistort import (
     corrected_errors,
     reduced,
@@ -30,7 +31,6 @@ from raxel.features.boards import detect_boards
 from raxel.features.detector import as_8_bit
 from raxel.sets import Chessboard, load_set, read_image
 
-MODELS = ("zhang", "general")
 COVERAGE_PX = 160
 
 
@@ -117,21 +117,6 @@ def boards_of(folder):
         for seen in board_views(image_set, [board_in(folder, index)]):
             boards.append(Found(index, view.use, seen))
     return boards
-
-
-def study_trial(folder, size, condition, rng):
-    """One condition of the study, by its part."""
-    image_set = load_set(folder)
-    if not isinstance(image_set.target, Chessboard):
-        why = "the target is an active grid; this study takes chessboards"
-        return {model: {"reason": why} for model in MODELS}
-    if condition["part"] == "image":
-        return image_part(folder, image_set, condition["view"], size)
-    boards = boards_of(folder)
-    if condition["part"] == "fit":
-        return fit_part(image_set, boards, size, rng)
-    parts = sum(c["part"] == "fold" for c in conditions_of(image_set, size))
-    return fold_part(image_set, boards, condition["fold"], parts, rng)
 
 
 def image_part(folder, image_set, index, size):

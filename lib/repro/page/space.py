@@ -1,0 +1,45 @@
+"""Pictures in three dimensions: scenes of `raxel.show` in a figure, and on a page.
+
+Where pyvista or OpenGL is missing, the build goes on: the place of the picture says what
+is missing and the command that mends it.
+"""
+
+from __future__ import annotations
+
+import textwrap
+
+from matplotlib.axes import Axes
+
+from raxel.show import Scene, available, html, picture_array
+from repro.page.templates import render
+
+CSS_PX_PER_INCH = 96
+
+
+def draw_scene(axes: Axes, scene: Scene) -> None:
+    """Fill ``axes`` with the picture of a scene, as large as they are.
+
+    They get their final place first: call it last, or set the place by hand.
+    """
+    axes.set_axis_off()
+    found = available()
+    if not found.works:
+        said = textwrap.fill(found.reason, 34)
+        axes.text(0.5, 0.5, said, ha="center", va="center", transform=axes.transAxes)
+        return
+    drawn = axes.figure
+    drawn.draw_without_rendering()
+    place = axes.get_window_extent().transformed(drawn.dpi_scale_trans.inverted())
+    size = [round(CSS_PX_PER_INCH * side) for side in (place.width, place.height)]
+    axes.imshow(picture_array(scene, size), interpolation="none", aspect="equal")
+
+
+def scene_page(scene: Scene, title: str) -> str:
+    """The page of a scene that turns; without OpenGL, a page that says what is missing.
+
+    ``title`` says in words what the scene shows.
+    """
+    found = available()
+    if found.works:
+        return html(scene, title)
+    return render("no_scene.html", title=title, reason=found.reason)
