@@ -1,4 +1,4 @@
-"""Cameras of section 2.3, and what two grids in known poses say of them."""
+"""Cameras of section 2.3, and two grids in drawn poses before them."""
 
 from __future__ import annotations
 

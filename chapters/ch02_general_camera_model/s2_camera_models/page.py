@@ -251,8 +251,8 @@ def pictures(effort):
 
 # %% [markdown]
 # The claim that no plane is met by all rays from 180° on has an experiment
-# of its own, in `trials/planes.py` beside this page: a linear programme looks
-# for a normal that all rays of a bundle have in front.
+# of its own, in `trials/planes.py` beside this page: a linear programme
+# looks for a normal that all rays of a bundle have in front.
 
 # %% [markdown]
 # ## Figures
