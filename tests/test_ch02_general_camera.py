@@ -36,7 +36,6 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
     quadrics as three_quadrics,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import stage
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
     stage as linear_trials,
 )
@@ -419,8 +418,8 @@ def test_the_numbers_of_2_4_are_read_from_what_the_trials_give(tmp_path):
     made = {
         name: result_of(tmp_path, name, replace(plan, trials=3))
         for name, plan in {
-            "exp_c2_rank_A": stage.rank_of_a("quick"),
-            "exp_c2_rank_D": stage.rank_of_d("quick"),
+            "exp_c2_rank_A": linear_trials.rank_of_a("quick"),
+            "exp_c2_rank_D": linear_trials.rank_of_d("quick"),
         }.items()
     }
     values = s4_results.values_of_ranks(made)
