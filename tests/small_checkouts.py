@@ -5,8 +5,6 @@ from pathlib import Path
 
 from repro.page import style
 from repro.page.execute import main
-from repro.page.scene import Points, Scene
-from repro.page.scene_page import scene_html
 from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
@@ -118,8 +116,8 @@ def small_checkout(root):
     about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
     about |= {"source": ["ch02_sample/s5_page/page.py", "half_of"], "scene": False}
     write_json(base / "fig_2_3.json", about | {"scene": True})
-    scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))
-    write_atomic(base / "fig_2_3.html", scene_html(scene, "Fig. 2.3"))
+    scene = '<!doctype html><html lang="en"><title>Fig. 2.3</title></html>'
+    write_atomic(base / "fig_2_3.html", scene)
     columns = {"i": ["1", "2"], "V_i": ["$|a|$", "0"], "residual": [1.23456, 2.0]}
     write_atomic(base / "table_2_1.csv", csv_text(columns))
     write_json(base / "table_2_1.json", about | {"results": {}, "caption": "Cells."})

@@ -239,7 +239,7 @@ def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
         checkout,
         PAGE,
         "from repro.page.reader import",
-        "from repro.page.scene import Points, Scene\nfrom repro.page.reader import",
+        "from raxel.show import Points, Scene\nfrom repro.page.reader import",
     )
     status, text = build(checkout, "fig_2_3")
     assert status == 0, text
@@ -247,7 +247,7 @@ def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
     page = (checkout / "figures" / "quick" / "fig_2_3.html").read_text()
     assert "<title>Fig. 2.3 Four throws.</title>" in page
 
-    viewer = "lib/repro/page/viewer/viewer.js"
-    edit(checkout, viewer, "const STEP", "// Degrees a key turns.\nconst STEP")
+    viewer = checkout / "lib/raxel/show/page.js"
+    viewer.write_text(viewer.read_text() + "// A word more.\n")
     _, text = build(checkout, "fig_2_3")
     assert jobs(text) == {"figure fig_2_3"}, text

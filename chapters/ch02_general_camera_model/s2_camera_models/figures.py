@@ -16,8 +16,8 @@ from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     PLANE_ANGLE,
     ROOM,
 )
-from chapters.shared.axes_in_space import dots, in_axes, name_axes
-from repro.page.scene import Points, Scene, Segments
+from raxel.show import Labels, Points, Segments, framed, moved
+from repro.page.space import draw_scene
 from repro.page.style import INK, SERIES, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -150,10 +150,10 @@ def ext_zoo_room(results):
 
 BLUE, ORANGE, GREEN = (series(k)["color"] for k in range(3))
 SHEETS = (ORANGE, GREEN)
-# Cameras of revolution are seen from the side, with half of the caustic:
-# the other half would hide it.
+# Cameras of revolution are drawn with half of the caustic: the other half
+# would hide it.
 ROUND = ("spherical mirror", "hyperboloid off the focus", "axial")
-SIDE, OBLIQUE = (12, -18), (22, -55)
+SIGHT = (0.62, 0.42, 0.66)
 # Caustic points farther off than this many drawn lengths are left out.
 REACH = 1.5
 SCENE_MM = 200.0
@@ -190,9 +190,7 @@ def ext_zoo_rays(results):
     """Rays and caustics of six cameras that are not central."""
     ran = results["exp_zoo_rays"]
     cameras = {name: Drawn(ran, name) for name in DRAWN_MM}
-    drawn, axes = new_figure(
-        2, 3, height_in=6.2, subplot_kw={"projection": "3d"}
-    )
+    drawn, axes = new_figure(2, 3, height_in=6.2)
     drawn.set_layout_engine("none")
     rows = []
     for number, (panel, (name, one)) in enumerate(
@@ -203,7 +201,7 @@ def ext_zoo_rays(results):
             [0.33 * across + 0.005, 0.49 - 0.49 * down, 0.31, 0.46]
         )
         panel.set_title(name, fontsize=9.5)
-        _draw(panel, one, name in ROUND)
+        draw_scene(panel, framed(_parts(one, name in ROUND), SIGHT))
         parts = {"ray start": one.origins, "ray end": one.ends}
         parts |= {f"caustic sheet {k + 1}": one.sheet(k) for k in (0, 1)}
         rows += [
@@ -223,19 +221,20 @@ def ext_zoo_rays(results):
     )
 
 
-def _draw(panel, one, round_one):
-    ends = np.stack([one.origins, one.ends], axis=1)
-    # One line with gaps: many rays, one artist.
-    gaps = np.full((len(ends), 1, 3), np.nan)
-    path = np.concatenate([ends, gaps], axis=1).reshape(-1, 3)
-    panel.plot(*in_axes(path), color=BLUE, lw=0.45, ls="-", marker="")
-    dots(panel, one.origins, INK, 1.0)
-    for k, colour in enumerate(SHEETS):
-        dots(
-            panel, one.sheet(k, round_one), colour, 1.0 if round_one else 2
-        )
-    name_axes(panel, SIDE if round_one else OBLIQUE)
-    panel.tick_params(labelsize=6, pad=-2)
+def _parts(one, half):
+    """Rays, their starts and the caustic of one camera, or half of it."""
+    sheets = [one.sheet(k, half) for k in range(len(SHEETS))]
+    return [
+        Segments(one.origins, one.ends, BLUE, "ray", 1.0),
+        Points(one.origins, INK, "ray start", 3.5),
+        *(
+            Points(sheet, colour, f"caustic, sheet {number}", 4.0)
+            for number, (sheet, colour) in enumerate(
+                zip(sheets, SHEETS, strict=True), 1
+            )
+            if len(sheet)
+        ),
+    ]
 
 
 def _scene(cameras):
@@ -244,34 +243,14 @@ def _scene(cameras):
     for number, (name, one) in enumerate(cameras.items()):
         row, column = divmod(number, 3)
         scale = SCENE_MM / DRAWN_MM[name]
-        shift = np.array([700.0 * column, 700.0 * row, 0.0])
-
-        def placed(points, one=one, scale=scale, shift=shift):
-            return scale * (points - one.middle) + shift
-
-        own = "" if number else "{}"
-        parts.append(
-            Segments(
-                placed(one.origins),
-                placed(one.ends),
-                BLUE,
-                own.format("ray"),
-                1.0,
-            )
-        )
-        parts.append(
-            Points(placed(one.origins), INK, own.format("ray start"), 4.0)
-        )
-        for k, colour in enumerate(SHEETS):
-            sheet = one.sheet(k)
-            if len(sheet):
-                label = own.format(f"caustic, sheet {k + 1}")
-                parts.append(Points(placed(sheet), colour, label, 4.0))
-    names = ", ".join(cameras)
-    return Scene(
+        T = np.eye(4)
+        T[:3, 3] = [700.0 * column, 700.0 * row, 0.0] - scale * one.middle
+        whole = _parts(one, half=False)
+        parts += moved(whole, T, unlabelled=number > 0, scale=scale)
+        parts.append(Labels([T[:3, 3] + scale * one.middle], [name], INK))
+    return framed(
         parts,
-        (700.0, -500.0, -1900.0),
-        (700.0, 350.0, 0.0),
-        note="Row by row: " + names + ". Each camera is scaled to rays of "
-        "the same length.",
+        (0.0, 0.4, 0.9),
+        note="Each camera is scaled to rays of the same length.",
+        scale="",
     )

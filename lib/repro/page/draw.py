@@ -51,7 +51,7 @@ def draw(
 
 def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
     """Write the figure's scene where its mark promises one; drop an old one if not."""
-    from repro.page.scene_page import scene_html
+    from repro.page.space import scene_page
 
     promised = found.details.get("scene", False)
     if promised != (made.scene is not None):
@@ -63,7 +63,7 @@ def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
         out.unlink(missing_ok=True)
     else:
         title = f"{label(found.id)} {plain(made.caption)}".strip()
-        results.write_atomic(out, scene_html(made.scene, title))
+        results.write_atomic(out, scene_page(made.scene, title))
 
 
 def _check(made: Drawing | Table) -> dict | None:

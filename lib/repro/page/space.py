@@ -1,7 +1,7 @@
 """Pictures in three dimensions: scenes of `raxel.show` in a figure, and on a page.
 
-Where pyvista or OpenGL is missing, the build goes on: the place of the picture says what
-is missing and the command that mends it.
+Where pyvista or OpenGL is missing, the build goes on: the place of the picture says
+what is missing and the command that mends it.
 """
 
 from __future__ import annotations
@@ -42,4 +42,4 @@ def scene_page(scene: Scene, title: str) -> str:
     found = available()
     if found.works:
         return html(scene, title)
-    return render("no_scene.html", title=title, reason=found.reason)
+    return render("no_scene", title=title, reason=found.reason)

@@ -69,7 +69,7 @@ def figure(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Drawing`` as the producer of a figure.
 
-    With ``scene`` the drawing brings a `repro.page.scene.Scene`; the page offers it.
+    With ``scene`` the drawing brings a `raxel.show.Scene`; the page offers it.
     """
     return _mark(
         "figure",

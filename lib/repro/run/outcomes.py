@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from repro.page.scene import Scene
+    from raxel.show import Scene
 
 VERDICTS = ("reproduced", "differs", "undecided")
 DECISIONS = dict(zip(("holds", "fails", "undecided"), VERDICTS, strict=True))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from raxel.show import available
 from repro.judge.ledger import Ledger, load
 from repro.run import discover
 from repro.run.deciding import judged_with
@@ -21,7 +22,7 @@ from repro.run.sets_of_report import reference_of
 DRAW_CODE = (("repro.page.draw", "draw"),)
 JUDGE_CODE = (("repro.run.judging", "judge"),)
 GUIDE = "data/recorded/README.md"
-VIEWER = ("lib/repro/page/viewer/page.html", "lib/repro/page/viewer/viewer.js")
+VIEWER = ("lib/raxel/show/page.html", "lib/raxel/show/page.js")
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
 
 
@@ -335,6 +336,11 @@ class Work:
     def figure_code(self, wildcards) -> str:
         """Key over the code that draws a figure."""
         return self._key("figure", wildcards.artefact, DRAW_CODE)
+
+    def scene_code(self, wildcards) -> str:
+        """The same for a figure with a scene, and whether scenes are rendered here."""
+        flat = "" if available().works else " not rendered"
+        return self.figure_code(wildcards) + flat
 
     def table_code(self, wildcards) -> str:
         """Key over the code that fills a table."""

@@ -7,15 +7,18 @@ import numpy as np
 from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (
     LEVELS,
 )
-from chapters.shared.axes_in_space import (
-    dots,
-    in_axes,
-    line,
-    name_axes,
-)
 from chapters.shared.general_cameras import KINDS
 from raxel.geometry import inverse_pose, transform
-from repro.page.scene import Points, Scene, Segments, Surface
+from raxel.show import (
+    Arrows,
+    Labels,
+    Points,
+    Segments,
+    Surface,
+    framed,
+    moved,
+)
+from repro.page.space import draw_scene
 from repro.page.style import INK, plot_interval, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -26,7 +29,9 @@ from repro.run.results import summary
 TOLERANCE_MM = 1e-9
 FOUND_MM = 1e-6
 GRIDS = tuple(series(k)["color"] for k in range(3))
+NAMES = ("base grid", "grid 2", "grid 3")
 SHEET = "#9aa5b1"
+SIGHT = (0.55, 0.4, 0.7)
 
 
 class Grids:
@@ -64,14 +69,10 @@ def fig_2_2(results):
         method: Grids(results["fig_2_2_grids"], method)
         for method in ("general", "generic")
     }
-    drawn, axes = new_figure(
-        1, 2, height_in=4.0, subplot_kw={"projection": "3d"}
-    )
+    drawn, axes = new_figure(1, 2, height_in=4.0)
     drawn.set_layout_engine("none")
-    for panel, left in zip(axes, (-0.02, 0.47), strict=True):
-        panel.set_position([left, -0.02, 0.46, 0.95])
-        # The label of the left z axis reaches into the right panel.
-        panel.set_zorder(1 - left)
+    for panel, left in zip(axes, (0.0, 0.5), strict=True):
+        panel.set_position([left, 0.0, 0.5, 0.93])
     titles = (
         "(a) general: $T_1$ known",
         "(b) generic: $T_1$, $T_2$ unknown",
@@ -79,7 +80,7 @@ def fig_2_2(results):
     for panel, title, grids in zip(
         axes, titles, found.values(), strict=True
     ):
-        _draw_grids(panel, grids)
+        draw_scene(panel, framed(_grids(grids), SIGHT))
         panel.set_title(title)
     gap = max(grids.gap() for grids in found.values())
     off = results["fig_2_2_grids"].column("pose_error_mm", method="generic")
@@ -109,64 +110,38 @@ def fig_2_2(results):
     )
 
 
-def _draw_grids(axes, grids):
-    for last in grids.meetings[-1]:
-        line(axes, np.stack([grids.centre, last]), SHEET, 0.6)
-    dots(axes, grids.centre[None], INK, 4)
-    axes.text(
-        *in_axes(grids.centre),
-        "centre ",
-        color=INK,
-        fontsize=9,
-        ha="right",
-    )
-    for number, (outline, points, T) in enumerate(
-        zip(grids.outlines, grids.meetings, grids.poses, strict=True)
+def _grids(grids):
+    """Grids where the calibration found them, and rays from the centre."""
+    last = grids.meetings[-1]
+    centre = np.broadcast_to(grids.centre, last.shape)
+    base, others = grids.poses[0, :3, 3], grids.poses[1:, :3, 3]
+    parts = [
+        Segments(centre, last, SHEET, "ray", 1.2),
+        Points(grids.centre[None], INK, "camera centre", 10.0),
+        Labels(grids.centre[None], ["centre"], INK),
+        Arrows(np.broadcast_to(base, others.shape), others, INK, "T", 2.5),
+    ]
+    for number, (outline, points) in enumerate(
+        zip(grids.outlines, grids.meetings, strict=True)
     ):
         colour = GRIDS[number]
-        line(axes, np.vstack([outline, outline[:1]]), colour, 1.3)
-        dots(axes, points, colour, 2.5)
-        where = {"color": colour, "fontsize": 9}
-        if number:
-            axes.text(*in_axes(outline[1]), f"$T_{number}$", **where)
-        else:
-            where |= {"ha": "right", "va": "top"}
-            axes.text(*in_axes(outline[3]), "base grid", **where)
-        ends = np.stack([grids.poses[0, :3, 3], T[:3, 3]])
-        line(axes, ends, INK, 1.0, ":")
-    name_axes(axes, (18, -50))
+        sheet = np.stack([outline[[0, 1]], outline[[3, 2]]])
+        parts += [
+            Surface(sheet, colour, 0.35, NAMES[number]),
+            Points(points, colour, size=5.0),
+            Labels(outline[1:2], [NAMES[number]], colour),
+        ]
+    return parts
 
 
 def _scene_2_2(found):
-    parts = []
-    for place, grids in enumerate(found.values()):
-        shift = np.array([1800.0 * place, 0.0, 0.0])
-        for number, (outline, points) in enumerate(
-            zip(grids.outlines, grids.meetings, strict=True)
-        ):
-            label = "base grid" if number == 0 else f"grid {number + 1}"
-            known = place == 0 and number < 2
-            named = known or (place == 1 and number == 2)
-            sheet = np.stack([outline[[0, 1]], outline[[3, 2]]]) + shift
-            parts.append(
-                Surface(sheet, GRIDS[number], 0.35, label if named else "")
-            )
-            parts.append(Points(points + shift, GRIDS[number], size=6.0))
-        last = grids.meetings[-1] + shift
-        centre = np.broadcast_to(grids.centre + shift, last.shape)
-        parts.append(
-            Segments(centre, last, SHEET, "" if place else "ray", 1.0)
-        )
-        parts.append(
-            Points(centre[:1], INK, "" if place else "camera centre", 12.0)
-        )
-        ends = grids.poses[1:, :3, 3] + shift
-        starts = np.broadcast_to(shift, ends.shape)
-        parts.append(Segments(starts, ends, INK, "" if place else "T", 3.0))
-    return Scene(
-        parts,
-        (-800.0, -1500.0, -2200.0),
-        (900.0, 0.0, 100.0),
+    """Both configurations beside each other."""
+    general, generic = (_grids(grids) for grids in found.values())
+    beside = np.eye(4)
+    beside[0, 3] = 1800.0
+    return framed(
+        general + moved(generic, beside, unlabelled=True),
+        SIGHT,
         note="Left the general method, two grids in known poses. Right the "
         "generic method, three grids whose poses it found.",
     )

@@ -8,13 +8,9 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials.drawn_rays impo
     PIXEL_I,
     TABLE_PX,
 )
-from chapters.shared.axes_in_space import (
-    dots,
-    line,
-    name_axes,
-)
 from raxel.geometry import pluecker_matrix
-from repro.page.scene import Points, Scene, Segments, Surface
+from raxel.show import Labels, Points, Segments, Surface, framed, moved
+from repro.page.space import draw_scene
 from repro.page.style import FAINT, INK, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -29,6 +25,7 @@ SIDES = {
 }
 BLUE, ORANGE = (series(k)["color"] for k in range(2))
 SHEET = "#9aa5b1"
+SIGHT = (0.5, 0.45, 0.75)
 
 
 class Table:
@@ -88,10 +85,8 @@ def fig_2_1(results):
         )
         space = drawn.add_axes(
             [left - 0.015, -0.05, 0.46, 0.74],
-            projection="3d",
-            zorder=2 - column,
         )
-        _draw_rays(space, table)
+        draw_scene(space, framed(_rays(table), SIGHT))
     gap = max(table.gap() for table in tables.values())
     names = ["camera", "u_px", "v_px"]
     names += [f"{part}_{x}_mm" for part in ("anchor", "end") for x in "xyz"]
@@ -152,52 +147,35 @@ def matrix_text(matrix):
     )
 
 
-def _draw_rays(axes, table):
-    for facet in table.facets:
-        line(axes, np.vstack([facet, facet[:1]]), SHEET, 1.0)
-    for row in np.flatnonzero(table.drawn):
-        ray = np.stack([table.origins[row], table.ends[row]])
-        line(axes, ray, BLUE, 0.7)
-    dots(axes, table.origins[table.drawn], INK, 2.0)
-    ray = np.stack([table.origins[table.i], table.ends[table.i]])
-    line(axes, ray, ORANGE, 2.0)
-    dots(axes, ray[:1], ORANGE, 4, "s")
-    name_axes(axes, (20, -60))
+def _rays(table):
+    """Rays of the marked pixels, their anchor points, and the mirrors."""
+    rows, i = table.drawn, [table.i]
+    sheets = [
+        Surface(
+            np.stack([facet[[0, 1]], facet[[3, 2]]]), SHEET, 0.5, "mirror"
+        )
+        for facet in table.facets
+    ]
+    return [
+        *sheets,
+        Segments(table.origins[rows], table.ends[rows], BLUE, "ray", 1.5),
+        Points(table.origins[rows], INK, "anchor point", 6.0),
+        Segments(
+            table.origins[i], table.ends[i], ORANGE, "ray of pixel i", 4.0
+        ),
+        Points(table.origins[i], ORANGE, size=9.0),
+        Labels(table.ends[i], ["i"], ORANGE),
+    ]
 
 
 def _scene_2_1(tables):
     """Both cameras beside each other: the mirrors' is moved along x."""
-    parts = []
-    for place, table in enumerate(tables.values()):
-        shift = np.array([900.0 * place, 0.0, 0.0])
-        own, rows = "" if place else "ray", table.drawn
-        for facet in table.facets:
-            sheet = np.stack([facet[[0, 1]], facet[[3, 2]]]) + shift
-            parts.append(Surface(sheet, SHEET, 0.5))
-        parts += [
-            Segments(
-                table.origins[rows] + shift,
-                table.ends[rows] + shift,
-                BLUE,
-                own,
-            ),
-            Points(
-                table.origins[rows] + shift,
-                INK,
-                "" if place else "anchor point",
-            ),
-            Segments(
-                table.origins[[table.i]] + shift,
-                table.ends[[table.i]] + shift,
-                ORANGE,
-                "" if place else "pixel i",
-                4.0,
-            ),
-        ]
-    return Scene(
-        parts,
-        (450.0, -700.0, -1600.0),
-        (450.0, 0.0, 100.0),
+    fisheye, mirrors = (_rays(table) for table in tables.values())
+    beside = np.eye(4)
+    beside[0, 3] = 900.0
+    return framed(
+        fisheye + moved(mirrors, beside, unlabelled=True),
+        SIGHT,
         note="Left a fisheye: all rays leave one point. Right a camera "
         "before four mirrors: every ray has an anchor point of its own.",
     )

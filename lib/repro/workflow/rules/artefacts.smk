@@ -35,6 +35,10 @@ use rule figure as turnable_figure with:
         scene=f"{WORK.base}/{{artefact}}.html",
     wildcard_constraints:
         artefact=WORK.pattern("figure", scene=True),
+    params:
+        code=WORK.scene_code,
+        results=WORK.folder(f"{WORK.base}/results"),
+        sets=WORK.sets_option("figure"),
 
 
 rule table:
