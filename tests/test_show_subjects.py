@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from raxel.cameras import camera_from, closest_point, pixel_grid
+from raxel.cameras import camera_from, closest_point
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, pose, transform
@@ -16,7 +16,7 @@ from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
 from raxel.sets import Chessboard, load_set
 from raxel.show import Points, Polyline, Segments, Surface, camera_scene, rendering
-from raxel.show.cameras import field_edge, mirrors, moved
+from raxel.show.cameras import MEASURED, field_edge, mirrors, moved, spread_pixels
 from raxel.show.rigs import rig_scene
 from raxel.show.scene import CLEAR, finite_points
 from raxel.show.sets import set_scene
@@ -90,8 +90,8 @@ def test_a_mirror_is_where_its_rays_start_and_its_caustic_is_shown():
     assert (np.linalg.norm(caustic.points - [0, 0, 130], axis=1) < 30).all()
     assert "not central" in scene.note
     (nearest,) = of_kind(scene, Points, "nearest to all rays")
-    rays = camera.rays(pixel_grid(200, 160))
-    assert nearest.points[0] == pytest.approx(closest_point(rays), abs=0.05)
+    rays = camera.rays(spread_pixels(camera, MEASURED))
+    assert nearest.points[0] == pytest.approx(closest_point(rays))
 
 
 def test_facets_are_shown_as_their_outlines():
@@ -231,7 +231,7 @@ def test_without_a_file_it_opens_a_page_where_there_is_a_display(
     ],
 )
 def test_bad_requests_get_one_line(monkeypatch, capsys, arguments, said):
-    monkeypatch.setattr("raxel.cli.show.need_rendering", lambda: None)
+    monkeypatch.setattr("raxel.cli.show.need_packages", lambda: None)
     assert main(["show", *arguments]) == 2
     complaint = capsys.readouterr().err
     assert said in complaint
@@ -248,10 +248,9 @@ def test_what_is_missing_is_told_with_the_command_that_mends_it(
     found = fresh()
     assert not found.works
     assert found.reason == (
-        "3-D pictures need no_such_package, not installed here; run: "
+        "3-D scenes need no_such_package, not installed here; run: "
         "pip install raxel[show]"
     )
-    monkeypatch.setattr(rendering, "available", lambda: found)
     PINHOLE.save(tmp_path / "camera.npz")
     assert main(["show", str(tmp_path / "camera.npz")]) == 2
     assert capsys.readouterr().err == f"raxel: {found.reason}\n"

@@ -11,7 +11,7 @@ from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.files import check_can_be_written, replacing
 from raxel.sets import load_set
-from raxel.show.rendering import need_rendering
+from raxel.show.rendering import need_packages, need_rendering
 
 FORMS = (".html", ".png")
 
@@ -26,7 +26,8 @@ def show(options, say):
                 f"{' or '.join(FORMS)}"
             )
         check_can_be_written(out)
-    need_rendering()
+    needed = need_rendering if out and out.suffix.lower() == ".png" else need_packages
+    needed()
     scene, title, image_sets = _scene(options, say)
     if out is None:
         folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))

@@ -16,7 +16,7 @@ import numpy as np
 
 from raxel.show.meshes import drawn_parts
 from raxel.show.picture import add_drawn, aim, legend_entries
-from raxel.show.rendering import need_rendering
+from raxel.show.rendering import need_packages
 from raxel.show.scene import Labels, SceneError
 
 LARGEST_BYTES = 3_000_000
@@ -29,10 +29,10 @@ def html(scene, title):
     """The page of a scene as text; `title` says in words what it shows.
 
     The same scene gives the same page. Raises SceneError for a scene with nothing to
-    draw or whose page would be larger than LARGEST_BYTES, and RenderingError where
-    the machine has not what it takes.
+    draw or whose page would be larger than LARGEST_BYTES, and RenderingError where a
+    package is missing; OpenGL is not needed.
     """
-    need_rendering()
+    need_packages()
     drawn = drawn_parts(scene)
     viewer = StringIO()
     from trame_vtk.tools.vtksz2html import write_html
@@ -76,6 +76,9 @@ def _numbered(exported):
             return [walk(part, key) for part in value]
         if key == "mtime":
             return 0
+        if key == "type" and str(value).endswith("RenderWindow"):
+            # Of what kind a machine's windows are does not matter to a browser.
+            return "vtkRenderWindow"
         if key in ("id", "parent", "vtkRefId", "camera") and value is not None:
             return number(value)
         if isinstance(value, str) and (found := REFERENCE.match(value)):

@@ -1,11 +1,13 @@
-"""Whether pictures can be made here: pyvista is there, and OpenGL works.
+"""Whether scenes can be drawn here: pyvista is there, and OpenGL for pictures.
 
 VTK without OpenGL does not raise, it ends the process. So it is tried out in a process
-of its own, once, and what works is remembered in the environment.
+of its own. Pages need no OpenGL: the reader's browser draws them.
 """
 
+import ctypes
 import functools
 import importlib.util
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -30,7 +32,7 @@ class RenderingError(InputError):
 
 
 class Availability(NamedTuple):
-    """works: whether pictures can be made; reason: why not and the command that mends
+    """works: whether pictures can be made; reason: why not, and the command that mends
     it, '' where they can.
     """
 
@@ -40,24 +42,15 @@ class Availability(NamedTuple):
 
 @functools.cache
 def available():
-    """Whether pictures and pages can be made on this machine: an Availability.
+    """Whether pictures can be made on this machine: an Availability.
 
-    The first call in an environment starts a process that draws a ball. A file
-    `rendering` in the environment remembers that this went well.
+    The first call starts a process that draws a ball, unless a file `rendering` in the
+    virtual environment remembers that this went well.
     """
-    absent = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
-    if absent:
-        return Availability(
-            False,
-            f"3-D pictures need {', '.join(absent)}, not installed here; run: "
-            f"{MEND_PACKAGES}",
-        )
-    if _remembered() or _renders():
-        return Availability(True, "")
-    return Availability(
-        False,
-        f"3-D pictures need OpenGL, which does not work here; run: {MEND_GL}",
-    )
+    reason = _packages_missing()
+    if not reason and not (_remembered() or _renders()):
+        reason = f"3-D pictures need OpenGL, which does not work here; run: {MEND_GL}"
+    return Availability(not reason, reason)
 
 
 def need_rendering():
@@ -65,15 +58,44 @@ def need_rendering():
     found = available()
     if not found.works:
         raise RenderingError(found.reason)
+    if sys.platform == "linux" and not os.environ.get("DISPLAY") and _loads_egl():
+        # Else VTK tries a window first, and complains.
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+
+def need_packages():
+    """Raise RenderingError unless pages can be made, which takes no OpenGL."""
+    reason = _packages_missing()
+    if reason:
+        raise RenderingError(reason)
+
+
+def _packages_missing():
+    absent = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
+    if not absent:
+        return ""
+    return (
+        f"3-D scenes need {', '.join(absent)}, not installed here; run: {MEND_PACKAGES}"
+    )
 
 
 def _remembered():
+    """What an earlier trial found, where the library it needs is still there."""
     record = Path(sys.prefix) / "rendering"
-    return record.is_file() and record.read_text() == "works"
+    works = record.is_file() and record.read_text() == "works"
+    return works and (sys.platform != "linux" or _loads_egl())
+
+
+def _loads_egl():
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return False
+    return True
 
 
 def _renders():
-    """Whether a ball can be drawn; remembered in a virtual environment that does."""
+    """Whether a ball can be drawn."""
     try:
         done = subprocess.run(
             [sys.executable, "-c", PROBE], capture_output=True, timeout=PATIENCE_S
