@@ -25,7 +25,7 @@ from raxel.show.scene import (
 from raxel.show.view import mm_per_px
 
 # Sides of a tube, and rings of a ball: fine where there are few, coarse where many.
-FINE, COARSE, MANY = 12, 5, 400
+FINE, COARSE, MANY = 12, 5, 150
 # Length and radius of an arrow's head, in widths of its shaft.
 HEAD_LENGTH, HEAD_RADIUS = 4.5, 1.7
 

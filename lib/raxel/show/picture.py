@@ -9,7 +9,13 @@ from raxel.errors import InputError
 from raxel.show.meshes import drawn_parts
 from raxel.show.rendering import need_rendering
 from raxel.show.scene import Labels, Points, Surface
-from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected
+from raxel.show.view import (
+    INK,
+    NOMINAL_PX,
+    VIEW_ANGLE_DEG,
+    projected,
+    view_angle_deg,
+)
 
 # Width and height on a page, px; the file has FINER times as many each way.
 SIZE = (720, 480)
@@ -71,6 +77,7 @@ def render(scene, window, look=THEMES["light"]):
         plotter.set_background(look.background)
         add_drawn(plotter, drawn, look.ink)
         aim(plotter, scene)
+        plotter.camera.view_angle = view_angle_deg(*window)
         plotter.enable_anti_aliasing("ssaa")
         if any(part.opacity < 1 for part in drawn):
             plotter.enable_depth_peeling(number_of_peels=PEELS)

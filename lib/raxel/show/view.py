@@ -80,6 +80,15 @@ def mm_per_px(scene):
     return 2 * distance * np.tan(np.radians(VIEW_ANGLE_DEG / 2)) / NOMINAL_PX
 
 
+def view_angle_deg(width, height):
+    """Vertical angle of view of a picture: wider in one narrower than ASPECT.
+
+    What fits into a picture of ASPECT fits into any other then.
+    """
+    half = np.tan(np.radians(VIEW_ANGLE_DEG / 2))
+    return 2 * np.degrees(np.arctan(half * max(1.0, ASPECT * height / width)))
+
+
 def projected(scene, points, width, height):
     """Pixels (N, 2) of points (N, 3) in a picture of the scene; NaN behind the eye.
 
@@ -87,7 +96,7 @@ def projected(scene, points, width, height):
     """
     axes = view_axes(np.subtract(scene.look_at, scene.view_from), scene.up)
     x, y, z = axes @ np.subtract(points, scene.view_from).astype(float).T
-    focal = height / 2 / np.tan(np.radians(VIEW_ANGLE_DEG / 2))
+    focal = height / 2 / np.tan(np.radians(view_angle_deg(width, height) / 2))
     z = np.where(z > 0, z, np.nan)
     return np.column_stack(
         [focal * x / z + (width - 1) / 2, focal * y / z + (height - 1) / 2]

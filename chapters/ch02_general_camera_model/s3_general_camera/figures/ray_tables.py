@@ -84,7 +84,7 @@ def fig_2_1(results):
             va="top",
         )
         space = drawn.add_axes(
-            [left - 0.015, -0.05, 0.46, 0.74],
+            [left, 0.0, 0.49, 0.59],
         )
         draw_scene(space, framed(_rays(table), SIGHT))
     gap = max(table.gap() for table in tables.values())
