@@ -49,6 +49,40 @@ def rate(result, **condition):
     return proportion(successes(result, **condition))
 
 
+@claim(
+    "c3_localise_converges",
+    needs=("fig_3_11_localised",),
+    evidence="rendered",
+)
+def judge_localise_converges(results):
+    """Less than 0.46 px from all starts up to 8 px, in both windows.
+
+    The largest error over all trials is counted, not estimated.
+    """
+    result = results["fig_3_11_localised"]
+    readings = []
+    for window, half in HALF_WINDOWS.items():
+        worst = worst_within(result, window)
+        left = result.column(
+            f"{window}.left_share", start_px=FARTHEST_START_PX
+        ).mean()
+        readings.append(
+            Reading(
+                "reproduced" if worst < LOCALISED_PX else "differs",
+                worst,
+                reading={"localiser_window": window},
+                interval=(worst, worst),
+                unit="px",
+                reason=f"largest error, {2 * half + 1} x {2 * half + 1} "
+                f"pixels; all corners are within {LOCALISED_PX} px up to a "
+                f"start error of {farthest_start(result, window):g} px; "
+                f"started 8 px off, {100 * left:.0f} % of the corners are "
+                "left where they were put",
+            )
+        )
+    return readings
+
+
 @claim("c3_robust_noise", needs=("fig_3_11_noise",), evidence="rendered")
 def judge_robust_noise(results):
     """No loss up to 15 grey levels, the first between 18 and 34."""
@@ -358,37 +392,3 @@ def judge_detect_below_basin(results):
             ),
         )
     ]
-
-
-@claim(
-    "c3_localise_converges",
-    needs=("fig_3_11_localised",),
-    evidence="rendered",
-)
-def judge_localise_converges(results):
-    """Less than 0.46 px from all starts up to 8 px, in both windows.
-
-    The largest error over all trials is counted, not estimated.
-    """
-    result = results["fig_3_11_localised"]
-    readings = []
-    for window, half in HALF_WINDOWS.items():
-        worst = worst_within(result, window)
-        left = result.column(
-            f"{window}.left_share", start_px=FARTHEST_START_PX
-        ).mean()
-        readings.append(
-            Reading(
-                "reproduced" if worst < LOCALISED_PX else "differs",
-                worst,
-                reading={"localiser_window": window},
-                interval=(worst, worst),
-                unit="px",
-                reason=f"largest error, {2 * half + 1} x {2 * half + 1} "
-                f"pixels; all corners are within {LOCALISED_PX} px up to a "
-                f"start error of {farthest_start(result, window):g} px; "
-                f"started 8 px off, {100 * left:.0f} % of the corners are "
-                "left where they were put",
-            )
-        )
-    return readings
