@@ -56,6 +56,75 @@ FIELD = ("standard_method", "residual_image", "residual_scale")
 ASKED = OF_SWEEP | {question: OF_SETS[question] for question in RESIDUAL}
 
 
+def _depends(parametric, generic) -> str:
+    """Parametric slope above zero, generic within a fifth of it."""
+    bound = abs(parametric.value) / 5
+    return all_of([parametric.above(0.0), generic.within(-bound, bound)])
+
+
+def _as_text(parametric, generic) -> str:
+    """Both slopes with their intervals, and what they decide."""
+    slopes = ", ".join(
+        f"{name} {s.value:.2f} ({s.low:.2f} to {s.high:.2f})"
+        for name, s in (("parametric", parametric), ("generic", generic))
+    )
+    return f"{slopes}: {_depends(parametric, generic)}"
+
+
+def every_case(result):
+    """One case per combination of options, of the sweep and of the sets."""
+    for options in product(*ASKED.values()):
+        yield SweepCase(result, dict(zip(ASKED, options, strict=True)))
+
+
+def _taken(case, questions):
+    return tuple(
+        (question, case.options[question]) for question in questions
+    )
+
+
+@claim(
+    "c2_real_vs_sim_agree",
+    needs=("fig_2_3_fov", "table_2_2_redrawn"),
+    evidence="rendered",
+)
+def judge_depends_on_distortion(results):
+    """Parametric error depends on distortion, generic a fifth at most.
+
+    In the simulated sweep and in the three rendered sets: both must agree.
+    """
+    fov, sets = results["fig_2_3_fov"], results["table_2_2_redrawn"]
+
+    @cache
+    def of_sweep(options):
+        return swept_slopes(SweepCase(fov, dict(options)))
+
+    @cache
+    def of_sets(options):
+        return rendered_slopes(ZoomCase(sets, dict(options)))
+
+    def judge(case):
+        halves = (
+            of_sweep(_taken(case, OF_SWEEP)),
+            of_sets(_taken(case, RESIDUAL)),
+        )
+        _, generic = halves[0]
+        return (
+            all_of([_depends(*half) for half in halves]),
+            generic.value,
+            (generic.low, generic.high),
+            "generic slope of log residual in the sweep; "
+            + "; ".join(
+                f"{name}: {_as_text(*half)}"
+                for name, half in zip(
+                    ("sweep", "three sets"), halves, strict=True
+                )
+            ),
+        )
+
+    return readings_of(every_case(fov), judge)
+
+
 def in_seeds(holds):
     """Decision, share and words of a predicate over the seeds, (n,) bool."""
     share = float(np.mean(holds))
@@ -235,72 +304,3 @@ def judge_homography(results):
             reason="largest and smallest RMS over random planes",
         )
     ]
-
-
-def _depends(parametric, generic) -> str:
-    """Parametric slope above zero, generic within a fifth of it."""
-    bound = abs(parametric.value) / 5
-    return all_of([parametric.above(0.0), generic.within(-bound, bound)])
-
-
-def _as_text(parametric, generic) -> str:
-    """Both slopes with their intervals, and what they decide."""
-    slopes = ", ".join(
-        f"{name} {s.value:.2f} ({s.low:.2f} to {s.high:.2f})"
-        for name, s in (("parametric", parametric), ("generic", generic))
-    )
-    return f"{slopes}: {_depends(parametric, generic)}"
-
-
-def every_case(result):
-    """One case per combination of options, of the sweep and of the sets."""
-    for options in product(*ASKED.values()):
-        yield SweepCase(result, dict(zip(ASKED, options, strict=True)))
-
-
-def _taken(case, questions):
-    return tuple(
-        (question, case.options[question]) for question in questions
-    )
-
-
-@claim(
-    "c2_real_vs_sim_agree",
-    needs=("fig_2_3_fov", "table_2_2_redrawn"),
-    evidence="rendered",
-)
-def judge_depends_on_distortion(results):
-    """Parametric error depends on distortion, generic a fifth at most.
-
-    In the simulated sweep and in the three rendered sets: both must agree.
-    """
-    fov, sets = results["fig_2_3_fov"], results["table_2_2_redrawn"]
-
-    @cache
-    def of_sweep(options):
-        return swept_slopes(SweepCase(fov, dict(options)))
-
-    @cache
-    def of_sets(options):
-        return rendered_slopes(ZoomCase(sets, dict(options)))
-
-    def judge(case):
-        halves = (
-            of_sweep(_taken(case, OF_SWEEP)),
-            of_sets(_taken(case, RESIDUAL)),
-        )
-        _, generic = halves[0]
-        return (
-            all_of([_depends(*half) for half in halves]),
-            generic.value,
-            (generic.low, generic.high),
-            "generic slope of log residual in the sweep; "
-            + "; ".join(
-                f"{name}: {_as_text(*half)}"
-                for name, half in zip(
-                    ("sweep", "three sets"), halves, strict=True
-                )
-            ),
-        )
-
-    return readings_of(every_case(fov), judge)
