@@ -30,9 +30,6 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     exercises as s4_1_exercises,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import page as s4_page
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    results as s4_results,
-)
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
     quadrics as three_quadrics,
 )
@@ -422,6 +419,6 @@ def test_the_numbers_of_2_4_are_read_from_what_the_trials_give(tmp_path):
             "exp_c2_rank_D": linear_trials.rank_of_d("quick"),
         }.items()
     }
-    values = s4_results.values_of_ranks(made)
+    values = s4_1_claims.values_of_ranks(made)
     assert values["s2_4_1_rankA"].value == 12
     assert values["s2_4_1_rankD"].value == 5

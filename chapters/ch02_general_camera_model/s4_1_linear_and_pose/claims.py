@@ -7,9 +7,10 @@ import numpy as np
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
     counted,
     exact_errors,
+    only_value,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import Reading, Value
 
 RANK_A, RANK_D, MOST_SOLUTIONS = 12, 5, 8
 NULL_ENTRY = 1e-6
@@ -140,3 +141,27 @@ def judge_generic_no_motion(results):
             f"T_1 wrong by 1 mm, {right:.1g} deg with the right one",
         )
     ]
+
+
+@numbers(
+    "sec_2_4_1",
+    needs=("exp_c2_rank_A", "exp_c2_rank_D"),
+    evidence="analytic",
+)
+def values_of_ranks(results):
+    """Ranks of A and D, the same in every scene or not given at all."""
+    return {
+        "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
+        "s2_4_1_rankD": Value(
+            only_value(results["exp_c2_rank_D"], "orthonormal.rank")
+        ),
+    }
+
+
+@numbers("sec_2_4_2", needs=("exp_c2_pose_eight",), evidence="analytic")
+def values_of_solutions(results):
+    """The largest number of real solutions that any triplet had."""
+    found = results["exp_c2_pose_eight"].column(
+        "solutions", anchors="common"
+    )
+    return {"s2_4_2_solutions": Value(float(found.max()))}

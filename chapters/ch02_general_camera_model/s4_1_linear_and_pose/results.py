@@ -7,8 +7,6 @@ from collections import Counter
 import numpy as np
 
 from repro.page.reader import value
-from repro.run.experiment import numbers
-from repro.run.outcomes import Value
 
 
 def name_values(open_results):
@@ -95,27 +93,3 @@ def only_value(result, name):
     if len(found) == 1:
         return float(found[0])
     return " or ".join(f"{value:g}" for value in found)
-
-
-@numbers(
-    "sec_2_4_1",
-    needs=("exp_c2_rank_A", "exp_c2_rank_D"),
-    evidence="analytic",
-)
-def values_of_ranks(results):
-    """Ranks of A and D, the same in every scene or not given at all."""
-    return {
-        "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
-        "s2_4_1_rankD": Value(
-            only_value(results["exp_c2_rank_D"], "orthonormal.rank")
-        ),
-    }
-
-
-@numbers("sec_2_4_2", needs=("exp_c2_pose_eight",), evidence="analytic")
-def values_of_solutions(results):
-    """The largest number of real solutions that any triplet had."""
-    found = results["exp_c2_pose_eight"].column(
-        "solutions", anchors="common"
-    )
-    return {"s2_4_2_solutions": Value(float(found.max()))}

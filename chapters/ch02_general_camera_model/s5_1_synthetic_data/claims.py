@@ -36,7 +36,8 @@ from repro.judge.statistics import (
     wins,
     with_worst,
 )
-from repro.run.experiment import claim
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import Value
 
 FLAT_FOVS = [fov for fov in FOVS_DEG if 30 <= fov <= 120]
 ALL = tuple(QUESTIONS)
@@ -351,3 +352,17 @@ def judge_modality_independent(results):
 
     questions = ("noise", "scoring", "extent", "standard_method")
     return judged(results["fig_2_3_laws"], questions, judge)
+
+
+@numbers("fig_2_3", needs=("fig_2_3_fov",), evidence="synthetic")
+def numbers_fig_2_3(results):
+    """The settings that the text states, as they were run."""
+    ran = results["fig_2_3_fov"]
+    fovs_deg = [condition["fov_deg"] for condition in ran.conditions]
+    return {
+        "s2_5_1_res": Value(ran.settings["image_px"][0], unit="px"),
+        "s2_5_1_pts": Value(ran.settings["points_per_trial"], unit="count"),
+        "s2_5_1_trials": Value(ran.trials_per_condition, unit="count"),
+        "s2_5_1_fov_min": Value(min(fovs_deg), unit="deg"),
+        "s2_5_1_fov_max": Value(max(fovs_deg), unit="deg"),
+    }

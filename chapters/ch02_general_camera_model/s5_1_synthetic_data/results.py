@@ -13,8 +13,6 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
 from chapters.shared.methods import METHODS, SCALES, SCORINGS
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
-from repro.run.experiment import numbers
-from repro.run.outcomes import Value
 
 PRIMARY = {"domain": "px", "extent": "unbounded"}
 
@@ -86,17 +84,3 @@ def name_values(noise, fov):
     )
     value("rise.mm", at_150 / at_120)
     value("noise_ratio", median_of(fov, "point_noise_ratio", fov_deg=150))
-
-
-@numbers("fig_2_3", needs=("fig_2_3_fov",), evidence="synthetic")
-def numbers_fig_2_3(results):
-    """The settings that the text states, as they were run."""
-    ran = results["fig_2_3_fov"]
-    fovs_deg = [condition["fov_deg"] for condition in ran.conditions]
-    return {
-        "s2_5_1_res": Value(ran.settings["image_px"][0], unit="px"),
-        "s2_5_1_pts": Value(ran.settings["points_per_trial"], unit="count"),
-        "s2_5_1_trials": Value(ran.trials_per_condition, unit="count"),
-        "s2_5_1_fov_min": Value(min(fovs_deg), unit="deg"),
-        "s2_5_1_fov_max": Value(max(fovs_deg), unit="deg"),
-    }

@@ -12,11 +12,18 @@ from itertools import product
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.results import (
+    FIELD_SCALE,
+    STEP_SCALE,
     rendered_slopes,
     swept_slopes,
+    typical,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
     QUINTILES,
+)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
+    STAGE_IMAGES,
+    STEP_MM,
 )
 from chapters.shared.synthetic_readings import QUESTIONS as OF_SWEEP
 from chapters.shared.synthetic_readings import SweepCase, readings_of
@@ -27,7 +34,7 @@ from chapters.shared.zoom_readings import (
     judged,
     share_of,
 )
-from chapters.shared.zoom_rigs import STAGE_ZOOM
+from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -36,8 +43,8 @@ from repro.judge.statistics import (
     median_interval,
     with_worst,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import DECISIONS, Reading, Value
 
 SHARE = 0.9
 FLAT = 1.25
@@ -304,3 +311,47 @@ def judge_homography(results):
             reason="largest and smallest RMS over random planes",
         )
     ]
+
+
+@numbers("table_2_2", needs=("table_2_2_redrawn",), evidence="rendered")
+def values_of_table_2_2(results):
+    """Medians over seeds in the primary reading."""
+    case = ZoomCase(results["table_2_2_redrawn"])
+    out = {}
+    for name, short in (("parametric", "persp"), ("generic", "gen")):
+        for statistic in ("rms", "sd"):
+            for zoom in ZOOMS:
+                trials = case.residual(name, zoom, f"{statistic}_px")
+                found = median_interval(trials)
+                mean = typical(case.residual(name, zoom, "mean_px"))
+                out[f"t2_2_{short}_{statistic}_set{zoom}"] = Value(
+                    found.value,
+                    (found.low, found.high),
+                    "px",
+                    f"median over {len(trials)} seeds, {found.failed} failed; "
+                    f"median of the mean residual {mean:.2f} px",
+                )
+    return out
+
+
+@numbers("fig_2_4", needs=("table_2_2_rendered",), evidence="rendered")
+def values_of_fig_2_4(results):
+    """The converter's field of view, as the rig has it."""
+    ran = results["table_2_2_rendered"]
+    return {"s2_5_2_fov": Value(ran.settings["field_of_view_deg"])}
+
+
+@numbers("fig_2_5", needs=(), evidence="rendered")
+def values_of_fig_2_5(results):
+    """How much longer the vectors are drawn."""
+    return {"fig2_5_scale": Value(FIELD_SCALE)}
+
+
+@numbers("fig_2_6", needs=(), evidence="rendered")
+def values_of_fig_2_6(results):
+    """Images, steps, and how much larger deviations are drawn."""
+    return {
+        "fig2_6_images": Value(STAGE_IMAGES),
+        "fig2_6_step": Value(STEP_MM, unit="mm"),
+        "fig2_6_scale": Value(STEP_SCALE),
+    }

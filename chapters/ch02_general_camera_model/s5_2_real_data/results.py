@@ -5,23 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
-    STAGE_IMAGES,
-    STEP_MM,
     true_shape,
 )
 from chapters.shared.methods import METHODS
 from chapters.shared.three_planes import FOVS_DEG
-from chapters.shared.zoom_readings import ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.judge.statistics import (
     bootstrap,
-    median_interval,
     trend,
     with_worst,
 )
 from repro.page.reader import value
-from repro.run.experiment import numbers
-from repro.run.outcomes import Value
 
 FIELD_SCALE = 50
 STEP_SCALE = 20
@@ -40,50 +34,6 @@ def share_left_out(result, zoom):
         for name in ("left_out", "boards")
     )
     return left_out / (boards * true_shape(zoom)[0])
-
-
-@numbers("table_2_2", needs=("table_2_2_redrawn",), evidence="rendered")
-def values_of_table_2_2(results):
-    """Medians over seeds in the primary reading."""
-    case = ZoomCase(results["table_2_2_redrawn"])
-    out = {}
-    for name, short in (("parametric", "persp"), ("generic", "gen")):
-        for statistic in ("rms", "sd"):
-            for zoom in ZOOMS:
-                trials = case.residual(name, zoom, f"{statistic}_px")
-                found = median_interval(trials)
-                mean = typical(case.residual(name, zoom, "mean_px"))
-                out[f"t2_2_{short}_{statistic}_set{zoom}"] = Value(
-                    found.value,
-                    (found.low, found.high),
-                    "px",
-                    f"median over {len(trials)} seeds, {found.failed} failed; "
-                    f"median of the mean residual {mean:.2f} px",
-                )
-    return out
-
-
-@numbers("fig_2_4", needs=("table_2_2_rendered",), evidence="rendered")
-def values_of_fig_2_4(results):
-    """The converter's field of view, as the rig has it."""
-    ran = results["table_2_2_rendered"]
-    return {"s2_5_2_fov": Value(ran.settings["field_of_view_deg"])}
-
-
-@numbers("fig_2_5", needs=(), evidence="rendered")
-def values_of_fig_2_5(results):
-    """How much longer the vectors are drawn."""
-    return {"fig2_5_scale": Value(FIELD_SCALE)}
-
-
-@numbers("fig_2_6", needs=(), evidence="rendered")
-def values_of_fig_2_6(results):
-    """Images, steps, and how much larger deviations are drawn."""
-    return {
-        "fig2_6_images": Value(STAGE_IMAGES),
-        "fig2_6_step": Value(STEP_MM, unit="mm"),
-        "fig2_6_scale": Value(STEP_SCALE),
-    }
 
 
 def name_values(open_results):
