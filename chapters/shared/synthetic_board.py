@@ -14,6 +14,7 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 
+from chapters.shared.lattices import outer
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry.poses import pose, transform
 from raxel.lab import board_scene, render
@@ -104,7 +105,7 @@ class Board:
     @property
     def outer_corners(self):
         """True outer corners (4, 2), clockwise from the upper left."""
-        return outer_of(self.lattice)
+        return outer(self.lattice)
 
     @property
     def coordinates(self):
@@ -164,11 +165,6 @@ class Board:
         ]
         camera = PerspectiveCamera(np.array(K), (), SIZE_PX, SIZE_PX)
         return np.rint(255 * _rendered(self, camera)).astype(np.uint8)
-
-
-def outer_of(lattice):
-    """What a lattice (rows, columns, ...) has at its outer corners: (4, ...)."""
-    return lattice[[0, 0, -1, -1], [0, -1, -1, 0]]
 
 
 def clicks(outer_corners, rng, sd=2.0, cap=4.0):

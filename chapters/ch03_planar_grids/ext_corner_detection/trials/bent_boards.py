@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from chapters.shared.synthetic_board import outer_of
+from chapters.shared.lattices import outer
 
 SIZE_PX = 720
 SQUARE_PX = 60.0
@@ -61,7 +61,7 @@ class BentBoard:
     @property
     def outer_corners(self):
         """True outer corners (4, 2), clockwise from the upper left."""
-        return outer_of(self.lattice)
+        return outer(self.lattice)
 
     def image(self, blur_px, noise_sd, rng):
         """The picture, uint8 (720, 720): black beyond a ring of squares."""

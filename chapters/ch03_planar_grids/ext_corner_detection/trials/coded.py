@@ -10,12 +10,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from chapters.shared.lattices import outer
 from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import (
     SIZE_PX,
     Board,
     clicks,
-    outer_of,
 )
 from raxel.features.celect import celect
 from raxel.features.coded_grid import coded_grid, locate, read_squares
@@ -228,9 +228,9 @@ def clicked_block(condition, rng):
     numbers = np.indices((BLOCK, BLOCK)).transpose(1, 2, 0) + (row, column)
     numbers = np.rot90(numbers, int(rng.integers(4)))
     true = view.corners[numbers[..., 0], numbers[..., 1]]
-    outer = clicks(outer_of(true), rng)
+    where = clicks(outer(true), rng)
     return Block(
-        view.image(condition["noise_sd"], rng), outer, true, numbers
+        view.image(condition["noise_sd"], rng), where, true, numbers
     )
 
 

@@ -12,7 +12,8 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     spacing,
 )
-from chapters.shared.synthetic_board import Board, outer_of
+from chapters.shared.lattices import outer
+from chapters.shared.synthetic_board import Board
 from raxel.features.celect.baselines import (
     order_by_homography,
     order_by_joining_line,
@@ -62,12 +63,12 @@ def ordering_trial(condition, rng):
     true = lattice_at(condition, rng)
     rows, columns = true.shape[:2]
     corners = true + rng.normal(0.0, CORNER_SD_PX, true.shape)
-    outer = outer_of(corners)
+    ends = outer(corners)
     points = rng.permutation(corners.reshape(-1, 2))
-    by_line = order_by_joining_line(points, outer, columns, rows)
-    by_plane = order_by_homography(points, outer, columns, rows)
+    by_line = order_by_joining_line(points, ends, columns, rows)
+    by_plane = order_by_homography(points, ends, columns, rows)
     side = spacing(corners)
-    stray = np.linalg.norm(_flat(outer, rows, columns) - corners, axis=2)
+    stray = np.linalg.norm(_flat(ends, rows, columns) - corners, axis=2)
     return {
         "line": bool(np.array_equal(by_line, corners)),
         "homography": bool(np.array_equal(by_plane, corners)),

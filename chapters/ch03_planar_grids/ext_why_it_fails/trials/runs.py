@@ -28,7 +28,8 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
     overview,
     window_at,
 )
-from chapters.shared.synthetic_board import clicks, outer_of
+from chapters.shared.lattices import outer
+from chapters.shared.synthetic_board import clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import angle_apart, orientation
 from repro.run.experiment import experiment
@@ -85,9 +86,9 @@ def clicked(board, image, level, offsets, settings):
     lattice = board.place(coordinates.reshape(-1, 2)).reshape(
         rows, columns, 2
     )
-    outer = outer_of(lattice) + offsets
+    where = outer(lattice) + offsets
     run = celect(
-        image, outer, columns, rows, settings=settings, record=True
+        image, where, columns, rows, settings=settings, record=True
     )
     lost = lost_at(run, coordinates, board.place)
     values = {

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.lattices import outer
 from chapters.shared.scoring import truth_of_contour
-from chapters.shared.synthetic_board import outer_of
 
 UNSEEN = "not in the picture"
 DONE = "all corners right"
@@ -71,12 +71,12 @@ def lost_at(result, coordinates, place, near_px=None):
         reach = np.minimum(near_px, squares / 2)
     if (np.linalg.norm(result.corners - lattice, axis=2) <= reach).all():
         return Lost(DONE)
-    outer, allowed = (outer_of(grid) for grid in (lattice, reach))
-    off = np.linalg.norm(result.outer_corners - outer, axis=1)
+    ends, allowed = (outer(grid) for grid in (lattice, reach))
+    off = np.linalg.norm(result.outer_corners - ends, axis=1)
     wrong = ~(off <= allowed)
     if wrong.any():
         first = int(wrong.argmax())
-        return Lost(CLICK, f"corner {first + 1}", outer[first])
+        return Lost(CLICK, f"corner {first + 1}", ends[first])
     for contour in result.contours:
         truth, _ = truth_of_contour(contour.name, lattice)
         near, _ = truth_of_contour(contour.name, reach)
