@@ -28,8 +28,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
     SectorBoard,
     clicked_from,
 )
-from chapters.shared.scoring import truth_of_contour
-from raxel.features.celect import CelectResult, ContourTrace
+from raxel.features.celect import CelectResult, ContourTrace, along_contour
 
 ORDINARY = SectorBoard(**BOARD)
 HALF_RING = {"columns": 9, "rows": 5, "radius_px": 470.0, "depth_px": 250.0}
@@ -96,8 +95,8 @@ def found(change=None):
     names += [f"column {k}" for k in range(2, columns)]
     contours = []
     for name in names:
-        truth, _ = truth_of_contour(name, lattice)
-        stops, _ = truth_of_contour(name, ORDINARY.coordinates)
+        truth = along_contour(name, lattice)
+        stops = along_contour(name, ORDINARY.coordinates)
         anchors = ORDINARY.place(stages.between(stops)[::8])
         empty = np.empty(0)
         trace = ContourTrace(name, anchors, empty, 30.0, truth, truth, truth)

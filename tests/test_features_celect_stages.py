@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.features.celect import CelectSettings
+from raxel.features.celect import CelectSettings, along_contour
 from raxel.features.celect.hough import (
     angle_apart,
     merge_close,
@@ -249,3 +249,11 @@ def test_tiles_hold_what_a_window_of_its_own_would_find(centre):
         assert len(own) > 3
         assert set(map(tuple, tiled.tolist())) == set(map(tuple, own.tolist()))
         assert len(tiled) == len(own)
+
+
+def test_a_lattice_is_read_along_the_contours_by_their_names():
+    numbers = np.arange(12).reshape(3, 4)
+    sides = [along_contour(f"side {n}", numbers).tolist() for n in (1, 2, 3, 4)]
+    assert sides == [[0, 1, 2, 3], [3, 7, 11], [8, 9, 10, 11], [0, 4, 8]]
+    assert along_contour("column 2", numbers).tolist() == [1, 5, 9]
+    assert along_contour("column 3", np.zeros((3, 4, 2))).shape == (3, 2)

@@ -7,35 +7,25 @@ from __future__ import annotations
 
 import numpy as np
 
+from raxel.evaluation.board_scores import distances
+from raxel.features.celect import along_contour
+
 LOST_PX = 8.0
 DONE = "done"
 CORNER_OFF = "corner more than 8 px off"
 
 
-def truth_of_contour(name, lattice):
-    """True corners (n, 2) of a contour, and whether each is on the board's rim.
-
-    lattice: (rows, columns, 2). Names as `CelectResult.contours` has them.
-    """
-    kind, number = name.split()
-    number = int(number)
-    if kind == "side":
-        row_wise = (lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0])
-        corners = row_wise[number - 1]
-        return corners, np.ones(len(corners), bool)
-    rim = np.zeros(len(lattice), bool)
-    rim[[0, -1]] = True
-    return lattice[:, number - 1], rim
-
-
 def missing_on(contour, lattice):
-    """(corners without a find within 8 px, those of them on the rim): counts."""
-    truth, rim = truth_of_contour(contour.name, lattice)
-    if not len(contour.merged):
-        return len(truth), int(rim.sum())
-    apart = np.linalg.norm(truth[:, None] - contour.merged[None], axis=2)
-    lost = apart.min(axis=1) > LOST_PX
-    return int(lost.sum()), int((lost & rim).sum())
+    """(corners without a find within 8 px, those of them on the rim): counts.
+
+    contour: ContourTrace; lattice: true corners (rows, columns, 2).
+    """
+    truth = along_contour(contour.name, lattice)
+    lost = distances(truth, contour.merged).min(axis=1) > LOST_PX
+    rim = np.ones(lattice.shape[:2], bool)
+    rim[1:-1, 1:-1] = False
+    on_rim = lost & along_contour(contour.name, rim)
+    return int(lost.sum()), int(on_rim.sum())
 
 
 def scored(result, lattice):

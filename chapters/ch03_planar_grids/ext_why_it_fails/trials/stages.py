@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.lattices import outer
-from chapters.shared.scoring import truth_of_contour
+from raxel.evaluation.board_scores import distances
+from raxel.features.celect import along_contour
 
 UNSEEN = "not in the picture"
 DONE = "all corners right"
@@ -78,10 +79,10 @@ def lost_at(result, coordinates, place, near_px=None):
         first = int(wrong.argmax())
         return Lost(CLICK, f"corner {first + 1}", ends[first])
     for contour in result.contours:
-        truth, _ = truth_of_contour(contour.name, lattice)
-        near, _ = truth_of_contour(contour.name, reach)
-        square, _ = truth_of_contour(contour.name, squares)
-        stops, _ = truth_of_contour(contour.name, coordinates)
+        truth = along_contour(contour.name, lattice)
+        near = along_contour(contour.name, reach)
+        square = along_contour(contour.name, squares)
+        stops = along_contour(contour.name, coordinates)
         lost = _lost_on(contour, truth, near, square, place(between(stops)))
         if lost:
             return lost
@@ -147,10 +148,8 @@ def _left_at(anchors, truth, allowed, curve):
     a row are, and of several such rows the last. allowed (n,): px that an anchor next
     to a corner may be off.
     """
-    off = np.linalg.norm(anchors[:, None] - curve[None], axis=2).min(axis=1)
-    nearest = np.linalg.norm(anchors[:, None] - truth[None], axis=2).argmin(
-        axis=1
-    )
+    off = distances(anchors, curve).min(axis=1)
+    nearest = distances(anchors, truth).argmin(axis=1)
     away = off > allowed[nearest]
     starts = away[:-1] & away[1:] & ~np.concatenate(([False], away[:-2]))
     return int(np.flatnonzero(starts)[-1]) if starts.any() else None
@@ -158,15 +157,12 @@ def _left_at(anchors, truth, allowed, curve):
 
 def _claimed(truth, near, points):
     """Which true corners (n,) have a point near."""
-    if not len(points):
-        return np.zeros(len(truth), bool)
-    off = np.linalg.norm(truth[:, None] - points[None], axis=2)
-    return off.min(axis=1) <= near
+    return distances(truth, points).min(axis=1) <= near
 
 
 def _spare(merged, truth):
     """The merged corner that is farthest from being the only one of a true corner."""
-    off = np.linalg.norm(merged[:, None] - truth[None], axis=2)
+    off = distances(merged, truth)
     owner = off.argmin(axis=1)
     best = np.array([off[:, k].argmin() for k in range(len(truth))])
     extra = [i for i in range(len(merged)) if best[owner[i]] != i]

@@ -17,10 +17,9 @@ from chapters.shared.grid_detectors import (
     returned,
 )
 from chapters.shared.lattices import corner_areas, outer
-from chapters.shared.scoring import truth_of_contour
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import distances, in_order_of
-from raxel.features.celect import celect
+from raxel.features.celect import along_contour, celect
 from raxel.features.tone_curve import undo_srgb
 
 NOT_RUN = "outer corner"
@@ -163,8 +162,8 @@ def merge_failed(result, lattice):
         return False
     reach = NEAR * nearest_distances(lattice)
     for contour in result.contours:
-        truth, _ = truth_of_contour(contour.name, lattice)
-        near, _ = truth_of_contour(contour.name, reach)
+        truth = along_contour(contour.name, lattice)
+        near = along_contour(contour.name, reach)
         if not len(contour.merged):
             continue
         before = claimed(contour.inliers, truth, near)

@@ -16,13 +16,14 @@ from chapters.shared.grid_detectors import (
     localised,
 )
 from chapters.shared.grid_rigs import SETS, rig_named
-from chapters.shared.scoring import LOST_PX, truth_of_contour
+from chapters.shared.scoring import LOST_PX
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import (
     OUTER_CORNER,
     TOO_FEW,
     TRACING,
     CelectSettings,
+    along_contour,
 )
 from raxel.features.localise.subpix import ITERATIONS
 
@@ -104,7 +105,7 @@ def cause_of(result, lattice):
     if failure.stage == TRACING:
         return CONTOUR
     contour = next(c for c in result.contours if c.name == failure.contour)
-    truth, _ = truth_of_contour(contour.name, lattice)
+    truth = along_contour(contour.name, lattice)
     near = nearness(truth)
     if failure.stage == TOO_FEW:
         seen = np.vstack([contour.inliers, contour.merged])

@@ -13,6 +13,7 @@ from raxel.features.celect.result import (
     CelectResult,
     ContourFailure,
     ContourTrace,
+    along_contour,
 )
 from raxel.features.celect.settings import CelectSettings
 
@@ -25,5 +26,6 @@ __all__ = [
     "CelectSettings",
     "ContourFailure",
     "ContourTrace",
+    "along_contour",
     "celect",
 ]

@@ -61,3 +61,17 @@ class CelectResult(NamedTuple):
     outer_corners: np.ndarray
     failures: tuple[ContourFailure, ...]
     contours: tuple[ContourTrace, ...]
+
+
+def along_contour(name, lattice):
+    """What a lattice (rows, columns, ...) has along one contour: (n, ...).
+
+    `name` is that of a ContourTrace, 'side 1'..'side 4' or 'column 1'...; the lattice
+    has a value for each corner, in the order of the clicks. Sides 1 and 3 are its first
+    and last row, sides 2 and 4 its last and first column, in the order of the lattice.
+    """
+    kind, number = name.split()
+    if kind == "column":
+        return lattice[:, int(number) - 1]
+    sides = lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0]
+    return sides[int(number) - 1]
