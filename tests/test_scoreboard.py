@@ -153,7 +153,7 @@ def test_text_is_escaped_and_never_ends_the_block():
     compared = row_html.comparison(rows, "full", "../", {})
     for text in (board_page.page(rows), compared):
         assert "<script>alert" not in text
-        assert "&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; # Heading" in text
+        assert "&lt;script&gt;alert(&#34;x&#34;)&lt;/script&gt; # Heading" in text
         block = text[text.index("<div") : text.rindex("</div>")]
         assert "\n\n" not in block
         assert "b" not in Board(text[text.index('class="rx-rows') :]).tags[:9]
@@ -197,13 +197,13 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
 
 def test_a_badge_says_where_the_readings_disagree():
     split = row("c2_one", variants=[variant("mm", verdict="differs"), variant("cm")])
-    shown = row_html.judged_badge(split)
+    shown = row_html.part("judged_badge", split)
     assert "✓" in shown
     assert "primary reading; 2 of 3 agree" in shown
     assert "2 of 3" in board_page.page(scoreboard.checked([split]))
     assert "2 of 3" in row_html.comparison([split], "full", "../", {})
     for agreed in (row("c2_one"), row("c2_one", variants=[variant("mm")])):
-        assert "primary" not in row_html.judged_badge(agreed)
+        assert "primary" not in row_html.part("judged_badge", agreed)
 
 
 def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
@@ -237,9 +237,9 @@ def test_what_nothing_produces_yet_is_folded_away():
 
 
 def test_pure_numbers_have_no_unit():
-    assert row_html.regenerated(row("c2_one", interval=None, unit="1")) == "0.981"
+    assert row_html.part("regenerated", row("c2_one", interval=None), "1") == "0.981"
     counted = row("n", kind="number", published=12, unit="count")
-    assert row_html.published(counted) == "12"
+    assert row_html.part("published", counted) == "12"
 
 
 def test_links_lead_to_page_data_and_source():
@@ -254,7 +254,8 @@ def test_links_lead_to_page_data_and_source():
 
 
 def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
-    shown = row_html.readings(
+    shown = row_html.part(
+        "readings",
         row(
             "c2_one",
             variants=[
@@ -262,12 +263,12 @@ def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
                 variant("mm", verdict="differs", reason="one"),
                 variant("rad", reason="same"),
             ],
-        )
+        ),
     )
     assert "3 other readings: 2 reproduced, 1 differs" in shown
     assert shown.count("same") == 1
     assert shown.index("noise unit: rad") < shown.index("noise unit: mm")
-    assert row_html.readings(row("c2_one")) == ""
+    assert row_html.part("readings", row("c2_one")) == ""
 
 
 def test_what_all_readings_of_a_verdict_share_is_said_once():
@@ -275,10 +276,10 @@ def test_what_all_readings_of_a_verdict_share_is_said_once():
         variant("", reading={"extent": "finite", "noise_unit": unit}, reason=unit)
         for unit in ("px", "mm")
     ]
-    shown = row_html.readings(row("c2_one", variants=readings))
+    shown = row_html.part("readings", row("c2_one", variants=readings))
     assert shown.count("extent: finite") == 1
     assert shown.count("noise unit: ") == 2
-    alone = row_html.readings(row("c2_one", variants=readings[:1]))
+    alone = row_html.part("readings", row("c2_one", variants=readings[:1]))
     assert "1 other reading: 1 reproduced" in alone
     assert "<li>extent: finite; noise unit: px → " in alone
 

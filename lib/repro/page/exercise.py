@@ -8,12 +8,12 @@ one. The cell of an exercise looks like this; an answer goes in the place of ``N
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from repro.page.reader import Shown
+from repro.page.templates import render
 
 
 class Checked(Shown):
@@ -24,7 +24,7 @@ class Checked(Shown):
         title = {True: "Right", False: "Not yet", None: "Your turn"}[right]
         super().__init__(
             f":::{{admonition}} {title}\n:class: {kind}\n{text}\n:::",
-            f"<p><b>{title}.</b> {html.escape(text)}</p>",
+            render("outcome", title=title, text=text),
         )
         self.right = right
         self.text = text

@@ -11,13 +11,14 @@ import json
 import re
 from collections.abc import Mapping
 from functools import cached_property
-from html import escape
 from pathlib import Path
 
+from markupsafe import Markup, escape
 from nbformat import NotebookNode
 
 from repro.judge import ledger
 from repro.page.reader import mark
+from repro.page.templates import render
 from repro.page.wording import label
 from repro.run.discover import result_ids
 
@@ -63,104 +64,68 @@ class Furnisher:
         about = json.loads((self.base / f"{name}.json").read_text("utf-8"))
         identifier = name.partition("@")[0]
         entry = self.artefacts.get(identifier)
-        rows = self._original(identifier, entry) if entry else []
-        rows += [
-            ("Made by", self._source(about)),
-            ("Computed", self._runs(name, about)),
-        ]
-        rows.append(("Cite", self._cite(identifier, entry)))
-        listed = "".join(f"<dt>{key}</dt><dd>{said}</dd>" for key, said in rows if said)
-        return (
-            '<details class="raxel-about tex2jax_ignore mathjax_ignore">'
-            f"<summary>About {escape(label(identifier) or 'this')}: "
-            f"{'the original, ' if entry else ''}source, log, how to cite</summary>"
-            f"<dl>{listed}</dl></details>"
-        )
-
-    def _original(self, identifier: str, entry: Mapping) -> list[tuple[str, str]]:
-        """Where it stands in the thesis, and its axes and conditions in words."""
-        place = f"{escape(label(identifier))}, {self._section(entry)}: "
-        return [
-            ("In the thesis", f"{place}<em>{escape(entry['title'])}</em>"),
-            ("Its panels", in_words(entry.get("panels"))),
-            ("Its axes", in_words(entry.get("plot"))),
-            ("Its conditions", in_words(entry.get("conditions"))),
-        ]
-
-    def _section(self, entry: Mapping) -> str:
-        number = str(entry["section"])
-        kind = "section" if number[0].isdigit() else "appendix"
-        known = self.sections.get(number)
-        if not known:
-            return f"{kind} {number}"
-        title = escape(known["title"])
-        return f"{kind} {number} ({title}, from p. {known['page']})"
-
-    def _source(self, about: Mapping) -> str:
         path, function = about["source"]
-        address = f"{self.up}source/{path}.html#{function}"
-        return (
-            f'<a href="{escape(address)}"><code>{escape(function)}</code> in '
-            f"{escape(path)}</a>"
+        thesis = self.citation["preferred-citation"]
+        first = thesis["authors"][0]
+        number = str(entry["section"]) if entry else ""
+        return render(
+            "about",
+            entry=entry,
+            label=label(identifier),
+            number=number,
+            known=self.sections.get(number),
+            original=_original(entry) if entry else (),
+            source=f"{self.up}source/{path}.html#{function}",
+            path=path,
+            function=function,
+            logs=self._logs(name, about),
+            what=label(identifier) or identifier,
+            citation=self.citation,
+            thesis=thesis,
+            person=f"{first['family-names']}, {first['given-names']}",
         )
 
-    def _runs(self, name: str, about: Mapping) -> str:
-        """The run records of the experiments that were read."""
-        links = []
-        for result in result_ids(about["results"]):
-            if (self.base / f"results/{result}.run.json").is_file():
-                said = result.removesuffix(f"@{name.partition('@')[2]}")
-                links.append(
-                    f'<a href="{self.up}logs/{escape(result)}.json">log of '
-                    f"{escape(said.replace('@', ' of '))}</a> (time taken, versions)"
-                )
-        return ", ".join(links)
-
-    def _cite(self, identifier: str, entry: Mapping | None) -> str:
-        software, thesis = self.citation, self.citation["preferred-citation"]
-        who = software["authors"][0]["name"]
-        first = thesis["authors"][0]
-        person = f"{first['family-names']}, {first['given-names']}"
-        school, year = thesis["institution"]["name"], thesis["year"]
-        what = label(identifier) or identifier
-        line = f"{software['title']}, version {software['version']}, {what}"
-        if entry:
-            line += f"; after {person} ({year}), {self._section(entry)}"
-        lines = [
-            "@software{raxel,",
-            f"  author = {{{{{who}}}}},",
-            f"  title = {{{software['title']}}},",
-            f"  version = {{{software['version']}}},",
-            f"  note = {{{what}}}",
-            "}",
-            "@phdthesis{dunne2009,",
-            f"  author = {{{person}}},",
-            f"  title = {{{thesis['title']}}},",
-            f"  school = {{{school}}},",
-            f"  year = {{{year}}}",
-            "}",
+    def _logs(self, name: str, about: Mapping) -> list[tuple[str, str]]:
+        """Address and name of the run record of each experiment that was read."""
+        of_set = f"@{name.partition('@')[2]}"
+        return [
+            (
+                f"{self.up}logs/{result}.json",
+                result.removesuffix(of_set).replace("@", " of "),
+            )
+            for result in result_ids(about["results"])
+            if (self.base / f"results/{result}.run.json").is_file()
         ]
-        return f"{line}.<pre>{escape(chr(10).join(lines), quote=False)}</pre>"
 
 
-def in_words(value: object) -> str:
-    """A value of the ledger as a phrase, HTML-escaped; empty for nothing."""
+def _original(entry: Mapping) -> list[tuple[str, Markup]]:
+    """The axes and conditions of the thesis's artefact in words."""
+    return [
+        ("Its panels", in_words(entry.get("panels"))),
+        ("Its axes", in_words(entry.get("plot"))),
+        ("Its conditions", in_words(entry.get("conditions"))),
+    ]
+
+
+def in_words(value: object) -> Markup:
+    """A value of the ledger as a phrase in HTML; empty for nothing."""
     if value is None:
-        return ""
+        return Markup()
     if isinstance(value, Mapping):
-        parts = [f"{_named(key)}: {in_words(v)}" for key, v in value.items()]
-        return "; ".join(parts)
+        pair = Markup("{}: {}")
+        parts = [pair.format(_named(str(k)), in_words(v)) for k, v in value.items()]
+        return Markup("; ").join(parts)
     if isinstance(value, list):
-        return ", ".join(in_words(part) for part in value)
+        return Markup(", ").join(in_words(part) for part in value)
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return Markup("yes" if value else "no")
     return escape(str(value))
 
 
-def _named(key: str) -> str:
-    if re.fullmatch(r"[a-f](,[a-f])*|\d", str(key)):
-        return f"<b>({escape(str(key))})</b>"
-    words = [WORDS.get(word, word) for word in str(key).split("_")]
+def _named(key: str) -> Markup:
+    if re.fullmatch(r"[a-f](,[a-f])*|\d", key):
+        return Markup("<b>({})</b>").format(key)
+    words = [WORDS.get(word, word) for word in key.split("_")]
     if len(words) > 1 and words[-1] in ("px", "degrees", "mm"):
         words[-1] = f"({words[-1]})"
     return escape(" ".join(words))

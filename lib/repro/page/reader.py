@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import base64
 import csv
-import html
 import importlib
 import inspect
 import json
@@ -21,6 +20,7 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+from repro.page.templates import part, render
 from repro.page.wording import alike, label, number_in, plain, rounded
 from repro.run.discover import page_module, result_ids
 from repro.run.results import Result, opened
@@ -121,11 +121,10 @@ def show(artefact: str) -> Shown:
     caption = about["caption"]
     alt = f"{label(artefact)} {plain(caption)}".strip()
     links = _links(name, about, ("svg", "png", "csv"))
-    if about.get("scene"):
-        links = f'<a href="{_up()}figures/{name}.html">3-D scene</a> · {links}'
+    scene = f"{_up()}figures/{name}.html"
     markdown = "\n".join(
         [
-            _anchor(artefact),
+            part("anchor", artefact) + "\n",
             f"::::{{figure}} /_extra/figures/{name}.svg",
             f":name: {_label_id(name)}",
             f":alt: {alt}",
@@ -136,16 +135,18 @@ def show(artefact: str) -> Shown:
             links,
             "::::",
             "",
-            *([_turnable(name, alt), ""] if about.get("scene") else []),
+            *([part("turnable", scene, alt), ""] if about.get("scene") else []),
             mark(name),
         ]
     )
     data = base64.b64encode(svg.read_bytes()).decode()
-    page = (
-        f'<figure id="{artefact}"><img alt="{html.escape(alt)}" '
-        f'src="data:image/svg+xml;base64,{data}">'
-        f"<figcaption>{_titled(artefact, html.escape(caption), bold='b')}</figcaption>"
-        "</figure>"
+    page = render(
+        "figure",
+        artefact=artefact,
+        alt=alt,
+        data=data,
+        label=label(artefact),
+        caption=" ".join(caption.split()),
     )
     return Shown(markdown, page)
 
@@ -166,7 +167,7 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     titled = _titled(artefact, about["caption"])
     markdown = "\n".join(
         [
-            _anchor(artefact),
+            part("anchor", artefact) + "\n",
             f"::::{{table}} {titled}",
             f":name: {_label_id(name)}",
             "",
@@ -178,15 +179,13 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
             mark(name),
         ]
     )
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
-        for row in cells
-    )
-    page = (
-        f'<table id="{artefact}"><caption>'
-        f"{_titled(artefact, html.escape(about['caption']), bold='b')}</caption><tr>"
-        + "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
-        + f"</tr>{body}</table>"
+    page = render(
+        "table",
+        artefact=artefact,
+        label=label(artefact),
+        caption=" ".join(about["caption"].split()),
+        head=head,
+        rows=cells,
     )
     return Shown(markdown, page)
 
@@ -203,11 +202,7 @@ def show_code(*functions: Callable) -> Shown:
         f":::{{div}} raxel-links\n{place}\n:::\n\n````python\n{code}\n````"
         for place, code in pieces
     )
-    page = "".join(
-        f"<p><small>{html.escape(place)}</small></p><pre>{html.escape(code)}</pre>"
-        for place, code in pieces
-    )
-    return Shown(markdown, page)
+    return Shown(markdown, render("code", pieces=pieces))
 
 
 def pipe_table(head: list[str], rows: list[list[str]], numeric: list[bool]) -> str:
@@ -279,33 +274,16 @@ def page_id() -> str:
 
 def mark(name: str) -> str:
     """Where the page puts what is known about an artefact (`repro.page.furniture`)."""
-    return f'<div data-raxel-about="{name}"></div>'
-
-
-def _turnable(name: str, alt: str) -> str:
-    """The scene of a figure, folded; the page's script loads it when it is opened."""
-    return (
-        '<details class="raxel-scene"><summary>Turn it around (3-D)</summary>'
-        f'<iframe data-src="{_up()}figures/{name}.html" '
-        f'title="{html.escape(alt)} (3-D)"></iframe></details>'
-    )
+    return part("mark", name)
 
 
 def _described(name: str) -> dict:
     return json.loads(_needed(base() / f"{name}.json", name).read_text("utf-8"))
 
 
-def _titled(artefact: str, caption: str, bold: str = "") -> str:
+def _titled(artefact: str, caption: str) -> str:
     name = label(artefact)
-    if not name:
-        return " ".join(caption.split())
-    title = f"<{bold}>{name}.</{bold}>" if bold else f"**{name}.**"
-    return f"{title} {' '.join(caption.split())}"
-
-
-def _anchor(artefact: str) -> str:
-    """The id as it stands: Sphinx would write its underscores as hyphens."""
-    return f'<span id="{artefact}"></span>\n'
+    return f"{f'**{name}.** ' if name else ''}{' '.join(caption.split())}"
 
 
 def _label_id(name: str) -> str:
@@ -320,15 +298,20 @@ def _up() -> str:
 
 def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
     up = _up()
-    parts = [
-        f'<a href="{up}figures/{name}.{e}" download>{e.upper()}</a>' for e in endings
-    ]
+    scene, behind = [], []
+    if about.get("scene"):
+        scene.append((f"{up}figures/{name}.html", "3-D scene"))
     for result in result_ids(about["results"]):
         said = result.removesuffix(name[name.find("@") :] if "@" in name else "")
         said = said.replace("@", " of ")
-        parts.append(f'<a href="{up}results/{result}.json">every trial: {said}</a>')
+        behind.append((f"{up}results/{result}.json", f"every trial: {said}"))
     if "source" in about:
         path, function = about["source"]
-        parts.append(f'<a href="{up}source/{path}.html#{function}">source</a>')
-    parts.append(f"evidence: {about['evidence']}")
-    return " · ".join(parts)
+        behind.append((f"{up}source/{path}.html#{function}", "source"))
+    return part(
+        "links",
+        scene,
+        [(f"{up}figures/{name}.{e}", e.upper()) for e in endings],
+        behind,
+        about["evidence"],
+    )

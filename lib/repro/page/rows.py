@@ -1,13 +1,17 @@
-"""HTML of a scoreboard row: badge, values, readings, links. All text is escaped."""
+"""The rows of the scoreboard as HTML: a page's own, and the parts of any row."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
+from functools import cache
 from itertools import chain
 from pathlib import Path, PurePosixPath
 
+from jinja2 import Environment
+from markupsafe import Markup, escape
+
 from repro.judge import ledger, scoreboard, verdict
+from repro.page.templates import environment
 from repro.page.wording import UNSPOKEN, label, rounded
 from repro.run import discover
 from repro.run.deciding import judged_with
@@ -25,123 +29,95 @@ SIGNS = {
 }
 
 
-def text(value: object) -> str:
-    """Escaped text on one line: a blank line would end the HTML inside Markdown."""
-    return "" if value is None else escape(" ".join(str(value).split()))
+def row_templates(*folders: Path) -> Environment:
+    """Templates that set rows: those of this room, and of ``folders``."""
+    templates = environment(*folders)
+    templates.filters |= {"line": line, "breakable": breakable}
+    templates.globals |= {
+        "SIGNS": SIGNS,
+        "addresses": addresses,
+        "computed": computed,
+        "grouped": grouped,
+        "label": label,
+        "printed": printed,
+    }
+    return templates
 
 
-def badge(verdict: str, note: str = "") -> str:
-    """The verdict as a word with a sign; its colour only repeats what they say."""
-    name = verdict.replace(" ", "-")
-    return (
-        f'<span class="rx-badge rx-{name}"><span aria-hidden="true">{SIGNS[verdict]}'
-        f"</span> {text(verdict)}{text(note)}</span>"
-    )
+@cache
+def _own() -> Environment:
+    return row_templates()
 
 
-def judged_badge(row: Mapping) -> str:
-    """The badge of a row; where readings disagree, how many of them share it."""
-    verdicts = [variant["verdict"] for variant in row["variants"]]
-    agree = 1 + verdicts.count(row["verdict"])
-    if agree > len(verdicts):
-        return badge(row["verdict"])
-    return (
-        f'{badge(row["verdict"])} <span class="rx-primary">primary reading; {agree} of '
-        f"{len(verdicts) + 1} agree</span>"
-    )
+def part(name: str, *values: object) -> str:
+    """One part of a row, by the name of its macro in `rows.html.jinja`."""
+    macros = _own().get_template("rows.html.jinja").module
+    return str(getattr(macros, name)(*values))
 
 
-def name_of(row: Mapping) -> str:
-    """The row's id, after the name that people use where the thesis has one."""
-    known = label(row["id"])
-    spoken = f"{text(known)} " if known else ""
-    return f"{spoken}<code>{breakable(row['id'])}</code>"
+def line(value: object) -> str:
+    """Text on one line: a blank line would end the HTML inside Markdown."""
+    return "" if value is None else " ".join(str(value).split())
 
 
-def breakable(identifier: str) -> str:
+def breakable(identifier: str) -> Markup:
     """An id that a narrow column may break behind its underscores."""
-    return text(identifier).replace("_", "_<wbr>")
+    return escape(line(identifier)).replace("_", Markup("_<wbr>"))
 
 
-def published(row: Mapping) -> str:
+def printed(row: Mapping) -> str | None:
     """What the thesis printed: a statement, a title, or a value with its unit."""
-    value = row["published"]
-    if value is None:
-        return '<span class="rx-none">none</span>'
+    if row["published"] is None:
+        return None
     unit = row["unit"] if row["kind"] == "number" else ""
-    unit = "" if unit in UNSPOKEN else unit
-    return f"{text(value)} {text(unit)}".strip()
+    return f"{line(row['published'])} {'' if unit in UNSPOKEN else line(unit)}".strip()
 
 
-def regenerated(row: Mapping, unit: str | None = None) -> str:
-    """What came out here, with interval and unit; a dash where nothing did."""
-    value = row["regenerated"]
-    if value is None:
-        return '<span class="rx-none">–</span>'
-    unit = row["unit"] if unit is None else unit
-    said = text(rounded(value, row["interval"], unit))
+def computed(row: Mapping, unit: str) -> tuple[str | None, str]:
+    """What came out here with its unit, and its interval; None where nothing did."""
+    if row["regenerated"] is None:
+        return None, ""
+    said = line(rounded(row["regenerated"], row["interval"], unit))
     if row["interval"] is None or not said.endswith(")"):
-        return said
+        return said, ""
     value, _, interval = said.rpartition(" (")
-    return f'{value} <span class="rx-interval">({interval}</span>'
+    return value, interval
 
 
-def limits_of(row: Mapping) -> str:
-    """The test of a claim with its limits, folded away, and what changed in it."""
-    changed = ""
-    if row["changed"]:
-        changed = f'<p class="rx-changed">Test changed: {text(row["changed"])}</p>'
-    if not row["test"]:
-        return changed
-    return (
-        f'{changed}<details class="rx-test"><summary>the test and its limits</summary>'
-        f"<p>{text(row['test'])}</p></details>"
-    )
-
-
-def readings(row: Mapping) -> str:
-    """The readings of an open text, folded away, grouped by verdict."""
-    variants = row["variants"]
-    if not variants:
-        return ""
+def grouped(variants: Sequence[Mapping]) -> list[dict]:
+    """Readings by verdict; what all of a group share is said once, before them."""
     groups: dict[str, list[Mapping]] = {verdict: [] for verdict in SIGNS}
     for variant in variants:
         groups[variant["verdict"]].append(variant)
-    groups = {verdict: mine for verdict, mine in groups.items() if mine}
-    tally = ", ".join(f"{len(mine)} {verdict}" for verdict, mine in groups.items())
-    lists = "".join(_group(row, verdict, mine) for verdict, mine in groups.items())
-    word = "other reading" if len(variants) == 1 else "other readings"
-    return (
-        f"<details><summary>{len(variants)} {word}: {text(tally)}</summary>"
-        f"{lists}</details>"
-    )
+    return [_group(verdict, mine) for verdict, mine in groups.items() if mine]
 
 
-def _group(row: Mapping, verdict: str, variants: Sequence[Mapping]) -> str:
-    """Variants of one verdict; what all of them share is said once, before them."""
+def _group(verdict: str, variants: Sequence[Mapping]) -> dict:
     taken = [{*v["reading"].items()} for v in variants]
     common = set.intersection(*taken) if len(variants) > 1 else set()
     reasons = {v["reason"] for v in variants}
     reason = reasons.pop() if len(reasons) == 1 else None
-    items = "".join(_variant(row, v, common, reason is None) for v in variants)
-    first = {q: o for q, o in variants[0]["reading"].items() if (q, o) in common}
-    said = "; ".join(part for part in (_pairs(first), text(reason)) if part)
-    return f"<div>{badge(verdict)} {said}<ul>{items}</ul></div>"
+    first = [pair for pair in variants[0]["reading"].items() if pair in common]
+    return {
+        "verdict": verdict,
+        "shared": [said for said in (_pairs(first), line(reason)) if said],
+        "variants": [
+            (
+                _pairs(pair for pair in v["reading"].items() if pair not in common),
+                v,
+                v["reason"] if reason is None else "",
+            )
+            for v in variants
+        ],
+    }
 
 
-def _variant(row: Mapping, variant: Mapping, common: set, with_reason: bool) -> str:
-    own = {q: o for q, o in variant["reading"].items() if (q, o) not in common}
-    value = regenerated(variant, row["unit"])
-    reason = f" {text(variant['reason'])}" if with_reason else ""
-    return f"<li>{_pairs(own)} → <b>{value}</b>{reason}</li>"
+def _pairs(reading: Iterable[tuple[str, str]]) -> str:
+    return line("; ".join(f"{q}: {o}" for q, o in reading).replace("_", " "))
 
 
-def _pairs(reading: Mapping[str, str]) -> str:
-    return text("; ".join(f"{q}: {o}" for q, o in reading.items()).replace("_", " "))
-
-
-def links(row: Mapping, up: str, sources: Iterable[str]) -> str:
-    """Links to the row's page, its data and its source; ``up`` leads to the top."""
+def addresses(row: Mapping, sources: Iterable[str]) -> list[tuple[str, str, str]]:
+    """Address, short name and description of a row's page, its data, its source."""
     found = []
     if row["page"]:
         found.append((row["page"], "page", f"page of {row['id']}"))
@@ -154,17 +130,7 @@ def links(row: Mapping, up: str, sources: Iterable[str]) -> str:
     name = (row["page"] or "").removesuffix(".html")
     if name in sources:
         found.append((f"source/{name}/{PAGE_FILE}", "source", f"source of {row['id']}"))
-    return " ".join(
-        f'<a href="{escape(up + address)}" title="{escape(said)}" '
-        f'aria-label="{escape(said)}">{breakable(short)}</a>'
-        for address, short, said in found
-    )
-
-
-def said(row: Mapping) -> str:
-    """The reason, the test behind a verdict that there is, and the other readings."""
-    reason = f'<span class="rx-reason">{text(row["reason"])}</span>'
-    return reason + limits_of(row) + readings(row)
+    return found
 
 
 def comparison_table(page: str, effort: str, root: Path) -> str:
@@ -197,54 +163,11 @@ def comparison(
 
     ``tests`` says where in the site the code of a claim's test is shown.
     """
-    parts = ['<div class="rx tex2jax_ignore mathjax_ignore">']
-    if effort == "quick":
-        parts.append(
-            "<p>A quick build: values from few trials. Verdicts are given at full "
-            "size only.</p>"
-        )
-    for kind in ("claim", "number", "artefact"):
-        own = [row for row in rows if row["kind"] == kind]
-        if own:
-            parts.append(_compared(kind, own, up, tests))
-    if not rows:
-        parts.append("<p>This page has no rows on the scoreboard.</p>")
-    return "\n".join([*parts, "</div>"])
-
-
-def _compared(
-    kind: str, rows: Sequence[Mapping], up: str, tests: Mapping[str, str]
-) -> str:
-    head = "".join(
-        f'<th scope="col">{name}</th>'
-        for name in (f"{kind}, verdict", "published", "regenerated", "reason, readings")
+    kinds = [
+        (kind, [row for row in rows if row["kind"] == kind])
+        for kind in ("claim", "number", "artefact")
+    ]
+    template = _own().get_template("compared.html.jinja")
+    return template.render(
+        kinds=kinds, effort=effort, up=up, tests=tests, empty=not rows
     )
-    lines = []
-    for row in rows:
-        name = (
-            f'<a href="{up}scoreboard.html#{row["id"]}"><code>{breakable(row["id"])}'
-            "</code></a>"
-        )
-        lines.append(
-            f'<tr data-id="{row["id"]}" data-verdict="{row["verdict"]}">'
-            f'<th scope="row">{name} {judged_badge(row)}</th>'
-            f'<td class="p">{published(row)}</td><td class="g">{regenerated(row)}</td>'
-            f'<td class="r">{said(row)}{_behind(row, up, tests)}</td></tr>'
-        )
-    caption = f"{kind.capitalize()}s of this page"
-    return "\n".join(
-        [
-            f'<table class="rx-rows rx-compared"><caption>{caption}</caption>',
-            f"<thead><tr>{head}</tr></thead><tbody>",
-            *lines,
-            "</tbody></table>",
-        ]
-    )
-
-
-def _behind(row: Mapping, up: str, tests: Mapping[str, str]) -> str:
-    """Links to the test of a claim and to the data it read."""
-    if row["id"] not in tests:
-        return ""
-    test = f'<a href="{text(up + tests[row["id"]])}">code of the test</a>'
-    return f'<p class="rx-behind">{test} {links({**row, "page": None}, up, ())}</p>'

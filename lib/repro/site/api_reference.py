@@ -12,8 +12,14 @@ import re
 import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+from jinja2 import Environment
+
+from repro.page.templates import environment
+
+TEMPLATES = Path(__file__).with_name("templates")
 CODE = re.compile(r"``(.+?)``|`(.+?)`", re.S)
 SPECIAL = re.compile(r"([\\*_\[\]<>$#|{}~^])")
 LIST_ITEM = re.compile(r"(-|\d+\.|\(\w\)) ")
@@ -82,10 +88,7 @@ def _page(library: Path, package: Path, pattern: str) -> str:
     homes = {node.name: m for m in modules for node in _public(m.tree.body)}
     names = [name for name in _exported(own.tree) if name in homes]
     if names:
-        listed = ", ".join(
-            f'<a href="#{_anchor(homes[n].name, n)}"><code>{n}</code></a>'
-            for n in names
-        )
+        listed = _html("exported", [(_anchor(homes[n].name, n), n) for n in names])
         parts.append(f"From `{own.name}`: {listed}.")
     entries = list(_documented(own, own.tree.body))
     if entries:
@@ -120,7 +123,7 @@ def _sections(modules: list[Module]) -> Iterator[str]:
 
 def _documented(module: Module, body: list[ast.stmt]) -> Iterator[str]:
     for node in _public(body):
-        yield f'<span id="{_anchor(module.name, node.name)}"></span>\n'
+        yield _html("anchor", _anchor(module.name, node.name)) + "\n"
         yield f"### {prose(node.name)}"
         yield _signature(node, "")
         yield prose(ast.get_docstring(node) or "")
@@ -129,7 +132,7 @@ def _documented(module: Module, body: list[ast.stmt]) -> Iterator[str]:
                 yield _signature(method, f"{node.name}.")
                 yield prose(ast.get_docstring(method) or "")
         address = f"../source/{module.path}.html#{node.name}"
-        yield f'<p class="raxel-links"><a href="{address}">source</a></p>'
+        yield _html("source", address)
 
 
 def _public(body: list[ast.stmt]) -> list[Documented]:
@@ -215,6 +218,17 @@ def _one(argument: ast.arg, default: ast.expr | None) -> str:
     if default is None:
         return text
     return f"{text}{' = ' if argument.annotation else '='}{ast.unparse(default)}"
+
+
+@cache
+def _templates() -> Environment:
+    return environment(TEMPLATES)
+
+
+def _html(name: str, *values: object) -> str:
+    """A piece of HTML, by the name of its macro."""
+    macros = _templates().get_template("reference.html.jinja").module
+    return str(getattr(macros, name)(*values))
 
 
 def _anchor(module: str, name: str) -> str:

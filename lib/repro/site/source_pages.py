@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from html import escape
 from pathlib import Path
 
-STYLE = """
-:root { color-scheme: light dark; }
-body { margin: 1rem; font: 14px/1.5 system-ui, sans-serif; }
-pre { font: 13px/1.5 ui-monospace, monospace; }
-a.n { color: inherit; opacity: .55; text-decoration: none; user-select: none; }
-:target { background: color-mix(in srgb, currentColor 15%, transparent); }
-"""
+from jinja2 import Template
+from markupsafe import Markup
+
+from repro.page.templates import environment
+
+TEMPLATES = Path(__file__).with_name("templates")
 
 
 def source_page(path: Path, name: str, up: str) -> str:
@@ -29,19 +29,19 @@ def source_page(path: Path, name: str, up: str) -> str:
     anchors = {line: anchor for anchor, line in first.items()}
     lines = text.splitlines()
     width = len(str(len(lines)))
-    body = "\n".join(
-        f'<span id="{anchors.get(number, f"L{number}")}">'
-        f'<a class="n" href="#{anchors.get(number, f"L{number}")}">{number:{width}}</a>'
-        f"  {escape(line, quote=False)}</span>"
+    numbered = [
+        (anchors.get(number, f"L{number}"), f"{number:{width}}", line)
         for number, line in enumerate(lines, 1)
-    )
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(name)}</title><style>{STYLE}</style></head><body>\n"
-        f'<p><a href="{up}index.html">Raxel</a> · {escape(name)}</p>\n'
-        f"<pre>{body}</pre>\n</body></html>\n"
-    )
+    ]
+    return _template().render(name=name, up=up, lines=numbered) + "\n"
+
+
+@cache
+def _template() -> Template:
+    templates = environment(TEMPLATES)
+    # Between tags a quote means nothing, and code is full of them.
+    templates.filters["code"] = lambda line: Markup(escape(line, quote=False))
+    return templates.get_template("source.html.jinja")
 
 
 def definitions(tree: ast.AST, inside: str) -> Iterator[tuple[str, int]]:

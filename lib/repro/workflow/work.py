@@ -279,6 +279,7 @@ class Work:
             *self.judged_inputs(wildcards),
             *self.ledger(),
             *self.pages_read(wildcards.page),
+            *self.templates("page"),
             "CITATION.cff",
         ]
 
@@ -314,6 +315,14 @@ class Work:
             "chapters/unfinished.yaml"
         ]
 
+    def templates(self, *rooms: str) -> list[str]:
+        """Templates of HTML that stand beside the code of a room of `repro`."""
+        return [
+            path.relative_to(self.root).as_posix()
+            for room in rooms
+            for path in sorted(self.root.glob(f"lib/repro/{room}/templates/*.jinja"))
+        ]
+
     def site_sources(self) -> list[str]:
         """Files of the site's own source, the guide, and the code that it shows."""
         shown = [
@@ -321,7 +330,7 @@ class Work:
             *(self.root / "lib" / "raxel").rglob("*.py"),
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
-        return [GUIDE] + sorted(
+        return [GUIDE, *self.templates("page", "site")] + sorted(
             path.relative_to(self.root).as_posix()
             for path in shown
             if path.is_file() and "__pycache__" not in path.parts

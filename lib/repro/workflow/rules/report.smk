@@ -2,6 +2,7 @@ rule scoreboard:
     input:
         judged=WORK.judged(),
         ledger=WORK.ledger(),
+        templates=WORK.templates("page", "site"),
     output:
         rows=f"{WORK.base}/scoreboard.json",
         page=f"{WORK.base}/scoreboard.md",
