@@ -30,22 +30,15 @@ CAMERAS = [PERSPECTIVE, FISHEYE, CENTRAL, NON_CENTRAL]
 def test_a_camera_comes_back_to_the_bit(camera, tmp_path):
     path = tmp_path / "camera.npz"
     camera.save(path)
-    for back in (load_camera(path), type(camera).load(path)):
-        assert type(back) is type(camera)
-        assert (back.width, back.height) == (31, 21)
-        assert back.central == camera.central
-        pixels = pixel_grid(31, 21)
-        for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
-            np.testing.assert_array_equal(ours, theirs)
-        assert getattr(back, "units", None) == getattr(camera, "units", None)
+    back = load_camera(path)
+    assert type(back) is type(camera)
+    assert (back.width, back.height) == (31, 21)
+    assert back.central == camera.central
+    pixels = pixel_grid(31, 21)
+    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert getattr(back, "units", None) == getattr(camera, "units", None)
     assert os.listdir(tmp_path) == ["camera.npz"]
-
-
-def test_a_camera_of_another_kind_is_refused(tmp_path):
-    path = tmp_path / "camera.npz"
-    FISHEYE.save(path)
-    with pytest.raises(InputError, match=r"camera\.npz: field 'kind': found 'fisheye'"):
-        PerspectiveCamera.load(path)
 
 
 def damaged(tmp_path, camera, **changes):

@@ -396,6 +396,7 @@ def test_a_damaged_viewer_is_named(tmp_path):
 
 BEHIND = pose(np.eye(3), [0, 0, -50])
 TURNED = pose(np.diag([1.0, -1, -1]), [0, 0, 50])
+FIELDS = {"shape": "sphere", "axes": [30], "rim_radius": 5, "T_viewer_mirror": BEHIND}
 NON_CENTRAL = GeneralCamera(
     np.tile([0.0, 0, 1], (3, 3, 1)), np.ones((3, 3), bool), np.zeros((3, 3, 3))
 )
@@ -417,7 +418,10 @@ NON_CENTRAL = GeneralCamera(
         (lambda: aligned(PARALLEL, *HYPERBOLOID), "'viewer'.*orthographic"),
         (lambda: aligned(NON_CENTRAL, *HYPERBOLOID), "'viewer'.*central viewer"),
         (lambda: aligned("pinhole", *HYPERBOLOID), "'viewer'.*str"),
-        (lambda: aligned({"f": 1}, *HYPERBOLOID), "'viewer'.*'kind'"),
+        (
+            lambda: camera_from("quadric mirror", FIELDS | {"viewer": {"f": 1}}),
+            "'viewer'.*'kind' is missing",
+        ),
         (lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, BEHIND), "behind the v"),
         (lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, TURNED), "silvered"),
         (lambda: QuadricMirrorCamera(PARALLEL, *PARABOLOID, TURNED), "silvered"),

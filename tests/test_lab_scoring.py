@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from raxel.cameras import (
     FisheyeCamera,
     GeneralCamera,
+    PerspectiveCamera,
     QuadricMirrorCamera,
     pixel_grid,
 )
@@ -219,7 +220,7 @@ def test_directions_of_a_mirror_are_seen_from_its_centre(board_set, tmp_path):
     size = {"width": board_set.width, "height": board_set.height}
     middle = [(size["width"] - 1) / 2, (size["height"] - 1) / 2]
     K = [[300, 0, middle[0]], [0, 300, middle[1]], [0, 0, 1]]
-    viewer = {"kind": "perspective", "K": K, "radial": []} | size
+    viewer = PerspectiveCamera(K, [], **size)
     true = QuadricMirrorCamera.aligned(viewer, "hyperboloid", (30, 20), 25)
     true.save(tmp_path / "set" / "truth" / "camera.npz")
     pixels = pixel_grid(true.width, true.height)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.storage import CameraFile, write_camera
+from raxel.cameras.storage import write_camera
 from raxel.errors import InputError
 
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
@@ -89,25 +89,10 @@ class Camera(abc.ABC):
     def save(self, path):
         """Write the camera to an .npz file, whole or not at all.
 
-        Raises InputError where that cannot be done.
+        `load_camera` reads it. Raises InputError where it cannot be written.
         """
         size = {"width": np.array(self.width), "height": np.array(self.height)}
         write_camera(path, self.kind, size | self._fields())
-
-    @classmethod
-    def load(cls, path):
-        """Read a camera of this class (see `load_camera` for any class).
-
-        Raises InputError with file and field for a file that is missing, cut off, of
-        another kind, or holds values that no such camera can have.
-        """
-        with CameraFile(path) as file:
-            if file.kind != cls.kind:
-                raise InputError(
-                    f"{path}: field 'kind': found {file.kind!r}; a camera of kind "
-                    f"{cls.kind!r} is needed here"
-                )
-            return file.build(cls)
 
 
 def check_size(camera, width, height):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.cameras.mirror_camera import MirrorCamera
-from raxel.cameras.nested import nested_fields, read_viewer
+from raxel.cameras.nested import nested_fields
 from raxel.cameras.sheet_mirror import SheetMirror
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
@@ -13,11 +13,10 @@ class BentMirrorCamera(MirrorCamera):
     """A viewer that sees the world in a bent sheet. Frame: the viewer's.
 
     viewer: a central camera with its centre at the origin of its frame, or an
-    OrthographicCamera; also given as a dict with `kind` and its fields. size: (width,
-    height) of the sheet, mm; heights: coefficients h_ij of its height, mm (see
-    SheetMirror). T_viewer_mirror: (4, 4), mm; the mirror's z axis points away from the
-    light. Or `offset` (3,), mm, and `rotation` (3,), a rotation vector in radians, of
-    the mirror's frame in the viewer's.
+    OrthographicCamera. size: (width, height) of the sheet, mm; heights: coefficients
+    h_ij of its height, mm (see SheetMirror). T_viewer_mirror: (4, 4), mm; the mirror's
+    z axis points away from the light. Or `offset` (3,), mm, and `rotation` (3,), a
+    rotation vector in radians, of the mirror's frame in the viewer's.
 
     Raises InputError for a viewer behind the mirror and values no mirror can have.
     """
@@ -66,7 +65,7 @@ class BentMirrorCamera(MirrorCamera):
     @classmethod
     def _from_file(cls, file):
         return cls(
-            read_viewer("viewer", file),
+            file.nested("viewer"),
             file.numbers("size"),
             file.numbers("heights"),
             T_viewer_mirror=file.numbers("T_viewer_mirror"),

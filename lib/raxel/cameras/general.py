@@ -13,6 +13,7 @@ from raxel.cameras.base import (
 )
 from raxel.cameras.centrality import closest_point
 from raxel.cameras.ray_table import RayTable
+from raxel.cameras.table_inverse import TableInverse
 from raxel.errors import InputError
 from raxel.geometry.lines import pluecker_matrix_of_rays
 
@@ -140,8 +141,6 @@ class GeneralCamera(Camera):
 
     def project(self, points):
         """Pixels of points (N, 3): where the interpolated ray passes through each."""
-        from raxel.cameras.table_inverse import TableInverse
-
         points = near_rows(points, 3)
         if self._inverse is None:
             self._inverse = TableInverse(self._table)

@@ -2,7 +2,6 @@
 
 from raxel.cameras.registry import CAMERAS
 from raxel.cameras.storage import CameraFile
-from raxel.errors import InputError
 
 
 def load_camera(path):
@@ -11,10 +10,5 @@ def load_camera(path):
     Raises InputError with file and field for a file that is missing, cut off, of an
     unknown kind, or holds values that no such camera can have.
     """
-    with CameraFile(path) as file:
-        if file.kind not in CAMERAS:
-            raise InputError(
-                f"{path}: field 'kind': found {file.kind!r}; known are "
-                + ", ".join(CAMERAS)
-            )
-        return file.build(CAMERAS[file.kind])
+    with CameraFile(path, CAMERAS) as file:
+        return file.camera()

@@ -8,7 +8,6 @@ from raxel.cameras.nested import (
     checked_viewer,
     finite_rows,
     nested_fields,
-    read_viewer,
 )
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.errors import InputError
@@ -176,7 +175,7 @@ class PlanarMirrorsCamera(Camera):
                 "corners; save it anew"
             )
         return cls(
-            read_viewer("viewer", file),
+            file.nested("viewer"),
             file.numbers("T_viewer_facets"),
             np.split(corners, np.cumsum(counts)[:-1]),
         )

@@ -5,7 +5,7 @@ import numpy as np
 from raxel.cameras.base import checked_array
 from raxel.cameras.conic_mirror import ConicMirror
 from raxel.cameras.mirror_camera import MirrorCamera
-from raxel.cameras.nested import checked_viewer, nested_fields, read_viewer
+from raxel.cameras.nested import checked_viewer, nested_fields
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector, transform
@@ -20,10 +20,10 @@ class QuadricMirrorCamera(MirrorCamera):
     """A viewer that sees the world in a mirror of revolution. Frame: the viewer's.
 
     viewer: a central camera with its centre at the origin of its frame, or an
-    OrthographicCamera; also given as a dict with `kind` and its fields. shape, axes,
-    rim_radius, hole_radius, side: see ConicMirror; side is 'outside' (convex) unless
-    given, for an ellipsoid 'inside'. T_viewer_mirror: (4, 4), mm; the mirror's frame
-    has its origin at the apex and +z along the axis into the curve.
+    OrthographicCamera. shape, axes, rim_radius, hole_radius, side: see ConicMirror;
+    side is 'outside' (convex) unless given, for an ellipsoid 'inside'.
+    T_viewer_mirror: (4, 4), mm; the mirror's frame has its origin at the apex and +z
+    along the axis into the curve.
 
     A ray starts at the mirror and runs into the world. A pixel has one where the
     viewer's ray meets the silvered side first and does not meet the mirror again.
@@ -211,7 +211,7 @@ class QuadricMirrorCamera(MirrorCamera):
     @classmethod
     def _from_file(cls, file):
         return cls(
-            read_viewer("viewer", file),
+            file.nested("viewer"),
             file.text("shape"),
             file.numbers("axes"),
             file.number("rim_radius"),

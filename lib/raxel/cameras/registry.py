@@ -57,7 +57,8 @@ CAMERAS = {
 def camera_from(kind, fields):
     """The camera of a kind from its constructor's arguments by name.
 
-    kind: a key of CAMERAS; fields: dict name -> number, text or list.
+    kind: a key of CAMERAS; fields: dict name -> number, text or list; the viewer of a
+    mirror camera is a camera or a dict, see `with_viewer`.
     Raises InputError, one line, for a kind or name that is unknown (with the nearest
     known one) or missing, and for values that no such camera can have.
     """
@@ -76,12 +77,32 @@ def camera_from(kind, fields):
                 f"field '{name}': missing; a {kind} camera needs " + ", ".join(needed)
             )
     try:
-        return CAMERAS[kind](**fields)
+        return CAMERAS[kind](**with_viewer(fields))
     except (TypeError, ValueError) as fault:
         raise InputError(
             f"{kind} camera: a field has values of a wrong type ({fault}); give "
             "numbers, or lists of numbers of equal length"
         ) from fault
+
+
+def with_viewer(fields):
+    """The fields of a camera with `viewer`, where it is a dict, made the camera it is.
+
+    The dict holds the viewer's `kind` and its constructor's arguments by name. Raises
+    InputError as `camera_from`.
+    """
+    viewer = fields.get("viewer")
+    if not isinstance(viewer, dict):
+        return fields
+    if "kind" not in viewer:
+        raise InputError(
+            "field 'viewer': 'kind' is missing; name the viewer's kind of camera"
+        )
+    own = {name: value for name, value in viewer.items() if name != "kind"}
+    try:
+        return fields | {"viewer": camera_from(viewer["kind"], own)}
+    except InputError as fault:
+        raise InputError(f"field 'viewer': {fault}") from fault
 
 
 def _nearest(name, known):

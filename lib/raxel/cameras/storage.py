@@ -16,10 +16,13 @@ def write_camera(path, kind, fields):
 
 
 class CameraFile:
-    """An open camera file: every fault becomes an InputError with file and field."""
+    """An open camera file: every fault becomes an InputError with file and field.
 
-    def __init__(self, path):
-        self.path = path
+    kinds: dict name -> class of the cameras that it may hold, in it or nested.
+    """
+
+    def __init__(self, path, kinds):
+        self.path, self.kinds = path, kinds
         try:
             self._archive = np.load(path, allow_pickle=False)
         except FileNotFoundError as fault:
@@ -87,12 +90,34 @@ class CameraFile:
             return value.item()
         return self.number(name) if value.shape == () else self.numbers(name)
 
-    def build(self, camera_class):
-        """The camera; its own complaints about a field get this file's name."""
+    def camera(self):
+        """The camera, of the class that the field `kind` names."""
+        if self.kind not in self.kinds:
+            raise InputError(
+                f"{self.path}: field 'kind': found {self.kind!r}; known are "
+                + ", ".join(self.kinds)
+            )
         try:
-            return camera_class._from_file(self)
+            return self.kinds[self.kind]._from_file(self)
         except InputError as fault:
             text = str(fault)
             if text.startswith(f"{self.path}:"):
                 raise
             raise InputError(f"{self.path}: {text}") from fault
+
+    def nested(self, name):
+        """The camera in the fields whose names begin with `name` and a dot."""
+        return _FilePart(name, self).camera()
+
+
+class _FilePart(CameraFile):
+    def __init__(self, name, file):
+        self.path, self.kinds = f"{file.path}: field '{name}'", file.kinds
+        self._name, self._file = name, file
+        self.kind = self.text("kind")
+
+    def array(self, name):
+        return self._file.array(f"{self._name}.{name}")
+
+    def has(self, name):
+        return self._file.has(f"{self._name}.{name}")

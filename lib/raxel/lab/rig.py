@@ -15,7 +15,7 @@ import numpy as np
 from raxel.cameras.base import Camera
 from raxel.cameras.named_fields import argument_names
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
-from raxel.cameras.registry import CAMERAS, camera_from
+from raxel.cameras.registry import CAMERAS, camera_from, with_viewer
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.blemishes import Blemishes
@@ -253,6 +253,7 @@ def _placed_mirror(fields):
     for name in ("viewer", "shape", "axes", "rim_radius"):
         if name not in fields:
             raise InputError(f"field '{name}': missing; a quadric mirror needs it")
+    fields = with_viewer(fields)
     if "distance" in fields:
         return QuadricMirrorCamera.on_axis(**fields)
     return QuadricMirrorCamera.misaligned(**{"offset": (0, 0, 0)} | fields)
