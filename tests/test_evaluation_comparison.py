@@ -7,9 +7,7 @@ from raxel.calibration.correspondence import BoardView
 from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation.comparison import compare_models
-from raxel.evaluation.reference_corners import distance_to_reference
-from raxel.features.detector import Detection
-from raxel.sets import Chessboard, ReferenceCorners
+from raxel.sets import Chessboard
 from tests.image_sets import COLUMNS, FOCAL, HEIGHT, ROWS, WIDTH, boards
 
 K = np.array([[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]])
@@ -89,32 +87,3 @@ def test_each_camera_is_built_once_and_never_sees_its_part(views):
     assert built == [
         [f"view{i}" for i in range(6) if i % 3 != part] for part in range(3)
     ]
-
-
-def reference(corners, certain):
-    return ReferenceCorners(corners, certain, COLUMNS, ROWS, 1.0)
-
-
-def test_reference_corners_are_compared_in_the_best_order(views):
-    corners = views[0].pixels
-    detection = Detection(True, corners[::-1] + (0.3, 0.4), COLUMNS, ROWS)
-    certain = np.ones(len(corners), bool)
-    assert distance_to_reference(detection, reference(corners, certain)) == (
-        pytest.approx(0.5)
-    )
-    certain[3] = False
-    doubtful = corners.copy()
-    doubtful[3] = np.nan
-    assert distance_to_reference(detection, reference(doubtful, certain)) == (
-        pytest.approx(0.5)
-    )
-
-
-def test_a_board_of_another_size_is_infinitely_far(views):
-    corners = views[0].pixels
-    everything = np.ones(len(corners), bool)
-    other = Detection(True, corners[:-COLUMNS], COLUMNS, ROWS - 1)
-    nothing = Detection(False, np.empty((0, 2)), None, None, "no")
-    for detection in (other, nothing):
-        distance = distance_to_reference(detection, reference(corners, everything))
-        assert distance == np.inf

@@ -12,7 +12,7 @@ from raxel.cameras.centrality import closest_point
 from raxel.cameras.io import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import angular_residual
-from raxel.features.lattice import symmetries
+from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.geometry.poses import nearest_rotation
 from raxel.sets.model import ActiveGrid
 from raxel.sets.reference import load_reference
@@ -44,10 +44,10 @@ def score_corners(image_set, boards):
                 "as it was rendered"
             )
         distances = corner_errors(detection, truth[label])
-        right = distances is not None and distances.max() <= truth[label].tolerance_px
+        right = is_right(distances, truth[label])
         if right:
             errors.append(distances)
-        entry = {"file": label, "found": bool(detection.found), "right": bool(right)}
+        entry = {"file": label, "found": bool(detection.found), "right": right}
         images.append(entry | _spread(distances, "px", ("rms", "max")))
     return {
         "views": len(images),
@@ -57,23 +57,6 @@ def score_corners(image_set, boards):
         **_spread(np.concatenate(errors) if errors else None, "px"),
         "images": images,
     }
-
-
-def corner_errors(detection, truth):
-    """Distances (N,) in px of a Detection from ReferenceCorners, in the best symmetry.
-
-    None for a board that was not found, or of another size.
-    """
-    if not detection.found:
-        return None
-    orders = symmetries(detection.corners, detection.columns, detection.rows)
-    size = truth.columns, truth.rows
-    distances = [
-        np.linalg.norm(order - truth.corners, axis=1)[truth.certain]
-        for order, order_size in orders
-        if order_size == size
-    ]
-    return min(distances, key=np.max, default=None)
 
 
 def score_points(image_set, folder):

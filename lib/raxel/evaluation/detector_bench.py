@@ -5,7 +5,7 @@ import time
 from typing import NamedTuple
 
 from raxel.errors import InputError
-from raxel.evaluation.reference_corners import distance_to_reference
+from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.features import DETECTORS
 from raxel.features.boards import check_chessboard
 from raxel.sets.image_files import read_image
@@ -107,8 +107,8 @@ def _outcome(detection, reference):
         return "refused"
     if reference is None:
         return "unjudged"
-    distance = distance_to_reference(detection, reference)
-    return "right" if distance <= reference.tolerance_px else "wrong"
+    right = is_right(corner_errors(detection, reference), reference)
+    return "right" if right else "wrong"
 
 
 def _counts(done):

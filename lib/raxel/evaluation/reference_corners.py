@@ -1,29 +1,37 @@
-"""Detected boards against reference corners of a set: is the board right?"""
+"""Detected boards against reference corners of a set: how far off, and is it right?"""
 
 import numpy as np
 
 from raxel.features.lattice import symmetries
 
 
-def distance_to_reference(detection, reference):
-    """The largest distance in px from the certain reference corners.
+def corner_errors(detection, reference):
+    """Distances (N,) in px of a detection from the N certain reference corners.
 
-    `detection` is a Detection, `reference` a ReferenceCorners of the same image; the
-    symmetry of the lattice that fits best counts, since the reference leaves open
-    which corner is first. Infinity for a board not found or of another size. The
-    board is right when the distance is within `reference.tolerance_px`.
+    `detection` is a Detection, `reference` a ReferenceCorners of the same image. The
+    symmetry of the lattice with the smallest largest distance counts, since the
+    reference leaves open which corner is first; mirrored ones are allowed. None for a
+    board that was not found, or of another size.
     """
     if not detection.found:
-        return np.inf
+        return None
     orders = symmetries(detection.corners, detection.columns, detection.rows)
     size = reference.columns, reference.rows
-    distances = [
-        _largest(order - reference.corners, reference.certain)
+    errors = [
+        np.linalg.norm(order - reference.corners, axis=1)[reference.certain]
         for order, order_size in orders
         if order_size == size
     ]
-    return min(distances, default=np.inf)
+    return min(errors, key=_largest, default=None)
 
 
-def _largest(difference, certain):
-    return float(np.linalg.norm(difference[certain], axis=1).max(initial=0.0))
+def is_right(errors, reference):
+    """Whether a board with these `corner_errors` is right: each within the tolerance.
+
+    False for None, the errors of a board that is not there or of another size.
+    """
+    return errors is not None and bool(_largest(errors) <= reference.tolerance_px)
+
+
+def _largest(errors):
+    return errors.max(initial=0.0)

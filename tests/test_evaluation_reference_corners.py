@@ -1,0 +1,79 @@
+"""Detected boards against reference corners: errors in the best order, right or not."""
+
+import numpy as np
+import pytest
+
+from raxel.evaluation.reference_corners import corner_errors, is_right
+from raxel.features.detector import Detection, refused
+from raxel.sets import Chessboard, ReferenceCorners
+
+COLUMNS, ROWS = 5, 4
+CORNERS = Chessboard(COLUMNS, ROWS, 20.0).points() + (100, 80)
+ALL = np.ones(len(CORNERS), bool)
+
+
+def detected(corners, columns=COLUMNS, rows=ROWS):
+    return Detection(True, corners, columns, rows)
+
+
+def reference(corners=CORNERS, certain=ALL, tolerance_px=1.0):
+    return ReferenceCorners(corners, certain, COLUMNS, ROWS, tolerance_px)
+
+
+def turned(corners):
+    return corners[::-1], COLUMNS, ROWS
+
+
+def mirrored(corners):
+    return corners.reshape(ROWS, COLUMNS, 2)[:, ::-1].reshape(-1, 2), COLUMNS, ROWS
+
+
+def transposed(corners):
+    lattice = corners.reshape(ROWS, COLUMNS, 2).transpose(1, 0, 2)
+    return lattice.reshape(-1, 2), ROWS, COLUMNS
+
+
+@pytest.mark.parametrize("order", [turned, mirrored, transposed])
+def test_the_order_of_the_detection_does_not_matter(order):
+    off = np.random.default_rng(3).normal(0, 0.4, CORNERS.shape)
+    errors = corner_errors(detected(*order(CORNERS + off)), reference())
+    np.testing.assert_allclose(errors, np.linalg.norm(off, axis=1), atol=1e-12)
+
+
+def test_doubtful_corners_do_not_count():
+    corners, certain = CORNERS.copy(), ALL.copy()
+    corners[3], certain[3] = np.nan, False
+    found = CORNERS + (0.3, 0.4)
+    found[3] += 50
+    errors = corner_errors(detected(found), reference(corners, certain))
+    np.testing.assert_allclose(errors, np.full(len(CORNERS) - 1, 0.5))
+
+
+def test_a_board_is_right_up_to_the_tolerance():
+    errors = corner_errors(detected(CORNERS + (3, 4)), reference())
+    assert is_right(errors, reference(tolerance_px=5.0))
+    assert not is_right(errors, reference(tolerance_px=4.99))
+
+
+def test_one_corner_far_off_makes_the_board_wrong():
+    found = CORNERS.copy()
+    found[7] += (0, 1.5)
+    errors = corner_errors(detected(found), reference())
+    assert errors.max() == pytest.approx(1.5)
+    assert np.count_nonzero(errors) == 1
+    assert not is_right(errors, reference())
+
+
+def test_what_is_not_there_or_of_another_size_has_no_errors_and_is_wrong():
+    smaller = detected(CORNERS[:-COLUMNS], COLUMNS, ROWS - 1)
+    for detection in (smaller, refused(None, None, "nothing there")):
+        errors = corner_errors(detection, reference())
+        assert errors is None
+        assert not is_right(errors, reference())
+
+
+def test_a_reference_without_a_certain_corner_refutes_nothing():
+    nothing = reference(np.full_like(CORNERS, np.nan), ~ALL)
+    errors = corner_errors(detected(CORNERS), nothing)
+    assert errors.shape == (0,)
+    assert is_right(errors, nothing)
