@@ -17,7 +17,7 @@ from raxel.features.coded_grid import (
     read_squares,
 )
 from raxel.geometry.poses import pose
-from raxel.lab import Rectangle, Scene, render
+from raxel.lab import Rectangle, TexturedScene, render
 from raxel.lab.coded_texture import CodedTexture
 
 SIZE = 12
@@ -138,7 +138,7 @@ def test_marks_are_read_in_a_picture_of_the_texture(contrast):
     sheet = Rectangle(pose(np.eye(3), [-240, -240, 500]), 480, 480)
     K = np.array([[500.0, 0, 239.5], [0, 500.0, 239.5], [0, 0, 1]])
     camera = PerspectiveCamera(K, (), 480, 480)
-    picture = render(camera, np.eye(4), Scene(((sheet, texture),)))
+    picture = render(camera, np.eye(4), TexturedScene(((sheet, texture),)))
     image = np.rint(255 * picture).astype(np.uint8)
     numbers = np.stack(np.indices((SIZE - 1, SIZE - 1)), axis=-1) + 1
     corners = numbers[..., ::-1] * pitch - 0.5

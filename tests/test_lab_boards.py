@@ -66,7 +66,7 @@ def test_a_target_between_viewer_and_mirror_is_refused(tmp_path):
     corner, size = rig.extent
     outline = corner + np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size
     lattice = rig.target.points().reshape(3, 4, 2)
-    fault = rig.view.fault(rig.camera, towards_mirror, outline, lattice)
+    fault = rig.visibility.fault(rig.camera, towards_mirror, outline, lattice)
     assert fault == "between viewer and mirror"
 
 

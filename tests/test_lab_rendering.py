@@ -16,9 +16,9 @@ from raxel.lab import (
     Panels,
     Plain,
     Rectangle,
-    Scene,
     Stripes,
     Texture,
+    TexturedScene,
     Tiles,
     board_scene,
     need_visible,
@@ -43,7 +43,7 @@ ORTHO = OrthographicCamera(1, (0, 0), 12, 10)
 def flat(texture, rectangle=(40, 40, (-20, -20)), background=0.0):
     """A texture in the plane z = 100 before the orthographic camera."""
     T = pose(np.eye(3), [0, 0, 100])
-    return Scene(((Rectangle(T, *rectangle), texture),), background)
+    return TexturedScene(((Rectangle(T, *rectangle), texture),), background)
 
 
 def test_every_kind_of_camera_is_rendered():
@@ -85,7 +85,7 @@ def test_the_detector_of_the_library_finds_rendered_corners():
 @pytest.mark.parametrize("x", [0.0, 0.137, 0.4999, -0.32])
 def test_a_pixel_on_an_edge_has_the_covered_area(x):
     board = ChessboardTexture(3, 3, 4.0, 4.0, black=0.0, white=1.0)
-    scene = Scene(
+    scene = TexturedScene(
         ((Rectangle(pose(np.eye(3), [x, 0, 100]), 40, 40, (-20, -20)), board),)
     )
     image = render(ORTHO, HERE, scene)
@@ -102,7 +102,7 @@ def test_a_pixel_on_an_edge_has_the_covered_area(x):
 def test_a_slanting_edge_covers_the_polygon_it_cuts_off(angle):
     T = pose(rotation_from_vector([0, 0, angle]), [3.21, 4.37, 100])
     half = Panels(0.0, [(0, -1e3, 1e3, 1e3, 1.0)])
-    scene = Scene(((Rectangle(T, 2e3, 2e3, (-1e3, -1e3)), half),))
+    scene = TexturedScene(((Rectangle(T, 2e3, 2e3, (-1e3, -1e3)), half),))
     image = render(ORTHO, HERE, scene)
     fine = (np.arange(400) + 0.5) / 400 - 0.5
     v, u = np.mgrid[:10, :12]
@@ -152,7 +152,7 @@ def test_the_sum_over_the_image_does_not_depend_on_where_the_edges_fall():
     sums = []
     for shift in ([0, 0], [0.2, 0.7], [-0.41, 0.13]):
         camera = OrthographicCamera(5, [30 + shift[0], 30 + shift[1]], 80, 70)
-        scene = Scene(((Rectangle(HERE, *size, corner), board),))
+        scene = TexturedScene(((Rectangle(HERE, *size, corner), board),))
         T = pose(np.eye(3), [0, 0, -50])
         sums.append(render(camera, T, scene).sum())
     black = 15 * 25
@@ -163,7 +163,7 @@ def test_the_sum_over_the_image_does_not_depend_on_where_the_edges_fall():
 def test_light_from_all_sides_makes_radiance_the_albedo_from_any_direction():
     camera = FisheyeCamera("equidistance", 60, (79.5, 59.5), 160, 120, 1.5)
     T = pose(rotation_from_vector([0.6, 0.3, 0]), [0, 0, 10])
-    scene = Scene(((Rectangle(T, 1e4, 1e4, (-5e3, -5e3)), Plain(0.37)),))
+    scene = TexturedScene(((Rectangle(T, 1e4, 1e4, (-5e3, -5e3)), Plain(0.37)),))
     image = render(camera, HERE, scene)
     assert set(np.unique(image)) >= {np.float32(0.37)}
     assert image.max() == np.float32(0.37)
@@ -173,7 +173,7 @@ def test_pixels_without_a_ray_are_black_and_colour_agrees_with_grey():
     camera = FisheyeCamera("equisolid", 20, (31.5, 23.5), 64, 48, 1.0)
     tiles = Tiles((7, 5), [(0.9, 0.2, 0.1), (0.2, 0.3, 0.8)], 0.5, 0.4, shift=0.5)
     T = pose(np.eye(3), [-60, -60, 40])
-    scene = Scene(((Rectangle(T, 120, 100), tiles),), (0.3, 0.6, 0.9))
+    scene = TexturedScene(((Rectangle(T, 120, 100), tiles),), (0.3, 0.6, 0.9))
     colour = render(camera, HERE, scene, colour=True)
     grey = render(camera, HERE, scene)
     assert colour.shape == (48, 64, 3)

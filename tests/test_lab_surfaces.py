@@ -14,8 +14,8 @@ from raxel.lab import (
     Plain,
     Rectangle,
     Relief,
-    Scene,
     Stripes,
+    TexturedScene,
     Tiles,
     box,
     facade,
@@ -134,7 +134,7 @@ def test_rays_along_the_axes_meet_a_relief_too():
 
 def test_a_box_is_closed():
     faces = box(T, (30, 20, 10))
-    scene = Scene(tuple((face, Plain(0.5)) for face in faces))
+    scene = TexturedScene(tuple((face, Plain(0.5)) for face in faces))
     _, directions = random_rays(6)
     middle = transform(T, np.array([[15.0, 10, 5]]))
     part, _, _ = scene.hit(middle, directions)
@@ -149,7 +149,7 @@ def test_a_box_is_closed():
 def test_the_nearest_surface_wins():
     near, far = (Rectangle(pose(np.eye(3), [0, 0, z]), 10, 10) for z in (5, 9))
     for parts in ((near, far), (far, near)):
-        scene = Scene(tuple((surface, Plain(1.0)) for surface in parts))
+        scene = TexturedScene(tuple((surface, Plain(1.0)) for surface in parts))
         part, uv, cosine = scene.hit(np.array([[3.0, 4, 0]]), np.array([[0, 0, 1.0]]))
         assert scene.surfaces[part[0]] is near
         np.testing.assert_allclose(uv, [[3, 4]])

@@ -18,8 +18,8 @@ from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.lab import (
     Plain,
     Rectangle,
-    Scene,
     Sensor,
+    TexturedScene,
     board_scene,
     render,
 )
@@ -142,7 +142,9 @@ def _tilted_sheet(rng):
     sheet = Rectangle(
         pose(R, [0, 0, 100]), width, height, (-width / 2, -height / 2)
     )
-    picture = render(camera, np.eye(4), Scene(((sheet, Plain(1.0)),), 0.0))
+    picture = render(
+        camera, np.eye(4), TexturedScene(((sheet, Plain(1.0)),), 0.0)
+    )
     return picture, scale**2 * width * height
 
 

@@ -13,7 +13,7 @@ from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import cross_validate
 
 
-class Comparison(NamedTuple):
+class ModelComparison(NamedTuple):
     """Cross-validated scores of several models.
 
     own: {model: Evaluation} on all corners; common: the same on the corners that every
@@ -53,7 +53,7 @@ def compare_models(builders, views, folds):
     """Cross-validate models on the same parts of `views`.
 
     builders: {model: callable, list of BoardViews -> Camera}; views: BoardViews with
-    different names; folds: number of parts. Returns Comparison.
+    different names; folds: number of parts. Returns ModelComparison.
     """
     cameras = {model: _Remembering(build) for model, build in builders.items()}
     own, refused = {}, {}
@@ -63,12 +63,12 @@ def compare_models(builders, views, folds):
         except CalibrationError as fault:
             refused[model] = str(fault)
     if len(own) < 2:
-        return Comparison(own, {}, refused)
+        return ModelComparison(own, {}, refused)
     shared, parts = _shared_corners(own, views, folds)
     common = {}
     if parts:
         common = {model: cross_validate(cameras[model], shared, parts) for model in own}
-    return Comparison(own, common, refused)
+    return ModelComparison(own, common, refused)
 
 
 class _Remembering:

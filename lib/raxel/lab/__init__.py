@@ -10,7 +10,7 @@ from raxel.lab.patterns import MonitorLevel, MonitorPattern
 from raxel.lab.render import Traced, render, trace
 from raxel.lab.render_set import render_set
 from raxel.lab.rig import Rig, load_rig
-from raxel.lab.scene import Scene
+from raxel.lab.scene import TexturedScene
 from raxel.lab.scenes import board_scene, facade, monitor_scene, room
 from raxel.lab.sensor import Sensor
 from raxel.lab.sight import need_visible, visible_share
@@ -41,11 +41,11 @@ __all__ = [
     "Rectangle",
     "Relief",
     "Rig",
-    "Scene",
     "Sensor",
     "Stripes",
     "Surface",
     "Texture",
+    "TexturedScene",
     "Tiles",
     "Traced",
     "board_scene",

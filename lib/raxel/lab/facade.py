@@ -5,7 +5,7 @@ from itertools import chain
 import numpy as np
 
 from raxel.lab.interior import AHEAD, DOWN, RIGHT, patch_edges, wall, window
-from raxel.lab.scene import Scene
+from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Rectangle
 from raxel.lab.textures import Tiles
 
@@ -37,7 +37,7 @@ def facade(bays=7, storeys=4, bay=3400.0, storey=3600.0):
     outer = [opening[0] for opening in openings]
     edges = [patch_edges(front[0], pilasters + cornices + outer), front[0].outline]
     parts = [front, *_neighbours(width, height), _street()]
-    return Scene(tuple(parts), SKY, np.concatenate(edges))
+    return TexturedScene(tuple(parts), SKY, np.concatenate(edges))
 
 
 def _pilasters(bays, bay, height):

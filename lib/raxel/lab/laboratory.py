@@ -31,7 +31,7 @@ class Laboratory:
     def photograph(self, scene, T_world_camera, rng, *, colour=False):
         """A picture of the scene, uint8 or uint16, (H, W), or (H, W, 3) in colour.
 
-        scene: raxel.lab Scene; T_world_camera: (4, 4), mm; rng: numpy Generator, used
+        scene: a TexturedScene; T_world_camera: (4, 4), mm; rng: numpy Generator, used
         for noise alone. Colour is red, green, blue. Behind a mosaic the scene is always
         taken in colour.
         """

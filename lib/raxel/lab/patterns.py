@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.geometry import pose
-from raxel.lab.scene import Scene
+from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Rectangle
 from raxel.lab.textures import Plain, Texture, share_in_bars
 
@@ -113,7 +113,7 @@ def monitor_scene(
         behind = T_world_target @ pose(np.eye(3), [0, 0, 1e-3])
         rim = Rectangle(behind, *(size + 2 * frame_mm), (-frame_mm, -frame_mm))
         parts.append((rim, Plain(frame)))
-    return Scene(tuple(parts), background)
+    return TexturedScene(tuple(parts), background)
 
 
 def _linear(value, cosine):

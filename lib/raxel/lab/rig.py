@@ -28,7 +28,7 @@ from raxel.lab.target_poses import (
     AroundPoses,
     DrawnPoses,
     ListedPoses,
-    View,
+    Visibility,
     outline_of,
 )
 from raxel.sets.document import read_yaml, validate
@@ -99,7 +99,7 @@ class Rig:
     monitor: Monitor | None
     patterns: PatternPlan | None
     poses: DrawnPoses | AroundPoses | ListedPoses
-    view: View
+    visibility: Visibility
     count: int
     evaluate: int
 
@@ -133,7 +133,7 @@ class Rig:
 
     def _fault(self, T):
         corner, size = self.extent
-        return self.view.fault(
+        return self.visibility.fault(
             self.camera, T, outline_of(corner, size), self._lattice()
         )
 
@@ -178,7 +178,9 @@ def load_rig(path):
         monitor=None if is_board else _built(path, "target", _monitor, target),
         patterns=None if is_board else _patterns(path, target),
         poses=poses,
-        view=View(plain["poses"]["margin"], plain["poses"]["least_spacing"]),
+        visibility=Visibility(
+            plain["poses"]["margin"], plain["poses"]["least_spacing"]
+        ),
         count=count,
         evaluate=plain["poses"].get("evaluate", 0),
     )

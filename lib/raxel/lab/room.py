@@ -6,7 +6,7 @@ import numpy as np
 
 from raxel.geometry import pose
 from raxel.lab.interior import AHEAD, DOWN, RIGHT, patch_edges, shaded, wall, window
-from raxel.lab.scene import Scene
+from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Cylinder, Rectangle, box
 from raxel.lab.textures import Panels, Plain, Tiles
 
@@ -45,7 +45,7 @@ def room(width=5000.0, depth=6000.0, height=2700.0, eye=1300.0):
     edges += [part[0].outline for part in parts]
     parts += [_floor(left, eye, back), _ceiling(left, top, back)]
     parts += _table(eye) + _column(np.array([1700.0, eye, -1500.0]), height)
-    return Scene(tuple(parts), 0.0, np.concatenate(edges))
+    return TexturedScene(tuple(parts), 0.0, np.concatenate(edges))
 
 
 def _ahead(corner, width, height):

@@ -12,7 +12,7 @@ NOTHING, NO_RAY = -1, -2
 
 
 @dataclass(frozen=True)
-class Scene:
+class TexturedScene:
     """What a camera can look at.
 
     parts: pairs (surface, texture); background: radiance, a number or RGB, of rays

@@ -3,11 +3,11 @@
 from raxel.lab.facade import facade
 from raxel.lab.patterns import monitor_scene
 from raxel.lab.room import room
-from raxel.lab.scene import Scene
+from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Rectangle
 from raxel.lab.textures import ChessboardTexture
 
-__all__ = ["Scene", "board_scene", "facade", "monitor_scene", "room"]
+__all__ = ["TexturedScene", "board_scene", "facade", "monitor_scene", "room"]
 
 
 def board_scene(
@@ -33,4 +33,4 @@ def board_scene(
     )
     corner, size = texture.extent
     sheet = Rectangle(T_world_target, *size, corner)
-    return Scene(((sheet, texture),), background)
+    return TexturedScene(((sheet, texture),), background)

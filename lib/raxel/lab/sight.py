@@ -9,7 +9,7 @@ from raxel.cameras import Camera
 from raxel.cameras.base import Rays
 from raxel.errors import InputError
 from raxel.geometry import rotate, transform
-from raxel.lab.scene import NO_RAY, Scene
+from raxel.lab.scene import NO_RAY, TexturedScene
 
 # Rays handled at once: a few MB, so that the steps between stay in cache.
 RAYS_AT_ONCE = 1 << 16
@@ -44,7 +44,7 @@ class Viewer:
 
     camera: Camera
     T_world_camera: np.ndarray
-    scene: Scene
+    scene: TexturedScene
 
     def look(self, pixels):
         """The `Sight` of positions (N, 2) in the image."""

@@ -31,7 +31,7 @@ NEAREST, FARTHEST, HALVINGS = 0.02, 100.0, 60
 
 
 @dataclass(frozen=True)
-class View:
+class Visibility:
     """When a target counts as seen.
 
     margin_px: least distance of its whole outline from the image's border;

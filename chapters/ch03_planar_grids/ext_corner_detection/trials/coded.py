@@ -20,7 +20,7 @@ from chapters.shared.synthetic_board import (
 from raxel.features.celect import celect
 from raxel.features.coded_grid import coded_grid, locate, read_squares
 from raxel.geometry.poses import pose, rotation_from_vector, transform
-from raxel.lab import Rectangle, Scene, render
+from raxel.lab import Rectangle, TexturedScene, render
 from raxel.lab.coded_texture import CodedTexture
 
 SQUARES = 20
@@ -183,7 +183,7 @@ def _blurred(view):
     corner, size = texture.extent
     sheet = Rectangle(view.T_camera_grid, *size, corner)
     picture = render(
-        view.board.camera, np.eye(4), Scene(((sheet, texture),))
+        view.board.camera, np.eye(4), TexturedScene(((sheet, texture),))
     )
     return cv2.GaussianBlur(picture, (0, 0), BLUR_PX)
 

@@ -11,7 +11,7 @@ from chapters.shared.zoo import ZOO
 from chapters.shared.zoo import camera as zoo_camera
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import Sensor, board_scene, render
-from raxel.lab.target_poses import View, outline_of
+from raxel.lab.target_poses import Visibility, outline_of
 from raxel.sets import Chessboard
 
 # Two plane mirrors show two parts of a board, which no lattice joins.
@@ -99,7 +99,7 @@ def zoo_board(name, rng):
 
 def _drawn(camera, rng):
     """(Chessboard, T_camera_board) that is seen whole, with squares of 9 px or more."""
-    view = View(margin_px=3.0, least_spacing_px=9.0)
+    view = Visibility(margin_px=3.0, least_spacing_px=9.0)
     for _ in range(TRIES):
         columns, rows = (
             int(rng.integers(low, high + 1))
