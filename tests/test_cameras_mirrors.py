@@ -377,7 +377,7 @@ def test_a_mirror_camera_from_plain_fields():
     assert camera.central
     assert camera.parameters == 4
     fields["viewer"]["pixel_per_mm"] = fields["viewer"].pop("pixels_per_mm")
-    with pytest.raises(InputError, match=r"viewer.*did you mean 'pixels_per_mm'"):
+    with pytest.raises(InputError, match=r"viewer.*did you mean pixels_per_mm\?"):
         camera_from("quadric mirror", fields)
 
 

@@ -161,8 +161,8 @@ def test_cameras_are_made_by_name():
     fields = {"xi": 0.9, "K": K.tolist(), "width": 640, "height": 480}
     assert camera_from("unified sphere", fields).xi == 0.9
     cases = [
-        ("unified spere", fields, "did you mean 'unified sphere'"),
-        ("unified sphere", fields | {"radal": []}, "'radal'.*did you mean 'radial'"),
+        ("unified spere", fields, r"did you mean unified sphere\?"),
+        ("unified sphere", fields | {"radal": []}, r"'radal'.*did you mean radial\?"),
         ("unified sphere", {"K": K}, "'xi': missing"),
         ("unified sphere", fields | {"K": [[1, 2], [3]]}, "wrong type"),
         ("unified sphere", fields | {"xi": None}, "'xi'|wrong type"),

@@ -244,7 +244,7 @@ BAD = {
     ),
     "camera key": (
         {"camera__focal": leaf(100, "px"), "camera__focal_px": None},
-        "camera.focal.*did you mean 'focal_px'",
+        r"camera.focal.*did you mean focal_px\?",
     ),
     "camera kind": ({"camera__kind": "fishey"}, "camera.kind: .*fisheye"),
     "reason": (

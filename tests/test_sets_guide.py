@@ -2,7 +2,6 @@
 
 import json
 import re
-from importlib import resources
 from pathlib import Path
 
 import cv2
@@ -11,7 +10,7 @@ import pytest
 import yaml
 
 from raxel.sets import load_set, read_image
-from raxel.sets.document import SET_SCHEMA
+from raxel.sets.image_set import SCHEMA
 from tests.image_sets import write_description
 
 GUIDE = (Path(__file__).parents[1] / "data/recorded/README.md").read_text("utf-8")
@@ -21,8 +20,7 @@ DESCRIPTION, BY_HAND = map(
 
 
 def test_every_key_of_a_set_of_photographs_is_named():
-    package, name = SET_SCHEMA
-    schema = json.loads(resources.files(package).joinpath(name).read_text("utf-8"))
+    schema = json.loads(SCHEMA.read_text("utf-8"))
     parts = schema["$defs"]["chessboard"], schema["$defs"]["chessboard_view"]
     keys = {key for part in (schema, *parts) for key in part["properties"]}
     # The truth stands beside rendered sets only.

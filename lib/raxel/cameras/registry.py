@@ -1,7 +1,5 @@
 """All kinds of camera by name."""
 
-import difflib
-
 from raxel.cameras.axial import AxialCamera
 from raxel.cameras.bent_mirror import BentMirrorCamera
 from raxel.cameras.brown import BrownCamera
@@ -24,6 +22,7 @@ from raxel.cameras.ray_polynomials import (
 )
 from raxel.cameras.unified_sphere import UnifiedSphereCamera
 from raxel.cameras.xslits import XSlitsCamera
+from raxel.documents import did_you_mean
 from raxel.errors import InputError
 
 CAMERAS = {
@@ -106,6 +105,4 @@ def with_viewer(fields):
 
 
 def _nearest(name, known):
-    close = difflib.get_close_matches(str(name), known, 1, 0.5)
-    listing = "known are " + ", ".join(known)
-    return f"did you mean '{close[0]}'? {listing}" if close else listing
+    return f"{did_you_mean(name, known)} known are {', '.join(known)}".lstrip()

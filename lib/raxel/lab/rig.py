@@ -4,7 +4,6 @@ Every quantity in the file is {value, unit, origin, reason}; the schema beside t
 module says which fields there are and in which unit.
 """
 
-import difflib
 import os
 import re
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from raxel.cameras.base import Camera
 from raxel.cameras.named_fields import argument_names
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from, with_viewer
+from raxel.documents import did_you_mean, read_yaml, validate
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.blemishes import Blemishes
@@ -31,10 +31,9 @@ from raxel.lab.target_poses import (
     Visibility,
     outline_of,
 )
-from raxel.sets.document import read_yaml, validate
 from raxel.sets.model import ActiveGrid, Chessboard
 
-SCHEMA = "raxel.lab", "rig.schema.json"
+SCHEMA = Path(__file__).with_name("rig.schema.json")
 # Units of camera fields. Those not named here are pure numbers, or coefficients and
 # poses whose entries have several units; the file gives "1" for either.
 CAMERA_UNITS = {
@@ -248,9 +247,8 @@ def _placed_mirror(fields):
     """
     for name in fields:
         if name not in MIRROR_FIELDS:
-            near = difflib.get_close_matches(name, MIRROR_FIELDS, n=1)
-            advice = f"did you mean {near[0]}?" if near else "known are "
-            advice += "" if near else ", ".join(MIRROR_FIELDS)
+            known = f"known are {', '.join(MIRROR_FIELDS)}"
+            advice = did_you_mean(name, MIRROR_FIELDS) or known
             raise InputError(f"field '{name}': unknown key; {advice}")
     for name in ("viewer", "shape", "axes", "rim_radius"):
         if name not in fields:

@@ -4,7 +4,7 @@ from pathlib import PureWindowsPath
 
 import numpy as np
 
-from raxel.sets.document import shown
+from raxel.documents import shown
 from raxel.sets.model import Chessboard
 
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import yaml
 
+from raxel.documents import field_name, read_yaml, validate
 from raxel.errors import InputError
 from raxel.files import replacing
-from raxel.sets.document import field_name, read_yaml, validate
 from raxel.sets.faults import faults
 from raxel.sets.model import (
     DESCRIPTION,
@@ -17,6 +17,8 @@ from raxel.sets.model import (
     Pattern,
     View,
 )
+
+SCHEMA = Path(__file__).with_name("image_set.schema.json")
 
 
 def load_set(folder):
@@ -53,7 +55,7 @@ def write_set(image_set):
 
 def _checked(data, folder):
     where = folder / DESCRIPTION
-    validate(data, where)
+    validate(data, where, SCHEMA)
     image_set = _from_plain(data, folder)
     for path, fault in faults(image_set):
         raise InputError(f"{where}: {field_name(path)}: {fault}")

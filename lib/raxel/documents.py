@@ -1,13 +1,12 @@
-"""Reads set.yaml strictly: YAML without surprises, then the JSON schema.
+"""Documents that people write: YAML without surprises, then a JSON schema.
 
-Every fault raises `InputError` with one line: file, field, what was found, what to do.
+Every fault is one line: file, field, what was found, what to do.
 """
 
 import difflib
 import functools
 import json
 import math
-from importlib import resources
 from pathlib import Path
 from typing import ClassVar
 
@@ -17,7 +16,6 @@ from raxel.errors import InputError
 
 SHOWN_CHARACTERS = 60
 MOST_VALUES = 1_000_000
-SET_SCHEMA = "raxel.sets", "image_set.schema.json"
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -76,7 +74,7 @@ def read_yaml(path):
             f"{path}: not a YAML text ({one_line(fault)}); save it as UTF-8"
         ) from fault
     except RecursionError as fault:
-        raise InputError(f"{path}: nested too deeply to be a set; mend it") from fault
+        raise InputError(f"{path}: nested too deeply; mend it") from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
     if _expanded_size(data, {}) > MOST_VALUES:
@@ -84,33 +82,51 @@ def read_yaml(path):
     return data
 
 
-def validate(data, where, schema=SET_SCHEMA):
-    """Check plain data (dicts, lists, numbers, texts) against a schema.
+def validate(data, where, schema):
+    """Raise InputError for the first of `faults`, which takes the same."""
+    for line in faults(data, where, schema):
+        raise InputError(line)
 
-    `where` is the file that the message names, `schema` (package, file) of the JSON
-    schema. Raises InputError for the first fault; unknown keys come first, since a
-    misspelt key also makes the right one missing.
+
+def faults(data, where, schema):
+    """What is wrong with plain data (dicts, lists, numbers, texts), one line a fault.
+
+    `where` is the file that the lines name, `schema` the path of a JSON schema; where
+    that describes a field, its words are the advice. Returns a list, empty where
+    nothing is wrong. Unknown keys come first, since a misspelt key also makes the
+    right one missing; of several in one place the first is named. A number that is not
+    finite is named alone.
     """
-    validator = _validator(*schema)
-    for field, number in _not_finite(data):
-        raise InputError(
-            f"{where}: {field}: found {number}; give a finite number"
-            + (", or leave the key out" if field else "")
-        )
+    for path, number in _not_finite(data):
+        advice = "give a finite number" + (", or leave the key out" if path else "")
+        return [f"{where}: {field_name(path, data)}: found {number}; {advice}"]
+    validator = _validator(schema)
     errors = sorted(validator.iter_errors(data), key=_order)
-    if errors:
-        raise InputError(f"{where}: {_sentence(errors[0], validator.schema)}")
+    lines = [f"{where}: {_sentence(e, data, validator.schema)}" for e in errors]
+    return list(dict.fromkeys(lines))
 
 
-def field_name(path):
-    """('views', 2, 'image') -> 'views[2].image'"""
+def field_name(path, data=None):
+    """('views', 2, 'image') -> 'views[2].image'.
+
+    An entry of a list in `data` that has an `id` goes by it: 'claims.c2_noise.test'.
+    """
     name = ""
     for part in path:
-        if isinstance(part, int):
+        data = None if data is None else data[part]
+        known = data.get("id") if isinstance(data, dict) else None
+        if isinstance(part, int) and not isinstance(known, str):
             name += f"[{part}]"
         else:
-            name += ("." if name else "") + one_line(part)
+            word = known if isinstance(part, int) else part
+            name += ("." if name else "") + one_line(word)
     return name
+
+
+def did_you_mean(name, known):
+    """'did you mean x?' where one of the known names is close, else ''."""
+    near = difflib.get_close_matches(str(name), list(known), n=1)
+    return f"did you mean {near[0]}?" if near else ""
 
 
 def shown(value):
@@ -152,10 +168,9 @@ def _expanded_size(data, known):
 
 
 @functools.cache
-def _validator(package, name):
+def _validator(schema):
     import jsonschema
 
-    schema = resources.files(package).joinpath(name)
     return jsonschema.Draft202012Validator(json.loads(schema.read_text("utf-8")))
 
 
@@ -167,7 +182,7 @@ def _not_finite(data, path=()):
         for index, value in enumerate(data):
             yield from _not_finite(value, (*path, index))
     elif isinstance(data, float) and not math.isfinite(data):
-        yield field_name(path), data
+        yield path, data
 
 
 def _order(error):
@@ -176,31 +191,53 @@ def _order(error):
     return kinds.get(error.validator, 2), path, str(error.validator)
 
 
-def _sentence(error, root):
+def _sentence(error, data, root):
+    while error.context and not _described(error.schema, root):
+        error = max(error.context, key=lambda inner: len(inner.absolute_path))
     path = tuple(error.absolute_path)
-    if error.validator == "additionalProperties":
-        return _unknown_key(error, path)
+    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
+        return _unknown_key(error, path, data)
     if error.validator == "required":
         missing = next(
             key for key in error.validator_value if key not in error.instance
         )
-        advice = _advice(error.schema.get("properties", {}).get(missing, {}), root)
-        return f"{field_name((*path, missing))}: key missing; {advice}"
-    field = f"{field_name(path)}: " if path else ""
-    return f"{field}found {shown(error.instance)}; {_advice(error.schema, root)}"
+        known = error.schema.get("properties", {}).get(missing, {})
+        place = ".".join(filter(None, (field_name(path, data), missing)))
+        return f"{place}: key missing; {_described(known, root) or 'add it'}"
+    field = f"{field_name(path, data)}: " if path else ""
+    advice = _described(error.schema, root) or _advice(error)
+    return f"{field}found {shown(error.instance)}; {advice}"
 
 
-def _unknown_key(error, path):
-    known = list(error.schema["properties"])
+def _unknown_key(error, path, data):
+    known = list(error.schema.get("properties", {}))
     unknown = next(key for key in error.instance if key not in known)
-    near = difflib.get_close_matches(unknown, known, n=1)
-    advice = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-    return f"{field_name((*path, unknown))}: unknown key; {advice}"
+    place = ".".join(filter(None, (field_name(path, data), one_line(unknown))))
+    advice = did_you_mean(unknown, known) or f"known are {', '.join(known)}"
+    return f"{place}: unknown key; {advice}"
 
 
-def _advice(schema, root):
-    """The schema's own words on what to give, followed through one $ref."""
+def _described(schema, root):
+    """The schema's own words on what to give, followed through one $ref, or ''."""
     if "description" not in schema and "$ref" in schema:
         name = schema["$ref"].removeprefix("#/$defs/")
         schema = root["$defs"][name]
-    return schema.get("description", "see the description of the format")
+    return schema.get("description", "")
+
+
+def _advice(error):
+    """What to give where the schema does not say it in words."""
+    wanted = error.validator_value
+    listed = [str(one) for one in (wanted if isinstance(wanted, list) else [wanted])]
+    advice = {
+        "enum": f"give one of {', '.join(listed)}",
+        "type": f"give {' or '.join(listed)}",
+        "pattern": f"write it as {wanted}",
+        "minItems": f"give at least {wanted}",
+        "maxItems": f"give at most {wanted}",
+        "uniqueItems": "give each once",
+        "minLength": "write some text",
+        "minProperties": "name at least one",
+        "minimum": f"give {wanted} or more",
+    }
+    return advice.get(error.validator) or one_line(error.message)
