@@ -43,11 +43,19 @@ def check_can_be_written(path):
         raise InputError(f"{path}: the folder cannot be written; choose another")
 
 
+def write_whole(path, content):
+    """Write a text, as UTF-8, or bytes: `path` is the old file or the whole new one.
+
+    Raises InputError as `replacing`.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
 def write_json(path, data):
     """Write `data` as JSON, whole or not at all. Numbers must be finite or None."""
-    text = json.dumps(data, indent=1, allow_nan=False) + "\n"
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+    write_whole(path, text + "\n")
 
 
 def read_json(path):

@@ -6,7 +6,7 @@ import yaml
 
 from raxel.documents import field_name, read_yaml, validate
 from raxel.errors import InputError
-from raxel.files import replacing
+from raxel.files import write_whole
 from raxel.sets.faults import faults
 from raxel.sets.model import (
     DESCRIPTION,
@@ -49,8 +49,7 @@ def write_set(image_set):
     text = yaml.safe_dump(
         data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=100
     )
-    with replacing(image_set.description) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_whole(image_set.description, text)
 
 
 def _checked(data, folder):
