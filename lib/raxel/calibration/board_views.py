@@ -6,7 +6,8 @@ from raxel.calibration.correspondence import BoardView
 def board_views(image_set, boards):
     """One BoardView per board that was found, named by its image.
 
-    Points are in mm, or in units of the pitch where the set does not know it.
+    Points are in mm, or in units of the pitch where the set does not know it. The
+    corners' standard deviations are the detector's, None where it gives none.
     """
     return [
         BoardView(
@@ -15,6 +16,7 @@ def board_views(image_set, boards):
             detection.columns,
             detection.rows,
             view.label,
+            detection.sd,
         )
         for view, detection, _ in boards
         if detection.found

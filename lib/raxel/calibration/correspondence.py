@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.sets.uncertainty import check_sd
 
 BLOCK = 1 << 15  # pixels handled at once
 FEW = 1 << 10  # of them tested against every cell at once
@@ -26,7 +27,9 @@ class BoardView(NamedTuple):
 
     pixels: (N, 2) (u, v), row by row, NaN for a corner that was not found; points:
     (N, 2) on the board, in mm or units of the pitch; N = columns * rows; name: for
-    messages. Seen in the image, x should turn clockwise into y.
+    messages; sd: (N,) px, standard deviation of each corner along each axis, by the
+    rule of `raxel.sets.uncertainty`, None where nobody states any. No calibration
+    weights by it yet. Seen in the image, x should turn clockwise into y.
     """
 
     pixels: np.ndarray
@@ -34,6 +37,7 @@ class BoardView(NamedTuple):
     columns: int
     rows: int
     name: str = ""
+    sd: np.ndarray | None = None
 
 
 class CellTable(NamedTuple):
@@ -46,7 +50,10 @@ class CellTable(NamedTuple):
 
 
 def check_view(view):
-    """The view with float arrays. Raises InputError for counts that do not fit."""
+    """The view with float arrays, sd among them: NaN where nobody states it.
+
+    Raises InputError for counts that do not fit and numbers that cannot be.
+    """
     pixels, points = np.asarray(view.pixels, float), np.asarray(view.points, float)
     count = view.columns * view.rows
     if pixels.shape != (count, 2) or points.shape != (count, 2):
@@ -61,7 +68,8 @@ def check_view(view):
             f"{view.name or 'board'}: corners: found numbers that are not finite; a"
             " corner that was not found is NaN in u and in v"
         )
-    return view._replace(pixels=pixels, points=points)
+    sd = check_sd(view.name or "board", view.sd, count)
+    return view._replace(pixels=pixels, points=points, sd=sd)
 
 
 def board_cells(view):

@@ -12,6 +12,7 @@ from raxel.features.lattice import in_order_of_clicks
 from raxel.files import read_json, write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Chessboard, View
+from raxel.sets.uncertainty import plain_sd, sd_from_plain
 
 
 class Board(NamedTuple):
@@ -55,8 +56,9 @@ def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
 def write_boards(path, image_set, detector, boards):
     """Write boards as JSON: {images: [{file, found, columns, rows, corners, ...}]}.
 
-    `partial` holds the part of a refused board that is in order: its corners, and the
-    [row, column] of each; null where there is none.
+    `sd` holds the standard deviation of each corner in px, null where the detector
+    gives none. `partial` holds the part of a refused board that is in order: its
+    corners, and the [row, column] of each; null where there is none.
     """
     images = [
         {
@@ -65,6 +67,7 @@ def write_boards(path, image_set, detector, boards):
             "columns": board.detection.columns,
             "rows": board.detection.rows,
             "corners": np.round(board.detection.corners, 6).tolist(),
+            "sd": plain_sd(board.detection.sd),
             "milliseconds": board.milliseconds,
             "partial": _partial(board.detection.partial),
             "reason": board.detection.reason,
@@ -216,7 +219,8 @@ def _read_detection(where, entry, image_set):
             f"{where}.corners: found ({u:g}, {v:g}), outside the image of "
             f"{image_set.width} x {image_set.height} px; give corners in pixels of it"
         )
-    return Detection(True, corners, *size)
+    sd = sd_from_plain(f"{where}.sd", entry.get("sd"), len(corners))
+    return Detection(True, corners, *size, sd=sd)
 
 
 def _count(where, value, expected):

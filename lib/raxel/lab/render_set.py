@@ -121,7 +121,10 @@ def true_corners(rig, poses, labels):
     """The projected corners in the form of a set's reference corners (corners.json)."""
     flat = np.pad(rig.target.points(), ((0, 0), (0, 1)))
     images = {
-        label: {"corners": rig.camera.project(transform(T, flat)).pixels.tolist()}
+        label: {
+            "corners": rig.camera.project(transform(T, flat)).pixels.tolist(),
+            "sd": 0.0,
+        }
         for label, T in zip(labels, poses, strict=True)
     }
     note = "true projections of the board's corners; the first is the frame's origin"

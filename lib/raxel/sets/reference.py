@@ -6,6 +6,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.files import read_json
+from raxel.sets.uncertainty import sd_from_plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,7 +14,9 @@ class ReferenceCorners:
     """The corners of one image, row by row; which board corner is first is free.
 
     `corners` (rows * columns, 2) in pixels, NaN where missing; `certain`
-    (rows * columns,) bool; `tolerance_px` within which a detector counts as right.
+    (rows * columns,) bool; `tolerance_px` within which a detector counts as right;
+    `sd` (rows * columns,) px by the rule of `raxel.sets.uncertainty`, None where the
+    file states none.
     """
 
     corners: np.ndarray
@@ -21,6 +24,7 @@ class ReferenceCorners:
     columns: int
     rows: int
     tolerance_px: float
+    sd: np.ndarray | None = None
 
 
 def load_reference(image_set):
@@ -52,7 +56,8 @@ def _one(path, field, entry, columns, rows):
         certain[left_out] = False
     spread = _spread(path, f"{field}.spread_max_px", entry.get("spread_max_px"))
     tolerance = 2 * spread if 0.5 <= spread <= 1 else 1.0
-    return ReferenceCorners(corners, certain, columns, rows, tolerance)
+    sd = sd_from_plain(f"{path}: {field}.sd", entry.get("sd"), len(corners))
+    return ReferenceCorners(corners, certain, columns, rows, tolerance, sd)
 
 
 def _points(path, field, points, count):
