@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from raxel.documents import did_you_mean, faults, field_name, read_yaml, validate
-from raxel.errors import InputError
+from raxel.documents import faults, field_name, read_yaml, validate
+from raxel.errors import InputError, did_you_mean
 
 ENTRY = {
     "type": "object",

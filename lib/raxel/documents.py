@@ -3,7 +3,6 @@
 Every fault is one line: file, field, what was found, what to do.
 """
 
-import difflib
 import functools
 import json
 import math
@@ -12,7 +11,7 @@ from typing import ClassVar
 
 import yaml
 
-from raxel.errors import InputError
+from raxel.errors import InputError, did_you_mean
 
 SHOWN_CHARACTERS = 60
 MOST_VALUES = 1_000_000
@@ -121,12 +120,6 @@ def field_name(path, data=None):
             word = known if isinstance(part, int) else part
             name += ("." if name else "") + one_line(word)
     return name
-
-
-def did_you_mean(name, known):
-    """'did you mean x?' where one of the known names is close, else ''."""
-    near = difflib.get_close_matches(str(name), list(known), n=1)
-    return f"did you mean {near[0]}?" if near else ""
 
 
 def shown(value):

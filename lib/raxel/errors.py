@@ -1,5 +1,7 @@
 """Errors a user can act on; their text is one line: where, what, and what to do."""
 
+import difflib
+
 
 class InputError(Exception):
     """Bad data from outside: names file and field, what was found, what to do."""
@@ -7,3 +9,9 @@ class InputError(Exception):
 
 class CalibrationError(InputError):
     """Well-formed data that cannot determine the camera; the message says why."""
+
+
+def did_you_mean(name, known):
+    """'did you mean x?' where one of the known names is close, else ''."""
+    near = difflib.get_close_matches(str(name), list(known), n=1)
+    return f"did you mean {near[0]}?" if near else ""

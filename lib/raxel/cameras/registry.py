@@ -22,8 +22,7 @@ from raxel.cameras.ray_polynomials import (
 )
 from raxel.cameras.unified_sphere import UnifiedSphereCamera
 from raxel.cameras.xslits import XSlitsCamera
-from raxel.documents import did_you_mean
-from raxel.errors import InputError
+from raxel.errors import InputError, did_you_mean
 
 CAMERAS = {
     camera.kind: camera

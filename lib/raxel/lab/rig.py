@@ -15,8 +15,8 @@ from raxel.cameras.base import Camera
 from raxel.cameras.named_fields import argument_names
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from, with_viewer
-from raxel.documents import did_you_mean, read_yaml, validate
-from raxel.errors import InputError
+from raxel.documents import read_yaml, validate
+from raxel.errors import InputError, did_you_mean
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.laboratory import Laboratory
