@@ -1,0 +1,233 @@
+"""Who may import whom: nothing later is imported by anything earlier, in no circle."""
+
+from itertools import pairwise
+
+import pytest
+
+from tests.import_graph import (
+    Arrow,
+    arrows_between,
+    checkout,
+    circle_in,
+    inside,
+    modules_below,
+)
+
+# The rooms of raxel, lowest first: a module imports from its own room and from those
+# before it.
+ROOMS = (
+    "errors",
+    "files",
+    "documents",
+    "geometry",
+    "cameras",
+    "sets",
+    "lab",
+    "features",
+    "calibration",
+    "multiview",
+    "evaluation",
+    "show",
+    "cli",
+    "__main__",
+)
+# All that the book-keeping may know of raxel; none of it knows of cameras.
+REPRO_MAY_IMPORT = ("raxel.errors", "raxel.files", "raxel.documents", "raxel.show")
+# What all chapters may import of one another.
+SHARED = "chapters.shared"
+
+# Arrows that are there today and must go: (importer or its package, imported or its
+# package). An entry without an arrow is refused, so the table can only become empty.
+TOLERATED = (
+    ("repro.jobs", "repro.style"),
+    ("repro.row_html", "repro.reader"),
+    ("chapters.ch03_planar_grids", "chapters.ch02_general_camera_model"),
+    ("chapters.guides", "chapters.ch02_general_camera_model"),
+    ("chapters.guides", "chapters.photographs"),
+    ("chapters.photographs", "chapters.ch03_planar_grids"),
+)
+
+ROOT, MODULES, ARROWS = checkout()
+
+
+def tolerated(arrow, entry):
+    importer, imported = entry
+    return inside(arrow.importer, importer) and inside(arrow.imported, imported)
+
+
+def kept(arrows, table=TOLERATED):
+    """The arrows that no entry of the table excuses."""
+    return [a for a in arrows if not any(tolerated(a, entry) for entry in table)]
+
+
+def told(arrows):
+    return "\n".join(map(str, arrows))
+
+
+def room(module):
+    """raxel.cameras.io -> cameras; raxel itself -> ''."""
+    return module.partition(".")[2].partition(".")[0]
+
+
+def chapter(module):
+    """chapters.ch02_x.s1.page -> chapters.ch02_x."""
+    return ".".join(module.split(".")[:2])
+
+
+def upward(arrows):
+    """Arrows from a room of raxel to a later one."""
+    height = {"": 0} | {name: number for number, name in enumerate(ROOMS, 1)}
+    return [
+        a
+        for a in arrows
+        if inside(a.importer, "raxel")
+        and inside(a.imported, "raxel")
+        and height[room(a.imported)] > height[room(a.importer)]
+    ]
+
+
+def out_of_raxel(arrows):
+    return [
+        a
+        for a in arrows
+        if inside(a.importer, "raxel") and not inside(a.imported, "raxel")
+    ]
+
+
+def out_of_repro(arrows):
+    return [
+        a
+        for a in arrows
+        if inside(a.importer, "repro")
+        and not any(inside(a.imported, name) for name in ("repro", *REPRO_MAY_IMPORT))
+    ]
+
+
+def between_chapters(arrows):
+    return [
+        a
+        for a in arrows
+        if inside(a.importer, "chapters")
+        and inside(a.imported, "chapters")
+        and chapter(a.imported) not in (chapter(a.importer), "chapters", SHARED)
+    ]
+
+
+RULES = {
+    "a room of raxel imports a later one": upward,
+    "raxel imports something outside itself": out_of_raxel,
+    "repro imports more of raxel than it may, or a chapter": out_of_repro,
+    "a chapter imports another one": between_chapters,
+}
+
+
+def test_every_room_of_raxel_has_its_place():
+    found = {room(name) for name in MODULES if inside(name, "raxel")} - {""}
+    assert found <= set(ROOMS)
+
+
+def test_there_is_no_circle():
+    circle = circle_in(kept(ARROWS))
+    assert not circle, f"a circle:\n{told(circle)}"
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_no_arrow_goes_where_it_may_not(rule):
+    wrong = kept(RULES[rule](ARROWS))
+    assert not wrong, f"{rule}:\n{told(wrong)}"
+
+
+@pytest.mark.parametrize("entry", TOLERATED, ids=" to ".join)
+def test_what_is_tolerated_is_still_there(entry):
+    assert any(tolerated(arrow, entry) for arrow in ARROWS), "take it out of the table"
+
+
+def written(root, files):
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    modules = modules_below(root, ("lib/raxel", "lib/repro", "chapters"))
+    return arrows_between(modules, root)
+
+
+SOUND = {
+    "lib/raxel/__init__.py": "",
+    "lib/raxel/errors.py": "",
+    "lib/raxel/cameras/__init__.py": "from raxel.cameras.base import Camera\n",
+    "lib/raxel/cameras/base.py": "import numpy\nfrom raxel.errors import InputError\n",
+    "lib/raxel/sets/__init__.py": "from . import model\n",
+    "lib/raxel/sets/model.py": "from ..errors import InputError\n",
+    "lib/repro/page.py": "from raxel.errors import InputError\n",
+    "chapters/__init__.py": "",
+    "chapters/shared/boards.py": "import raxel.cameras.base\n",
+    "chapters/ch02_a/page.py": "from chapters.shared.boards import board\n",
+    "chapters/ch03_b/page.py": "from repro.page import Page\n",
+}
+
+
+def test_a_sound_tree_is_read_arrow_by_arrow(tmp_path):
+    arrows = written(tmp_path, SOUND)
+    assert set(arrows) == {
+        Arrow("raxel.cameras", "raxel.cameras.base", "lib/raxel/cameras/__init__.py:1"),
+        Arrow("raxel.cameras.base", "raxel.errors", "lib/raxel/cameras/base.py:2"),
+        Arrow("raxel.sets", "raxel.sets.model", "lib/raxel/sets/__init__.py:1"),
+        Arrow("raxel.sets.model", "raxel.errors", "lib/raxel/sets/model.py:1"),
+        Arrow("repro.page", "raxel.errors", "lib/repro/page.py:1"),
+        Arrow(
+            "chapters.shared.boards",
+            "raxel.cameras.base",
+            "chapters/shared/boards.py:1",
+        ),
+        Arrow(
+            "chapters.ch02_a.page",
+            "chapters.shared.boards",
+            "chapters/ch02_a/page.py:1",
+        ),
+        Arrow("chapters.ch03_b.page", "repro.page", "chapters/ch03_b/page.py:1"),
+    }
+    assert circle_in(arrows) == []
+    assert not any(rule(arrows) for rule in RULES.values())
+
+
+@pytest.mark.parametrize(
+    ("rule", "file", "line"),
+    [
+        (upward, "lib/raxel/errors.py", "from raxel.sets import model"),
+        (upward, "lib/raxel/cameras/base.py", "import raxel.sets.model"),
+        (out_of_raxel, "lib/raxel/errors.py", "import repro.page"),
+        (out_of_raxel, "lib/raxel/errors.py", "from chapters.ch02_a import page"),
+        (out_of_repro, "lib/repro/page.py", "from raxel.cameras import Camera"),
+        (out_of_repro, "lib/repro/page.py", "import chapters.ch02_a.page"),
+        (between_chapters, "chapters/ch03_b/page.py", "import chapters.ch02_a.page"),
+        (between_chapters, "chapters/guides/a.py", "from chapters.ch02_a import page"),
+        (between_chapters, "chapters/shared/boards.py", "import chapters.ch03_b.page"),
+    ],
+)
+def test_a_wrong_arrow_is_named_though_a_function_hides_it(tmp_path, rule, file, line):
+    hidden = f"def late():\n    {line}\n"
+    (wrong,) = rule(written(tmp_path, SOUND | {file: hidden}))
+    assert str(wrong).startswith(f"{file}:2: ")
+
+
+def test_a_circle_is_named_arrow_by_arrow(tmp_path):
+    files = SOUND | {
+        "lib/raxel/cameras/base.py": "from raxel.cameras.io import load\n",
+        "lib/raxel/cameras/io.py": (
+            "from typing import TYPE_CHECKING\n\n"
+            "if TYPE_CHECKING:\n    from raxel.cameras import Camera\n"
+        ),
+    }
+    circle = circle_in(written(tmp_path, files))
+    assert {arrow.place for arrow in circle} == {
+        "lib/raxel/cameras/__init__.py:1",
+        "lib/raxel/cameras/base.py:1",
+        "lib/raxel/cameras/io.py:4",
+    }
+    assert all(one.imported == two.importer for one, two in pairwise(circle))
+
+
+def test_an_excuse_covers_its_arrow_and_no_other():
+    arrow = Arrow("chapters.guides.a", "chapters.ch02_a.page", "a.py:1")
+    other = arrow._replace(imported="chapters.ch02_ab.page")
+    assert kept([arrow, other], [("chapters.guides", "chapters.ch02_a")]) == [other]
