@@ -9,55 +9,33 @@ from hypothesis import strategies as st
 
 from raxel.cameras import (
     FisheyeCamera,
-    GeneralCamera,
-    OrthographicCamera,
-    PerspectiveCamera,
     QuadricMirrorCamera,
     UnifiedSphereCamera,
-    camera_from,
     caustic_points,
     centrality,
-    load_camera,
 )
 from raxel.cameras.conic_mirror import ConicMirror, axes_of
 from raxel.cameras.reflection_point import stationarity
-from raxel.errors import InputError
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
-
-W, H = 640, 480
-PINHOLE = PerspectiveCamera([[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]], [], W, H)
-WIDE = PerspectiveCamera([[300, 0, 319.5], [0, 300, 239.5], [0, 0, 1]], [], W, H)
-PARALLEL = OrthographicCamera(8, (319.5, 239.5), W, H)
-HYPERBOLOID = ("hyperboloid", (30, 20), 25)
-PARABOLOID = ("paraboloid", (10,), 25)
-ELLIPSOID = ("ellipsoid", (60, 40), 25)
-aligned, misaligned = QuadricMirrorCamera.aligned, QuadricMirrorCamera.misaligned
-on_axis = QuadricMirrorCamera.on_axis
-CENTRAL = {
-    "hyperboloid": aligned(PINHOLE, *HYPERBOLOID),
-    "hyperboloid inside": aligned(WIDE, "hyperboloid", (30, 40), 25, side="inside"),
-    "paraboloid": aligned(PARALLEL, *PARABOLOID, hole_radius=2),
-    "paraboloid inside": aligned(PARALLEL, "paraboloid", (10,), 15, side="inside"),
-    "ellipsoid": aligned(PINHOLE, *ELLIPSOID),
-}
-CONVEX = {
-    "sphere": on_axis(PINHOLE, "sphere", (30,), 25, 100),
-    "sphere, parallel": on_axis(PARALLEL, "sphere", (30,), 25, 100),
-    "hyperboloid off": misaligned(PINHOLE, *HYPERBOLOID, (3, -2, 10), (0.05, 0.02, 0)),
-    "hyperboloid near": misaligned(PINHOLE, *HYPERBOLOID, (1e-3, 0, 0)),
-    "paraboloid tilted": misaligned(PARALLEL, *PARABOLOID, (1, 2, 0), (0.05, -0.02, 0)),
-    "paraboloid, pinhole": on_axis(PINHOLE, *PARABOLOID, 90),
-}
-CONCAVE = {
-    "ellipsoid off": misaligned(PINHOLE, *ELLIPSOID, (2, 1, 5), (0.05, 0.02, 0)),
-    "sphere inside": on_axis(PINHOLE, "sphere", (100,), 30, 150, side="inside"),
-}
-MIRRORS = CENTRAL | CONVEX | CONCAVE
-EVERY = pytest.mark.parametrize("name", MIRRORS)
-
-
-def random_pixels(seed, count=1500):
-    return np.random.default_rng(seed).uniform(0, [W - 1, H - 1], (count, 2))
+from tests.mirror_cameras import (
+    CENTRAL,
+    CONCAVE,
+    CONVEX,
+    ELLIPSOID,
+    EVERY,
+    HYPERBOLOID,
+    MIRRORS,
+    PARABOLOID,
+    PARALLEL,
+    PINHOLE,
+    WIDE,
+    H,
+    W,
+    aligned,
+    misaligned,
+    on_axis,
+    random_pixels,
+)
 
 
 @pytest.mark.parametrize("name", CENTRAL | CONVEX)
@@ -345,109 +323,3 @@ def test_a_hole_has_no_pixels():
     np.testing.assert_array_equal(
         CENTRAL["paraboloid"].rays(pixels).valid, [False, False, True]
     )
-
-
-@EVERY
-def test_a_camera_comes_back_to_the_bit(name, tmp_path):
-    camera = MIRRORS[name]
-    camera.save(tmp_path / "camera.npz")
-    back = load_camera(tmp_path / "camera.npz")
-    pixels = random_pixels(12, 200)
-    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
-        np.testing.assert_array_equal(ours, theirs)
-    assert (back.central, back.parameters) == (camera.central, camera.parameters)
-
-
-def test_a_mirror_camera_from_plain_fields():
-    fields = {
-        "viewer": {
-            "kind": "orthographic",
-            "pixels_per_mm": 8,
-            "principal_point": [319.5, 239.5],
-            "width": W,
-            "height": H,
-        },
-        "shape": "paraboloid",
-        "axes": [10],
-        "rim_radius": 25,
-        "T_viewer_mirror": np.diag([1.0, 1, 1, 1]).tolist(),
-    }
-    fields["T_viewer_mirror"][2][3] = 30.0
-    camera = camera_from("quadric mirror", fields)
-    assert camera.central
-    assert camera.parameters == 4
-    fields["viewer"]["pixel_per_mm"] = fields["viewer"].pop("pixels_per_mm")
-    with pytest.raises(InputError, match=r"viewer.*did you mean pixels_per_mm\?"):
-        camera_from("quadric mirror", fields)
-
-
-def test_a_damaged_viewer_is_named(tmp_path):
-    path = tmp_path / "camera.npz"
-    CENTRAL["hyperboloid"].save(path)
-    with np.load(path) as archive:
-        fields = dict(archive)
-    np.savez(path, **(fields | {"viewer.K": np.eye(2)}))
-    with pytest.raises(InputError, match=r"camera\.npz: field 'viewer'.*'K'"):
-        load_camera(path)
-    np.savez(path, **(fields | {"viewer.kind": np.array("telescope")}))
-    with pytest.raises(InputError, match=r"camera\.npz: field 'viewer'.*telescope"):
-        load_camera(path)
-
-
-BEHIND = pose(np.eye(3), [0, 0, -50])
-TURNED = pose(np.diag([1.0, -1, -1]), [0, 0, 50])
-FIELDS = {"shape": "sphere", "axes": [30], "rim_radius": 5, "T_viewer_mirror": BEHIND}
-NON_CENTRAL = GeneralCamera(
-    np.tile([0.0, 0, 1], (3, 3, 1)), np.ones((3, 3), bool), np.zeros((3, 3, 3))
-)
-
-
-@pytest.mark.parametrize(
-    ("build", "words"),
-    [
-        (lambda: aligned(PINHOLE, "torus", (1,), 1), "'shape'.*torus"),
-        (lambda: aligned(PINHOLE, "hyperboloid", (30,), 5), r"'axes'.*\(a, b\)"),
-        (lambda: aligned(PINHOLE, "hyperboloid", (-3, 2), 5), "'axes'.*positive"),
-        (lambda: aligned(PINHOLE, "ellipsoid", (30, 40), 5), "'axes'.*exceed b"),
-        (lambda: aligned(PINHOLE, "ellipsoid", (60, 40), 41), "'rim_radius'.*40 mm"),
-        (lambda: aligned(PINHOLE, "hyperboloid", (3, 4), 0), "'rim_radius'.*positive"),
-        (lambda: aligned(PINHOLE, *HYPERBOLOID, hole_radius=26), "'hole_radius'"),
-        (lambda: aligned(PINHOLE, *HYPERBOLOID, side="top"), "'side'.*top"),
-        (lambda: aligned(PINHOLE, "sphere", (30,), 5), "'shape'.*no central"),
-        (lambda: aligned(PINHOLE, *PARABOLOID), "'viewer'.*orthographic"),
-        (lambda: aligned(PARALLEL, *HYPERBOLOID), "'viewer'.*orthographic"),
-        (lambda: aligned(NON_CENTRAL, *HYPERBOLOID), "'viewer'.*central viewer"),
-        (lambda: aligned("pinhole", *HYPERBOLOID), "'viewer'.*str"),
-        (
-            lambda: camera_from("quadric mirror", FIELDS | {"viewer": {"f": 1}}),
-            "'viewer'.*'kind' is missing",
-        ),
-        (lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, BEHIND), "behind the v"),
-        (lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, TURNED), "silvered"),
-        (lambda: QuadricMirrorCamera(PARALLEL, *PARABOLOID, TURNED), "silvered"),
-        (
-            lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, 2 * np.eye(4)),
-            "'T_viewer_mirror': not a pose",
-        ),
-        (lambda: axes_of("hyperboloid", 10, 0.9), "'eccentricity'.*above 1"),
-        (lambda: axes_of("ellipsoid", 10, 1.2), "'eccentricity'.*between 0 and 1"),
-        (lambda: axes_of("sphere", 10, 0.5), "'eccentricity'.*it is 0"),
-        (lambda: axes_of("sphere", -10), "'axes'.*positive"),
-    ],
-)
-def test_impossible_mirrors_are_refused_in_one_line(build, words):
-    with pytest.raises(InputError, match=words) as fault:
-        build()
-    assert "\n" not in str(fault.value)
-
-
-@pytest.mark.parametrize(
-    ("shape", "eccentricity"),
-    [("hyperboloid", 1.3), ("ellipsoid", 0.6), ("paraboloid", None), ("sphere", None)],
-)
-def test_axes_from_eccentricity_and_apex_radius(shape, eccentricity):
-    side = "outside"
-    mirror = ConicMirror(shape, axes_of(shape, 12.0, eccentricity), 5, 0, side)
-    assert mirror.radius == pytest.approx(12, rel=1e-14)
-    if eccentricity is not None:
-        assert mirror.eccentricity == pytest.approx(eccentricity, rel=1e-13)
