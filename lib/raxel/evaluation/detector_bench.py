@@ -18,7 +18,7 @@ PEER = "opencv"
 GIVEN, NOT_GIVEN = "given", "not given"
 
 
-class Score(NamedTuple):
+class DetectorScore(NamedTuple):
     """One detector on one set.
 
     `size` says whether it was told how many corners the board has. `right` and `wrong`
@@ -57,7 +57,7 @@ def bench_detectors(image_set, say=None):
     times = {run: statistics.median(ms for _, ms in done) for run, done in runs.items()}
     peer = times[PEER, GIVEN]
     return [
-        Score(*run, *_counts(done), times[run], times[run] / peer)
+        DetectorScore(*run, *_counts(done), times[run], times[run] / peer)
         for run, done in runs.items()
     ]
 

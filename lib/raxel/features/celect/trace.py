@@ -34,7 +34,7 @@ class Step(NamedTuple):
     anchor: np.ndarray
 
 
-class Seen(NamedTuple):
+class WindowContent(NamedTuple):
     """What is in a window."""
 
     edges: np.ndarray
@@ -177,7 +177,7 @@ class Tracer:
     def _look(self, centre, radius, s):
         edges = self.layers.edges(centre, radius)
         space = vote(edges, centre, radius)
-        return Seen(edges, peaks_of(space, self.settings, s), space)
+        return WindowContent(edges, peaks_of(space, self.settings, s), space)
 
     def _choose(self, trace, lines, s, first):
         near = near_lines(lines, self.settings.near_centre * s)
