@@ -12,6 +12,10 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
 
+# Values handled at once, so that the steps between stay in cache.
+BLOCK = 1 << 15
+# Electrons; the generator's limit lies above.
+MOST_E = 1e15
 BITS = {8: np.uint8, 16: np.uint16}
 # Which of red, green, blue (0, 1, 2) lies at (row, column) of the 2 x 2 mosaic.
 BAYER = {
@@ -100,13 +104,20 @@ class Sensor:
 
     def read_out(self, irradiance, rng):
         """Charge after reading, as a share of the full well; noise may make it < 0."""
-        expected = np.maximum(np.asarray(irradiance, float) * self.white_e, 0)
-        # A well far beyond full is full whatever its noise; the generator has a limit.
-        charge = rng.poisson(np.minimum(expected, 1e15)).astype(np.float64)
+        irradiance = np.asarray(irradiance)
+        charge = np.empty(irradiance.shape)
+        for rows in _row_blocks(charge):
+            expected = np.maximum(irradiance[rows].astype(float) * self.white_e, 0)
+            # A well far beyond full is full whatever its noise.
+            charge[rows] = rng.poisson(np.minimum(expected, MOST_E))
         charge = bloom(charge, self.full_well_e, self.blooming)
-        if self.read_noise_e > 0:
-            charge += self.read_noise_e * rng.standard_normal(charge.shape)
-        return (charge / self.full_well_e).astype(np.float32)
+        share = np.empty(charge.shape, np.float32)
+        for rows in _row_blocks(charge):
+            block = charge[rows]
+            if self.read_noise_e > 0:
+                block = block + self.read_noise_e * rng.standard_normal(block.shape)
+            share[rows] = block / self.full_well_e
+        return share
 
     def develop(self, share):
         """Tone curve and rounding of shares of the full well, (H, W) or (H, W, 3)."""
@@ -120,15 +131,23 @@ class Sensor:
         return np.clip(np.rint(top * share), 0, top).astype(BITS[self.bits])
 
 
+def _row_blocks(image):
+    """Slices of rows that together make the image, (H, ...), of BLOCK values or so."""
+    height = max(1, BLOCK * len(image) // max(image.size, 1))
+    return (slice(i, i + height) for i in range(0, len(image), height))
+
+
 def bloom(charge, full_well, share):
     """Charge (H, W[, C]) with no well above full; a share of the rest runs on.
 
     What is too much in a pixel is halved and runs up and down its column, each half
     until it has found room; what runs off the sensor is lost.
     """
+    if charge.max(initial=0) <= full_well:
+        return charge
     excess = np.maximum(charge - full_well, 0)
     charge = np.minimum(charge, full_well)
-    if share == 0 or not excess.any():
+    if share == 0:
         return charge
     half = share / 2 * excess
     for rows in (range(len(charge)), range(len(charge) - 1, -1, -1)):
