@@ -16,10 +16,10 @@ from raxel.lab.board_photograph import (
     window_of,
 )
 from raxel.lab.lighting import BoardLight, Lighting, Shadow
-from raxel.lab.optics import Window
 from raxel.lab.rig import load_rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.sensor import Sensor
+from raxel.lab.sight import Window
 from test_lab_rig import MIRROR, changed, leaf
 
 RIGS = Path(__file__).resolve().parents[1] / "data" / "rigs"

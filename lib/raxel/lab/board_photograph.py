@@ -11,8 +11,8 @@ import numpy as np
 from raxel.geometry.poses import transform
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.lighting import Lighting
-from raxel.lab.optics import Window
 from raxel.lab.scenes import board_scene
+from raxel.lab.sight import Window
 from raxel.lab.target_poses import outline_of
 
 # Around the board's outline: blur and its repeated border pixels reach less far.

@@ -5,7 +5,6 @@ shot noise, saturation and blooming; read noise; tone curve; rounding.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from raxel.cameras.base import Camera
 from raxel.lab.optics import Optics
 from raxel.lab.render import render
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import CornerRays
 
 # Pixels each way that stand for one of the sensor where the lens blurs: with two,
 # corners of a chessboard are found as well as with four.
@@ -41,24 +39,16 @@ class Laboratory:
 
     def irradiance(self, scene, T_world_camera, *, colour=False, window=None):
         """Light on the sensor, (H, W) or (H, W, 3), or on a `Window` of it."""
-        rays = self._corner_rays if window is None else self._rays_of(window)
+        fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
         radiance = render(
-            rays.camera, T_world_camera, scene, colour=colour, corner_rays=rays
+            self.camera,
+            T_world_camera,
+            scene,
+            colour=colour,
+            fineness=fineness,
+            window=window,
         )
-        return self.optics.apply(radiance, self._fineness, window)
-
-    @property
-    def _fineness(self):
-        return FINENESS if max(self.optics.blur_sd_px) > 0 else 1
-
-    @cached_property
-    def _corner_rays(self):
-        return self._rays_of(None)
-
-    def _rays_of(self, window):
-        if self._fineness == 1 and window is None:
-            return CornerRays(self.camera)
-        return CornerRays(_Finer(self.camera, self._fineness, window))
+        return self.optics.apply(radiance, fineness, window)
 
     def develop(self, radiance, rng, *, colour=False, fineness=1):
         """The picture that radiance leaves in the file.
@@ -70,18 +60,3 @@ class Laboratory:
             radiance = np.repeat(radiance[..., None], 3, axis=-1)
         irradiance = self.optics.apply(radiance, fineness)
         return self.sensor.expose(irradiance, rng, colour=colour)
-
-
-class _Finer:
-    """A camera's view, or a window of it, in `fineness` times the pixels each way."""
-
-    def __init__(self, camera, fineness, window=None):
-        self._camera, self._fineness = camera, fineness
-        part = camera if window is None else window
-        self.width, self.height = part.width * fineness, part.height * fineness
-        self._first = np.zeros(2) if window is None else np.array(window[:2])
-        self.central = camera.central
-
-    def rays(self, pixels):
-        """Rays of positions (N, 2) in the finer image."""
-        return self._camera.rays((pixels + 0.5) / self._fineness - 0.5 + self._first)

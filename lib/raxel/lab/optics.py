@@ -6,11 +6,11 @@ the half diagonal, as each function says.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.lab.sight import Window
 from raxel.lab.textures import LUMINANCE
 
 # Between neighbouring levels of blur the SD differs by at most this many px, or by this
@@ -23,17 +23,6 @@ TAPS = 6
 # Size of a picture whose weights of blur are kept for the next: 100 MB of them.
 REMEMBERED = 1 << 22
 NO_ABERRATION = (1.0, 1.0, 1.0)
-
-
-class Window(NamedTuple):
-    """Part of a picture of `full_width` x `full_height` px: first pixel and size."""
-
-    u: int
-    v: int
-    width: int
-    height: int
-    full_width: int
-    full_height: int
 
 
 @dataclass(frozen=True)

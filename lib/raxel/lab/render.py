@@ -21,7 +21,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.lab.footprint import PixelMeans, lattice, numbers_in, tinted
 from raxel.lab.scene import NO_RAY, NOTHING
-from raxel.lab.sight import RAYS_AT_ONCE, CornerRays, Sight, Viewer, positions
+from raxel.lab.sight import RAYS_AT_ONCE, Raster, Sight, Viewer
 
 # Peak of memory for one pixel: the picture and what is kept beside it.
 BYTES_RENDERED, BYTES_TRACED = 16, 96
@@ -38,24 +38,26 @@ def render(
     colour=False,
     samples=64,
     offsets=None,
-    corner_rays=None,
+    fineness=1,
+    window=None,
 ):
     """The radiance image (height, width), or (height, width, 3) RGB, float32.
 
     T_world_camera: (4, 4), mm. samples: positions in a pixel that an edge crosses, in a
     rank-1 lattice; offsets: positions (S, 2) in [-0.5, 0.5]^2 to use instead.
-    corner_rays: the camera's `CornerRays`, where many pictures are taken. Pixels
-    without a ray are 0. Raises InputError for a picture too large for the memory.
+    fineness: pixels each way that stand for one of the camera's; window: the `Window`
+    of its picture to render. Pixels without a ray are 0. Raises InputError for a
+    picture too large for the memory.
     """
-    _check_memory(camera, BYTES_RENDERED * (3 if colour else 1))
-    view = Viewer(camera, np.asarray(T_world_camera, float), scene)
+    raster = Raster(camera, fineness, window)
+    _check_memory(raster, BYTES_RENDERED * (3 if colour else 1))
+    view = Viewer(raster, np.asarray(T_world_camera, float), scene)
     means = PixelMeans(view, lattice(samples) if offsets is None else offsets)
     textures = scene.textures
     centres = not all(texture.regional for texture in textures)
-    corner_rays = corner_rays or CornerRays(camera)
-    image = _canvas(camera, colour)
-    for rows in _row_blocks(camera):
-        block = _trace_rows(view, corner_rays, rows, centres)
+    image = _canvas(raster, colour)
+    for rows in _row_blocks(raster):
+        block = _trace_rows(view, rows, centres)
         image[rows.start : rows.stop] = _shade(block, means, textures, colour)
     return image
 
@@ -65,13 +67,11 @@ def trace(camera, T_world_camera, scene, *, samples=64, offsets=None):
 
     Arguments as `render`. Needs about 100 bytes a pixel.
     """
-    _check_memory(camera, BYTES_TRACED)
-    view = Viewer(camera, np.asarray(T_world_camera, float), scene)
+    raster = Raster(camera)
+    _check_memory(raster, BYTES_TRACED)
+    view = Viewer(raster, np.asarray(T_world_camera, float), scene)
     means = PixelMeans(view, lattice(samples) if offsets is None else offsets)
-    corner_rays = CornerRays(camera)
-    blocks = [
-        _trace_rows(view, corner_rays, rows, True) for rows in _row_blocks(camera)
-    ]
+    blocks = [_trace_rows(view, rows, True) for rows in _row_blocks(raster)]
     return Traced(view, means, tuple(blocks))
 
 
@@ -91,7 +91,7 @@ class Traced:
         used = list(self.viewer.scene.textures)
         for number, texture in (textures or {}).items():
             used[number] = texture
-        image = _canvas(self.viewer.camera, colour)
+        image = _canvas(self.viewer.raster, colour)
         for block in self.blocks:
             rows = block.rows
             image[rows.start : rows.stop] = _shade(block, self.means, used, colour)
@@ -109,19 +109,16 @@ class _Block:
     borders: list = field(default_factory=list)
 
 
-def _row_blocks(camera):
-    height = max(1, RAYS_AT_ONCE // (camera.width + 1) - 1)
-    for first in range(0, camera.height, height):
-        yield range(first, min(first + height, camera.height))
+def _row_blocks(raster):
+    height = max(1, RAYS_AT_ONCE // (raster.width + 1) - 1)
+    for first in range(0, raster.height, height):
+        yield range(first, min(first + height, raster.height))
 
 
-def _trace_rows(view, corner_rays, rows, centres):
-    size = len(rows), view.camera.width
-    corners = view.along(corner_rays.of_rows(rows)).reshaped(size[0] + 1, size[1] + 1)
-    if not centres:
-        return _Block(rows, corners, None)
-    spots = positions(np.arange(size[1], dtype=float), np.array(rows, float))
-    return _Block(rows, corners, view.look(spots).reshaped(*size))
+def _trace_rows(view, rows, centres):
+    u, v = np.arange(view.raster.width + 1.0), np.arange(rows.start, rows.stop + 1.0)
+    corners = view.look_at_grid(u - 0.5, v - 0.5)
+    return _Block(rows, corners, view.look_at_grid(u[:-1], v[:-1]) if centres else None)
 
 
 def _shade(block, means, textures, colour):
@@ -230,19 +227,16 @@ def _four_equal(part):
     return equal & (part[1:, 1:] == first) & (first >= 0)
 
 
-def _canvas(camera, colour):
-    shape = (
-        (camera.height, camera.width, 3) if colour else (camera.height, camera.width)
-    )
-    return np.zeros(shape, np.float32)
+def _canvas(raster, colour):
+    return np.zeros((raster.height, raster.width) + (3,) * colour, np.float32)
 
 
-def _check_memory(camera, bytes_per_pixel):
-    need = camera.width * camera.height * bytes_per_pixel
+def _check_memory(raster, bytes_per_pixel):
+    need = raster.width * raster.height * bytes_per_pixel
     have = _physical_memory()
     if need > have / 2:
         raise InputError(
-            f"camera: an image of {camera.width} x {camera.height} px needs "
+            f"camera: an image of {raster.width} x {raster.height} px needs "
             f"{need / 1e9:.3g} GB, this machine has {have / 1e9:.3g} GB and half is "
             "left to other work; give a smaller width and height"
         )

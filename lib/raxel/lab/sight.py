@@ -6,15 +6,60 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras import Camera
-from raxel.cameras.base import Rays
+from raxel.cameras.smooth_rays import smooth_rays
 from raxel.errors import InputError
 from raxel.geometry import rotate, transform
 from raxel.lab.scene import NO_RAY, TexturedScene
 
 # Rays handled at once: a few MB, so that the steps between stay in cache.
 RAYS_AT_ONCE = 1 << 16
-# Corners of pixels whose rays are kept from one picture to the next: 100 MB.
-CORNERS_REMEMBERED = 1 << 22
+
+
+class Window(NamedTuple):
+    """Part of a picture of `full_width` x `full_height` px: first pixel and size."""
+
+    u: int
+    v: int
+    width: int
+    height: int
+    full_width: int
+    full_height: int
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Pixels of a camera's picture, or of a `Window` of it.
+
+    fineness: how many of them, each way, make one pixel of the camera.
+    """
+
+    camera: Camera
+    fineness: int = 1
+    window: Window | None = None
+
+    @property
+    def width(self):
+        """Pixels of a row."""
+        return self.fineness * (self.window or self.camera).width
+
+    @property
+    def height(self):
+        """Pixels of a column."""
+        return self.fineness * (self.window or self.camera).height
+
+    def rays(self, pixels):
+        """`Rays` of positions (N, 2) of the raster; origins may be one, (1, 3)."""
+        u, v = (self._in_camera(pixels[:, axis], axis) for axis in range(2))
+        return smooth_rays(self.camera).rays(np.column_stack([u, v]))
+
+    def grid(self, u, v):
+        """`Rays` of all (u, v) of the raster, by rows, as `rays`; u and v rise."""
+        u, v = self._in_camera(u, 0), self._in_camera(v, 1)
+        return smooth_rays(self.camera).grid(u, v)
+
+    def _in_camera(self, values, axis):
+        first = self.window[axis] if self.window else 0
+        return (values + 0.5) / self.fineness - 0.5 + first
 
 
 class Sight(NamedTuple):
@@ -42,7 +87,7 @@ class Sight(NamedTuple):
 class Viewer:
     """A camera at its place in front of a scene. T_world_camera: (4, 4), mm."""
 
-    camera: Camera
+    raster: Raster
     T_world_camera: np.ndarray
     scene: TexturedScene
 
@@ -57,8 +102,14 @@ class Viewer:
             return Sight(np.empty(0, np.int16), np.empty((0, 2)), np.empty(0))
         return Sight(*(np.concatenate(field) for field in zip(*parts, strict=True)))
 
-    def along(self, rays):
-        """The `Sight` of `Rays` of the camera; their origins may be one, (1, 3)."""
+    def look_at_grid(self, u, v):
+        """The `Sight` (len(v), len(u)) of all (u, v), which rise."""
+        return self._along(self.raster.grid(u, v)).reshaped(len(v), len(u))
+
+    def _look(self, pixels):
+        return self._along(self.raster.rays(pixels))
+
+    def _along(self, rays):
         origins, directions, valid = rays
         part, uv, cosine = self.scene.hit(
             transform(self.T_world_camera, origins),
@@ -66,47 +117,6 @@ class Viewer:
         )
         part[~valid] = NO_RAY
         return Sight(part, uv, cosine)
-
-    def _look(self, pixels):
-        return self.along(rays_of(self.camera, pixels))
-
-
-def rays_of(camera, pixels):
-    """The camera's `Rays` of positions (N, 2), with one origin (1, 3) if it is one."""
-    origins, directions, valid = camera.rays(pixels)
-    # A central camera may still start its rays on a mirror, each where it leaves.
-    first = origins[np.argmax(valid)]
-    if camera.central and np.all((origins == first) | ~valid[:, None]):
-        origins = first[None]
-    return Rays(origins, directions, valid)
-
-
-class CornerRays:
-    """Rays of the corners that pixels share, for many pictures by one camera.
-
-    They are remembered, at 25 bytes a corner, unless there are too many.
-    """
-
-    def __init__(self, camera):
-        self.camera = camera
-        corners = (camera.width + 1) * (camera.height + 1)
-        self._known = {} if corners <= CORNERS_REMEMBERED else None
-
-    def of_rows(self, rows):
-        """`Rays` of the corners of a range of rows, (h + 1) * (width + 1), by rows."""
-        if self._known is None or rows not in self._known:
-            u = np.arange(self.camera.width + 1) - 0.5
-            v = np.arange(rows.start, rows.stop + 1) - 0.5
-            rays = rays_of(self.camera, positions(u, v))
-            if self._known is None:
-                return rays
-            self._known[rows] = rays
-        return self._known[rows]
-
-
-def positions(u, v):
-    """All (u, v) (len(v) * len(u), 2), by rows."""
-    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
 
 
 def visible_share(camera, T_world_camera, surface, most=200_000):

@@ -15,7 +15,6 @@ from raxel.cameras import (
 )
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.lab import board_scene, render
-from raxel.lab.sight import CornerRays
 from raxel.sets import Chessboard
 
 # Side of the pictures, and how long every side of a square in them is at least.
@@ -67,12 +66,6 @@ def camera_of(name, size):
     return camera_from(
         "bent mirror", {"viewer": viewer(0.65, size)} | sheet
     )
-
-
-@cache
-def rays_of(name, size):
-    """The rays through the corners of a camera's pixels, for every picture."""
-    return CornerRays(camera_of(name, size))
 
 
 def drawn_pose(camera, rng):
@@ -143,12 +136,7 @@ def picture(name, size, T_camera_board, rng):
         white=WHITE,
         background=BACKGROUND,
     )
-    radiance = render(
-        camera_of(name, size),
-        np.eye(4),
-        scene,
-        corner_rays=rays_of(name, size),
-    )
+    radiance = render(camera_of(name, size), np.eye(4), scene)
     return photographed(radiance, rng)
 
 

@@ -1,0 +1,79 @@
+"""Rays from polynomials are those of the camera, for every kind of camera."""
+
+import numpy as np
+import pytest
+
+from lab_cameras import EVERY, H, W
+from raxel.cameras import pixel_grid
+from raxel.cameras.smooth_rays import EXACT, NODES_AT, SmoothRays, _weights
+
+# Far below what a pixel's value or a corner's place can show, px and mm.
+NEAR_PX, NEAR_MM = 1e-5, 1e-6
+INSIDE = np.random.default_rng(3).uniform(-0.5, [W - 0.5, H - 0.5], (4000, 2))
+
+
+def differences(camera, found, pixels):
+    """Greatest difference of the directions, px, and of the origins, mm."""
+    exact = camera.rays(pixels)
+    np.testing.assert_array_equal(found.valid, exact.valid)
+    both = exact.valid
+    step = np.ptp(exact.directions[both], axis=0).max() / max(W, H)
+    turn = np.abs(found.directions - exact.directions)[both].max()
+    away = np.abs(found.origins - exact.origins)[both].max()
+    return turn / step if step else turn, away
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_single_positions_have_the_rays_of_the_camera(name):
+    camera = EVERY[name][0]
+    turn, away = differences(camera, SmoothRays(camera).rays(INSIDE), INSIDE)
+    assert turn < NEAR_PX
+    assert away < NEAR_MM
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_grids_have_the_rays_of_the_camera(name):
+    camera = EVERY[name][0]
+    u, v = np.arange(2 * W + 1) / 2 - 0.5, np.arange(H) + 0.25
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    turn, away = differences(camera, SmoothRays(camera).grid(u, v), pixels)
+    assert turn < NEAR_PX
+    assert away < NEAR_MM
+
+
+def test_a_ray_depends_on_nothing_asked_before_or_beside_it():
+    camera = EVERY["hyperboloid"][0]
+    one, other = SmoothRays(camera), SmoothRays(camera)
+    u, v = np.arange(40.0, 90), np.arange(30.0, 100)
+    whole = one.grid(u, v)
+    for row, place in enumerate(v):
+        alone = other.grid(u, np.array([place]))
+        for field, part in zip(whole, alone, strict=True):
+            part_of_whole = field.reshape(len(v), len(u), -1)[row]
+            np.testing.assert_array_equal(part_of_whole, part.reshape(len(u), -1))
+
+
+def test_a_camera_that_jumps_has_exact_rays_there():
+    camera = EVERY["planar mirrors"][0]
+    rays = SmoothRays(camera)
+    rays.grid(np.arange(W, dtype=float), np.arange(H, dtype=float))
+    share = np.mean(rays._tiles == EXACT)
+    assert 0 < share < 1
+    pixels = pixel_grid(W, H)
+    turn, _ = differences(camera, rays.rays(pixels), pixels)
+    assert turn < NEAR_PX
+
+
+def test_positions_beyond_the_image_are_asked_of_the_camera():
+    camera = EVERY["equidistance"][0]
+    far = np.array([[-9.0, 20.0], [W + 8.0, H + 30.0], [20.0, -1e200]])
+    found, exact = SmoothRays(camera).rays(far), camera.rays(far)
+    np.testing.assert_array_equal(found.directions, exact.directions)
+    np.testing.assert_array_equal(found.valid, exact.valid)
+
+
+def test_weights_reproduce_polynomials_of_the_nodes():
+    x = np.linspace(-1, 1, 41)
+    weights = _weights(x)
+    for degree in range(len(NODES_AT)):
+        np.testing.assert_allclose(weights @ NODES_AT**degree, x**degree, atol=1e-13)
