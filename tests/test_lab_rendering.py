@@ -262,3 +262,22 @@ def test_a_second_photograph_is_that_of_a_new_laboratory():
     assert np.array_equal(
         again, other.photograph(scene, HERE, np.random.default_rng(1))
     )
+
+
+def test_cells_of_a_grid_are_those_that_a_search_finds():
+    rng = np.random.default_rng(2)
+    patches = [
+        (*low, *(low + rng.uniform(1, 9, 2)), 0.5) for low in rng.normal(0, 9, (4, 2))
+    ]
+    for texture in (ChessboardTexture(5, 4, 3.0, 1.0), Panels(0.1, patches)):
+        uv = np.append(
+            rng.normal(0, 9, (3000, 2)), [[np.nan, 0.0], [1e300, -1e300]], axis=0
+        )
+        uv = np.append(uv, [[texture.lines[0][1], texture.lines[1][2]]], axis=0)
+        column, row = (
+            np.searchsorted(lines, place, side="right")
+            for lines, place in zip(texture.lines, uv.T, strict=True)
+        )
+        known = np.isfinite(uv).all(axis=1)
+        cells = row * (len(texture.lines[0]) + 1) + column
+        np.testing.assert_array_equal(texture.label(uv)[known], cells[known])

@@ -203,3 +203,22 @@ def test_impossible_surfaces_and_textures_are_refused_in_one_line(function, word
     with pytest.raises(InputError, match=words) as fault:
         function()
     assert "\n" not in str(fault.value)
+
+
+def test_flat_surfaces_are_met_as_the_plane_says():
+    rng = np.random.default_rng(8)
+    T = pose(rotation_from_vector(rng.normal(size=3)), rng.normal(size=3))
+    origins, directions = 9 * rng.normal(size=(400, 3)), rng.normal(size=(400, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions[7] = np.nan
+    surface = Rectangle(T, 30, 20, (-15, -10))
+    for some in (origins, origins[:1]):
+        o, d = (some - T[:3, 3]) @ T[:3, :3], directions @ T[:3, :3]
+        far = -o[:, 2] / d[:, 2]
+        places = o[:, :2] + far[:, None] * d[:, :2]
+        on = (far > 0) & (np.abs(places) <= [15, 10]).all(axis=1)
+        hit = surface.hit(some, directions)
+        np.testing.assert_array_equal(np.isfinite(hit.distance), on)
+        np.testing.assert_allclose(hit.distance[on], far[on], rtol=1e-12)
+        np.testing.assert_allclose(hit.uv[on], places[on], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(hit.cosine[on], d[on, 2], rtol=1e-12)

@@ -8,6 +8,7 @@ both sides.
 import abc
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from raxel.errors import InputError
@@ -39,21 +40,13 @@ class Surface(abc.ABC):
             )
         self.T_world_surface = T
 
+    @abc.abstractmethod
     def hit(self, origins, directions):
         """Meet rays with the surface, in the world frame; returns a `Hit`.
 
         origins: (N, 3), or (1, 3) for rays from one point; directions: (N, 3) unit;
         rays that hold NaN miss.
         """
-        R, t = self.T_world_surface[:3, :3], self.T_world_surface[:3, 3]
-        o = R.T @ (np.asarray(origins, float) - t).T
-        d = R.T @ np.asarray(directions, float).T
-        with np.errstate(all="ignore"):
-            return self._hit(o, d)
-
-    @abc.abstractmethod
-    def _hit(self, o, d):
-        """As `hit`, in the surface's frame; o is (3, 1) or (3, N), d is (3, N)."""
 
     @property
     @abc.abstractmethod
@@ -61,7 +54,23 @@ class Surface(abc.ABC):
         """Straight borders as segments (n, 2, 3) in the world frame."""
 
 
-class Rectangle(Surface):
+class _Flat(Surface):
+    """Part of the plane z = 0 of its frame; uv is (x, y)."""
+
+    def hit(self, origins, directions):
+        """As `Surface.hit`."""
+        origins, directions = np.asarray(origins, float), np.asarray(directions, float)
+        hit = Hit(*_plane_hits(origins, directions, self.T_world_surface))
+        with np.errstate(all="ignore"):
+            hit.distance[~self._holds(hit.uv[:, 0], hit.uv[:, 1])] = np.inf
+        return hit
+
+    @abc.abstractmethod
+    def _holds(self, x, y):
+        """Whether places (N,) of the plane belong to it."""
+
+
+class Rectangle(_Flat):
     """Part of the plane z = 0 of its frame; uv is (x, y).
 
     It reaches from `corner` (2,) by `width` along x and `height` along y, all mm.
@@ -74,12 +83,9 @@ class Rectangle(Surface):
         self.low = np.array(corner, float)
         self.high = self.low + [self.width, self.height]
 
-    def _hit(self, o, d):
-        distance = -o[2] / d[2]
-        x, y = o[0] + distance * d[0], o[1] + distance * d[1]
+    def _holds(self, x, y):
         (x0, y0), (x1, y1) = self.low, self.high
-        seen = (distance > 0) & (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
-        return _as_hit(seen, distance, x, y, d[2])
+        return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
 
     @property
     def outline(self):
@@ -90,7 +96,7 @@ class Rectangle(Surface):
         return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
 
 
-class Disc(Surface):
+class Disc(_Flat):
     """Disc in the plane z = 0 around the origin of its frame; uv is (x, y).
 
     inner_radius > 0 leaves a hole.
@@ -101,13 +107,9 @@ class Disc(Surface):
         self.radius = _positive("disc", "radius", radius)
         self.inner_radius = float(inner_radius)
 
-    def _hit(self, o, d):
-        distance = -o[2] / d[2]
-        x, y = o[0] + distance * d[0], o[1] + distance * d[1]
+    def _holds(self, x, y):
         square = x * x + y * y
-        seen = (distance > 0) & (square <= self.radius**2)
-        seen &= square >= self.inner_radius**2
-        return _as_hit(seen, distance, x, y, d[2])
+        return (square <= self.radius**2) & (square >= self.inner_radius**2)
 
     @property
     def outline(self):
@@ -115,7 +117,23 @@ class Disc(Surface):
         return np.empty((0, 2, 3))
 
 
-class Cylinder(Surface):
+class _Curved(Surface):
+    """Met in its own frame."""
+
+    def hit(self, origins, directions):
+        """As `Surface.hit`."""
+        R, t = self.T_world_surface[:3, :3], self.T_world_surface[:3, 3]
+        o = R.T @ (np.asarray(origins, float) - t).T
+        d = R.T @ np.asarray(directions, float).T
+        with np.errstate(all="ignore"):
+            return self._hit(o, d)
+
+    @abc.abstractmethod
+    def _hit(self, o, d):
+        """As `hit`, in the surface's frame; o is (3, 1) or (3, N), d is (3, N)."""
+
+
+class Cylinder(_Curved):
     """Mantle around the z axis of its frame, from z = 0 to `height`.
 
     uv is (radius * azimuth, z) with the azimuth in (-pi, pi] from the x axis: the seam
@@ -162,7 +180,7 @@ class Cylinder(Surface):
         return np.empty((0, 2, 3))
 
 
-class Relief(Surface):
+class Relief(_Curved):
     """A height field z = h(x, y) over a rectangle; uv is (x, y).
 
     heights: (rows, columns) in mm at x = column * pitch_mm, y = row * pitch_mm,
@@ -273,6 +291,30 @@ def box(T_world_box, size):
             T = T_world_box @ pose(R, far * size[axis] * np.eye(3)[axis])
             faces.append(Rectangle(T, size[u], size[v]))
     return faces
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _plane_hits(origins, directions, T):
+    """(distance (N,), uv (N, 2), cosine (N,)) of rays that meet the plane z = 0 of T.
+
+    origins: (N, 3) or (1, 3). The distance is inf where they lead away from it.
+    """
+    count = len(directions)
+    distance, cosine = np.empty(count), np.empty(count)
+    uv = np.empty((count, 2))
+    for n in range(count):
+        o, d = origins[n if len(origins) > 1 else 0], directions[n]
+        x, y, z = o[0] - T[0, 3], o[1] - T[1, 3], o[2] - T[2, 3]
+        away = x * T[0, 2] + y * T[1, 2] + z * T[2, 2]
+        slant = d[0] * T[0, 2] + d[1] * T[1, 2] + d[2] * T[2, 2]
+        far = -away / slant
+        cosine[n] = slant
+        distance[n] = far if far > 0 else np.inf
+        for c in range(2):
+            start = x * T[0, c] + y * T[1, c] + z * T[2, c]
+            along = d[0] * T[0, c] + d[1] * T[1, c] + d[2] * T[2, c]
+            uv[n, c] = start + far * along
+    return distance, uv, cosine
 
 
 def _as_hit(seen, distance, u, v, cosine):

@@ -7,6 +7,7 @@ surface in full light, and the cosine of view matters to no texture but a monito
 
 import abc
 
+import numba
 import numpy as np
 
 from raxel.errors import InputError
@@ -84,14 +85,9 @@ class GridTexture(RegionTexture):
         self.lines = tuple(np.asarray(axis, float) for axis in lines)
         self.colours = colours
 
-    def _cell(self, values, axis):
-        """Number of the cell along an axis, int (N,)."""
-        return np.searchsorted(self.lines[axis], values, side="right")
-
     def label(self, uv):
         """Number of the cell, row by row."""
-        row, column = self._cell(uv[:, 1], 1), self._cell(uv[:, 0], 0)
-        return row * (len(self.lines[0]) + 1) + column
+        return _cells(np.asarray(uv, float), *self.lines)
 
     def average(self, uv, across, down, cosine):
         """Exact where at most one line crosses the parallelogram, else NaN."""
@@ -160,11 +156,6 @@ class ChessboardTexture(GridTexture):
         margin = self.pitch_mm + self.border_mm
         size = self.pitch_mm * (np.array([self.columns, self.rows]) - 1) + 2 * margin
         return np.array([-margin, -margin]), size
-
-    def _cell(self, values, axis):
-        # Even spacing needs no search.
-        last = len(self.lines[axis])
-        return np.clip(np.floor(values / self.pitch_mm) + 2, 0, last).astype(np.int64)
 
 
 class Stripes(Texture):
@@ -287,6 +278,29 @@ class ImageTexture(Texture):
         upper = (1 - fx) * self.array[j, i] + fx * self.array[j, right]
         lower = (1 - fx) * self.array[below, i] + fx * self.array[below, right]
         return (1 - fy) * upper + fy * lower
+
+
+@numba.njit(cache=True)
+def _cells(uv, lines_u, lines_v):
+    """Numbers (N,) of the cells that points (N, 2) lie in, row by row."""
+    cells = np.empty(len(uv), np.int64)
+    column = row = 0
+    for n in range(len(uv)):
+        # The point before lay in the same cell, or in one near by.
+        column = interval(lines_u, uv[n, 0], column)
+        row = interval(lines_v, uv[n, 1], row)
+        cells[n] = row * (len(lines_u) + 1) + column
+    return cells
+
+
+@numba.njit(cache=True)
+def interval(nodes, value, near):
+    """How many of the rising `nodes` are not above a value; sought from `near` on."""
+    while near > 0 and not nodes[near - 1] <= value:
+        near -= 1
+    while near < len(nodes) and nodes[near] <= value:
+        near += 1
+    return near
 
 
 def as_colour(colour):
