@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 from raxel.errors import InputError
 from raxel.lab.monitor import Monitor
-from raxel.lab.sensor import Sensor, bloom, demosaiced, mosaic
+from raxel.lab.sensor import Sensor, bloom, demosaiced, mosaic, on_curve
 
 SHAPE = 250, 400
 COUNT = SHAPE[0] * SHAPE[1]
@@ -168,3 +168,12 @@ def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
     with pytest.raises(InputError, match=f"^field '{field}': .*") as fault:
         build(**values)
     assert "\n" not in str(fault.value)
+
+
+def test_the_tone_curve_is_that_of_numpy():
+    nodes, values = np.array([0.0, 0.01, 0.3, 1.0]), np.array([0.0, 0.2, 0.5, 0.9])
+    x = np.random.default_rng(4).uniform(-0.2, 1.2, (70, 50)).astype(np.float32)
+    x[0, :4], x[1, :4] = nodes, np.nextafter(nodes.astype(np.float32), 2)
+    np.testing.assert_array_equal(
+        on_curve(x, nodes, values), np.interp(x, nodes, values)
+    )

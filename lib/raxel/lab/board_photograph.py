@@ -49,9 +49,7 @@ def light_of_board(rig, T_camera_board, rng):
     beside, whole = light_of_room(rig)
     if mosaic:
         beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
-    rows = slice(window.v, window.v + window.height)
-    columns = slice(window.u, window.u + window.width)
-    whole[rows, columns] = beside[rows, columns] + part
+    whole[window.place] = beside[window.place] + part
     return whole
 
 

@@ -92,37 +92,26 @@ class Optics:
             image = self._blurred(image, fineness, window)
         if fineness > 1:
             image = _binned(image, fineness)
-        height, width = image.shape[:2]
-        centre = self._centre_in(window)
-        light = self._vignetting(_squared_radius(width, height, centre))
+        light = _light(self, window.full_width, window.full_height)
         if light is not None:
-            image = image * _over_colours(light, image)
+            image = image * _over_colours(light[window.place], image)
         if len(set(self.chromatic_scale)) > 1:
-            image = self._coloured(image, centre)
+            image = self._coloured(image, self._centre_in(window))
         return image
 
     def vignetting(self, width, height):
-        """Share of the light (height, width) that each pixel keeps."""
-        squared = _squared_radius(width, height, self._centre(width, height))
-        light = self._vignetting(squared)
-        return np.ones_like(squared) if light is None else light
+        """Share of the light (height, width) that each pixel keeps; read-only."""
+        light = _light(self, width, height)
+        return np.ones((height, width), np.float32) if light is None else light
 
     def _centre_in(self, window):
-        whole = self._centre(window.full_width, window.full_height)
+        whole = self.centre(window.full_width, window.full_height)
         return whole - [window.u, window.v]
 
-    def _centre(self, width, height):
+    def centre(self, width, height):
+        """The optical centre (u, v) in a picture of this size."""
         middle = ((width - 1) / 2, (height - 1) / 2)
         return np.array(middle if self.centre_px is None else self.centre_px, float)
-
-    def _vignetting(self, squared):
-        light = None
-        if self.exit_pupil_px is not None:
-            light = (1 + squared / np.float32(self.exit_pupil_px**2)) ** -2
-        if self.falloff is not None:
-            curve = np.interp(np.sqrt(squared), *self.falloff).astype(np.float32)
-            light = curve if light is None else light * curve
-        return light
 
     def _blurred(self, image, fineness, window):
         """Each pixel between the two nearest of a few uniform blurs.
@@ -152,6 +141,21 @@ class Optics:
         for weight, scale in zip(LUMINANCE, scales, strict=True):
             grey += np.float32(weight) * magnified(image, scale, centre)
         return grey
+
+
+@lru_cache(maxsize=4)
+def _light(optics, width, height):
+    """Share of the light (height, width) that each pixel keeps; None: all of it."""
+    light = None
+    squared = _squared_radius(width, height, optics.centre(width, height))
+    if optics.exit_pupil_px is not None:
+        light = (1 + squared / np.float32(optics.exit_pupil_px**2)) ** -2
+    if optics.falloff is not None:
+        curve = np.interp(np.sqrt(squared), *optics.falloff).astype(np.float32)
+        light = curve if light is None else light * curve
+    if light is not None:
+        light.flags.writeable = False
+    return light
 
 
 def _level_shares(width, height, centre, diagonal, low, high):

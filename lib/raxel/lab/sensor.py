@@ -7,10 +7,11 @@ come the camera's own tone curve and the rounding.
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.lab.textures import LUMINANCE
+from raxel.lab.textures import LUMINANCE, interval
 
 # Values handled at once, so that the steps between stay in cache.
 BLOCK = 1 << 15
@@ -122,13 +123,45 @@ class Sensor:
     def develop(self, share):
         """Tone curve and rounding of shares of the full well, (H, W) or (H, W, 3)."""
         share = np.asarray(share, np.float32)
+        picture = np.empty(share.shape, BITS[self.bits])
+        for rows in _row_blocks(share):
+            picture[rows] = self._rounded(self._toned(share[rows]))
+        return picture
+
+    def _toned(self, share):
         if self.response is not None:
-            share = np.interp(share, *self.response)
-        elif self.gamma != 1:
-            share = np.maximum(share, 0) ** np.float32(1 / self.gamma)
+            return on_curve(share, *map(np.array, self.response))
+        if self.gamma != 1:
+            return np.maximum(share, 0) ** np.float32(1 / self.gamma)
+        return share
+
+    def _rounded(self, share):
         share = self.black_level + (1 - self.black_level) * share
         top = 2**self.bits - 1
-        return np.clip(np.rint(top * share), 0, top).astype(BITS[self.bits])
+        return np.clip(np.rint(top * share), 0, top)
+
+
+def on_curve(x, nodes, values):
+    """Piecewise linear curve through rising nodes (n,) at x, constant beyond its ends.
+
+    As np.interp, in a third of the time where neighbours lie close together.
+    """
+    slopes = np.diff(values) / np.diff(nodes)
+    return _on_curve(x.ravel(), nodes, values, slopes).reshape(x.shape)
+
+
+@numba.njit(cache=True)
+def _on_curve(x, nodes, values, slopes):
+    out = np.empty(len(x))
+    near = 0
+    for n in range(len(x)):
+        near = interval(nodes, x[n], near)
+        if near == 0 or near == len(nodes):
+            out[n] = values[max(near - 1, 0)]
+        else:
+            away = x[n] - nodes[near - 1]
+            out[n] = slopes[near - 1] * away + values[near - 1]
+    return out
 
 
 def _row_blocks(image):

@@ -25,6 +25,12 @@ class Window(NamedTuple):
     full_width: int
     full_height: int
 
+    @property
+    def place(self):
+        """Its rows and columns of the whole picture, as an index of an array."""
+        rows = slice(self.v, self.v + self.height)
+        return rows, slice(self.u, self.u + self.width)
+
 
 @dataclass(frozen=True)
 class Raster:
@@ -111,10 +117,11 @@ class Viewer:
 
     def _along(self, rays):
         origins, directions, valid = rays
-        part, uv, cosine = self.scene.hit(
-            transform(self.T_world_camera, origins),
-            rotate(self.T_world_camera, directions),
-        )
+        # Most scenes are set up in the camera's own frame.
+        if not np.array_equal(self.T_world_camera, np.eye(4)):
+            origins = transform(self.T_world_camera, origins)
+            directions = rotate(self.T_world_camera, directions)
+        part, uv, cosine = self.scene.hit(origins, directions)
         part[~valid] = NO_RAY
         return Sight(part, uv, cosine)
 
