@@ -16,6 +16,7 @@ surface thinner than a pixel. Fields of a texture are regions of their own
 import os
 from dataclasses import dataclass, field
 
+import numba
 import numpy as np
 
 from raxel.errors import InputError
@@ -28,6 +29,8 @@ BYTES_RENDERED, BYTES_TRACED = 16, 96
 # A centre farther from the middle of its pixel's corners than this share of the
 # footprint betrays a jump of the camera's map inside the pixel.
 EVEN = 0.05
+# Bits of a key that number the regions of a part.
+REGION_BITS = 44
 
 
 def render(
@@ -125,26 +128,30 @@ def _shade(block, means, textures, colour):
     """Rows of the image."""
     part = block.corners.part
     keys = _keys(block.corners, textures)
-    first = keys[:-1, :-1]
-    edge = (keys[:-1, 1:] != first) | (keys[1:, :-1] != first) | (keys[1:, 1:] != first)
-    border = edge & ~_four_equal(part)
+    edge, border = _edges(keys, part)
     if block.centres is not None:
-        edge |= _keys(block.centres, textures) != first
+        edge |= _keys(block.centres, textures) != keys[:-1, :-1]
     height, width = edge.shape
-    image = np.zeros((height, width, 3) if colour else (height, width), np.float32)
+    image = np.zeros((height, width) + (3,) * colour, np.float32)
     for number in numbers_in(part):
-        inside = ~edge & (part[:-1, :-1] == number)
-        if number == NOTHING:
+        if number == NO_RAY:
+            continue
+        texture = None if number == NOTHING else textures[number]
+        if texture is None or (texture.regional and texture.light is None):
             background = np.asarray(means.viewer.scene.background, np.float32)
-            image[inside] = tinted(background[None], colour)
-        elif number != NO_RAY:
-            texture = textures[number]
-            if texture.averages and not texture.regional:
-                uneven = inside & ~_even(block)
-                edge |= uneven
-                inside &= ~uneven
-            values = _inside_radiance(block, inside, texture, keys)
-            image[inside] = tinted(values, colour)
+            colours = background[None] if texture is None else texture.colours
+            colours = np.asarray(tinted(colours, colour), np.float32)
+            channels = (len(colours), 3 if colour else 1)
+            colours = np.broadcast_to(colours.reshape(len(colours), -1), channels)
+            _paint(image.reshape(height, width, -1), edge, part, keys, number, colours)
+            continue
+        inside = ~edge & (part[:-1, :-1] == number)
+        if texture.averages and not texture.regional:
+            uneven = inside & ~_even(block)
+            edge |= uneven
+            inside &= ~uneven
+        values = _inside_radiance(block, inside, texture, keys)
+        image[inside] = tinted(values, colour)
     _shade_borders(block, border, means, textures, colour, image)
     _shade_edges(block, edge & ~border, means, textures, colour, image)
     return image
@@ -175,28 +182,62 @@ def _shade_edges(block, edge, means, textures, colour, image):
 
 
 def _keys(sight, textures):
-    """One number for each part and region of it."""
-    part = sight.part
-    keys = (part.astype(np.int64) + 2) << 44
+    """One number for each part and region of it; the region's makes the last bits."""
+    part = sight.part.ravel()
+    keys = _part_keys(part)
+    uv = sight.uv.reshape(-1, 2)
     for number in numbers_in(part):
         if number < 0:
             continue
-        texture = textures[number]
-        here = part == number
-        if here.all():
-            keys += texture.label(sight.uv.reshape(-1, 2)).reshape(part.shape)
+        here = np.flatnonzero(part == number)
+        if len(here) == len(part):
+            keys += textures[number].label(uv)
         else:
-            keys[here] += texture.label(sight.uv[here])
+            keys[here] += textures[number].label(uv[here])
+    return keys.reshape(sight.part.shape)
+
+
+@numba.njit(cache=True)
+def _part_keys(part):
+    keys = np.empty(len(part), np.int64)
+    for n in range(len(part)):
+        keys[n] = (np.int64(part[n]) + 2) << REGION_BITS
     return keys
+
+
+@numba.njit(cache=True)
+def _edges(keys, part):
+    """Pixels (h, w) with an edge between their corners; those between surfaces."""
+    height, width = keys.shape[0] - 1, keys.shape[1] - 1
+    edge, border = np.empty((2, height, width), np.bool_)
+    for i in range(height):
+        for j in range(width):
+            first, one = keys[i, j], part[i, j]
+            same = keys[i, j + 1] == first
+            same &= (keys[i + 1, j] == first) & (keys[i + 1, j + 1] == first)
+            whole = (one >= 0) & (part[i, j + 1] == one)
+            whole &= (part[i + 1, j] == one) & (part[i + 1, j + 1] == one)
+            edge[i, j], border[i, j] = not same, not (same or whole)
+    return edge, border
+
+
+@numba.njit(cache=True)
+def _paint(image, edge, part, keys, number, colours):
+    """Give pixels (h, w, c) on a part, without an edge, their region's colour."""
+    height, width, channels = image.shape
+    for i in range(height):
+        for j in range(width):
+            if part[i, j] == number and not edge[i, j]:
+                region = keys[i, j] & ((1 << REGION_BITS) - 1)
+                for c in range(channels):
+                    image[i, j, c] = colours[region, c]
 
 
 def _inside_radiance(block, inside, texture, keys):
     """Radiance of pixels (h, w) that see one region of one texture."""
     if texture.regional:
-        colours = texture.colours[keys[:-1, :-1][inside] & ((1 << 44) - 1)]
-        if texture.light is None:
-            return colours
         uv = block.corners.uv
+        colours = texture.colours[keys[:-1, :-1][inside] & ((1 << REGION_BITS) - 1)]
         return texture.lit(colours, (uv[:-1, :-1][inside] + uv[1:, 1:][inside]) / 2)
     uv, cosine = block.centres.uv[inside], block.centres.cosine[inside]
     if not texture.averages:
@@ -219,12 +260,6 @@ def _even(block):
     off = np.abs(block.centres.uv - middle).sum(axis=-1)
     with np.errstate(invalid="ignore"):
         return off <= EVEN * (np.abs(across) + np.abs(down)).sum(axis=-1)
-
-
-def _four_equal(part):
-    first = part[:-1, :-1]
-    equal = (part[:-1, 1:] == first) & (part[1:, :-1] == first)
-    return equal & (part[1:, 1:] == first) & (first >= 0)
 
 
 def _canvas(raster, colour):

@@ -55,19 +55,19 @@ class Surface(abc.ABC):
 
 
 class _Flat(Surface):
-    """Part of the plane z = 0 of its frame; uv is (x, y)."""
+    """Part of the plane z = 0 of its frame, between `low` and `high` (2,); uv: (x, y).
+
+    Subclasses set both.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
 
     def hit(self, origins, directions):
         """As `Surface.hit`."""
         origins, directions = np.asarray(origins, float), np.asarray(directions, float)
-        hit = Hit(*_plane_hits(origins, directions, self.T_world_surface))
-        with np.errstate(all="ignore"):
-            hit.distance[~self._holds(hit.uv[:, 0], hit.uv[:, 1])] = np.inf
-        return hit
-
-    @abc.abstractmethod
-    def _holds(self, x, y):
-        """Whether places (N,) of the plane belong to it."""
+        pose_and_box = self.T_world_surface, self.low, self.high
+        return Hit(*_plane_hits(origins, directions, *pose_and_box))
 
 
 class Rectangle(_Flat):
@@ -82,10 +82,6 @@ class Rectangle(_Flat):
         self.height = _positive("rectangle", "height", height)
         self.low = np.array(corner, float)
         self.high = self.low + [self.width, self.height]
-
-    def _holds(self, x, y):
-        (x0, y0), (x1, y1) = self.low, self.high
-        return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
 
     @property
     def outline(self):
@@ -106,10 +102,17 @@ class Disc(_Flat):
         super().__init__(T_world_surface)
         self.radius = _positive("disc", "radius", radius)
         self.inner_radius = float(inner_radius)
+        self.high = np.full(2, self.radius)
+        self.low = -self.high
 
-    def _holds(self, x, y):
-        square = x * x + y * y
-        return (square <= self.radius**2) & (square >= self.inner_radius**2)
+    def hit(self, origins, directions):
+        """As `Surface.hit`."""
+        hit = super().hit(origins, directions)
+        with np.errstate(all="ignore"):
+            square = np.sum(hit.uv**2, axis=1)
+            on = (square <= self.radius**2) & (square >= self.inner_radius**2)
+        hit.distance[~on] = np.inf
+        return hit
 
     @property
     def outline(self):
@@ -294,10 +297,11 @@ def box(T_world_box, size):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _plane_hits(origins, directions, T):
+def _plane_hits(origins, directions, T, low, high):
     """(distance (N,), uv (N, 2), cosine (N,)) of rays that meet the plane z = 0 of T.
 
-    origins: (N, 3) or (1, 3). The distance is inf where they lead away from it.
+    origins: (N, 3) or (1, 3). The distance is inf for rays that lead away from the
+    plane or meet it outside of low to high (2,).
     """
     count = len(directions)
     distance, cosine = np.empty(count), np.empty(count)
@@ -308,12 +312,14 @@ def _plane_hits(origins, directions, T):
         away = x * T[0, 2] + y * T[1, 2] + z * T[2, 2]
         slant = d[0] * T[0, 2] + d[1] * T[1, 2] + d[2] * T[2, 2]
         far = -away / slant
-        cosine[n] = slant
-        distance[n] = far if far > 0 else np.inf
+        on = far > 0
         for c in range(2):
             start = x * T[0, c] + y * T[1, c] + z * T[2, c]
             along = d[0] * T[0, c] + d[1] * T[1, c] + d[2] * T[2, c]
-            uv[n, c] = start + far * along
+            place = start + far * along
+            on = on and low[c] <= place <= high[c]
+            uv[n, c] = place
+        distance[n], cosine[n] = far if on else np.inf, slant
     return distance, uv, cosine
 
 
