@@ -66,7 +66,8 @@ def test_a_camera_that_jumps_has_exact_rays_there():
 
 def test_positions_beyond_the_image_are_asked_of_the_camera():
     camera = EVERY["equidistance"][0]
-    far = np.array([[-9.0, 20.0], [W + 8.0, H + 30.0], [20.0, -1e200]])
+    far = [[-9.0, 20.0], [W + 8.0, H + 30.0], [20.0, -1e200], [np.nan, 9.0]]
+    far = np.array([*far, [9.0, np.inf]])
     found, exact = SmoothRays(camera).rays(far), camera.rays(far)
     np.testing.assert_array_equal(found.directions, exact.directions)
     np.testing.assert_array_equal(found.valid, exact.valid)

@@ -64,7 +64,7 @@ class SmoothRays:
         wanted[row, column] = True
         self._look_at(wanted)
         tile = self._tiles[row, column]
-        tile[(np.abs(x) > 1) | (np.abs(y) > 1)] = EXACT
+        tile[~((np.abs(x) <= 1) & (np.abs(y) <= 1))] = EXACT
         rays = self._interpolated(lambda values: _at_points(values, tile, x, y))
         exact = np.flatnonzero(tile == EXACT)
         return self._corrected(rays, exact, pixels[exact])
@@ -87,9 +87,7 @@ class SmoothRays:
 
     def _place(self, values, axis):
         """Tile of each coordinate, and where in it: -1 to 1 from node to node."""
-        size = self._size[axis]
-        tile = np.clip((values + 0.5) // size, 0, self._count[axis] - 1).astype(int)
-        return tile, (values + 0.5 - (tile + 0.5) * size) / (size / 2 + MARGIN)
+        return _places(values, self._size[axis], self._count[axis])
 
     def _interpolated(self, values_at):
         directions = values_at(self._directions)
@@ -160,6 +158,19 @@ def _smooth(values):
 
 
 LAGRANGE = 1 / np.prod(NODES_AT[:, None] - NODES_AT + np.eye(NODES), axis=1)
+
+
+@numba.njit(cache=True)
+def _places(values, size, count):
+    """Tiles (N,) of coordinates (N,) among `count` of a size; places in them (N,)."""
+    tile, x = np.empty(len(values), np.int64), np.empty(len(values))
+    for n in range(len(values)):
+        from_edge = values[n] + 0.5
+        # Neither what is not a number nor what is too large for one makes an index.
+        inside = 0 <= from_edge < count * size
+        tile[n] = int(from_edge / size) if inside else (count - 1) * (from_edge > 0)
+        x[n] = (from_edge - (tile[n] + 0.5) * size) / (size / 2 + MARGIN)
+    return tile, x
 
 
 @numba.njit(cache=True)
