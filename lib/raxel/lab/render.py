@@ -236,9 +236,11 @@ def _paint(image, edge, part, keys, number, colours):
 def _inside_radiance(block, inside, texture, keys):
     """Radiance of pixels (h, w) that see one region of one texture."""
     if texture.regional:
-        uv = block.corners.uv
-        colours = texture.colours[keys[:-1, :-1][inside] & ((1 << REGION_BITS) - 1)]
-        return texture.lit(colours, (uv[:-1, :-1][inside] + uv[1:, 1:][inside]) / 2)
+        row, column = np.nonzero(inside)
+        # Of the upper left corner; the lower right one is a row and a step further.
+        corner, uv = row * keys.shape[1] + column, block.corners.uv.reshape(-1, 2)
+        colours = texture.colours[keys.ravel()[corner] & ((1 << REGION_BITS) - 1)]
+        return texture.lit(colours, (uv[corner] + uv[corner + keys.shape[1] + 1]) / 2)
     uv, cosine = block.centres.uv[inside], block.centres.cosine[inside]
     if not texture.averages:
         return texture.radiance(uv, cosine)

@@ -23,6 +23,7 @@ from raxel.lab.board_photograph import (
 )
 from raxel.lab.rig import Rig
 from raxel.lab.scenes import board_scene
+from raxel.lab.sight import Raster
 from raxel.lab.target_poses import outline_of
 
 LIGHT_LEVELS = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
@@ -205,10 +206,7 @@ def _mosaic(rig):
 
 def _seen_places(rig, T_camera_board, window):
     """Places (h, w, 2) mm on the board's plane that a window's pixels see, or nan."""
-    u, v = np.meshgrid(
-        np.arange(window.width) + window.u,
-        np.arange(window.height) + window.v,
-    )
-    rays = rig.camera.rays(np.column_stack([u.ravel(), v.ravel()]) * 1.0)
+    raster = Raster(rig.camera, window=window)
+    rays = raster.grid(np.arange(raster.width), np.arange(raster.height))
     met = intersect_rays_plane(*rays[:2], T_camera_board).points
-    return met.reshape(*u.shape, 2)
+    return met.reshape(raster.height, raster.width, 2)
