@@ -21,7 +21,7 @@ from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
 )
 from chapters.shared.synthetic_board import Board
 from raxel.features import DETECTORS, find_board
-from raxel.features.find import grids, growth, trace
+from raxel.features.find import compiled, grids, growth
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -72,7 +72,7 @@ from repro.run.outcomes import Plan
 # No step has a model of the lens, and none joins corners by straight lines.
 
 # %% tags=["active-ipynb", "hide-output"]
-# show_code(trace._traced, growth._grown, grids.taken)
+# show_code(compiled._followed_one, growth._grown, grids.taken)
 
 # %% [markdown]
 # ## Experiment

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.patches import Patches
 from raxel.features.find.ring import remapped
 
 QUADRANT = np.array([0.2, 0.34])
@@ -86,14 +85,14 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     minimises the sum of (g . (x - q))^2, iterated until it stays. The standard
     deviation is that of the level's noise carried through this fit.
     """
+    from raxel.features.find.compiled import slopes_in_windows
+
     size = np.stack([np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)], axis=1)
     window = window_px * level.scale
     half = np.minimum(WINDOW, window / np.maximum(size, 1e-6))
-    k = np.arange(-effort.half - 1, effort.half + 2) / effort.half
+    k = np.arange(-effort.half, effort.half + 1) / effort.half
     b, a = np.meshgrid(k, k, indexing="ij")
-    inner = slice(1, -1)
-    x = np.stack([a[inner, inner].ravel(), b[inner, inner].ravel()], axis=1)
-    x = x.astype(np.float32)
+    x = np.stack([a.ravel(), b.ravel()], axis=1).astype(np.float32)
     weight = np.exp(-(x**2).sum(axis=1) / (2 * 0.6**2))
     start = patches.p
     now, active = patches, np.arange(len(start))
@@ -101,7 +100,7 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     gradients = np.zeros((len(start), len(x), 2), np.float32)
     for _ in range(effort.iterations):
         local = now.of(active)
-        g = _gradients(local, half[active], a, b, level) * (effort.half / 2)
+        g = slopes_in_windows(level.grey, level.scale, local, half[active], effort.half)
         gradients[active] = g
         shift = _solved(g, x, weight) * half[active]
         shift = np.clip(shift, -FARTHEST, FARTHEST)
@@ -114,20 +113,6 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     sd, misfit = _quality(gradients, x, weight, half, patches, level, effort.half)
     away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
     return Placed(points, sd, misfit, away < FARTHEST)
-
-
-def _gradients(patches, half, a, b, level):
-    """Slopes (N, M, 2) along s and t in units of the half window."""
-    s = half[:, :1] * a.ravel()
-    t = half[:, 1:] * b.ravel()
-    s, t = s[..., None], t[..., None]
-    of = Patches(*(c[:, None, :] for c in patches))
-    pixels = of.p + s * of.u + t * of.v + s * s * of.uu + t * t * of.vv + s * t * of.w
-    grey = sampled(level, pixels).reshape(-1, *a.shape)
-    along = grey[:, 1:-1, 2:] - grey[:, 1:-1, :-2]
-    down = grey[:, 2:, 1:-1] - grey[:, :-2, 1:-1]
-    count = len(grey)
-    return np.stack([along.reshape(count, -1), down.reshape(count, -1)], axis=2)
 
 
 def _solved(g, x, weight):

@@ -194,6 +194,8 @@ def _beside(values, choose):
 
 def _snapped(guess, grid, nodes, share):
     """Guesses (rows, columns, 2) moved to a node within this share of a step."""
+    from raxel.features.find.compiled import nearest
+
     i, j = np.nonzero(np.isfinite(guess[..., 0]) & ~np.isfinite(grid[..., 0]))
     if not len(i) or not len(nodes):
         return guess
@@ -202,15 +204,13 @@ def _snapped(guess, grid, nodes, share):
         np.where(np.isfinite(steps), steps, np.inf)[:, i, j], axis=0
     )
     known = grid[np.isfinite(grid[..., 0])]
-    taken = np.linalg.norm(nodes[:, None] - known[None], axis=2).min(axis=1) < TAKEN_PX
-    nodes = nodes[~taken]
+    nodes = nodes[nearest(nodes, known)[1] >= TAKEN_PX]
     if not len(nodes):
         return guess
-    apart = np.linalg.norm(guess[i, j][:, None] - nodes[None], axis=2)
-    nearest = apart.argmin(axis=1)
-    near = apart[np.arange(len(i)), nearest] < reach
+    index, apart = nearest(guess[i, j], nodes)
+    near = apart < reach
     guess = guess.copy()
-    guess[i[near], j[near]] = nodes[nearest[near]]
+    guess[i[near], j[near]] = nodes[index[near]]
     return guess
 
 

@@ -43,7 +43,9 @@ class Nodes(NamedTuple):
 
 def nodes_of(level, saddles, number):
     """The Nodes among the Saddles of a Level, which has this number."""
-    some = _maybe(level.grey, saddles.points)
+    from raxel.features.find.compiled import four_changes
+
+    some = four_changes(level.grey, saddles.points, CIRCLE)
     points, root = saddles.points[some], saddles.root[some]
     found, angles, signs, contrast = ring_test(level, points, root, RADII)
     return Nodes(
@@ -55,57 +57,21 @@ def nodes_of(level, saddles, number):
     )
 
 
-def _maybe(grey, points):
-    """Which points (N, 2) have four changes or more on a ring of whole pixels."""
-    u, v = pixels_of(points, grey.shape)
-    height, width = grey.shape
-    u, v = np.clip(u, 3, width - 4), np.clip(v, 3, height - 4)
-    ring = grey.ravel()[
-        (v * width + u)[:, None] + (CIRCLE[:, 1] * width + CIRCLE[:, 0])
-    ]
-    middle = (ring.min(axis=1) + ring.max(axis=1)) / 2
-    bright = ring > middle[:, None]
-    return (bright != np.roll(bright, 1, axis=1)).sum(axis=1) >= 4
-
-
 def ring_test(level, points, root, radii):
     """(found (N,), angles (N, 4), signs (N, 4), contrast (N,)).
 
     They are those of the first radius at which the test holds. points: (N, 2) px of the
     level; root: (N,) of the saddle's strength, see `saddles`.
     """
-    count = len(points)
-    found = np.zeros(count, bool)
-    angles, signs = np.zeros((count, 4)), np.zeros((count, 4), np.int8)
-    contrast = np.zeros(count)
-    least = max(LEAST_CONTRAST, NOISE_SD * SMOOTHED_NOISE * level.noise)
-    for radius in radii:
-        left = np.flatnonzero(~found)
-        if not len(left):
-            break
-        ring = _ring(level.grey, points[left], radius)
-        low, high = ring.min(axis=1), ring.max(axis=1)
-        span = high - low
-        strong = root[left] * (np.pi * SIGMA**2) > LEAST_STRENGTH * span
-        good = (span >= least) & strong
-        left, ring, low, span = left[good], ring[good], low[good], span[good]
-        ok, a, s = _crossings(ring - (low + span / 2)[:, None], span)
-        chosen = left[ok]
-        found[chosen] = True
-        angles[chosen], signs[chosen] = a[ok], s[ok]
-        contrast[chosen] = span[ok]
-    return found, angles, signs, contrast
-
-
-def _ring(grey, points, radius):
-    """Grey (N, SAMPLES) around points, clockwise as seen; 0 beyond the image."""
-    import cv2
+    from raxel.features.find.compiled import rings_of_four
 
     turn = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
-    u = (points[:, :1] + radius * np.cos(turn)).astype(np.float32)
-    v = (points[:, 1:] + radius * np.sin(turn)).astype(np.float32)
-    ring = remapped(grey, u, v, cv2.BORDER_REPLICATE)
-    return (2 * ring + np.roll(ring, 1, axis=1) + np.roll(ring, -1, axis=1)) / 4
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    rings = np.multiply.outer(radii, circle)
+    least = max(LEAST_CONTRAST, NOISE_SD * SMOOTHED_NOISE * level.noise)
+    limits = least, np.pi * SIGMA**2, LEAST_STRENGTH, LEAST_FIELD
+    limits = np.array(limits, np.float32)
+    return rings_of_four(level.grey, points, root, rings, limits, OPPOSITE)
 
 
 def remapped(grey, u, v, border):
@@ -122,36 +88,6 @@ def remapped(grey, u, v, border):
         for k in range(0, len(u), rows)
     ]
     return np.concatenate(parts)
-
-
-def _crossings(ring, span):
-    """(good (N,), angles (N, 4), signs (N, 4)) of rings less their middle level."""
-    count = len(ring)
-    after = np.roll(ring, -1, axis=1)
-    crossed = (ring < 0) != (after < 0)
-    good = crossed.sum(axis=1) == 4
-    angles, signs = np.zeros((count, 4)), np.zeros((count, 4), np.int8)
-    if not good.any():
-        return good, angles, signs
-    place = np.nonzero(crossed[good])[1].reshape(-1, 4)
-    a = np.take_along_axis(ring[good], place, axis=1)
-    b = np.take_along_axis(after[good], place, axis=1)
-    where = (place + a / (a - b)) * (2 * np.pi / SAMPLES)
-    angles[good], signs[good] = where, np.where(b > a, 1, -1)
-    opposite = np.abs(where[:, 2:] - where[:, :2] - np.pi) < OPPOSITE
-    reach = _field_extremes(ring[good], place) > LEAST_FIELD * span[good][:, None]
-    good[good] = opposite.all(axis=1) & reach.all(axis=1)
-    return good, angles, signs
-
-
-def _field_extremes(ring, place):
-    """How far each of the four fields between crossings departs from the middle."""
-    index = np.arange(SAMPLES)
-    field = (index[None, :, None] > place[:, None, :]).sum(axis=2) % 4
-    size = np.abs(ring)
-    return np.stack(
-        [np.where(field == k, size, 0).max(axis=1) for k in range(4)], axis=1
-    )
 
 
 def joined(parts, levels):
@@ -184,11 +120,10 @@ def pixels_of(points, shape):
 
 def paint(picture, place, values, radius):
     """Set discs around pixels (2, N) to values (N,), the last ones on top."""
-    height, width = picture.shape
+    from raxel.features.find.compiled import discs
+
     r = int(radius)
     y, x = np.mgrid[-r : r + 1, -r : r + 1]
     inside = np.hypot(x, y) <= radius
-    for dx, dy in zip(x[inside], y[inside], strict=True):
-        u = np.clip(place[0] + dx, 0, width - 1)
-        v = np.clip(place[1] + dy, 0, height - 1)
-        picture[v, u] = values
+    offsets = np.stack([x[inside], y[inside]], axis=1)
+    discs(picture, place, np.broadcast_to(values, place.shape[1:]), offsets)

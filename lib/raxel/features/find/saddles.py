@@ -43,15 +43,14 @@ class Saddles(NamedTuple):
     root: np.ndarray
 
 
-def levels_of(image):
-    """Levels of a grey image (height, width), the finest first.
+def levels_of(grey, noise):
+    """Levels of an image (height, width) float32 with noise of this SD, finest first.
 
     An image of more than MOST_PIXELS starts with a halved copy.
     """
     import cv2
 
-    grey = image.astype(np.float32)
-    noise, scale, levels = noise_sd(grey), 1, []
+    scale, levels = 1, []
     while True:
         if grey.size <= MOST_PIXELS:
             soft = cv2.GaussianBlur(grey, (0, 0), SIGMA)
@@ -61,13 +60,12 @@ def levels_of(image):
         grey, scale, noise = cv2.pyrDown(grey), 2 * scale, HALVED_NOISE * noise
 
 
-def sharp_level(image):
+def sharp_level(grey, noise):
     """The image itself as a Level, with next to no smoothing."""
     import cv2
 
-    grey = image.astype(np.float32)
     soft = cv2.GaussianBlur(grey, (0, 0), SHARP_SIGMA)
-    return Level(soft, 1, noise_sd(grey), SHARP_SIGMA)
+    return Level(soft, 1, noise, SHARP_SIGMA)
 
 
 def noise_sd(grey):
@@ -83,40 +81,28 @@ def noise_sd(grey):
 
 def saddles_of(level):
     """Saddles of a Level that stand out from its noise, the strongest first."""
-    import cv2
+    from raxel.features.find.compiled import strongest_saddles
 
-    b = level.grey
-    xx = cv2.Sobel(b, cv2.CV_32F, 2, 0, ksize=1)
-    yy = cv2.Sobel(b, cv2.CV_32F, 0, 2, ksize=1)
-    kernel = np.array([-0.5, 0, 0.5], np.float32)
-    xy = cv2.sepFilter2D(b, cv2.CV_32F, kernel, kernel)
-    strength = cv2.multiply(xy, xy) - cv2.multiply(xx, yy)
     least = LEAST_STRENGTH * LEAST_CONTRAST / (np.pi * SIGMA**2)
     least = max(least, NOISE_SD * NOISE_OF_ROOT * level.noise) ** 2
-    top = cv2.dilate(strength, np.ones((3, 3), np.uint8))
-    top = cv2.compare(strength, top, cv2.CMP_EQ) & cv2.compare(
-        strength, float(least), cv2.CMP_GT
-    )
-    top[:2] = top[-2:] = 0
-    top[:, :2] = top[:, -2:] = 0
-    place = np.flatnonzero(top)
-    s = strength.ravel()[place]
+    place, s = strongest_saddles(level.grey, np.float32(least))
     if len(place) > MOST_SADDLES:
         keep = np.argpartition(-s, MOST_SADDLES)[:MOST_SADDLES]
         place, s = place[keep], s[keep]
     order = np.argsort(-s, kind="stable")
     place, s = place[order], s[order]
-    points = _stationary(b, xx, yy, xy, place, s)
-    return Saddles(points, np.sqrt(s))
+    return Saddles(_stationary(level.grey, place, s), np.sqrt(s))
 
 
-def _stationary(b, xx, yy, xy, place, strength):
+def _stationary(grey, place, strength):
     """Where the gradient vanishes near pixels `place`, (N, 2); within a pixel."""
-    width = b.shape[1]
-    flat = b.ravel()
-    gx = (flat[place + 1] - flat[place - 1]) / 2
-    gy = (flat[place + width] - flat[place - width]) / 2
-    xx, yy, xy = (a.ravel()[place] for a in (xx, yy, xy))
+    width, flat = grey.shape[1], grey.ravel()
+    here, left, right = flat[place], flat[place - 1], flat[place + 1]
+    above, below = flat[place - width], flat[place + width]
+    gx, gy = (right - left) / 2, (below - above) / 2
+    xx, yy = (left + right) - 2 * here, (above + below) - 2 * here
+    xy = flat[place + width + 1] - flat[place + width - 1]
+    xy = (xy - (flat[place - width + 1] - flat[place - width - 1])) / 4
     du = (yy * gx - xy * gy) / strength
     dv = (xx * gy - xy * gx) / strength
     v, u = np.divmod(place, width)

@@ -7,7 +7,7 @@ import numpy as np
 from raxel.features.find.grids import grid_of, settled, trimmed
 from raxel.features.find.growth import as_grid, lattices_of
 from raxel.features.find.ring import Nodes, joined, nodes_of
-from raxel.features.find.saddles import levels_of, saddles_of, sharp_level
+from raxel.features.find.saddles import levels_of, noise_sd, saddles_of, sharp_level
 from raxel.features.find.trace import links_of
 
 LEAST_NODES = 7
@@ -26,7 +26,9 @@ class Seen(NamedTuple):
 
 def seen_in(image):
     """All lattices in an image (height, width), uint8 or float32: `Seen`."""
-    levels = levels_of(image)
+    grey = image.astype(np.float32)
+    noise = noise_sd(grey)
+    levels = levels_of(grey, noise)
     parts = [
         nodes_of(level, saddles_of(level), number)
         for number, level in enumerate(levels)
@@ -52,15 +54,16 @@ def seen_in(image):
             queue += lattices_of(nodes, _links_among(links, left))
     grids = [trimmed(grid) for grid in grids]
     if any(grid.complete for grid in grids):
-        sharp = levels[0], sharp_level(image)
+        sharp = levels[0], sharp_level(grey, noise)
         grids = [settled(grid, sharp) if grid.complete else grid for grid in grids]
     return Seen(sorted(grids, key=lambda grid: -grid.count), nodes, levels)
 
 
 def _near(points, others, reach):
     """Which points (N, 2) lie near one of the others (M, 2)."""
-    apart = np.linalg.norm(points[:, None] - others[None], axis=2)
-    return apart.min(axis=1) < reach
+    from raxel.features.find.compiled import nearest
+
+    return nearest(points, others)[1] < reach
 
 
 def _links_among(links, some):

@@ -9,18 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.ring import paint, pixels_of, remapped
+from raxel.features.find.ring import paint, pixels_of
 
-STEP = 2.0
-START = 3.0
-ACROSS, REACH = 0.6, 3
-CAUGHT = 2.6
-# After so many steps a trace goes on in the next halved copy.
-STEPS_PER_LEVEL = 30
-WEAK = 0.22
-WEAK_STEPS = 5
-TURNING = 0.3
-MEMORY = 4
+# A trace starts so many px of its level from its corner, and ends so near to one.
+START, CAUGHT = 3.0, 2.6
 ARRIVAL = np.radians(38)
 # Slope across an edge (grey levels over 2 ACROSS) as a share of the ring's contrast.
 USUAL_SLOPE = 0.12
@@ -89,88 +81,14 @@ def links_of(nodes, levels):
 
 def _traced(arms, atlas):
     """(corner reached (N,) or -1, heading there (N,)) of Arms in the Atlas."""
-    count, angle = len(arms.points), arms.angles
-    end, heading = np.full(count, -1), angle.copy()
-    own, level = arms.own, arms.level
-    sign = arms.signs.astype(np.float32)[:, None]
-    d = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
-    p = (arms.points / atlas.scale[level][:, None] + START * d).astype(np.float32)
-    reference = (USUAL_SLOPE * arms.contrast).astype(np.float32)
-    past = np.repeat(p[None], MEMORY, axis=0)
-    weak = np.zeros(count, int)
-    arm = np.arange(count)
-    for step in range(1, STEPS_PER_LEVEL * len(atlas.scale) + 1):
-        at, strength, back = _stepped(atlas, level, p + STEP * d, d, sign)
-        least = WEAK * reference
-        strong = strength > least
-        p = p + STEP * d
-        p[strong] = at[strong]
-        reference = np.where(strong, 0.9 * reference + 0.1 * strength, reference)
-        weak = np.where(strong, 0, weak + 1)
-        if step > MEMORY:
-            moved = p - past[step % MEMORY]
-            moved /= np.linalg.norm(moved, axis=1, keepdims=True) + 1e-9
-            d = np.where(strong[:, None], (1 - TURNING) * d + TURNING * moved, d)
-            d /= np.linalg.norm(d, axis=1, keepdims=True)
-        past[step % MEMORY] = p
-        inside, here = _looked_up(atlas, level, p)
-        caught = inside & (here >= 0) & (here != own)
-        end[arm[caught]] = here[caught]
-        heading[arm[caught]] = np.arctan2(d[caught, 1], d[caught, 0])
-        flipped = ~strong & (back > 2 * least)
-        stop = caught | ~inside | flipped | (weak >= WEAK_STEPS)
-        if step % STEPS_PER_LEVEL == 0:
-            stop |= level == len(atlas.scale) - 1
-            ratio = atlas.scale[np.minimum(level + 1, len(atlas.scale) - 1)]
-            ratio = (ratio / atlas.scale[level])[:, None]
-            level, p, past = level + 1, p / ratio, past / ratio
-        go = ~stop
-        if not go.any():
-            break
-        if stop.any():
-            arm, own, sign, level, weak = (a[go] for a in (arm, own, sign, level, weak))
-            d, p, past, reference = d[go], p[go], past[:, go], reference[go]
-    return end, heading
+    from raxel.features.find.compiled import followed
 
-
-def _stepped(atlas, level, p, d, sign):
-    """Across from p to the strongest slope: (there, its height, largest opposite)."""
-    import cv2
-
-    offsets = (ACROSS * np.arange(-REACH - 1, REACH + 2)).astype(np.float32)
-    normal = np.stack([-d[:, 1], d[:, 0]], axis=1)
-    # A remap clips at the atlas's border, not at the level's: stay inside it.
-    u = np.clip(p[:, 0], 0, atlas.width[level] - 1) + atlas.left[level]
-    v = np.clip(p[:, 1], 0, atlas.height[level] - 1) + atlas.top[level]
-    u = u[:, None] + normal[:, :1] * offsets
-    v = v[:, None] + normal[:, 1:] * offsets
-    profile = remapped(atlas.grey, u, v, cv2.BORDER_REPLICATE)
-    rise = (profile[:, 2:] - profile[:, :-2]) * sign
-    where, strength = _peak(rise)
-    back = -rise[:, 1:-1].min(axis=1)
-    return p + normal * (ACROSS * where)[:, None], strength, back
-
-
-def _peak(rise):
-    """(offset in samples from the middle, height) of the largest value of each row."""
-    count = np.arange(len(rise))
-    k = rise.argmax(axis=1)
-    inner = np.clip(k, 1, rise.shape[1] - 2)
-    a, b, c = rise[count, inner - 1], rise[count, inner], rise[count, inner + 1]
-    bend = np.minimum(a - 2 * b + c, -1e-6)
-    shift = np.clip((a - c) / (2 * bend), -1, 1)
-    where = np.where(k == inner, inner + shift, k)
-    return where - rise.shape[1] // 2, rise[count, k]
-
-
-def _looked_up(atlas, level, p):
-    """(inside (N,), node or -1 (N,)) at positions p (N, 2) of levels."""
-    u, v = np.rint(p).astype(np.int32).T
-    width, height = atlas.width[level], atlas.height[level]
-    inside = (u > 0) & (v > 0) & (u < width - 1) & (v < height - 1)
-    u = np.where(inside, u, 0) + atlas.left[level].astype(np.int32)
-    v = np.where(inside, v, 0) + atlas.top[level].astype(np.int32)
-    return inside, atlas.known[v, u] - 1
+    d = np.stack([np.cos(arms.angles), np.sin(arms.angles)], axis=1).astype(np.float32)
+    start = arms.points / atlas.scale[arms.level][:, None] + START * d
+    usual = USUAL_SLOPE * arms.contrast
+    single = (a.astype(np.float32) for a in (start, d, arms.signs, usual))
+    end, d = followed(atlas, *single, arms.level, arms.own)
+    return end, np.where(end < 0, arms.angles, np.arctan2(d[:, 1], d[:, 0]))
 
 
 def _mutual(nodes, ends, heading):

@@ -1,0 +1,188 @@
+"""The detector's compiled loops against OpenCV and plain formulas."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features.find import compiled
+from raxel.features.find.patches import Patches
+from raxel.features.find.ring import CIRCLE, RADII, paint, ring_test
+from raxel.features.find.saddles import Level
+from raxel.features.find.trace import Atlas
+
+SEEDS = range(3)
+
+
+def picture(seed, shape=(61, 83)):
+    noise = np.random.default_rng(seed).normal(128, 60, shape).astype(np.float32)
+    return cv2.GaussianBlur(noise, (0, 0), 1.5)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_grey_between_pixels_is_that_of_opencv(seed):
+    rng = np.random.default_rng(seed)
+    grey = picture(seed)
+    u, v = rng.uniform(-5, 90, (2, 8, 60)).astype(np.float32)
+    expected = cv2.remap(grey, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    found = [
+        compiled.grey_at(grey, *at) for at in zip(u.ravel(), v.ravel(), strict=True)
+    ]
+    np.testing.assert_allclose(found, expected.ravel(), atol=2e-5)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_saddles_are_where_the_hessian_of_opencv_says(seed):
+    grey, least = picture(seed), np.float32(2.0)
+    half = np.array([-0.5, 0, 0.5], np.float32)
+    xx = cv2.Sobel(grey, cv2.CV_32F, 2, 0, ksize=1)
+    yy = cv2.Sobel(grey, cv2.CV_32F, 0, 2, ksize=1)
+    xy = cv2.sepFilter2D(grey, cv2.CV_32F, half, half)
+    strength = xy * xy - xx * yy
+    top = (strength > least) & (strength == cv2.dilate(strength, np.ones((3, 3))))
+    top[:2] = top[-2:] = top[:, :2] = top[:, -2:] = False
+    place, found = compiled.strongest_saddles(grey, least)
+    assert len(place) > 20
+    np.testing.assert_array_equal(place, np.flatnonzero(top))
+    np.testing.assert_allclose(found, strength.ravel()[place], rtol=1e-4)
+
+
+def test_a_plateau_of_saddles_is_kept_whole():
+    v, u = np.indices((20, 30), dtype=np.float32)
+    place, strength = compiled.strongest_saddles(u * v, np.float32(0.5))
+    assert len(place) == 16 * 26
+    assert (strength == 1).all()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_changes_on_a_ring_are_counted(seed):
+    grey = picture(seed)
+    points = np.random.default_rng(seed).uniform(-2, 85, (300, 2))
+    found = compiled.four_changes(grey, points, CIRCLE)
+    for point, is_four in zip(points, found, strict=True):
+        u, v = np.clip(np.rint(point).astype(int), 3, [79, 57])
+        ring = grey[v + CIRCLE[:, 1], u + CIRCLE[:, 0]]
+        bright = ring > (ring.min() + ring.max()) / 2
+        assert is_four == ((bright != np.roll(bright, 1)).sum() >= 4)
+    assert 0 < found.sum() < 300
+
+
+@pytest.mark.parametrize("turn", np.linspace(0.02, 3.1, 7))
+def test_the_ring_of_a_turned_corner_crosses_where_its_edges_leave(turn):
+    v, u = np.indices((41, 41)) - 20.0
+    along, across = (
+        u * np.cos(turn) + v * np.sin(turn),
+        v * np.cos(turn) - u * np.sin(turn),
+    )
+    soft = np.clip(along, -1, 1) * np.clip(across, -1, 1)
+    level = Level((128 + 100 * soft).astype(np.float32), 1, 1.0)
+    points, root = np.array([[20.0, 20.0], [8.0, 20.0]]), np.full(2, 200, np.float32)
+    found, angles, signs, contrast = ring_test(level, points, root, RADII)
+    assert found.tolist() == [True, False]
+    expected = np.sort((turn + np.pi / 2 * np.arange(4)) % (2 * np.pi))
+    off = (angles[0] - expected + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(off).max() < 0.05
+    assert (signs[0] == -np.roll(signs[0], 1)).all()
+    assert contrast[0] > 150
+
+
+@pytest.mark.parametrize("kind", ["one picture", "part of one"])
+def test_discs_lie_on_top_of_each_other_at_every_offset(kind):
+    rng = np.random.default_rng(4)
+    whole = np.zeros((40, 60), np.int32)
+    room = whole if kind == "one picture" else whole[5:35, 8:50]
+    place = rng.integers(0, 30, (2, 25))
+    paint(room, place, np.arange(1, 26), 2.6)
+    height, width = room.shape
+    expected = np.zeros_like(room)
+    for y in range(-2, 3):
+        for x in range(-2, 3):
+            if np.hypot(x, y) <= 2.6:
+                at = (
+                    np.clip(place[1] + y, 0, height - 1),
+                    np.clip(place[0] + x, 0, width - 1),
+                )
+                expected[at] = np.arange(1, 26)
+    np.testing.assert_array_equal(room, expected)
+
+
+def edge_atlas(angle, corner, hidden=False):
+    """A level of a straight edge through (30, 40) with one known corner (index 6)."""
+    v, u = np.indices((160, 200)).astype(float)
+    across = (v - 40) * np.cos(angle) - (u - 30) * np.sin(angle)
+    along = (v - 40) * np.sin(angle) + (u - 30) * np.cos(angle)
+    side = np.where(along < 30, 1, -1) if hidden else 1
+    grey = (128 + 80 * np.clip(across / 2, -1, 1) * side).astype(np.float32)
+    known = np.zeros(grey.shape, np.int32)
+    cv2.circle(known, corner, 3, 7, -1)
+    one = (np.array([x], np.float32) for x in (0, 0, 200, 160, 1))
+    return Atlas(grey, known, *one)
+
+
+def follow(atlas, angle, own=0, aside=0.0):
+    d = np.array([[np.cos(angle), np.sin(angle)]], np.float32)
+    start = np.array([[30, 40]], np.float32) + 3 * d + aside * d[:, ::-1]
+    sign, usual = np.ones((2, 1), np.float32) * [[1], [60]]
+    end, heading = compiled.followed(
+        atlas,
+        start.astype(np.float32),
+        d,
+        sign.astype(np.float32),
+        usual.astype(np.float32),
+        np.array([0]),
+        np.array([own]),
+    )
+    return end[0], heading[0]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.7, 1.1])
+def test_an_edge_is_followed_to_the_corner_on_it(angle):
+    corner = round(30 + 50 * np.cos(angle)), round(40 + 50 * np.sin(angle))
+    atlas = edge_atlas(angle, corner)
+    end, heading = follow(atlas, angle + 0.1, aside=0.5)
+    assert end == 6
+    assert abs(np.arctan2(heading[1], heading[0]) - angle) < 0.06
+    assert follow(atlas, angle, own=6)[0] == -1
+    assert follow(atlas, angle + np.pi / 2)[0] == -1
+
+
+def test_a_trace_ends_where_dark_and_bright_change_sides():
+    assert follow(edge_atlas(0.0, (80, 40)), 0.0)[0] == 6
+    assert follow(edge_atlas(0.0, (80, 40), hidden=True), 0.0)[0] == -1
+
+
+def test_a_trace_ends_after_its_steps_in_the_last_level():
+    assert follow(edge_atlas(0.0, (105, 40)), 0.0)[0] == -1
+
+
+@pytest.mark.parametrize("scale", [1, 2])
+def test_slopes_are_those_of_a_bent_picture(scale):
+    rng = np.random.default_rng(5)
+    grey = picture(5, (90, 90))
+    p = rng.uniform(60, 80, (4, 2)) * scale / 2
+    patches = Patches(
+        p, *rng.normal(0, (8, 8, 0.5, 0.5, 0.5), (4, 2, 5)).transpose(2, 0, 1)
+    )
+    half, samples = rng.uniform(0.2, 0.4, (4, 2)), 4
+    found = compiled.slopes_in_windows(grey, scale, patches, half, samples)
+    k = np.arange(-samples - 1, samples + 2) / samples
+    t, s = np.meshgrid(k, k, indexing="ij")
+    for n in range(4):
+        at = patches.of([n]).at(half[n, 0] * s.ravel(), half[n, 1] * t.ravel())
+        u, v = (at[0] / scale).astype(np.float32).T.reshape(2, *s.shape)
+        window = cv2.remap(
+            grey, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        along = (window[1:-1, 2:] - window[1:-1, :-2]) * samples / 2
+        down = (window[2:, 1:-1] - window[:-2, 1:-1]) * samples / 2
+        expected = np.stack([along.ravel(), down.ravel()], axis=1)
+        np.testing.assert_allclose(found[n], expected, atol=1e-3)
+
+
+def test_the_nearest_is_the_nearest():
+    rng = np.random.default_rng(6)
+    points, others = rng.uniform(0, 9, (40, 2)), rng.uniform(0, 9, (25, 2))
+    index, distance = compiled.nearest(points, others)
+    apart = np.linalg.norm(points[:, None] - others[None], axis=2)
+    np.testing.assert_array_equal(index, apart.argmin(axis=1))
+    np.testing.assert_allclose(distance, apart.min(axis=1), rtol=1e-14)
+    assert compiled.nearest(points, others[:0])[1].min() == np.inf
