@@ -12,9 +12,9 @@ from raxel.features.celect.hough import (
     angle_apart,
     merge_close,
     nearest_form,
+    normal_of,
     orientation,
     peaks_of,
-    signed_distance,
     vote,
 )
 from raxel.features.celect.layers import Layers
@@ -123,13 +123,12 @@ def test_angles_between_orientations(a, b):
     assert angle_apart(a + 180, b) == pytest.approx(apart, abs=1e-9)
 
 
-def test_orientation_and_distance_agree():
+def test_orientation_and_normal_agree():
     direction = np.array([3.0, -4.0])
-    theta = orientation(direction)
-    points = CENTRE + np.outer([-2, 0, 5], direction)
-    np.testing.assert_allclose(
-        signed_distance(points, CENTRE, (0.0, theta)), 0, atol=1e-12
-    )
+    normal = normal_of(orientation(direction))
+    assert direction @ normal == pytest.approx(0, abs=1e-12)
+    assert np.linalg.norm(normal) == pytest.approx(1)
+    np.testing.assert_allclose(normal_of(0), [0, 1], atol=1e-15)
 
 
 def test_only_lines_near_the_centre_count():

@@ -21,6 +21,7 @@ from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import Board, clicks
 from raxel.features.celect import CelectSettings, celect
+from raxel.features.celect.compiled import farthest_ahead
 from raxel.features.celect.hough import peaks_of
 from raxel.features.celect.processing import processed
 from raxel.features.celect.trace import first_line, next_anchor, next_line
@@ -90,7 +91,7 @@ from repro.run.outcomes import Plan
 # degrees (E-3.02).
 
 # %% tags=["active-ipynb"]
-# show_code(first_line, next_line, next_anchor, processed)
+# show_code(first_line, next_line, next_anchor, farthest_ahead, processed)
 
 # %% [markdown]
 # **What the thesis leaves open** is in `CelectSettings`. Reasons, and when

@@ -13,10 +13,6 @@ import cv2
 import numpy as np
 
 BINS = 180
-_ANGLES = np.arange(BINS, dtype=np.int32)
-_NORMALS = np.stack((-np.sin(np.radians(_ANGLES)), np.cos(np.radians(_ANGLES)))).astype(
-    np.float32
-)
 
 
 class Peaks(NamedTuple):
@@ -37,11 +33,10 @@ def angle_apart(a, b):
     return np.minimum(apart, 180 - apart)
 
 
-def signed_distance(points, centre, line):
-    """Signed distance (n,) in px of points (n, 2) to a line of a window."""
-    distance, theta = line
-    normal = np.array([-math.sin(math.radians(theta)), math.cos(math.radians(theta))])
-    return points @ normal - (centre @ normal + distance)
+def normal_of(theta_deg):
+    """Unit vector (2,) across a line of this orientation: its direction, + 90 deg."""
+    theta = math.radians(theta_deg)
+    return np.array([-math.sin(theta), math.cos(theta)])
 
 
 def vote(points, centre, radius):
@@ -50,15 +45,10 @@ def vote(points, centre, radius):
     Bins of 1 px by 1 degree, lightly smoothed; nothing is smoothed across the border
     of the angle, which `peaks_of` takes care of.
     """
-    m = int(np.ceil(radius)) + 1
-    off = (points - centre).astype(np.float32)
-    # Cut off after adding a half: rounded, as nothing is below zero.
-    bins = (off @ _NORMALS + np.float32(m + 0.5)).astype(np.int32)
-    bins *= BINS
-    bins += _ANGLES
-    flat = np.bincount(bins.ravel(), minlength=(2 * m + 1) * BINS)
-    space = flat.reshape(-1, BINS).astype(np.float32)
-    return cv2.GaussianBlur(space, (3, 3), 0, borderType=cv2.BORDER_REPLICATE)
+    from raxel.features.celect.compiled import hough_space
+
+    points = np.ascontiguousarray(points, float)
+    return hough_space(points, centre, int(np.ceil(radius)) + 1)
 
 
 def strongest(space, limits, neighbourhood, share, columns=None):
@@ -70,35 +60,18 @@ def strongest(space, limits, neighbourhood, share, columns=None):
     than the least number, the largest values outside the others' neighbourhoods make
     it up. `columns` (first, last + 1) restricts where all of them may lie.
     """
-    least, most = limits
-    across, along = neighbourhood
-    first, last = columns or (0, space.shape[1])
-    box = np.ones((2 * across + 1, 2 * along + 1), np.uint8)
-    tops = np.where(space >= cv2.dilate(space, box), space, np.float32(0))
-    found = []
-    for values, limit in ((tops, most), (space, least)):
-        if len(found) >= limit:
-            break
-        rest = values.copy()
-        for row, column, _ in found:
-            _clear(rest, row, column, neighbourhood)
-        while len(found) < limit:
-            _, votes, _, (column, row) = cv2.minMaxLoc(rest[:, first:last])
-            weak = len(found) >= least and votes < share * found[0][2]
-            if votes <= 0 or weak:
-                break
-            found.append((row, first + column, votes))
-            _clear(rest, row, first + column, neighbourhood)
-    return found
+    from raxel.features.celect.compiled import strongest_peaks
 
-
-def _clear(space, row, column, neighbourhood):
-    """Put the neighbourhood of a place in a Hough space to zero."""
-    across, along = neighbourhood
-    space[
-        max(row - across, 0) : row + across + 1,
-        max(column - along, 0) : column + along + 1,
-    ] = 0
+    box = np.ones([2 * half + 1 for half in neighbourhood], np.uint8)
+    rows, at = strongest_peaks(
+        space,
+        cv2.dilate(space, box),
+        limits,
+        neighbourhood,
+        share,
+        columns or (0, space.shape[1]),
+    )
+    return list(zip(rows.tolist(), at.tolist(), space[rows, at].tolist(), strict=True))
 
 
 def peaks_of(space, settings, s):

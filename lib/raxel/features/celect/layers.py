@@ -5,8 +5,6 @@ times. A tile is searched once, on a patch that reaches as far beyond it as anyt
 within depends on; only the hysteresis of Canny's method could reach farther.
 """
 
-import itertools
-
 import numpy as np
 
 from raxel.features.celect.window import (
@@ -40,23 +38,20 @@ class Layers:
         return self._within(self._corners, centre, radius)
 
     def _within(self, layer, centre, radius):
+        from raxel.features.celect.compiled import within
+
         pieces = []
         for tile in self._tiles(centre, radius):
             if tile not in layer:
                 self._search(tile)
-            pieces.append(layer[tile])
-        points = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-        off = points - centre
-        return points[np.vecdot(off, off) <= radius**2]
+            pieces.append(within(layer[tile], centre, radius))
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
     def _tiles(self, centre, radius):
         """The tiles (column, row) of the image that a window touches."""
-        spans = []
-        for middle, size in zip(centre.tolist(), self.image.shape[::-1], strict=True):
-            last = (size - 1) // TILE_PX
-            first = max(int((middle - radius) // TILE_PX), 0)
-            spans.append(range(first, min(int((middle + radius) // TILE_PX), last) + 1))
-        return itertools.product(*spans)
+        (u, v), (height, width) = centre.tolist(), self.image.shape
+        columns, rows = _span(u, radius, width), _span(v, radius, height)
+        return [(column, row) for column in columns for row in rows]
 
     def _search(self, tile):
         low = np.array(tile) * TILE_PX
@@ -73,6 +68,12 @@ class Layers:
         corners = settings.detect_corners(window, self.scale, settings)
         self._edges[tile] = _inside(edges, low, high)
         self._corners[tile] = _inside(corners, low, high)
+
+
+def _span(middle, radius, size):
+    """The tiles of a side of `size` px within a radius of a place on it."""
+    first, last = int((middle - radius) // TILE_PX), int((middle + radius) // TILE_PX)
+    return range(max(first, 0), min(last, (size - 1) // TILE_PX) + 1)
 
 
 def _inside(points, low, high):

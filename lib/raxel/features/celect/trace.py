@@ -9,8 +9,8 @@ import numpy as np
 from raxel.features.celect.hough import (
     Peaks,
     angle_apart,
+    normal_of,
     peaks_of,
-    signed_distance,
     vote,
 )
 from raxel.features.celect.layers import Layers
@@ -99,13 +99,14 @@ def next_anchor(edges, line, centre, band, away_from, direction):
     Of the edge pixels (n, 2) within `band` px of the line and in `direction` (2,) from
     the centre: the one farthest from `away_from` (2,).
     """
-    near = np.abs(signed_distance(edges, centre, line)) < band
-    ahead = near & ((edges - centre) @ direction > 0)
-    if not ahead.any():
-        return None
-    points = edges[ahead]
-    off = points - away_from
-    return points[np.vecdot(off, off).argmax()]
+    from raxel.features.celect.compiled import farthest_ahead
+
+    distance, theta = line
+    edges = np.ascontiguousarray(edges, float)
+    index = farthest_ahead(
+        edges, centre, normal_of(theta), distance, band, away_from, direction
+    )
+    return None if index < 0 else edges[index]
 
 
 class Tracer:
@@ -199,7 +200,11 @@ class Tracer:
 
     def _arrived(self, trace, end, s):
         """Whether the last step came within t6 of the end corner, anywhere on it."""
-        a, b = trace.anchors[-2:]
-        step = b - a
-        share = min(max(float((end - a) @ step / (step @ step)), 0.0), 1.0)
-        return math.dist(a + share * step, end) < self.settings.arrival * s
+        (u, v), (to_u, to_v), (end_u, end_v) = (
+            point.tolist() for point in (*trace.anchors[-2:], end)
+        )
+        du, dv = to_u - u, to_v - v
+        share = ((end_u - u) * du + (end_v - v) * dv) / (du * du + dv * dv)
+        share = min(max(share, 0.0), 1.0)
+        nearest = u + share * du, v + share * dv
+        return math.dist(nearest, (end_u, end_v)) < self.settings.arrival * s

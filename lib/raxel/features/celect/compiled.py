@@ -1,0 +1,171 @@
+"""CELECT's loops over a window's pixels and over its Hough space, compiled.
+
+What these functions call, and their constants, stand in this file: compiled code is
+kept from run to run, and made again when this file changes, not when another one does.
+"""
+
+import numpy as np
+from numba import njit
+
+BINS = 180
+_ANGLES = np.radians(np.arange(BINS))
+_NORMAL_U = (-np.sin(_ANGLES)).astype(np.float32)
+_NORMAL_V = np.cos(_ANGLES).astype(np.float32)
+
+
+@njit(cache=True, error_model="numpy")
+def within(points, centre, radius):
+    """The points (m, 2) of (n, 2) float64 within `radius` of a centre (2,)."""
+    found = np.empty_like(points)
+    count = 0
+    for i in range(len(points)):
+        u, v = points[i, 0] - centre[0], points[i, 1] - centre[1]
+        found[count, 0], found[count, 1] = points[i, 0], points[i, 1]
+        count += u * u + v * v <= radius * radius
+    return found[:count]
+
+
+@njit(cache=True, error_model="numpy")
+def hough_space(points, centre, m):
+    """The smoothed Hough space (2 m + 1, BINS) float32 of points (n, 2) float64.
+
+    Rows are R + m in px, rounded; R is of `hough`. Points farther than m from the
+    centre (2,) have no votes. Smoothed with 1 2 1 over 4 both ways.
+    """
+    votes = np.zeros((2 * m + 3, BINS), np.int32)
+    rows = np.empty(BINS, np.int32)
+    half = np.float32(m + 0.5)
+    for i in range(len(points)):
+        u = np.float32(points[i, 0] - centre[0])
+        v = np.float32(points[i, 1] - centre[1])
+        if u * u + v * v > m * m:
+            continue
+        for a in range(BINS):
+            # The second product and the sum are rounded once; cut off after adding a
+            # half: rounded, as nothing is below zero.
+            across = np.float64(u * _NORMAL_U[a]) + np.float64(v) * _NORMAL_V[a]
+            rows[a] = np.int32(np.float32(across) + half)
+        for a in range(BINS):
+            votes[rows[a] + 1, a] += 1
+    votes[0], votes[-1] = votes[1], votes[-2]
+    return _smooth(votes)
+
+
+@njit(cache=True, error_model="numpy")
+def _smooth(votes):
+    """Votes with a row more on either side, smoothed; end columns are repeated."""
+    height, width = votes.shape
+    space = np.empty((height - 2, width), np.float32)
+    column = np.empty(width, np.int32)
+    share = np.float32(1 / 16)
+    for i in range(height - 2):
+        for j in range(width):
+            column[j] = votes[i, j] + 2 * votes[i + 1, j] + votes[i + 2, j]
+        for j in range(1, width - 1):
+            space[i, j] = share * (column[j - 1] + 2 * column[j] + column[j + 1])
+        space[i, 0] = share * (3 * column[0] + column[1])
+        space[i, -1] = share * (3 * column[-1] + column[-2])
+    return space
+
+
+@njit(cache=True, error_model="numpy")
+def strongest_peaks(space, highest, limits, neighbourhood, share, columns):
+    """The peaks of `hough.strongest`: (rows (k,), columns (k,)).
+
+    highest: as space, the largest value in the neighbourhood of each cell.
+    """
+    least, most = limits
+    row, column = np.empty(most, np.int64), np.empty(most, np.int64)
+    found = 0
+    tops = _tops(space, highest, columns)
+    while found < most:
+        best = _largest_of(space, tops, row[:found], column[:found], neighbourhood)
+        if best < 0:
+            break
+        i, j = tops[best]
+        if found >= least and space[i, j] < share * space[row[0], column[0]]:
+            break
+        row[found], column[found] = i, j
+        found += 1
+    while found < least:
+        i, j = _largest_elsewhere(
+            space, row[:found], column[:found], neighbourhood, columns
+        )
+        if i < 0:
+            break
+        row[found], column[found] = i, j
+        found += 1
+    return row[:found], column[:found]
+
+
+@njit(cache=True, error_model="numpy")
+def _tops(space, highest, columns):
+    """Cells (n, 2) above zero that are the highest about them, row by row."""
+    height, width = space.shape
+    tops = np.empty((height * width, 2), np.int64)
+    is_top = np.zeros(-(-width // 8) * 8, np.uint8)
+    eight = is_top.view(np.uint64)
+    count = 0
+    for i in range(height):
+        for j in range(width):
+            is_top[j] = (space[i, j] > 0) & (space[i, j] >= highest[i, j])
+        # Tops are few: eight cells at a time are passed over.
+        for k in range(len(eight)):
+            if eight[k]:
+                for j in range(max(8 * k, columns[0]), min(8 * k + 8, columns[1])):
+                    if is_top[j]:
+                        tops[count, 0], tops[count, 1] = i, j
+                        count += 1
+    return tops[:count]
+
+
+@njit(cache=True, error_model="numpy")
+def _largest_of(space, tops, row, column, neighbourhood):
+    """Index of the largest of the tops outside all neighbourhoods, or -1."""
+    best, index = np.float32(0), -1
+    for k in range(len(tops)):
+        value = space[tops[k, 0], tops[k, 1]]
+        if value > best and _free(tops[k, 0], tops[k, 1], row, column, neighbourhood):
+            best, index = value, k
+    return index
+
+
+@njit(cache=True, error_model="numpy")
+def _largest_elsewhere(space, row, column, neighbourhood, columns):
+    """The cell of the largest value above zero outside all neighbourhoods, or -1."""
+    best, at = np.float32(0), (-1, -1)
+    for i in range(space.shape[0]):
+        for j in range(columns[0], columns[1]):
+            if space[i, j] > best and _free(i, j, row, column, neighbourhood):
+                best, at = space[i, j], (i, j)
+    return at
+
+
+@njit(cache=True, error_model="numpy")
+def _free(i, j, row, column, neighbourhood):
+    """Whether a cell lies outside the neighbourhoods of others (n,), (n,)."""
+    across, along = neighbourhood
+    for n in range(len(row)):
+        if abs(row[n] - i) <= across and abs(column[n] - j) <= along:
+            return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def farthest_ahead(edges, centre, normal, distance, band, away_from, direction):
+    """Index of the edge pixel of `trace.next_anchor`, -1 without one.
+
+    edges (n, 2); all others (2,) but `distance`, that of the line along its `normal`,
+    and `band`, px.
+    """
+    offset = centre[0] * normal[0] + centre[1] * normal[1] + distance
+    farthest, index = -1.0, -1
+    for i in range(len(edges)):
+        u, v = edges[i, 0], edges[i, 1]
+        along = (u - centre[0]) * direction[0] + (v - centre[1]) * direction[1]
+        if along > 0 and abs(u * normal[0] + v * normal[1] - offset) < band:
+            du, dv = u - away_from[0], v - away_from[1]
+            square = du * du + dv * dv
+            if square > farthest:
+                farthest, index = square, i
+    return index

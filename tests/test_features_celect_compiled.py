@@ -1,0 +1,105 @@
+"""CELECT's compiled loops against plain formulas."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features.celect import compiled
+from raxel.features.celect.hough import BINS, normal_of, strongest, vote
+
+SEEDS = range(4)
+
+
+def window(seed, radius=24.0):
+    """(pixels (n, 2) within a window, its centre)."""
+    rng = np.random.default_rng(seed)
+    centre = np.round(rng.uniform(60, 90, 2), seed)
+    pixels = np.rint(centre + rng.uniform(-radius, radius, (300, 2)))
+    return pixels[np.linalg.norm(pixels - centre, axis=1) <= radius], centre
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_points_within_a_circle(seed):
+    points = np.random.default_rng(seed).uniform(0, 50, (200, 2))
+    centre = np.array([20.0, 30.0])
+    inside = np.linalg.norm(points - centre, axis=1) <= 12
+    found = compiled.within(points, centre, 12.0)
+    np.testing.assert_array_equal(found, points[inside])
+    assert compiled.within(points[:0], centre, 12.0).shape == (0, 2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_pixel_votes_once_for_every_angle(seed):
+    pixels, centre = window(seed)
+    angles = np.radians(np.arange(BINS))
+    normals = np.stack([-np.sin(angles), np.cos(angles)]).astype(np.float32)
+    R = (pixels - centre).astype(np.float32) @ normals
+    raw = np.zeros((51, BINS), np.float32)
+    for column in range(BINS):
+        rows = np.floor(R[:, column] + 25.5).astype(int)
+        raw[:, column] = np.bincount(rows, minlength=51)
+    smooth = cv2.GaussianBlur(raw, (3, 3), 0, borderType=cv2.BORDER_REPLICATE)
+    space = vote(pixels, centre, 24.0)
+    assert space.dtype == np.float32
+    assert space.sum() == pytest.approx(BINS * len(pixels))
+    # A pixel whose distance lies between two bins may go into either.
+    assert (space != smooth).mean() < 1e-3
+
+
+def test_pixels_far_outside_the_window_have_no_votes():
+    far = np.array([[500.0, 60.0], [60.0, -400.0]])
+    assert vote(far, np.array([60.0, 60.0]), 24.0).sum() == 0
+
+
+def plain_strongest(space, limits, neighbourhood, share, columns):
+    """Non-maximal suppression by trying every cell, the strongest first."""
+    across, along = neighbourhood
+    i, j = np.indices(space.shape)
+
+    def near(row, column):
+        return (abs(i - row) <= across) & (abs(j - column) <= along)
+
+    is_top = np.zeros(space.shape, bool)
+    for row, column in np.argwhere(space > 0):
+        is_top[row, column] = space[row, column] >= space[near(row, column)].max()
+    allowed = (j >= columns[0]) & (j < columns[1])
+    found = []
+    for values, limit in ((is_top * space, limits[1]), (space, limits[0])):
+        rest = np.where(allowed, values, 0)
+        for row, column, _ in found:
+            rest[near(row, column)] = 0
+        while len(found) < limit and rest.max() > 0:
+            row, column = np.unravel_index(rest.argmax(), rest.shape)
+            votes = rest[row, column]
+            if len(found) >= limits[0] and votes < share * found[0][2]:
+                break
+            found.append((row, column, votes))
+            rest[near(row, column)] = 0
+    return found
+
+
+@pytest.mark.parametrize("columns", [None, (70, 111)])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_strongest_peaks_are_those_of_the_plain_rule(seed, columns):
+    space = vote(*window(seed), 24.0)
+    if seed == 3:  # one line: the second peak is enforced
+        space = np.zeros_like(space)
+        space[20:23, 85:88] = [[1, 2, 1], [2, 7, 2], [1, 2, 1]]
+    rules = (2, 5), (3, 10), 0.5
+    expected = plain_strongest(space, *rules, columns or (0, BINS))
+    assert strongest(space, *rules, columns) == expected
+    assert expected
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_farthest_pixel_ahead_in_the_band(seed):
+    pixels, centre = window(seed)
+    rng = np.random.default_rng(seed)
+    theta, direction = rng.uniform(0, 180), rng.normal(0, 1, 2)
+    away_from, normal, R = centre - 10 * direction, normal_of(theta), rng.uniform(-3, 3)
+    near = abs((pixels - centre) @ normal - R) < 2.0
+    ahead = near & ((pixels - centre) @ direction > 0)
+    off = np.where(ahead, np.linalg.norm(pixels - away_from, axis=1), -1)
+    rules = centre, normal, R, 2.0, away_from, direction
+    assert compiled.farthest_ahead(pixels, *rules) == off.argmax()
+    assert compiled.farthest_ahead(pixels[~ahead], *rules) == -1
