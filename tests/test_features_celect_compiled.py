@@ -103,3 +103,26 @@ def test_the_farthest_pixel_ahead_in_the_band(seed):
     rules = centre, normal, R, 2.0, away_from, direction
     assert compiled.farthest_ahead(pixels, *rules) == off.argmax()
     assert compiled.farthest_ahead(pixels[~ahead], *rules) == -1
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_pixels_of_a_mask_within_a_circle(seed):
+    mask = np.random.default_rng(seed).integers(0, 2, (40, 50)).astype(np.uint8)
+    first, centre = np.array([100, 200], np.int32), np.array([120.5, 219.0])
+    v, u = np.nonzero(mask)
+    pixels = np.column_stack((u, v)) + first
+    inside = np.linalg.norm(pixels - centre, axis=1) <= 15
+    found = compiled.set_within(mask, first, centre, 15.0)
+    np.testing.assert_array_equal(found, pixels[inside])
+    assert compiled.set_within(0 * mask, first, centre, 15.0).shape == (0, 2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_response_is_that_of_the_formula(seed):
+    u, v = np.random.default_rng(seed).normal(0, 9, (2, 30, 41)).astype(np.float32)
+    tensor = compiled.structure_tensor(u, v)
+    np.testing.assert_array_equal(tensor, np.stack((u * u, v * v, u * v), axis=2))
+    M = tensor[..., [0, 2, 2, 1]].reshape(30, 41, 2, 2).astype(float)
+    expected = np.linalg.det(M) - 0.04 * np.trace(M, axis1=2, axis2=3) ** 2
+    found = compiled.response_of(tensor, np.float32(0.04))
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())

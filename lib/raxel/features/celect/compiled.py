@@ -169,3 +169,52 @@ def farthest_ahead(edges, centre, normal, distance, band, away_from, direction):
             if square > farthest:
                 farthest, index = square, i
     return index
+
+
+@njit(cache=True, error_model="numpy")
+def structure_tensor(across, down):
+    """Products (h, w, 3) of gradients (h, w) float32: both squares, then u by v."""
+    height, width = across.shape
+    tensor = np.empty((height, width, 3), np.float32)
+    for i in range(height):
+        for j in range(width):
+            u, v = across[i, j], down[i, j]
+            tensor[i, j, 0], tensor[i, j, 1], tensor[i, j, 2] = u * u, v * v, u * v
+    return tensor
+
+
+@njit(cache=True, error_model="numpy")
+def response_of(tensor, k):
+    """Harris's det M - k trace(M)^2 (h, w) of a tensor (h, w, 3); all float32."""
+    height, width, _ = tensor.shape
+    response = np.empty((height, width), np.float32)
+    for i in range(height):
+        for j in range(width):
+            uu, vv, uv = tensor[i, j, 0], tensor[i, j, 1], tensor[i, j, 2]
+            trace = uu + vv
+            response[i, j] = uu * vv - uv * uv - k * (trace * trace)
+    return response
+
+
+@njit(cache=True, error_model="numpy")
+def set_within(mask, first, centre, radius):
+    """Pixels (n, 2) int32 within a circle where a mask (h, w) uint8 is set, row by row.
+
+    first (2,): pixel (u, v) of the mask's first element; centre (2,), radius px.
+    """
+    height, width = mask.shape
+    count = 0
+    for i in range(height):
+        for j in range(width):
+            count += mask[i, j] != 0
+    found = np.empty((count, 2), np.int32)
+    count = 0
+    for i in range(height):
+        for j in range(width):
+            if mask[i, j]:
+                u, v = first[0] + j, first[1] + i
+                du, dv = u - centre[0], v - centre[1]
+                if du * du + dv * dv <= radius * radius:
+                    found[count, 0], found[count, 1] = u, v
+                    count += 1
+    return found[:count]

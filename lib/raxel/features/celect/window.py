@@ -51,12 +51,9 @@ class Window(NamedTuple):
 
     def within(self, mask):
         """Pixels (n, 2) inside the circle where the mask (h, w) uint8 is set."""
-        points = cv2.findNonZero(mask)
-        if points is None:
-            return np.empty((0, 2), np.int32)
-        points = points.reshape(-1, 2) + self.first
-        off = points - self.centre
-        return points[np.vecdot(off, off) <= self.radius**2]
+        from raxel.features.celect.compiled import set_within
+
+        return set_within(mask, self.first, self.centre, float(self.radius))
 
 
 def smoothing_for(s, settings):
@@ -132,10 +129,10 @@ def canny_edges(window, scale, high, low):
 
 def harris_response(window, tensor_px, k):
     """Harris's R = det M - k trace(M)^2 over the patch of a window, (h, w)."""
-    across, down = window.gradient_u, window.gradient_v
-    tensor = cv2.merge((across * across, down * down, across * down))
-    uu, vv, uv = cv2.split(blurred(tensor, tensor_px))
-    return uu * vv - uv * uv - k * (uu + vv) ** 2
+    from raxel.features.celect.compiled import response_of, structure_tensor
+
+    tensor = structure_tensor(window.gradient_u, window.gradient_v)
+    return response_of(blurred(tensor, tensor_px), np.float32(k))
 
 
 def harris_corners(window, scale, settings):
