@@ -78,5 +78,6 @@ def _span(middle, radius, size):
 
 def _inside(points, low, high):
     """The points (n, 2) of a tile, as float64."""
-    inside = ((points >= low - 0.5) & (points < high - 0.5)).all(axis=1)
+    (u, v), (left, top), (right, bottom) = points.T, low - 0.5, high - 0.5
+    inside = (u >= left) & (u < right) & (v >= top) & (v < bottom)
     return points[inside].astype(float)
