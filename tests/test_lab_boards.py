@@ -19,7 +19,7 @@ from raxel.lab.lighting import BoardLight, Lighting, Shadow
 from raxel.lab.rig import load_rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import Window
+from raxel.lab.sight import Crop
 from test_lab_rig import MIRROR, changed, leaf
 
 RIGS = Path(__file__).resolve().parents[1] / "data" / "rigs"
@@ -125,7 +125,7 @@ def test_a_window_of_a_picture_is_that_part_of_the_picture(tmp_path):
     np.testing.assert_allclose(
         part[inner:-inner, inner:-inner], whole[rows, columns], atol=5e-4
     )
-    apart = optics.apply(np.ones((10, 12)), window=Window(3, 4, 12, 10, 160, 120))
+    apart = optics.apply(np.ones((10, 12)), window=Crop(3, 4, 12, 10, 160, 120))
     # Where fringes reach over its border a part repeats its outermost pixels.
     whole = optics.apply(np.ones((120, 160)))
     np.testing.assert_allclose(apart, whole[4:14, 3:15], atol=1e-4)

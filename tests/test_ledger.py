@@ -111,16 +111,16 @@ def first(files, stem, name=None):
 MUTATIONS = {
     "missing field": (
         lambda f: first(f, "numbers").pop("unit"),
-        "numbers.yaml: numbers.s2_5_1_res: unit is missing; add it",
+        "numbers.yaml: numbers.s2_5_1_res.unit: key missing; add it",
     ),
     "misspelt field": (
         lambda f: first(f, "claims").update(sources="real"),
-        "claims.yaml: claims.c2_noise_linear_generic: unknown field sources; "
-        "did you mean source?",
+        "claims.yaml: claims.c2_noise_linear_generic.sources: unknown key; did you "
+        "mean source?",
     ),
     "strange field": (
         lambda f: first(f, "claims").update(zzz=1),
-        "claims.yaml: claims.c2_noise_linear_generic: unknown field zzz; remove it",
+        "claims.yaml: claims.c2_noise_linear_generic.zzz: unknown key; known are id, ",
     ),
     "unknown comparator": (
         lambda f: first(f, "numbers").update(comparator="=="),
@@ -129,20 +129,21 @@ MUTATIONS = {
     ),
     "wrong type": (
         lambda f: first(f, "numbers").update(value=[1]),
-        "numbers.yaml: numbers.s2_5_1_res.value: found [1]; give number or string or "
-        "null",
+        "numbers.yaml: numbers.s2_5_1_res.value: found a list of 1; give number or "
+        "string or null",
     ),
     "one line number": (
         lambda f: first(f, "artefacts").update(thesis_lines=[3]),
-        "artefacts.yaml: artefacts.table_2_1.thesis_lines: found [3]; give at least 2",
+        "artefacts.yaml: artefacts.table_2_1.thesis_lines: found a list of 1; give "
+        "at least 2",
     ),
     "no reason for a choice": (
         lambda f: first(f, "settings")["chosen"]["grids"].pop("reason"),
-        "settings.yaml: settings.syn_ch2.chosen.grids: reason is missing; add it",
+        "settings.yaml: settings.syn_ch2.chosen.grids.reason: key missing; add it",
     ),
     "one option": (
         lambda f: first(f, "settings", "readings").update(options=["px"]),
-        "settings.yaml: readings.noise.options: found ['px']; give at least 2",
+        "settings.yaml: readings.noise.options: found a list of 1; give at least 2",
     ),
     "primary is no option": (
         lambda f: first(f, "settings", "readings").update(primary="cm"),
@@ -170,7 +171,7 @@ MUTATIONS = {
     ),
     "empty": (
         lambda f: f["claims"].clear(),
-        "claims.yaml: the file: claims is missing; add it",
+        "claims.yaml: claims: key missing; add it",
     ),
 }
 

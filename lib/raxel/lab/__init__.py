@@ -14,7 +14,15 @@ from raxel.lab.scene import TexturedScene
 from raxel.lab.scenes import board_scene, facade, monitor_scene, room
 from raxel.lab.sensor import Sensor
 from raxel.lab.sight import need_visible, visible_share
-from raxel.lab.surfaces import Cylinder, Disc, Hit, Rectangle, Relief, Surface, box
+from raxel.lab.surfaces import (
+    Cylinder,
+    Disc,
+    Hit,
+    Rectangle,
+    Relief,
+    TracedSurface,
+    box,
+)
 from raxel.lab.textures import (
     ChessboardTexture,
     ImageTexture,
@@ -43,11 +51,11 @@ __all__ = [
     "Rig",
     "Sensor",
     "Stripes",
-    "Surface",
     "Texture",
     "TexturedScene",
     "Tiles",
     "Traced",
+    "TracedSurface",
     "board_scene",
     "box",
     "facade",

@@ -12,7 +12,7 @@ from raxel.geometry.poses import transform
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.lighting import Lighting
 from raxel.lab.scenes import board_scene
-from raxel.lab.sight import Window
+from raxel.lab.sight import Crop
 from raxel.lab.target_poses import outline_of
 
 # Around the board's outline: blur and its repeated border pixels reach less far.
@@ -85,14 +85,14 @@ def grey_of(picture):
 
 
 def window_of(rig, T_camera_board):
-    """The `Window` of the rig's picture that holds the whole board."""
+    """The `Crop` of the rig's picture that holds the whole board."""
     camera = rig.camera
     outline = np.pad(outline_of(*rig.extent), ((0, 0), (0, 1)))
     seen = camera.project(transform(T_camera_board, outline)).pixels
     full = np.array([camera.width, camera.height])
     low = np.clip(np.floor(seen.min(axis=0)) - MARGIN_PX, 0, full).astype(int)
     high = np.clip(np.ceil(seen.max(axis=0)) + MARGIN_PX, 0, full).astype(int)
-    return Window(*map(int, (*low, *(high - low), *full)))
+    return Crop(*map(int, (*low, *(high - low), *full)))
 
 
 @lru_cache(maxsize=8)

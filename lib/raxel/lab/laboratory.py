@@ -38,7 +38,7 @@ class Laboratory:
         return self.sensor.expose(irradiance, rng, colour=colour)
 
     def irradiance(self, scene, T_world_camera, *, colour=False, window=None):
-        """Light on the sensor, (H, W) or (H, W, 3), or on a `Window` of it."""
+        """Light on the sensor, (H, W) or (H, W, 3), or on a `Crop` of it."""
         fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
         radiance = render(
             self.camera,

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.lab.sight import Window
+from raxel.lab.sight import Crop
 from raxel.lab.textures import LUMINANCE
 
 # Between neighbouring levels of blur the SD differs by at most this many px, or by this
@@ -81,13 +81,13 @@ class Optics:
         resampled without loss, and vignetting and magnifications change too slowly
         over a point spread for the order to matter. A grey picture stays grey: its
         red, green and blue copies add up by luminance. Beyond the border the outermost
-        pixels are repeated. window: `Window` of which `image` is the radiance, where
+        pixels are repeated. window: `Crop` of which `image` is the radiance, where
         it is not the whole picture.
         """
         image = np.asarray(image, np.float32)
         if window is None:
             height, width = (size // fineness for size in image.shape[:2])
-            window = Window(0, 0, width, height, width, height)
+            window = Crop(0, 0, width, height, width, height)
         if max(self.blur_sd_px) > 0:
             image = self._blurred(image, fineness, window)
         if fineness > 1:

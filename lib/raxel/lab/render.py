@@ -48,7 +48,7 @@ def render(
 
     T_world_camera: (4, 4), mm. samples: positions in a pixel that an edge crosses, in a
     rank-1 lattice; offsets: positions (S, 2) in [-0.5, 0.5]^2 to use instead.
-    fineness: pixels each way that stand for one of the camera's; window: the `Window`
+    fineness: pixels each way that stand for one of the camera's; window: the `Crop`
     of its picture to render. Pixels without a ray are 0. Raises InputError for a
     picture too large for the memory.
     """

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from raxel.lab.surfaces import Surface
+from raxel.lab.surfaces import TracedSurface
 from raxel.lab.textures import Texture
 
 # What a ray meets when it meets no surface, and when a position has no ray.
@@ -20,7 +20,7 @@ class TexturedScene:
     that stand out in the picture, for measuring how straight they come out.
     """
 
-    parts: tuple[tuple[Surface, Texture], ...]
+    parts: tuple[tuple[TracedSurface, Texture], ...]
     background: float | tuple[float, float, float] = 0.0
     straight_edges: np.ndarray = field(default_factory=lambda: np.empty((0, 2, 3)))
 

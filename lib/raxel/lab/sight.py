@@ -15,7 +15,7 @@ from raxel.lab.scene import NO_RAY, TexturedScene
 RAYS_AT_ONCE = 1 << 16
 
 
-class Window(NamedTuple):
+class Crop(NamedTuple):
     """Part of a picture of `full_width` x `full_height` px: first pixel and size."""
 
     u: int
@@ -34,14 +34,14 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True)
 class Raster:
-    """Pixels of a camera's picture, or of a `Window` of it.
+    """Pixels of a camera's picture, or of a `Crop` of it.
 
     fineness: how many of them, each way, make one pixel of the camera.
     """
 
     camera: Camera
     fineness: int = 1
-    window: Window | None = None
+    window: Crop | None = None
 
     @property
     def width(self):

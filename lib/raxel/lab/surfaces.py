@@ -29,7 +29,7 @@ class Hit(NamedTuple):
     cosine: np.ndarray
 
 
-class Surface(abc.ABC):
+class TracedSurface(abc.ABC):
     """Something that rays can meet; `T_world_surface` places it in the world."""
 
     def __init__(self, T_world_surface):
@@ -54,7 +54,7 @@ class Surface(abc.ABC):
         """Straight borders as segments (n, 2, 3) in the world frame."""
 
 
-class _Flat(Surface):
+class _Flat(TracedSurface):
     """Part of the plane z = 0 of its frame, between `low` and `high` (2,); uv: (x, y).
 
     Subclasses set both.
@@ -64,7 +64,7 @@ class _Flat(Surface):
     high: np.ndarray
 
     def hit(self, origins, directions):
-        """As `Surface.hit`."""
+        """As `TracedSurface.hit`."""
         origins, directions = np.asarray(origins, float), np.asarray(directions, float)
         pose_and_box = self.T_world_surface, self.low, self.high
         return Hit(*_plane_hits(origins, directions, *pose_and_box))
@@ -106,7 +106,7 @@ class Disc(_Flat):
         self.low = -self.high
 
     def hit(self, origins, directions):
-        """As `Surface.hit`."""
+        """As `TracedSurface.hit`."""
         hit = super().hit(origins, directions)
         with np.errstate(all="ignore"):
             square = np.sum(hit.uv**2, axis=1)
@@ -120,11 +120,11 @@ class Disc(_Flat):
         return np.empty((0, 2, 3))
 
 
-class _Curved(Surface):
+class _Curved(TracedSurface):
     """Met in its own frame."""
 
     def hit(self, origins, directions):
-        """As `Surface.hit`."""
+        """As `TracedSurface.hit`."""
         R, t = self.T_world_surface[:3, :3], self.T_world_surface[:3, 3]
         o = R.T @ (np.asarray(origins, float) - t).T
         d = R.T @ np.asarray(directions, float).T

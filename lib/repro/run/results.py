@@ -7,8 +7,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from io import BytesIO
@@ -17,27 +15,20 @@ from pathlib import Path
 
 import numpy as np
 
+from raxel import files
 from repro.run.outcomes import Plan
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:
-    """Write ``content`` so that ``path`` is the old file or the whole new one."""
+    """As `raxel.files.write_whole`, in a folder that is made where it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    files.write_whole(path, content)
 
 
 def write_json(path: Path, content: object) -> None:
-    """Write JSON atomically, with stable order and no NaN."""
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    write_atomic(path, text + "\n")
+    """As `raxel.files.write_json`, in a folder that is made where it is missing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    files.write_json(path, content)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:

@@ -8,12 +8,13 @@ no network is needed.
 from __future__ import annotations
 
 import hashlib
-import os
 import subprocess
 import sys
 import tempfile
 import zipfile
 from pathlib import Path
+
+from raxel.files import write_whole
 
 PACKAGE = "mvtb-data==1.6.1"
 WHEEL_SHA256 = "0ca9c30e100fa272421068a167ea6529085ff8f4afdca72e5fad681c52cabdbf"
@@ -105,13 +106,7 @@ def _extract(wheel: Path, folder: Path) -> None:
             content = archive.read(f"{FOLDER_IN_WHEEL}/{name}")
             if _sha256(content) != PHOTOGRAPHS[name]:
                 raise ValueError(f"{wheel.name}: {name}: not the photograph expected")
-            _write_whole(folder / name, content)
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_bytes(content)
-    os.replace(temporary, path)
+            write_whole(folder / name, content)
 
 
 def _sha256(content: bytes) -> str:

@@ -1,0 +1,102 @@
+"""Verdicts on artefacts and sections, which follow those of their claims."""
+
+import pytest
+
+from repro.judge.number_rules import VerdictError
+from tests.verdict_books import (
+    by_id,
+    claim,
+    judged,
+    number,
+    of_artefact,
+    readings,
+    small,
+    value,
+)
+
+HOLDS = {"holds": True, "text": "equal to 1e-9"}
+BROKEN = {"holds": False, "text": "off by 3 mm"}
+ARTEFACTS = {
+    "all claims hold": ({"a": "reproduced", "b": "reproduced"}, None, "reproduced"),
+    "one differs": ({"a": "reproduced", "b": "differs"}, None, "differs"),
+    "one is undecided": ({"a": "reproduced", "b": "undecided"}, None, "reproduced"),
+    "one is not built": ({"a": "reproduced", "b": "not yet"}, None, "reproduced"),
+    "none is decided": ({"a": "undecided"}, None, "counterpart"),
+    "claims and check hold": ({"a": "reproduced"}, HOLDS, "reproduced"),
+    "the check fails": ({"a": "reproduced"}, BROKEN, "differs"),
+    "a claim differs, the check holds": ({"a": "differs"}, HOLDS, "differs"),
+    "no claims, a check": ({}, HOLDS, "reproduced"),
+    "no claims, a failed check": ({}, BROKEN, "differs"),
+    "no claims, no check": ({}, None, "counterpart"),
+}
+
+
+@pytest.mark.parametrize("name", ARTEFACTS)
+def test_an_artefact_follows_its_decided_claims_and_its_check(name):
+    claims, check, expected = ARTEFACTS[name]
+    row = of_artefact(check, **claims)
+    assert row["verdict"] == expected
+    assert row["data"] == ["figures/fig_2_1.svg", "figures/fig_2_1.csv"]
+    assert row["published"] == "A plot"
+    for word, outcome in claims.items():
+        assert (f"c_{word}" in row["reason"]) == (outcome != "reproduced")
+    if check:
+        assert check["text"] in row["reason"]
+
+
+def test_an_artefact_counts_its_decided_claims():
+    row = of_artefact(a="reproduced", b="differs", c="undecided")
+    assert row["regenerated"] == "1 of 2 decided claims reproduced"
+    assert row["reason"] == "differs: c_b; undecided: c_c"
+
+
+def test_a_schematic_without_claims_needs_a_check():
+    with pytest.raises(VerdictError, match="check: found none; a drawing without"):
+        of_artefact(data="illustration")
+
+
+def test_an_artefact_that_nothing_draws_is_not_yet_whatever_its_claims():
+    book = small(claims={"c": claim("fig_2_1")})
+    page = judged(claims={"c": readings(("reproduced", {}))})
+    row = by_id(book, page)["fig_2_1"]
+    assert (row["verdict"], row["reason"]) == (
+        "not yet",
+        "still missing: the rest",
+    )
+
+
+SECTION = {"sec_2_1": {"title": "Pinhole"}}
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "expected"),
+    [
+        (["reproduced", "undecided"], "reproduced"),
+        (["reproduced", "differs"], "differs"),
+        (["undecided"], "counterpart"),
+        ([], "counterpart"),
+    ],
+)
+def test_a_section_follows_its_claims(outcomes, expected):
+    claims = {f"c{i}": claim("sec_2_1") for i, _ in enumerate(outcomes)}
+    book = small(
+        claims=claims,
+        sections=SECTION,
+        numbers={"n": {**number(role="setting"), "artefact": "sec_2_1"}},
+    )
+    found = {f"c{i}": readings((v, {})) for i, v in enumerate(outcomes)}
+    page = judged(claims=found, numbers={"n": value(640, evidence="analytic")})
+    row = by_id(book, page)["sec_2_1"]
+    assert (row["verdict"], row["kind"]) == (expected, "section")
+    assert row["published"] == "Pinhole"
+    assert row["page"] == "ch02_one/s1.html"
+    assert row["data"] == ["results/sweep.json"]
+    assert row["evidence"] == ("synthetic" if outcomes else "analytic")
+
+
+def test_a_section_of_cited_numbers_is_not_comparable():
+    cited = {**number(role="literature", source="real"), "artefact": "sec_2_1"}
+    book = small(numbers={"n": cited}, sections=SECTION)
+    found = by_id(book)
+    assert found["n"]["verdict"] == found["sec_2_1"]["verdict"] == "not comparable"
+    assert found["n"]["reason"] == "literature: cited, not run"
