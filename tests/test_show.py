@@ -213,6 +213,8 @@ from raxel.show import html, picture
 from test_show import small_scene
 for made in (picture(small_scene()), html(small_scene(), "T").encode()):
     print(hashlib.sha256(made).hexdigest())
+# What would ask the network for another renderer stays out.
+assert "trame_vtklocal" not in sys.modules
 """
 
 

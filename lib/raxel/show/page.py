@@ -5,8 +5,10 @@ places in memory and stamps times; here they are numbered in order, so that the 
 scene is the same page.
 """
 
+import contextlib
 import json
 import re
+import sys
 from html import escape
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -20,6 +22,7 @@ from raxel.show.rendering import need_packages
 from raxel.show.scene import Labels, SceneError
 
 LARGEST_BYTES = 3_000_000
+OTHER_RENDERER = "trame.widgets.vtklocal"
 HERE = Path(__file__).parent
 REFERENCE = re.compile(r"^instance:\$\{(.*)\}$")
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -57,9 +60,23 @@ def _exported(scene, drawn):
         plotter.set_background("#ffffff")
         add_drawn(plotter, drawn)
         aim(plotter, scene)
-        return json.loads(plotter.trame.export_vtksz(filename=None, format="json"))
+        with _nothing_fetched():
+            return json.loads(plotter.trame.export_vtksz(filename=None, format="json"))
     finally:
         plotter.close()
+
+
+@contextlib.contextmanager
+def _nothing_fetched():
+    """Let trame not find its other renderer, for which it would ask the network."""
+    before = sys.modules.get(OTHER_RENDERER)
+    sys.modules[OTHER_RENDERER] = None
+    try:
+        yield
+    finally:
+        del sys.modules[OTHER_RENDERER]
+        if before is not None:
+            sys.modules[OTHER_RENDERER] = before
 
 
 def _numbered(exported):
