@@ -10,9 +10,9 @@
   them.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
   laboratory.
-- `raxel show RIG|CAMERA|SET [--camera CAMERA] [--seed N] [--out FILE]` draws a rig, a
-  camera, or the targets of a set before their camera: FILE is a picture (.png) or a
-  page to turn (.html); without it the page opens in the browser.
+- `raxel show WHAT [--camera CAMERA] [--seed N] [--out FILE]` draws a rig, a camera, or
+  the targets of a set before their camera: FILE is a picture (.png) or a page to turn
+  (.html); without it the page opens in the browser.
 - `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
   compares results with the truth of a rendered set.
 - `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
@@ -155,7 +155,7 @@ def _add_show(commands):
     parser = commands.add_parser("show", help=summary, description=summary)
     parser.add_argument(
         "what",
-        metavar="RIG|CAMERA|SET",
+        metavar="WHAT",
         help="a rig file (.yaml), a camera file (.npz), or the folder of an image set",
     )
     parser.add_argument(

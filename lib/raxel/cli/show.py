@@ -1,4 +1,4 @@
-"""`raxel show RIG|CAMERA|SET [--camera CAMERA] [--seed N] [--out FILE]`"""
+"""`raxel show WHAT [--camera CAMERA] [--seed N] [--out FILE]`"""
 
 import os
 import sys

@@ -161,10 +161,9 @@ def _arrows(pairs, width):
 
 
 def _copies(shape, points):
-    """A mesh repeated at points (N, 3), with its normals."""
+    """A mesh with normals repeated at points (N, 3)."""
     import pyvista as pv
 
-    shape = shape.compute_normals(split_vertices=True)
     corners, normals = np.asarray(shape.points), np.asarray(shape.point_normals)
     faces = shape.regular_faces
     steps = len(corners) * np.arange(len(points))
