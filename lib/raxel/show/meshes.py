@@ -24,8 +24,10 @@ from raxel.show.scene import (
 )
 from raxel.show.view import mm_per_px
 
-# Sides of a tube, and rings of a ball: fine where there are few, coarse where many.
-FINE, COARSE, MANY = 12, 5, 150
+# Sides of a tube: fine where there are few, coarse where many. Of a ball, sides and
+# rings; many are octahedra, smoothly shaded.
+FINE, COARSE, MANY = 12, 5, 400
+OCTAHEDRON = (4, 3)
 # Length and radius of an arrow's head, in widths of its shaft.
 HEAD_LENGTH, HEAD_RADIUS = 4.5, 1.7
 
@@ -128,8 +130,8 @@ def _balls(points, radius):
 
     if not len(points):
         return pv.PolyData()
-    detail = _detail(len(points))
-    ball = pv.Sphere(radius=radius, theta_resolution=detail, phi_resolution=detail)
+    around, rings = (FINE, FINE) if len(points) <= MANY else OCTAHEDRON
+    ball = pv.Sphere(radius=radius, theta_resolution=around, phi_resolution=rings)
     return _copies(ball, points)
 
 
