@@ -157,8 +157,6 @@ SIGHT = (0.62, 0.42, 0.66)
 # Caustic points farther off than this many drawn lengths are left out.
 REACH = 1.5
 SCENE_MM = 200.0
-# Of the caustics in the scene that turns: a page is 3 MB at most.
-SCENE_EVERY = 3
 
 
 class Drawn:
@@ -223,9 +221,9 @@ def ext_zoo_rays(results):
     )
 
 
-def _parts(one, half, every=1):
+def _parts(one, half):
     """Rays, their starts and the caustic of one camera, or half of it."""
-    sheets = [one.sheet(k, half)[::every] for k in range(len(SHEETS))]
+    sheets = [one.sheet(k, half) for k in range(len(SHEETS))]
     return [
         Segments(one.origins, one.ends, BLUE, "ray", 1.0),
         Points(one.origins, INK, "ray start", 3.5),
@@ -247,13 +245,12 @@ def _scene(cameras):
         scale = SCENE_MM / DRAWN_MM[name]
         T = np.eye(4)
         T[:3, 3] = [700.0 * column, 700.0 * row, 0.0] - scale * one.middle
-        whole = _parts(one, half=False, every=SCENE_EVERY)
+        whole = _parts(one, half=False)
         parts += moved(whole, T, unlabelled=number > 0, scale=scale)
         parts.append(Labels([T[:3, 3] + scale * one.middle], [name], INK))
     return framed(
         parts,
         (0.0, 0.4, 0.9),
-        note="Each camera is scaled to rays of the same length. Every third "
-        "point of a caustic is drawn.",
+        note="Each camera is scaled to rays of the same length.",
         scale="",
     )
