@@ -28,6 +28,7 @@ ROOMS = (
     "multiview",
     "evaluation",
     "show",
+    "ahead",
     "cli",
     "__main__",
 )

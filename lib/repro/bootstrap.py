@@ -54,6 +54,7 @@ def set_up():
     project = fingerprint(PROJECT)
     if recorded(PROJECT_DONE) != project:
         pip("install", "--no-deps", "--no-build-isolation", "--editable", ".")
+        compile_loops()
         PROJECT_DONE.write_text(project)
 
 
@@ -69,6 +70,14 @@ def install_packages():
     make_venv()
     say("packages from environment.txt (about 1.5 GB on disk, a minute or two)")
     pip("install", "--require-hashes", "--no-deps", "-r", str(PACKAGES))
+
+
+def compile_loops():
+    """Let numba compile the library's loops, so that the first build need not."""
+    say("compiled loops of the library (half a minute, once)")
+    done = run([str(PYTHON), "-m", "raxel.ahead"])
+    if done.returncode:
+        raise SetUpError(f"`python -m raxel.ahead` failed: {last_line(done)}")
 
 
 def fingerprint(path):

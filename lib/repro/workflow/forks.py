@@ -44,7 +44,7 @@ ADDRESS = "RAXEL_JOBS"
 WARM = (
     "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "scipy.ndimage",
     "scipy.optimize", "scipy.spatial", "scipy.stats", "IPython.core.interactiveshell",
-    "raxel.calibration", "raxel.features.celect", "raxel.features.find", "raxel.lab",
+    "raxel.calibration", "raxel.evaluation",
     "repro.run.judging", "repro.page.draw", "repro.page.execute",
 )  # fmt: skip
 
@@ -97,6 +97,15 @@ def _import_ahead() -> None:
             importlib.import_module(name)
         except Exception:
             traceback.print_exc()
+    _run_once()
+
+
+def _run_once() -> None:
+    """Load the machine code of compiled loops, or compile it before two jobs do."""
+    try:
+        importlib.import_module("raxel.ahead").compile_ahead()
+    except Exception:
+        traceback.print_exc()
     discover.producers(Path.cwd())
 
 

@@ -1,0 +1,50 @@
+"""Compiles the library's loops ahead: `python -m raxel.ahead`.
+
+numba compiles a loop when it first runs, and keeps the machine code beside the module.
+That takes half a minute in all, once; a program that starts many short processes has it
+done before.
+"""
+
+import sys
+
+import numpy as np
+
+from raxel.cameras import FisheyeCamera
+from raxel.features import find_board
+from raxel.features.celect import celect
+from raxel.geometry import transform
+from raxel.lab import Laboratory, Optics, Sensor, board_scene
+from raxel.sets import Chessboard
+
+BOARD = Chessboard(columns=7, rows=5, pitch_mm=20.0)
+CAMERA = FisheyeCamera("equidistance", 150.0, [159.5, 119.5], 320, 240, np.pi / 2)
+DISTANCE_MM = 110.0
+
+
+def compile_ahead():
+    """Photograph a small board and find it, so that every compiled loop has run.
+
+    Returns the corners (35, 2) that were found, px.
+    """
+    middle = np.append(BOARD.points().mean(axis=0), -DISTANCE_MM)
+    T_camera_board = np.eye(4)
+    T_camera_board[:3, 3] = -middle
+    laboratory = Laboratory(CAMERA, Sensor(8000, 10000), Optics(blur_sd_px=(0.8, 0.8)))
+    scene = board_scene(BOARD, T_camera_board)
+    picture = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
+    points = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    true = CAMERA.project(transform(T_camera_board, points)).pixels
+    clicks = true.reshape(BOARD.rows, BOARD.columns, 2)[[0, 0, -1, -1], [0, -1, -1, 0]]
+    celect(picture, clicks, BOARD.columns, BOARD.rows)
+    find_board(picture)
+    return find_board(picture, BOARD.columns, BOARD.rows).corners
+
+
+def main(words=()):
+    """Run `compile_ahead`; return the exit status."""
+    compile_ahead()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
