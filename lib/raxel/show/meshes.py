@@ -26,7 +26,7 @@ from raxel.show.view import mm_per_px
 
 # Sides of a tube: fine where there are few, coarse where many. Of a ball, sides and
 # rings; many are octahedra, smoothly shaded.
-FINE, COARSE, MANY = 12, 5, 400
+FINE, COARSE, MANY = 12, 5, 100
 OCTAHEDRON = (4, 3)
 # Length and radius of an arrow's head, in widths of its shaft.
 HEAD_LENGTH, HEAD_RADIUS = 4.5, 1.7

@@ -19,7 +19,7 @@ rule figure:
     message:
         "figure {wildcards.artefact}"
     shell:
-        "{JOB} figure/{wildcards.artefact} repro figure {wildcards.artefact:q} {params.sets} "
+        "job figure/{wildcards.artefact} repro figure {wildcards.artefact:q} {params.sets} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -60,7 +60,7 @@ rule table:
     message:
         "table {wildcards.artefact}"
     shell:
-        "{JOB} table/{wildcards.artefact} repro table {wildcards.artefact:q} {params.sets} "
+        "job table/{wildcards.artefact} repro table {wildcards.artefact:q} {params.sets} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -82,6 +82,6 @@ rule judge:
     message:
         "claims and numbers of {wildcards.page}"
     shell:
-        "{JOB} judge/{wildcards.page} repro judge {wildcards.page:q} --stem {params.stem:q} "
+        "job judge/{wildcards.page} repro judge {wildcards.page:q} --stem {params.stem:q} "
         "--effort {params.effort} {params.sets} --folder {params.folder:q} "
         "--out {output.judged:q} > {log:q} 2>&1"

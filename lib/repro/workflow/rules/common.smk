@@ -12,13 +12,12 @@ WORK = Work(
 )
 
 # A job is forked from a warm process where the build keeps one (repro.workflow.forks).
-JOB = "python -I -S lib/repro/workflow/ask.py"
-
 shell.prefix(
     "set -euo pipefail; export "
     + " ".join(f"{name}={value}" for name, value in PINNED.items())
     + f" RAXEL_EFFORT={config['effort']} RAXEL_TIMES={WORK.base}/times"
     + ' MPLCONFIGDIR="$PWD/.cache/matplotlib"; '
+    + 'job() {{ python -I -S lib/repro/workflow/ask.py "$@"; }}; '
 )
 
 

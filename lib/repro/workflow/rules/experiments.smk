@@ -21,7 +21,7 @@ rule whole:
     message:
         "experiment {wildcards.experiment}"
     shell:
-        "{JOB} experiment/{wildcards.experiment} repro whole {wildcards.experiment:q} "
+        "job experiment/{wildcards.experiment} repro whole {wildcards.experiment:q} "
         "--effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--code {params.code} "
@@ -49,7 +49,7 @@ rule shard:
     message:
         "experiment {wildcards.experiment}, part {wildcards.shard} of {wildcards.of}"
     shell:
-        "{JOB} experiment/{wildcards.experiment}/{wildcards.shard}-of-{wildcards.of} "
+        "job experiment/{wildcards.experiment}/{wildcards.shard}-of-{wildcards.of} "
         "repro run {wildcards.experiment:q} --effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--shard {wildcards.shard}/{wildcards.of} "
@@ -79,7 +79,7 @@ rule gather:
     message:
         "result {wildcards.experiment}"
     shell:
-        "{JOB} result/{wildcards.experiment} repro gather {wildcards.experiment:q} "
+        "job result/{wildcards.experiment} repro gather {wildcards.experiment:q} "
         "--effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--code {params.code} "

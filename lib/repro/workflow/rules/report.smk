@@ -17,7 +17,7 @@ rule scoreboard:
     message:
         "scoreboard"
     shell:
-        "{JOB} scoreboard repro.site.scoreboard --effort {params.effort} "
+        "job scoreboard repro.site.scoreboard --effort {params.effort} "
         "--judged {params.judged:q} --out-json {output.rows:q} "
         "--out-page {output.page:q} > {log:q} 2>&1"
 
@@ -39,7 +39,7 @@ rule page:
     message:
         "page {wildcards.page}"
     shell:
-        "{JOB} page/{wildcards.page} repro.page.execute {params.source:q} {params.set} "
+        "job page/{wildcards.page} repro.page.execute {params.source:q} {params.set} "
         "--effort {params.effort} --out {output.notebook:q} > {log:q} 2>&1"
 
 
@@ -64,11 +64,11 @@ rule site:
     message:
         "site"
     shell:
-        "({JOB} site/assemble repro.site.assemble --effort {params.effort} "
+        "(job site/assemble repro.site.assemble --effort {params.effort} "
         "--pages {input.pages:q} --scoreboard {input.page:q} --json {input.rows:q} "
         "--out {params.source:q} && "
-        "{JOB} site/sphinx repro.site.sphinx --source {params.source:q} --out {params.site:q} && "
-        "{JOB} site/check repro.site.check {params.site:q}) > {log:q} 2>&1"
+        "job site/sphinx repro.site.sphinx --source {params.source:q} --out {params.site:q} && "
+        "job site/check repro.site.check {params.site:q}) > {log:q} 2>&1"
 
 
 rule notebooks:
@@ -85,4 +85,4 @@ rule notebooks:
     message:
         "notebooks"
     shell:
-        "{JOB} notebooks repro notebooks {input:q} --out {params.folder:q} > {log:q} 2>&1"
+        "job notebooks repro notebooks {input:q} --out {params.folder:q} > {log:q} 2>&1"
