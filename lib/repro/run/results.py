@@ -10,12 +10,12 @@ import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from io import BytesIO
-from math import comb
 from pathlib import Path
 
 import numpy as np
 
 from raxel import files
+from repro.judge.statistics import median_interval
 from repro.run.outcomes import Plan
 
 
@@ -88,24 +88,20 @@ def _is_number(value: object) -> bool:
 
 
 def summary(values: Sequence[float | None]) -> dict:
-    """Median with its 95 % order-statistic interval, mean, SD; failures are counted."""
+    """Median with its 95 % interval, mean, SD of the trials that have a value.
+
+    Those without one are counted: only a judgement knows what the worst would be.
+    """
     good = np.sort([v for v in values if _is_number(v)])
-    low, high = _median_ranks(len(good))
+    middle = median_interval(good)
     return {
         "n": len(good),
         "without_value": len(values) - len(good),
-        "median": float(np.median(good)),
-        "median_interval": [float(good[low]), float(good[high])],
+        "median": middle.value,
+        "median_interval": [middle.low, middle.high],
         "mean": float(good.mean()),
         "sd": float(good.std(ddof=1)) if len(good) > 1 else None,
     }
-
-
-def _median_ranks(n: int) -> tuple[int, int]:
-    """Ranks whose interval covers the median with at least 95 % (binomial tails)."""
-    tails = np.cumsum([comb(n, k) / 2**n for k in range(n)])
-    low = int(np.searchsorted(tails, 0.025, side="right"))
-    return max(low - 1, 0), min(n - low, n - 1)
 
 
 class Result:
