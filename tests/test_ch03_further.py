@@ -9,7 +9,6 @@ from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
     largest_window,
     symmetry_of_a_bend,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.results import mcnemar
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
     BentBoard,
     bent_at_random,
@@ -63,14 +62,6 @@ def test_each_method_changes_one_stage_and_the_last_all():
     }
     assert [len(changed[name]) for name in OTHERS] == [1, 1, 1, 3]
     assert set.union(*(changed[name] for name in OTHERS[:3])) == changed["all three"]
-
-
-def test_mcnemar_counts_only_the_trials_that_differ():
-    a = np.array([True] * 5 + [False] * 10 + [True] * 30)
-    b = np.array([True] * 4 + [False] + [True] * 9 + [False] + [True] * 30)
-    # One lost, nine gained: twice the tail of ten fair coins.
-    assert mcnemar(a, b) == pytest.approx(2 * (1 + 10) / 1024)
-    assert mcnemar(a, a) == 1.0
 
 
 def test_codes_keep_their_distance():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.claims import decided, mcnemar
+from chapters.ch03_planar_grids.s3_2_grid_sets.claims import decided
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicked_corners
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
     CLICKS,
@@ -92,16 +92,6 @@ def test_the_localiser_brings_starts_to_the_corners():
     start = board.corners + [1.5, -1.0]
     off = np.linalg.norm(localised(board.image(), start) - board.corners, axis=1)
     assert np.median(off) < 0.1
-
-
-def test_mcnemar_is_the_law_of_a_fair_coin():
-    only, rest = np.ones(6, bool), np.zeros(6, bool)
-    assert mcnemar(only, rest) == pytest.approx(2 / 2**6)
-    assert mcnemar(only, only) == 1.0
-    published = mcnemar(
-        np.arange(60) < 27, (np.arange(60) >= 27) & (np.arange(60) < 29)
-    )
-    assert published == pytest.approx(2 * (1 + 29 + 406) / 2**29)
 
 
 def test_sets_have_15_images_and_2880_corners():

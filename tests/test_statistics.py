@@ -248,3 +248,21 @@ def test_false_positives_of_welch_stay_near_the_level():
     p = [stats.welch_less(rng.normal(0, 1, 50), rng.normal(0, 3, 50))
          for _ in range(runs)]  # fmt: skip
     assert np.sum(np.array(p) < 0.01) <= 0.01 * runs + binomial_room(runs, 0.01)
+
+
+def test_mcnemar_counts_only_the_trials_that_differ():
+    a = np.array([True] * 5 + [False] * 10 + [True] * 30)
+    b = np.array([True] * 4 + [False] + [True] * 9 + [False] + [True] * 30)
+    # One lost, nine gained: twice the tail of ten fair coins.
+    assert stats.mcnemar(a, b) == pytest.approx(2 * (1 + 10) / 1024)
+    assert stats.mcnemar(a, a) == 1.0
+
+
+def test_mcnemar_is_the_law_of_a_fair_coin():
+    only, rest = np.ones(6, bool), np.zeros(6, bool)
+    assert stats.mcnemar(only, rest) == pytest.approx(2 / 2**6)
+    assert stats.mcnemar(only, only) == 1.0
+    published = stats.mcnemar(
+        np.arange(60) < 27, (np.arange(60) >= 27) & (np.arange(60) < 29)
+    )
+    assert published == pytest.approx(2 * (1 + 29 + 406) / 2**29)

@@ -13,7 +13,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
 )
 from chapters.shared.scoring import CORNER_OFF
 from chapters.shared.synthetic_board import Board
-from repro.judge.statistics import bootstrap, holm
+from repro.judge.statistics import bootstrap, holm, mcnemar
 from repro.page.reader import value
 
 SHORT = {
@@ -65,20 +65,6 @@ def comparisons(result):
     for values, p in zip(pairs.values(), holm(raw), strict=True):
         values["p"] = p
     return pairs
-
-
-def mcnemar(a, b):
-    """Exact two-sided p that of paired trials (n,) bool a and b succeed as often.
-
-    Of the trials in which they differ, each is a fair coin.
-    """
-    from scipy.stats import binomtest
-
-    a, b = np.asarray(a, bool), np.asarray(b, bool)
-    gained, lost = int((b & ~a).sum()), int((a & ~b).sum())
-    if not gained + lost:
-        return 1.0
-    return float(binomtest(gained, gained + lost, 0.5).pvalue)
 
 
 def counts(result, condition):

@@ -25,6 +25,7 @@ from repro.judge.statistics import (
     UNDECIDED,
     all_of,
     bootstrap,
+    mcnemar,
     proportion,
 )
 from repro.run.experiment import claim, numbers
@@ -102,8 +103,6 @@ def judge_window_tradeoff(results):
 )
 def judge_window_growth(results):
     """McNemar's test of runs with and without growing windows."""
-    from scipy.stats import binomtest
-
     result = results["table_3_1_growth"]
     readings = []
     for option, condition in BROKEN.items():
@@ -111,8 +110,7 @@ def judge_window_growth(results):
         fixed = result.column("no growth.success", **condition)
         only_grown = int(((grown == 1) & (fixed == 0)).sum())
         only_fixed = int(((grown == 0) & (fixed == 1)).sum())
-        differing = only_grown + only_fixed
-        p = binomtest(only_grown, differing).pvalue if differing else 1.0
+        p = mcnemar(grown == 1, fixed == 1)
         verdict = FAILS
         if len(grown) < LEAST_TRIALS:
             verdict = UNDECIDED

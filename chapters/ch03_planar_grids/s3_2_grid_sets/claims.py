@@ -11,9 +11,9 @@ import numpy as np
 from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     DETECTORS_OF_TODAY,
     EXPERIMENTS,
+    GRIDS,
     any_of,
     causes,
-    chance_of_split,
     errors,
     of_each_seed,
     pictures_of,
@@ -26,7 +26,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     TRUTH,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV
-from repro.judge.statistics import FAILS, HOLDS, UNDECIDED
+from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, mcnemar
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 
@@ -54,24 +54,9 @@ def seeds_told(holds):
     return f"true of {int(np.sum(holds))} of {len(holds)} seeds"
 
 
-def mcnemar(one, other):
-    """Chance of so unequal a split of the pictures that only one gets right.
-
-    Two-sided, exact: a fair coin thrown for every such picture.
-    """
-    return chance_of_split(
-        int((one & ~other).sum()), int((other & ~one).sum())
-    )
-
-
 @claim(
     "c3_beats_opencv",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_beats_opencv(results):
@@ -105,12 +90,7 @@ def judge_beats_opencv(results):
 
 @claim(
     "c3_subset",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_subset(results):
@@ -162,12 +142,7 @@ def options():
 
 @claim(
     "c3_less_accurate_raw",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_less_accurate_raw(results):
@@ -212,12 +187,7 @@ def judge_less_accurate_raw(results):
 
 @claim(
     "c3_same_after_loc",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_same_after_loc(results):
@@ -263,12 +233,7 @@ def judge_same_after_loc(results):
 
 @claim(
     "c3_fail_causes",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_fail_causes(results):
@@ -292,12 +257,7 @@ def judge_fail_causes(results):
 
 @claim(
     "c3_opencv_missed",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_opencv_missed(results):
@@ -341,12 +301,7 @@ def judge_opencv_missed(results):
 
 @claim(
     "c3_examples_exist",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def judge_examples_exist(results):

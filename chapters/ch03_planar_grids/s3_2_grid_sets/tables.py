@@ -6,6 +6,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
     EXPERIMENTS,
+    GRIDS,
     errors,
     right,
     seeds_of,
@@ -41,12 +42,7 @@ NOTHING = "–"
 
 @table(
     "table_3_3",
-    needs=(
-        "table_3_4_grids",
-        "table_3_5_grids",
-        "table_3_6_grids",
-        "table_3_7_grids",
-    ),
+    needs=GRIDS,
     evidence="rendered",
 )
 def table_3_3(results):

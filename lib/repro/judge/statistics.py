@@ -221,6 +221,20 @@ def _difference(b: np.ndarray, a: np.ndarray) -> np.ndarray:
     return difference
 
 
+def mcnemar(a: np.ndarray, b: np.ndarray) -> float:
+    """Exact two-sided p that of paired trials (N,) bool, a and b succeed as often.
+
+    Of the trials in which they differ, each is a fair coin; 1 where none differs.
+    """
+    from scipy.stats import binomtest
+
+    a, b = np.asarray(a, bool), np.asarray(b, bool)
+    gained, lost = int((b & ~a).sum()), int((a & ~b).sum())
+    if not gained + lost:
+        return 1.0
+    return float(binomtest(gained, gained + lost, 0.5).pvalue)
+
+
 def holm(p_values: Sequence[float]) -> list[float]:
     """Holm's step-down correction of p values, in the order given."""
     p = np.asarray(p_values, float)

@@ -9,7 +9,7 @@ from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
     LARGER,
 )
 from raxel.evaluation.benchmark import corner_errors
-from raxel.evaluation.corner_scores import share_in_order
+from raxel.evaluation.board_scores import share_in_order
 from raxel.sets.reference import ReferenceCorners
 
 RIGHT_PX = 1.0
