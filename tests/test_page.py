@@ -40,6 +40,24 @@ def test_no_home_no_installed_kernel_and_a_path_with_spaces(
     assert sorted(path.name for path in folder.iterdir()) == [".cache", "pages"]
 
 
+def test_a_cell_keeps_what_it_prints_displays_and_ends_with(
+    page, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    cell = (
+        "from IPython.display import HTML, display\n"
+        "display(HTML('<i>one</i>'))\nprint('two')\nHTML('<b>three</b>')"
+    )
+    path = page(f"# %% [markdown]\n# # T\n\n# %%\n{cell}\n\n# %%\nNone\n")
+    out = tmp_path / "pages" / "ch02_sample" / "s5_page.ipynb"
+    assert run(path, out) == 0
+    stream, first, last = nbformat.read(out, 4).cells[1].outputs
+    assert stream.text == "two\n"
+    assert first.data["text/html"] == "<i>one</i>"
+    assert last.data["text/html"] == "<b>three</b>"
+    assert nbformat.read(out, 4).cells[2].outputs == []
+
+
 def test_a_failing_cell_is_one_line_and_leaves_no_notebook(
     page, tmp_path, monkeypatch, capfd
 ):

@@ -124,6 +124,8 @@ def _run(shell, cell: NotebookNode, seconds: int) -> str:
     from IPython.utils.capture import capture_output
 
     with capture_output() as kept:
+        # The value of the last line goes where what is displayed goes.
+        shell.display_trap.hook = sys.displayhook
         signal.signal(signal.SIGALRM, _too_long)
         signal.alarm(seconds)
         try:
