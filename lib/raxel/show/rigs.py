@@ -14,14 +14,22 @@ CALIBRATE, EVALUATE = "#6b7785", "#d55e00"
 BODY, AXIS, FIELD = 0.1, 0.25, 0.6
 
 
-def rig_scene(rig, seed=0):
-    """Where a rig's camera, mirror and targets stand, in the camera's frame.
+def drawn_poses(rig, seed):
+    """T_camera_target (n, 4, 4) of all views that `raxel render` takes with a seed.
 
-    rig: `raxel.lab.Rig`; seed: whole number; the poses are those that `raxel render`
-    draws from the same seed. Raises InputError as `Rig.draw_poses`.
+    rig: `raxel.lab.Rig`; seed: whole number. Raises InputError as `Rig.draw_poses`.
     """
     rng = np.random.default_rng([seed, POSES])
-    poses = rig.draw_poses(rng, rig.count + rig.evaluate)
+    return rig.draw_poses(rng, rig.count + rig.evaluate)
+
+
+def rig_scene(rig, seed=0, poses=None):
+    """Where a rig's camera, mirror and targets stand, in the camera's frame.
+
+    rig: `raxel.lab.Rig`; seed: whole number; poses: what `drawn_poses` gives for them,
+    where that is known. Raises InputError as `Rig.draw_poses`.
+    """
+    poses = drawn_poses(rig, seed) if poses is None else poses
     uses = ["calibrate"] * rig.count + ["evaluate"] * rig.evaluate
     count = f"{rig.count} poses" + (f" and {rig.evaluate} more" if rig.evaluate else "")
     note = f"{rig.name}: {rig.summary}. {count}, drawn from seed {seed}."

@@ -1,0 +1,221 @@
+# %% [markdown]
+# # The rigs of the laboratory
+#
+# Every rig of `data/rigs` in three dimensions: the camera, its mirror, how
+# far it sees, and where the targets stand when the laboratory photographs
+# them. Turn them around, and look at your own in the same way.
+
+# %% tags=["hide-cell"]
+from chapters.guides.rigs.results import facts
+from chapters.guides.rigs.trials import FILES, NAMES, SEED, rig_trial
+from repro.page.reader import open_results, show, show_code, value
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+
+# %% tags=["hide-cell"]
+@experiment(
+    "ext_rigs",
+    artefact="ext_rigs",
+    shards={"quick": 1, "full": 1},
+    inputs=FILES,
+)
+def ext_rigs(effort):
+    """Poses of the targets of every rig, and its sizes."""
+    conditions = [{"rig": name} for name in NAMES]
+    return Plan(rig_trial, conditions, 1, {"seed": SEED})
+
+
+# %% tags=["active-ipynb", "remove-input"]
+# for name, x in facts(open_results("ext_rigs")).items(): value(name, x)
+
+# %% tags=["active-ipynb", "remove-input"]
+# value("seed", SEED)
+
+# %% [markdown]
+# ## How to look at one
+#
+# A rig is a file that says what stands before what, each length with its
+# unit, its origin and its reason. There are {glue:text}`rigs` of them. The
+# pictures below are drawn from these files by one command, which takes any
+# other rig as well:
+#
+# ```
+# raxel show data/rigs/ordinary-lens.yaml --out scene.html
+# raxel show data/rigs/ordinary-lens.yaml --out picture.png --seed 3
+# ```
+#
+# Without `--out` it opens the scene in a browser. Copy a rig, change a
+# number, look again: a target that stands behind the camera, or a mirror
+# that looks the wrong way, is seen at once. `raxel render` then takes the
+# photographs, of the same poses if the seed is the same; here it is
+# {glue:text}`seed`. The numbers beside a figure (CSV) are those poses. The
+# command draws a camera (`camera.npz`) or an image set in the same way.
+#
+# **What is drawn.** The frame is the camera's, z ahead and y down. A target
+# shows its squares from the side that faces the camera; from behind one
+# looks through it. The edge of the field of view is drawn as a ring at one
+# distance from where its rays start. Distances and tilts below count from
+# the point that is nearest to all rays: the centre, if the camera has one.
+
+# %% tags=["active-ipynb", "hide-output"]
+# show_code(rig_trial)
+
+# %% [markdown]
+# ## Ordinary cameras
+#
+# ### `ordinary-lens`: the easy case, which nothing should fail
+#
+# {glue:text}`ordinary_lens.summary`. {glue:text}`ordinary_lens.sizes`. Used
+# by [Benchmarks](benchmarks.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_ordinary_lens")
+
+# %% [markdown]
+# ### `active-grid-demo`: a monitor that gives every pixel a point
+#
+# {glue:text}`active_grid_demo.summary`.
+# {glue:text}`active_grid_demo.sizes`. Used by
+# [Benchmarks](benchmarks.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_active_grid_demo")
+
+# %% [markdown]
+# ## A fisheye converter at three zooms
+#
+# One lens, three fields of view: Table 2.2 compares a pinhole with a general
+# camera on these.
+#
+# ### `coolpix-fce8-zoom-1`: zoomed in
+#
+# {glue:text}`coolpix_fce8_zoom_1.summary`.
+# {glue:text}`coolpix_fce8_zoom_1.sizes`. Used by [section
+# 2.5.2](../ch02_general_camera_model/s5_2_real_data.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_coolpix_fce8_zoom_1")
+
+# %% [markdown]
+# ### `coolpix-fce8-zoom-2`: half way
+#
+# {glue:text}`coolpix_fce8_zoom_2.summary`.
+# {glue:text}`coolpix_fce8_zoom_2.sizes`. Used by [section
+# 2.5.2](../ch02_general_camera_model/s5_2_real_data.ipynb), and before a
+# building front by [section
+# 2.5.3](../ch02_general_camera_model/s5_3_distortion_correction.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_coolpix_fce8_zoom_2")
+
+# %% [markdown]
+# ### `coolpix-fce8-zoom-3`: the whole fisheye
+#
+# {glue:text}`coolpix_fce8_zoom_3.summary`.
+# {glue:text}`coolpix_fce8_zoom_3.sizes`. Used by [section
+# 2.5.2](../ch02_general_camera_model/s5_2_real_data.ipynb), and as a lens
+# to fit by [section
+# 2.2](../ch02_general_camera_model/s2_camera_models.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_coolpix_fce8_zoom_3")
+
+# %% [markdown]
+# ## All around
+#
+# ### `panorama-hyperboloid`: the mirror of Fig. 1.1
+#
+# {glue:text}`panorama_hyperboloid.summary`.
+# {glue:text}`panorama_hyperboloid.sizes`. Used by [section
+# 1.1.2](../ch01_introduction/s1_1_panorama.ipynb), which shows it in its
+# room.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_panorama_hyperboloid")
+
+# %% [markdown]
+# ## The four sets of planar grids
+#
+# Chessboards that are hard to find: [section
+# 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb) counts the corners found in
+# each set, and [its conditions](../ch03_planar_grids/s3_2_conditions.ipynb) are
+# looked at one by one.
+#
+# ### `spherical`: in a ball
+#
+# {glue:text}`spherical.summary`. {glue:text}`spherical.sizes`. Used by
+# [section 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_spherical")
+
+# %% [markdown]
+# ### `hyperboloidal`: in a hyperboloid
+#
+# {glue:text}`hyperboloidal.summary`. {glue:text}`hyperboloidal.sizes`. Used
+# by [section 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_hyperboloidal")
+
+# %% [markdown]
+# ### `fisheye-9x7`: in a fisheye, the smaller grid
+#
+# {glue:text}`fisheye_9x7.summary`. {glue:text}`fisheye_9x7.sizes`. Used by
+# [section 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_fisheye_9x7")
+
+# %% [markdown]
+# ### `fisheye-12x9`: in a fisheye, the larger grid
+#
+# {glue:text}`fisheye_12x9.summary`. {glue:text}`fisheye_12x9.sizes`. Used
+# by [section 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_fisheye_12x9")
+
+# %% [markdown]
+# ### `flexible-mirror`: in a bent mirror
+#
+# {glue:text}`flexible_mirror.summary`. {glue:text}`flexible_mirror.sizes`.
+# Used by [section 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_flexible_mirror")
+
+# %% [markdown]
+# ## Large grids without a border
+#
+# Fig. 3.14: grids that go on beyond the picture.
+#
+# ### `large-hyperboloidal`: in a hyperboloid
+#
+# {glue:text}`large_hyperboloidal.summary`.
+# {glue:text}`large_hyperboloidal.sizes`. Used by [the conditions of section
+# 3.3.2](../ch03_planar_grids/s3_2_conditions.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_large_hyperboloidal")
+
+# %% [markdown]
+# ### `large-fisheye`: in a fisheye
+#
+# {glue:text}`large_fisheye.summary`. {glue:text}`large_fisheye.sizes`. Used
+# by [the conditions of section
+# 3.3.2](../ch03_planar_grids/s3_2_conditions.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_large_fisheye")
+
+# %% [markdown]
+# ## Limits
+#
+# - A scene has the geometry of a rig and nothing of its light: lens blur,
+#   noise, dirt and shadows are in the rig file and in its photographs.
+# - The monitor shows a coarse pattern of stripes that stands for all that it
+#   shows in turn.
+# - A target that a mirror shows from behind is not drawn in the mirror.
+#   What the camera sees of it is in its photograph.

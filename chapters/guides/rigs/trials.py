@@ -1,0 +1,83 @@
+"""The rigs of data/rigs, and where their targets stand."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+
+import numpy as np
+
+from chapters.shared.rigs import rig_named
+from raxel.cameras import closest_point
+from raxel.show.cameras import MEASURED, field_edge, spread_pixels
+from raxel.show.rigs import drawn_poses
+
+SEED = 0
+FILES = (
+    "data/rigs/active-grid-demo.yaml",
+    "data/rigs/coolpix-fce8-zoom-1.yaml",
+    "data/rigs/coolpix-fce8-zoom-2.yaml",
+    "data/rigs/coolpix-fce8-zoom-3.yaml",
+    "data/rigs/fisheye-12x9.yaml",
+    "data/rigs/fisheye-9x7.yaml",
+    "data/rigs/flexible-mirror.yaml",
+    "data/rigs/hyperboloidal.yaml",
+    "data/rigs/large-fisheye.yaml",
+    "data/rigs/large-hyperboloidal.yaml",
+    "data/rigs/ordinary-lens.yaml",
+    "data/rigs/panorama-hyperboloid.yaml",
+    "data/rigs/spherical.yaml",
+)
+NAMES = tuple(PurePosixPath(path).stem for path in FILES)
+
+
+def rig_trial(condition, rng):
+    """Poses of a rig's targets, as raxel render draws them, and sizes.
+
+    Distance and tilt of a target are told from the point that is nearest to
+    all rays of the camera: from there its middle is so far, and its normal
+    so far off the line of sight.
+    """
+    rig = rig_named(condition["rig"])
+    poses = drawn_poses(rig, SEED)
+    corner, size = rig.extent
+    middles = poses[:, :3] @ [*(corner + size / 2), 0, 1]
+    seen = rig.camera.rays(spread_pixels(rig.camera, MEASURED))
+    sight = middles - closest_point(seen)
+    distance = np.linalg.norm(sight, axis=1)
+    along = (poses[:, :3, 2] * sight).sum(axis=1) / distance
+    return {
+        "T_camera_target": poses,
+        "middle_mm": middles,
+        "distance_mm": distance,
+        "tilt_deg": np.degrees(np.arccos(np.clip(along, -1, 1))),
+        "evaluate": rig.evaluate,
+        "whole": sum(bool(rig.shows(T)) for T in poses),
+        "summary": rig.summary,
+        "kind": rig.camera.kind,
+        "width_px": rig.camera.width,
+        "height_px": rig.camera.height,
+        "seen_deg": angle_seen(rig.camera),
+        "target": told_target(rig),
+    }
+
+
+def angle_seen(camera):
+    """Widest angle (deg) between two rays across the edge of the field."""
+    edge = camera.rays(field_edge(camera)).directions[:-1]
+    half = len(edge) // 2
+    across = (edge[:half] * edge[half:]).sum(axis=1)
+    return float(np.degrees(np.arccos(np.clip(np.nanmin(across), -1, 1))))
+
+
+def told_target(rig):
+    """A rig's target in words, with its sizes."""
+    if rig.monitor is not None:
+        w, h = rig.target.monitor_mm
+        return f"a monitor of {w:g} x {h:g} mm"
+    board = rig.target
+    border = f"a border of {rig.border_mm:g} mm"
+    return (
+        f"a chessboard of {board.columns} x {board.rows} corners, "
+        f"{board.pitch_mm:g} mm apart, with "
+        f"{border if rig.border_mm else 'no border'}"
+    )
