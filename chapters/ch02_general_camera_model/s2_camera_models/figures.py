@@ -154,6 +154,7 @@ SHEETS = (ORANGE, GREEN)
 # would hide it.
 ROUND = ("spherical mirror", "hyperboloid off the focus", "axial")
 SIGHT = (0.62, 0.42, 0.66)
+PANEL_ASPECT = 0.8
 # Caustic points farther off than this many drawn lengths are left out.
 REACH = 1.5
 SCENE_MM = 200.0
@@ -201,7 +202,11 @@ def ext_zoo_rays(results):
             [0.33 * across + 0.005, 0.49 - 0.49 * down, 0.31, 0.46]
         )
         panel.set_title(name, fontsize=9.5)
-        draw_scene(panel, framed(_parts(one, name in ROUND), SIGHT))
+        # The caption says what a legend in each panel would.
+        parts = moved(
+            _parts(one, name in ROUND), np.eye(4), unlabelled=True
+        )
+        draw_scene(panel, framed(parts, SIGHT, aspect=PANEL_ASPECT))
         parts = {"ray start": one.origins, "ray end": one.ends}
         parts |= {f"caustic sheet {k + 1}": one.sheet(k) for k in (0, 1)}
         rows += [

@@ -134,7 +134,7 @@ def axes(length, T_frame_axes=None, labelled=True):
     return parts
 
 
-def mirrors(camera, label="mirror", colour=SILVER, opacity=0.45):
+def mirrors(camera, label="mirror", colour=SILVER, opacity=0.35):
     """The mirrors of a camera as Surfaces; none of a camera without one."""
     if hasattr(camera, "outlines"):
         rings = [

@@ -25,9 +25,9 @@ from raxel.show.scene import (
 from raxel.show.view import mm_per_px
 
 # Sides of a tube: fine where there are few, coarse where many. Of a ball, sides and
-# rings; many are octahedra, smoothly shaded.
-FINE, COARSE, MANY = 12, 5, 100
-OCTAHEDRON = (4, 3)
+# rings by how many there are; many are octahedra, smoothly shaded.
+FINE, COARSE, MANY = 12, 5, 400
+BALLS = ((40, (FINE, FINE)), (MANY, (8, 6)), (np.inf, (4, 3)))
 # Length and radius of an arrow's head, in widths of its shaft.
 HEAD_LENGTH, HEAD_RADIUS = 4.5, 1.7
 
@@ -130,7 +130,7 @@ def _balls(points, radius):
 
     if not len(points):
         return pv.PolyData()
-    around, rings = (FINE, FINE) if len(points) <= MANY else OCTAHEDRON
+    around, rings = next(shape for most, shape in BALLS if len(points) <= most)
     ball = pv.Sphere(radius=radius, theta_resolution=around, phi_resolution=rings)
     return _copies(ball, points)
 

@@ -77,7 +77,7 @@ def render(scene, window, look=THEMES["light"]):
         plotter.set_background(look.background)
         add_drawn(plotter, drawn, look.ink)
         aim(plotter, scene)
-        plotter.camera.view_angle = view_angle_deg(*window)
+        plotter.camera.view_angle = view_angle_deg(scene, *window)
         plotter.enable_anti_aliasing("ssaa")
         if any(part.opacity < 1 for part in drawn):
             plotter.enable_depth_peeling(number_of_peels=PEELS)

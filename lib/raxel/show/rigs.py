@@ -12,6 +12,8 @@ from raxel.show.view import INK, SIGHT, framed
 CALIBRATE, EVALUATE = "#6b7785", "#d55e00"
 # The camera's pyramid, and its axes, as shares of the farthest target's distance.
 BODY, AXIS, FIELD = 0.1, 0.25, 0.6
+# A mirror that is nearer than this share of it has one name with the camera.
+APART = 0.25
 
 
 def drawn_poses(rig, seed):
@@ -68,13 +70,17 @@ def _camera_for(camera, boards):
     far = np.linalg.norm(corners, axis=1).max()
     parts = field_of_view(camera, FIELD * far)
     parts.append(frustum(getattr(camera, "viewer", camera), BODY * far))
-    parts += [*axes(AXIS * far), _name("camera", np.zeros((1, 3)), BODY * far)]
+    parts += axes(AXIS * far)
+    named = {"camera": np.zeros((1, 3))}
     silvered = mirrors(camera)
     if silvered:
         surface = np.concatenate([finite_points(part) for part in silvered])
         parts += silvered + viewing_rays(camera)
-        parts.append(_name("mirror", surface, BODY * far))
-    return parts
+        if np.linalg.norm(surface.mean(axis=0)) > APART * far:
+            named["mirror"] = surface
+        else:
+            named = {"camera, mirror": named["camera"]}
+    return parts + [_name(text, at, BODY * far) for text, at in named.items()]
 
 
 def _name(text, points, gap):

@@ -15,6 +15,8 @@ from raxel.errors import InputError
 
 # What a sheet shows from behind, where that is no colour.
 SAME, CLEAR = "same", "clear"
+# Width over height of a usual picture.
+ASPECT = 1.5
 
 
 class SceneError(InputError):
@@ -129,7 +131,9 @@ class Scene:
 
     Turning goes about `look_at`; `up` is what stays upright (camera frames have y
     downwards, hence the default). `note` says under the scene what to look for. Parts
-    of one label are hidden together. `raxel.show.framed` finds a view by itself.
+    of one label are hidden together. A picture whose width is less than `aspect` times
+    its height is taken with a wider angle, and then shows as much. `raxel.show.framed`
+    finds a view by itself.
     """
 
     parts: Sequence[Part]
@@ -137,6 +141,7 @@ class Scene:
     look_at: ArrayLike
     up: ArrayLike = (0.0, -1.0, 0.0)
     note: str = ""
+    aspect: float = ASPECT
 
     def __post_init__(self):
         if not self.parts:

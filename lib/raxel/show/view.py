@@ -3,6 +3,7 @@
 import numpy as np
 
 from raxel.show.scene import (
+    ASPECT,
     Labels,
     Scene,
     SceneError,
@@ -14,7 +15,6 @@ from raxel.show.scene import (
 VIEW_ANGLE_DEG = 30.0
 # Height of the picture, px, that sizes and widths of parts refer to.
 NOMINAL_PX = 480
-ASPECT = 1.5
 # Share of the picture's height and width that the parts fill.
 FILLED = 0.9
 INK = "#1b1f24"
@@ -22,15 +22,17 @@ INK = "#1b1f24"
 # stands behind the camera, to its left and above, and sees the targets' faces.
 SIGHT = (0.62, 0.42, 0.66)
 ROUND = (1.0, 2.0, 5.0, 10.0)
-# How far below a scale bar its length is written, in diagonals of what is shown.
-BELOW = 0.045
+# How far below the parts a scale bar lies, and below it its length is written, in
+# diagonals of what is shown.
+GAP, BELOW = 0.06, 0.06
 
 
-def framed(parts, sight=SIGHT, up=(0.0, -1.0, 0.0), note="", scale="mm"):
+def framed(parts, sight=SIGHT, up=(0.0, -1.0, 0.0), note="", scale="mm", aspect=ASPECT):
     """A Scene of parts with a view along `sight` (3,) that shows them whole.
 
-    up: (3,), what stays upright. scale: the unit of a scale bar that is laid beside
-    the parts, '' for none. Raises SceneError where no part has a finite point.
+    up: (3,), what stays upright. scale: the unit of a scale bar that is laid below
+    the parts, '' for none. aspect: width over height of the picture that is filled.
+    Raises SceneError where no part has a finite point.
     """
     parts = list(parts)
     points = [finite_points(part) for part in parts]
@@ -42,9 +44,9 @@ def framed(parts, sight=SIGHT, up=(0.0, -1.0, 0.0), note="", scale="mm"):
         bar = scale_bar(points, axes, scale)
         parts += bar
         points = np.concatenate([points, *map(finite_points, bar)])
-    look_at, distance = _fitted(points @ axes.T)
+    look_at, distance = _fitted(points @ axes.T, aspect)
     look_at = look_at @ axes
-    return Scene(parts, look_at - distance * axes[2], look_at, up, note)
+    return Scene(parts, look_at - distance * axes[2], look_at, up, note, aspect)
 
 
 def view_axes(sight, up):
@@ -55,7 +57,7 @@ def view_axes(sight, up):
     return np.stack([right, np.cross(ahead, right), ahead])
 
 
-def _fitted(seen):
+def _fitted(seen, aspect):
     """(look_at (3,), distance) for points (N, 3) in the axes of the view.
 
     Each point keeps inside both pairs of planes of the view's pyramid: for a pair,
@@ -65,7 +67,7 @@ def _fitted(seen):
     half = FILLED * np.tan(np.radians(VIEW_ANGLE_DEG / 2))
     x, y, z = seen.T
     middles, eyes = [], []
-    for across, slope in ((x, half * ASPECT), (y, half)):
+    for across, slope in ((x, half * aspect), (y, half)):
         low, high = (across + slope * z).min(), (across - slope * z).max()
         middles.append((low + high) / 2)
         eyes.append((low - high) / (2 * slope))
@@ -80,13 +82,13 @@ def mm_per_px(scene):
     return 2 * distance * np.tan(np.radians(VIEW_ANGLE_DEG / 2)) / NOMINAL_PX
 
 
-def view_angle_deg(width, height):
-    """Vertical angle of view of a picture: wider in one narrower than ASPECT.
+def view_angle_deg(scene, width, height):
+    """Vertical angle of view of a picture: wider in one narrower than the scene's.
 
-    What fits into a picture of ASPECT fits into any other then.
+    What fits into a picture of the scene's aspect fits into any other then.
     """
     half = np.tan(np.radians(VIEW_ANGLE_DEG / 2))
-    return 2 * np.degrees(np.arctan(half * max(1.0, ASPECT * height / width)))
+    return 2 * np.degrees(np.arctan(half * max(1.0, scene.aspect * height / width)))
 
 
 def projected(scene, points, width, height):
@@ -96,7 +98,7 @@ def projected(scene, points, width, height):
     """
     axes = view_axes(np.subtract(scene.look_at, scene.view_from), scene.up)
     x, y, z = axes @ np.subtract(points, scene.view_from).astype(float).T
-    focal = height / 2 / np.tan(np.radians(view_angle_deg(width, height) / 2))
+    focal = height / 2 / np.tan(np.radians(view_angle_deg(scene, width, height) / 2))
     z = np.where(z > 0, z, np.nan)
     return np.column_stack(
         [focal * x / z + (width - 1) / 2, focal * y / z + (height - 1) / 2]
@@ -106,8 +108,8 @@ def projected(scene, points, width, height):
 def scale_bar(points, axes, unit):
     """A bar of a round length below points (N, 3), with its length in words.
 
-    It lies along the axis of the frame that crosses the view most, at the lowest and
-    nearest edge of the points' box.
+    It lies along the axis of the frame that crosses the view most, at the nearest
+    edge of the points' box, as far down as no point is seen below its line.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     length = round_below(np.linalg.norm(high - low) / 4)
@@ -116,6 +118,11 @@ def scale_bar(points, axes, unit):
     along = int(np.argmax(np.abs(axes[0])))
     corner = np.where(axes[1] - 0.5 * axes[2] > 0, high, low)
     corner[along] = (low[along] + high[along] - length) / 2
+    # Across the bar, as it is seen, and downwards.
+    across = np.cross(axes[2], np.eye(3)[along])
+    across *= np.sign(across @ axes[1]) / np.linalg.norm(across)
+    lowest = (points @ across).max() + GAP * np.linalg.norm(high - low)
+    corner += (lowest - corner @ across) / (axes[1] @ across) * axes[1]
     end = corner.copy()
     end[along] += length
     # Ticks stand across the bar, so that its ends can be told.

@@ -32,6 +32,7 @@ GRIDS = tuple(series(k)["color"] for k in range(3))
 NAMES = ("base grid", "grid 2", "grid 3")
 SHEET = "#9aa5b1"
 SIGHT = (0.55, 0.4, 0.7)
+PANEL_ASPECT = 1.0
 
 
 class Grids:
@@ -80,7 +81,9 @@ def fig_2_2(results):
     for panel, title, grids in zip(
         axes, titles, found.values(), strict=True
     ):
-        draw_scene(panel, framed(_grids(grids), SIGHT))
+        # The caption says what a legend in each panel would.
+        parts = moved(_grids(grids), np.eye(4), unlabelled=True)
+        draw_scene(panel, framed(parts, SIGHT, aspect=PANEL_ASPECT))
         panel.set_title(title)
     gap = max(grids.gap() for grids in found.values())
     off = results["fig_2_2_grids"].column("pose_error_mm", method="generic")
@@ -99,7 +102,8 @@ def fig_2_2(results):
         "two grids a known $T_1$ apart; (b) the generic method, three "
         "grids whose poses $T_1$ and $T_2$ were found in the calibration. "
         "Coloured dots: where calibrated rays meet the grids. Black dot: "
-        "the camera's centre.",
+        "the camera's centre. Arrows: from the origin of the base grid to "
+        "that of each other one.",
         Check(
             gap < TOLERANCE_MM and off < FOUND_MM,
             "every drawn point lies on its ray and on its grid, to "

@@ -26,6 +26,7 @@ SIDES = {
 BLUE, ORANGE = (series(k)["color"] for k in range(2))
 SHEET = "#9aa5b1"
 SIGHT = (0.5, 0.45, 0.75)
+PANEL_ASPECT = 0.9
 
 
 class Table:
@@ -86,7 +87,9 @@ def fig_2_1(results):
         space = drawn.add_axes(
             [left, 0.0, 0.49, 0.59],
         )
-        draw_scene(space, framed(_rays(table), SIGHT))
+        # The caption says what a legend in each panel would.
+        parts = moved(_rays(table), np.eye(4), unlabelled=True)
+        draw_scene(space, framed(parts, SIGHT, aspect=PANEL_ASPECT))
     gap = max(table.gap() for table in tables.values())
     names = ["camera", "u_px", "v_px"]
     names += [f"{part}_{x}_mm" for part in ("anchor", "end") for x in "xyz"]
@@ -101,9 +104,9 @@ def fig_2_1(results):
         "The general camera model. Top: an image, every second pixel "
         "marked, and below it the Plücker matrix that the look-up table holds "
         "for pixel $i$ (orange; lengths in mm). Bottom: the rays of the marked pixels, "
-        "from the camera's table, with their anchor points. Left, the rays "
+        "from the camera's table, with their anchor points (black). Left, the rays "
         "of a fisheye have one anchor point, the centre; right, each ray of a "
-        "camera that looks into four plane mirrors has its own.",
+        "camera that looks into four plane mirrors (grey) has its own.",
         Check(
             gap < TOLERANCE_MM,
             "every drawn ray lies on the line of its Plücker matrix, to "
