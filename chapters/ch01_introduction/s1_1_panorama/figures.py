@@ -7,7 +7,11 @@ import numpy as np
 from chapters.ch01_introduction.s1_1_panorama.trials import (
     ECCENTRICITIES,
     RIG_MIRROR,
+    T_world_camera,
+    laboratory,
 )
+from chapters.shared.surroundings import drawn_surroundings
+from raxel.lab import room
 from repro.page.style import figure as new_figure
 from repro.page.style import series
 from repro.run.experiment import figure
@@ -62,6 +66,24 @@ def fig_1_1(results):
             f"{len(borders)} upright borders found in (b) keep to one "
             f"column, each with a median deviation of at most {off:.2f} px",
         ),
+    )
+
+
+@figure(
+    "ext_fig_1_1_room", needs=("ext_rigs",), evidence="analytic", scene=True
+)
+def ext_fig_1_1_room(results):
+    """The room of Fig. 1.1 with its camera."""
+    camera = laboratory(1.0).camera
+    return drawn_surroundings(
+        room(),
+        camera,
+        T_world_camera(camera),
+        "The room of Fig. 1.1 from outside, two walls and the ceiling left "
+        "out, and the camera in its middle. It looks straight up (z) into "
+        "the mirror. Blue: the highest rays that come back from the mirror, "
+        "cut off at one length; below them the camera sees all around. The "
+        "camera is drawn larger than it is.",
     )
 
 

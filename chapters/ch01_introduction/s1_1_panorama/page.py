@@ -191,6 +191,13 @@ def resolution(effort):
 # %% tags=["active-ipynb"]
 # show("fig_1_1")
 
+# %% [markdown]
+# Where the camera stands, and how far up it sees, is clearer from outside.
+# [The rigs of the laboratory](../guides/rigs.ipynb) shows its mirror near by.
+
+# %% tags=["active-ipynb"]
+# show("ext_fig_1_1_room")
+
 # %% tags=["active-ipynb"]
 # show("ext_fig_1_1_resolution")
 

@@ -272,6 +272,10 @@ def pictures(effort):
 # %% tags=["active-ipynb"]
 # show("ext_zoo_room")
 
+# %% [markdown]
+# The room itself, from outside, is shown with the camera of [Fig.
+# 1.1](../ch01_introduction/s1_1_panorama.ipynb) in the same place.
+
 # %% tags=["active-ipynb"]
 # show_table("ext_zoo_scope")
 

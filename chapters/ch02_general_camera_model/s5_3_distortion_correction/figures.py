@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.zoom_rigs import FACADE_ZOOM
+from chapters.shared.facade import T_world_camera
+from chapters.shared.surroundings import drawn_surroundings
+from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of
+from raxel.lab import facade
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -18,6 +21,8 @@ PANELS = (
     ("view.upright", "(f) as (d), plane upright"),
 )
 PART = (slice(300, 500), slice(620, 820))
+# Less steep than into a room: the front is what one looks at.
+SIGHT = (0.5, 0.35, 0.8)
 
 
 @figure("fig_2_7", needs=("table_2_2_rendered",), evidence="rendered")
@@ -50,6 +55,26 @@ def fig_2_7(results):
             shown["share_of_picture_shown"][3] > 0.05,
             "the generic correction shows a part of the front",
         ),
+    )
+
+
+@figure(
+    "ext_fig_2_7_facade",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_fig_2_7_facade(results):
+    """The building front of Fig. 2.7 with its camera."""
+    return drawn_surroundings(
+        facade(),
+        camera_of(FACADE_ZOOM),
+        T_world_camera(),
+        "The building front of Fig. 2.7 and the camera before it, tilted "
+        "upwards. Blue: the rays of the picture's border, cut off at one "
+        "length; the lowest meet the ground before that. The camera is drawn larger "
+        "than it is.",
+        SIGHT,
     )
 
 

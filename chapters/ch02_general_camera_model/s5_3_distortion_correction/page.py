@@ -68,6 +68,14 @@ from repro.page.reader import compared, open_results, show, show_code, value
 # %% tags=["active-ipynb"]
 # show("fig_2_7")
 
+# %% [markdown]
+# The tilt, and how much of the front the fisheye takes in, can be seen from
+# the side. Lens and boards of this camera are among [the rigs of the
+# laboratory](../guides/rigs.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_fig_2_7_facade")
+
 # %% tags=["active-ipynb"]
 # made = open_results("table_2_2_redrawn")
 

@@ -12,6 +12,7 @@ from raxel.show.cameras import MEASURED, field_edge, spread_pixels
 from raxel.show.rigs import drawn_poses
 
 SEED = 0
+EVEN_STEPS = 8
 FILES = (
     "data/rigs/active-grid-demo.yaml",
     "data/rigs/coolpix-fce8-zoom-1.yaml",
@@ -62,11 +63,24 @@ def rig_trial(condition, rng):
 
 
 def angle_seen(camera):
-    """Widest angle (deg) between two rays across the edge of the field."""
-    edge = camera.rays(field_edge(camera)).directions[:-1]
+    """Largest angle (deg) by which rays turn from edge to opposite edge.
+
+    Added up in steps, because it may be more than a half turn.
+    """
+    edge = field_edge(camera)[:-1]
+    middle = (np.array([camera.width, camera.height]) - 1) / 2
+    # The middle itself may be where a mirror has a hole.
+    share = np.linspace(-1, 1, EVEN_STEPS)[:, None, None]
     half = len(edge) // 2
-    across = (edge[:half] * edge[half:]).sum(axis=1)
-    return float(np.degrees(np.arccos(np.clip(np.nanmin(across), -1, 1))))
+    ways = np.where(share < 0, edge[half:] - middle, edge[:half] - middle)
+    pixels = middle + np.abs(share) * ways
+    rays = camera.rays(pixels.reshape(-1, 2)).directions.reshape(
+        pixels.shape[:2] + (3,)
+    )
+    turns = (rays[1:] * rays[:-1]).sum(axis=2)
+    return float(
+        np.degrees(np.nanmax(np.arccos(np.clip(turns, -1, 1)).sum(axis=0)))
+    )
 
 
 def told_target(rig):

@@ -5,7 +5,7 @@ import numpy as np
 from raxel.geometry.poses import inverse_pose, transform
 from raxel.lab.surfaces import Cylinder, Rectangle
 from raxel.show.boards import surface_texture
-from raxel.show.cameras import axes, field_of_view, frustum, moved
+from raxel.show.cameras import axes, field_of_view, frustum, mirrors, moved
 from raxel.show.scene import CLEAR, SAME, Labels, SceneError, Surface
 from raxel.show.view import INK, framed
 
@@ -23,14 +23,17 @@ def surroundings_scene(laboratory, camera, T_world_camera, note="", sight=SIGHT)
     """What a camera in a laboratory scene sees, and where it stands; world frame.
 
     laboratory: `raxel.lab.Scene`; T_world_camera: (4, 4). Walls that have everything
-    on one side are looked through from the other.
+    on one side are looked through from the other. The camera is drawn larger than it
+    is, its mirror in its true size.
     """
     parts = surroundings(laboratory)
     points = np.concatenate([part.points.reshape(-1, 3) for part in parts])
     long = np.ptp(points, axis=0).max()
     seen = field_of_view(camera, FIELD * long) + axes(AXIS * long)
     seen.append(frustum(getattr(camera, "viewer", camera), BODY * long))
-    seen.append(Labels([[0, -1.5 * BODY * long, 0]], ["camera"], INK))
+    seen += mirrors(camera)
+    # Behind it nothing else is drawn.
+    seen.append(Labels([[0, 0, -2 * BODY * long]], ["camera"], INK))
     return framed([*parts, *moved(seen, T_world_camera)], sight, note=note)
 
 

@@ -42,9 +42,9 @@ PINNED = {
 
 ADDRESS = "RAXEL_JOBS"
 WARM = (
-    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "scipy.ndimage",
-    "scipy.optimize", "scipy.spatial", "scipy.stats", "IPython.core.interactiveshell",
-    "raxel.calibration", "raxel.evaluation",
+    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "pyvista",
+    "scipy.ndimage", "scipy.optimize", "scipy.spatial", "scipy.stats",
+    "IPython.core.interactiveshell", "raxel.calibration", "raxel.evaluation",
     "repro.run.judging", "repro.page.draw", "repro.page.execute",
 )  # fmt: skip
 
