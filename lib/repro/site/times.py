@@ -34,16 +34,16 @@ class PageTimes:
 
 @dataclass(frozen=True)
 class Times:
-    """The times of a build: of each page, of its slowest experiments, of all jobs."""
+    """The times of a build: of each page, its slowest experiments, the scoreboard."""
 
     pages: Sequence[PageTimes]
     slowest: Sequence[tuple[str, str, float]]
-    site: float
+    scoreboard: float
 
     @property
     def total(self) -> float:
-        """Processor seconds of all jobs."""
-        return self.site + sum(page.total for page in self.pages)
+        """Processor seconds of all of these jobs."""
+        return self.scoreboard + sum(page.total for page in self.pages)
 
 
 def times_of(
@@ -69,9 +69,9 @@ def times_of(
     for page, times in sums.items():
         for kind in ("judge", "page"):
             times.rest += _seconds(folder / kind / f"{page}.json")
-    site = [folder / "scoreboard.json", *(folder / "site").glob("*.json")]
     experiments.sort(key=lambda found: -found[2])
-    return Times(list(sums.values()), experiments[:SLOWEST], sum(map(_seconds, site)))
+    scoreboard = _seconds(folder / "scoreboard.json")
+    return Times(list(sums.values()), experiments[:SLOWEST], scoreboard)
 
 
 def _editions(producer: Producer, pages: Sequence[str]) -> list[tuple[str, str]]:
