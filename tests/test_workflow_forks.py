@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -125,3 +126,24 @@ def test_the_warm_process_ends_with_the_build():
         address = os.environ[ADDRESS]
     assert ADDRESS not in os.environ
     assert not Path(address).exists()
+
+
+def test_the_time_of_jobs_counts_as_the_builds(folder):
+    busy = "import time\nend = time.process_time() + 1\n"
+    busy += "def main(words):\n    while time.process_time() < end:\n        pass\n"
+    (folder / "busy.py").write_text(busy + "    return 0\n")
+    build = (
+        "import subprocess, sys\nfrom repro.workflow.forks import warm_jobs\n"
+        f"ask = [sys.executable, '-I', '-S', {str(ASK)!r}, 'a', 'busy']\n"
+        "with warm_jobs():\n    subprocess.run(ask, check=True)\n"
+        "    subprocess.run(ask, check=True)\n"
+    )
+    paths = os.pathsep.join([str(ROOT / "lib"), str(folder)])
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    environment = {k: v for k, v in os.environ.items() if k != "RAXEL_TIMES"}
+    subprocess.run(
+        [sys.executable, "-c", build], cwd=folder, check=True,
+        env=environment | {"PYTHONPATH": paths},
+    )  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert after.ru_utime - before.ru_utime > 2

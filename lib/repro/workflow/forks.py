@@ -24,7 +24,7 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from repro.run import discover
@@ -76,7 +76,7 @@ def serve(address: str) -> None:
     listener.listen(64)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _import_ahead()
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    signal.signal(signal.SIGCHLD, _reap)
     gc.collect()
     gc.freeze()
     while True:
@@ -88,6 +88,13 @@ def serve(address: str) -> None:
             listener.close()
             _job(connection)
         connection.close()
+
+
+def _reap(number: int, frame: object) -> None:
+    """Wait for the jobs that have ended: their processor time counts as this one's."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
 
 
 def _import_ahead() -> None:
