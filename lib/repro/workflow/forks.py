@@ -42,8 +42,9 @@ PINNED = {
 
 ADDRESS = "RAXEL_JOBS"
 WARM = (
-    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "pyvista",
+    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "pyvista.plotting",
     "scipy.ndimage", "scipy.optimize", "scipy.spatial", "scipy.stats",
+    "trame_pyvista.jupyter", "trame_vtk.modules.vtk.serializers",
     "IPython.core.interactiveshell", "raxel.calibration", "raxel.evaluation",
     "repro.run.judging", "repro.page.draw", "repro.page.execute",
 )  # fmt: skip
