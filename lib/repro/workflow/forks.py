@@ -66,8 +66,10 @@ def warm_jobs() -> Iterator[None]:
             yield
         finally:
             del os.environ[ADDRESS]
-            server.stdin.close()
+            # It may still be importing, for a build that had nothing to do.
+            server.terminate()
             server.wait()
+            server.stdin.close()
 
 
 def serve(address: str) -> None:
