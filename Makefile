@@ -19,7 +19,8 @@ report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
 
 test: setup ## unit and property tests, and a quick build with checks on its numbers
-	@$(RUN) .venv/bin/python -m pytest $(ARGS)
+	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
+	  .venv/bin/python -m pytest -n auto --dist loadfile $(ARGS)
 
 quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick --recorded "$(RECORDED)" --cores "$(CORES)"
