@@ -74,7 +74,7 @@ def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
     assert drawing.check.holds
     assert drawing.scene is not None
     assert len(set(drawing.data["camera"])) == 2
-    table = s3_table_figures.Table(results["fig_2_1_tables"], "faceted")
+    table = s3_table_figures.RayTableOfCamera(results["fig_2_1_tables"], "faceted")
     rays = pluecker_matrix_of_rays(table.origins, table.directions)
     np.testing.assert_allclose(table.matrices, rays, atol=1e-12)
     assert np.ptp(table.origins, axis=0).min() > 10

@@ -15,7 +15,7 @@ from chapters.ch03_planar_grids.s1_2_celect.trials import (
     recorded,
     scenes,
 )
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 from repro.run.results import gather, opened
 
 
@@ -125,7 +125,7 @@ def test_a_bent_corner_stays_and_a_bent_disc_moves():
 
 
 def test_broken_edges_fade_to_grey_and_leave_the_rest():
-    board = Board(square_px=250.0, fov_deg=80.0)
+    board = SyntheticBoard(square_px=250.0, fov_deg=80.0)
     image, lattice = board.image(1.0), board.lattice
     rng = np.random.default_rng(0)
     broken = boards.broken_edges(image, lattice, 1.0, 0.4, rng)

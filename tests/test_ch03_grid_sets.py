@@ -25,7 +25,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
 from chapters.shared.grid_detectors import is_right, localised
 from chapters.shared.grid_rigs import SETS, rig_of
 from chapters.shared.lattices import clockwise, outer
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features.celect import (
     OUTER_CORNER,
     TOO_FEW,
@@ -88,7 +88,7 @@ def test_causes_are_told_from_the_contour_that_failed():
 
 
 def test_the_localiser_brings_starts_to_the_corners():
-    board = Board()
+    board = SyntheticBoard()
     start = board.corners + [1.5, -1.0]
     off = np.linalg.norm(localised(board.image(), start) - board.corners, axis=1)
     assert np.median(off) < 0.1

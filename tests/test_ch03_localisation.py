@@ -15,7 +15,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.trials import neighbour_distan
 from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_localise_converges
 from chapters.ch03_planar_grids.s3_1_robustness.trials import START_ERRORS_PX
 from chapters.shared.localiser_basin import farthest_start, worst_within
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 from repro.run.outcomes import Plan
 from repro.run.results import Result, gather
 
@@ -160,10 +160,10 @@ def test_the_basin_ends_where_a_corner_is_left(tmp_path):
 
 
 def test_distances_are_those_to_the_neighbours():
-    board = Board(square_px=200.0, fov_deg=1.0)
+    board = SyntheticBoard(square_px=200.0, fov_deg=1.0)
     # A narrow field bends nothing: all neighbours are one square away.
     assert np.allclose(neighbour_distances(board), 200, rtol=1e-3)
-    bent = neighbour_distances(Board(square_px=100.0)).reshape(9, 9)
+    bent = neighbour_distances(SyntheticBoard(square_px=100.0)).reshape(9, 9)
     assert bent[4, 4] == bent.max()
     assert np.allclose(bent, bent.T)
 

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from chapters.shared.synthetic_board import Board, clicks
+from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.lab.corner_check import fitted_corner
 
 
-@pytest.mark.parametrize("board", [Board(), Board(50.0), Board(yaw_deg=40.0)])
+@pytest.mark.parametrize(
+    "board", [SyntheticBoard(), SyntheticBoard(50.0), SyntheticBoard(yaw_deg=40.0)]
+)
 def test_pictured_corners_are_the_true_ones(board):
     image = board.image(blur_px=0.0).astype(float) / 255
     lattice = board.corners.reshape(board.rows, board.columns, 2)
@@ -24,26 +26,26 @@ def test_pictured_corners_are_the_true_ones(board):
 
 
 def test_diagonal_of_the_flat_picture_spans_the_field_of_view():
-    assert 2 * np.arctan(500 * np.sqrt(2) / Board().focal_px) == pytest.approx(
+    assert 2 * np.arctan(500 * np.sqrt(2) / SyntheticBoard().focal_px) == pytest.approx(
         np.radians(134)
     )
 
 
 def test_plane_reaches_the_camera_at_the_angle_of_the_outermost_corner():
-    limit = np.degrees(np.arcsin(Board().focal_px / 400))
-    assert not np.isnan(Board(yaw_deg=limit - 0.1).corners).any()
-    assert np.isnan(Board(yaw_deg=limit + 0.1).corners).any()
+    limit = np.degrees(np.arcsin(SyntheticBoard().focal_px / 400))
+    assert not np.isnan(SyntheticBoard(yaw_deg=limit - 0.1).corners).any()
+    assert np.isnan(SyntheticBoard(yaw_deg=limit + 0.1).corners).any()
 
 
 def test_yaw_about_the_vertical_keeps_the_mirror_symmetry_of_top_and_bottom():
-    board = Board(yaw_deg=30.0)
+    board = SyntheticBoard(yaw_deg=30.0)
     lattice = board.corners.reshape(board.rows, board.columns, 2)
     np.testing.assert_allclose(lattice[::-1, :, 1], 999 - lattice[:, :, 1], atol=1e-9)
     np.testing.assert_allclose(lattice[::-1, :, 0], lattice[:, :, 0], atol=1e-9)
 
 
 def test_the_lattice_goes_by_row_and_column():
-    board = Board(50.0)
+    board = SyntheticBoard(50.0)
     row_by_row = board.corners[3 * board.columns + 5]
     np.testing.assert_array_equal(board.lattice[3, 5], row_by_row)
     points = board.coordinates.reshape(-1, 2)
@@ -52,7 +54,7 @@ def test_the_lattice_goes_by_row_and_column():
 
 
 def test_outer_corners_go_clockwise_from_the_upper_left():
-    u, v = Board().outer_corners.T
+    u, v = SyntheticBoard().outer_corners.T
     assert u[0] < u[1]
     assert v[1] < v[2]
     assert u[3] < u[2]
@@ -60,7 +62,7 @@ def test_outer_corners_go_clockwise_from_the_upper_left():
 
 
 def test_noise_has_its_sd_and_the_levels_hold():
-    board = Board()
+    board = SyntheticBoard()
     clean = board.image(levels=(64.0, 191.0)).astype(float)
     noisy = board.image(
         noise_sd=10.0, rng=np.random.default_rng(1), levels=(64.0, 191.0)
@@ -72,7 +74,7 @@ def test_noise_has_its_sd_and_the_levels_hold():
 
 def test_clicks_scatter_as_a_user_and_stay_within_the_cap():
     rng = np.random.default_rng(5)
-    truth = Board().outer_corners
+    truth = SyntheticBoard().outer_corners
     offsets = np.array([clicks(truth, rng) - truth for _ in range(2000)])
     lengths = np.linalg.norm(offsets, axis=2)
     assert lengths.max() <= 4.0

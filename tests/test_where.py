@@ -11,7 +11,7 @@ from repro.run import where
 from repro.run.discover import page_files, page_id
 
 ROOT = Path(__file__).resolve().parents[1]
-ATLAS = where.Atlas(ROOT)
+ATLAS = where.Whereabouts(ROOT)
 
 
 def words(identifier):
@@ -173,7 +173,7 @@ def checkout(tmp_path):
     ],
 )
 def test_a_trial_is_found_however_the_plan_names_it(checkout, experiment, place):
-    found = where.Atlas(checkout).lines(experiment)
+    found = where.Whereabouts(checkout).lines(experiment)
     assert [line.place for line in found if line.word == "trial"] == [place]
 
 
@@ -182,7 +182,7 @@ def test_built_files_of_the_full_report_are_listed(checkout):
     results.mkdir(parents=True)
     for name in ("plain.json", "plain.npz", "plain.run.json", "plainer.json"):
         (results / name).write_text("{}")
-    found = where.Atlas(checkout).lines("plain")
+    found = where.Whereabouts(checkout).lines("plain")
     assert [line.place for line in found if line.word == "data"] == [
         "figures/full/results/plain.json:1",
         "figures/full/results/plain.npz:1",

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, Board
+from chapters.shared.synthetic_board import (
+    FULL_RANGE,
+    SIZE_PX,
+    SyntheticBoard,
+)
 
 LEVELS = {"full range": FULL_RANGE, "half range": (64.0, 191.0)}
 
@@ -18,7 +22,7 @@ DEFAULTS = {
 
 def board_of(condition):
     """The board of a condition."""
-    return Board(
+    return SyntheticBoard(
         square_px=SIZE_PX / condition["squares_across"],
         fov_deg=condition["fov_deg"],
         yaw_deg=condition["yaw_deg"],

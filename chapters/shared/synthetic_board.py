@@ -25,7 +25,7 @@ FULL_RANGE = (0.0, 255.0)
 
 
 @dataclass(frozen=True)
-class Board:
+class SyntheticBoard:
     """A chessboard with squares of `square_px`, seen over a diagonal field of view.
 
     The field is that of the picture's diagonal (E-3.15). yaw_deg turns the board

@@ -160,7 +160,7 @@ REACH = 1.5
 SCENE_MM = 200.0
 
 
-class Drawn:
+class DrawnModel:
     """Rays and caustic of one camera, as an experiment left them."""
 
     def __init__(self, result, name):
@@ -190,7 +190,7 @@ class Drawn:
 def ext_zoo_rays(results):
     """Rays and caustics of six cameras that are not central."""
     ran = results["exp_zoo_rays"]
-    cameras = {name: Drawn(ran, name) for name in DRAWN_MM}
+    cameras = {name: DrawnModel(ran, name) for name in DRAWN_MM}
     drawn, axes = new_figure(2, 3, height_in=6.2)
     drawn.set_layout_engine("none")
     rows = []

@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     PUBLISHED,
 )
 from chapters.shared.scoring import CORNER_OFF
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 from repro.judge.statistics import bootstrap, holm, mcnemar
 from repro.page.reader import value
 
@@ -123,7 +123,7 @@ def _name_split(result):
     for method in (PUBLISHED, "symmetry"):
         (inliers,) = result.arrays(f"{method}.inliers")
         value(f"split.{method}", len(inliers))
-    value("split.corners", Board(**DEFAULT).columns)
+    value("split.corners", SyntheticBoard(**DEFAULT).columns)
 
 
 def silently_wrong(result, method):

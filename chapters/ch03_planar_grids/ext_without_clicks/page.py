@@ -19,7 +19,7 @@ from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
     ANIMALS,
     zoo_board,
 )
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features import DETECTORS, find_board
 from raxel.features.find import compiled, grids, growth
 from repro.page.exercise import check
@@ -167,7 +167,7 @@ def sweep_trial(condition, rng):
     optics = {
         k: v for k, v in changed.items() if k in ("noise_sd", "blur_px")
     }
-    board = Board(**geometry)
+    board = SyntheticBoard(**geometry)
     image = board.image(rng=rng, **optics)
     size = board.columns, board.rows
     found = find_board(image, *size)

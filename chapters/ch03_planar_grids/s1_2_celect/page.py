@@ -19,7 +19,7 @@ from chapters.ch03_planar_grids.s1_2_celect.results import name_values
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
 from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import Board, clicks
+from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.compiled import farthest_ahead
 from raxel.features.celect.hough import peaks_of
@@ -172,7 +172,7 @@ def cameras(effort):
 
 def window_trial(condition, rng):
     """The synthetic board with another window radius."""
-    board = Board()
+    board = SyntheticBoard()
     image = board.image(1.0, boards.NOISE_SD, rng)
     where = clicks(board.outer_corners, rng)
     settings = CelectSettings(radius_scale=condition["multiplier"])
@@ -210,7 +210,7 @@ def growth(effort):
 
 def square_trial(condition, rng):
     """The synthetic board with larger squares under strong distortion."""
-    board = Board(
+    board = SyntheticBoard(
         square_px=1000 / condition["squares_across"],
         fov_deg=condition["fov_deg"],
     )
@@ -238,7 +238,7 @@ def big_squares(effort):
 
 def limit_trial(condition, rng):
     """The synthetic board, with one smoothing for all sizes of square."""
-    board = Board(square_px=1000 / condition["squares_across"])
+    board = SyntheticBoard(square_px=1000 / condition["squares_across"])
     image = board.image(1.0, condition["noise_sd"], rng)
     where = clicks(board.outer_corners, rng)
     smoothing = condition["smoothing_px"]

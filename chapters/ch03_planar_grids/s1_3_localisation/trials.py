@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 
 SQUARES_PX = (50, 100, 150, 200)
 BLUR_PX, NOISE_SD, START_SD_PX = 2.0, 4.0, 1.0
@@ -27,7 +27,7 @@ def neighbour_distances(board):
 
 def study_image(square_px, rng):
     """Board, noisy image (H, W) float and starts (N, 2) of one trial of 3.1.3."""
-    board = Board(square_px=square_px)
+    board = SyntheticBoard(square_px=square_px)
     image = board.image(BLUR_PX, NOISE_SD, rng).astype(float)
     noise = rng.normal(0, START_SD_PX, board.corners.shape)
     return board, image, board.corners + noise

@@ -16,7 +16,7 @@ from chapters.shared.localiser_basin import (
     largest_by_start,
     starts_of,
 )
-from chapters.shared.synthetic_board import SIZE_PX, Board
+from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
 from repro.run.experiment import figure
@@ -66,7 +66,7 @@ def fig_3_10(results):
                 data[column].append(cell)
     for panel in panels:
         panel.set_ylabel("v (px)")
-    board = Board()
+    board = SyntheticBoard()
     flat, bent = (
         result.arrays("corners", shape=s)[0] for s in ("flat", "bent")
     )

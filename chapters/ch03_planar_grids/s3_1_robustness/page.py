@@ -34,7 +34,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
 from chapters.shared.localiser_basin import HALF_WINDOWS, OTHERS
 from chapters.shared.robustness import LEVELS, board_of
 from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import SIZE_PX, Board, clicks
+from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
 from raxel.features.localise import corner_subpix
 from repro.page.exercise import check
@@ -73,7 +73,7 @@ from repro.run.outcomes import Plan
 # smooth; the blur of 1 px is kept because the thesis has it.
 
 # %% tags=["active-ipynb"]
-# show_code(Board.image, clicks)
+# show_code(SyntheticBoard.image, clicks)
 
 # %% [markdown]
 # The text does not say how large the default squares are, what the sweeps

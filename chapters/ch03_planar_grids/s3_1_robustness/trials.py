@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from chapters.shared.robustness import DEFAULTS
-from chapters.shared.synthetic_board import SIZE_PX, Board
+from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
 
 NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50, 65, 80, 100)
 BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
@@ -46,5 +46,5 @@ def sweep(name, values, effort, **other):
 @lru_cache(maxsize=1)
 def basin_image():
     """The image of Fig. 3.10(b), and its true corners (N, 2)."""
-    board = Board()
+    board = SyntheticBoard()
     return board.image(BASIN_BLUR_PX), board.corners

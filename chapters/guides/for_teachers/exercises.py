@@ -21,7 +21,7 @@ CHAPTERS = ("ch01_*", "ch02_*")
 WRONG = 0.0  # an answer that is checked, and so makes the library work
 
 
-class Page(NamedTuple):
+class ExercisePage(NamedTuple):
     """A page with exercises: id, title, and the lines that check answers."""
 
     id: str
@@ -78,7 +78,9 @@ def pages_with_exercises(folders=CHAPTERS):
             text = path.read_text("utf-8")
             if checks(text):
                 name = path.parent.relative_to(root).as_posix()
-                found.append(Page(name, title_of(text), checks(text)))
+                found.append(
+                    ExercisePage(name, title_of(text), checks(text))
+                )
     return found
 
 
@@ -135,7 +137,7 @@ def timed_page(page):
 
 def exercise_list(pages):
     """Table of pages, how many exercises each has, and the longest check."""
-    head = ["Page", "Exercises", "Longest check"]
+    head = ["ExercisePage", "Exercises", "Longest check"]
     rows = [[page, len(page.checks), timed_page(page)] for page in pages]
     cells = [
         [

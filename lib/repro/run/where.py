@@ -29,7 +29,7 @@ class UnknownId(Exception):
     """An id that nothing has; the message says which are near."""
 
 
-class Line(NamedTuple):
+class PlaceLine(NamedTuple):
     """One thing and its place, `path:line`, with its own name."""
 
     word: str
@@ -38,7 +38,7 @@ class Line(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Atlas:
+class Whereabouts:
     """What the chapters of the checkout at ``root`` make, and where."""
 
     root: Path
@@ -57,7 +57,7 @@ class Atlas:
         """Entries of a file of the ledger, as they stand."""
         return read_yaml(self.root / FOLDER / f"{stem}.yaml")[stem]
 
-    def lines(self, identifier: str) -> list[Line]:
+    def lines(self, identifier: str) -> list[PlaceLine]:
         """Every place behind an id, in the order of reading; raises UnknownId."""
         claims = self._claims_about(identifier)
         mine = self._of_page(identifier) or self._of_id(identifier) or claims
@@ -65,7 +65,9 @@ class Atlas:
             raise UnknownId(self._unknown(identifier))
         experiments = self._experiments(mine)
         pages = dict.fromkeys(p.page for p in mine)
-        found = [Line("page", f"chapters/{page}/{PAGE_FILE}:1", page) for page in pages]
+        found = [
+            PlaceLine("page", f"chapters/{page}/{PAGE_FILE}:1", page) for page in pages
+        ]
         for one in experiments:
             trial = self.trial_of(one)
             if trial:
@@ -109,7 +111,7 @@ class Atlas:
             todo += [known[n] for n in one.needs if n in known and n not in found]
         return list(found.values())
 
-    def trial_of(self, experiment: Producer) -> Line | None:
+    def trial_of(self, experiment: Producer) -> PlaceLine | None:
         """The function that the experiment's Plan runs, for every condition."""
         path = self.root / "chapters" / experiment.path
         place = self.sources.find(path, [experiment.function])
@@ -121,7 +123,7 @@ class Atlas:
             place = self.sources.find(place.path, dotted(built.func)) if built else None
         return None
 
-    def _line_of(self, inside: Place, node: ast.expr) -> Line:
+    def _line_of(self, inside: Place, node: ast.expr) -> PlaceLine:
         """The line of the function that an expression inside another one names."""
         while isinstance(node, ast.Call):  # of partial(trial, ...) or trial_of(...)
             wraps = ".".join(dotted(node.func)) in WRAPPERS
@@ -137,9 +139,9 @@ class Atlas:
         place = found or Place(inside.path, node)
         shown = place.path.relative_to(self.root).as_posix()
         said = name[-1] if found else "lambda"
-        return Line("trial", f"{shown}:{place.node.lineno}", said)
+        return PlaceLine("trial", f"{shown}:{place.node.lineno}", said)
 
-    def _data(self, made: Iterable[Producer]) -> list[Line]:
+    def _data(self, made: Iterable[Producer]) -> list[PlaceLine]:
         """Files of the full build that these have left, one set after the other."""
         base = self.root / "figures" / "full"
         files: list[Path] = []
@@ -151,7 +153,7 @@ class Atlas:
                 )
         names = dict.fromkeys(path.relative_to(self.root).as_posix() for path in files)
         return [
-            Line("data", f"{name}:1", "")
+            PlaceLine("data", f"{name}:1", "")
             for name in names
             if not name.endswith(".run.json")
         ]
@@ -170,9 +172,9 @@ class Atlas:
         return f"{identifier}: no such id; {hint}"
 
 
-def _line(one: Producer) -> Line:
+def _line(one: Producer) -> PlaceLine:
     name = one.id if one.id == one.function else f"{one.id} {one.function}"
-    return Line(one.kind, f"chapters/{one.path}:{one.line}", name)
+    return PlaceLine(one.kind, f"chapters/{one.path}:{one.line}", name)
 
 
 def _call(function: ast.FunctionDef, name: str) -> ast.Call | None:
@@ -191,7 +193,7 @@ def _first(call: ast.Call, keyword: str) -> ast.expr:
     return call.args[0] if call.args else named[keyword]
 
 
-def shown(lines: Sequence[Line]) -> str:
+def shown(lines: Sequence[PlaceLine]) -> str:
     """Lines below each other, words and places aligned."""
     word = max(len(line.word) for line in lines)
     place = max(len(line.place) for line in lines)
@@ -205,7 +207,7 @@ def main(argv: list[str] | None = None) -> int:
     if not given:
         print("make where ID: give an id, such as table_3_4", file=sys.stderr)
         return 1
-    atlas = Atlas(Path.cwd())
+    atlas = Whereabouts(Path.cwd())
     try:
         found = [shown(atlas.lines(identifier)) for identifier in given]
     except UnknownId as error:

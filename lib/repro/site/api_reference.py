@@ -29,7 +29,7 @@ Documented = ast.FunctionDef | ast.ClassDef
 
 
 @dataclass(frozen=True)
-class Module:
+class DocumentedModule:
     """A parsed module: dotted name, path below lib, syntax."""
 
     name: str
@@ -105,13 +105,13 @@ def _is_public(path: Path) -> bool:
     return not path.name.startswith("_")
 
 
-def _module(library: Path, path: Path) -> Module:
+def _module(library: Path, path: Path) -> DocumentedModule:
     below = path.relative_to(library.parent)
     name = ".".join(below.with_suffix("").parts).removesuffix(".__init__")
-    return Module(name, below.as_posix(), ast.parse(path.read_text("utf-8")))
+    return DocumentedModule(name, below.as_posix(), ast.parse(path.read_text("utf-8")))
 
 
-def _sections(modules: list[Module]) -> Iterator[str]:
+def _sections(modules: list[DocumentedModule]) -> Iterator[str]:
     """Modules with something public in them, each under a heading."""
     for module in modules:
         entries = list(_documented(module, module.tree.body))
@@ -121,7 +121,7 @@ def _sections(modules: list[Module]) -> Iterator[str]:
             yield from entries
 
 
-def _documented(module: Module, body: list[ast.stmt]) -> Iterator[str]:
+def _documented(module: DocumentedModule, body: list[ast.stmt]) -> Iterator[str]:
     for node in _public(body):
         yield _html("anchor", _anchor(module.name, node.name)) + "\n"
         yield f"### {prose(node.name)}"

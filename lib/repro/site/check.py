@@ -61,7 +61,7 @@ class Problem(NamedTuple):
         return f"{self.file}:{self.line}: {self.text}"
 
 
-class Page(HTMLParser):
+class HtmlPage(HTMLParser):
     """Ids and references of one HTML file, and what a reader without sight misses."""
 
     def __init__(self, text: str) -> None:
@@ -126,7 +126,8 @@ def css_addresses(text: str) -> list[str]:
 def check_site(site: Path) -> list[Problem]:
     """Every problem of the site at ``site``; an empty list for a good one."""
     pages = {
-        path.resolve(): Page(path.read_text("utf-8")) for path in site.rglob("*.html")
+        path.resolve(): HtmlPage(path.read_text("utf-8"))
+        for path in site.rglob("*.html")
     }
     if not pages:
         return [Problem(str(site), 0, "no HTML page here; build the site first")]
@@ -151,7 +152,7 @@ def _style_sheets(site: Path) -> Iterator[Problem]:
 
 
 def _fault(
-    site: Path, path: Path, reference: Reference, pages: dict[Path, Page]
+    site: Path, path: Path, reference: Reference, pages: dict[Path, HtmlPage]
 ) -> str | None:
     parts = urlsplit(reference.address)
     shown = reference.address

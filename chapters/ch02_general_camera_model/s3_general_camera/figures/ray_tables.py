@@ -29,7 +29,7 @@ SIGHT = (0.5, 0.45, 0.75)
 PANEL_ASPECT = 0.9
 
 
-class Table:
+class RayTableOfCamera:
     """The look-up table of one camera, as an experiment left it."""
 
     def __init__(self, result, camera):
@@ -66,7 +66,8 @@ class Table:
 def fig_2_1(results):
     """Image, look-up table and rays of two cameras, side by side."""
     tables = {
-        camera: Table(results["fig_2_1_tables"], camera) for camera in SIDES
+        camera: RayTableOfCamera(results["fig_2_1_tables"], camera)
+        for camera in SIDES
     }
     drawn, images = new_figure(1, 2, height_in=6.4)
     # Axes in space need more room than a layout engine gives them.

@@ -14,7 +14,7 @@ from chapters.shared.lattices import outer
 from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import (
     SIZE_PX,
-    Board,
+    SyntheticBoard,
     clicks,
 )
 from raxel.features.celect import celect
@@ -105,7 +105,7 @@ class CodedView:
     @property
     def board(self):
         """The board whose camera takes the picture."""
-        return Board(fov_deg=self.fov_deg)
+        return SyntheticBoard(fov_deg=self.fov_deg)
 
     @property
     def square_px(self):

@@ -16,7 +16,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
 )
 from chapters.shared.synthetic_board import (
     SIZE_PX,
-    Board,
+    SyntheticBoard,
     clicks,
 )
 from raxel.features.celect import CelectSettings, celect
@@ -80,7 +80,7 @@ def picture_of(name, rng):
     if name == "bent at random":
         board = bent_at_random(rng)
     else:
-        board = Board(**(DEFAULT | changed))
+        board = SyntheticBoard(**(DEFAULT | changed))
     return board, board.image(blur, noise, rng)
 
 

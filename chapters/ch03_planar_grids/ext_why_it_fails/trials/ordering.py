@@ -13,7 +13,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     spacing,
 )
 from chapters.shared.lattices import outer
-from chapters.shared.synthetic_board import Board
+from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features.celect.baselines import (
     order_by_homography,
     order_by_joining_line,
@@ -42,7 +42,7 @@ def lattice_at(condition, rng):
     """True corners (rows, columns, 2) of a bent board, turned at random."""
     bend = condition["bend_deg"]
     if condition["family"] == "fov":
-        board = Board(fov_deg=bend)
+        board = SyntheticBoard(fov_deg=bend)
         return board.lattice
     radius = HALF_WIDTH_PX / math.sin(math.radians(bend) / 2)
     return SectorBoard(

@@ -8,7 +8,7 @@ from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
     photographed,
 )
 from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import Board, clicks
+from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
 
 NOISE_SD = 4.0
@@ -90,7 +90,7 @@ def growth_trial(condition, rng):
 
     Blurred by 1 px before the edges fade and again after it.
     """
-    board = Board(
+    board = SyntheticBoard(
         square_px=1000 / condition["squares_across"],
         fov_deg=condition["fov_deg"],
     )

@@ -10,7 +10,7 @@ from chapters.ch03_planar_grids.s1_2_celect.trials.boards import NOISE_SD
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import board_view
 from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import Board, clicks
+from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import celect
 from raxel.features.celect.algorithm import snapped
 from raxel.features.celect.hough import peaks_of, vote
@@ -137,7 +137,7 @@ def stage_trial(condition, rng):
     Keys "a > b". What the snapping of the clicks calls counts as snapping, and
     the choice of a first line as one stage.
     """
-    board = Board()
+    board = SyntheticBoard()
     image = board.image(1.0, NOISE_SD, rng)
     where = clicks(board.outer_corners, rng)
     names = {f.__code__: name for name, f in STAGES.items()}
