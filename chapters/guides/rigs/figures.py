@@ -12,13 +12,13 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-HEIGHT_IN = 4.8
+HEIGHT_IN = 4.2
 HEAD = (
     "view", "use", "x_mm", "y_mm", "z_mm", "distance_mm", "tilt_deg",
 )  # fmt: skip
 FRAME = (
     "In the frame of the camera: z ahead, y down. Blue: rays at the edge of "
-    "the field of view, which goes on beyond them."
+    "the field of view, cut off at one length."
 )
 MIRROR = (
     " The camera sees the mirror along the grey lines, and its rays start "

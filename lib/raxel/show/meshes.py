@@ -5,6 +5,7 @@ occlusion. Widths and sizes, px, become lengths at the distance of `look_at`, an
 places are told from there, so that single precision is enough.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -46,10 +47,12 @@ class Drawn(NamedTuple):
     culled: str | None
 
 
+@functools.lru_cache(maxsize=1)
 def drawn_parts(scene):
     """The meshes of a scene, `Drawn`, one for all that is painted alike.
 
-    They come in the order of the parts; labels have none.
+    They come in the order of the parts; labels have none. The last scene's are kept:
+    its picture and its page are usually made one after the other.
 
     Raises SceneError where no part has anything to draw.
     """
