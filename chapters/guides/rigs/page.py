@@ -46,11 +46,12 @@ def ext_rigs(effort):
 # ```
 #
 # Without `--out` it opens the scene in a browser. Copy a rig, change a
-# number, look again: a target that stands behind the camera, or a mirror
-# that looks the wrong way, is seen at once. `raxel render` then takes the
-# photographs, of the same poses if the seed is the same; here it is
-# {glue:text}`seed`. The numbers beside a figure (CSV) are those poses. The
-# command draws a camera (`camera.npz`) or an image set in the same way.
+# number, look again; a rig whose camera cannot see its targets is refused
+# in one line. `raxel render` then takes the photographs, of the same poses
+# if the seed is the same; here it is {glue:text}`seed`. The numbers beside a
+# figure (CSV) are those poses. The command draws a camera (`camera.npz`) or
+# an image set in the same way. What the rendered sets are good for is on
+# the page [Benchmarks](benchmarks.ipynb).
 #
 # **What is drawn.** The frame is the camera's, z ahead and y down. A target
 # shows its squares from the side that faces the camera; from behind one
@@ -85,8 +86,8 @@ def ext_rigs(effort):
 # %% [markdown]
 # ## A fisheye converter at three zooms
 #
-# One lens, three fields of view: Table 2.2 compares a pinhole with a general
-# camera on these.
+# One lens, three fields of view. Table 2.2 compares a pinhole with a
+# general camera on these.
 #
 # ### `coolpix-fce8-zoom-1`: zoomed in
 #
@@ -138,9 +139,9 @@ def ext_rigs(effort):
 # ## The four sets of planar grids
 #
 # Chessboards that are hard to find: [section
-# 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb) counts the corners found in
-# each set, and [its conditions](../ch03_planar_grids/s3_2_conditions.ipynb) are
-# looked at one by one.
+# 3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb) counts the corners found
+# in each set, and [its conditions](../ch03_planar_grids/s3_2_conditions.ipynb)
+# are looked at one by one.
 #
 # ### `spherical`: in a ball
 #
@@ -189,7 +190,7 @@ def ext_rigs(effort):
 # %% [markdown]
 # ## Large grids without a border
 #
-# Fig. 3.14: grids that go on beyond the picture.
+# Fig. 3.14: one board that takes up much of the picture.
 #
 # ### `large-hyperboloidal`: in a hyperboloid
 #
@@ -217,5 +218,5 @@ def ext_rigs(effort):
 #   noise, dirt and shadows are in the rig file and in its photographs.
 # - The monitor shows a coarse pattern of stripes that stands for all that it
 #   shows in turn.
-# - A target that a mirror shows from behind is not drawn in the mirror.
-#   What the camera sees of it is in its photograph.
+# - Mirrors do not reflect here. What the camera sees in one is in its
+#   photograph.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import textwrap
 
+import numpy as np
 from matplotlib.axes import Axes
 
 from raxel.show import Scene, available, html, picture_array
@@ -31,7 +32,11 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
     drawn.draw_without_rendering()
     place = axes.get_window_extent().transformed(drawn.dpi_scale_trans.inverted())
     size = [round(CSS_PX_PER_INCH * side) for side in (place.width, place.height)]
-    axes.imshow(picture_array(scene, size), interpolation="none", aspect="equal")
+    # Opaque by a channel of its own, which matplotlib would add each time it draws.
+    shown = np.pad(
+        picture_array(scene, size), ((0, 0), (0, 0), (0, 1)), constant_values=255
+    )
+    axes.imshow(shown, interpolation="none", aspect="equal")
 
 
 def scene_page(scene: Scene, title: str) -> str:
