@@ -32,7 +32,8 @@ def test_a_scene_fills_its_axes_and_needs_no_labels():
     assert width / height == pytest.approx(wanted, rel=0.02)
     middle = axes[0].images[0].get_array()[height // 2, width // 2]
     assert middle[0] > 100
-    assert middle[1:].max() < 60
+    assert middle[1:3].max() < 60
+    assert middle[3] == 255
     style.check_axes(drawn, "fig")
 
 

@@ -12,7 +12,7 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-HEIGHT_IN = 4.2
+HEIGHT_IN = 4.0
 HEAD = (
     "view", "use", "x_mm", "y_mm", "z_mm", "distance_mm", "tilt_deg",
 )  # fmt: skip
