@@ -302,3 +302,14 @@ def test_symmetries_are_eight_different_orders():
     orders = list(symmetries(corners, 4, 3))
     assert sorted(size for _, size in orders) == [(3, 4)] * 4 + [(4, 3)] * 4
     assert len({order.tobytes() for order, _ in orders}) == 8
+
+
+def test_the_sector_detector_begins_anew_at_every_picture():
+    """Its k-means draws from OpenCV's one generator, which other calls draw from too."""
+    image = drawn("tilted").image()
+    after = []
+    for calls in (1, 3):
+        for _ in range(calls):
+            chessboard_corners_sb(image, 9, 6)
+        after.append(cv2.randu(np.zeros((1, 4)), 0, 1))
+    assert np.array_equal(*after)

@@ -4,7 +4,7 @@ import copy
 
 import pytest
 import yaml
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from raxel.errors import InputError
@@ -118,6 +118,7 @@ def loads_or_says_why(folder, content):
         assert isinstance(loaded, ImageSet)
 
 
+@settings(deadline=None)
 @given(mutated())
 def test_any_change_of_the_content(folder, text):
     loads_or_says_why(folder, text.encode())
@@ -126,6 +127,7 @@ def test_any_change_of_the_content(folder, text):
 BYTES = yaml.safe_dump(CHESSBOARD).encode()
 
 
+@settings(deadline=None)
 @given(st.integers(0, len(BYTES)), st.integers(0, 9), st.binary(max_size=6))
 @example(0, len(BYTES), b"!!bool x")
 @example(0, len(BYTES), b"? [a]\n: b")
