@@ -305,7 +305,7 @@ def test_symmetries_are_eight_different_orders():
 
 
 def test_the_sector_detector_begins_anew_at_every_picture():
-    """Its k-means draws from OpenCV's one generator, which other calls draw from too."""
+    """Its k-means draws from OpenCV's one generator, as other calls do."""
     image = drawn("tilted").image()
     after = []
     for calls in (1, 3):
