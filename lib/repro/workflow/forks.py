@@ -66,10 +66,8 @@ def warm_jobs() -> Iterator[None]:
             yield
         finally:
             del os.environ[ADDRESS]
-            # It may still be importing, for a build that had nothing to do.
-            server.terminate()
-            server.wait()
             server.stdin.close()
+            server.wait()
 
 
 def serve(address: str) -> None:
@@ -78,19 +76,27 @@ def serve(address: str) -> None:
     listener.bind(address)
     listener.listen(64)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if not _asked(listener):
+        return
     _import_ahead()
     signal.signal(signal.SIGCHLD, _reap)
     gc.collect()
     gc.freeze()
-    while True:
-        ready, _, _ = select.select([listener, sys.stdin], [], [])
-        if sys.stdin in ready:
-            return
+    while _asked(listener):
         connection, _ = listener.accept()
         if os.fork() == 0:
             listener.close()
             _job(connection)
         connection.close()
+
+
+def _asked(listener: socket.socket) -> bool:
+    """Wait for the next request; False where the build has ended instead.
+
+    Nothing is imported before the first one: a build may have nothing to do.
+    """
+    ready, _, _ = select.select([listener, sys.stdin], [], [])
+    return sys.stdin not in ready
 
 
 def _reap(number: int, frame: object) -> None:
