@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from repro.run.names import Sources, dotted
@@ -54,9 +55,16 @@ def page_module(page: str) -> str:
 
 def producers(root: Path) -> list[Producer]:
     """Every marked function of every chapter file; ids are unique within a kind."""
+    paths = sorted((root / "chapters").glob("*/*/**/*.py"))
+    return list(_producers(root, tuple((p, p.stat().st_mtime_ns) for p in paths)))
+
+
+@cache
+def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer]:
+    """Producers of files with these times of change: read again when one changed."""
     found: dict[tuple[str, str], Producer] = {}
     sources = Sources(root)
-    for path in sorted((root / "chapters").glob("*/*/**/*.py")):
+    for path, _ in dated:
         for producer in _of_file(sources, path):
             key = (producer.kind, producer.id)
             if key in found:
