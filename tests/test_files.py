@@ -1,12 +1,22 @@
 """Results on disk are whole or absent."""
 
+import errno
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from raxel import files
 from raxel.errors import InputError
-from raxel.files import read_json, write_json, write_whole
+from raxel.files import (
+    move_into,
+    read_json,
+    recording,
+    together,
+    write_json,
+    write_whole,
+)
 
 
 @pytest.mark.parametrize("content", ["π und mehr\n", b"\x00\xff\r\n", ""])
@@ -50,3 +60,77 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
         write_json(tmp_path / "none" / "x.json", {})
     with pytest.raises(InputError, match="this is a folder"):
         write_whole(tmp_path, "")
+
+
+def write_both(first, one, second, other):
+    with together() as place:
+        write_json(place(first), one)
+        write_json(place(second), other)
+
+
+def test_several_results_take_their_places_together(tmp_path):
+    first, second = tmp_path / "first.json", tmp_path / "second.json"
+    write_json(first, {"old": 1})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_both(first, {"new": 1}, second, {"new": np.inf})
+    assert read_json(first) == {"old": 1}
+    assert os.listdir(tmp_path) == ["first.json"]
+    with recording() as written, together() as place:
+        write_json(place(first), {"new": 1})
+        write_json(place(second), {"new": 2})
+        assert read_json(first) == {"old": 1}
+        assert written == []
+    assert (read_json(first), read_json(second)) == ({"new": 1}, {"new": 2})
+    assert written == [first, second]
+    assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
+
+
+def test_a_move_that_fails_after_another_is_told_by_name(tmp_path, monkeypatch):
+    first, second = tmp_path / "first.json", tmp_path / "second.json"
+    monkeypatch.setattr(files, "check_can_be_written", lambda path: None)
+    second.mkdir()
+    with recording() as written, pytest.raises(IsADirectoryError) as caught:
+        write_both(first, 1, second, 2)
+    assert caught.value.filename2 == str(second)
+    assert written == [first]
+    assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
+
+
+def test_a_full_disk_is_told_with_the_name_of_the_result(tmp_path, monkeypatch):
+    def full(self, data):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space left") as caught:
+        write_both(tmp_path / "a.json", 1, tmp_path / "b.json", 2)
+    assert caught.value.filename == str(tmp_path / "a.json")
+    assert os.listdir(tmp_path) == []
+
+
+def test_folders_are_filled_or_appear_whole(tmp_path):
+    def new():
+        folder = tmp_path / "new"
+        (folder / "sub").mkdir(parents=True)
+        (folder / "sub" / "a").write_text("new")
+        return folder
+
+    out = tmp_path / "out"
+    move_into(new(), out)
+    (out / "b").write_text("old")
+    (out / "sub" / "a").write_text("old")
+    with recording() as written:
+        move_into(new(), out)
+    assert (out / "sub" / "a").read_text() == "new"
+    assert (out / "b").read_text() == "old"
+    assert written == [out / "sub" / "a"]
+
+
+@pytest.mark.parametrize("name", ["a" * 251 + ".txt", "a." + "b" * 250, "é" * 127])
+def test_a_name_as_long_as_the_disk_takes_is_written(tmp_path, name):
+    write_whole(tmp_path / name, "content")
+    assert os.listdir(tmp_path) == [name]
+
+
+def test_a_name_that_is_no_utf_8_comes_back_from_json(tmp_path):
+    write_json(tmp_path / "a.json", {"file": "a\udcff.png"})
+    assert read_json(tmp_path / "a.json") == {"file": "a\udcff.png"}

@@ -4,9 +4,14 @@ import contextlib
 import json
 import os
 import tempfile
+from contextvars import ContextVar
 from pathlib import Path
 
 from raxel.errors import InputError
+
+# Characters of the name and of the suffix in a temporary name, at most 4 bytes each.
+LONGEST_IN_NAMES = 24
+_record = ContextVar("_record", default=None)
 
 
 @contextlib.contextmanager
@@ -15,21 +20,102 @@ def replacing(path):
 
     The temporary name keeps the suffix of `path`, since writers look at it. If the
     block raises, nothing is left. Raises InputError where the folder cannot be
-    written.
+    written; an OSError of the block names `path`.
     """
-    path = Path(path)
+    with together() as place:
+        yield place(path)
+
+
+@contextlib.contextmanager
+def together():
+    """Several results take their places together, when the last is whole.
+
+    Yields a callable `place`: it takes the path of a result and gives a temporary path
+    for it, as `replacing`. When the block ends all are moved, in the order in which
+    they were placed. If it raises, none is, and nothing is left:
+
+        with together() as place:
+            camera.save(place("camera.npz"))
+            write_json(place("result.json"), result)
+
+    Only a move can fail after another; `recording` then knows which were made.
+    """
+    places = {}
+
+    def place(path):
+        temporary = _beside(Path(path))
+        places[temporary] = Path(path)
+        return temporary
+
+    try:
+        with recording():  # what is put at a temporary path is no result yet
+            yield place
+        for temporary, path in places.items():
+            temporary.chmod(0o666 & ~_umask())
+            _move(temporary, path)
+    except OSError as fault:
+        _name_the_result(fault, places)
+        raise
+    finally:
+        for temporary in places:
+            temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def recording():
+    """Yield a list to which each result of the block is added as it takes its place.
+
+    Whoever reports a failure can so say truly what was written before it.
+    """
+    paths = []
+    token = _record.set(paths)
+    try:
+        yield paths
+    finally:
+        _record.reset(token)
+
+
+def move_into(folder, out):
+    """Move all files below `folder` to the same places below `out`, on the same disk.
+
+    A new `out` appears whole. In one that is there already they take their places one
+    by one, over files of the same name.
+    """
+    folder, out = Path(folder), Path(out)
+    if not out.exists():
+        _move(folder, out)
+        return
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        target = out / path.relative_to(folder)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _move(path, target)
+
+
+def _move(source, path):
+    os.replace(source, path)
+    paths = _record.get()
+    if paths is not None:
+        paths.append(path)
+
+
+def _beside(path):
+    """A new empty file in the folder of `path`, for what will be there."""
     check_can_be_written(path)
+    suffix = path.suffix if len(path.suffix) <= LONGEST_IN_NAMES else ""
     descriptor, name = tempfile.mkstemp(
-        prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        prefix=f".{path.stem[:LONGEST_IN_NAMES]}-", suffix=suffix, dir=path.parent
     )
     os.close(descriptor)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    return Path(name)
+
+
+def _name_the_result(fault, places):
+    """Let a fault name the file that was asked for, not the temporary one."""
+    if fault.filename is None and len(places) == 1:
+        (fault.filename,) = map(str, places.values())
+    for temporary, path in places.items():
+        if fault.filename == str(temporary):
+            fault.filename = str(path)
 
 
 def check_can_be_written(path):
@@ -55,7 +141,8 @@ def write_whole(path, content):
 def write_json(path, data):
     """Write `data` as JSON, whole or not at all. Numbers must be finite or None."""
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    write_whole(path, text + "\n")
+    # A file name that is no UTF-8 holds lone surrogates: JSON has escapes for them.
+    write_whole(path, (text + "\n").encode(errors="backslashreplace"))
 
 
 def read_json(path):
