@@ -25,14 +25,19 @@ view's `outer_corners` in set.yaml. Every command explains its options with `--h
 Results are files, a short summary goes to standard output, progress to standard
 error. Exit status: 0 done; 2 bad input, with one line that says what and where, or no
 board in any image; 1 a file that cannot be written; 130 interrupted. Nothing
-half-written is left.
+half-written is left, and of several results of one command all are written or none. A
+pipe whose reader has gone (`| head -1`) stops nothing: files are written, status 0.
 """
 
 import argparse
+import contextlib
 import os
 import sys
 
+from raxel.cli.progress import Progress
+from raxel.cli.terminal import Terminal, on_one_line
 from raxel.errors import InputError
+from raxel.files import recording
 
 DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
 MODELS = ("auto", "zhang", "generic")
@@ -42,33 +47,58 @@ class _OneLineParser(argparse.ArgumentParser):
     """A parser whose complaint is one line, as every other of this program."""
 
     def error(self, message):
-        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+        line = on_one_line(f"{self.prog}: {message}; see {self.prog} --help")
+        self.exit(2, f"{line}\n")
 
 
 def main(argv=None):
     """Run one command; returns the exit status."""
-    from raxel.cli.progress import Progress
+    out, err = Terminal(sys.stdout), Terminal(sys.stderr)
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = _run(argv)
+        out.flush()
+        if status == 0 and out.fault is not None and not out.reader_has_gone:
+            _complain(f"standard output: {out.fault.strerror}; all files are written")
+            status = 1
+        err.flush()
+    return status
 
+
+def _run(argv):
     # With several threads OpenCV's fits differ in the last digits from run to run.
     os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
     progress = Progress(sys.stderr)
-    try:
-        options = _parser().parse_args(argv)
-        options.command(options, progress.say)
-    except SystemExit as stop:
-        return stop.code or 0
-    except InputError as fault:
-        print(f"raxel: {fault}", file=sys.stderr)
-        return 2
-    except OSError as fault:
-        name = fault.filename or "output"
-        print(f"raxel: {name}: {fault.strerror}; nothing written", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("raxel: interrupted; nothing written", file=sys.stderr)
-        return 130
+    with recording() as written:
+        try:
+            options = _parser().parse_args(argv)
+            options.command(options, progress.say)
+        except SystemExit as stop:
+            return stop.code or 0
+        except InputError as fault:
+            _complain(fault)
+            return 2
+        except OSError as fault:
+            name = fault.filename2 or fault.filename or "output"
+            problem = fault.strerror or fault
+            _complain(f"{name}: {problem}; {_told(written)}")
+            return 1
+        except KeyboardInterrupt:
+            _complain(f"interrupted; {_told(written)}")
+            return 130
     progress.release()
     return 0
+
+
+def _complain(fault):
+    print(f"raxel: {on_one_line(fault)}", file=sys.stderr)
+
+
+def _told(written):
+    """What a command that failed has written all the same."""
+    if not written:
+        return "nothing written"
+    more = f" and {len(written) - 1} more" if len(written) > 1 else ""
+    return f"written before that: {written[0]}{more}"
 
 
 def _parser():

@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from raxel.cli.terminal import on_one_line
 from raxel.sets import ActiveGrid, load_reference, load_set, read_image
 
 
@@ -17,7 +18,7 @@ def check(options, say):
     bits = ", ".join(f"{count} of {depth} bit" for depth, count in depths.items())
     uses = Counter(view.use for view in image_set.views)
     print(f"set        {image_set.name}")
-    print(f"camera     {image_set.camera or 'not described'}")
+    print(f"camera     {on_one_line(image_set.camera) or 'not described'}")
     print(f"images     {bits}, {image_set.width} x {image_set.height} px")
     print(f"target     {_target(image_set.target)}")
     print(f"views      {', '.join(f'{n} to {use}' for use, n in uses.items())}")

@@ -2,6 +2,8 @@
 
 import time
 
+from raxel.cli.terminal import on_one_line
+
 PATIENCE_S = 5.0
 
 
@@ -20,7 +22,7 @@ class Progress:
 
     def say(self, line):
         """One line of progress."""
-        self._held.append(line)
+        self._held.append(on_one_line(line))
         if self._clock() >= self._live_from:
             self.release()
 

@@ -1,5 +1,6 @@
 """`raxel render RIG --out SET --seed N`"""
 
+from raxel.cli.terminal import on_one_line
 from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
 
@@ -11,5 +12,5 @@ def render(options, say):
     files = sum(len(view.files) for view in image_set.views)
     print(
         f"{image_set.name}: {len(image_set.views)} views, {files} images of "
-        f"{image_set.width} x {image_set.height} px, in {image_set.folder}"
+        f"{image_set.width} x {image_set.height} px, in {on_one_line(image_set.folder)}"
     )

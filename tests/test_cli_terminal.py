@@ -1,0 +1,149 @@
+"""What a command prints commands no terminal, and a lost reader costs no result."""
+
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from raxel.cameras.io import load_camera
+from raxel.cli import main
+from raxel.cli.progress import Progress
+from raxel.cli.terminal import Terminal, on_one_line
+from tests.bad_input.changes import edit, setting
+from tests.image_sets import description, write_drawn_set
+
+# Clears the screen; the same in one character of C1; turns the direction of writing.
+COMMANDS = "\x1b[2J", "\x9b2J", "a\u202egnp.exe", "a\u2066b", "\x7f\r\x08\x85\u2028"
+
+
+def is_harmless(text):
+    return all(line.isprintable() for line in text.split("\n"))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_nothing_from_a_set_commands_the_terminal(tmp_path, capsys, command):
+    write_drawn_set(tmp_path, tilts=((0, 0),))
+    edit(tmp_path, setting("camera", to=f"good {command} camera"))
+    assert main(["check", str(tmp_path)]) == 0
+    printed = capsys.readouterr()
+    assert is_harmless(printed.out + printed.err)
+    shown = command.encode("unicode_escape").decode()
+    assert f"camera     good {shown} camera\n" in printed.out
+
+
+def test_a_camera_of_several_lines_forges_none(tmp_path, capsys):
+    write_drawn_set(tmp_path, tilts=((0, 0),))
+    edit(tmp_path, setting("camera", to="a camera\nviews      99 to calibrate"))
+    assert main(["check", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert r"camera     a camera\nviews" in printed
+    assert printed.count("\nviews") == 1
+
+
+@pytest.mark.parametrize(
+    "name", ["a\nb", "a\x1b[31mb", "a\x9b31mb", "\udcff", "a" * 200]
+)
+def test_a_complaint_is_one_line_whatever_the_name(tmp_path, capsys, name):
+    for arguments in (
+        ["check", str(tmp_path / name)],
+        ["corners", str(tmp_path), "--json", str(tmp_path / name / "x.json")],
+        ["evaluate", str(tmp_path / name), str(tmp_path)],
+        ["check", str(tmp_path), f"--{name}"],
+    ):
+        assert main(arguments) == 2
+        err = capsys.readouterr().err
+        assert err.count("\n") == 1
+        assert is_harmless(err)
+        assert name.encode("unicode_escape").decode() in err or "evaluate" in arguments
+
+
+def test_photographs_of_any_name_are_named_harmlessly(tmp_path, capsys):
+    names = "\u202egnp.png", "\x9b2J.png", "\udcff.png", "a\u2028b.png"
+    write_drawn_set(tmp_path, tilts=((0, 0),))
+    for name in names:
+        shutil.copy(tmp_path / "view0.png", tmp_path / name)
+    views = [{"image": name} for name in names]
+    quoted = json.dumps(description(0, views=views))  # JSON is YAML
+    (tmp_path / "set.yaml").write_text(quoted)
+    assert main(["check", str(tmp_path)]) == 0
+    printed = capsys.readouterr()
+    assert is_harmless(printed.out + printed.err)
+    lines = printed.err.splitlines()
+    assert lines == [
+        f"{number}/4 {name.encode('unicode_escape').decode()}"
+        for number, name in enumerate(names, 1)
+    ]
+
+
+def closed_pipe(buffering):
+    """The end of a pipe, to write to, whose other end nobody reads any more."""
+    read, write = os.pipe()
+    os.close(read)
+    return open(write, "w", buffering)
+
+
+@pytest.mark.parametrize("buffering", [1, 8192])
+def test_a_reader_that_leaves_costs_no_calibration(tmp_path, monkeypatch, buffering):
+    write_drawn_set(tmp_path / "set", tilts=((25, 0), (0, 28)))
+    out, result = tmp_path / "camera.npz", tmp_path / "result.json"
+    with closed_pipe(buffering) as pipe, closed_pipe(1) as progress:
+        monkeypatch.setattr(sys, "stdout", pipe)
+        monkeypatch.setattr(sys, "stderr", progress)
+        arguments = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
+        assert main([*arguments, "--out", str(out), "--json", str(result)]) == 0
+    assert load_camera(out).K[0, 0] == pytest.approx(300, rel=0.05)
+    assert json.loads(result.read_text())["model"] == "zhang"
+
+
+def test_a_reader_that_leaves_ends_a_process_in_peace(tmp_path):
+    """Python itself complains at its end where the pipe is left as it is."""
+    write_drawn_set(tmp_path, tilts=((0, 0),))
+    with closed_pipe(1) as pipe:
+        command = [sys.executable, "-m", "raxel", "check", str(tmp_path)]
+        done = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, check=False)
+    assert done.returncode == 0
+    assert done.stderr == b"1/1 view0.png\n"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
+def test_an_output_that_cannot_be_written_is_told(tmp_path, monkeypatch, capsys):
+    write_drawn_set(tmp_path / "set", tilts=((0, 0),))
+    out = tmp_path / "corners.json"
+    with open("/dev/full", "w") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        assert main(["corners", str(tmp_path / "set"), "--json", str(out)]) == 1
+    assert out.exists()
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last.startswith("raxel: standard output: No space left on device; all files")
+
+
+def test_what_the_stream_cannot_encode_is_shown_as_an_escape():
+    raw = io.BytesIO()
+    stream = io.TextIOWrapper(raw, encoding="ascii")
+    print("Mičušík \udcff", file=Terminal(stream), flush=True)
+    assert raw.getvalue() == b"Mi\\u010du\\u0161\\xedk \\udcff\n"
+
+
+@pytest.mark.parametrize("text", ["", "a b", "µ → é", "a\xa0b\u3000c", "日本語"])
+def test_ordinary_text_stays_as_it_is(text):
+    assert on_one_line(text) == text
+
+
+def test_a_word_of_progress_is_one_line():
+    stream = io.StringIO()
+    progress = Progress(stream)
+    progress.say("first\nsecond")
+    progress.release()
+    assert stream.getvalue() == "first\\nsecond\n"
+
+
+def test_streams_that_were_closed_before(tmp_path, monkeypatch):
+    write_drawn_set(tmp_path, tilts=((0, 0),))
+    monkeypatch.setattr(sys, "stdout", None)
+    monkeypatch.setattr(sys, "stderr", None)
+    assert main(["check", str(tmp_path)]) == 0
+    assert main(["check", str(tmp_path / "none")]) == 2
