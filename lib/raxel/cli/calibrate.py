@@ -15,7 +15,7 @@ from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.features.boards import check_chessboard
-from raxel.files import check_can_be_written, write_json
+from raxel.files import check_can_be_written, together, write_json
 from raxel.sets import load_set
 
 SEED = 0
@@ -49,9 +49,10 @@ def calibrate(options, say):
         kind = type(fault)
         raise kind(f"{image_set.description}: views: {fault}") from fault
     result |= {"left_out": left_out(boards) + result["left_out"]}
-    camera.save(options.out)
-    if options.json:
-        write_json(options.json, result)
+    with together() as place:
+        camera.save(place(options.out))
+        if options.json:
+            write_json(place(options.json), result)
 
 
 def _calibrated(image_set, boards, model, say):
