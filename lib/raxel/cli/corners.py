@@ -1,5 +1,7 @@
 """`raxel corners SET --json F`"""
 
+from pathlib import Path
+
 from raxel.cli.boards import detected, left_out
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
@@ -13,17 +15,18 @@ def corners(options, say):
     """Find the board in every view of the set.
 
     Raises InputError where there is none in any of them; what is in order of the
-    refused boards is written all the same.
+    refused boards is written all the same, but in place of no file that is there.
     """
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
     check_written([options.json], [image_set])
     boards = detected(image_set, options, image_set.views, say)
-    if options.json:
+    found = sum(board.detection.found for board in boards)
+    kept = options.json and not found and Path(options.json).exists()
+    if options.json and not kept:
         detector = options.detector or DEFAULT_DETECTOR
         write_boards(options.json, image_set, detector, boards)
-    found = sum(board.detection.found for board in boards)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
     for missed in left_out(boards):
         print(f"  {missed['file']}: {missed['reason']}")
@@ -32,4 +35,5 @@ def corners(options, say):
             f"{image_set.description}: views: no image has a board that could be used; "
             "see the reasons above, check target.columns and target.rows (interior "
             "corners, one less than squares), or try another --detector"
+            + (f"; {options.json} is kept as it was" if kept else "")
         )

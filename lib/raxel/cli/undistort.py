@@ -1,14 +1,20 @@
 """`raxel undistort camera.npz SET --out FOLDER`"""
 
 import os
+import struct
 import tempfile
+import unicodedata
+import zlib
 from collections import Counter
+from itertools import count
 from pathlib import Path, PurePath
 
 from raxel.cameras.io import load_camera
 from raxel.cli.evaluate import check_size
+from raxel.cli.outputs import check_written
+from raxel.cli.terminal import on_one_line
 from raxel.errors import InputError
-from raxel.files import check_can_be_written
+from raxel.files import check_can_be_written, move_into
 from raxel.multiview.perspective_view import (
     perspective_view,
     resample,
@@ -18,13 +24,19 @@ from raxel.multiview.perspective_view import (
 from raxel.sets import load_set, read_colour
 
 LEAST_SHARE = 0.5  # of the pixels: below it, the picture is mostly black
+# A PNG begins with its signature and the chunk IHDR; then comes what made it.
+HEADER_BYTES = 33
+MADE_BY = b"Software\0raxel undistort"
 
 
 def undistort(options, say):
     """Write every image of the set as a pinhole at the camera's centre would see it."""
     out = Path(options.out)
     image_set = load_set(options.set)
+    files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
+    targets = _targets(files)
     _check_folder(out, image_set)
+    _check_places([out / target for target in targets], image_set, options.camera)
     camera = load_camera(options.camera)
     check_size(options.camera, camera, image_set)
     try:
@@ -33,15 +45,16 @@ def undistort(options, say):
         raise InputError(f"{options.camera}: {fault}") from fault
     sources = source_pixels(camera, view)
     share = share_seen(sources, camera)
-    files = [name for view in image_set.views for name in view.files]
-    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}-") as folder:
-        for number, (name, target) in enumerate(_targets(files).items(), 1):
+    disk = out if out.is_dir() else out.parent
+    with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
+        folder = Path(room) / "images"
+        for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
             image = resample(read_colour(image_set, name), sources)
-            _write_png(Path(folder) / target, image)
-            say(f"{number}/{len(files)} {name}")
-        _move(Path(folder), out)
+            _write_png(folder / target, image)
+            say(f"{number}/{len(files)} {name}: {target}")
+        move_into(folder, out)
     print(
-        f"{image_set.name}: {len(files)} images in {out}; the camera sees "
+        f"{image_set.name}: {len(files)} images in {on_one_line(out)}; the camera sees "
         f"{100 * share:.0f} % of their pixels"
     )
     if share < LEAST_SHARE:
@@ -61,29 +74,69 @@ def _check_folder(out, image_set):
         check_can_be_written(out)
 
 
+def _check_places(paths, image_set, camera):
+    """Raise InputError where an image would take the place of anything but its like."""
+    check_written(paths, [image_set], [camera])
+    for path in paths:
+        folder = next(folder for folder in path.parents if os.path.lexists(folder))
+        if not folder.is_dir():
+            raise InputError(
+                f"{folder}: found no folder, but images go below it; choose another "
+                "--out"
+            )
+        check_can_be_written(folder / "image.png")
+        if path.exists() and not _is_ours(path):
+            raise InputError(
+                f"{path}: found a file that raxel undistort did not write; choose "
+                "another --out, or take it away"
+            )
+
+
+def _is_ours(path):
+    with path.open("rb") as stream:
+        return MADE_BY in stream.read(HEADER_BYTES + 12 + len(MADE_BY))
+
+
 def _targets(files):
-    """The PNG file for each image, with the whole old name where two would coincide."""
-    files = dict.fromkeys(files)
-    stems = Counter(PurePath(name).with_suffix("") for name in files)
-    return {
-        name: f"{name}.png"
-        if stems[PurePath(name).with_suffix("")] > 1
-        else f"{PurePath(name).with_suffix('.png')}"
-        for name in files
-    }
+    """A PNG file for each image, each another one also where capitals do not count.
+
+    The image's name with the ending .png; where several images share that, the whole
+    old name before it, and a number where that is taken too.
+    """
+    plain = [PurePath(name).with_suffix(".png") for name in files]
+    shared = Counter(map(_alike, plain))
+    taken = {_alike(folder) for path in plain for folder in path.parents}
+    targets = []
+    for name, first in zip(files, plain, strict=True):
+        choices = _choices(name, first if shared[_alike(first)] == 1 else None)
+        targets.append(next(path for path in choices if _alike(path) not in taken))
+        taken.add(_alike(targets[-1]))
+    return targets
+
+
+def _choices(name, first):
+    if first is not None:
+        yield first
+    yield PurePath(f"{name}.png")
+    for number in count(2):
+        yield PurePath(f"{name}-{number}.png")
+
+
+def _alike(path):
+    """The same for paths that some file systems take for one."""
+    return unicodedata.normalize("NFC", str(path).casefold())
 
 
 def _write_png(path, image):
     import cv2
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(cv2.imencode(".png", image)[1].tobytes())
+    data = cv2.imencode(".png", image)[1].tobytes()
+    header, rest = data[:HEADER_BYTES], data[HEADER_BYTES:]
+    path.write_bytes(header + _chunk(b"tEXt" + MADE_BY) + rest)
 
 
-def _move(folder, out):
-    """All images are whole: now they take their places."""
-    out.mkdir(exist_ok=True)
-    for path in sorted(folder.rglob("*.png")):
-        target = out / path.relative_to(folder)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(path, target)
+def _chunk(content):
+    """A chunk of a PNG from its kind and data: length and check sum around them."""
+    length, checksum = len(content) - 4, zlib.crc32(content)
+    return struct.pack(">I", length) + content + struct.pack(">I", checksum)

@@ -1,0 +1,260 @@
+"""No command puts a result over what somebody still needs, or says what is not so."""
+
+import json
+import resource
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cli import main
+from raxel.cli.undistort import _targets
+from tests.bad_input.changes import edit, setting
+from tests.image_sets import (
+    HEIGHT,
+    WIDTH,
+    description,
+    write_description,
+    write_drawn_set,
+)
+
+
+@pytest.fixture
+def camera(tmp_path):
+    path = tmp_path / "camera.npz"
+    K = np.array([[300.0, 0, 159.5], [0, 300.0, 119.5], [0, 0, 1]])
+    PerspectiveCamera(K, [], WIDTH, HEIGHT).save(path)
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A set of one photograph in its folder and one in a folder below."""
+    folder = tmp_path / "set"
+    write_drawn_set(folder, tilts=((0, 0), (20, 0)))
+    (folder / "sub").mkdir()
+    shutil.move(folder / "view1.png", folder / "sub" / "a.png")
+    shutil.copy(folder / "sub" / "a.png", folder / "a.png")
+    views = [{"image": "a.png"}, {"image": "sub/a.png", "use": "evaluate"}]
+    write_description(folder, description(0, views=views))
+    return folder
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def refused(capsys, *arguments):
+    """The one line of a command that must fail."""
+    assert main([str(argument) for argument in arguments]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    return err
+
+
+def by_name(folder):
+    return folder / "sub"
+
+
+def by_detour(folder):
+    return folder / "sub" / ".." / "sub"
+
+
+def by_link(folder):
+    (folder.parent / "link").symlink_to(folder / "sub")
+    return folder.parent / "link"
+
+
+def by_link_inside(folder):
+    """--out is another folder, and `sub` in it leads back to the set."""
+    out = folder.parent / "out"
+    out.mkdir()
+    (out / "sub").symlink_to(folder / "sub")
+    return out
+
+
+def by_hard_link(folder):
+    out = folder.parent / "out"
+    out.mkdir()
+    (out / "a.png").hardlink_to(folder / "sub" / "a.png")
+    return out
+
+
+@pytest.mark.parametrize(
+    "way", [by_name, by_detour, by_link, by_link_inside, by_hard_link]
+)
+def test_undistorting_over_a_photograph_of_the_set(folder, camera, capsys, way):
+    out, before = way(folder), contents(folder)
+    line = refused(capsys, "undistort", camera, folder, "--out", out)
+    assert "a.png: found a file of the set" in line
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("key", ["reference", "truth"])
+def test_undistorting_over_what_else_belongs_to_the_set(folder, camera, capsys, key):
+    (folder / "kept").mkdir()
+    (folder / "kept" / "a.png").write_text("{}")
+    edit(folder, setting(key, to="kept/a.png" if key == "reference" else "kept"))
+    before = contents(folder)
+    line = refused(capsys, "undistort", camera, folder, "--out", folder / "kept")
+    assert "a.png: found a file of the set" in line
+    assert contents(folder) == before
+
+
+def test_undistorting_over_the_camera(folder, camera, capsys):
+    out = folder.parent / "out"
+    out.mkdir()
+    camera = shutil.move(camera, out / "a.png")
+    before = contents(out)
+    line = refused(capsys, "undistort", camera, folder, "--out", out)
+    assert "a.png: the command reads this file" in line
+    assert contents(out) == before
+
+
+def test_undistorting_over_photographs_of_another_set(folder, camera, capsys):
+    other = shutil.copytree(folder, folder.parent / "other")
+    before = contents(other)
+    line = refused(capsys, "undistort", camera, folder, "--out", other)
+    assert "a.png: found a file that raxel undistort did not write" in line
+    assert contents(other) == before
+
+
+def test_undistorting_into_a_file_as_a_folder(folder, camera, capsys):
+    (folder.parent / "out").mkdir()
+    (folder.parent / "out" / "sub").write_text("a note")
+    before = contents(folder.parent)
+    out = folder.parent / "out"
+    assert "sub: found no folder" in refused(
+        capsys, "undistort", camera, folder, "--out", out
+    )
+    assert contents(folder.parent) == before
+
+
+def test_undistorting_again_replaces_what_it_wrote(folder, camera):
+    out = folder.parent / "out"
+    assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 0
+    first = contents(out)
+    assert {str(path.relative_to(out)) for path in first} == {"a.png", "sub/a.png"}
+    for path in first:
+        assert cv2.imread(str(path), cv2.IMREAD_UNCHANGED).shape == (HEIGHT, WIDTH)
+    (out / "a note").write_text("kept")
+    narrow = PerspectiveCamera(
+        np.array([[200.0, 0, 159.5], [0, 200.0, 119.5], [0, 0, 1]]),
+        [-0.2],
+        WIDTH,
+        HEIGHT,
+    )
+    narrow.save(camera)
+    assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 0
+    second = contents(out)
+    assert second.pop(out / "a note") == b"kept"
+    assert second.keys() == first.keys()
+    assert all(second[path] != first[path] for path in first)
+
+
+NAMES = {
+    ("a.png", "b.jpg"): ["a.png", "b.png"],
+    ("a.png", "a.jpg"): ["a.png.png", "a.jpg.png"],
+    ("a.png", "a.jpg", "a.jpg.png"): ["a.png.png", "a.jpg.png", "a.jpg.png.png"],
+    ("a.jpg.png", "a.jpg", "a.png"): ["a.jpg.png", "a.jpg-2.png", "a.png.png"],
+    ("a.png", "a.PNG"): ["a.png.png", "a.PNG-2.png"],
+    ("a.png", "A.jpg"): ["a.png.png", "A.jpg.png"],
+    ("é.png", "e\u0301.jpg"): ["é.png.png", "e\u0301.jpg.png"],
+    ("a.jpg", "a.png/b.jpg"): ["a.jpg.png", "a.png/b.png"],
+    ("sub/a.jpg", "a.jpg", "./b.jpg"): ["sub/a.png", "a.png", "b.png"],
+    ("photograph", "photograph.tif"): ["photograph.png", "photograph.tif.png"],
+}
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_two_photographs_never_become_one_file(names):
+    assert [str(path) for path in _targets(names)] == NAMES[names]
+
+
+def test_all_photographs_are_in_the_folder_afterwards(folder, camera):
+    """Grey levels tell which is which."""
+    names = ["a.png", "a.jpg", "a.jpg.png", "a.PNG"]
+    for level, name in enumerate(names, 1):
+        image = np.full((HEIGHT, WIDTH), 60 * level, np.uint8)
+        data = cv2.imencode(".png", image)[1].tobytes()
+        (folder / name).write_bytes(data)
+    write_description(folder, description(0, views=[{"image": name} for name in names]))
+    out = folder.parent / "out"
+    assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 0
+    levels = [
+        cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[HEIGHT // 2, WIDTH // 2]
+        for path in out.iterdir()
+    ]
+    assert sorted(levels) == [60, 120, 180, 240]
+
+
+def test_corners_keep_the_good_file_where_no_board_is_found(folder, capsys):
+    path = folder.parent / "corners.json"
+    command = "corners", str(folder), "--detector", "opencv", "--json"
+    assert main([*command, str(path)]) == 0
+    good = path.read_bytes()
+    edit(folder, setting("target", "columns", to=12))
+    capsys.readouterr()
+    line = refused(capsys, *command, path)
+    assert f"{path} is kept as it was" in line
+    assert path.read_bytes() == good
+    new = folder.parent / "new.json"
+    assert "kept" not in refused(capsys, *command, new)
+    assert not any(entry["found"] for entry in json.loads(new.read_text())["images"])
+
+
+def test_a_disk_that_fills_leaves_the_old_camera(tmp_path, capsys):
+    """A limit on the size of files: the camera is below it, the JSON beyond."""
+    names = [f"{'long' * 50}{view}.png" for view in range(4)]
+    write_drawn_set(tmp_path / "set", tilts=((25, 0), (0, 28), (-25, 5), (0, -20)))
+    for view, name in enumerate(names):
+        shutil.move(tmp_path / "set" / f"view{view}.png", tmp_path / "set" / name)
+    views = [{"image": name} for name in names]
+    write_description(tmp_path / "set", description(0, views=views))
+    camera, result = tmp_path / "camera.npz", tmp_path / "result.json"
+    command = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
+    command += ["--detector", "opencv", "--out", str(camera), "--json", str(result)]
+    assert main(command) == 0
+    sizes = camera.stat().st_size, result.stat().st_size
+    assert sizes[0] < sizes[1]
+    result.unlink()
+    camera.write_text("the old one")
+    capsys.readouterr()
+    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (sizes[0] + 1, usual[1]))
+    try:
+        status = main(command)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
+    assert status == 1
+    err = capsys.readouterr().err
+    assert err == f"raxel: {result}: File too large; nothing written\n"
+    assert camera.read_text() == "the old one"
+    assert not result.exists()
+
+
+def test_photographs_in_folders_go_through_all_commands(folder, capsys):
+    write_drawn_set(folder / "deep" / "er", tilts=((25, 0), (0, 28), (-25, 5)))
+    (folder / "deep" / "er" / "set.yaml").unlink()
+    views = [{"image": f"deep/er/view{index}.png"} for index in range(3)]
+    views[2]["use"] = "evaluate"
+    write_description(folder, description(0, views=views))
+    made = folder.parent / "made"
+    made.mkdir()
+    corners, camera, out = made / "corners.json", made / "camera.npz", made / "out"
+    known = "--corners", str(corners)
+    for arguments in (
+        ("check", folder),
+        ("corners", folder, "--detector", "opencv", "--json", corners),
+        ("calibrate", folder, "--model", "zhang", "--out", camera, *known),
+        ("evaluate", camera, folder, *known),
+        ("undistort", camera, folder, "--out", out),
+    ):
+        assert main([str(argument) for argument in arguments]) == 0, arguments
+    names = [view["image"] for view in views]
+    assert [
+        entry["file"] for entry in json.loads(corners.read_text())["images"]
+    ] == names
+    assert sorted(str(path.relative_to(out)) for path in out.rglob("*.png")) == names
