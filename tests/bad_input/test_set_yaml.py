@@ -1,9 +1,11 @@
 """A set.yaml that is at fault: one line with file, field and what was found."""
 
 import re
+import shutil
 
 import pytest
 
+from raxel.sets import load_set
 from tests.bad_input.changes import (
     ACTIVE_GRID,
     GRAY,
@@ -172,6 +174,10 @@ FAULTS = {
     ),
     "truth outside": (setting("truth", to="../truth"), "truth: found '../truth'"),
     "missing reference": (setting("reference", to="no.json"), "reference: no file"),
+    "folders as Windows writes them": (
+        setting("views", 0, "image", to="sub\\view0.png"),
+        r"views\[0\]\.image: no file .*; add it or mend the name, with / between fold",
+    ),
     "line break in image": (
         setting("views", 0, "image", to="a\nb.png"),
         r"views\[0\]\.image: found 'a\\nb\.png'",
@@ -259,3 +265,36 @@ def test_what_is_no_set(fails, tmp_path):
     assert "found nothing; give the folder" in fails("check", tmp_path / "nowhere")
     (tmp_path / "file").write_text("")
     assert "found a file; give the folder" in fails("check", tmp_path / "file")
+
+
+def by_detour(folder):
+    return "./view1.png"
+
+
+def by_folder(folder):
+    (folder / "sub").symlink_to(folder)
+    return "sub/view1.png"
+
+
+def by_link(folder):
+    (folder / "link.png").symlink_to("view1.png")
+    return "link.png"
+
+
+def by_hard_link(folder):
+    (folder / "hard.png").hardlink_to(folder / "view1.png")
+    return "hard.png"
+
+
+@pytest.mark.parametrize("way", [by_detour, by_folder, by_link, by_hard_link])
+def test_a_photograph_under_two_names_is_one(broken, calibration_fails, way):
+    name = way(broken)
+    edit(broken, setting("views", 4, to={"image": name, "use": "evaluate"}))
+    wanted = f"views[4].image: found '{name}', the same file as 'view1.png' of views[1]"
+    assert f"{broken / 'set.yaml'}: {wanted}; list it once" in calibration_fails()
+
+
+def test_a_copy_of_a_photograph_is_another(broken):
+    shutil.copy(broken / "view1.png", broken / "copy.png")
+    edit(broken, setting("views", 4, "image", to="copy.png"))
+    assert [view.label for view in load_set(broken).views][4] == "copy.png"

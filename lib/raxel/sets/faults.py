@@ -19,6 +19,7 @@ def faults(image_set):
         yield ("target", unknown), fault
     yield from _repeated_labels(image_set.views)
     yield from _file_faults(image_set)
+    yield from _repeated_photographs(image_set)
     for index, view in enumerate(image_set.views):
         path = ("views", index)
         if view.outer_corners is not None:
@@ -37,6 +38,26 @@ def _repeated_labels(views):
             key = "image" if view.image else "name"
             fault = f"found {shown(view.label)}, which views[{earlier}] has already"
             yield ("views", index, key), f"{fault}; list each view once"
+
+
+def _repeated_photographs(image_set):
+    """A photograph under two names, which would be fitted and kept out at once.
+
+    The file itself decides, not its name: ./a.jpg, a link, A.JPG where it is the same.
+    """
+    first = {}
+    for index, view in enumerate(image_set.views):
+        if view.image is None:
+            continue
+        try:
+            found = (image_set.folder / view.image).stat()
+        except (OSError, ValueError):
+            continue  # told as missing
+        earlier = first.setdefault((found.st_dev, found.st_ino), index)
+        other = image_set.views[earlier].image
+        if earlier != index and other != view.image:
+            fault = f"found {shown(view.image)}, the same file as {shown(other)} of "
+            yield ("views", index, "image"), f"{fault}views[{earlier}]; list it once"
 
 
 def _file_faults(image_set):
@@ -63,7 +84,10 @@ def _missing(path, name, folder):
     except OSError:
         found = False
     if not found:
-        yield path, f"no file {shown(name)} in {folder}; add it or mend the name"
+        advice = "add it or mend the name"
+        if "\\" in name:
+            advice += ", with / between folders"
+        yield path, f"no file {shown(name)} in {folder}; {advice}"
 
 
 def _leaves_folder(name):
