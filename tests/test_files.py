@@ -134,3 +134,10 @@ def test_a_name_as_long_as_the_disk_takes_is_written(tmp_path, name):
 def test_a_name_that_is_no_utf_8_comes_back_from_json(tmp_path):
     write_json(tmp_path / "a.json", {"file": "a\udcff.png"})
     assert read_json(tmp_path / "a.json") == {"file": "a\udcff.png"}
+
+
+def test_json_is_read_from_no_pipe_and_no_folder(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path):
+        with pytest.raises(InputError, match="found no ordinary file"):
+            read_json(path)

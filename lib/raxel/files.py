@@ -148,6 +148,8 @@ def write_json(path, data):
 def read_json(path):
     """The content of a JSON file. Raises InputError with file and line."""
     path = Path(path)
+    if path.exists() and not path.is_file():  # to read a pipe may take for ever
+        raise InputError(f"{path}: found no ordinary file; give a JSON file")
     try:
         return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
     except FileNotFoundError as fault:

@@ -5,7 +5,11 @@ import os
 import tempfile
 
 # libjpeg goes on after these and fills in grey; other warnings lose no pixels.
-LOST_PIXELS = (b"remature end of", b"bad Huffman code", b"instead of RST")
+LOST_IN_JPEG = (b"remature end of", b"bad Huffman code", b"instead of RST")
+# libtiff goes on after any error and fills in black; of run lengths and fax lines that
+# do not fit it only warns.
+LOST_IN_TIFF = (b"TIFF_Error", b"PackBitsDecode", b"Fax3Decode", b"Fax4Decode")
+LOST_PIXELS = LOST_IN_JPEG + LOST_IN_TIFF
 
 
 @contextlib.contextmanager

@@ -1,0 +1,191 @@
+"""Damage inside a photograph is seen wherever its format or its decoder can tell."""
+
+import struct
+import tracemalloc
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.sets import load_set, read_image
+from raxel.sets.image_files import TIFF_READ, decode, stated_size, whole_file
+from tests.image_sets import boards, description, write_description
+
+LZW, DEFLATE, OLD_DEFLATE, PACK_BITS = 5, 8, 32946, 32773
+PACKINGS = {"lzw": LZW, "deflate": DEFLATE, "old deflate": OLD_DEFLATE}
+
+
+@pytest.fixture(scope="module")
+def photograph():
+    """A board with a little noise, as sensors have it."""
+    noise = np.random.default_rng(0).normal(0, 2, (240, 320))
+    return np.clip(next(boards()).image() + noise, 0, 255).astype(np.uint8)
+
+
+def kinds(photograph):
+    yield photograph
+    yield photograph.astype(np.uint16) * 257
+    yield np.dstack([photograph] * 3)
+
+
+def tiff(image, packing):
+    return cv2.imencode(".tif", image, [cv2.IMWRITE_TIFF_COMPRESSION, packing])[1]
+
+
+def read(path):
+    return decode(path, whole_file(path), cv2.IMREAD_GRAYSCALE)
+
+
+def is_seen(path, data):
+    path.write_bytes(bytes(data))
+    try:
+        read(path)
+    except InputError as fault:
+        return "damaged" in str(fault)
+    return False
+
+
+def spoilt(data, at, how):
+    """300 bytes of garbage, of nothing, or moved on by seven."""
+    data = bytearray(data)
+    data[at : at + 300] = {
+        "garbage": np.random.default_rng(at).bytes(300),
+        "zeros": bytes(300),
+        "shift": bytes(data[at + 7 : at + 300]) + bytes(7),
+    }[how]
+    return data
+
+
+@pytest.mark.parametrize("how", ["garbage", "zeros", "shift"])
+@pytest.mark.parametrize("packing", PACKINGS)
+def test_damage_inside_a_packed_tiff_is_seen(tmp_path, capfd, photograph, packing, how):
+    """libtiff fills in black where it can go no further."""
+    capfd.readouterr()
+    for image in kinds(photograph):
+        data = tiff(image, PACKINGS[packing])
+        capfd.readouterr()  # OpenCV's words on the old number for deflate
+        assert not is_seen(tmp_path / "a.tif", data)
+        for at in range(700, len(data) - 700, len(data) // 12):
+            assert is_seen(tmp_path / "a.tif", spoilt(data, at, how)), at
+    assert capfd.readouterr().err == ""
+
+
+def test_one_wrong_bit_inside_a_deflated_tiff_is_seen(tmp_path, photograph):
+    """By its check sum; run lengths and LZW have none."""
+    whole = tiff(photograph, DEFLATE)
+    for at in range(700, len(whole) - 700, len(whole) // 40):
+        data = bytearray(whole)
+        data[at] ^= 1 << at % 8
+        assert is_seen(tmp_path / "a.tif", data), at
+
+
+def test_run_lengths_that_do_not_fit_are_seen(tmp_path, photograph):
+    for image in kinds(photograph):
+        data = tiff(image, PACK_BITS)
+        assert not is_seen(tmp_path / "a.tif", data)
+        assert is_seen(tmp_path / "a.tif", spoilt(data, len(data) // 2, "zeros"))
+
+
+def deflated(width, height, stream, fill_order=1):
+    """A grey TIFF of one strip, which is `stream`."""
+    tags = {256: width, 257: height, 258: 8, 259: DEFLATE, 262: 1, 266: fill_order}
+    tags |= {273: 8, 277: 1, 278: height, 279: len(stream)}
+    entries = [struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags.items()]
+    directory = struct.pack("<H", len(tags)) + b"".join(entries) + bytes(4)
+    return b"II*\0" + struct.pack("<I", 8 + len(stream)) + stream + directory
+
+
+def test_a_deflated_tiff_whose_bits_run_the_other_way_is_read(tmp_path, photograph):
+    reverse = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+    stream = zlib.compress(photograph.tobytes()).translate(reverse)
+    (tmp_path / "a.tif").write_bytes(deflated(320, 240, stream, fill_order=2))
+    assert np.array_equal(read(tmp_path / "a.tif"), photograph)
+
+
+def test_what_comes_out_of_a_strip_is_bounded(tmp_path):
+    """Two kB that claim 64 x 64 px and unpack to 8 MB; gigabytes take no longer."""
+    small, bomb = (zlib.compress(bytes(1 << bits)) for bits in (12, 23))
+    assert not is_seen(tmp_path / "a.tif", deflated(64, 64, small))
+    assert is_seen(tmp_path / "a.tif", deflated(64, 64, bomb))
+
+
+def with_check_sums(png):
+    """The PNG with the check sum of each chunk made right."""
+    fixed, at = bytearray(png), 8
+    while at < len(png):
+        (length,) = struct.unpack_from(">I", png, at)
+        checksum = zlib.crc32(bytes(fixed[at + 4 : at + 8 + length]))
+        struct.pack_into(">I", fixed, at + 8 + length, checksum)
+        at += 12 + length
+    return fixed
+
+
+@pytest.mark.parametrize("how", ["garbage", "zeros", "shift"])
+def test_damage_inside_a_png_is_seen_in_spite_of_right_check_sums(
+    tmp_path, photograph, how
+):
+    whole = cv2.imencode(".png", photograph)[1]
+    assert not is_seen(tmp_path / "a.png", with_check_sums(whole))
+    length = len(whole) - 700
+    for at in range(700, length, length // 12):
+        data = with_check_sums(spoilt(whole, at, how))
+        assert is_seen(tmp_path / "a.png", data), at
+
+
+def test_a_bmp_of_run_lengths_is_refused(tmp_path):
+    """What its runs leave out would be black and whole."""
+    runs = b"".join(bytes((32, 200)) + b"\0\0" for _ in range(32)) + b"\0\1"
+    start = 14 + 40 + 1024
+    header = struct.pack("<IHHI", start + len(runs), 0, 0, start)
+    header += struct.pack("<IiiHHIIiiII", 40, 32, 32, 1, 8, 1, len(runs), 0, 0, 256, 0)
+    colours = b"".join(bytes((level, level, level, 0)) for level in range(256))
+    path = tmp_path / "a.bmp"
+    path.write_bytes(b"BM" + header + colours + runs)
+    assert (cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) == 200).all()
+    with pytest.raises(InputError, match=r"run lengths, .*; save it as PNG"):
+        read(path)
+
+
+FORMATS = {
+    "png": (),
+    "jpg": (),
+    "progressive.jpg": (cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
+    "bmp": (),
+    "tif": (),
+}
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_the_size_is_known_before_the_picture_is_decoded(photograph, kind):
+    for image in (photograph, np.dstack([photograph[:, :301]] * 3)):
+        name = f".{kind.rpartition('.')[2]}"
+        data = cv2.imencode(name, image, FORMATS[kind])[1].tobytes()
+        assert stated_size(data) == (image.shape[1], image.shape[0])
+
+
+def test_a_few_bytes_that_state_a_gigantic_picture_take_no_memory(tmp_path):
+    """The set's resolution is compared first."""
+    data = cv2.imencode(".png", np.zeros((240, 320), np.uint8))[1]
+    struct.pack_into(">II", data, 16, 30000, 30000)
+    (tmp_path / "view0.png").write_bytes(bytes(with_check_sums(data)))
+    write_description(tmp_path, description(1))
+    image_set = load_set(tmp_path)
+    tracemalloc.start()
+    with pytest.raises(InputError, match="found 30000 x 30000 px, but resolution"):
+        read_image(image_set, "view0.png")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 10e6
+
+
+@pytest.mark.parametrize("kind", [0, 127, 128, 0xFFFF])
+def test_a_tiff_whose_tags_are_of_no_known_type_is_refused(tmp_path, photograph, kind):
+    data = bytearray(deflated(320, 240, zlib.compress(photograph.tobytes())))
+    (at,) = struct.unpack_from("<I", data, 4)
+    for tag in range(at + 2, len(data) - 4, 12):
+        changed = bytearray(data)
+        struct.pack_into("<H", changed, tag + 2, kind)
+        number = struct.unpack_from("<H", data, tag)[0]
+        assert is_seen(tmp_path / "a.tif", changed) or number not in TIFF_READ
