@@ -17,8 +17,11 @@ from tests.import_graph import (
 # before it.
 ROOMS = (
     "errors",
+    "memory",
+    "reading",
     "files",
     "documents",
+    "archives",
     "geometry",
     "cameras",
     "sets",

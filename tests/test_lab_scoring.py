@@ -289,7 +289,7 @@ def test_truth_that_is_missing_is_told_in_one_line(board_set, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"points": np.zeros(3)}, "points_mm: no such array"),
+        ({"points": np.zeros(3)}, "field 'points_mm': missing"),
         ({"points_mm": np.zeros((3, 2))}, "shape (3, 2)"),
         (None, "no such file"),
     ],

@@ -16,6 +16,9 @@ from raxel.errors import InputError
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
 # products of these must not overflow.
 REMOTE = 1e100
+# Coefficients of a polynomial, or corners of an outline: the roots of longer
+# polynomials are noise, and finding them takes the cube of their number.
+MOST_IN_A_ROW = 200
 
 
 class Rays(NamedTuple):
@@ -98,7 +101,8 @@ class Camera(abc.ABC):
 def check_size(camera, width, height):
     """Set width and height, or raise InputError naming the field."""
     for name, value in (("width", width), ("height", height)):
-        if not (np.ndim(value) == 0 and value >= 1 and float(value).is_integer()):
+        number = np.ndim(value) == 0 and isinstance(value, (int, float, np.number))
+        if not (number and 1 <= value < REMOTE and float(value).is_integer()):
             raise InputError(
                 f"field '{name}': found {value}; give a whole number of pixels"
             )
@@ -106,15 +110,32 @@ def check_size(camera, width, height):
 
 
 def checked_array(name, values, shape):
-    """A finite, read-only float64 copy of `values` of this shape (None: any)."""
-    array = np.array(values, dtype=float)
+    """A finite, read-only float64 copy of `values` of this shape.
+
+    None in `shape` stands for up to MOST_IN_A_ROW. Raises InputError naming the field,
+    also for numbers of REMOTE and above.
+    """
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise InputError(
+            f"field '{name}': holds what is no number, or lists of unequal length; "
+            "give numbers, or lists of numbers of equal length"
+        ) from fault
     fits = array.ndim == len(shape) and all(
         want in (None, got) for want, got in zip(shape, array.shape, strict=True)
     )
     if not fits:
         raise InputError(f"field '{name}': shape {array.shape} found, {shape} needed")
-    if not np.isfinite(array).all():
-        raise InputError(f"field '{name}': holds values that are not finite")
+    if max(array.shape, default=0) > MOST_IN_A_ROW:
+        raise InputError(
+            f"field '{name}': shape {array.shape} found; give {MOST_IN_A_ROW} in a row "
+            "at most"
+        )
+    if not (np.abs(array) < REMOTE).all():
+        raise InputError(
+            f"field '{name}': holds values that are not finite, or beyond {REMOTE:g}"
+        )
     array.flags.writeable = False
     return array
 

@@ -183,19 +183,21 @@ class GeneralCamera(Camera):
 
     @classmethod
     def _from_file(cls, file):
-        camera = cls(
-            file.numbers("directions"),
-            file.numbers("mask"),
-            file.numbers("origins"),
+        width, height = file.size()
+        shape = file.shape("directions")
+        found = dict(zip(("height", "width"), shape, strict=False))
+        for name, value in (("width", width), ("height", height)):
+            if found.get(name, value) != value:
+                raise InputError(
+                    f"field '{name}': found {value}, but the table has {found[name]}; "
+                    "save it anew"
+                )
+        return cls(
+            file.table("directions", (height, width, 3)),
+            file.table("mask", (height, width)),
+            file.table("origins", (3,), (height, width, 3)),
             file.text("units"),
         )
-        for name in ("width", "height"):
-            if file.number(name) != getattr(camera, name):
-                raise InputError(
-                    f"field '{name}': found {file.number(name)}, but the table has "
-                    f"{getattr(camera, name)}; save it anew"
-                )
-        return camera
 
 
 def _meeting_point(camera, mask):

@@ -1,12 +1,19 @@
 """Camera files: .npz archives with a field `kind`, read with every field checked."""
 
-import zipfile
-import zlib
+import math
 
 import numpy as np
 
+from raxel.archives import Archive
 from raxel.errors import InputError
 from raxel.files import replacing
+
+# A camera has some hundred parameters at most; only tables of the image have more.
+MOST_NUMBERS = 4096
+# As in an image set.
+MOST_PIXELS_A_SIDE = 32_000
+# A viewer of a mirror, and mirrors in it.
+DEEPEST = 4
 
 
 def write_camera(path, kind, fields):
@@ -21,82 +28,96 @@ class CameraFile:
     kinds: dict name -> class of the cameras that it may hold, in it or nested.
     """
 
+    depth = 0
+
     def __init__(self, path, kinds):
         self.path, self.kinds = path, kinds
-        try:
-            self._archive = np.load(path, allow_pickle=False)
-        except FileNotFoundError as fault:
-            raise InputError(f"{path}: no such camera file; check the name") from fault
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as fault:
-            raise InputError(f"{path}: not a camera file, or cut off") from fault
-        if not isinstance(self._archive, np.lib.npyio.NpzFile):
-            raise InputError(f"{path}: one array found; a camera (.npz) is needed")
+        self._archive = Archive(path, "camera file")
         self.kind = self.text("kind")
 
     def __enter__(self):
         return self
 
     def __exit__(self, *fault):
-        self._archive.close()
+        self._archive.__exit__(*fault)
 
-    def array(self, name):
-        """The array under `name`."""
-        if name not in self._archive.files:
-            raise InputError(f"{self.path}: field '{name}': missing; save it anew")
-        try:
-            return self._archive[name]
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as fault:
-            raise InputError(
-                f"{self.path}: field '{name}': cannot be read; the file is damaged"
-            ) from fault
+    def array(self, name, most=MOST_NUMBERS):
+        """The array under `name`, of at most `most` numbers."""
+        return self._archive.array(name, most)
+
+    def shape(self, name):
+        """The shape that the array under `name` says it has."""
+        return self._archive.shape(name)
+
+    def has(self, name):
+        """Whether there is a field `name`."""
+        return self._archive.has(name)
 
     def number(self, name):
-        """The single number under `name`."""
+        """The single number under `name`, finite."""
         value = self.array(name)
         if value.shape != () or value.dtype.kind not in "iuf":
-            raise InputError(
-                f"{self.path}: field '{name}': found {value.dtype} {value.shape}; a "
-                "single number is needed"
+            raise self._fault(
+                name, f"found {value.dtype} {value.shape}; a single number is needed"
             )
+        if not math.isfinite(value):
+            raise self._fault(name, f"found {value}; a finite number is needed")
         return value.item()
 
-    def numbers(self, name):
+    def numbers(self, name, most=MOST_NUMBERS):
         """The array of real numbers, or of truth values, under `name`."""
-        value = self.array(name)
+        value = self.array(name, most)
         if value.dtype.kind not in "biuf":
-            raise InputError(
-                f"{self.path}: field '{name}': found {value.dtype}; numbers are needed"
-            )
+            raise self._fault(name, f"found {value.dtype}; numbers are needed")
         return value
+
+    def table(self, name, *shapes):
+        """The numbers under `name`, which has one of these shapes, however large."""
+        shape = self.shape(name)
+        if shape not in shapes:
+            wanted = " or ".join(map(str, shapes))
+            raise self._fault(name, f"shape {shape} found; {wanted} needed")
+        return self.numbers(name, math.prod(shape))
 
     def text(self, name):
         """The text under `name`."""
         value = self.array(name)
         if value.shape != () or value.dtype.kind != "U":
-            raise InputError(
-                f"{self.path}: field '{name}': found {value.dtype} {value.shape}; a "
-                "text is needed"
+            raise self._fault(
+                name, f"found {value.dtype} {value.shape}; a text is needed"
             )
-        return value.item()
-
-    def has(self, name):
-        """Whether there is a field `name`."""
-        return name in self._archive.files
+        try:
+            return value.item()
+        except ValueError as fault:
+            raise self._fault(name, "no text; save it anew") from fault
 
     def value(self, name):
         """The text, number or array of numbers under `name`."""
-        value = self.array(name)
-        if value.shape == () and value.dtype.kind == "U":
-            return value.item()
-        return self.number(name) if value.shape == () else self.numbers(name)
+        if self.shape(name) != ():
+            return self.numbers(name)
+        return self.text(name) if self.array(name).dtype.kind == "U" else self.number(name)
+
+    def size(self):
+        """(width, height) in pixels."""
+        return tuple(self._pixels(name) for name in ("width", "height"))
+
+    def _pixels(self, name):
+        value = self.number(name)
+        if value != int(value) or not 1 <= value <= MOST_PIXELS_A_SIDE:
+            raise self._fault(
+                name,
+                f"found {value}; give a whole number of pixels, 1 to "
+                f"{MOST_PIXELS_A_SIDE}",
+            )
+        return int(value)
 
     def camera(self):
         """The camera, of the class that the field `kind` names."""
         if self.kind not in self.kinds:
-            raise InputError(
-                f"{self.path}: field 'kind': found {self.kind!r}; known are "
-                + ", ".join(self.kinds)
+            raise self._fault(
+                "kind", f"found {self.kind!r}; known are {', '.join(self.kinds)}"
             )
+        self.size()
         try:
             return self.kinds[self.kind]._from_file(self)
         except InputError as fault:
@@ -107,17 +128,28 @@ class CameraFile:
 
     def nested(self, name):
         """The camera in the fields whose names begin with `name` and a dot."""
+        if self.depth == DEEPEST:
+            raise self._fault(
+                name, f"a camera in {DEEPEST} others; give one nested less deeply"
+            )
         return _FilePart(name, self).camera()
+
+    def _fault(self, name, text):
+        return InputError(f"{self.path}: field '{name}': {text}")
 
 
 class _FilePart(CameraFile):
     def __init__(self, name, file):
         self.path, self.kinds = f"{file.path}: field '{name}'", file.kinds
         self._name, self._file = name, file
+        self.depth = file.depth + 1
         self.kind = self.text("kind")
 
-    def array(self, name):
-        return self._file.array(f"{self._name}.{name}")
+    def array(self, name, most=MOST_NUMBERS):
+        return self._file.array(f"{self._name}.{name}", most)
+
+    def shape(self, name):
+        return self._file.shape(f"{self._name}.{name}")
 
     def has(self, name):
         return self._file.has(f"{self._name}.{name}")

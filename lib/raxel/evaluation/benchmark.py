@@ -4,10 +4,12 @@ The folder that a set names as its `truth` (written by `raxel.lab.render_set`) i
 here and by no detector, decoder or calibration.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
+from raxel.archives import Archive
 from raxel.cameras.centrality import closest_point
 from raxel.cameras.io import load_camera
 from raxel.errors import InputError
@@ -75,6 +77,11 @@ def score_points(image_set, folder):
             f"{image_set.description}: target.kind: found chessboard, but points are "
             "decoded on an active grid; give a set of such views, or --corners"
         )
+    if image_set.target.monitor_mm is None:
+        raise InputError(
+            f"{image_set.description}: target.monitor_mm: null, but points are scored "
+            "in mm; give the lit area's width and height"
+        )
     shape = image_set.height, image_set.width, 2
     limit = GROSS_SHARE * image_set.target.monitor_mm[0]
     views, parts = [], []
@@ -88,20 +95,14 @@ def score_points(image_set, folder):
 
 def read_points(path, shape):
     """points_mm of an .npz file, float64 of this shape, or InputError."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            points = np.asarray(file["points_mm"], float)
-    except FileNotFoundError as fault:
-        raise InputError(
-            f"{path}: no such file; one is needed for each view"
-        ) from fault
-    except KeyError as fault:
-        raise InputError(f"{path}: points_mm: no such array; save one") from fault
-    except Exception as fault:  # A damaged archive raises what its damage hits.
-        raise InputError(f"{path}: not a readable .npz file; write it anew") from fault
-    if points.shape != shape:
-        raise InputError(f"{path}: points_mm: shape {points.shape}; give {shape}")
-    return points
+    with Archive(path, "file of points") as archive:
+        found = archive.shape("points_mm")
+        if found != shape:
+            raise InputError(f"{path}: points_mm: shape {found}; give {shape}")
+        points = archive.array("points_mm", math.prod(shape))
+    if points.dtype.kind not in "iuf":
+        raise InputError(f"{path}: points_mm: found {points.dtype}; give numbers")
+    return np.asarray(points, float)
 
 
 def score_camera(image_set, camera, pixels=None):
@@ -177,7 +178,8 @@ def _compared(true, found):
     """(errors in mm of the decoded pixels on the monitor, pixels on it, beside it)"""
     on = np.isfinite(true).all(axis=2)
     decoded = np.isfinite(found).all(axis=2)
-    errors = np.linalg.norm(found - true, axis=2)[on & decoded]
+    with np.errstate(over="ignore", invalid="ignore"):
+        errors = np.linalg.norm(found - true, axis=2)[on & decoded]
     return errors, int(on.sum()), int((decoded & ~on).sum())
 
 

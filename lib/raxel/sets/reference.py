@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from raxel.documents import one_line
 from raxel.errors import InputError
 from raxel.files import read_json
 from raxel.sets.uncertainty import sd_from_plain
@@ -31,7 +32,8 @@ def load_reference(image_set):
     """The reference corners of a set as {image name: ReferenceCorners}.
 
     Empty if the set names none. Raises InputError where the file does not fit its own
-    counts, has numbers that are none, or misses its keys.
+    counts, has numbers that are none, misses its keys, or gives no certain corner of
+    an image.
     """
     if image_set.reference is None:
         return {}
@@ -40,7 +42,7 @@ def load_reference(image_set):
     columns, rows = (_count(path, data, key) for key in ("columns", "rows"))
     images = _mapping(path, data, "images")
     return {
-        name: _one(path, f"images.{name}", entry, columns, rows)
+        name: _one(path, f"images.{one_line(name)}", entry, columns, rows)
         for name, entry in images.items()
     }
 
@@ -54,6 +56,11 @@ def _one(path, field, entry, columns, rows):
         left_out = entry.get(key, [])
         _check_indices(path, f"{field}.{key}", left_out, len(corners))
         certain[left_out] = False
+    if not certain.any():
+        raise InputError(
+            f"{path}: {field}.corners: none is given and certain, so nothing can be "
+            "compared; give one at least, or take the image out"
+        )
     spread = _spread(path, f"{field}.spread_max_px", entry.get("spread_max_px"))
     tolerance = 2 * spread if 0.5 <= spread <= 1 else 1.0
     sd = sd_from_plain(f"{path}: {field}.sd", entry.get("sd"), len(corners))
