@@ -11,7 +11,10 @@ SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
   PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
 BUILD = $(RUN) .venv/bin/python -m repro.workflow.build
-OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --recorded "$(RECORDED)" --cores "$(CORES)"
+# A folder's name may hold what make or the shell would take for its own: it is only handed on.
+export RAXEL_RECORDED := $(value RECORDED)
+FOR_SETS = --recorded "$$RAXEL_RECORDED" --cores "$(CORES)"
+OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
 .PHONY: report quick test notebooks archive bench where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
@@ -23,7 +26,7 @@ test: setup ## unit and property tests, and a quick build with checks on its num
 	  .venv/bin/python -m pytest -n auto --dist loadfile $(ARGS)
 
 quick: setup ## the whole report with few trials: report/site-quick/index.html
-	@$(BUILD) quick --effort quick --recorded "$(RECORDED)" --cores "$(CORES)"
+	@$(BUILD) quick --effort quick $(FOR_SETS)
 
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)

@@ -11,7 +11,7 @@ from chapters.photographs.set.trials import detectors
 from raxel.sets import load_set
 from repro.run import jobs
 from repro.run.results import Result
-from repro.workflow.work import Work
+from repro.run.sets_of_report import set_files
 from tests.image_sets import COLUMNS, ROWS, description, write_description
 from tests.image_sets import write_drawn_set as write_set
 
@@ -102,9 +102,7 @@ def test_reference_corners_are_an_input_of_what_is_found(tmp_path, named):
     else:
         write_set(tmp_path / "drawn", tilts=TILTS)
         (tmp_path / "drawn" / "corners.json").write_text("{}", "utf-8")
-    work = Work(ROOT, "quick", None, {"drawn": str(tmp_path / "drawn")})
-    names = [Path(name).name for name in work.set_files("drawn")]
-    assert ("corners.json" in names) is named
+    assert ("corners.json" in set_files(tmp_path / "drawn")) is named
 
 
 def set_of(column):

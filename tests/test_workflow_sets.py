@@ -2,16 +2,22 @@
 
 import csv
 import json
+import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from repro.run import discover
-from repro.run.sets_of_report import sets_of_report
+from repro.run.sets_of_report import faulty_sets, name_of, set_files, sets_of_report
+from repro.workflow import build as orders
 from repro.workflow.work import Work
-from tests.test_workflow import build, jobs, small_checkout
+from tests.image_sets import description, write_description
+from tests.test_workflow import ROOT, build, jobs, small_checkout
 
+ODD = "b {set}; $x 'q"
+PHOTOGRAPH = "shots {0}/-left ${HOME}; 'a' \"b\" é"
 FOLDER = "chapters/ch03_pictures"
 PAGE = f"{FOLDER}/all/page.py"
 ALL = '''
@@ -78,6 +84,7 @@ ONE = """
 # %%
 from pathlib import Path
 
+from raxel.sets import load_set
 from repro.run.experiment import experiment, table
 from repro.run.outcomes import Plan, Table
 from repro.page.reader import show_table
@@ -87,7 +94,7 @@ from repro.page.reader import show_table
     "picture_size", artefact="ext_one", shards={"quick": 1, "full": 1}, per_set=True
 )
 def picture_size(effort, folder):
-    size = (Path(folder) / "left.png").stat().st_size
+    size = (Path(folder) / load_set(folder).views[0].image).stat().st_size
     return Plan(lambda condition, rng: {"bytes": size}, [{}], 1)
 
 
@@ -125,16 +132,18 @@ def checkout(tmp_path_factory) -> Path:
         (root / FOLDER / name).mkdir(parents=True)
         (root / FOLDER / name / "page.py").write_text(text.lstrip())
     (root / FOLDER / "__init__.py").write_text("")
-    add_set(root, "b-set", 7)
+    add_set(root, ODD, 7)
     add_set(root, "a-set", 5)
     return root
 
 
-def add_set(root: Path, name: str, size: int) -> None:
+def add_set(root: Path, name: str, size: int) -> Path:
+    """A set of one photograph, in a folder of its own and with a name of no kind."""
     folder = root / "data" / "recorded" / name
-    folder.mkdir(parents=True)
-    (folder / "left.png").write_bytes(b"x" * size)
-    (folder / "set.yaml").write_text("views:\n- image: left.png\n")
+    (folder / PHOTOGRAPH).parent.mkdir(parents=True)
+    (folder / PHOTOGRAPH).write_bytes(b"x" * size)
+    write_description(folder, description(0, views=[{"image": PHOTOGRAPH}]))
+    return folder
 
 
 def work(root: Path) -> Work:
@@ -179,8 +188,8 @@ def test_a_producer_reads_its_own_set_or_every_set_of_the_build():
 
 def test_inputs_name_every_set_of_the_build(checkout):
     planned = work(checkout)
-    assert list(planned.sets) == ["a-set", "b-set"]
-    both = ["picture_size@a-set", "picture_size@b-set"]
+    assert list(planned.sets) == ["a-set", "b-set-x-q"]
+    both = ["picture_size@a-set", "picture_size@b-set-x-q"]
     assert planned.needed("table", "ext_all") == [*both, "all_sizes"]
     assert planned.needed("experiment", "all_sizes") == both
     own = ["picture_size@a-set", "picture_share@a-set"]
@@ -195,13 +204,13 @@ def test_inputs_name_every_set_of_the_build(checkout):
 def test_every_set_of_the_build_and_no_other(checkout):
     status, text = build(checkout, "ch03")
     assert status == 0, text
-    assert jobs(text) > size_of("a-set") | size_of("b-set") | OF_ALL
-    assert rows(checkout) == [["a-set", "5", "12"], ["b-set", "7", "12"]]
-    assert "There are 2 sets: a-set, b-set." in page(checkout)
+    assert jobs(text) > size_of("a-set") | size_of("b-set-x-q") | OF_ALL
+    assert rows(checkout) == [["a-set", "5", "12"], ["b-set-x-q", "7", "12"]]
+    assert "There are 2 sets: a-set, b-set-x-q." in page(checkout)
     claim = judged(checkout)["claims"]["c_pictures"]
-    assert claim["readings"][0]["regenerated"] == "a-set b-set"
+    assert claim["readings"][0]["regenerated"] == "a-set b-set-x-q"
     assert claim["data"] == [
-        f"results/picture_size@{name}.json" for name in ("a-set", "b-set")
+        f"results/picture_size@{name}.json" for name in ("a-set", "b-set-x-q")
     ]
 
     # The result of the set that goes away stays where it is, and is not read.
@@ -210,21 +219,77 @@ def test_every_set_of_the_build_and_no_other(checkout):
     assert status == 0, text
     assert jobs(text) == OF_ALL | PAGE_OF_ALL, text
     assert (checkout / "figures/quick/results/picture_size@a-set.json").is_file()
-    assert rows(checkout) == [["b-set", "7", "7"]]
+    assert rows(checkout) == [["b-set-x-q", "7", "7"]]
     assert judged(checkout)["numbers"]["n_pictures"]["value"] == 1
-    assert "There are 1 sets: b-set." in page(checkout)
+    assert "There are 1 sets: b-set-x-q." in page(checkout)
     assert "a-set" not in page(checkout)
 
     _, text = build(checkout, "ch03")
     assert jobs(text) == set(), text
 
 
-def test_a_new_set_reaches_what_shows_all(checkout):
+def test_every_file_that_a_set_names_is_an_input(tmp_path):
+    folder = add_set(tmp_path, "odd", 3)
+    for name in ("corners.txt", "black", "truth/a/b.npz", "not named.png"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("{}")
+    named = {"reference": "corners.txt", "truth": "truth"}
+    write_description(folder, description(0, views=[{"image": PHOTOGRAPH}], **named))
+    expected = {"set.yaml", PHOTOGRAPH, "corners.txt", "truth/a/b.npz"}
+    assert set(set_files(folder)) == expected
+
+
+def test_a_faulty_set_stops_only_what_shows_it(checkout, capsys):
+    folder = add_set(checkout, "wrong", 3)
+    (folder / "set.yaml").write_text("raxel_set: 1\nname: [")
+    planned = work(checkout)
+    assert "wrong" not in planned.sets
+    orders._mind_faulty_sets(planned, "fig_2_1")
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"left out: [^\n]*\n", said)
+    assert "wrong/set.yaml: line" in said
+    for target in ("report", "quick", "ch03", "ext_all", "ext_one@wrong"):
+        with pytest.raises(orders.OrderError, match=r"^[^\n]*wrong/set.yaml[^\n]*$"):
+            orders._mind_faulty_sets(planned, target)
+    shutil.rmtree(folder)
+
+
+def test_two_sets_with_one_page_name_are_told(tmp_path):
+    add_set(tmp_path, "a b", 3)
+    add_set(tmp_path, "a+b", 3)
+    assert list(sets_of_report(tmp_path, "")) == ["a-b"]
+    assert "rename one" in "".join(faulty_sets(tmp_path).values())
+
+
+@pytest.mark.parametrize("name", ["index", "set", "写真"])
+def test_no_set_takes_the_name_of_a_page_that_there_is(tmp_path, name):
+    assert name_of(tmp_path / name) not in ("index", "set", "")
+
+
+@pytest.mark.parametrize(
+    "name", ["a: b", "a #b", "{x}", "$HOME `id` \"'", "[1]", "12", "~"]
+)
+def test_make_hands_the_folder_of_a_set_on_as_it_stands(tmp_path, name):
+    from snakemake.cli import parse_config
+
+    make = ["make", "-f", ROOT / "Makefile", "-o", "setup"]
+    shown = 'BUILD=printf "%s\\n"'
+    done = subprocess.run(
+        [*make, shown, "quick", f"RECORDED={name}"],
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert name in done.stdout.splitlines()
+    assert parse_config(orders._config("quick", "", name))["recorded"] == name
+
+
+def test_a_new_set_and_another_photograph_reach_what_shows_all(checkout):
     add_set(checkout, "c-set", 3)
+    changed = checkout / "data" / "recorded" / ODD / PHOTOGRAPH
+    changed.write_bytes(b"x" * 9)
     status, text = build(checkout, "ext_all")
     assert status == 0, text
-    assert jobs(text) == size_of("c-set") | OF_ALL, text
-    assert rows(checkout) == [["b-set", "7", "10"], ["c-set", "3", "10"]]
+    assert jobs(text) == size_of("c-set") | size_of("b-set-x-q") | OF_ALL, text
+    assert rows(checkout) == [["b-set-x-q", "9", "12"], ["c-set", "3", "12"]]
 
 
 def test_without_any_set_the_page_of_all_is_built(checkout):

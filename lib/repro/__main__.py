@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
@@ -32,7 +31,6 @@ def _parser() -> argparse.ArgumentParser:
         _add_sets(sub)
     for sub in (whole, gather):
         sub.add_argument("--code", required=True)
-        sub.add_argument("--inputs", type=json.loads, default={})
     gather.add_argument("--shards", nargs="+", type=Path, required=True)
     for kind in ("figure", "table"):
         draw = command(kind)
@@ -69,9 +67,11 @@ def main(argv: list[str] | None = None) -> int:
         shard, of = (int(part) for part in a.shard.split("/"))
         jobs.run(root, _order(a), shard, of, a.out)
     elif a.command == "whole":
-        jobs.whole(root, _order(a), a.code, a.inputs, a.out)
+        order = _order(a)
+        jobs.whole(root, order, a.code, order.inputs(root), a.out)
     elif a.command == "gather":
-        jobs.gather(root, _order(a), a.code, a.inputs, a.shards, a.out)
+        order = _order(a)
+        jobs.gather(root, order, a.code, order.inputs(root), a.shards, a.out)
     elif a.command in ("figure", "table"):
         from repro.page.draw import draw
 

@@ -7,12 +7,14 @@ pinned to one. A job imports the one chapter it works for.
 from __future__ import annotations
 
 import datetime
+import hashlib
 import importlib
 import json
 import platform
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,6 +22,7 @@ import numpy as np
 
 from repro.run import discover, experiment, results
 from repro.run.outcomes import Plan
+from repro.run.sets_of_report import set_files
 
 VERSIONS = ("numpy", "scipy", "opencv-python-headless", "matplotlib")
 CODE = (("repro.run.experiment", "run_trials"), ("repro.run.results", "gather"))
@@ -52,6 +55,11 @@ class Order:
     set_folder: str | None
     results: Path
     sets: Sequence[str] = ()
+
+    def inputs(self, root: Path) -> dict[str, str]:
+        """`input_hashes` of the experiment."""
+        found = producer(root, "experiment", self.name)
+        return input_hashes(root, found, self.set_folder)
 
     def plan(self, root: Path, found: discover.Producer) -> Plan:
         """The experiment's plan, with the what-if number of trials if one is given."""
@@ -153,6 +161,25 @@ def _leave(
             "versions": {name: version(name) for name in VERSIONS},
         },
     )
+
+
+def input_hashes(
+    root: Path, found: discover.Producer, set_folder: str | None
+) -> dict[str, str]:
+    """Name -> SHA-256 of what an experiment declares as input, and of its set's files.
+
+    A file of a set is named as set.yaml names it, in its folder.
+    """
+    files = {Path(path).name: root / path for path in found.details.get("inputs", ())}
+    if set_folder is not None:
+        files |= set_files(root / set_folder)
+    return {name: _hash(path, path.stat().st_mtime_ns) for name, path in files.items()}
+
+
+@cache
+def _hash(path: Path, changed: int) -> str:
+    """SHA-256 of a file with this time of change; one that stays is read once."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def results_of(

@@ -5,20 +5,24 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import yaml
+from raxel.documents import read_yaml
+from raxel.errors import InputError
+from raxel.sets import load_set
+
+# Names of files that a chapter of pages has already.
+TAKEN = ("index", "set")
 
 
 def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
     """Set name -> folder: data/recorded/* with images there, and ``recorded``.
 
     ``recorded`` names one set or a folder of sets. A set whose photographs have not
-    arrived (no network yet) has no page.
+    arrived (no network yet) has no page, nor has one that is faulty (`faulty_sets`).
     """
-    folders = sorted(path.parent for path in root.glob("data/recorded/*/set.yaml"))
     found = {
-        name_of(folder): folder.relative_to(root).as_posix()
-        for folder in folders
-        if has_images(folder)
+        name: folder.relative_to(root).as_posix()
+        for name, folder, fault in _looked_at(root)
+        if not fault
     }
     if not recorded:
         return found
@@ -35,23 +39,56 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
     return found
 
 
+def faulty_sets(root: Path) -> dict[Path, str]:
+    """Folder -> one line, for the sets below data/recorded that are not as they must."""
+    return {folder: fault for _, folder, fault in _looked_at(root) if fault}
+
+
+def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
+    """Name, folder and fault (empty for none) of the sets that are there."""
+    found: list[tuple[str, Path, str]] = []
+    folders: dict[str, Path] = {}
+    for description in sorted(root.glob("data/recorded/*/set.yaml")):
+        folder, name = description.parent, name_of(description.parent)
+        try:
+            load_set(folder)
+            fault = ""
+        except InputError as error:
+            if _not_arrived(folder):
+                continue
+            fault = str(error)
+        first = folders.setdefault(name, folder)
+        if first != folder:
+            fault = f"{folder}: {first} has its page's name, {name}; rename one"
+        found.append((name, folder, fault))
+    return found
+
+
+def _not_arrived(folder: Path) -> bool:
+    """Whether set.yaml lists images, and none of them lies in the folder."""
+    try:
+        views = read_yaml(folder / "set.yaml")["views"]
+        images = [str(view["image"]) for view in views]
+    except (InputError, KeyError, TypeError):
+        return False
+    return bool(images) and not any((folder / name).is_file() for name in images)
+
+
 def name_of(folder: Path) -> str:
     """Page name of a set: its folder's name, letters, digits and hyphens only."""
-    return re.sub(r"[^A-Za-z0-9]+", "-", folder.resolve().name).strip("-") or "set"
+    name = re.sub(r"[^A-Za-z0-9]+", "-", folder.resolve().name).strip("-")
+    return f"photographs-{name}".strip("-") if not name or name in TAKEN else name
 
 
-def reference_of(folder: Path) -> Path | None:
-    """The file of reference corners that set.yaml names, if it is there."""
-    content = yaml.safe_load((folder / "set.yaml").read_text("utf-8")) or {}
-    path = folder / str(content.get("reference") or "")
-    return path if path.is_file() else None
+def set_files(folder: Path) -> dict[str, Path]:
+    """Name in the folder -> path of set.yaml and of every file that the set names.
 
-
-def has_images(folder: Path) -> bool:
-    """Whether at least one image that set.yaml lists lies in the folder."""
-    content = yaml.safe_load((folder / "set.yaml").read_text("utf-8")) or {}
-    views = content.get("views") or []
-    return any(
-        isinstance(view, dict) and (folder / str(view.get("image", ""))).is_file()
-        for view in views
-    )
+    Where it names a folder (the truth of a rendered set), all files in that.
+    """
+    image_set = load_set(folder)
+    named = {name for view in image_set.views for name in view.files}
+    named |= {image_set.description.name, image_set.reference, image_set.truth} - {None}
+    files: set[Path] = set()
+    for path in (folder / name for name in named):
+        files |= {p for p in [path, *path.rglob("*")] if p.is_file()}
+    return {path.relative_to(folder).as_posix(): path for path in sorted(files)}

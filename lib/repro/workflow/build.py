@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import fcntl
+import json
 import os
 import subprocess
 import sys
@@ -16,10 +17,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from repro.run.sets_of_report import sets_of_report
+from repro.run.sets_of_report import faulty_sets, name_of, sets_of_report
 from repro.workflow.changes import remember, say_changes
 from repro.workflow.forks import warm_jobs
 from repro.workflow.work import Work
+
+WHOLE = ("report", "quick", "notebooks")
 
 
 class OrderError(Exception):
@@ -53,9 +56,10 @@ def _parser() -> argparse.ArgumentParser:
 def _build(root: Path, options: argparse.Namespace) -> int:
     recorded = _checked_recorded(options.recorded)
     trials = _checked_trials(options.trials, options.target)
-    if options.target in ("report", "quick", "notebooks"):
+    if options.target in WHOLE:
         _bring_photographs(root)
     work = Work(root, options.effort, trials, sets_of_report(root, recorded))
+    _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
     _drop_judgements_of_gone_pages(work)
     say_changes(work)
@@ -63,8 +67,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
         *targets,
         "--cores", options.cores or str(os.cpu_count() or 1),
         "--logger", "raxel", "--nolock", "--rerun-incomplete", "--scheduler", "greedy",
-        "--config", f"effort={options.effort}", f"trials={options.trials}",
-        f"recorded={recorded}",
+        "--config", *_config(options.effort, options.trials, recorded),
     ]  # fmt: skip
     before = _ages(root, targets)
     done = _snakemake(words)
@@ -72,6 +75,12 @@ def _build(root: Path, options: argparse.Namespace) -> int:
         remember(work, _built(work, options.target))
         _say_where(work, targets, changed=_ages(root, targets) != before)
     return 0 if done else 1
+
+
+def _config(effort: str, trials: str, recorded: str) -> list[str]:
+    """What the rules are told; a path in quotes that Snakemake does not strip off."""
+    told = f" {json.dumps(recorded, ensure_ascii=False)} " if recorded else ""
+    return [f"effort={effort}", f"trials={trials}", f"recorded={told}"]
 
 
 def _snakemake(words: list[str]) -> bool:
@@ -86,6 +95,30 @@ def _snakemake(words: list[str]) -> bool:
     settings.max_jobs_per_timespan = None
     with warm_jobs():
         return args_to_api(settings, parser)
+
+
+def _mind_faulty_sets(work: Work, target: str) -> None:
+    """Stop an order that needs a set which is faulty; warn before any other."""
+    faults = faulty_sets(work.root)
+    own = {name_of(folder): fault for folder, fault in faults.items()}
+    of_set = own.get(target.partition("@")[2])
+    if of_set or (faults and _shows_sets(work, target)):
+        raise OrderError(of_set or "; ".join(faults.values()))
+    for fault in faults.values():
+        print(f"left out: {fault}", file=sys.stderr)
+
+
+def _shows_sets(work: Work, target: str) -> bool:
+    """Whether an order makes something of every image set."""
+    if target in WHOLE:
+        return True
+    built = _built(work, target)
+    return any(
+        need in work.per_set
+        for (_, identifier), producer in work.producers.items()
+        if identifier in built and "@" not in identifier
+        for need in producer.needs
+    )
 
 
 def _drop_judgements_of_gone_pages(work: Work) -> None:
@@ -125,7 +158,7 @@ def _checked_trials(given: str, target: str) -> int | None:
         return None
     if not given.isdigit() or int(given) < 1:
         raise OrderError(f"TRIALS={given}: a whole number above 0 is needed")
-    if target in ("report", "quick", "notebooks") or target.startswith("ch"):
+    if target in WHOLE or target.startswith("ch"):
         raise OrderError(
             "TRIALS is a what-if on one artefact, kept apart from the record; "
             "name it, for example: make fig_2_3 TRIALS=500"
@@ -180,7 +213,7 @@ def _built(work: Work, target: str) -> set[str]:
         wanted = {
             i for (_, i), p in work.producers.items() if p.page.startswith(target)
         }
-    elif target in ("report", "quick", "notebooks"):
+    elif target in WHOLE:
         wanted = {identifier for _, identifier in work.producers}
     else:
         wanted = {target}

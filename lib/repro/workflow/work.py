@@ -15,9 +15,8 @@ from raxel.show import available
 from repro.judge.ledger import Ledger, load
 from repro.run import discover
 from repro.run.deciding import judged_with
-from repro.run.jobs import CODE
+from repro.run.jobs import CODE, input_hashes
 from repro.run.reach import Reach
-from repro.run.sets_of_report import reference_of
 
 DRAW_CODE = (("repro.page.draw", "draw"),)
 JUDGE_CODE = (("repro.run.judging", "judge"),)
@@ -55,7 +54,6 @@ class Work:
         self.site_done = f"report/build/{effort}/site.done"
         self.trials_option = "" if trials is None else f"--trials {trials}"
         self.reach = Reach(root)
-        self._hashes: dict[str, str] = {}
 
     @cached_property
     def producers(self) -> dict[tuple[str, str], discover.Producer]:
@@ -127,42 +125,22 @@ class Work:
         return self.producers["experiment", name].details["shards"][self.effort]
 
     def inputs(self, wildcards) -> list[str]:
-        """Files that an experiment reads: what others found, and its own inputs."""
-        needed = self._result_files("experiment", wildcards.experiment)
-        return needed + self._own_inputs(wildcards)
+        """Files that an experiment reads: what others found, and what it declares.
 
-    def _own_inputs(self, wildcards) -> list[str]:
-        """Declared inputs of an experiment, or its set's files."""
+        Files of an image set are not among them: people name these, and Snakemake
+        would read a `{` as the begin of a wildcard. `input_key` stands for them.
+        """
         producer = self.producers["experiment", wildcards.experiment]
         declared = [str(path) for path in producer.details.get("inputs", ())]
+        return self._result_files("experiment", wildcards.experiment) + declared
+
+    def input_key(self, wildcards) -> str:
+        """Hash over names and content of all that no other experiment has left."""
         name = wildcards.experiment.partition("@")[2]
-        return declared + (self.set_files(name) if name else [])
-
-    def set_files(self, name: str) -> list[str]:
-        """set.yaml, the images beside it, and its reference corners."""
-        folder = Path(self.sets[name])
-        kept = {".yaml", ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp"}
-        files = {p for p in folder.iterdir() if p.suffix.lower() in kept}
-        reference = reference_of(folder)
-        if reference is not None:
-            files.add(reference)
-        return sorted(path.as_posix() for path in files)
-
-    def input_hashes(self, wildcards) -> str:
-        """JSON of input file name -> SHA-256, for the result file."""
-        return json.dumps(
-            {
-                Path(path).name: self._hash_of(path)
-                for path in self._own_inputs(wildcards)
-            },
-            sort_keys=True,
-        )
-
-    def _hash_of(self, path: str) -> str:
-        if path not in self._hashes:
-            content = (self.root / path).read_bytes()
-            self._hashes[path] = hashlib.sha256(content).hexdigest()
-        return self._hashes[path]
+        producer = self.producers["experiment", wildcards.experiment]
+        found = input_hashes(self.root, producer, self.sets[name] if name else None)
+        text = json.dumps(found, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def set_option(self, wildcards) -> str:
         """`--set FOLDER` for a producer or page that stands once per set."""
@@ -203,14 +181,15 @@ class Work:
         name = identifier.partition("@")[2]
         needs = self.producers[kind, identifier].needs
         return discover.result_ids(
-            discover.results_read(needs, self._per_set, name, self.sets)
+            discover.results_read(needs, self.per_set, name, self.sets)
         )
 
     def _result_files(self, kind: str, identifier: str) -> list[str]:
         return [f"{self.base}/results/{n}.json" for n in self.needed(kind, identifier)]
 
     @cached_property
-    def _per_set(self) -> set[str]:
+    def per_set(self) -> set[str]:
+        """Ids of the experiments that stand once for every image set."""
         return discover.per_set_experiments(discover.producers(self.root))
 
     def sets_option(self, kind: str):
@@ -233,7 +212,7 @@ class Work:
 
     def _sets_option(self, made: list[tuple[str, str]]) -> str:
         whole = any(
-            need in self._per_set
+            need in self.per_set
             for kind, identifier in made
             if "@" not in identifier
             for need in self.producers[kind, identifier].needs

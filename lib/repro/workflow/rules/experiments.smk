@@ -13,7 +13,7 @@ rule whole:
     params:
         code=WORK.experiment_code,
         effort=WORK.effort,
-        hashes=WORK.input_hashes,
+        files=WORK.input_key,
         trials=WORK.trials_option,
         set=WORK.set_option,
         sets=WORK.sets_option("experiment"),
@@ -25,7 +25,6 @@ rule whole:
         "--effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--code {params.code} "
-        "--inputs {params.hashes:q} "
         "--out {output.result:q} > {log:q} 2>&1"
 
 
@@ -42,6 +41,7 @@ rule shard:
     params:
         code=WORK.experiment_code,
         effort=WORK.effort,
+        files=WORK.input_key,
         trials=WORK.trials_option,
         set=WORK.set_option,
         sets=WORK.sets_option("experiment"),
@@ -71,7 +71,7 @@ rule gather:
     params:
         code=WORK.experiment_code,
         effort=WORK.effort,
-        hashes=WORK.input_hashes,
+        files=WORK.input_key,
         trials=WORK.trials_option,
         set=WORK.set_option,
         sets=WORK.sets_option("experiment"),
@@ -83,5 +83,5 @@ rule gather:
         "--effort {params.effort} "
         "{params.trials} {params.set} {params.sets} --results {params.results:q} "
         "--code {params.code} "
-        "--inputs {params.hashes:q} --shards {input.shards:q} "
+        "--shards {input.shards:q} "
         "--out {output.result:q} > {log:q} 2>&1"
