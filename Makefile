@@ -10,7 +10,7 @@ SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 # Everything a run writes stays in the checkout; only package caches lie outside.
 RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
   PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
-BUILD = $(RUN) .venv/bin/python -m repro.workflow.build
+BUILD = $(RUN) .venv/bin/python -m repro.workflow
 # A folder's name may hold what make or the shell would take for its own: it is only handed on.
 export RAXEL_RECORDED := $(value RECORDED)
 FOR_SETS = --recorded "$$RAXEL_RECORDED" --cores "$(CORES)"

@@ -38,7 +38,13 @@ ROOMS = (
 # The rooms of repro, lowest first; its own files stand above them.
 REPRO_ROOMS = ("judge", "run", "page", "site", "workflow")
 # All that the book-keeping may know of raxel; none of it knows of cameras.
-REPRO_MAY_IMPORT = ("raxel.errors", "raxel.files", "raxel.documents", "raxel.show")
+REPRO_MAY_IMPORT = (
+    "raxel.documents",
+    "raxel.errors",
+    "raxel.files",
+    "raxel.sets",
+    "raxel.show",
+)
 # What all chapters may import of one another.
 SHARED = "chapters.shared"
 

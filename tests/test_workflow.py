@@ -155,6 +155,14 @@ REST = {
     "page ch02_small/s1_dice",
 }
 
+CUT = (
+    "figures/quick/results/dice_throws.json",
+    "figures/quick/shards/dice_again/1-of-2.npz",
+    "figures/quick/fig_2_3.csv",
+    "figures/quick/judged/ch02_small/s1_dice.json",
+    "report/build/quick/pages/ch02_small/s1_dice.ipynb",
+)
+
 
 def eyes_thrown(root: Path) -> set[int]:
     """Eyes in the trials of the experiment that another one reads."""
@@ -192,7 +200,7 @@ def test_a_change_rebuilds_what_it_reaches(checkout):
     assert "changed: raxel.dice:throw -> dice_throws" in text
 
 
-def test_a_failing_job_keeps_the_old_result_and_shows_its_reason(checkout):
+def test_a_failing_job_shows_its_reason_and_what_was_cut_is_made_again(checkout):
     assert build(checkout)[0] == 0
     result = checkout / "figures/quick/results/dice_spread.json"
     before = json.loads(result.read_text())
@@ -203,7 +211,14 @@ def test_a_failing_job_keeps_the_old_result_and_shows_its_reason(checkout):
     assert "TypeError" in text
     assert not result.exists() or json.loads(result.read_text()) == before
     edit(checkout, "lib/raxel/dice.py", " / []", "")
-    assert build(checkout)[0] == 0
+    whole = {name: (checkout / name).read_bytes() for name in CUT}
+    for name, content in whole.items():
+        (checkout / name).write_bytes(content[: len(content) // 2])
+    status, text = build(checkout)
+    assert status == 0, text
+    for name, content in whole.items():
+        assert f"{name} was damaged: it will be made again\n" in text
+        assert (checkout / name).read_bytes() == content, name
     assert json.loads(result.read_text()) == before
 
 

@@ -42,6 +42,9 @@ def main(arguments=None):
     except SetUpError as error:
         print(f"set-up: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("set-up: interrupted; run it again to go on", file=sys.stderr)
+        return 130
     return 0
 
 

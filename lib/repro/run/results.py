@@ -18,17 +18,22 @@ from raxel import files
 from repro.judge.statistics import median_interval
 from repro.run.outcomes import Plan
 
+WRITTEN: list[Path] = []
+"""What this process has written so far: a job leaves it in its record."""
+
 
 def write_atomic(path: Path, content: str | bytes) -> None:
     """As `raxel.files.write_whole`, in a folder that is made where it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_whole(path, content)
+    WRITTEN.append(path)
 
 
 def write_json(path: Path, content: object) -> None:
     """As `raxel.files.write_json`, in a folder that is made where it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_json(path, content)
+    WRITTEN.append(path)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:

@@ -40,7 +40,7 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
 
 
 def faulty_sets(root: Path) -> dict[Path, str]:
-    """Folder -> one line, for the sets below data/recorded that are not as they must."""
+    """Folder -> one line, for the faulty sets below data/recorded."""
     return {folder: fault for _, folder, fault in _looked_at(root) if fault}
 
 

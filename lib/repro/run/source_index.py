@@ -45,10 +45,12 @@ def index(name: str, path: Path, folder: Path) -> Module:
     source = path.read_bytes()
     key = hashlib.sha256(f"{name}\n{_revision()}\n".encode() + source).hexdigest()
     kept = folder / f"{key[:32]}.json"
-    if not kept.is_file():
+    try:
+        content = json.loads(kept.read_text("utf-8"))
+    except (OSError, ValueError):  # not kept yet, or cut
         package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        write_json(kept, asdict(_indexed(name, package, source, path)))
-    content = json.loads(kept.read_text("utf-8"))
+        content = asdict(_indexed(name, package, source, path))
+        write_json(kept, content)
     definitions = {n: Definition(**d) for n, d in content["definitions"].items()}
     return Module(name, definitions, content["imports"])
 

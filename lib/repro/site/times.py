@@ -96,7 +96,8 @@ def _records(folder: Path, producer: Producer, name: str, effort: str) -> list[P
 
 
 def _seconds(path: Path) -> float:
-    """Processor seconds of a record; none where the job has not run."""
-    if not path.is_file():
+    """Processor seconds of a record; none where the job has not run, or it was cut."""
+    try:
+        return float(json.loads(path.read_text("utf-8"))["processor_seconds"])
+    except (OSError, ValueError):
         return 0.0
-    return float(json.loads(path.read_text("utf-8"))["processor_seconds"])

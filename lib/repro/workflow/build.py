@@ -11,6 +11,7 @@ import difflib
 import fcntl
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,8 +21,11 @@ from pathlib import Path
 from repro.run.sets_of_report import faulty_sets, name_of, sets_of_report
 from repro.workflow.changes import remember, say_changes
 from repro.workflow.forks import warm_jobs
+from repro.workflow.intact import drop_damaged
+from repro.workflow.interruption import stopped_by_signals
 from repro.workflow.work import Work
 
+INTERRUPTED = "interrupted; what is finished stays, run it again to go on"
 WHOLE = ("report", "quick", "notebooks")
 
 
@@ -39,6 +43,9 @@ def main(argv: list[str] | None = None) -> int:
     except (OrderError, ValueError) as error:
         print(f"make {options.target}: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt as end:
+        print(f"make {options.target}: {INTERRUPTED}", file=sys.stderr)
+        return 128 + (end.args[0] if end.args else signal.SIGINT)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -61,6 +68,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     work = Work(root, options.effort, trials, sets_of_report(root, recorded))
     _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
+    drop_damaged(work)
     _drop_judgements_of_gone_pages(work)
     say_changes(work)
     words = [
@@ -93,7 +101,7 @@ def _snakemake(words: list[str]) -> bool:
 
     parser, settings = parse_args(words)
     settings.max_jobs_per_timespan = None
-    with warm_jobs():
+    with warm_jobs() as end_jobs, stopped_by_signals(end_jobs):
         return args_to_api(settings, parser)
 
 

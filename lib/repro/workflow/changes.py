@@ -34,8 +34,11 @@ def remember(work: Work, built: set[str]) -> None:
 
 
 def _remembered(work: Work) -> dict[str, dict[str, str]]:
-    path = _record(work)
-    return json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    """What was remembered; nothing where nobody can read it any more."""
+    try:
+        return json.loads(_record(work).read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
 
 
 def say_changes(work: Work) -> None:

@@ -5,7 +5,8 @@ Here they are imported once, and a job begins where that has been done:
 
     python -m repro.workflow.forks SOCKET
 
-The server ends when its standard input does, so that it never outlives the build.
+The server ends when its standard input does, and its jobs with it, so that nothing
+outlives the build, however that ends.
 `lib/repro/workflow/ask.py` hands it a job; without a server (on a cluster, or from
 Snakemake's own command line) that starts an interpreter for the job instead.
 """
@@ -22,13 +23,15 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from repro.run import discover
 from repro.workflow import job
+from repro.workflow.interruption import SIGNALS
 
 PINNED = {
     "OMP_NUM_THREADS": "1",
@@ -50,9 +53,17 @@ WARM = (
 )  # fmt: skip
 
 
+GRACE_S = 2.0
+RUNNING: set[int] = set()
+"""Jobs of this server, each the leader of a process group of its own."""
+
+
 @contextmanager
-def warm_jobs() -> Iterator[None]:
-    """Run a server for the jobs that are started inside; they find it by themselves."""
+def warm_jobs() -> Iterator[Callable[[], None]]:
+    """Run a server for the jobs that are started inside; they find it by themselves.
+
+    Gives what ends the server, and the jobs that run, before their time.
+    """
     # A socket's path has to be short, which the checkout's may not be.
     with tempfile.TemporaryDirectory(prefix="raxel-") as folder:
         address = str(Path(folder) / "jobs")
@@ -63,7 +74,7 @@ def warm_jobs() -> Iterator[None]:
         )
         os.environ[ADDRESS] = address
         try:
-            yield
+            yield server.stdin.close
         finally:
             del os.environ[ADDRESS]
             server.stdin.close()
@@ -75,7 +86,8 @@ def serve(address: str) -> None:
     listener = socket.socket(socket.AF_UNIX)
     listener.bind(address)
     listener.listen(64)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in SIGNALS:  # the build hears them, and ends what has to end
+        signal.signal(number, signal.SIG_IGN)
     if not _asked(listener):
         return
     _import_ahead()
@@ -84,10 +96,17 @@ def serve(address: str) -> None:
     gc.freeze()
     while _asked(listener):
         connection, _ = listener.accept()
-        if os.fork() == 0:
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD])
+        number = os.fork()
+        if number == 0:
             listener.close()
             _job(connection)
+        with suppress(OSError):  # the job may be as far already, or have ended
+            os.setpgid(number, number)
+        RUNNING.add(number)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD])
         connection.close()
+    _end_jobs()
 
 
 def _asked(listener: socket.socket) -> bool:
@@ -102,8 +121,23 @@ def _asked(listener: socket.socket) -> bool:
 def _reap(number: int, frame: object) -> None:
     """Wait for the jobs that have ended: their processor time counts as this one's."""
     with suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
+        while ended := os.waitpid(-1, os.WNOHANG)[0]:
+            RUNNING.discard(ended)
+
+
+def _end_jobs() -> None:
+    """Ask the jobs that run to end, with all that they have started; then end them."""
+    last = time.monotonic() + GRACE_S
+    _signal_jobs(signal.SIGTERM)
+    while RUNNING and time.monotonic() < last:
+        time.sleep(0.01)
+    _signal_jobs(signal.SIGKILL)
+
+
+def _signal_jobs(number: int) -> None:
+    for leader in tuple(RUNNING):
+        with suppress(ProcessLookupError):
+            os.killpg(leader, number)
 
 
 def _import_ahead() -> None:
@@ -127,8 +161,11 @@ def _run_once() -> None:
 
 def _job(connection: socket.socket) -> None:
     """Take the place of the process that asks: its streams, folder and environment."""
+    os.setpgid(0, 0)
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD])
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, _leave)
     head, streams, _, _ = socket.recv_fds(connection, 8, 2)
     asked = _received(connection, int.from_bytes(head, "big"))
     folder, count, *rest = os.fsdecode(asked).split("\0")
@@ -158,9 +195,15 @@ def _received(connection: socket.socket, size: int) -> bytes:
 
 
 def _end_with(connection: socket.socket) -> None:
-    """End this job when the process that asked for it is gone."""
+    """End this job, and what it started, when the process that asked for it is gone."""
     connection.recv(1)
-    os._exit(1)
+    os.killpg(0, signal.SIGKILL)
+
+
+def _leave(number: int, frame: object) -> None:
+    """Give up: nothing half written stays behind."""
+    signal.signal(number, signal.SIG_IGN)
+    raise SystemExit(128 + number)
 
 
 def _status(words: list[str]) -> int:

@@ -3,20 +3,22 @@
     python -m repro.workflow.job LABEL MODULE ...
 
 does what `python -m MODULE ...` does, and leaves `LABEL.json` in the folder that the
-environment names in `RAXEL_TIMES`: what the page of times adds up.
+environment names in `RAXEL_TIMES`: the time it took, which the page of times adds up,
+and the files that it wrote, by which `repro.workflow.intact` knows them again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import os
 import resource
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from repro.run.results import write_json
+from repro.run.results import WRITTEN, write_json
 
 TIMES = "RAXEL_TIMES"
 
@@ -24,16 +26,36 @@ TIMES = "RAXEL_TIMES"
 def run(words: Sequence[str]) -> int:
     """Run the job; return its exit status."""
     label, name, *more = words
-    start = time.monotonic()
-    status = _command(name)(more)
     folder = os.environ.get(TIMES)
-    if folder and not status:
+    record = Path(folder) / f"{label}.json" if folder else None
+    if record:
+        record.unlink(missing_ok=True)
+    start, before = time.monotonic(), len(WRITTEN)
+    status = _command(name)(more)
+    if record and not status:
         took = {
             "seconds": round(time.monotonic() - start, 2),
             "processor_seconds": round(_processor_seconds(), 2),
         }
-        write_json(Path(folder) / f"{label}.json", took)
+        files = left(WRITTEN[before:])
+        write_json(record, took | ({"files": files} if files else {}))
     return status
+
+
+def left(paths: Iterable[Path]) -> dict[str, list]:
+    """File -> size, time of change (ns) and SHA-256, of those that are there."""
+    return {str(p): [*stat_of(p), hash_of(p)] for p in paths if p.is_file()}
+
+
+def stat_of(path: Path) -> list[int]:
+    """Size, and time of change in ns."""
+    found = path.stat()
+    return [found.st_size, found.st_mtime_ns]
+
+
+def hash_of(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _command(name: str):

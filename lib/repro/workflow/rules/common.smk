@@ -12,8 +12,9 @@ WORK = Work(
 )
 
 # A job is forked from a warm process where the build keeps one (repro.workflow.forks).
+# Ctrl-C reaches every process of a terminal; that one then ends what has to end.
 shell.prefix(
-    "set -euo pipefail; export "
+    'set -euo pipefail; [ -z "${{RAXEL_JOBS:-}}" ] || trap "" INT TERM; export '
     + " ".join(f"{name}={value}" for name, value in PINNED.items())
     + f" RAXEL_EFFORT={config['effort']} RAXEL_TIMES={WORK.base}/times"
     + ' MPLCONFIGDIR="$PWD/.cache/matplotlib"; '

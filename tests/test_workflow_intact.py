@@ -1,0 +1,99 @@
+"""What was cut or edited by hand is told, removed, and so made again."""
+
+import json
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from repro.run.results import WRITTEN, write_atomic
+from repro.site.mirror import mirror
+from repro.workflow.intact import drop_damaged
+from repro.workflow.job import left
+
+FILES = ("figures/quick/x.json", "figures/quick/x.csv", "figures/quick/x.npz")
+
+
+@pytest.fixture
+def work(tmp_path, monkeypatch):
+    """A checkout in which one job has left three files, and one a part of the site."""
+    monkeypatch.chdir(tmp_path)
+    done = "report/build/quick/site.done"
+    job("figure/x", lambda: [write_atomic(Path(name), "{}") for name in FILES])
+    job("site/sphinx", lambda: mirror({"index.html": "<p>", "a.html": "<b>"}, SITE))
+    write_atomic(Path(done), "")
+    return SimpleNamespace(root=tmp_path, base="figures/quick", site_done=done)
+
+
+SITE = Path("report/site-quick")
+
+
+def job(label, writes):
+    """What the job `label` leaves: its files, and its record."""
+    before = len(WRITTEN)
+    writes()
+    record = Path("figures/quick/times", f"{label}.json")
+    files = left(WRITTEN[before:])
+    write_atomic(record, json.dumps({"processor_seconds": 1, "files": files}))
+
+
+def there(work):
+    return [name for name in FILES if (work.root / name).is_file()]
+
+
+def test_whole_files_stay_without_a_word(work, capsys):
+    drop_damaged(work)
+    assert there(work) == list(FILES)
+    assert (work.root / work.site_done).is_file()
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", None])
+def test_a_file_that_is_cut_edited_or_gone_takes_its_job_along(work, capsys, content):
+    damaged = work.root / FILES[2]
+    before = damaged.stat()
+    damaged.unlink() if content is None else damaged.write_text(content)
+    if content == "[]":
+        os.utime(damaged, ns=(before.st_atime_ns, before.st_mtime_ns + 1))
+    drop_damaged(work)
+    assert there(work) == []
+    said = f"{FILES[2]} was damaged: it will be made again\n"
+    assert capsys.readouterr().err == said
+    drop_damaged(work)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_copy_with_new_dates_is_whole_and_looked_into_once(work, capsys, monkeypatch):
+    for name in FILES:
+        os.utime(work.root / name, ns=(1, 1))
+    drop_damaged(work)
+    monkeypatch.setattr("repro.workflow.intact.hash_of", None)
+    drop_damaged(work)
+    assert there(work) == list(FILES)
+    assert capsys.readouterr().err == ""
+
+
+def test_of_the_site_only_its_mark_goes_for_it_mends_itself(work):
+    (SITE / "index.html").write_text("")
+    drop_damaged(work)
+    assert not (work.root / work.site_done).exists()
+    assert (SITE / "a.html").is_file()
+    assert there(work) == list(FILES)
+
+
+def test_an_older_record_of_the_same_file_says_nothing(work, capsys):
+    job("table/x", lambda: write_atomic(Path(FILES[1]), "1,2"))
+    older = work.root / "figures/quick/times/figure/x.json"
+    os.utime(older, ns=(1, 1))
+    drop_damaged(work)
+    assert there(work) == list(FILES)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_record_that_is_cut_goes(work):
+    record = work.root / "figures/quick/times/figure/x.json"
+    record.write_text(record.read_text()[:20])
+    drop_damaged(work)
+    assert not record.exists()
+    assert there(work) == list(FILES)
