@@ -143,7 +143,9 @@ def run_trial(condition, rng):
     camera = CAMERAS[condition["camera"]](SIZE_PX, SIZE_PX)
     grids = draw_poses(rng)
     views = [view_board(camera, T) for T in grids]
-    found = calibrate_generic(views, SIZE_PX, SIZE_PX, rng=rng)
+    found = calibrate_generic(
+        views, SIZE_PX, SIZE_PX, rng=rng, interpolation="homographic"
+    )
     truth = inverse_pose(grids[found.used[0]]) @ grids[found.used]
     return {
         "overlap": overlap(views),

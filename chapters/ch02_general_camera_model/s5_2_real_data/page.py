@@ -289,9 +289,10 @@ def homographies(effort):
 #   {glue:text}`generic_as_printed_2:.3f` and
 #   {glue:text}`generic_as_printed_3:.3f` px: it rises too, far more slowly.
 #   With exact corners it is still {glue:text}`exact_generic:.3f` px in set
-#   3. So most of the rise is not the detector's. Between corners the library
-#   follows the board by homographies, and a cell of a bent picture is not
-#   quite one; section 3.2.1 of the thesis warns of just this bias.
+#   3. So most of the rise is not the detector's. Between corners the board is
+#   followed by homographies here, as in the thesis, and a cell of a bent
+#   picture is not quite one; section 3.2.1 of the thesis warns of just this
+#   bias. The library can follow bent cells (`interpolation="by need"`).
 # - **Size of the generic residual.** The thesis prints about 0.7 px for all
 #   sets; ours is far smaller. A rendered board is flat and a rendered lens
 #   has no flaws but those of its rig. Corners that err by half a pixel

@@ -67,7 +67,9 @@ from repro.run.outcomes import Plan
 #    numbers describe the camera.
 # 3. **The general camera**, by the standard generic method of section 2.4
 #    {cite}`sturm2004`: no model of the lens. Between the corners, a
-#    homography per cell tells which point of the board each pixel sees.
+#    homography per cell tells which point of the board each pixel sees; on
+#    boards whose cells bend by more than their corners are uncertain, a
+#    smooth surface through all corners.
 #    Three overlapping boards give the centre, bundle adjustment and further
 #    boards refine it. The result is a table of rays. A pixel that no board
 #    covered has none.
@@ -296,8 +298,8 @@ def photograph_detectors(effort, folder):
 #   nearly everything that it was fitted to. Only photographs kept out
 #   compare the models.
 # - The general camera knows the pixels that boards covered, and is as good
-#   as the homography inside a cell. Large cells near the edge of a strongly
-#   distorted image bend more than a homography can.
+#   as the interpolation inside a cell. Large cells near the edge of a
+#   strongly distorted image can bend more than their corners tell.
 # - It has one centre. Where rays do not meet in one point, as in many
 #   mirrors and wide lenses, it spreads that error over its rays.
 # - Every error contains the noise of the corners, and what bends the board.

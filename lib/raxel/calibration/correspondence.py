@@ -75,16 +75,10 @@ def check_view(view):
 def board_cells(view):
     """CellTable of the convex cells with four found corners."""
     view = check_view(view)
-    grid = np.arange(view.columns * view.rows).reshape(view.rows, view.columns)
-    ring = np.stack(
-        [grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1
-    ).reshape(-1, 4)
-    corners, points = view.pixels[ring], view.points[ring]
-    ahead = np.roll(corners, -1, axis=1) - corners
-    after = np.roll(ahead, -1, axis=1)
-    turn = ahead[..., 0] * after[..., 1] - ahead[..., 1] * after[..., 0]
-    convex = np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)
-    corners, points, ahead = corners[convex], points[convex], ahead[convex]
+    ring, ahead, turn = _rings(view)
+    convex = _convex(turn)
+    corners, points = view.pixels[ring[convex]], view.points[ring[convex]]
+    ahead = ahead[convex]
     sign = np.sign(turn[convex, :1])
     length = np.linalg.norm(ahead, axis=2)
     normal = np.stack([-ahead[..., 1], ahead[..., 0]], axis=2)
@@ -92,6 +86,28 @@ def board_cells(view):
     offset = -np.sum(normal * corners, axis=2, keepdims=True)
     edges = np.concatenate([normal, offset], axis=2)
     return CellTable(corners, edges, _cell_maps(corners, points))
+
+
+def whole_cells(view):
+    """(rows - 1, columns - 1) bool: the convex cells with four found corners."""
+    return _convex(_rings(view)[2]).reshape(view.rows - 1, view.columns - 1)
+
+
+def _rings(view):
+    """Corners of all cells in order of going round: numbers (K, 4), steps to the next
+    (K, 4, 2) px, and the turn from each step to the one after it (K, 4)."""
+    grid = np.arange(view.columns * view.rows).reshape(view.rows, view.columns)
+    ring = np.stack(
+        [grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1
+    ).reshape(-1, 4)
+    corners = view.pixels[ring]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    after = np.roll(ahead, -1, axis=1)
+    return ring, ahead, ahead[..., 0] * after[..., 1] - ahead[..., 1] * after[..., 0]
+
+
+def _convex(turn):
+    return np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)
 
 
 def _cell_maps(corners, points):

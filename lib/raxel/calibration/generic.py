@@ -1,6 +1,7 @@
 """The standard generic method for central cameras, complete: Algorithm 1 (section 2.4).
 
-Chessboards in any pose, no camera model: points by homographic interpolation, centre
+Chessboards in any pose, no camera model: points by interpolation between corners (the
+thesis's is "homographic", the default takes a smooth one where cells are bent), centre
 and poses of three boards linearly, bundle adjustment, the other boards one after the
 other by three-point pose on the rays known so far, bundle adjustment over all, and a
 ray for every pixel that a board covers.
@@ -33,6 +34,7 @@ from raxel.calibration.generic_linear import (
     normalising_similarity,
     solve_grid_pairs,
 )
+from raxel.calibration.interpolation import interpolated_view
 from raxel.calibration.parallel_boards import refuse_parallel
 from raxel.calibration.three_point import pose_from_rays
 from raxel.cameras.general import GeneralCamera
@@ -59,7 +61,8 @@ class GenericCalibration(NamedTuple):
     the very first is the base). left_out: {index: reason}. share_with_ray: share of the
     image's pixels. rms_deg: root mean square angle between rays and their points, of
     the rays that two or more of the used boards share, as adjusted.
-    linear: the LinearSolution that it began with.
+    linear: the LinearSolution that it began with. interpolation: for each view,
+    "homographic" or "smooth", as taken.
     """
 
     camera: GeneralCamera
@@ -71,6 +74,7 @@ class GenericCalibration(NamedTuple):
     share_with_ray: float
     rms_deg: float
     linear: LinearSolution
+    interpolation: tuple
 
 
 class _Start(NamedTuple):
@@ -90,14 +94,24 @@ class _Growth(NamedTuple):
 
 
 def calibrate_generic(
-    views, width, height, *, rng, linear="well conditioned", units="mm", side=-1
+    views,
+    width,
+    height,
+    *,
+    rng,
+    linear="well conditioned",
+    units="mm",
+    side=-1,
+    interpolation="by need",
 ):
     """A general central camera from three or more overlapping views of a board.
 
     views: BoardViews; width, height: the image in px; rng: numpy Generator (RANSAC).
     linear: "well conditioned" or "as printed" (with t_z as corrected). units: of the
     board's points, "mm" or "pitch". side: sign of C_z in the base board's frame: -1 for
-    corners ordered so that x turns clockwise into y in the image.
+    corners ordered so that x turns clockwise into y in the image. interpolation:
+    between corners, "homographic" as in the thesis, "smooth" or "by need" (for each
+    board the one that errs less; see `raxel.calibration.interpolation`).
 
     Returns GenericCalibration. Raises CalibrationError, in one line, when fewer than
     three boards overlap enough, boards are parallel, or the linear stage fails on all;
@@ -111,6 +125,8 @@ def calibrate_generic(
             f"generic calibration: boards to calibrate with: {len(views)}; three or"
             " more overlapping boards at different tilts are needed"
         )
+    filled = [interpolated_view(view, interpolation) for view in views]
+    views, chosen = zip(*filled, strict=True)
     samples = sample_boards(views, width, height, OBSERVATIONS)
     coarse = samples.thinned(COARSE)
     growths, failures = [], []
@@ -123,7 +139,7 @@ def calibrate_generic(
         raise CalibrationError(f"generic calibration: {failures[0]}")
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
     refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
-    return _completed(views, width, height, units, samples, best)
+    return _completed(views, width, height, units, samples, best, chosen)
 
 
 # ------------------------------------------------------------- the first three boards
@@ -287,7 +303,7 @@ def _flat(points):
 # -------------------------------------------------------------------------- the table
 
 
-def _completed(views, width, height, units, samples, growth):
+def _completed(views, width, height, units, samples, growth, chosen):
     """GenericCalibration from the boards chosen: final adjustment, table, frame."""
     centre, boards = growth.start.linear.centre, growth.boards
     poses, directions, rms = _adjusted(
@@ -308,6 +324,7 @@ def _completed(views, width, height, units, samples, growth):
         float(np.mean(mask)),
         float(np.degrees(rms)),
         growth.start.linear,
+        chosen,
     )
 
 

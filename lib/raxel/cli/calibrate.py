@@ -90,11 +90,13 @@ def _generic(views, size, unit):
         for index, reason in sorted(found.left_out.items())
     ]
     used = [views[index].name for index in found.used]
+    ways = [found.interpolation[index] for index in found.used]
     return found.camera, {
         "used": used,
         "left_out": left_out,
         "share_of_pixels_with_ray": found.share_with_ray,
         "adjusted_rms_deg": found.rms_deg,
+        "interpolation": {way: ways.count(way) for way in ("homographic", "smooth")},
     }
 
 

@@ -37,7 +37,11 @@ def calibrate(method, views, size, rng):
     if method == "parametric":
         return calibrate_zhang(views, *size).camera
     return calibrate_generic(
-        views, *size, rng=rng, linear=LINEAR[method]
+        views,
+        *size,
+        rng=rng,
+        linear=LINEAR[method],
+        interpolation="homographic",
     ).camera
 
 
