@@ -1,8 +1,13 @@
 """How well does a camera predict boards it has not seen? Poses are refitted, no more.
 
-The board's pose is fitted to the rays of its corners, the same way for every model:
-least squares of the sines of the angles between rays and board corners. The errors are
-angles at the rays, and pixels of the posed corners projected back.
+The board's pose is fitted twice, the same way for every model. Angles are judged at the
+pose that fits the rays of its corners best: least squares of the sines of the angles
+between rays and board corners. Pixels are judged at the pose with the smallest
+reprojection error, reached from there. Each error is so the smallest that the camera
+allows; at the other's pose a camera that does not fit would look worse than it is.
+
+A corner is scored where the camera has a ray for it and can project it where the first
+pose puts it. All others are counted: a score over few corners says so itself.
 """
 
 from typing import NamedTuple
@@ -12,6 +17,7 @@ import numpy as np
 from raxel.calibration.correspondence import check_view
 from raxel.calibration.three_point import pose_of_spread_triples, refine_pose_ray_point
 from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.pixel_pose import refine_pose_in_pixels
 from raxel.geometry.poses import transform
 
 FEWEST_CORNERS = 6  # six pose parameters take three corners; the rest is judged
@@ -20,10 +26,15 @@ FEWEST_CORNERS = 6  # six pose parameters take three corners; the rest is judged
 class ImageScore(NamedTuple):
     """Errors of one view.
 
-    n_corners: corners found; n_without_ray: those of them that the camera has no ray
-    for, or that it cannot project where the pose puts them; rms_px, median_px: of the
-    distances in the image; mean_deg: of the angles at the rays. NaN, with the reason,
-    where fewer than six corners have a ray. T_camera_grid (4, 4) or None;
+    n_corners: corners found; n_without_ray: those of them that are not scored, as the
+    camera has no ray for them, cannot project them where the pose puts them, or gives
+    the board no pose; rms_px, median_px: of the distances in the image; mean_deg: of
+    the angles at the rays. NaN, with the reason, where fewer than six corners have a
+    ray, and in px where the camera projects none.
+    T_camera_grid (4, 4): the pose that minimises the distances in px, at which rms_px,
+    median_px and residuals_px are taken; T_camera_grid_by_angle (4, 4): the one that
+    minimises the angles, at which mean_deg is taken; None where there is no pose. Where
+    the camera projects none of the corners, both are the latter.
     residuals_px: (N, 2), found less projected, NaN where there is none. fold: which
     part of a cross-validation it was kept out in.
     """
@@ -35,14 +46,16 @@ class ImageScore(NamedTuple):
     median_px: float
     mean_deg: float
     T_camera_grid: np.ndarray | None
+    T_camera_grid_by_angle: np.ndarray | None
     residuals_px: np.ndarray
     reason: str = ""
     fold: int | None = None
 
 
 class Evaluation(NamedTuple):
-    """images: list of ImageScore; over all corners: rms_px, median_px, mean_deg and
-    share_with_ray; left_out: {fold: reason} for parts that gave no camera.
+    """images: list of ImageScore; over all scored corners: rms_px, median_px, mean_deg;
+    share_with_ray: scored corners of those found, NaN where none was found; left_out:
+    {fold: reason} for parts that gave no camera.
     """
 
     images: list
@@ -51,6 +64,11 @@ class Evaluation(NamedTuple):
     mean_deg: float
     share_with_ray: float
     left_out: dict
+
+    @property
+    def n_scored(self):
+        """Corners that were scored, over all views."""
+        return sum(image.n_corners - image.n_without_ray for image in self.images)
 
 
 def evaluate_camera(camera, views):
@@ -104,35 +122,33 @@ def _parts(folds, count):
 
 
 def _score(camera, view):
-    found = np.isfinite(view.pixels[:, 0])
-    n_corners = int(np.count_nonzero(found))
+    n_corners = int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))
     residuals = np.full(view.pixels.shape, np.nan)
     rays = camera.rays(view.pixels)
     known = rays.valid
     blank = ImageScore(
-        view.name, n_corners, n_corners, np.nan, np.nan, np.nan, None, residuals
+        view.name, n_corners, n_corners, np.nan, np.nan, np.nan, None, None, residuals
     )
     if np.count_nonzero(known) < FEWEST_CORNERS:
         return blank._replace(
-            n_without_ray=n_corners - int(np.count_nonzero(known)),
             reason=f"{np.count_nonzero(known)} corners have a ray;"
             f" {FEWEST_CORNERS} are needed",
         )
+    pixels, points = view.pixels[known], view.points[known]
+    origins, directions = rays.origins[known], rays.directions[known]
     try:
-        T = fit_board_pose(
-            rays.directions[known], view.points[known], rays.origins[known]
-        )
+        by_angle = fit_board_pose(directions, points, origins)
     except CalibrationError as error:
         return blank._replace(reason=str(error))
-    posed = transform(T, np.pad(view.points[known], ((0, 0), (0, 1))))
-    residuals[known] = view.pixels[known] - camera.project(posed).pixels
-    sight = posed - rays.origins[known]
-    across = np.linalg.norm(np.cross(rays.directions[known], sight), axis=1)
-    angles = np.arctan2(across, np.sum(rays.directions[known] * sight, axis=1))
+    T, residuals[known] = refine_pose_in_pixels(camera, pixels, points, by_angle)
+    sight = transform(by_angle, np.pad(points, ((0, 0), (0, 1)))) - origins
+    across = np.linalg.norm(np.cross(directions, sight), axis=1)
+    angles = np.arctan2(across, np.sum(directions * sight, axis=1))
     scored = np.isfinite(residuals[:, 0])
     return blank._replace(
         n_without_ray=n_corners - int(np.count_nonzero(scored)),
         T_camera_grid=T,
+        T_camera_grid_by_angle=by_angle,
         mean_deg=float(np.degrees(np.mean(angles))),
         **_pixel_errors(residuals[scored]),
     )
@@ -184,6 +200,6 @@ def _summary(scores, left_out):
         images=scores,
         **_pixel_errors(residuals),
         mean_deg=mean_deg,
-        share_with_ray=1 - sum(s.n_without_ray for s in scores) / max(corners, 1),
+        share_with_ray=scored.sum() / corners if corners else np.nan,
         left_out=left_out,
     )

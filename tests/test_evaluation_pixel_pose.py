@@ -1,0 +1,106 @@
+"""Each error at its own best pose: pixels at the pose of px, angles at that of angle."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.zhang import calibrate_zhang
+from raxel.cameras.fisheye import FisheyeCamera
+from raxel.cameras.general import GeneralCamera
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.pixel_pose import refine_pose_in_pixels
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
+from tests.mirror_cameras import CONVEX
+
+FLAT = np.pad(BOARD, ((0, 0), (0, 1)))
+
+
+def wide_views(seed=0):
+    """Boards all over a fisheye's image, also far from its axis."""
+    return views_of(board_poses(seed, 6, spread=(90.0, 60.0)))
+
+
+def rims_apart(camera):
+    """Its table with a hole: rays in the left two thirds only."""
+    whole = GeneralCamera.from_camera(camera)
+    mask = whole.mask.copy()
+    mask[:, 2 * WIDTH // 3 :] = False
+    return GeneralCamera(np.nan_to_num(whole.directions), mask)
+
+
+def rms(residuals):
+    return np.sqrt(np.nanmean(np.sum(residuals**2, axis=1)))
+
+
+def test_zhang_on_a_fisheye_is_scored_with_its_own_smallest_error():
+    views = wide_views()
+    found = calibrate_zhang(views, WIDTH, HEIGHT)
+    score = evaluate_camera(found.camera, views)
+    assert found.rms_px > 0.1, "a pinhole with two radial terms is no fisheye"
+    assert score.share_with_ray == 1
+    # The poses are part of its own adjustment, which cannot be beaten nor missed.
+    assert score.rms_px == pytest.approx(found.rms_px, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        FISHEYE,
+        FisheyeCamera("stereographic", 100.0, [122.0, 88.0], WIDTH, HEIGHT),
+        rims_apart(FisheyeCamera("equisolid", 103.0, [120.0, 90.0], WIDTH, HEIGHT)),
+        calibrate_zhang(wide_views(), WIDTH, HEIGHT).camera,
+    ],
+    ids=["true", "other law", "table with a hole", "zhang"],
+)
+def test_no_score_in_px_is_worse_than_at_the_pose_by_angle(camera):
+    for view, score in zip(
+        wide_views(1), evaluate_camera(camera, wide_views(1)).images, strict=True
+    ):
+        seen = camera.project(transform(score.T_camera_grid_by_angle, FLAT)).pixels
+        by_angle = np.where(
+            camera.rays(view.pixels).valid[:, None], view.pixels - seen, np.nan
+        )
+        # The same corners: none is lost for a smaller error.
+        assert np.array_equal(np.isnan(by_angle), np.isnan(score.residuals_px))
+        assert score.rms_px <= rms(by_angle)
+        assert score.rms_px == pytest.approx(rms(score.residuals_px))
+
+
+def test_the_pose_in_px_cannot_be_improved_also_where_rays_do_not_meet():
+    rng = np.random.default_rng(0)
+    camera = CONVEX["sphere"]
+    points = np.stack(np.meshgrid(np.arange(8), np.arange(6)), -1).reshape(-1, 2) * 30.0
+    flat = np.pad(points, ((0, 0), (0, 1)))
+    middle = camera.rays(np.array([[230.0, 190.0]]))
+    across = np.column_stack([middle.directions[0], [0, 1, 0], [0, 0, 1]])
+    R = np.linalg.qr(across)[0][:, [1, 2, 0]]
+    T = pose(R, middle.origins[0] + 400 * middle.directions[0] - R @ [105, 75, 0])
+    seen = camera.project(transform(T, flat))
+    assert seen.valid.all()
+    assert not camera.central
+    pixels = seen.pixels + 0.3 * rng.normal(size=seen.pixels.shape)
+    start = T @ pose(rotation_from_vector([0.02, -0.03, 0.01]), [4.0, -3.0, 6.0])
+    best, residuals = refine_pose_in_pixels(camera, pixels, points, start)
+    for step in 1e-4 * np.vstack([np.eye(6), -np.eye(6)]):
+        other = best @ pose(rotation_from_vector(step[:3]), 100 * step[3:])
+        beside = pixels - camera.project(transform(other, flat)).pixels
+        assert np.sum(beside**2) > np.sum(residuals**2) * (1 - 1e-6)
+    exact, residuals = refine_pose_in_pixels(camera, seen.pixels, points, start)
+    assert rms(residuals) < 1e-6
+    assert np.abs(exact - T).max() < 1e-4
+
+
+def test_corners_that_are_not_scored_have_no_share():
+    table = GeneralCamera.from_camera(FISHEYE)
+    mask = np.zeros_like(table.mask)
+    (view,) = views_of(board_poses(4, 1))
+    for u, v in np.floor(view.pixels[[20, 60, 100]]).astype(int):
+        mask[v : v + 2, u : u + 2] = True
+    few = GeneralCamera(np.nan_to_num(table.directions), mask)
+    rays = few.rays(view.pixels).valid.sum()
+    assert 0 < rays < 6
+    score = evaluate_camera(few, [view])
+    assert score.images[0].n_without_ray == len(BOARD)
+    assert score.share_with_ray == 0
+    blank = view._replace(pixels=np.full_like(view.pixels, np.nan))
+    assert np.isnan(evaluate_camera(FISHEYE, [blank]).share_with_ray)
