@@ -56,14 +56,36 @@ def test_the_residual_is_the_noise():
     assert found.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)
 
 
-def test_one_view_nan_and_lines_are_bad_input():
+def without_corners(views, missing):
+    """The views with the corners of these numbers NaN in every one."""
+    holes = [view._replace(pixels=view.pixels.copy()) for view in views]
+    for view in holes:
+        view.pixels[missing] = np.nan
+    return holes
+
+
+def test_missing_corners_take_no_part():
+    views = without_corners(views_of(board_poses(0, 6)), [0, 4, 17, 53])
+    found = calibrate_zhang(views, 640, 480)
+    assert np.abs(found.camera.K - K).max() < 5e-3
+    assert found.rms_px < 1e-4
+    # Six corners of a board suffice, where others hold the camera.
+    views[2].pixels[[*range(0, 24), *range(28, 51)]] = np.nan
+    assert np.isfinite(views[2].pixels[:, 0]).sum() == 6
+    found = calibrate_zhang(views, 640, 480)
+    assert np.abs(found.camera.K - K).max() < 1e-2
+
+
+def test_one_view_few_corners_and_lines_are_bad_input():
     views = views_of(board_poses(2, 3))
     with pytest.raises(InputError, match="1 view given"):
         calibrate_zhang(views[:1], 640, 480)
-    hole = [views[0], views[1]._replace(pixels=views[1].pixels.copy())]
-    hole[1].pixels[4] = np.nan
-    with pytest.raises(InputError, match=r"1\.png.*1 of 54 are NaN"):
-        calibrate_zhang(hole, 640, 480)
+    (few,) = without_corners(views[1:2], slice(5, None))
+    with pytest.raises(InputError, match=r"1\.png: corners: found 5; at least 6"):
+        calibrate_zhang([views[0], few], 640, 480)
+    (row,) = without_corners(views[1:2], slice(COLUMNS, None))
+    with pytest.raises(InputError, match=r"1\.png.*line"):
+        calibrate_zhang([views[0], row], 640, 480)
     line = views[0]._replace(pixels=views[0].pixels[:, :1] * [1.0, 2.0])
     with pytest.raises(InputError, match=r"0\.png.*line"):
         calibrate_zhang([line, views[1]], 640, 480)

@@ -1,4 +1,4 @@
-"""Each error at its own best pose: pixels at the pose of px, angles at that of angle."""
+"""Each error at its own best pose: pixels at that of px, angles at that of angle."""
 
 import numpy as np
 import pytest

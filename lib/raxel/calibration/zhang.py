@@ -33,22 +33,24 @@ class ZhangCalibration(NamedTuple):
 def calibrate_zhang(views, width, height):
     """Pinhole camera with two radial terms from views of a planar board.
 
-    views: two or more BoardViews (three or more advised), every corner found; width,
-    height: the image in px. Focal lengths and the principal point are free.
+    views: two or more BoardViews (three or more advised), of which only the corners
+    that were found count; width, height: the image in px. Focal lengths and the
+    principal point are free.
 
-    Raises InputError: one view only, corners that are not finite or too few, corners
-    on a line; CalibrationError: all boards parallel, or a fit that is no camera.
+    Raises InputError: one view only, corners that are not finite, fewer than six of a
+    view, or on a line; CalibrationError: all boards parallel, or a fit that is no
+    camera.
     """
     import cv2
 
-    views = [_checked(view) for view in views]
+    views = [_found_corners(view) for view in views]
     if len(views) < 2:
         raise InputError(
             f"Zhang's method: {len(views)} view given; two or more boards at different"
             " tilts are needed"
         )
-    flat = [np.pad(v.points, ((0, 0), (0, 1))).astype(np.float32) for v in views]
-    corners = [v.pixels.astype(np.float32)[:, None] for v in views]
+    flat = [np.pad(xy, ((0, 0), (0, 1))).astype(np.float32) for _, xy in views]
+    corners = [pixels.astype(np.float32)[:, None] for pixels, _ in views]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     # Until a step is smaller than this share of the parameters: OpenCV's default stops
     # after 30 steps, converged or not.
@@ -75,21 +77,18 @@ def calibrate_zhang(views, width, height):
     return ZhangCalibration(camera, poses, float(rms))
 
 
-def _checked(view):
+def _found_corners(view):
+    """(pixels, points), (N, 2) each, of the corners that were found."""
     view = check_view(view)
-    missing = int(np.count_nonzero(np.isnan(view.pixels[:, 0])))
-    if missing:
+    found = np.isfinite(view.pixels[:, 0])
+    pixels, points = view.pixels[found], view.points[found]
+    if len(pixels) < FEWEST_CORNERS:
         raise InputError(
-            f"{view.name or 'board'}: corners: {missing} of {len(view.pixels)} are NaN;"
-            " leave the image out or give all corners"
-        )
-    if len(view.pixels) < FEWEST_CORNERS:
-        raise InputError(
-            f"{view.name or 'board'}: corners: found {len(view.pixels)}; at least"
+            f"{view.name or 'board'}: corners: found {len(pixels)}; at least"
             f" {FEWEST_CORNERS} are needed"
         )
     try:
-        homography_dlt(view.points, view.pixels)
+        homography_dlt(points, pixels)
     except InputError as error:
         raise InputError(f"{view.name or 'board'}: corners: {error}") from None
-    return view
+    return pixels, points
