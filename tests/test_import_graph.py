@@ -30,6 +30,7 @@ ROOMS = (
     "calibration",
     "multiview",
     "evaluation",
+    "report",
     "show",
     "ahead",
     "cli",

@@ -1,0 +1,167 @@
+"""The page of a report: numbers and pictures, one file of HTML without scripts."""
+
+import math
+from html import escape
+from typing import NamedTuple
+
+from raxel.evaluation.cross_validation import ImageScore
+from raxel.report.folder import MARK
+
+STYLE = """
+:root { color-scheme: light dark; --ink: #1c1c1e; --paper: #fff; --line: #c8ccd2;
+  --warn: #8a4b00; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e8e8ea; --paper: #17181b;
+  --line: #44484f; --warn: #ffb964; } }
+body { color: var(--ink); background: var(--paper); max-width: 62rem;
+  margin: 2rem auto; padding: 0 1rem; font: 1rem/1.5 system-ui, sans-serif; }
+table { border-collapse: collapse; margin: 1rem 0; }
+th, td { border-bottom: 1px solid var(--line); padding: .25rem .8rem .25rem 0;
+  text-align: left; vertical-align: top; overflow-wrap: anywhere; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+img { max-width: 100%; height: auto; background: #fff; }
+figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
+.warning { color: var(--warn); }
+"""
+NUMBERS = (("rms_px", ".3f"), ("median_px", ".3f"), ("mean_deg", ".4f"))
+HEADS = ("Photograph", "Corners", "Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
+
+
+class Photograph(NamedTuple):
+    """A photograph on the page: its name, its score and names of its two pictures, all
+    None where no board was found, and what there is to say."""
+
+    name: str
+    score: ImageScore | None
+    corners: str | None
+    residuals: str | None
+    reason: str
+
+
+def page(image_set, result, photographs):
+    """The page as text; result: what `raxel calibrate` writes as JSON."""
+    title = escape(f"{image_set.name}: calibration, {result['model']}")
+    parts = [
+        f"<h1>{title}</h1>",
+        f"<p>{escape(image_set.camera or 'The camera is not described.')}</p>",
+        *(
+            f'<p class="warning">warning: {escape(text)}</p>'
+            for text in result["warnings"]
+        ),
+        _pairs(_numbers(image_set, result)),
+        "<h2>Residuals in the image</h2>",
+        _figure(
+            "residuals.png",
+            "Found corner less where the camera sees it, for all boards, each in its "
+            "colour. Arrows of different boards that agree at one place show what the "
+            "camera cannot follow; arrows all ways show noise.",
+        ),
+        "<h2>Coverage</h2>",
+        _figure(
+            "coverage.png",
+            "How many boards cover each part of the image. Where none is, a formula is "
+            "a guess and a table has no ray.",
+        ),
+        "<h2>Photographs</h2>",
+        _table(photographs),
+        *(_photograph(p) for p in photographs if p.score is not None),
+    ]
+    body = "\n".join(parts)
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'{MARK}\n<meta name="viewport" content="width=device-width">\n'
+        f"<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n"
+        "</body>\n</html>\n"
+    )
+
+
+def _numbers(image_set, result):
+    """[(what, value in words)] of the camera and its fit."""
+    camera, misfit = result["camera"], result["misfit"]
+    yield "Image", f"{image_set.width} x {image_set.height} px"
+    if "K" in camera:
+        f, p = camera["focal_px"], camera["principal_point_px"]
+        yield "Focal lengths", f"{f[0]:.2f} and {f[1]:.2f} px"
+        yield "Principal point", f"({p[0]:.2f}, {p[1]:.2f}) px"
+        yield "Radial terms", ", ".join(f"{k:.5g}" for k in camera["radial"])
+    if "share_of_image_with_ray" in camera:
+        yield (
+            "Rays for",
+            f"{100 * camera['share_of_image_with_ray']:.1f} % of the image",
+        )
+        yield "Lengths in", camera["units"]
+    angles = camera["field_of_view_deg"]
+    for name, what in (
+        ("horizontal", "Field of view, middle row"),
+        ("vertical", "Field of view, middle column"),
+        ("from_axis", "Largest angle from the axis"),
+    ):
+        yield what, _told(angles[name], ".2f", " deg")
+    share = camera["share_of_image_under_boards"]
+    yield "Boards cover", f"{100 * share:.1f} % of the image"
+    for key, form in NUMBERS:
+        name, unit = key.split("_")
+        yield (
+            f"{name.capitalize()}, fitted boards",
+            _told(result[key], form, f" {unit}"),
+        )
+    yield "Single corners scatter by", _told(misfit["scatter_px"], ".3f", " px")
+    yield "The detector states", _told(misfit["stated_sd_px"], ".3f", " px")
+    if "chosen_because" in result:
+        yield "Chosen", result["chosen_because"]
+    for model, found in result.get("cross_validation", {}).items():
+        what = f"{model}, kept-out boards"
+        if "refused" in found:
+            yield what, found["refused"]
+            continue
+        own = found["own"]
+        yield (
+            what,
+            f"{_told(own['rms_px'], '.3f', ' px')} RMS, "
+            f"{_told(own['mean_deg'], '.4f', ' deg')} mean",
+        )
+
+
+def _pairs(pairs):
+    rows = (f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in pairs)
+    return "<table>\n" + "\n".join(rows) + "\n</table>"
+
+
+def _table(photographs):
+    head = "".join(f"<th>{name}</th>" for name in HEADS)
+    rows = "\n".join(_row(p) for p in photographs)
+    return f"<table>\n<tr>{head}</tr>\n{rows}\n</table>"
+
+
+def _row(photograph):
+    name, score = escape(photograph.name), photograph.score
+    if score is None:
+        why = escape(photograph.reason or "no board")
+        return f'<tr><td>{name}</td><td colspan="5">{why}</td></tr>'
+    cells = [score.n_corners, score.n_without_ray]
+    cells += [_told(getattr(score, key), form, "") for key, form in NUMBERS]
+    told = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+    return f"<tr><td>{name}</td>{told}</tr>"
+
+
+def _photograph(photograph):
+    name = escape(photograph.name)
+    note = f" {photograph.reason}." if photograph.reason else ""
+    return "\n".join(
+        [
+            f"<h3>{name}</h3>",
+            _figure(photograph.corners, f"Corners, numbered row by row.{note}"),
+            _figure(photograph.residuals, "Residuals, on one scale for all boards."),
+        ]
+    )
+
+
+def _figure(name, caption):
+    return (
+        f'<figure><img src="{name}" alt="{escape(caption)}" loading="lazy">'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
+
+
+def _told(number, form, unit):
+    known = number is not None and math.isfinite(number)
+    return f"{number:{form}}{unit}" if known else "unknown"

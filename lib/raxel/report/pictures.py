@@ -1,0 +1,145 @@
+"""What a calibration saw: corners in order, residuals as arrows, coverage."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.evaluation.coverage import board_counts
+from raxel.report.canvas import INK, MISSING, PAPER, QUIET, Canvas
+
+PALE = 0.6  # of the photograph behind residuals
+ROOMY_PX = 30.0  # from corner to corner in the picture, so that each has its number
+ARROW_SHARE = 0.05  # of the image's width: the 95th percentile of residuals
+LONGEST = 3.0  # times that; longer arrows are cut
+RESIDUAL = (160, 60, 0)
+CUT = (30, 30, 200)
+BOARDS = ((235, 206, 170), (222, 165, 100), (170, 95, 30))  # 1, 2, 3 and more
+EDGE_OF_RAYS = (0, 120, 255)
+# Of boards, in turn; told apart also without red or green.
+COLOURS = (
+    (178, 114, 0), (0, 94, 213), (115, 158, 0), (167, 121, 204), (0, 159, 230),
+    (233, 180, 86), (60, 60, 60),
+)  # fmt: skip
+
+
+class ArrowScale(NamedTuple):
+    """magnified: arrow over residual; cut_px: longer residuals are drawn as this."""
+
+    magnified: float
+    cut_px: float
+
+    @classmethod
+    def of(cls, residuals, width):
+        """The scale for all residuals (N, 2), some NaN, of images of a width."""
+        lengths = np.linalg.norm(residuals, axis=1)
+        lengths = lengths[np.isfinite(lengths)]
+        long = max(np.percentile(lengths, 95), 1e-6) if len(lengths) else 1.0
+        return cls(ARROW_SHARE * width / long, LONGEST * long)
+
+    def arrow(self, residual):
+        """(vector in px of the image, whether it is cut)"""
+        length = np.linalg.norm(residual)
+        shown = residual * min(1.0, self.cut_px / max(length, 1e-12))
+        return self.magnified * shown, length > self.cut_px
+
+    def legend(self, canvas):
+        """A mark of a round length, and what it means."""
+        long = self.cut_px / LONGEST
+        power = 10.0 ** np.floor(np.log10(long))
+        key = max(step * power for step in (1, 2, 5) if step * power <= long * 1.0001)
+        pixels = key * self.magnified * canvas.scale
+        return [
+            (pixels, f"{key:g} px, drawn {self.magnified:.3g} times as long"),
+            (CUT, f"longer than {self.cut_px:.3g} px, cut"),
+        ]
+
+
+def corner_picture(image, view, predicted):
+    """Corners of a BoardView in their order on the photograph (height, width) uint8.
+
+    Row by row a line, from the first corner, 0; each number where there is room, else
+    those of the ends of a row. A missing corner is marked at `predicted` (N, 2), NaN
+    where nobody knows.
+    """
+    canvas = Canvas(image.shape[1], image.shape[0], image)
+    lattice = view.pixels.reshape(view.rows, view.columns, 2)
+    gaps = np.linalg.norm(np.diff(lattice, axis=1), axis=2) * canvas.scale
+    roomy = np.isfinite(gaps).any() and np.nanmedian(gaps) > ROOMY_PX
+    for number, row in enumerate(lattice):
+        colour = COLOURS[number % len(COLOURS)]
+        canvas.line(row, PAPER, 3)
+        canvas.line(row, colour, 1)
+        for column, point in enumerate(row):
+            if not np.isfinite(point[0]):
+                continue
+            canvas.ring(point, PAPER, 4, 3)
+            canvas.ring(point, colour, 4, 1)
+            if roomy or column in (0, view.columns - 1):
+                canvas.text(point, str(number * view.columns + column))
+    if np.isfinite(view.pixels[0, 0]):
+        canvas.ring(view.pixels[0], INK, 8, 2)
+    missing = np.flatnonzero(np.isnan(view.pixels[:, 0]))
+    for k in missing:
+        if np.isfinite(predicted[k, 0]):
+            canvas.cross(predicted[k], MISSING, 6, 2)
+            canvas.text(predicted[k], f"{k} missing", MISSING)
+    legend = [(INK, "first corner, 0")]
+    if len(missing):
+        legend.append((MISSING, "missing, where the camera expects it"))
+    return canvas.with_legend(legend)
+
+
+def residual_picture(image, pixels, residuals, scale):
+    """Residuals (N, 2), found less projected, at pixels (N, 2) of the photograph."""
+    canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
+    _arrows(canvas, pixels, residuals, scale, RESIDUAL)
+    return canvas.with_legend([*scale.legend(canvas), (QUIET, "corner not scored")])
+
+
+def pooled_picture(width, height, boards, scale):
+    """Residuals of all boards in one image: [(pixels, residuals)], a colour each."""
+    canvas = Canvas(width, height)
+    for number, (pixels, residuals) in enumerate(boards):
+        colour = COLOURS[number % len(COLOURS)]
+        _arrows(canvas, pixels, residuals, scale, colour)
+    return canvas.with_legend([*scale.legend(canvas), (QUIET, "corner not scored")])
+
+
+def coverage_picture(views, width, height, mask=None):
+    """How many boards cover each part of the image; and where rays end.
+
+    mask: (height, width) bool, True where a table has a ray; None for a camera with
+    rays everywhere.
+    """
+    import cv2
+
+    canvas = Canvas(width, height)
+    size = canvas.picture.shape[1::-1]
+    counts = board_counts(views, width, height).astype(np.uint8)
+    counts = cv2.resize(counts, size, interpolation=cv2.INTER_NEAREST)
+    palette = np.array([PAPER, *BOARDS], np.uint8)
+    canvas.picture = palette[np.minimum(counts, len(BOARDS))]
+    legend = [
+        (colour, words)
+        for colour, words in zip(
+            BOARDS, ("1 board", "2 boards", "3 and more"), strict=True
+        )
+    ]
+    if mask is not None:
+        seen = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+        edges, _ = cv2.findContours(seen, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(canvas.picture, edges, -1, EDGE_OF_RAYS, 2)
+        legend.append((EDGE_OF_RAYS, "where rays end"))
+    for view in views:
+        for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
+            canvas.ring(point, INK, 1, -1)
+    return canvas.with_legend([*legend, (INK, "corners")])
+
+
+def _arrows(canvas, pixels, residuals, scale, colour):
+    for point, residual in zip(pixels, residuals, strict=True):
+        if np.isfinite(residual[0]):
+            vector, cut = scale.arrow(residual)
+            canvas.arrow(point, vector, CUT if cut else colour)
+        elif np.isfinite(point[0]):
+            canvas.cross(point, QUIET, 3)
