@@ -12,6 +12,12 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import cross_validate
 
+# Fewer common corners, or of fewer boards, do not tell models apart.
+FEWEST_COMMON = 50
+FEWEST_BOARDS = 3
+# A model whose mean angle is larger than this many times another's does not fit.
+FITS = 3.0
+
 
 class ModelComparison(NamedTuple):
     """Cross-validated scores of several models.
@@ -26,27 +32,75 @@ class ModelComparison(NamedTuple):
     refused: dict
 
     def best(self):
-        """The model with the smallest mean angle on the common corners.
-
-        Where there are none, the model that answers for the most corners. Raises
-        CalibrationError if no model is left.
-        """
+        """The model that predicts best; see `choice`."""
         return self.choice()[0]
 
     def choice(self):
-        """(the best model, why it is the best, in words); raises as `best`."""
+        """(the best model, why it is the best, in words).
+
+        Those models are candidates that fit: whose mean angle on their own corners is
+        at most FITS times the smallest. Of these the one with the smallest mean angle
+        on the common corners is the best; where these are too few to tell, the one that
+        answers for the most corners. Raises CalibrationError if no model is left.
+        """
         if not self.own:
             raise CalibrationError("; ".join(self.refused.values()))
-        if len(self.own) == 1:
-            return next(iter(self.own)), "no other model gave a camera"
-        angles = {model: score.mean_deg for model, score in self.common.items()}
-        if angles and np.isfinite(list(angles.values())).all():
-            return min(angles, key=angles.get), (
+        angles = {m: e.mean_deg for m, e in self.own.items() if np.isfinite(e.mean_deg)}
+        if not angles:
+            raise CalibrationError(
+                "cross-validation: no model answers for six corners of a board that was"
+                " kept out; take more boards that share areas of the image"
+            )
+        if len(angles) == 1:
+            alone = len(self.own) == 1
+            what = "gave a camera" if alone else "answers for a board kept out"
+            return next(iter(angles)), f"no other model {what}"
+        fitting = [m for m in angles if angles[m] <= FITS * min(angles.values())]
+        if len(fitting) == 1:
+            return fitting[0], (
+                f"its mean angle on kept-out boards is less than 1 / {FITS:g} of any"
+                " other's"
+            )
+        if self.common_is_enough():
+            return min(fitting, key=lambda model: self.common[model].mean_deg), (
                 "the smallest mean angle on kept-out corners that all can answer for"
             )
-        return max(self.own, key=lambda model: self.own[model].share_with_ray), (
-            "rays for the most kept-out corners; none are common to all models"
+        return max(fitting, key=lambda model: self.own[model].share_with_ray), (
+            "rays for the most kept-out corners; too few are common to all models"
         )
+
+    def common_counts(self):
+        """(corners, boards) that all models answer for."""
+        scored = [
+            image.n_corners - image.n_without_ray
+            for evaluation in list(self.common.values())[:1]
+            for image in evaluation.images
+        ]
+        return sum(scored), sum(count > 0 for count in scored)
+
+    def common_is_enough(self):
+        """Whether there are enough common corners, of enough boards, to compare on."""
+        corners, boards = self.common_counts()
+        return corners >= FEWEST_COMMON and boards >= FEWEST_BOARDS
+
+    def doubts(self):
+        """What makes the comparison unsure: a list of texts, each for one line."""
+        doubts = []
+        for model, evaluation in self.own.items():
+            if evaluation.left_out:
+                reason = next(iter(evaluation.left_out.values()))
+                doubts.append(
+                    f"{model}: {len(evaluation.left_out)} parts of the cross-validation"
+                    f" left out, where the other boards gave no camera: {reason}"
+                )
+        if len(self.own) > 1 and not self.common_is_enough():
+            corners, boards = self.common_counts()
+            counted = f"for {corners} common corners of {boards} boards kept out"
+            doubts.append(
+                f"all models answer {counted if corners else 'for no common corner'}:"
+                " too few to tell which is better"
+            )
+        return doubts
 
 
 def compare_models(builders, views, folds):
@@ -64,11 +118,26 @@ def compare_models(builders, views, folds):
             refused[model] = str(fault)
     if len(own) < 2:
         return ModelComparison(own, {}, refused)
-    shared, parts = _shared_corners(own, views, folds)
-    common = {}
-    if parts:
-        common = {model: cross_validate(cameras[model], shared, parts) for model in own}
-    return ModelComparison(own, common, refused)
+    return ModelComparison(own, _on_shared(cameras, own, views, folds), refused)
+
+
+def _on_shared(cameras, own, views, folds):
+    """Evaluations on the corners that all answer for; {} where there are none.
+
+    Without the others a board has another pose, at which a model may miss a corner that
+    it had: this goes round until all answer for all.
+    """
+    parts = _parts_of_all(own, views, folds)
+    common = own
+    while parts:
+        views = _shared_corners(common, views)
+        common = {model: cross_validate(cameras[model], views, parts) for model in own}
+        shares = [evaluation.share_with_ray for evaluation in common.values()]
+        if np.isnan(shares).all():
+            break
+        if min(shares) == 1:
+            return common
+    return {}
 
 
 class _Remembering:
@@ -85,8 +154,8 @@ class _Remembering:
         return self._known[key]
 
 
-def _shared_corners(evaluations, views, folds):
-    """The views with only those corners that all can answer for, and their parts."""
+def _shared_corners(evaluations, views):
+    """The views with only those corners that all can answer for."""
     scored = [{s.name: s for s in e.images} for e in evaluations.values()]
     shared = []
     for view in views:
@@ -95,6 +164,11 @@ def _shared_corners(evaluations, views, folds):
             if view.name in scores:
                 pixels[np.isnan(scores[view.name].residuals_px[:, 0])] = np.nan
         shared.append(view._replace(pixels=pixels))
+    return shared
+
+
+def _parts_of_all(evaluations, views, folds):
+    """The parts that every model gave a camera for."""
     folds_of = [{score.fold for score in e.images} for e in evaluations.values()]
     whole = set.intersection(*folds_of)
-    return shared, [list(range(fold, len(views), folds)) for fold in sorted(whole)]
+    return [list(range(fold, len(views), folds)) for fold in sorted(whole)]
