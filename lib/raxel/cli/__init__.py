@@ -3,7 +3,7 @@
 - `raxel check SET` reads all of a set and says what is in it.
 - `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners.
 - `raxel calibrate SET --out CAMERA [--model auto|zhang|generic] [--json FILE]
-  [--corners FILE] [--detector NAME]` fits a camera to a set.
+  [--report FOLDER] [--corners FILE] [--detector NAME]` fits a camera to a set.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--detector NAME]` scores a
   camera; only the boards' poses are fitted.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
@@ -136,6 +136,11 @@ def _add_calibrate(commands):
     )
     parser.add_argument("--out", metavar="CAMERA", required=True, help="the .npz file")
     parser.add_argument("--json", metavar="FILE", help="write what was found here")
+    parser.add_argument(
+        "--report",
+        metavar="FOLDER",
+        help="write pictures of corners, residuals and coverage here, and a page",
+    )
     _add_corners_file(parser)
     _add_detector(parser)
 

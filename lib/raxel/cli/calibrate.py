@@ -1,6 +1,7 @@
-"""`raxel calibrate SET --model auto|zhang|generic --out camera.npz --json F`"""
+"""`raxel calibrate SET --model NAME --out camera.npz --json F --report FOLDER`"""
 
 import functools
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -8,19 +9,31 @@ import numpy as np
 from raxel.calibration.board_views import board_views
 from raxel.calibration.generic import calibrate_generic
 from raxel.calibration.zhang import calibrate_zhang
-from raxel.cli import scores
+from raxel.cli import described, scores
 from raxel.cli.boards import boards_for, check_enough, left_out
 from raxel.cli.outputs import check_written
+from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.misfit import misfit
 from raxel.features.boards import check_chessboard
 from raxel.files import check_can_be_written, together, write_json
+from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
 
 SEED = 0
 FOLDS = 4
 FEWEST_VIEWS = {"zhang": 2, "generic": 3, "auto": 3}
+# (what a misfit says of a model, what to do about it)
+DOES_NOT_FIT = {
+    "zhang": (
+        "a pinhole with two radial terms does not fit",
+        "try --model generic, or look at what bends: " + described.WHAT_BENDS,
+    ),
+    "generic": ("no central camera fits", "possible: " + described.WHAT_BENDS),
+    "auto": ("no model that was tried fits", "possible: " + described.WHAT_BENDS),
+}
 
 
 def calibrate(options, say):
@@ -33,6 +46,8 @@ def calibrate(options, say):
         )
     image_set = load_set(options.set)
     check_written([options.out, options.json], [image_set], [options.corners])
+    if options.report:
+        check_report(options.report, image_set)
     check_chessboard(image_set)
     views = image_set.views_for("calibrate")
     needed = FEWEST_VIEWS[options.model]
@@ -44,23 +59,30 @@ def calibrate(options, say):
     boards = boards_for(image_set, views, options, say)
     check_enough(image_set, boards, needed, f"--model {options.model}")
     try:
-        result, camera = _calibrated(image_set, boards, options.model, say)
+        result, camera, evaluation = _calibrated(image_set, boards, options.model, say)
     except InputError as fault:
         kind = type(fault)
         raise kind(f"{image_set.description}: views: {fault}") from fault
-    result |= {"left_out": left_out(boards) + result["left_out"]}
-    with together() as place:
+    result["left_out"] = left_out(boards) + result["left_out"]
+    result["warnings"] = of_left_out(result["left_out"]) + result["warnings"]
+    print_warnings(result["warnings"])
+    report = new_report(options.report) if options.report else nullcontext()
+    with report as folder, together() as place:
+        # Drawn first, and put in its place when all else is written.
+        if folder:
+            say(f"drawing the report of {len(boards)} images")
+            write_report(folder, image_set, boards, camera, evaluation, result)
         camera.save(place(options.out))
         if options.json:
             write_json(place(options.json), result)
 
 
-def _calibrated(image_set, boards, model, say):
-    """(result for the JSON file, camera)"""
+def _calibrated(image_set, boards, asked, say):
+    """(result for the JSON file, camera, its Evaluation on the boards)"""
     views = board_views(image_set, boards)
     size = image_set.width, image_set.height
-    comparison = None
-    if model == "auto":
+    model, comparison = asked, None
+    if asked == "auto":
         comparison = _compare(views, size, image_set.target.unit, say)
         model, why = comparison.choice()
         _print(comparison)
@@ -69,13 +91,37 @@ def _calibrated(image_set, boards, model, say):
     say(f"{model}: fitting {len(views)} boards")
     camera, details = fit(views, size, image_set.target.unit)
     evaluation = evaluate_camera(camera, views)
+    fields = described.camera_fields(camera, views)
     print(scores.line(f"{image_set.name}: {model}, fitted boards", evaluation))
+    for line in described.camera_lines(fields):
+        print(f"{image_set.name}: {line}")
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
-    result |= {"camera": _described(camera), **details, **scores.as_json(evaluation)}
+    result |= {"camera": fields, **details, **scores.as_json(evaluation)}
+    found, warnings = _misfit(model, asked, views, evaluation, details)
+    result["misfit"] = described.misfit_fields(found)
+    warnings += described.coverage_warnings(fields)
     if comparison:
         result["chosen_because"] = why
         result["cross_validation"] = _cross_validation(comparison)
-    return result, camera
+        warnings = comparison.doubts() + warnings
+    return result | {"warnings": warnings}, camera, evaluation
+
+
+def _misfit(model, asked, views, evaluation, details):
+    """(Misfit of the boards that went into the fit, warnings)"""
+    out = {entry["file"] for entry in details["left_out"]}
+    pairs = list(zip(evaluation.images, views, strict=True))
+    used = [pair for pair in pairs if pair[1].name not in out]
+    found = misfit(*zip(*used, strict=True))
+    blamed = "auto" if asked == "auto" and model == "zhang" else model
+    warnings = described.misfit_warnings(found, *DOES_NOT_FIT[blamed])
+    if out and not found.large:
+        whole = misfit(*zip(*pairs, strict=True))
+        if whole.large and not whole.odd_board:
+            what = f"{DOES_NOT_FIT[blamed][0]} all of"
+            said = described.misfit_warnings(whole, what, DOES_NOT_FIT[blamed][1])
+            warnings += said
+    return found, warnings
 
 
 def _zhang(views, size, unit):
@@ -134,10 +180,3 @@ def _cross_validation(comparison):
     for name, reason in comparison.refused.items():
         models[name] = {"refused": reason}
     return models
-
-
-def _described(camera):
-    described = {"kind": camera.kind, "width": camera.width, "height": camera.height}
-    if camera.kind == "perspective":
-        described |= {"K": camera.K.tolist(), "radial": camera.radial.tolist()}
-    return described

@@ -12,6 +12,8 @@ def as_json(evaluation):
                 "n_corners": int(image.n_corners),
                 "n_without_ray": int(image.n_without_ray),
                 **_errors(image),
+                "T_camera_grid": _plain_pose(image.T_camera_grid),
+                "T_camera_grid_by_angle": _plain_pose(image.T_camera_grid_by_angle),
                 "reason": image.reason,
             }
             for image in evaluation.images
@@ -26,11 +28,21 @@ def summary(evaluation):
 
 
 def line(name, evaluation):
-    """One line for people."""
+    """One line for people; what is not known is said in words."""
+    if not evaluation.n_scored and not math.isfinite(evaluation.mean_deg):
+        return f"{name}: no corner could be scored"
     return (
-        f"{name}: mean angle {evaluation.mean_deg:.4f} deg, "
-        f"rms {evaluation.rms_px:.3f} px, median {evaluation.median_px:.3f} px, "
+        f"{name}: {told('mean angle', evaluation.mean_deg, '.4f', 'deg')}, "
+        f"{told('rms', evaluation.rms_px, '.3f', 'px')}, "
+        f"{told('median', evaluation.median_px, '.3f', 'px')}, "
         f"{100 * evaluation.share_with_ray:.1f} % of corners with a ray"
+    )
+
+
+def told(what, number, form, unit):
+    """'rms 0.1 px', or 'rms unknown' for a number that is not finite."""
+    return (
+        f"{what} {number:{form}} {unit}" if math.isfinite(number) else f"{what} unknown"
     )
 
 
@@ -42,3 +54,7 @@ def known(number):
 def _errors(scored):
     keys = "rms_px", "median_px", "mean_deg"
     return {key: known(getattr(scored, key)) for key in keys}
+
+
+def _plain_pose(T):
+    return None if T is None else T.tolist()

@@ -1,0 +1,108 @@
+"""A calibrated camera, and how well it fits its boards, in words and as JSON."""
+
+import numpy as np
+
+from raxel.cli.scores import known
+from raxel.evaluation.coverage import board_counts, field_of_view
+
+# A table of fewer of the image's pixels is a small part of a camera.
+LEAST_TABLE = 1 / 3
+WHAT_BENDS = (
+    "rays that do not meet in one point, a rolling shutter, boards that are not flat, "
+    "or pictures of several cameras"
+)
+
+
+def camera_fields(camera, views):
+    """The camera as JSON: its kind and size, its numbers, and what it sees."""
+    fields = {"kind": camera.kind, "width": camera.width, "height": camera.height}
+    if camera.kind == "perspective":
+        K = camera.K
+        fields |= {"K": K.tolist(), "radial": camera.radial.tolist()}
+        fields |= {"focal_px": [K[0, 0], K[1, 1]], "principal_point_px": [*K[:2, 2]]}
+    if camera.kind == "general":
+        fields |= {"units": camera.units, "centre": camera.origins.tolist()}
+        fields["share_of_image_with_ray"] = camera.share_with_ray
+    angles = {name: known(angle) for name, angle in field_of_view(camera).items()}
+    fields["field_of_view_deg"] = angles
+    counts = board_counts(views, camera.width, camera.height)
+    fields["share_of_image_under_boards"] = float(np.mean(counts > 0))
+    return fields
+
+
+def camera_lines(fields):
+    """The same for people: two lines."""
+    if fields["kind"] == "perspective":
+        f, p = fields["focal_px"], fields["principal_point_px"]
+        radial = ", ".join(f"{k:.4g}" for k in fields["radial"])
+        yield (
+            f"focal lengths {f[0]:.2f} and {f[1]:.2f} px, principal point ({p[0]:.2f}, "
+            f"{p[1]:.2f}) px, radial terms {radial}"
+        )
+    else:
+        yield (
+            f"a ray for {_percent(fields['share_of_image_with_ray'])} of the image, "
+            f"through one centre, the origin; lengths in {fields['units']}"
+        )
+    angles = fields["field_of_view_deg"]
+    across, down, reach = (
+        "no" if angles[name] is None else f"{angles[name]:.1f}"
+        for name in ("horizontal", "vertical", "from_axis")
+    )
+    yield (
+        f"field of view {across} x {down} deg, up to {reach} deg from the axis; boards "
+        f"cover {_percent(fields['share_of_image_under_boards'])} of the image"
+    )
+
+
+def coverage_warnings(fields):
+    """What to say of a table that holds little of the image."""
+    share = fields.get("share_of_image_with_ray", 1.0)
+    if share >= LEAST_TABLE:
+        return []
+    return [
+        f"the table has rays for {_percent(share)} of the image only: pixels that no "
+        "board covered have none; take pictures with boards there"
+    ]
+
+
+def misfit_fields(found):
+    """A Misfit as JSON."""
+    return {
+        "fits": not found.large,
+        "rms_px": known(found.rms_px),
+        "scatter_px": known(found.scatter_px),
+        "stated_sd_px": known(found.sd_px),
+        "odd_board": found.odd_board or None,
+    }
+
+
+def misfit_warnings(found, what, cure):
+    """What to say where residuals are larger than the corners explain; [] else.
+
+    what: the subject of the sentence, such as "no central camera fits"; cure: what may
+    be the cause, or what to do.
+    """
+    if not found.large:
+        return []
+    sure = [
+        f"{words} {number:.2g} px"
+        for words, number in (
+            ("scatter singly by", found.scatter_px),
+            ("are sure to", found.sd_px),
+        )
+        if np.isfinite(number)
+    ]
+    off = f"off by {found.rms_px:.2f} px (rms)"
+    if sure:
+        off += f" where corners {' and '.join(sure)}"
+    if found.odd_board:
+        return [
+            f"{found.odd_board}: does not fit as the other boards do: with it {off}; "
+            "are its corners right?"
+        ]
+    return [f"{what} these boards: {off}; {cure}"]
+
+
+def _percent(share):
+    return f"{100 * share:.0f} %"
