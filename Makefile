@@ -16,7 +16,7 @@ export RAXEL_RECORDED := $(value RECORDED)
 FOR_SETS = --recorded "$$RAXEL_RECORDED" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test notebooks archive bench where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test mutants notebooks archive bench where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -24,6 +24,9 @@ report: setup ## the whole report at full size: report/site/index.html
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m pytest -n auto --dist loadfile $(ARGS)
+
+mutants: setup ## faults put into copies of the code: is each caught by the tests it names? (ARGS="a word of its name")
+	@$(RUN) .venv/bin/python -m tests.mutants $(ARGS)
 
 quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick $(FOR_SETS)

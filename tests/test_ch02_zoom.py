@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import (
     scores as zoom_scores,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
 from chapters.shared import three_planes
+from chapters.shared.zoom_readings import share_of
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
@@ -111,3 +113,10 @@ def test_a_homography_removes_a_plane_and_leaves_distortion():
         out = true_centre.homography_trial({}, np.random.default_rng(seed))
         assert out["without_px"] < 1e-8
         assert out["with_px"] > 0.05
+
+
+@pytest.mark.parametrize(("true", "total"), [(3, 10), (20, 20), (0, 7)])
+def test_a_share_in_words_has_the_wilson_interval_of_95_per_cent(true, total):
+    low, high = binomtest(true, total).proportion_ci(0.95, method="wilson")
+    said = f"{true} of {total} seeds ({low:.2f} to {high:.2f})"
+    assert share_of(true, total) == said

@@ -24,6 +24,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     painted,
 )
 from chapters.shared.lattices import corner_areas, outer
+from raxel.lab.blemishes import Blemishes
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
 from raxel.lab.scenes import board_scene
@@ -69,6 +70,20 @@ def test_cut_photograph_keeps_the_corners_in_place(fisheye_sheet):
     signs = (-1.0) ** np.add.outer(*map(np.arange, u.shape))
     alternating = signs * (image[v, u].astype(float) - image[v, u].mean())
     assert np.all(alternating > 0) or np.all(alternating < 0)
+
+
+def test_flaws_and_noise_of_a_sheet_are_those_of_its_seeds(fisheye_sheet):
+    spotted = Blemishes(200, (2, 4), (0.9, 0.9), (0.0, 0.0))
+    sheet = fisheye_sheet._replace(rig=replace(fisheye_sheet.rig, blemishes=spotted))
+    even = lambda places: np.ones(len(places))  # noqa: E731
+    one, again, exposed, marked = (
+        sheet_views.cut_photograph(s, even)[0].astype(int)
+        for s in (sheet, sheet, sheet._replace(exposure=1), sheet._replace(specimen=1))
+    )
+    np.testing.assert_array_equal(one, again)
+    noise, flaws = np.abs(exposed - one), np.abs(marked - one)
+    assert np.mean(noise > 0) > 0.2
+    assert noise.max() < 30 < flaws.max()
 
 
 def test_eight_orders_begin_where_they_should():

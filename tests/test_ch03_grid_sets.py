@@ -5,9 +5,11 @@ import pytest
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.claims import decided
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicked_corners
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials import pictures
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
     CLICKS,
     IMAGES,
+    PICTURE,
     from_smallest,
     grid_view,
     stream,
@@ -115,6 +117,30 @@ def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():
     assert np.sum(u * np.roll(v, -1) - np.roll(u, -1) * v) > 0
     first, again = (stream("fisheye", 7, 11, CLICKS).random(3) for _ in range(2))
     np.testing.assert_array_equal(first, again)
+
+
+def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
+    rig = rig_of("fisheye", 0)
+    pose = rig.draw_poses(np.random.default_rng(0), 1)[0]
+
+    def taken(*which):
+        return rig, pose, None, stream(*which, PICTURE)
+
+    def saved(rig, light, draws, specimen):
+        return np.array([[specimen.random(), draws.random()]])
+
+    monkeypatch.setattr(pictures, "taken", taken)
+    monkeypatch.setattr(pictures, "saved", saved)
+    which = [
+        ("fisheye", 0, 1),
+        ("fisheye", 1, 1),
+        ("fisheye", 0, 2),
+        ("spherical", 0, 1),
+    ]
+    flaws, noise = np.array([grid_view(*w).image[0] for w in which]).T
+    assert flaws[0] == flaws[1]
+    assert len(set(flaws)) == 3
+    assert len(set(noise)) == 4
 
 
 def test_a_predicate_about_nothing_decides_nothing():

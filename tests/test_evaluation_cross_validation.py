@@ -37,6 +37,23 @@ def test_the_score_of_the_true_camera_is_the_noise():
     assert min(medians) <= result.median_px <= max(medians)
 
 
+def test_every_corner_counts_the_same_whatever_board_it_lies_on():
+    exact, blurred = views_of(board_poses(10, 2))
+    few = np.arange(0, len(BOARD), 10)
+    rough = np.full_like(blurred.pixels, np.nan)
+    noise = np.random.default_rng(10).normal(size=(len(few), 2))
+    rough[few] = blurred.pixels[few] + noise
+    result = evaluate_camera(FISHEYE, [exact, blurred._replace(pixels=rough)])
+    one, other = result.images
+    assert (one.n_corners, other.n_corners) == (130, 13)
+    # 130 corners without an error, 13 with one of a degree or so.
+    assert one.mean_deg < 1e-9
+    assert other.mean_deg > 0.3
+    assert result.mean_deg == pytest.approx(other.mean_deg * 13 / 143, rel=1e-6)
+    assert result.rms_px == pytest.approx(other.rms_px * np.sqrt(13 / 143), rel=1e-6)
+    assert result.median_px < 1e-9
+
+
 def test_a_wrong_camera_scores_worse():
     wrong = FisheyeCamera("stereographic", 100.0, [122.0, 88.0], WIDTH, HEIGHT)
     views = views_of(board_poses(2, 3))

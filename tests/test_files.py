@@ -40,6 +40,15 @@ def test_a_failure_leaves_the_old_file_and_nothing_beside_it(tmp_path):
     assert os.listdir(tmp_path) == ["result.json"]
 
 
+def test_who_reads_the_old_file_reads_it_to_its_end(tmp_path):
+    path = tmp_path / "result.json"
+    write_json(path, {"old": 1})
+    with path.open() as before:
+        write_json(path, {"new": 2})
+        assert before.read() == '{\n "old": 1\n}\n'
+    assert read_json(path) == {"new": 2}
+
+
 def test_json_is_written_for_people(tmp_path):
     path = tmp_path / "names.json"
     write_json(path, {"name": "Mičušík", "values": [1.5, None]})

@@ -297,6 +297,21 @@ def test_undistortion_is_the_identity_without_distortion(drawn):
     assert np.allclose(result["zhang"]["corners"], result["corners"], atol=1e-6)
 
 
+def test_corners_lie_where_a_tilted_view_shows_them(tmp_path):
+    folder = tmp_path / "one"
+    write_drawn_set(folder, tilts=[(20, 10)])
+    image_set = load_set(folder)
+    # Its axis is far from mid-image, where the view looks.
+    K = [[FOCAL, 0, WIDTH * 0.8], [0, FOCAL, HEIGHT * 0.2], [0, 0, 1]]
+    aside = PerspectiveCamera(np.array(K), [], WIDTH, HEIGHT)
+    boards = study.boards_of(str(folder))
+    seen = undistorted(image_set, {"zhang": aside}, boards, WIDTH)["zhang"]
+    until = (cv2.TERM_CRITERIA_COUNT, 50, 0)
+    start = np.array(seen["corners"][:, None], np.float32)
+    found = cv2.cornerSubPix(seen["picture"], start.copy(), (4, 4), (-1, -1), until)
+    assert np.median(np.linalg.norm(found - start, axis=2)) < 0.1
+
+
 def test_exercises_know_their_answers(drawn):
     seen = Study(drawn[1])
     camera, corner = exercise_camera(seen), exercise_corner(seen)

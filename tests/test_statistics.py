@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import binom
+from scipy.stats import binom, ttest_ind
 
 from repro.judge import statistics as stats
 
@@ -76,6 +76,45 @@ def test_interval_of_a_paired_gain_covers_it_and_never_vanishes():
     assert alike.high == -alike.low == pytest.approx(1 - 0.025 ** (1 / 40))
 
 
+def share_outside(drawn, found):
+    """Shares of drawn values below and above an interval."""
+    drawn = np.concatenate([np.atleast_1d(d) for d in drawn])
+    return np.array([np.mean(drawn < found.low), np.mean(drawn > found.high)])
+
+
+def test_a_bootstrap_leaves_out_a_fortieth_of_its_draws_on_each_side():
+    drawn = []
+
+    def mean(values):
+        drawn.append(values.mean(axis=-1))
+        return drawn[-1]
+
+    found = stats.bootstrap(mean, np.random.default_rng(11).normal(size=50))
+    assert drawn[0] == found.value
+    assert len(drawn[1]) == stats.RESAMPLES
+    # The ends are draws themselves: the next one outwards would leave out too little.
+    share = share_outside(drawn[1:], found)
+    assert (share <= 0.025).all()
+    assert (share + 1 / stats.RESAMPLES >= 0.025).all()
+
+
+def test_a_trend_leaves_out_a_fortieth_of_its_draws_on_each_side():
+    rng = np.random.default_rng(12)
+    x = np.array([0.1, 0.5, 2.0])
+    trials = [v * rng.lognormal(sigma=0.3, size=51) for v in x]
+    drawn = []
+
+    def slope(x, medians):
+        drawn.append(stats.loglog_slope(x, medians))
+        return drawn[-1]
+
+    found = stats.trend(x, trials, slope)
+    assert drawn[0] == found.value
+    share = share_outside(drawn[1:], found)
+    assert (share <= 0.025).all()
+    assert (share + 1 / (len(drawn) - 1) >= 0.025).all()
+
+
 def test_same_trials_give_the_same_interval():
     values = np.random.default_rng(2).normal(size=40)
     assert stats.median_interval(values) == stats.median_interval(values.copy())
@@ -129,6 +168,15 @@ def test_a_small_difference_is_no_win_however_significant():
     (found,) = stats.wins([(a, 1.02 * a)])
     assert found.p < 1e-6
     assert found.decision == "fails"
+
+
+def test_wins_asks_for_one_side_only():
+    a = np.array([1.0, 2.1, 3.3, 4.6])
+    (found,) = stats.wins([(a, 2 * a)])
+    # Four fair coins that all show the same, named side.
+    assert found.p == pytest.approx(2**-4)
+    (reverse,) = stats.wins([(2 * a, a)])
+    assert reverse.p == pytest.approx(1)
 
 
 def test_wins_counts_a_failure_of_one_side_against_it():
@@ -225,6 +273,23 @@ def test_wins_needs_fifty_trials():
     assert stats.wins([(2 * GOOD[:49], GOOD[:49])])[0].decision == "fails"
 
 
+def test_a_failure_in_a_trend_is_as_bad_as_the_worst_of_its_level():
+    x = np.array([1.0, 2.0, 3.0])
+    failing = np.where(np.arange(50) % 3, GOOD, np.nan)
+    as_worst = np.where(np.isnan(failing), np.nanmax(failing), failing)
+    found, same = (
+        stats.trend(x, [GOOD, t, 2 * GOOD], stats.loglog_slope)
+        for t in (failing, as_worst)
+    )
+    assert found == same._replace(failed=17)
+
+
+def test_levels_of_a_trend_are_resampled_each_for_itself():
+    found = stats.trend(np.array([1.0, 2.0]), [GOOD, GOOD], stats.loglog_slope)
+    assert found.value == pytest.approx(0, abs=1e-12)
+    assert found.low < -0.05 < 0.05 < found.high
+
+
 def test_a_level_without_success_leaves_a_trend_open():
     found = stats.trend(
         np.array([1.0, 2.0, 3.0]), [GOOD, FAILED, GOOD], stats.loglog_slope
@@ -240,6 +305,13 @@ def test_welch_where_nothing_succeeds_or_scatters():
     constant = np.ones(50)
     assert stats.welch_less(constant, 2 * constant) == 0.0
     assert stats.welch_less(constant, constant) == 1.0
+
+
+def test_welch_is_the_test_of_that_name():
+    rng = np.random.default_rng(14)
+    a, b = rng.normal(1.0, 1.0, 6), rng.normal(1.6, 2.0, 9)
+    theirs = ttest_ind(a, b, equal_var=False, alternative="less").pvalue
+    assert stats.welch_less(a, b) == pytest.approx(theirs, rel=1e-12)
 
 
 def test_false_positives_of_welch_stay_near_the_level():

@@ -1,0 +1,71 @@
+"""The perspective view: what is straight in space is straight, and where it belongs."""
+
+import numpy as np
+import pytest
+
+from raxel.cameras import FisheyeCamera
+from raxel.cameras.general import GeneralCamera
+from raxel.geometry.poses import rotation_from_vector
+from raxel.multiview.perspective_view import (
+    PerspectiveView,
+    perspective_view,
+    source_pixels,
+)
+
+WIDTH, HEIGHT = 120, 90
+# Its axis meets the image far from the middle, so that the view is turned and tilted.
+ASIDE = FisheyeCamera("equidistance", 70.0, [90.0, 20.0], WIDTH, HEIGHT, np.pi / 2)
+TILT = rotation_from_vector(np.array([0.2, -0.5, 0.3]))
+
+
+@pytest.fixture(scope="module")
+def chosen():
+    """The view that is chosen for a camera whose axis is far from mid-image."""
+    return perspective_view(ASIDE)
+
+
+@pytest.fixture(scope="module")
+def given():
+    """A view that looks aside, turned about its axis."""
+    K = np.array([[60.0, 0, 50.0], [0, 60.0, 40.0], [0, 0, 1]])
+    return PerspectiveView(K, TILT, np.zeros(3), WIDTH, HEIGHT)
+
+
+@pytest.mark.parametrize("name", ["chosen", "given"])
+def test_every_pixel_of_a_view_comes_from_its_own_direction(request, name):
+    view = request.getfixturevalue(name)
+    x, y, z = view.R_camera_view.T
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH].reshape(2, -1, 1)
+    across = (columns - view.K[0, 2]) / view.K[0, 0] * x
+    ahead = z + across + (rows - view.K[1, 2]) / view.K[1, 1] * y
+    truth, valid = ASIDE.project(1e6 * ahead)
+    sources = source_pixels(ASIDE, view).reshape(-1, 2)
+    assert valid.mean() > 0.5
+    # float32 holds an image's pixels to a hundred-thousandth.
+    np.testing.assert_allclose(sources[valid], truth[valid], atol=1e-4)
+
+
+def test_the_middle_of_the_chosen_view_is_that_of_the_image(chosen):
+    middle = (np.array([WIDTH, HEIGHT]) - 1) / 2
+    ray = chosen.R_camera_view[:, 2]
+    pixel = ASIDE.project(ray[None]).pixels[0]
+    # The pixel of a grid of 101 x 101 that is nearest to the middle.
+    assert np.abs(pixel - middle).max() <= 0.5 * WIDTH / 100
+    np.testing.assert_allclose(chosen.K[:2, 2], pixel, atol=1e-9)
+    right = source_at(chosen, pixel + [4, 0]) - source_at(chosen, pixel)
+    assert right[0] > 0
+    assert abs(right[1]) < 0.1 * right[0]
+
+
+def source_at(view, pixel):
+    return ASIDE.project(1e6 * view.directions(pixel[None]) + view.centre).pixels[0]
+
+
+def test_a_table_moved_off_the_origin_has_its_view_at_its_centre(chosen):
+    table = GeneralCamera.from_camera(ASIDE)
+    moved = GeneralCamera(
+        np.nan_to_num(table.directions), table.mask, origins=[3.0, -2.0, 5.0]
+    )
+    view = perspective_view(moved)
+    np.testing.assert_allclose(view.centre, [3.0, -2.0, 5.0], atol=1e-9)
+    np.testing.assert_allclose(view.R_camera_view, chosen.R_camera_view, atol=2e-3)
