@@ -136,6 +136,17 @@ def test_ransac_finds_the_right_pairs_and_refinement_improves(metric, threshold)
     assert np.linalg.norm(fine.T_camera_grid[:3, 3] - T[:3, 3]) < 0.5
 
 
+def test_the_threshold_is_an_angle_in_radians():
+    """Few right pairs among wrong ones that lie beyond the threshold, not far off."""
+    for seed in range(4):
+        directions, points, _, rng = noisy_grid(seed, count=60)
+        turn, far = rng.uniform(0, 2 * np.pi, 48), rng.uniform(3, 15, 48)
+        points[12:] += (far * [np.cos(turn), np.sin(turn)]).T
+        found = pose_three_point_ransac(directions, points, rng, 1e-3, metric="angle")
+        assert found.inliers[:12].all()
+        assert found.inliers[12:].sum() <= 2
+
+
 def test_the_same_generator_state_gives_the_same_pose():
     directions, points, _, _ = noisy_grid(6, noise=0.3)
     first = pose_from_rays(directions, points, np.random.default_rng(1), 2.0)

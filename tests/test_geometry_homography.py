@@ -129,6 +129,22 @@ def test_ransac_finds_the_wrong_pairs(share_wrong):
     same(H, homography_dlt(source[~wrong], target[~wrong]), 1e-12)
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_the_threshold_of_ransac_is_a_distance_in_the_target_frame(unit):
+    """Few right pairs among wrong ones that lie a little beyond the threshold."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        source, target = noisy_pairs(rng, 60)
+        wrong = np.arange(60) >= 18
+        turn = rng.uniform(0, 2 * np.pi, wrong.sum())
+        far = rng.uniform(6, 30, wrong.sum())
+        target[wrong] += (far * [np.cos(turn), np.sin(turn)]).T
+        _, inliers = homography_ransac(source, unit * target, unit * 3.0, rng)
+        # One or two of the wrong ones may agree with the right ones by chance.
+        assert inliers[~wrong].all()
+        assert inliers[wrong].sum() <= 2
+
+
 def test_ransac_depends_on_its_generator_alone():
     source, target = noisy_pairs(np.random.default_rng(10), 60, sigma=5.0)
     runs = [

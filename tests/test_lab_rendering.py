@@ -28,10 +28,11 @@ from raxel.lab import (
 )
 from raxel.lab import render as render_function
 from raxel.lab.corner_check import board_before, fitted_corners
-from raxel.lab.footprint import lattice
+from raxel.lab.footprint import PixelMeans, lattice
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.optics import Optics
 from raxel.lab.sensor import Sensor
+from raxel.lab.sight import Sight
 from raxel.sets import Chessboard
 
 HERE = np.eye(4)
@@ -281,3 +282,30 @@ def test_cells_of_a_grid_are_those_that_a_search_finds():
         known = np.isfinite(uv).all(axis=1)
         cells = row * (len(texture.lines[0]) + 1) + column
         np.testing.assert_array_equal(texture.label(uv)[known], cells[known])
+
+
+class Bent:
+    """Sees uv = (u^2, v^2) at (u, v), on one part."""
+
+    def look(self, pixels):
+        none = np.zeros(len(pixels))
+        return Sight(none.astype(np.int16), pixels**2, none + 1)
+
+
+class Middle:
+    """Its mean over a footprint is taken for the place of the footprint's middle."""
+
+    averages = True
+
+    def average(self, uv, across, down, cosine):
+        return uv[:, 0]
+
+
+def test_the_mean_place_of_a_pixel_on_a_bent_map_is_exact():
+    pixels = np.array([[50.0, 70.0], [90.0, 60.0]])
+    ring = pixels[:, None] + 0.5 * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
+    corners = Bent().look(ring.reshape(-1, 2)).reshaped(2, 4)
+    means = PixelMeans(Bent(), lattice(16))
+    found = means.mean_inside(pixels, corners, [Middle()], False)
+    # The mean of u^2 over a pixel's side is that of its middle and 1 / 12.
+    np.testing.assert_allclose(found, pixels[:, 0] ** 2 + 1 / 12, atol=1e-3)

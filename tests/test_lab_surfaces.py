@@ -222,3 +222,13 @@ def test_flat_surfaces_are_met_as_the_plane_says():
         np.testing.assert_allclose(hit.distance[on], far[on], rtol=1e-12)
         np.testing.assert_allclose(hit.uv[on], places[on], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(hit.cosine[on], d[on, 2], rtol=1e-12)
+
+
+def test_a_picture_as_texture_has_its_outer_corner_at_the_origin():
+    picture = np.arange(12.0).reshape(3, 4)
+    texture = ImageTexture(picture, 2.0)
+    row, column = np.indices(picture.shape).reshape(2, -1)
+    centres = 2.0 * (np.column_stack([column, row]) + 0.5)
+    np.testing.assert_array_equal(texture.radiance(centres, 1.0), picture.ravel())
+    corner = texture.radiance(np.array([[2.0, 2.0]]), 1.0)
+    assert corner == pytest.approx(picture[:2, :2].mean())
