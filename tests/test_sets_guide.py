@@ -14,26 +14,32 @@ from raxel.sets.image_set import SCHEMA
 from tests.image_sets import write_description
 
 GUIDE = (Path(__file__).parents[1] / "data/recorded/README.md").read_text("utf-8")
-DESCRIPTION, BY_HAND = map(
+DESCRIPTION, CHARUCO, BY_HAND = map(
     yaml.safe_load, re.findall(r"```yaml\n(.*?)```", GUIDE, re.DOTALL)
 )
 
 
 def test_every_key_of_a_set_of_photographs_is_named():
     schema = json.loads(SCHEMA.read_text("utf-8"))
-    parts = schema["$defs"]["chessboard"], schema["$defs"]["chessboard_view"]
+    names = "chessboard", "chessboard_view", "charuco", "charuco_view"
+    parts = [schema["$defs"][name] for name in names]
     keys = {key for part in (schema, *parts) for key in part["properties"]}
     # The truth stands beside rendered sets only.
     assert keys - {"truth"} - set(re.findall(r"\w+", GUIDE)) == set()
 
 
-@pytest.mark.parametrize("views", [DESCRIPTION["views"], BY_HAND])
-def test_the_examples_are_sets_without_fault(tmp_path, views):
+PLAIN = [{"image": "first.jpg"}]
+EXAMPLES = [{"views": DESCRIPTION["views"]}, {"views": BY_HAND}, CHARUCO]
+
+
+@pytest.mark.parametrize("change", EXAMPLES)
+def test_the_examples_are_sets_without_fault(tmp_path, change):
+    views = change.get("views", PLAIN)
     width, height = DESCRIPTION["resolution"]
     for view in views:
         path = str(tmp_path / view["image"])
         cv2.imwrite(path, np.zeros((height, width), np.uint8))
-    write_description(tmp_path, DESCRIPTION | {"views": views})
+    write_description(tmp_path, DESCRIPTION | {"views": views} | change)
     image_set = load_set(tmp_path)
     assert len(image_set.views) == len(views)
     assert read_image(image_set, image_set.views[0]).shape == (height, width)

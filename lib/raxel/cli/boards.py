@@ -1,8 +1,9 @@
 """Boards for calibrating and scoring: from a corners file, or detected now."""
 
 from raxel.errors import InputError
-from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR
+from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, charuco
 from raxel.features.boards import check_chessboard, detect_boards, read_boards
+from raxel.sets import Charuco
 
 NEED_SIZE = ("opencv", "celect")
 
@@ -14,14 +15,26 @@ def boards_for(image_set, views, options, say):
     return detected(image_set, options, views, say)
 
 
+def detector_name(image_set, options):
+    """The detector that --detector, or the set's target, asks for."""
+    if isinstance(image_set.target, Charuco):
+        return charuco.NAME
+    return options.detector or DEFAULT_DETECTOR
+
+
 def detected(image_set, options, views, say):
     """Boards of these views by the option --detector.
 
     Raises InputError where the set lacks what this detector needs in every view.
     """
-    detector = options.detector or DEFAULT_DETECTOR
+    detector = detector_name(image_set, options)
     check_chessboard(image_set)
     where = image_set.description
+    if isinstance(image_set.target, Charuco) and options.detector:
+        raise InputError(
+            f"{where}: target.kind: found charuco, whose corners are found by their "
+            f"markers and not by --detector {options.detector}; leave --detector out"
+        )
     if detector in NEED_SIZE and image_set.target.columns is None:
         raise InputError(
             f"{where}: target.columns: found null, but --detector {detector} needs the "

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from raxel.cli.terminal import on_one_line
-from raxel.sets import ActiveGrid, load_reference, load_set, read_image
+from raxel.sets import ActiveGrid, Charuco, load_reference, load_set, read_image
 
 
 def check(options, say):
@@ -41,6 +41,9 @@ def _target(target):
     counts = "unknown counts of corners"
     if target.columns is not None:
         counts = f"{target.columns} x {target.rows} interior corners"
+    if isinstance(target, Charuco):
+        markers = f"markers {target.dictionary}, {target.marker_mm:g} mm"
+        return f"ChArUco board, {counts}, {pitch}, {markers}"
     return f"chessboard, {counts}, {pitch}"
 
 

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from raxel.cli.boards import detected, left_out
+from raxel.cli.boards import detected, detector_name, left_out
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
-from raxel.features import DEFAULT_DETECTOR
 from raxel.features.boards import write_boards
 from raxel.files import check_can_be_written
 from raxel.sets import load_set
@@ -25,7 +24,7 @@ def corners(options, say):
     found = sum(board.detection.found for board in boards)
     kept = options.json and not found and Path(options.json).exists()
     if options.json and not kept:
-        detector = options.detector or DEFAULT_DETECTOR
+        detector = detector_name(image_set, options)
         write_boards(options.json, image_set, detector, boards)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
     for missed in left_out(boards):

@@ -9,6 +9,7 @@ from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.features import DETECTORS
 from raxel.features.boards import check_chessboard
 from raxel.sets.image_files import read_image
+from raxel.sets.model import Charuco
 from raxel.sets.reference import load_reference
 
 REPEATS = 5
@@ -68,6 +69,11 @@ def check_bench(image_set):
     It needs a chessboard of known size, and images and reference that can be read.
     """
     check_chessboard(image_set)
+    if isinstance(image_set.target, Charuco):
+        raise InputError(
+            f"{image_set.description}: target.kind: found charuco, but detectors are "
+            "compared on plain chessboards; give such a set"
+        )
     if image_set.target.columns is None:
         raise InputError(
             f"{image_set.description}: target.columns: found null, but detectors are "

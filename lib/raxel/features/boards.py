@@ -7,11 +7,12 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
+from raxel.features.charuco import find_charuco, markers_seen
 from raxel.features.detector import Detection, refused
 from raxel.features.lattice import in_order_of_clicks
 from raxel.files import read_json, write_json
 from raxel.sets.image_files import read_image
-from raxel.sets.model import Chessboard, View
+from raxel.sets.model import Charuco, Chessboard, View
 from raxel.sets.uncertainty import plain_sd, sd_from_plain
 
 
@@ -35,8 +36,9 @@ def check_chessboard(image_set):
 def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
     """Look for the board in each view; one Board per view, in order.
 
-    `detector` is a name in DETECTORS or CLICK_DETECTORS, `views` some of the set's
-    views (default all), `say` a callable told one line per image. All images are read
+    `detector` is a name in DETECTORS or CLICK_DETECTORS; the corners of a ChArUco board
+    are found by its markers, whatever its name. `views`: some of the set's views
+    (default all), `say` a callable told one line per image. All images are read
     before the first is searched, so that a faulty one is known at once.
     Raises InputError for a set without a chessboard, for images as `read_image`, and
     for clicks and contours by hand that cannot be.
@@ -123,6 +125,9 @@ def _partial(partial):
 
 def _finder(image_set, view, detector):
     """The detector as a callable (image, columns, rows); with the view's clicks."""
+    target = image_set.target
+    if isinstance(target, Charuco):
+        return lambda image, columns, rows: find_charuco(image, target)
     if detector in DETECTORS:
         return DETECTORS[detector]
 
@@ -153,9 +158,21 @@ def _detect(image_set, view, detector):
             "detector, or make all images of the set smaller"
         ) from fault
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
+    if not detection.found and not isinstance(target, Charuco):
+        detection = _with_markers_named(detection, image)
     if detection.found and view.outer_corners is not None:
         detection = _as_clicked(detection, np.array(view.outer_corners))
     return Board(view, detection, milliseconds)
+
+
+def _with_markers_named(detection, image):
+    """The refusal, with a word on markers where the image shows a ChArUco board."""
+    seen = markers_seen(image)
+    if seen is None:
+        return detection
+    word = f"{seen[0]} ArUco markers ({seen[1]}) are in the image: a ChArUco board is "
+    word += "read with target.kind: charuco"
+    return detection._replace(reason=f"{detection.reason}; {word}")
 
 
 def _is_lack_of_memory(fault):

@@ -4,6 +4,7 @@ from raxel.sets.image_files import read_colour, read_image
 from raxel.sets.image_set import load_set, write_set
 from raxel.sets.model import (
     ActiveGrid,
+    Charuco,
     Chessboard,
     ImageSet,
     Motion,
@@ -14,6 +15,7 @@ from raxel.sets.reference import ReferenceCorners, load_reference
 
 __all__ = [
     "ActiveGrid",
+    "Charuco",
     "Chessboard",
     "ImageSet",
     "Motion",

@@ -5,7 +5,16 @@ from pathlib import PureWindowsPath
 import numpy as np
 
 from raxel.documents import shown
-from raxel.sets.model import Chessboard
+from raxel.sets.model import Charuco, Chessboard
+
+# Of those whose name does not say it.
+DICTIONARY_SIZES = {
+    "ARUCO_ORIGINAL": 1024,
+    "APRILTAG_16h5": 30,
+    "APRILTAG_25h9": 35,
+    "APRILTAG_36h10": 2320,
+    "APRILTAG_36h11": 587,
+}
 
 
 def faults(image_set):
@@ -17,6 +26,8 @@ def faults(image_set):
         unknown = "columns" if target.columns is None else "rows"
         fault = "found null beside a known count; give both counts, or null for both"
         yield ("target", unknown), fault
+    if isinstance(target, Charuco):
+        yield from _marker_faults(target)
     yield from _repeated_labels(image_set.views)
     yield from _file_faults(image_set)
     yield from _repeated_photographs(image_set)
@@ -28,6 +39,20 @@ def faults(image_set):
         if view.contours:
             yield from _contour_faults((*path, "contours"), view, image_set)
         yield from _pattern_faults((*path, "patterns"), view.patterns)
+
+
+def _marker_faults(target):
+    if target.marker_mm >= target.pitch_mm:
+        fault = f"found {target.marker_mm:g}, which does not fit into a square of"
+        fault = f"{fault} {target.pitch_mm:g}; give the side of a marker, without rim"
+        yield ("target", "marker_mm"), fault
+    most = DICTIONARY_SIZES.get(target.dictionary)
+    if most is None:
+        most = int(target.dictionary.split("_")[1])
+    if target.marker_count > most:
+        fault = f"found {target.dictionary}, which has {most} markers; the board's"
+        fault = f"{fault} {target.marker_count} white squares need as many"
+        yield ("target", "dictionary"), f"{fault}; mend it, or columns and rows"
 
 
 def _repeated_labels(views):

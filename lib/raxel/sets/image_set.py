@@ -11,6 +11,7 @@ from raxel.sets.faults import faults
 from raxel.sets.model import (
     DESCRIPTION,
     ActiveGrid,
+    Charuco,
     Chessboard,
     ImageSet,
     Motion,
@@ -78,9 +79,13 @@ def _from_plain(data, folder):
 
 
 def _target(data):
-    if data["kind"] == "chessboard":
+    if data["kind"] in ("chessboard", "charuco"):
         counts = [_integer(data[key]) for key in ("columns", "rows")]
-        return Chessboard(*counts, _float(data.get("pitch_mm")))
+        board = *counts, _float(data.get("pitch_mm"))
+        if data["kind"] == "chessboard":
+            return Chessboard(*board)
+        markers = data["dictionary"], float(data["marker_mm"])
+        return Charuco(*board, *markers, data.get("legacy", False))
     size_mm = data.get("monitor_mm")
     return ActiveGrid(
         tuple(map(int, data["monitor_px"])), size_mm and tuple(map(float, size_mm))
@@ -137,7 +142,11 @@ def _plain(image_set):
 def _plain_target(target):
     if isinstance(target, Chessboard):
         counts = {"columns": _integer(target.columns), "rows": _integer(target.rows)}
-        return {"kind": "chessboard", **counts, "pitch_mm": _float(target.pitch_mm)}
+        board = {**counts, "pitch_mm": _float(target.pitch_mm)}
+        if not isinstance(target, Charuco):
+            return {"kind": "chessboard", **board}
+        markers = {"dictionary": target.dictionary, "marker_mm": target.marker_mm}
+        return {"kind": "charuco", **board, **markers, "legacy": bool(target.legacy)}
     size_mm = target.monitor_mm and [float(length) for length in target.monitor_mm]
     size_px = [int(count) for count in target.monitor_px]
     return {"kind": "active_grid", "monitor_px": size_px, "monitor_mm": size_mm}

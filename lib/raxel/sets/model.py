@@ -36,6 +36,25 @@ class Chessboard:
 
 
 @dataclass(frozen=True)
+class Charuco(Chessboard):
+    """A chessboard of known counts whose white squares carry ArUco markers.
+
+    `dictionary` is one of OpenCV's, without DICT_; `marker_mm` the side of a marker;
+    `legacy` for boards drawn as OpenCV did before version 4.6, which begin with a
+    marker where their number of squares along a column is even.
+    """
+
+    dictionary: str = "4X4_50"
+    marker_mm: float = 0.0
+    legacy: bool = False
+
+    @property
+    def marker_count(self):
+        """The number of markers on the board: one in each white square."""
+        return (self.columns + 1) * (self.rows + 1) // 2
+
+
+@dataclass(frozen=True)
 class ActiveGrid:
     """A monitor that shows coded patterns; sizes are (width, height)."""
 

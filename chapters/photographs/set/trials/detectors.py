@@ -18,16 +18,19 @@ from chapters.shared.lattices import clockwise, outer
 from raxel.errors import InputError
 from raxel.features import symmetries
 from raxel.features.celect import celect
-from raxel.sets import Chessboard
+from raxel.sets import Charuco, Chessboard
 
 QUICK_VIEWS = 3
-UNSUITED = "the set has no chessboard of known size"
+UNSUITED = "the set has no plain chessboard of known size"
 
 
 def detector_conditions(image_set, effort):
     """One condition per image, or the first few; one alone for an unsuited set."""
     target = image_set.target
-    if not isinstance(target, Chessboard) or target.columns is None:
+    plain = isinstance(target, Chessboard) and not isinstance(
+        target, Charuco
+    )
+    if not plain or target.columns is None:
         return [{"view": -1, "image": UNSUITED}]
     views = image_set.views[: QUICK_VIEWS if effort == "quick" else None]
     return [

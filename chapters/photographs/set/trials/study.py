@@ -26,10 +26,10 @@ from raxel.calibration import (
 from raxel.calibration.board_views import board_views
 from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
-from raxel.features import DEFAULT_DETECTOR
+from raxel.features import DEFAULT_DETECTOR, charuco
 from raxel.features.boards import detect_boards
 from raxel.features.detector import as_8_bit
-from raxel.sets import Chessboard, load_set, read_image
+from raxel.sets import Charuco, Chessboard, load_set, read_image
 
 COVERAGE_PX = 160
 
@@ -93,12 +93,17 @@ def settings_of(image_set):
         "rows": target.rows if chessboard else None,
         "pitch_mm": target.pitch_mm if chessboard else None,
         "unit": target.unit if chessboard else None,
-        "detector": DEFAULT_DETECTOR if chessboard else None,
+        "detector": detector_of(target) if chessboard else None,
         "images": [view.label for view in image_set.views],
         "uses": [view.use for view in image_set.views],
         "licence": str(image_set.origin.get("licence", "")),
         "source": str(image_set.origin.get("source", "")),
     }
+
+
+def detector_of(target):
+    """Whose corners these are: markers tell those of a ChArUco board."""
+    return charuco.NAME if isinstance(target, Charuco) else DEFAULT_DETECTOR
 
 
 @cache

@@ -1,0 +1,141 @@
+"""ChArUco boards: read by their markers, placed as plain corners."""
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from raxel.cameras import load_camera
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.features.boards import detect_boards, read_boards
+from raxel.features.charuco import find_charuco, markers_seen
+from raxel.sets import Charuco, load_set, write_set
+from tests.charuco_boards import FOCAL, HEIGHT, TARGET, TILTS_DEG, WIDTH, photograph
+from tests.image_sets import description, write_description, write_drawn_set
+
+CHARUCO = {
+    "kind": "charuco",
+    "columns": 7,
+    "rows": 5,
+    "pitch_mm": 40.0,
+    "dictionary": "4X4_50",
+    "marker_mm": 29.0,
+}
+
+
+def drawn_set(folder, **changes):
+    """A set of four drawn ChArUco boards; returns their corners."""
+    folder.mkdir()
+    truths = []
+    for index, tilt in enumerate(TILTS_DEG):
+        image, corners = photograph(tilt, seed=index)
+        cv2.imwrite(str(folder / f"view{index}.png"), image)
+        truths.append(corners)
+    data = description(len(truths), resolution=[WIDTH, HEIGHT], target=CHARUCO)
+    write_description(folder, data | changes)
+    return truths
+
+
+@pytest.mark.parametrize("tilt", TILTS_DEG)
+def test_corners_stand_in_the_boards_own_order(tilt):
+    image, truth = photograph(tilt)
+    found = find_charuco(image, TARGET)
+    assert found.found
+    assert (found.columns, found.rows) == (7, 5)
+    known = np.isfinite(found.corners[:, 0])
+    assert known.sum() >= 33
+    errors = (found.corners - truth)[known]
+    assert np.abs(errors).max() < 0.2
+    assert np.array_equal(np.isfinite(found.sd), known)
+    assert np.sqrt(np.mean((errors / found.sd[known, None]) ** 2)) < 2
+
+
+def test_a_board_in_a_mirror_is_seen_from_behind():
+    image, _ = photograph(TILTS_DEG[0])
+    found = find_charuco(np.ascontiguousarray(image[:, ::-1]), TARGET)
+    straight = find_charuco(image, TARGET)
+    again = found.corners.reshape(5, 7, 2)[:, ::-1] * [-1, 1] + [WIDTH - 1, 0]
+    np.testing.assert_allclose(again.reshape(-1, 2), straight.corners, atol=1e-9)
+    lattice = found.corners.reshape(5, 7, 2)
+    along, down = lattice[2, 4] - lattice[2, 3], lattice[3, 3] - lattice[2, 3]
+    assert along[0] * down[1] - along[1] * down[0] > 0
+
+
+def test_what_is_hidden_is_missing_and_nothing_else_moves():
+    image, truth = photograph(TILTS_DEG[0])
+    covered = image.copy()
+    covered[:, : WIDTH // 2] = 128
+    found = find_charuco(covered, TARGET)
+    known = np.isfinite(found.corners[:, 0])
+    assert found.found
+    assert 6 <= known.sum() < 30
+    assert (truth[known, 0] > WIDTH // 2 - 1).all()
+    assert np.linalg.norm((found.corners - truth)[known], axis=1).max() < 0.2
+
+
+def test_another_dictionary_is_refused_with_what_was_read():
+    image, _ = photograph(TILTS_DEG[0])
+    other = Charuco(7, 5, 40.0, "6X6_50", 29.0)
+    found = find_charuco(image, other)
+    assert not found.found
+    assert found.reason.startswith("0 of 24 markers of 6X6_50 are read")
+
+
+def test_a_plain_set_of_charuco_boards_hears_of_it(tmp_path):
+    plain = {"kind": "chessboard", "columns": 7, "rows": 5, "pitch_mm": 40.0}
+    drawn_set(tmp_path / "set", target=plain)
+    boards = detect_boards(load_set(tmp_path / "set"))
+    assert not any(board.detection.found for board in boards)
+    reason = boards[0].detection.reason
+    assert reason.endswith("a ChArUco board is read with target.kind: charuco")
+    assert "ArUco markers (4X4_50)" in reason
+
+
+def test_no_markers_are_seen_on_a_plain_board(tmp_path):
+    board = write_drawn_set(tmp_path / "set")[1]
+    assert markers_seen(board.image()) is None
+
+
+def test_a_set_is_calibrated(tmp_path, capsys):
+    drawn_set(tmp_path / "set")
+    corners, camera = tmp_path / "corners.json", tmp_path / "camera.npz"
+    assert main(["corners", str(tmp_path / "set"), "--json", str(corners)]) == 0
+    image_set = load_set(tmp_path / "set")
+    boards = read_boards(corners, image_set)
+    assert [board.detection.found for board in boards] == [True] * 4
+    options = ["--model", "zhang", "--corners", str(corners), "--out", str(camera)]
+    assert main(["calibrate", str(tmp_path / "set"), *options]) == 0
+    K = load_camera(camera).K
+    assert K[0, 0] == pytest.approx(FOCAL, rel=0.01)
+    assert yaml.safe_load(corners.read_text("utf-8"))["detector"] == "charuco"
+
+
+def test_a_set_survives_the_disk(tmp_path):
+    drawn_set(tmp_path / "set", target=CHARUCO | {"legacy": True})
+    image_set = load_set(tmp_path / "set")
+    write_set(image_set)
+    assert load_set(tmp_path / "set") == image_set
+    assert image_set.target == Charuco(7, 5, 40.0, "4X4_50", 29.0, legacy=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        ({"marker_mm": 40}, "target.marker_mm: found 40"),
+        ({"columns": 17, "rows": 9}, "target.dictionary: found 4X4_50, which has 50"),
+        ({"dictionary": "DICT_4X4_50"}, "target.dictionary: found 'DICT_4X4_50'"),
+        ({"columns": None}, "target.columns: found null"),
+    ],
+)
+def test_faults_of_the_target_are_named(tmp_path, change, found):
+    drawn_set(tmp_path / "set", target=CHARUCO | change)
+    with pytest.raises(InputError) as fault:
+        load_set(tmp_path / "set")
+    assert found in str(fault.value)
+
+
+def test_a_named_detector_cannot_read_markers(tmp_path, capsys):
+    drawn_set(tmp_path / "set")
+    assert main(["corners", str(tmp_path / "set"), "--detector", "opencv"]) == 2
+    assert "leave --detector out" in capsys.readouterr().err
