@@ -189,3 +189,15 @@ def test_a_tiff_whose_tags_are_of_no_known_type_is_refused(tmp_path, photograph,
         struct.pack_into("<H", changed, tag + 2, kind)
         number = struct.unpack_from("<H", data, tag)[0]
         assert is_seen(tmp_path / "a.tif", changed) or number not in TIFF_READ
+
+
+def test_a_tiff_of_64_bit_places_is_read_and_refused_where_they_lead_nowhere(tmp_path):
+    image = np.arange(64 * 48, dtype=np.uint8).reshape(48, 64)
+    tags = {256: 64, 257: 48, 258: 8, 259: 1, 262: 1, 273: 16, 277: 1, 278: 48}
+    tags |= {279: image.size}
+    entries = [struct.pack("<HHQQ", tag, 4, 1, value) for tag, value in tags.items()]
+    directory = struct.pack("<Q", len(tags)) + b"".join(entries) + bytes(8)
+    for place in (16 + image.size, 0, 1 << 40, 1 << 63, (1 << 64) - 1):
+        header = b"II+\0" + struct.pack("<HHQ", 8, 0, place)
+        refused = is_seen(tmp_path / "a.tif", header + image.tobytes() + directory)
+        assert refused == (place != 16 + image.size)

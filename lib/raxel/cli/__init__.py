@@ -1,13 +1,14 @@
 """The command line. SET is the folder of an image set, CAMERA an .npz camera file.
 
 - `raxel check SET` reads all of a set and says what is in it.
-- `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners.
+- `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners;
+  where it finds none at all, a FILE that is there is kept.
 - `raxel calibrate SET --out CAMERA [--model auto|zhang|generic] [--json FILE]
   [--report FOLDER] [--corners FILE] [--detector NAME]` fits a camera to a set.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--detector NAME]` scores a
   camera; only the boards' poses are fitted.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
-  them.
+  them: new files, or in place of those of an earlier undistort, never of others.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
   laboratory.
 - `raxel show WHAT [--camera CAMERA] [--seed N] [--out FILE]` draws a rig, a camera, or
@@ -159,7 +160,10 @@ def _add_undistort(commands):
         commands, "undistort", "images as a pinhole would see them", _undistort, True
     )
     parser.add_argument(
-        "--out", metavar="FOLDER", required=True, help="where the PNG images go"
+        "--out",
+        metavar="FOLDER",
+        required=True,
+        help="where the PNG images go, beside whatever else is there",
     )
 
 

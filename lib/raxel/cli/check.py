@@ -24,7 +24,7 @@ def check(options, say):
     print(f"views      {', '.join(f'{n} to {use}' for use, n in uses.items())}")
     if isinstance(image_set.target, ActiveGrid):
         for view in image_set.views:
-            print(f"patterns   {view.name}: {_patterns(view)}")
+            print(f"patterns   {on_one_line(view.name)}: {_patterns(view)}")
     if reference:
         print(f"reference  corners of {len(reference)} images")
     if image_set.truth:

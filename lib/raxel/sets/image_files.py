@@ -134,7 +134,7 @@ def file_fault(data):
         return BY_RUN_LENGTHS
     try:
         complete = whole(data) and min(stated_size(data)) > 0
-    except (struct.error, LookupError):
+    except (struct.error, LookupError, OverflowError):
         complete = False
     if complete:
         return None
