@@ -1,5 +1,6 @@
 """Damage inside a photograph is seen wherever its format or its decoder can tell."""
 
+import os
 import struct
 import tracemalloc
 import zlib
@@ -201,3 +202,17 @@ def test_a_tiff_of_64_bit_places_is_read_and_refused_where_they_lead_nowhere(tmp
         header = b"II+\0" + struct.pack("<HHQ", 8, 0, place)
         refused = is_seen(tmp_path / "a.tif", header + image.tobytes() + directory)
         assert refused == (place != 16 + image.size)
+
+
+def test_damage_is_seen_without_a_standard_error_too(tmp_path, photograph):
+    data = tiff(photograph, LZW)
+    usual = os.dup(2)
+    os.close(2)
+    try:
+        seen = is_seen(tmp_path / "a.tif", spoilt(data, len(data) // 2, "garbage"))
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            os.fstat(2)
+    finally:
+        os.dup2(usual, 2)
+        os.close(usual)
+    assert seen

@@ -51,7 +51,8 @@ def undistort(options, say):
         for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
             image = resample(read_colour(image_set, name), sources)
             _write_png(folder / target, image)
-            say(f"{number}/{len(files)} {name}: {target}")
+            renamed = target != _plain(name)
+            say(f"{number}/{len(files)} {name}{f' as {target}' if renamed else ''}")
         move_into(folder, out)
     print(
         f"{image_set.name}: {len(files)} images in {on_one_line(out)}; the camera sees "
@@ -103,7 +104,7 @@ def _targets(files):
     The image's name with the ending .png; where several images share that, the whole
     old name before it, and a number where that is taken too.
     """
-    plain = [PurePath(name).with_suffix(".png") for name in files]
+    plain = list(map(_plain, files))
     shared = Counter(map(_alike, plain))
     taken = {_alike(folder) for path in plain for folder in path.parents}
     targets = []
@@ -112,6 +113,10 @@ def _targets(files):
         targets.append(next(path for path in choices if _alike(path) not in taken))
         taken.add(_alike(targets[-1]))
     return targets
+
+
+def _plain(name):
+    return PurePath(name).with_suffix(".png")
 
 
 def _choices(name, first):

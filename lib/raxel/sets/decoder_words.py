@@ -20,18 +20,20 @@ def words_of_decoders():
     decoders are no part of Python.
     """
     words = []
-    try:
-        usual = os.dup(2)
-    except OSError:  # there is no standard error to write to
-        yield words
-        return
     with tempfile.TemporaryFile() as aside:
+        try:
+            usual = os.dup(2)
+        except OSError:  # it was closed; what is lost must be seen all the same
+            usual = None
         os.dup2(aside.fileno(), 2)
         try:
             yield words
         finally:
-            os.dup2(usual, 2)
-            os.close(usual)
+            if usual is None:
+                os.close(2)
+            else:
+                os.dup2(usual, 2)
+                os.close(usual)
             aside.seek(0)
             words.append(aside.read())
 
