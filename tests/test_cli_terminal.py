@@ -20,25 +20,36 @@ from tests.image_sets import description, write_drawn_set
 COMMANDS = "\x1b[2J", "\x9b2J", "a\u202egnp.exe", "a\u2066b", "\x7f\r\x08\x85\u2028"
 
 
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """A set of two photographs."""
+    folder = tmp_path_factory.mktemp("drawn")
+    write_drawn_set(folder, tilts=((25, 0), (0, 28)))
+    return folder
+
+
+@pytest.fixture
+def folder(drawn, tmp_path):
+    return shutil.copytree(drawn, tmp_path / "set")
+
+
 def is_harmless(text):
     return all(line.isprintable() for line in text.split("\n"))
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_nothing_from_a_set_commands_the_terminal(tmp_path, capsys, command):
-    write_drawn_set(tmp_path, tilts=((0, 0),))
-    edit(tmp_path, setting("camera", to=f"good {command} camera"))
-    assert main(["check", str(tmp_path)]) == 0
+def test_nothing_from_a_set_commands_the_terminal(folder, capsys, command):
+    edit(folder, setting("camera", to=f"good {command} camera"))
+    assert main(["check", str(folder)]) == 0
     printed = capsys.readouterr()
     assert is_harmless(printed.out + printed.err)
     shown = command.encode("unicode_escape").decode()
     assert f"camera     good {shown} camera\n" in printed.out
 
 
-def test_a_camera_of_several_lines_forges_none(tmp_path, capsys):
-    write_drawn_set(tmp_path, tilts=((0, 0),))
-    edit(tmp_path, setting("camera", to="a camera\nviews      99 to calibrate"))
-    assert main(["check", str(tmp_path)]) == 0
+def test_a_camera_of_several_lines_forges_none(folder, capsys):
+    edit(folder, setting("camera", to="a camera\nviews      99 to calibrate"))
+    assert main(["check", str(folder)]) == 0
     printed = capsys.readouterr().out
     assert r"camera     a camera\nviews" in printed
     assert printed.count("\nviews") == 1
@@ -61,15 +72,14 @@ def test_a_complaint_is_one_line_whatever_the_name(tmp_path, capsys, name):
         assert name.encode("unicode_escape").decode() in err or "evaluate" in arguments
 
 
-def test_photographs_of_any_name_are_named_harmlessly(tmp_path, capsys):
+def test_photographs_of_any_name_are_named_harmlessly(folder, capsys):
     names = "\u202egnp.png", "\x9b2J.png", "\udcff.png", "a\u2028b.png"
-    write_drawn_set(tmp_path, tilts=((0, 0),))
     for name in names:
-        shutil.copy(tmp_path / "view0.png", tmp_path / name)
+        shutil.copy(folder / "view0.png", folder / name)
     views = [{"image": name} for name in names]
     quoted = json.dumps(description(0, views=views))  # JSON is YAML
-    (tmp_path / "set.yaml").write_text(quoted)
-    assert main(["check", str(tmp_path)]) == 0
+    (folder / "set.yaml").write_text(quoted)
+    assert main(["check", str(folder)]) == 0
     printed = capsys.readouterr()
     assert is_harmless(printed.out + printed.err)
     lines = printed.err.splitlines()
@@ -87,35 +97,36 @@ def closed_pipe(buffering):
 
 
 @pytest.mark.parametrize("buffering", [1, 8192])
-def test_a_reader_that_leaves_costs_no_calibration(tmp_path, monkeypatch, buffering):
-    write_drawn_set(tmp_path / "set", tilts=((25, 0), (0, 28)))
+def test_a_reader_that_leaves_costs_no_calibration(
+    drawn, tmp_path, monkeypatch, buffering
+):
     out, result = tmp_path / "camera.npz", tmp_path / "result.json"
     with closed_pipe(buffering) as pipe, closed_pipe(1) as progress:
         monkeypatch.setattr(sys, "stdout", pipe)
         monkeypatch.setattr(sys, "stderr", progress)
-        arguments = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
+        arguments = ["calibrate", str(drawn), "--model", "zhang"]
+        arguments += ["--detector", "opencv"]
         assert main([*arguments, "--out", str(out), "--json", str(result)]) == 0
     assert load_camera(out).K[0, 0] == pytest.approx(300, rel=0.05)
     assert json.loads(result.read_text())["model"] == "zhang"
 
 
-def test_a_reader_that_leaves_ends_a_process_in_peace(tmp_path):
+def test_a_reader_that_leaves_ends_a_process_in_peace(drawn):
     """Python itself complains at its end where the pipe is left as it is."""
-    write_drawn_set(tmp_path, tilts=((0, 0),))
     with closed_pipe(1) as pipe:
-        command = [sys.executable, "-m", "raxel", "check", str(tmp_path)]
+        command = [sys.executable, "-m", "raxel", "check", str(drawn)]
         done = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, check=False)
     assert done.returncode == 0
-    assert done.stderr == b"1/1 view0.png\n"
+    assert done.stderr == b"1/2 view0.png\n2/2 view1.png\n"
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
-def test_an_output_that_cannot_be_written_is_told(tmp_path, monkeypatch, capsys):
-    write_drawn_set(tmp_path / "set", tilts=((0, 0),))
+def test_an_output_that_cannot_be_written_is_told(drawn, tmp_path, monkeypatch, capsys):
     out = tmp_path / "corners.json"
     with open("/dev/full", "w") as full:
         monkeypatch.setattr(sys, "stdout", full)
-        assert main(["corners", str(tmp_path / "set"), "--json", str(out)]) == 1
+        arguments = ["corners", str(drawn), "--detector", "opencv"]
+        assert main([*arguments, "--json", str(out)]) == 1
     assert out.exists()
     last = capsys.readouterr().err.splitlines()[-1]
     assert last.startswith("raxel: standard output: No space left on device; all files")
@@ -141,9 +152,8 @@ def test_a_word_of_progress_is_one_line():
     assert stream.getvalue() == "first\\nsecond\n"
 
 
-def test_streams_that_were_closed_before(tmp_path, monkeypatch):
-    write_drawn_set(tmp_path, tilts=((0, 0),))
+def test_streams_that_were_closed_before(drawn, monkeypatch):
     monkeypatch.setattr(sys, "stdout", None)
     monkeypatch.setattr(sys, "stderr", None)
-    assert main(["check", str(tmp_path)]) == 0
-    assert main(["check", str(tmp_path / "none")]) == 2
+    assert main(["check", str(drawn)]) == 0
+    assert main(["check", str(drawn / "none")]) == 2
