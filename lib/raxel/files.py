@@ -110,7 +110,9 @@ def _beside(path):
 
 
 def _name_the_result(fault, places):
-    """Let a fault name the file that was asked for, not the temporary one."""
+    """Let a fault of the system name the file asked for, not the temporary one."""
+    if fault.errno is None:  # a text of its own, which a name would replace
+        return
     if fault.filename is None and len(places) == 1:
         (fault.filename,) = map(str, places.values())
     for temporary, path in places.items():
