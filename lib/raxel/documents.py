@@ -12,6 +12,7 @@ from typing import ClassVar
 import yaml
 
 from raxel.errors import InputError, did_you_mean
+from raxel.reading import file_size
 
 SHOWN_CHARACTERS = 60
 MOST_VALUES = 1_000_000
@@ -61,6 +62,7 @@ def read_yaml(path):
     Raises InputError with file and line.
     """
     path = Path(path)
+    file_size(path)
     try:
         data = yaml.load(path.read_text(encoding="utf-8-sig"), _StrictLoader)
     except yaml.MarkedYAMLError as fault:
@@ -96,6 +98,13 @@ def faults(data, where, schema):
     right one missing; of several in one place the first is named. A number that is not
     finite is named alone.
     """
+    try:
+        return _faults(data, where, schema)
+    except RecursionError:
+        return [f"{where}: nested too deeply; mend it"]
+
+
+def _faults(data, where, schema):
     for path, number in _not_finite(data):
         advice = "give a finite number" + (", or leave the key out" if path else "")
         return [f"{where}: {field_name(path, data)}: found {number}; {advice}"]

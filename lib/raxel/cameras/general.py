@@ -18,6 +18,8 @@ from raxel.errors import InputError
 from raxel.geometry.lines import pluecker_matrix_of_rays
 
 BLOCK = 1 << 16
+# Of an origin, mm or pitch: fourth powers must not overflow.
+FARTHEST = 1e15
 
 
 class GeneralCamera(Camera):
@@ -234,14 +236,17 @@ def _normalise(directions, mask):
 def _blank(origins, mask):
     """Check origins of the mask and put NaN outside it, in place."""
     if origins.ndim == 1:
-        if not np.isfinite(origins).all():
-            raise InputError(f"field 'origins': found {origins}; it must be finite")
+        if not (np.abs(origins) < FARTHEST).all():
+            raise InputError(
+                f"field 'origins': found {origins}; it must be finite, below "
+                f"{FARTHEST:g}"
+            )
         return
-    bad = mask & ~np.isfinite(origins).all(axis=-1)
+    bad = mask & ~(np.abs(origins) < FARTHEST).all(axis=-1)
     if bad.any():
         v, u = np.argwhere(bad)[0]
         raise InputError(
-            f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite, "
-            f"first at pixel ({u}, {v}); take them out of the mask"
+            f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite "
+            f"or beyond {FARTHEST:g}, first at pixel ({u}, {v}); take them out of the mask"
         )
     origins[~mask] = np.nan

@@ -167,16 +167,17 @@ class PlanarMirrorsCamera(Camera):
 
     @classmethod
     def _from_file(cls, file):
-        counts = file.numbers("corner_counts")
-        corners = file.numbers("corners")
-        if counts.ndim != 1 or counts.sum() != len(corners) or (counts < 0).any():
+        counts = file.numbers("corner_counts", axes=1)
+        corners = file.numbers("corners", axes=2)
+        whole = counts.dtype.kind in "iu" and (counts >= 0).all()
+        if not whole or counts.sum() != len(corners):
             raise InputError(
                 f"field 'corner_counts': adds up to {counts.sum()} for {len(corners)} "
                 "corners; save it anew"
             )
         return cls(
             file.nested("viewer"),
-            file.numbers("T_viewer_facets"),
+            file.numbers("T_viewer_facets", axes=3),
             np.split(corners, np.cumsum(counts)[:-1]),
         )
 

@@ -64,9 +64,11 @@ class CameraFile:
             raise self._fault(name, f"found {value}; a finite number is needed")
         return value.item()
 
-    def numbers(self, name, most=MOST_NUMBERS):
-        """The array of real numbers, or of truth values, under `name`."""
+    def numbers(self, name, axes=None, most=MOST_NUMBERS):
+        """The real numbers, or truth values, under `name`; axes: how many it has."""
         value = self.array(name, most)
+        if axes not in (None, value.ndim):
+            raise self._fault(name, f"shape {value.shape} found; {axes} axes needed")
         if value.dtype.kind not in "biuf":
             raise self._fault(name, f"found {value.dtype}; numbers are needed")
         return value
@@ -77,7 +79,7 @@ class CameraFile:
         if shape not in shapes:
             wanted = " or ".join(map(str, shapes))
             raise self._fault(name, f"shape {shape} found; {wanted} needed")
-        return self.numbers(name, math.prod(shape))
+        return self.numbers(name, most=math.prod(shape))
 
     def text(self, name):
         """The text under `name`."""
@@ -95,7 +97,9 @@ class CameraFile:
         """The text, number or array of numbers under `name`."""
         if self.shape(name) != ():
             return self.numbers(name)
-        return self.text(name) if self.array(name).dtype.kind == "U" else self.number(name)
+        return (
+            self.text(name) if self.array(name).dtype.kind == "U" else self.number(name)
+        )
 
     def size(self):
         """(width, height) in pixels."""
@@ -125,6 +129,11 @@ class CameraFile:
             if text.startswith(f"{self.path}:"):
                 raise
             raise InputError(f"{self.path}: {text}") from fault
+        except MemoryError as fault:
+            raise InputError(
+                f"{self.path}: the memory does not suffice for this camera; give one "
+                "of fewer pixels"
+            ) from fault
 
     def nested(self, name):
         """The camera in the fields whose names begin with `name` and a dot."""

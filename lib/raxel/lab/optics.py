@@ -16,12 +16,16 @@ from raxel.lab.textures import LUMINANCE
 # Between neighbouring levels of blur the SD differs by at most this many px, or by this
 # share of the smallest.
 BLUR_STEP_PX, BLUR_STEP = 0.1, 0.15
+# More levels than these are spaced by their ratio.
+MOST_EVEN_STEPS = 24
 # Taps of a discrete Gaussian reach this many SD, and at least this many px.
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.
 TAPS = 6
-# Size of a picture whose weights of blur are kept for the next: 100 MB of them.
-REMEMBERED = 1 << 22
+# Weights of blur that are kept for the next picture: 270 MB.
+REMEMBERED = 1 << 26
+# Steeper curves overflow.
+LEAST_STEP = 1e-6
 NO_ABERRATION = (1.0, 1.0, 1.0)
 
 
@@ -113,6 +117,14 @@ class Optics:
         middle = ((width - 1) / 2, (height - 1) / 2)
         return np.array(middle if self.centre_px is None else self.centre_px, float)
 
+    def strongest_blur_px(self, width, height):
+        """The largest SD of the point spread in a picture of this size, px."""
+        u, v = self.centre(width, height)
+        farthest = max(u, width - 1 - u) ** 2 + max(v, height - 1 - v) ** 2
+        share = farthest / ((width**2 + height**2) / 4)
+        low, high = (sd**2 for sd in self.blur_sd_px)
+        return float(np.sqrt(max(low, high, low + (high - low) * share)))
+
     def _blurred(self, image, fineness, window):
         """Each pixel between the two nearest of a few uniform blurs.
 
@@ -122,11 +134,15 @@ class Optics:
         height, width = image.shape[:2]
         fine_centre = (self._centre_in(window) + 0.5) * fineness - 0.5
         low, high = ((fineness * sd) ** 2 for sd in self.blur_sd_px)
-        shares = _remembered_shares if image.size <= REMEMBERED else _level_shares
         diagonal = fineness**2 * (window.full_width**2 + window.full_height**2)
-        levels, weights = shares(width, height, tuple(fine_centre), diagonal, low, high)
+        given = width, height, tuple(fine_centre), diagonal, low, high
+        levels, variance = _level_variances(*given)
         if len(levels) == 1:
             return gaussian_blur(image, levels[0])
+        if image.size * len(levels) <= REMEMBERED:
+            weights = _remembered_weights(*given)
+        else:
+            weights = _weights(levels, variance)
         blurred = np.zeros_like(image)
         for level, weight in zip(levels, weights, strict=True):
             blurred += _over_colours(weight, image) * gaussian_blur(image, level)
@@ -158,25 +174,28 @@ def _light(optics, width, height):
     return light
 
 
-def _level_shares(width, height, centre, diagonal, low, high):
-    """Variances of uniform blurs, and the weight (height, width) of each.
+def _level_variances(width, height, centre, diagonal, low, high):
+    """Variances of uniform blurs, and that of each pixel (height, width), px^2.
 
     low, high: variance at the centre (2,) and at half a diagonal from it, px^2;
-    diagonal: its square. One level has no weights.
+    diagonal: its square.
     """
     squared = _squared_radius(width, height, centre)
     share = squared / np.float32(diagonal / 4)
-    variance = low + (high - low) * share
-    levels = _levels(float(variance.min()), float(variance.max()))
-    if len(levels) == 1:
-        return levels, None
-    return levels, [
-        np.interp(variance, levels, hat).astype(np.float32)
-        for hat in np.eye(len(levels))
-    ]
+    # Beyond half a diagonal from a centre that is out of the middle.
+    variance = np.maximum(low + (high - low) * share, 0)
+    return _levels(float(variance.min()), float(variance.max())), variance
 
 
-_remembered_shares = lru_cache(maxsize=1)(_level_shares)
+def _weights(levels, variance):
+    """The weight (height, width) of each level, one after the other."""
+    for hat in np.eye(len(levels)):
+        yield np.interp(variance, levels, hat).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def _remembered_weights(*given):
+    return tuple(_weights(*_level_variances(*given)))
 
 
 def gaussian_blur(image, variance):
@@ -248,7 +267,13 @@ def _levels(low, high):
         return [high]
     step = max(BLUR_STEP_PX, BLUR_STEP * first)
     steps = int(np.ceil((last - first) / step))
-    return np.linspace(first, last, steps + 1) ** 2
+    if steps <= MOST_EVEN_STEPS:
+        return np.linspace(first, last, steps + 1) ** 2
+    # From very sharp to very soft: each as much softer than the one before it.
+    even = max(first, BLUR_STEP_PX / BLUR_STEP)
+    below = np.arange(first, even, BLUR_STEP_PX)
+    steps = int(np.ceil(np.log(last / even) / np.log1p(BLUR_STEP)))
+    return np.concatenate([below, np.geomspace(even, last, steps + 1)]) ** 2
 
 
 def _binned(image, fineness):
@@ -278,7 +303,7 @@ def _squared_radius(width, height, centre):
 
 def _check_falloff(radii, shares):
     """A curve over radii that rise, of shares between 0 and 1."""
-    rising = len(radii) == len(shares) >= 2 and np.all(np.diff(radii) > 0)
+    rising = len(radii) == len(shares) >= 2 and np.all(np.diff(radii) > LEAST_STEP)
     if not (rising and radii[0] >= 0):
         raise InputError(
             f"field 'falloff': found {len(radii)} radii and {len(shares)} shares; give "

@@ -13,7 +13,6 @@ surface thinner than a pixel. Fields of a texture are regions of their own
 (`Texture.label`), so a square or a stripe is never lost, however thin.
 """
 
-import os
 from dataclasses import dataclass, field
 
 import numba
@@ -23,6 +22,7 @@ from raxel.errors import InputError
 from raxel.lab.footprint import PixelMeans, lattice, numbers_in, tinted
 from raxel.lab.scene import NO_RAY, NOTHING
 from raxel.lab.sight import RAYS_AT_ONCE, Raster, Sight, Viewer
+from raxel.memory import physical_memory
 
 # Peak of memory for one pixel: the picture and what is kept beside it.
 BYTES_RENDERED, BYTES_TRACED = 16, 96
@@ -270,17 +270,10 @@ def _canvas(raster, colour):
 
 def _check_memory(raster, bytes_per_pixel):
     need = raster.width * raster.height * bytes_per_pixel
-    have = _physical_memory()
+    have = physical_memory()
     if need > have / 2:
         raise InputError(
             f"camera: an image of {raster.width} x {raster.height} px needs "
             f"{need / 1e9:.3g} GB, this machine has {have / 1e9:.3g} GB and half is "
             "left to other work; give a smaller width and height"
         )
-
-
-def _physical_memory():
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, OSError, ValueError):
-        return 8e9

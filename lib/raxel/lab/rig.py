@@ -4,7 +4,6 @@ Every quantity in the file is {value, unit, origin, reason}; the schema beside t
 module says which fields there are and in which unit.
 """
 
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +22,7 @@ from raxel.lab.laboratory import Laboratory
 from raxel.lab.lighting import Lighting
 from raxel.lab.monitor import Monitor
 from raxel.lab.optics import Optics
+from raxel.lab.rig_limits import check_limits, check_memory
 from raxel.lab.sensor import Sensor
 from raxel.lab.target_poses import (
     AroundPoses,
@@ -53,8 +53,6 @@ MIRROR_FIELDS = (
     *("viewer", "shape", "axes", "rim_radius"),
     *("offset", "rotation", "distance", "side", "hole_radius", "T_viewer_mirror"),
 )
-# Peak memory of one pixel on its way through lens and sensor, per channel.
-BYTES_PER_PIXEL = 150
 # A monitor is taken as seen where this many lines each way keep their distance.
 MONITOR_LINES = 9
 RADIANCES = {
@@ -156,20 +154,28 @@ def load_rig(path):
     data = read_yaml(path)
     validate(data, path, SCHEMA)
     camera = _camera(path, data["camera"])
-    _check_memory(path, camera, data["sensor"])
+    _built(path, None, lambda sensor: check_memory(camera, sensor), data["sensor"])
     plain = {key: _values(data.get(key, {})) for key in ("sensor", "target", "poses")}
     target, sensor = plain["target"], plain["sensor"]
     poses, count = _poses(path, plain["poses"])
     is_board = target["kind"] == "chessboard"
     _check_monitor_is_plain(path, data, is_board)
+    optics = _built(path, "optics", _optics, _values(data.get("optics", {})))
+    blemishes = _ranges(path, data, "blemishes", Blemishes)
+    _built(
+        path,
+        None,
+        lambda target: check_limits(camera, optics, blemishes, target, plain["poses"]),
+        target,
+    )
     return Rig(
         path=path,
         name=data["name"],
         summary=data.get("summary", ""),
         camera=camera,
-        optics=_built(path, "optics", _optics, _values(data.get("optics", {}))),
+        optics=optics,
         light=_ranges(path, data, "light", Lighting),
-        blemishes=_ranges(path, data, "blemishes", Blemishes),
+        blemishes=blemishes,
         sensor=_built(path, "sensor", _sensor, sensor),
         target=_chessboard(target) if is_board else _active_grid(target),
         border_mm=float(target["border"]) if is_board else 0.0,
@@ -195,7 +201,11 @@ def _values(data):
 
 
 def _tuples(value):
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+    """Lists as tuples, and 4.0 as the whole number that the schema takes it for."""
+    if isinstance(value, list):
+        return tuple(map(_tuples, value))
+    whole = isinstance(value, float) and value.is_integer()
+    return int(value) if whole else value
 
 
 def _camera(path, data, field="camera"):
@@ -235,9 +245,14 @@ def _camera_value(path, field, name, leaf):
             f"{path}: {field}.unit: found {leaf['unit']!r}; give {unit!r}, the unit of "
             "this field"
         )
-    if unit == "deg":
+    if unit != "deg":
+        return leaf["value"]
+    try:
         return np.radians(np.array(leaf["value"], float))[()]
-    return leaf["value"]
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise InputError(
+            f"{path}: {field}.value: no number; give degrees, or a list of them"
+        ) from fault
 
 
 def _placed_mirror(fields):
@@ -371,27 +386,8 @@ def _built(path, section, build, values):
 
 
 def _named(path, section, fault):
-    """The fault of a section with file and field in front."""
-    name, text = section, str(fault)
+    """The fault of a section with file and field in front; section None: the rig."""
+    names, text = [section] if section else [], str(fault)
     while match := re.match(r"field '([^']+)': ", text):
-        name, text = f"{name}.{match[1]}", text[match.end() :]
-    return f"{path}: {name}: {text}"
-
-
-def _check_memory(path, camera, sensor):
-    channels = 3 if "bayer" in sensor else 1
-    need = camera.width * camera.height * BYTES_PER_PIXEL * channels
-    if need > physical_memory() / 2:
-        raise InputError(
-            f"{path}: camera.width: an image of {camera.width} x {camera.height} px "
-            f"needs {need / 1e9:.3g} GB, more than half of this machine's "
-            f"{physical_memory() / 1e9:.3g} GB; give fewer pixels"
-        )
-
-
-def physical_memory():
-    """Bytes of memory of this machine; 8 GB where it does not say."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, OSError, ValueError):
-        return 8e9
+        names, text = [*names, match[1]], text[match.end() :]
+    return f"{path}: {'.'.join(names)}: {text}"

@@ -17,6 +17,8 @@ from raxel.lab.textures import LUMINANCE, interval
 BLOCK = 1 << 15
 # Electrons; the generator's limit lies above.
 MOST_E = 1e15
+# Between charges of a curve: steeper ones overflow.
+LEAST_STEP = 1e-9
 BITS = {8: np.uint8, 16: np.uint16}
 # Which of red, green, blue (0, 1, 2) lies at (row, column) of the 2 x 2 mosaic.
 BAYER = {
@@ -231,7 +233,7 @@ def demosaiced(raw, pattern):
 
 def _check_response(charge, value):
     """A curve that starts at no charge, ends at a full well, and never falls."""
-    ordered = len(charge) == len(value) >= 2 and np.all(np.diff(charge) > 0)
+    ordered = len(charge) == len(value) >= 2 and np.all(np.diff(charge) > LEAST_STEP)
     if not (ordered and charge[0] == 0 and charge[-1] == 1):
         raise InputError(
             f"field 'response': found {len(charge)} charges and {len(value)} values; "

@@ -49,9 +49,12 @@ class Visibility:
         """
         if _hides_mirror(camera, T_camera_target, outline):
             return "between viewer and mirror"
-        # The four corners first: they tell most poses that will not do.
+        # The four corners first, then the last rows: they tell most poses that will
+        # not do, where a whole lattice has up to a million points.
         corners = outline[:: max(1, len(outline) // 4)]
         _, reason = self._seen(camera, T_camera_target, corners)
+        for rows in (lattice[:2], lattice[-2:]):
+            reason = reason or self._lattice_fault(camera, T_camera_target, rows)
         if reason:
             return reason
         flat = np.concatenate([outline, lattice.reshape(-1, 2)])
@@ -61,7 +64,14 @@ class Visibility:
         normal = rotate(T_camera_target, np.array([0.0, 0.0, 1.0]))
         if not np.all(camera.rays(pixels).directions @ normal > 0):
             return "seen from behind"
-        seen = pixels[len(outline) :].reshape(lattice.shape)
+        return self._spacing_fault(pixels[len(outline) :].reshape(lattice.shape))
+
+    def _lattice_fault(self, camera, T_camera_target, lattice):
+        pixels, reason = self._seen(camera, T_camera_target, lattice.reshape(-1, 2))
+        return reason or self._spacing_fault(pixels.reshape(lattice.shape))
+
+    def _spacing_fault(self, seen):
+        """The fault of neighbours in the image, `seen` (rows, columns, 2)."""
         steps = [np.linalg.norm(np.diff(seen, axis=k), axis=2).min() for k in (0, 1)]
         return IN_VIEW if min(steps) >= self.least_spacing_px else "too small"
 

@@ -49,4 +49,4 @@ def plain_sd(sd):
 
 def _is_spread(value):
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and 0 <= value < np.inf
+    return number and 0 <= value < 1e9
