@@ -74,7 +74,12 @@ def mutated_document(rng, data):
 
 def mutated_yaml(rng, data, others):
     """A YAML text of the changed data; some have a strange line too."""
-    text = yaml.safe_dump(mutated_document(rng, data), allow_unicode=True)
+    data = mutated_document(rng, data)
+    try:
+        text = yaml.safe_dump(data, allow_unicode=True)
+    except RecursionError:
+        # JSON is YAML too, and its writer goes deeper.
+        text = json.dumps(data)
     if rng.random() < 0.15:
         lines = text.splitlines(keepends=True)
         at = int(rng.integers(len(lines) + 1))

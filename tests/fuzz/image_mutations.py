@@ -1,4 +1,4 @@
-"""Small pictures in every format that is read, and damage that keeps their sums right."""
+"""Small pictures in every format that is read; damage that keeps sums right."""
 
 import struct
 import zlib

@@ -246,7 +246,8 @@ def _blank(origins, mask):
     if bad.any():
         v, u = np.argwhere(bad)[0]
         raise InputError(
-            f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite "
-            f"or beyond {FARTHEST:g}, first at pixel ({u}, {v}); take them out of the mask"
+            f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite, "
+            f"or beyond {FARTHEST:g}, first at pixel ({u}, {v}); take them out of the "
+            "mask"
         )
     origins[~mask] = np.nan

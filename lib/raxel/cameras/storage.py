@@ -90,7 +90,8 @@ class CameraFile:
             )
         try:
             return value.item()
-        except ValueError as fault:
+        except (ValueError, SystemError) as fault:
+            # Numbers that stand for no character.
             raise self._fault(name, "no text; save it anew") from fault
 
     def value(self, name):

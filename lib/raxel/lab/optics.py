@@ -17,7 +17,7 @@ from raxel.lab.textures import LUMINANCE
 # share of the smallest.
 BLUR_STEP_PX, BLUR_STEP = 0.1, 0.15
 # More levels than these are spaced by their ratio.
-MOST_EVEN_STEPS = 24
+MOST_EVEN_STEPS = 64
 # Taps of a discrete Gaussian reach this many SD, and at least this many px.
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.

@@ -87,8 +87,8 @@ def _check_blemishes(camera, blemishes):
     area = blemishes.spots * math.pi * blemishes.spot_radius[1] ** 2
     if area > MOST_COVERS * camera.width * camera.height:
         raise InputError(
-            f"field 'blemishes.spots.value': found {blemishes.spots} spots of up to "
-            f"{blemishes.spot_radius[1]:g} px, which cover the image of {_size(camera)} "
+            f"field 'blemishes.spots.value': found {blemishes.spots} of up to "
+            f"{blemishes.spot_radius[1]:g} px, which cover an image of {_size(camera)} "
             f"px more than {MOST_COVERS} times; give fewer or smaller ones"
         )
 
