@@ -14,6 +14,7 @@ from raxel.cameras.base import Camera
 from raxel.cameras.named_fields import argument_names
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from, with_viewer
+from raxel.cameras.storage import DEEPEST
 from raxel.documents import read_yaml, validate
 from raxel.errors import InputError, did_you_mean
 from raxel.geometry.poses import pose, rotation_from_vector
@@ -210,6 +211,11 @@ def _tuples(value):
 
 def _camera(path, data, field="camera"):
     """The camera of a section; complaints of its class get file and field."""
+    if field.count(".") > DEEPEST:
+        raise InputError(
+            f"{path}: {field}: a camera in {DEEPEST} others; give one nested less "
+            "deeply"
+        )
     fields = {}
     for name, entry in data.items():
         if name == "kind":
