@@ -5,6 +5,7 @@ CORES ?=
 TRIALS ?=
 RECORDED ?=
 PORT ?= 8000
+MUTANTS ?= 2000
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 
 # Everything a run writes stays in the checkout; only package caches lie outside.
@@ -16,7 +17,7 @@ export RAXEL_RECORDED := $(value RECORDED)
 FOR_SETS = --recorded "$$RAXEL_RECORDED" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test mutants notebooks archive bench where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test mutants notebooks archive bench fuzz where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -39,6 +40,10 @@ archive: setup ## the built report as one file: report/raxel-report-full.zip (EF
 
 bench: setup ## detectors without clicks side by side on image sets: counts, times as ratios (RECORDED="set another-set")
 	@$(RUN) .venv/bin/raxel bench $(or $(RECORDED),data/recorded/opencv-left)
+
+fuzz: setup ## every reader of files against damaged ones: counts; no part of `make test` (MUTANTS=2000 of each)
+	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
+	  .venv/bin/python -m tests.fuzz.run --mutants $(MUTANTS) $(ARGS)
 
 # The words after `where` are ids: what they name is looked up and not made.
 ifeq ($(firstword $(MAKECMDGOALS)),where)

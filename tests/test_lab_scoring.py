@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from raxel.evaluation.benchmark import score_camera, score_corners, score_points
 from raxel.features.boards import Board
 from raxel.features.detector import Detection, refused
 from raxel.geometry import rotation_from_vector
-from raxel.sets import load_set
+from raxel.sets import ActiveGrid, load_set, write_set
 from tests.test_lab_rig import changed, leaf
 
 
@@ -301,6 +302,57 @@ def test_files_that_are_no_points_are_refused(monitor_set, tmp_path, arrays, mes
         score_points(monitor_set, tmp_path)
     assert message in str(told.value)
     assert "\n" not in str(told.value)
+
+
+def test_points_need_the_monitor_in_mm(monitor_set, tmp_path, capsys):
+    without = replace(
+        monitor_set, folder=tmp_path, target=ActiveGrid(monitor_set.target.monitor_px)
+    )
+    shutil.copytree(monitor_set.folder, tmp_path, dirs_exist_ok=True)
+    write_set(without)
+    assert main(["score", str(tmp_path), "--points", str(tmp_path / "truth")]) == 2
+    err = capsys.readouterr().err.splitlines()[-1]
+    assert err.startswith(f"raxel: {tmp_path / 'set.yaml'}: target.monitor_mm: null, ")
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.zeros((120, 160, 2), complex), "found complex128"),
+        (np.zeros((120, 160, 2), bool), "points_mm: found bool"),
+        (np.zeros((120, 160, 2), "U1"), "points_mm: found <U1"),
+    ],
+)
+def test_points_that_are_no_numbers(monitor_set, tmp_path, points, message):
+    np.savez(tmp_path / f"{monitor_set.views[0].label}.npz", points_mm=points)
+    with pytest.raises(InputError) as told:
+        score_points(monitor_set, tmp_path)
+    assert message in str(told.value)
+
+
+def test_points_of_absurd_size_are_gross(monitor_set, tmp_path):
+    view = monitor_set.views[0].label
+    for one in monitor_set.views:
+        shutil.copy(monitor_set.folder / "truth" / f"{one.label}.npz", tmp_path)
+    with np.load(tmp_path / f"{view}.npz") as stored:
+        points = stored["points_mm"]
+    np.savez(tmp_path / f"{view}.npz", points_mm=np.where(points > 0, 1e300, np.nan))
+    scored = score_points(monitor_set, tmp_path)
+    assert scored["views"][0]["gross"] == 1
+    assert scored["views"][1]["gross"] == 0
+
+
+def test_truth_without_one_corner_is_refused(board_set, tmp_path):
+    shutil.copytree(board_set.folder, tmp_path / "set")
+    path = tmp_path / "set" / "truth" / "corners.json"
+    truth = json.loads(path.read_text())
+    first = next(iter(truth["images"]))
+    truth["images"][first]["corners"] = [None] * 12
+    path.write_text(json.dumps(truth))
+    told = f"images.{first}.corners: none is given and certain"
+    with pytest.raises(InputError, match=told) as fault:
+        score_corners(load_set(tmp_path / "set"), true_boards(board_set))
+    assert "\n" not in str(fault.value)
 
 
 def test_a_camera_of_another_size_is_refused(board_set):
