@@ -5,6 +5,7 @@ from pathlib import Path
 
 from repro.page import style
 from repro.page.execute import main
+from repro.page.wording import literal
 from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
@@ -58,6 +59,63 @@ def half_of(number):
 if __name__ == "__main__":
     raise SystemExit("the notebook has no command line")
 """.replace("# show_code(csv_text)", "# show_code(check)")
+
+
+# What people may call a photograph, a set's camera, or a view.
+ODD = (
+    "<svg onload=alert(1)>.jpg",
+    "a\"b'.jpg",
+    "$x$.jpg",
+    "{eval-rst}`x`.jpg",
+    "`{raw} html`",
+    "[a](javascript:x).jpg",
+    "<javascript:alert(1)>",
+    "|.jpg",
+    "${HOME}.jpg",
+    "a\\|b\\",
+    "&lt;img src=x onerror=y&gt;",
+    "![a](b.png){onclick=z}",
+    "::::",
+    ":name: taken",
+    "# a *b* __c__ ~~d~~ #",
+    "1. one",
+    "- two",
+    "> three",
+    "</figcaption></td><script>4</script>",
+    "{{ titles }} {% raw %}",
+    "1.23456789",
+    "two\n\n<b>lines</b>",
+)
+ODD_PAGE = """# %% [markdown]
+# # {glue:text}`all`
+#
+# {glue:text}`all`
+#
+# {glue:text}`each`
+
+# %%
+import csv
+
+from repro.page.reader import base, show, show_table, value
+from repro.page.wording import literal
+
+
+def names():
+    '''Rows of the table.'''
+    with (base() / "ext_odd_names.csv").open(newline="") as file:
+        return [name for name, _ in csv.reader(file)][1:]
+
+
+# %% tags=["active-ipynb"]
+# value("all", "; ".join(map(literal, names())))
+
+# %% tags=["active-ipynb"]
+# value("each", "\\n\\n".join(map(literal, names())))
+
+# %% tags=["active-ipynb"]
+# show_table("ext_odd_names")
+
+"""
 
 
 LIBRARY = '''"""Lines: M = [a|b], `nan` where not valid."""
@@ -161,3 +219,21 @@ def small_checkout(root):
     mirror(source, root / "report" / "source")
     write_atomic(root / "data" / "recorded" / "README.md", "# Your own photographs\n")
     return base
+
+
+def odd_page(root, base):
+    """A page, a table and a figure for every name of ODD; returns the page's file."""
+    about = {"evidence": "photograph", "results": {}, "scene": True}
+    about |= {"source": ["ch02_sample/s6_odd/page.py", "names"]}
+    columns = {"name": ODD, "number": [1.0] * len(ODD)}
+    texts = {"caption": "; ".join(map(literal, ODD)), "texts": ["name"]}
+    write_atomic(base / "ext_odd_names.csv", csv_text(columns))
+    write_json(base / "ext_odd_names.json", about | texts | {"scene": False})
+    cells = []
+    for number, name in enumerate(ODD):
+        stem = base / f"ext_odd_{number}"
+        for ending in ("svg", "png", "csv", "html"):
+            write_atomic(stem.with_suffix(f".{ending}"), "<html></html>")
+        write_json(stem.with_suffix(".json"), about | {"caption": literal(name)})
+        cells.append(f'# %% tags=["active-ipynb"]\n# show("{stem.name}")\n')
+    return write_page(root, ODD_PAGE + "\n".join(cells), "s6_odd")

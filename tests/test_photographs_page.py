@@ -4,6 +4,7 @@ The sets are small and rendered; the study runs through the jobs of the workflow
 """
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -251,6 +252,32 @@ def test_a_generic_method_that_refuses_leaves_the_rest(drawn, tmp_path, monkeypa
     assert "gave no general camera (no board overlaps two others)" in texts[5]
     assert "cannot be compared" in texts[8]
     assert len([row for row in Study(result).held_out if row.own]) == 6
+
+
+def test_odd_names_are_shown_and_mean_nothing(drawn, tmp_path):
+    """In sentences and captions as Markdown; in figures no formula is read in them."""
+    shutil.copytree(drawn[1].path.parent, tmp_path / "results")
+    path = tmp_path / "results" / drawn[1].path.name
+    content = json.loads(path.read_text("utf-8"))
+    odd = "<svg onload=x> $\\frac$ `{eval-rst}`x` [a](javascript:x) |"
+    content["settings"] |= {"set": odd, "camera": odd, "source": odd, "licence": odd}
+    content["settings"]["images"] = [f"{i} {odd}" for i in range(6)]
+    for trial in content["trials"][:1]:
+        trial["values"] |= {"reason": odd, "zhang.reason": odd}
+    fit = next(i for i, c in enumerate(content["conditions"]) if c["part"] == "fit")
+    content["trials"][fit]["values"]["general.reason"] = f"{odd} 7"
+    path.write_text(json.dumps(content), "utf-8")
+    result = Result(path)
+    captions, texts = produce(result)
+    for text in [*captions, *texts]:
+        text = re.sub(r"\*\*.*\*\*", "", text)
+        assert not re.search(r"(?<!\\)[<$`\[|{]", text), text
+    assert odd.replace("<", "\\<").split()[0] in texts[0]
+    table = set_tables.ext_images({"photograph_study": result})
+    assert table.columns["Photograph"][0] == f"0 {odd}"
+    assert "Photograph" in table.texts
+    for draw in (pictures.ext_corners, fields.ext_cross_validation):
+        draw({"photograph_study": result}).figure.draw_without_rendering()
 
 
 @pytest.mark.parametrize("found", [0, 1])

@@ -1,12 +1,22 @@
 """What a page shows: labels, captions, numbers, and files that are missing."""
 
+import csv
 import json
+import string
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from markdown_it.renderer import RendererHTML
+from myst_parser.config.main import MdParserConfig
+from myst_parser.parsers.mdit import create_md_parser
 
 from repro.page import reader, wording
-from tests.small_checkouts import small_checkout
+from tests.small_checkouts import ODD, small_checkout
+
+EXTENSIONS = {"amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"}
+MYST = create_md_parser(MdParserConfig(enable_extensions=EXTENSIONS), RendererHTML)
 
 
 @pytest.fixture
@@ -133,3 +143,44 @@ def test_an_artefact_of_a_set_is_found_by_its_plain_name(tmp_path, monkeypatch):
     shown = reader.show("ext_corners")
     assert "/_extra/figures/ext_corners@my-set.svg" in shown.markdown
     assert 'href="../figures/ext_corners@my-set.csv"' in shown.markdown
+
+
+def only_text_of(markdown):
+    """The text of one paragraph or table cell of MyST that holds nothing else."""
+    begin, inline, end, *rest = MYST.parse(markdown)
+    assert (begin.type, end.type, rest) == ("paragraph_open", "paragraph_close", [])
+    assert {child.type for child in inline.children} <= {"text", "text_special"}
+    return "".join(child.content for child in inline.children)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.text(st.sampled_from(string.punctuation + " 1a\té"), min_size=1))
+def test_text_of_anybody_means_nothing_to_markdown(text):
+    wanted = " ".join(text.split())
+    if wanted:
+        assert only_text_of(wording.literal(text)) == wanted
+        assert wording.unescaped(wording.literal(text)) == wanted
+        assert wording.plain(wording.literal(text)) == wanted
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_an_odd_name_in_a_sentence_a_caption_and_a_cell(built, monkeypatch, name):
+    wanted = " ".join(name.split())
+    assert only_text_of(f"See {wording.literal(name)}.") == f"See {wanted}."
+    stem = built / "figures" / "quick" / "ext_images@one"
+    with stem.with_suffix(".csv").open("w", newline="") as file:
+        csv.writer(file).writerows([["Photograph", "Corners"], [name, "1.234567"]])
+    about = json.loads(stem.with_suffix(".json").read_text()) | {
+        "texts": ["Photograph"], "caption": wording.literal(name)
+    }  # fmt: skip
+    stem.with_suffix(".json").write_text(json.dumps(about))
+    markdown = shown(built, "one", monkeypatch)
+    table = "\n".join(x for x in markdown.splitlines() if x.startswith("| "))
+    cells = [t for t in MYST.parse(table) if t.type == "inline"]
+    assert [len(cells), cells[-1].content] == [4, "1.235"]
+    assert {c.type for c in cells[2].children} <= {"text", "text_special"}
+    assert "".join(c.content for c in cells[2].children) == wanted
+
+
+def test_control_characters_do_not_reach_a_page():
+    assert wording.literal("a\x1b[31mb\u202ec\x00\n") == r"a \[31mb c"

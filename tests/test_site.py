@@ -1,6 +1,8 @@
 """From notebooks to the site: rendering only what changed, and nothing stale."""
 
+import json
 import re
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -9,7 +11,55 @@ from repro.page.notebook import PageError
 from repro.site import assemble
 from repro.site.check import check_site
 from repro.site.sphinx import build_site, without_source
-from tests.small_checkouts import PAGE, ROOT, run, small_checkout, write_page
+from tests.small_checkouts import (
+    ODD,
+    PAGE,
+    ROOT,
+    odd_page,
+    run,
+    small_checkout,
+    write_page,
+)
+
+
+class Elements(HTMLParser):
+    """Elements and text of a page: what a browser makes of it."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.alts, self.text = [], [], ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+        self.alts += [value for name, value in attrs if name == "alt"]
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def check_nothing_got_in(site):
+    """Every odd name stands on its page as it is, and is nothing but text anywhere."""
+    shown = Elements((site / "ch02_sample" / "s6_odd.html").read_text("utf-8"))
+    text, alts = (" ".join(t.split()) for t in (shown.text, "\n".join(shown.alts)))
+    for name in (" ".join(name.split()) for name in ODD):
+        # Title, both paragraphs, caption, cell, a figure of its own; curled quotes.
+        curled = name.replace('"', "\u201d").replace("'", "\u2019")
+        assert max(text.count(name), text.count(curled)) >= 5, name
+        assert name in alts
+    for path in site.rglob("*.html"):
+        for _, attrs in Elements(path.read_text("utf-8")).found:
+            assert not [name for name in attrs if name.startswith("on")], path
+            address = f"{attrs.get('href')} {attrs.get('src')}".lower()
+            assert "javascript:" not in address, path
+    # The index of the search is data; the script that shows its titles escapes them.
+    script = (site / "_static" / "searchtools.js").read_text("utf-8")
+    assert "linkEl.innerHTML = _escapeHTML(title)" in script
+    book = json.loads((site / "notebooks/ch02_sample/s6_odd.ipynb").read_text("utf-8"))
+    outputs = [o for cell in book["cells"] for o in cell.get("outputs", ())]
+    pages = ["".join(o["data"].get("text/html", "")) for o in outputs]
+    tags = {tag for page in pages for tag, _ in Elements(page).found}
+    assert tags <= {"figure", "img", "figcaption", "table", "caption", "tr", "th", "td"}
 
 
 def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
@@ -23,11 +73,14 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
 
     def build():
         boards = (base / "scoreboard.md", base / "scoreboard.json")
-        assemble.assemble(tmp_path, "quick", [book], *boards, source)
+        assemble.assemble(tmp_path, "quick", [book, odd], *boards, source)
         return build_site(source, site)
 
     assert run(write_page(tmp_path, PAGE).relative_to(tmp_path), book) == 0
+    odd = book.with_stem("s6_odd")
+    assert run(odd_page(tmp_path, base).relative_to(tmp_path), odd) == 0
     build()
+    check_nothing_got_in(site)
     assert check_site(site) == []
     text = (site / "ch02_sample" / "s5_page.html").read_text("utf-8")
     assert "The value is 0.1134 px (0.1110 to 0.1162); half of it is 0.75 px." in text

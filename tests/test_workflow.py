@@ -4,8 +4,11 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
+from contextlib import suppress
 from pathlib import Path
 from textwrap import dedent
 
@@ -112,19 +115,26 @@ def small_checkout(root: Path) -> Path:
 
 def build(root: Path, target: str = "ch02") -> tuple[int, str]:
     """Exit status and what the terminal shows."""
+    with started(root, target) as process:
+        text = process.communicate()[0]
+    return process.returncode, text
+
+
+def started(root: Path, target: str = "ch02") -> subprocess.Popen:
+    """A build in a session of its own."""
     environment = os.environ | {
         "PYTHONPATH": f"{root / 'lib'}{os.pathsep}{root}",
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "XDG_CACHE_HOME": str(root / ".cache"),
     }
-    done = subprocess.run(
+    return subprocess.Popen(
         [
-            sys.executable, "-m", "repro.workflow.build", target,
+            sys.executable, "-m", "repro.workflow", target,
             "--effort", "quick", "--cores", "2",
         ],
-        cwd=root, env=environment, capture_output=True, text=True, check=False,
+        cwd=root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, start_new_session=True,
     )  # fmt: skip
-    return done.returncode, done.stdout + done.stderr
 
 
 def jobs(text: str) -> set[str]:
@@ -220,6 +230,52 @@ def test_a_failing_job_shows_its_reason_and_what_was_cut_is_made_again(checkout)
         assert f"{name} was damaged: it will be made again\n" in text
         assert (checkout / name).read_bytes() == content, name
     assert json.loads(result.read_text()) == before
+
+
+HOLD = """
+
+def hold():
+    import pathlib, subprocess
+    pathlib.Path("begun").touch()
+    subprocess.run(["sleep", "60"])
+"""
+
+
+def in_session(leader: int) -> list[str]:
+    """Commands that run in a session."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            fields = (path / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[3]) == leader and fields[0] != "Z":
+                found.append((path / "cmdline").read_text())
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks /proc")
+def test_an_interrupted_build_ends_in_one_line_and_leaves_no_process(checkout):
+    dice = checkout / "lib" / "raxel" / "dice.py"
+    before = dice.read_text()
+    held = before.replace("def throw(rng):", "def throw(rng):\n    hold()")
+    dice.write_text(held + HOLD)
+    with started(checkout, "fig_2_3") as process:
+        for _ in range(1200):
+            if (checkout / "begun").exists() or process.poll() is not None:
+                break
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGINT)
+        text = process.communicate(timeout=30)[0]
+    dice.write_text(before)
+    assert process.returncode == 130, text
+    last = "make fig_2_3: interrupted; what is finished stays, run it again to go on"
+    lines = text.splitlines()
+    assert lines[-1] == last
+    assert "Traceback" not in text
+    assert "FAILED" not in text
+    assert in_session(process.pid) == []
+    assert not [*(checkout / "figures").rglob(".*")]
+    status, text = build(checkout, "fig_2_3")
+    assert status == 0, text
 
 
 def test_an_unknown_target_is_refused_in_one_line(checkout):

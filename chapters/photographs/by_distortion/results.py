@@ -6,6 +6,7 @@ from collections import Counter
 
 from chapters.shared.photographs.compared import FEWEST_DECIDING, twins
 from chapters.shared.photographs.reading import MODELS, NAMES
+from repro.page.wording import literal
 
 
 def brought(results, sets):
@@ -25,7 +26,7 @@ def brought(results, sets):
     text += f" {_judged(len(usable), len(sets))}"
     for one in sets:
         if not one.comparable:
-            text += f" {one.name}: {one.outcome}."
+            text += f" {one.name}: {literal(one.outcome)}."
     return text
 
 
@@ -85,7 +86,7 @@ def _said_better(outcome):
         NAMES["general"]: "the general camera predicts better",
         NAMES["zhang"]: "Zhang's model predicts better",
     }
-    return said.get(outcome, outcome)
+    return said.get(outcome, literal(outcome))
 
 
 def corrected(sets):

@@ -34,6 +34,7 @@ def ext_real_by_distortion(results):
         "corners that both models have a ray for. Corrected: what is left in the "
         "distortion-free view after a homography, as in Table 2.2."
         + _said_of_twins(study),
+        texts=("Set", "Better"),
     )
 
 

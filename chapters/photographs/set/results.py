@@ -14,26 +14,26 @@ from chapters.shared.photographs.reading import (
     column,
     decided,
     paired,
-    plain,
     share_with_ray,
 )
 from repro.judge.statistics import (
     median_interval,
     wins,
 )
+from repro.page.wording import literal
 
 
 def title(study):
     """The set's name, and what the camera is, up to the first comma."""
-    camera = re.split(r"[,;:(]", plain(study.settings["camera"]))[0].strip()
-    name = plain(study.settings["set"])
+    camera = literal(re.split(r"[,;:(]", study.settings["camera"])[0])
+    name = literal(study.settings["set"])
     return f"{name}: {camera}" if camera else name
 
 
 def about(study):
     """What was photographed, with what, and in which unit lengths come out."""
     s = study.settings
-    camera = plain(s["camera"])
+    camera = literal(s["camera"])
     text = f"The camera: {camera}. " if camera else ""
     text += f"Its images are {s['width_px']} × {s['height_px']} px. "
     if s["target"] != "chessboard":
@@ -58,7 +58,7 @@ def about(study):
 def origin(study):
     """Where the photographs come from, as set.yaml tells it."""
     source, licence = (
-        plain(study.settings[k]) for k in ("source", "licence")
+        literal(study.settings[k]) for k in ("source", "licence")
     )
     if not source:
         return "The set does not say where its photographs come from."
@@ -90,7 +90,7 @@ def zhang(study):
     """The camera of Zhang's method, or why there is none."""
     why = study.refusal("zhang")
     if why:
-        return f"Zhang's method gave no camera ({because(why)})."
+        return f"Zhang's method gave no camera ({literal(because(why))})."
     n = {
         name: study.fit(f"zhang.{name}")
         for name in (
@@ -115,9 +115,7 @@ def general(study):
     """The camera of the generic method, or why there is none."""
     why = study.refusal("general")
     if why:
-        return (
-            f"The generic method gave no general camera ({because(why)})."
-        )
+        return f"The generic method gave no general camera ({literal(because(why))})."
     boards = len(study.in_sample)
     used = int(study.fit("general.boards"))
     text = (
@@ -135,7 +133,9 @@ def kept_out(study):
     """How many photographs were kept out, in how many parts, with what failures."""
     rows = [row for row in study.held_out if row.own]
     if not rows:
-        whys = {because(study.why_nothing_kept_out(m)) for m in NAMES}
+        whys = {
+            literal(because(study.why_nothing_kept_out(m))) for m in NAMES
+        }
         return (
             "No photograph could be judged by a camera that was calibrated without "
             f"it ({'; '.join(sorted(whys))})."
@@ -263,7 +263,8 @@ def _photographs(count):
 
 def _counted(reasons):
     return "; ".join(
-        because(reason) + (f" ({count} times)" if count > 1 else "")
+        literal(because(reason))
+        + (f" ({count} times)" if count > 1 else "")
         for reason, count in reasons.most_common()
     )
 

@@ -17,6 +17,7 @@ from chapters.shared.grid_detectors import (
 )
 from chapters.shared.photographs.reading import NAMES, column, pooled_rms
 from repro.judge.statistics import median_interval
+from repro.page.wording import literal
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 
@@ -41,7 +42,7 @@ def models_table(study):
     ]
     made = [_model_row(study, *row) for row in rows]
     refused = [
-        f"{NAMES[model]}: {study.refusal(model)}."
+        f"{NAMES[model]}: {literal(study.refusal(model))}."
         for model in NAMES
         if study.refusal(model)
     ]
@@ -98,6 +99,7 @@ def images_table(study):
         "Every photograph. Errors are RMS residuals in px when the photograph was "
         "kept out of the calibration; shared corners are those that both models "
         "have a ray for.",
+        texts=("Photograph", "Remark"),
     )
 
 

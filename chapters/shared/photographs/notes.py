@@ -18,4 +18,5 @@ def note(axes, text, width=34):
         va="center",
         fontsize=9,
         transform=axes.transAxes,
+        parse_math=False,
     )

@@ -260,9 +260,8 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
 
 
 def because(reason):
-    """A refusal in Markdown, without the name of the method that it begins with."""
-    begins = r"^(Zhang's method|generic calibration): "
-    return plain(re.sub(begins, "", reason))
+    """A refusal without the name of the method that it begins with."""
+    return re.sub(r"^(Zhang's method|generic calibration): ", "", reason)
 
 
 def decided(won):
@@ -272,8 +271,3 @@ def decided(won):
     few of them p cannot be small.
     """
     return won.p < SIGNIFICANCE and won.ratio.low >= LEAST_RATIO
-
-
-def plain(text):
-    """Text from set.yaml without marks that Markdown would take for its own."""
-    return " ".join(re.sub(r"[\\`*\[\]<>$|{}#]", "", text).split())

@@ -44,6 +44,7 @@ def draw(
             "results": read,
             "check": _check(made),
             "scene": bool(found.details.get("scene")),
+            "texts": list(getattr(made, "texts", ())),
             "source": [found.path, found.function],
         },
     )

@@ -21,7 +21,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from repro.page.templates import part, render
-from repro.page.wording import alike, label, number_in, plain, rounded
+from repro.page.wording import (
+    alike,
+    label,
+    literal,
+    number_in,
+    plain,
+    rounded,
+    unescaped,
+)
 from repro.run.discover import page_module, result_ids
 from repro.run.results import Result, opened
 from repro.run.sets_of_report import name_of
@@ -127,7 +135,8 @@ def show(artefact: str) -> Shown:
             part("anchor", artefact) + "\n",
             f"::::{{figure}} /_extra/figures/{name}.svg",
             f":name: {_label_id(name)}",
-            f":alt: {alt}",
+            # In quotes, as YAML: a caption may begin with what is special there.
+            f":alt: {json.dumps(alt, ensure_ascii=False)}",
             f":target: {_up()}figures/{name}.svg",
             "",
             f"{_titled(artefact, caption)}",
@@ -146,20 +155,31 @@ def show(artefact: str) -> Shown:
         alt=alt,
         data=data,
         label=label(artefact),
-        caption=" ".join(caption.split()),
+        caption=unescaped(" ".join(caption.split())),
     )
     return Shown(markdown, page)
 
 
 def show_table(artefact: str, digits: int = 4) -> Shown:
-    """A regenerated table, numbers to ``digits`` digits; the CSV has all of them."""
+    """A regenerated table, numbers to ``digits`` digits; the CSV has all of them.
+
+    Columns that the table calls texts are shown as they stand, the others as Markdown.
+    """
     name = _identified(artefact, base())
     about = _described(name)
     path = _needed(base() / f"{name}.csv", artefact)
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file))
-    columns = [alike(list(column), digits) for column in zip(*rows, strict=True)]
+    texts = [name in about.get("texts", ()) for name in head]
+    columns = [
+        column if text else alike(list(column), digits)
+        for column, text in zip(zip(*rows, strict=True), texts, strict=bool(rows))
+    ]
     cells = [list(row) for row in zip(*columns, strict=True)]
+    written = [
+        [literal(c) if text else c for c, text in zip(row, texts, strict=True)]
+        for row in cells
+    ]
     numeric = [
         bool(rows) and all(number_in(row[place]) is not None for row in rows)
         for place in range(len(head))
@@ -171,7 +191,7 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
             f"::::{{table}} {titled}",
             f":name: {_label_id(name)}",
             "",
-            pipe_table(head, cells, numeric),
+            pipe_table(head, written, numeric),
             "::::",
             "",
             f":::{{div}} raxel-links\n{_links(name, about, ('csv',))}\n:::",
@@ -183,7 +203,7 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         "table",
         artefact=artefact,
         label=label(artefact),
-        caption=" ".join(about["caption"].split()),
+        caption=unescaped(" ".join(about["caption"].split())),
         head=head,
         rows=cells,
     )
@@ -210,7 +230,7 @@ def pipe_table(head: list[str], rows: list[list[str]], numeric: list[bool]) -> s
     rule = ["---:" if right else "---" for right in numeric]
     lines = [head, rule, *rows]
     return "\n".join(
-        "| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |"
+        "| " + " | ".join(re.sub(r"(?<!\\)\|", r"\|", cell) for cell in line) + " |"
         for line in lines
     )
 

@@ -11,6 +11,8 @@ TINY = 1e-3  # numbers below it read better as 2e-14
 NEAR_ONE = 1e-12  # below this, rounding errors of the computation
 # Larger numbers are written with an exponent.
 PLAIN_BELOW = 1e6
+ESCAPED = r"\\([!-/:-@\[-`{-~])"  # in Markdown, any mark of punctuation can be
+ASIDE = 0xE000  # a range that no text uses
 NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
 
 
@@ -63,11 +65,36 @@ def label(artefact: str) -> str:
     return f"{NAMES[kind]} {number.replace('_', '.')}"
 
 
+def literal(text: str) -> str:
+    """Text that anybody wrote as MyST that shows it and means nothing else, one line.
+
+    Names of photographs and sets, and reasons that quote them, may hold whatever a
+    file's name can: HTML, roles, links, formulae, bars of a table.
+    """
+    line = "".join(c if c.isprintable() else " " for c in text)
+    line = re.sub(r"[\\`*_\[\]<>$#|{}~^&!]", r"\\\g<0>", " ".join(line.split()))
+    # What begins a line may begin a list, a fence, an option of a directive.
+    return re.sub(r"^(\d*)([%+\-=:.)(@'\"])", r"\1\\\2", line)
+
+
+def unescaped(text: str) -> str:
+    """Markdown without its backslashes, but for those of a formula."""
+    found = re.compile(rf"{ESCAPED}|\$[^$]*\$")
+    return found.sub(lambda m: m[1] or m[0], text)
+
+
 def plain(text: str) -> str:
     """A caption without markup, on one line."""
+    # What is escaped is no markup: it is out of the way meanwhile.
+    text = re.sub(ESCAPED, lambda m: chr(ASIDE + ord(m[1])), text)
     text = re.sub(r"\\(?:mathrm|text|mathbf)\{([^}]*)\}", r"\1", text)
     text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
-    return " ".join(re.sub(r"[$*`\\{}]", "", text).split())
+    text = " ".join(re.sub(r"[$*`\\{}]", "", text).split())
+    return re.sub("[\ue000-\ue07f]", lambda m: chr(ord(m[0]) - ASIDE), text)
+
+
+def _back(found: re.Match) -> str:
+    return chr(ord(found[0]) - ASIDE)
 
 
 def number_in(text: str) -> float | None:

@@ -89,8 +89,13 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: column name -> cells, with its own check where it has one."""
+    """A table: column name -> cells, with its own check where it has one.
+
+    Captions and cells are Markdown, but for the columns in ``texts``: what anybody may
+    have written stands in these, such as names of photographs.
+    """
 
     columns: Mapping[str, Sequence]
     caption: str
     check: Check | None = None
+    texts: Sequence[str] = ()

@@ -25,7 +25,7 @@ from pathlib import Path
 
 from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.notebook import PageError
-from repro.page.wording import plain
+from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
 from repro.site.api_reference import api_pages
 from repro.site.mirror import Content, files_below, mirror
@@ -34,6 +34,7 @@ from repro.site.source_pages import source_page
 from repro.site.times import times_of
 
 GUIDES = "guides"
+SHOWN = (".svg", ".png", ".csv", ".html")
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def _chapter(root: Path, folder: str, pages: list[Path]) -> Chapter:
 
 
 def title_of(path: Path) -> str:
-    """First heading of a notebook or Markdown page, as plain text."""
+    """First heading of a notebook or Markdown page, as it stands there."""
     found = re.search(r"^# +(.+)$", _markdown(path), flags=re.M)
     if not found:
         raise PageError(f"{path}: no heading; a page begins with a line '# Title'")
@@ -159,10 +160,10 @@ def title_of(path: Path) -> str:
 
 
 def summary_of(path: Path) -> str:
-    """First paragraph below the first heading, as plain text; empty for none."""
+    """First paragraph below the first heading, without markup; empty for none."""
     _, _, rest = re.split(r"^(# +.+)$", _markdown(path), maxsplit=1, flags=re.M)
     first = next((part for part in rest.split("\n\n") if part.strip()), "").strip()
-    return "" if re.match(r"[#|:`$<-]", first) else plain(first)
+    return "" if re.match(r"[#|:`$<-]", first) else literal(plain(first))
 
 
 def _markdown(path: Path) -> str:
@@ -201,7 +202,7 @@ def _extra(
     kept: dict[str, Content] = {"scoreboard.json": rows}
     named = {path.stem for path in pages}
     for path in sorted(base.glob("*")):
-        if path.suffix in (".svg", ".png", ".csv", ".html") and _is_of(path, named):
+        if path.suffix in SHOWN and _is_of(path, named):
             kept[f"figures/{path.name}"] = path
     for path in sorted((base / "results").glob("*.json")):
         if not _is_of(path, named):
@@ -219,10 +220,12 @@ def _extra(
 def _is_of(path: Path, pages: set[str]) -> bool:
     """Whether a file is of this build: what is of an image set, of one with a page.
 
-    Pictures of a set of an earlier build may be somebody's private photographs.
+    Pictures of a set of an earlier build may be somebody's private photographs. What a
+    killed job has not finished has a dot before its name.
     """
     _, at, image_set = path.name.partition("@")
-    return not at or any(image_set.startswith(f"{name}.") for name in pages)
+    own = not at or any(image_set.startswith(f"{name}.") for name in pages)
+    return own and not path.name.startswith(".")
 
 
 def _log(run: Path) -> str:

@@ -230,7 +230,8 @@ def held_out_errors(study):
     for place, (quantity, label) in zip(axes, QUANTITIES, strict=True):
         _errors_of(place, rows, kind, quantity)
         place.set_xlabel(label)
-    names = [row.image.name for row in rows]
+    # An escaped dollar is a dollar; a pair of bare ones would enclose a formula.
+    names = [row.image.name.replace("$", r"\$") for row in rows]
     axes[0].yaxis.set_major_locator(FixedLocator(range(len(rows))))
     axes[0].yaxis.set_major_formatter(FixedFormatter(names))
     axes[0].tick_params(axis="y", labelsize=8 if len(rows) < 40 else 5)

@@ -14,6 +14,7 @@ from chapters.shared.photographs.notes import EMPTY_IN, note
 from chapters.shared.photographs.reading import MODELS, NAMES
 from repro.page.style import WIDTH_IN
 from repro.page.style import figure as new_figure
+from repro.page.wording import literal
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -85,7 +86,11 @@ def _one_photograph(axes, image, width_px, size, characters):
     )
     use = "" if image.use == "calibrate" else " (evaluation)"
     axes.set_title(
-        image.name + use, fontsize=size, fontweight="normal", pad=2
+        image.name + use,
+        fontsize=size,
+        fontweight="normal",
+        pad=2,
+        parse_math=False,
     )
     if not image.found:
         axes.text(
@@ -95,6 +100,7 @@ def _one_photograph(axes, image, width_px, size, characters):
             ha="center",
             va="center",
             fontsize=size,
+            parse_math=False,
             bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none"},
         )
         return
@@ -196,9 +202,9 @@ def undistorted_views(study):
     return Drawing(
         drawn,
         data,
-        f"{image.name}, as taken and as a camera without distortion would see it, "
-        f"looking where {centre} does, at {100 * zoom:.0f} % of the size there. "
-        "Straight edges of the scene must be straight.",
+        f"{literal(image.name)}, as taken and as a camera without distortion would "
+        f"see it, looking where {centre} does, at {100 * zoom:.0f} % of the size "
+        "there. Straight edges of the scene must be straight.",
     )
 
 
