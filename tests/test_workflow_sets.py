@@ -12,6 +12,7 @@ import pytest
 from repro.run import discover
 from repro.run.sets_of_report import faulty_sets, name_of, set_files, sets_of_report
 from repro.workflow import build as orders
+from repro.workflow.terminal import say
 from repro.workflow.work import Work
 from tests.image_sets import description, write_description
 from tests.test_workflow import ROOT, build, jobs, small_checkout
@@ -252,6 +253,11 @@ def test_a_faulty_set_stops_only_what_shows_it(checkout, capsys):
         with pytest.raises(orders.OrderError, match=r"^[^\n]*wrong/set.yaml[^\n]*$"):
             orders._mind_faulty_sets(planned, target)
     shutil.rmtree(folder)
+
+
+def test_nothing_that_a_terminal_obeys_is_said(capsys):
+    say("left out: \x1b[2Ja\u202eb\x07: é")
+    assert capsys.readouterr().err == "left out:  [2Ja b : é\n"
 
 
 def test_two_sets_with_one_page_name_are_told(tmp_path):

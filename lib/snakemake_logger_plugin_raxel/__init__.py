@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from logging import LogRecord
 from pathlib import Path
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
+
+from repro.workflow.terminal import say
 
 REASONS = {
     "Missing output files": "not made yet",
@@ -84,15 +85,11 @@ class LogHandler(LogHandlerBase):
         elif event in (LogEvent.ERROR, None) and record.levelno >= 40:
             text = record.getMessage()
             if not text.startswith(SAID_ALREADY):
-                print(text, file=sys.stderr, flush=True)
+                say(text)
 
     def _say(self, text: str) -> None:
         seconds = time.monotonic() - self._begin
-        print(
-            f"[{self._done:3d}/{self._total} {seconds:5.0f} s] {text}",
-            file=sys.stderr,
-            flush=True,
-        )
+        say(f"[{self._done:3d}/{self._total} {seconds:5.0f} s] {text}")
 
     def _failed(self, record: LogRecord) -> None:
         self._say(f"FAILED: {self._jobs.get(record.jobid, record.rule_name)}")
@@ -100,5 +97,5 @@ class LogHandler(LogHandlerBase):
             path = Path(str(name))
             if path.is_file():
                 lines = path.read_text("utf-8", "replace").strip().splitlines()
-                print("\n".join(lines[-6:]), file=sys.stderr)
-                print(f"The whole log: {path}", file=sys.stderr, flush=True)
+                say("\n".join(lines[-6:]))
+                say(f"The whole log: {path}")

@@ -41,7 +41,7 @@ def exercise_corner(study):
         index = int(study.array("calibrated", part="fit")[0])
         image = study.images[index]
         T = study.array("zhang.T_camera_grid", part="fit")[0]
-        k = len(image.corners) - 1
+        k = np.flatnonzero(np.isfinite(image.corners[:, 0]))[-1]
         pitch = study.settings["pitch_mm"] or 1.0
         point = pitch * np.array(
             [k % image.columns, k // image.columns], float

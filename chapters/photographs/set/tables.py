@@ -116,7 +116,9 @@ def _image_row(study, image, row):
     shared = error("same", "zhang", "corners")
     return {
         "Photograph": image.name if image else "",
-        "Corners": len(image.corners) if image else 0,
+        "Corners": int(np.isfinite(image.corners[:, 0]).sum())
+        if image
+        else 0,
         "Shared": NONE if shared == NONE else int(shared),
         "Zhang, all": error("own", "zhang"),
         "Zhang, shared": error("same", "zhang"),

@@ -66,6 +66,8 @@ def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
 
 def _not_arrived(folder: Path) -> bool:
     """Whether set.yaml lists images, and none of them lies in the folder."""
+    if not (folder / "set.yaml").is_file():
+        return False
     try:
         views = read_yaml(folder / "set.yaml")["views"]
         images = [str(view["image"]) for view in views]

@@ -5,7 +5,8 @@
 A page must work from a folder on a disk without a network. So links are files (a folder
 would show a listing), anchors exist, images say what they show, and scripts, styles,
 fonts and images come from the site itself. Links that a reader may follow to the world
-outside are fine.
+outside are fine. No code stands in an address or an attribute: a name that somebody
+gave a photograph would be the way in.
 """
 
 from __future__ import annotations
@@ -80,6 +81,9 @@ class HtmlPage(HTMLParser):
         self.ids |= {given[key] for key in ("id", "name") if given.get(key)}
         self._inside = tag if tag in ("style", "script") else ""
         self._in_figure = self._in_figure or tag == "figure"
+        handlers = sorted(name for name in given if name.startswith("on"))
+        if handlers:
+            self.faults.append((line, f"{tag} with {handlers[0]}: code in a name?"))
         if tag == "img" and "alt" not in given:
             self.faults.append((line, "image without alt text"))
         if tag == "img" and self._in_figure and not given.get("alt", "x").strip():
@@ -158,8 +162,10 @@ def _fault(
     shown = reference.address
     if parts.scheme in ("http", "https") or parts.netloc:
         return f"loads {shown} from a host" if reference.loaded else None
-    if parts.scheme in ("data", "mailto", "javascript"):
+    if (parts.scheme == "data" and reference.loaded) or parts.scheme == "mailto":
         return None
+    if parts.scheme in ("data", "javascript"):
+        return f"link {shown[:40]}: code or content in an address"
     if parts.scheme:
         return f"link {shown}: unknown scheme"
     if parts.path.startswith("/"):

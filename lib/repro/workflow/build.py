@@ -23,6 +23,7 @@ from repro.workflow.changes import remember, say_changes
 from repro.workflow.forks import warm_jobs
 from repro.workflow.intact import drop_damaged
 from repro.workflow.interruption import stopped_by_signals
+from repro.workflow.terminal import say
 from repro.workflow.work import Work
 
 INTERRUPTED = "interrupted; what is finished stays, run it again to go on"
@@ -41,10 +42,10 @@ def main(argv: list[str] | None = None) -> int:
         with _only_build(root):
             return _build(root, options)
     except (OrderError, ValueError) as error:
-        print(f"make {options.target}: {error}", file=sys.stderr)
+        say(f"make {options.target}: {error}")
         return 1
     except KeyboardInterrupt as end:
-        print(f"make {options.target}: {INTERRUPTED}", file=sys.stderr)
+        say(f"make {options.target}: {INTERRUPTED}")
         return 128 + (end.args[0] if end.args else signal.SIGINT)
 
 
@@ -113,7 +114,7 @@ def _mind_faulty_sets(work: Work, target: str) -> None:
     if of_set or (faults and _shows_sets(work, target)):
         raise OrderError(of_set or "; ".join(faults.values()))
     for fault in faults.values():
-        print(f"left out: {fault}", file=sys.stderr)
+        say(f"left out: {fault}")
 
 
 def _shows_sets(work: Work, target: str) -> bool:
@@ -249,7 +250,7 @@ def _say_where(work: Work, targets: list[str], changed: bool) -> None:
             ):
                 path = path.with_suffix(ending)
                 break
-        print(f"{what}Look at {path}", file=sys.stderr)
+        say(f"{what}Look at {path}")
 
 
 @contextmanager

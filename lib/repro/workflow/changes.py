@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 
 from repro.run.jobs import CODE
 from repro.run.results import write_json
+from repro.workflow.terminal import say
 from repro.workflow.work import Work
 
 KINDS = ("experiment", "figure", "table")
@@ -51,4 +51,4 @@ def say_changes(work: Work) -> None:
             names = sorted({name for name, _ in old ^ parts.items()})
             reasons.setdefault(", ".join(names[:4]), []).append(identifier)
     for names, identifiers in reasons.items():
-        print(f"changed: {names} -> {', '.join(identifiers)}", file=sys.stderr)
+        say(f"changed: {names} -> {', '.join(identifiers)}")

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 from repro.run.results import write_json
 from repro.workflow.job import hash_of, stat_of
+from repro.workflow.terminal import say
 from repro.workflow.work import Work
 
 MOST_SAID = 10
@@ -38,10 +38,10 @@ def drop_damaged(work: Work) -> None:
         elif any(stat_of(work.root / n) != known[:2] for n, known in files.items()):
             _remember(work.root, record, files)
     for name in said[:MOST_SAID]:
-        print(f"{name} was damaged: it will be made again", file=sys.stderr)
+        say(f"{name} was damaged: it will be made again")
     if len(said) > MOST_SAID:
         more = len(said) - MOST_SAID
-        print(f"{more} more files were damaged: the same", file=sys.stderr)
+        say(f"{more} more files were damaged: the same")
 
 
 def _files(record: Path) -> dict[str, list]:
