@@ -155,6 +155,23 @@ def test_a_warning_fails_the_site_every_time(tmp_path):
     assert not site.exists()
 
 
+def test_after_a_run_that_was_killed_no_page_counts_as_done(tmp_path, monkeypatch):
+    state = tmp_path / "doctrees" / "environment.pickle"
+    state.parent.mkdir()
+    state.touch()
+    there = []
+
+    def killed(*_, **__):
+        there.append(state.exists())
+        raise SystemExit(143)
+
+    monkeypatch.setattr("subprocess.run", killed)
+    for _ in range(2):
+        with pytest.raises(SystemExit):
+            build_site(tmp_path / "source", tmp_path / "site")
+    assert there == [True, False]
+
+
 def test_what_has_no_source_any_more_leaves_the_site(tmp_path):
     source, built = tmp_path / "source", tmp_path / "html"
     kept = {

@@ -24,9 +24,14 @@ def build_site(source: Path, out: Path) -> list[str]:
 
     Sphinx keeps its state beside ``source`` and renders only pages whose source
     changed. A warning is an error. Then the state goes too: a page with a warning would
-    otherwise count as done, and the next run would pass.
+    otherwise count as done, and the next run would pass. So would a page that Sphinx
+    was writing when it was killed.
     """
     state, built = source.parent / "doctrees", source.parent / "html"
+    begun = source.parent / "sphinx.begun"
+    if begun.exists():
+        shutil.rmtree(state, ignore_errors=True)
+    begun.touch()
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-W", "--keep-going", "-N"]
     command += ["-d", str(state), str(source), str(built)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -34,6 +39,7 @@ def build_site(source: Path, out: Path) -> list[str]:
     if run.returncode:
         shutil.rmtree(state, ignore_errors=True)
         raise PageError(_first_complaint(run.stderr, source))
+    begun.unlink()
     for name in without_source(source, built):
         (built / name).unlink()
     wanted: dict[str, Content] = {

@@ -18,9 +18,12 @@ def main(words):
     variables = [f"{name}={value}" for name, value in os.environ.items()]
     parts = [os.getcwd(), str(len(words)), *words, *variables]
     asked = b"\0".join(os.fsencode(part) for part in parts)
-    socket.send_fds(connection, [len(asked).to_bytes(8, "big")], [1, 2])
-    connection.sendall(asked)
-    answer = connection.recv(1)
+    try:
+        socket.send_fds(connection, [len(asked).to_bytes(8, "big")], [1, 2])
+        connection.sendall(asked)
+        answer = connection.recv(1)
+    except ConnectionError:
+        answer = b""
     if not answer:
         print("the job ended without a word (killed? out of memory?)", file=sys.stderr)
     return answer[0] if answer else 1
