@@ -15,7 +15,7 @@ from repro.workflow.forks import ADDRESS, PINNED, warm_jobs
 ROOT = Path(__file__).resolve().parents[1]
 ASK = ROOT / "lib" / "repro" / "workflow" / "ask.py"
 SAMPLE = """
-import os, sys, time
+import os, subprocess, sys, time
 
 def main(words):
     if words[0] == "say":
@@ -25,6 +25,14 @@ def main(words):
     if words[0] == "sleep":
         print(os.getpid(), flush=True)
         time.sleep(60)
+    if words[0] == "half":
+        from raxel.files import replacing
+
+        with replacing("whole.json") as temporary:
+            temporary.write_text("{")
+            waiting = subprocess.Popen(["sleep", "60"])
+            print(waiting.pid, flush=True)
+            waiting.wait()
     if words[0] == "die":
         os._exit(3)
     if words[0] == "raise":
@@ -119,6 +127,39 @@ def test_a_job_ends_with_the_process_that_asked_for_it(ask):
             return
         time.sleep(0.1)
     pytest.fail(f"process {number} goes on")
+
+
+BARE = """
+import sys
+from repro.workflow import forks
+
+forks.WARM, forks._run_once = (), lambda: None
+forks.serve(sys.argv[1])
+"""
+
+
+def test_jobs_end_with_the_build_with_what_they_started_and_leave_no_part(tmp_path):
+    (tmp_path / "sample.py").write_text(SAMPLE)
+    paths = os.pathsep.join([str(ROOT / "lib"), str(tmp_path)])
+    environment = os.environ | {"PYTHONPATH": paths, ADDRESS: "jobs"}
+    server = subprocess.Popen(
+        [sys.executable, "-c", BARE, "jobs"],
+        cwd=tmp_path, stdin=subprocess.PIPE, env=environment,
+    )  # fmt: skip
+    while not (tmp_path / "jobs").exists() and server.poll() is None:
+        time.sleep(0.02)
+    job = subprocess.Popen(
+        [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "half"],
+        cwd=tmp_path, text=True, stdout=subprocess.PIPE, env=environment,
+    )  # fmt: skip
+    started = Path("/proc") / job.stdout.readline().strip()
+    begun = [path.suffix for path in tmp_path.glob(".whole-*")]
+    server.stdin.close()
+    assert server.wait(timeout=20) == 0
+    assert job.wait(timeout=20) != 0
+    assert begun == [".json"]
+    assert {path.name for path in tmp_path.glob("*.json")} == set()
+    assert not started.exists() or "Z" in (started / "stat").read_text().split()[2]
 
 
 def test_the_warm_process_ends_with_the_build():
