@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.correspondence import board_cells, pixels_on_board
+from raxel.calibration.correspondence import cell_corners, pixels_on_board
 
 
 class BoardSamples(NamedTuple):
@@ -47,7 +47,7 @@ def sample_boards(views, width, height, observations):
 
 def _area(view):
     """Area of a board in the image, px^2, by the shoelace formula over its cells."""
-    corners = board_cells(view).corners
+    corners = cell_corners(view)
     ahead = np.roll(corners, -1, axis=1)
     turn = corners[..., 0] * ahead[..., 1] - corners[..., 1] * ahead[..., 0]
     return np.sum(np.abs(np.sum(turn, axis=1))) / 2

@@ -88,9 +88,19 @@ def board_cells(view):
     return CellTable(corners, edges, _cell_maps(corners, points))
 
 
-def whole_cells(view):
-    """(rows - 1, columns - 1) bool: the convex cells with four found corners."""
-    return _convex(_rings(view)[2]).reshape(view.rows - 1, view.columns - 1)
+def cell_turns(view):
+    """(rows - 1, columns - 1) int: the sense in which convex cells with four found
+    corners are gone round in the image, 1 if x turns clockwise into y, else -1; 0 for
+    other cells."""
+    turn = _rings(view)[2]
+    sense = np.where(_convex(turn), np.sign(turn[:, 0]), 0)
+    return sense.astype(int).reshape(view.rows - 1, view.columns - 1)
+
+
+def cell_corners(view):
+    """(K, 4, 2) px: corners of the convex cells with four found corners."""
+    ring, _, turn = _rings(view)
+    return view.pixels[ring[_convex(turn)]]
 
 
 def _rings(view):

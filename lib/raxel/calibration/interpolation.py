@@ -16,7 +16,7 @@ either lattice and knows no difference.
 
 import numpy as np
 
-from raxel.calibration.correspondence import board_cells, check_view, whole_cells
+from raxel.calibration.correspondence import board_cells, cell_turns, check_view
 from raxel.calibration.lattice_surface import refined_lattice, refining_weights
 from raxel.geometry.homography import homography_dlt
 
@@ -41,7 +41,7 @@ def interpolated_view(view, interpolation):
         names = "', '".join(INTERPOLATIONS)
         raise ValueError(f"interpolation: {interpolation!r}; one of '{names}'")
     view = check_view(view)
-    if interpolation == "homographic" or not whole_cells(view).any():
+    if interpolation == "homographic" or not cell_turns(view).any():
         return view, "homographic"
     differences = _differences(view)
     if interpolation == "by need" and not _bends(view, differences):
@@ -129,8 +129,9 @@ def _finer(view, bend):
         sd=None,
     )
     # A fold of the surface takes the whole cell with it, as in the coarse lattice.
-    smooth = whole_cells(fine).reshape(view.rows - 1, factor, view.columns - 1, factor)
-    usable = whole_cells(view) & smooth.all(axis=(1, 3))
+    turns = cell_turns(view)
+    fine_turns = cell_turns(fine).reshape(len(turns), factor, -1, factor)
+    usable = (turns != 0) & (fine_turns == turns[:, None, :, None]).all(axis=(1, 3))
     known = np.zeros((rows, columns), bool)
     for down in range(factor + 1):
         ends = slice(down, rows - factor + down, factor)
@@ -165,7 +166,7 @@ def _perspective(view):
 def _differences(view):
     """Smooth less homographic positions (K, P, 2) px inside the whole cells."""
     pixels, points = _surface(view, TRIAL)
-    whole = whole_cells(view)
+    whole = cell_turns(view) != 0
     pixels, points = (
         np.lib.stride_tricks.sliding_window_view(fine, (TRIAL + 1,) * 2, axis=(0, 1))[
             ::TRIAL, ::TRIAL, :, 1:-1, 1:-1

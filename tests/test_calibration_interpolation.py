@@ -1,0 +1,265 @@
+"""Between corners: bent cells are followed, and only where the corners can tell."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration import calibrate_generic
+from raxel.calibration.correspondence import (
+    BoardView,
+    board_cells,
+    cell_turns,
+    locate_pixels,
+    pixels_on_board,
+)
+from raxel.calibration.interpolation import corner_variance, interpolated_view
+from raxel.calibration.lattice_surface import refined_lattice, refining_weights
+from raxel.cameras import (
+    FieldOfViewCamera,
+    FisheyeCamera,
+    PerspectiveCamera,
+    UnifiedSphereCamera,
+)
+from raxel.cameras.base import pixel_grid
+from raxel.cli.calibrate import FITS
+from raxel.geometry.homography import apply_homography
+from raxel.geometry.poses import nearest_rotation, transform
+from tests.board_scenes import HEIGHT, PITCH, WIDTH, board_poses
+
+K = np.array([[100, 0.5, 122], [0, 95, 88], [0, 0, 1.0]])
+WIDE = np.array([[140, 0.5, 122], [0, 133, 88], [0, 0, 1.0]])
+BENT = {
+    "fisheye of 180 degrees": FisheyeCamera(
+        "equidistance", 75.0, [122.0, 88.0], WIDTH, HEIGHT, np.pi / 2
+    ),
+    "hyperboloid mirror": UnifiedSphereCamera(0.8, WIDE, WIDTH, HEIGHT),
+    "bent lens": FieldOfViewCamera(1.2, K, WIDTH, HEIGHT),
+}
+PINHOLE = PerspectiveCamera(K, [], WIDTH, HEIGHT)
+
+
+def lattice(columns, rows):
+    """Board points (N, 2) in mm of a board as large as that of `board_scenes`."""
+    pitch = 12 * PITCH / (columns - 1)
+    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+    return pitch * np.column_stack([x.ravel(), y.ravel()])
+
+
+def poses_of(seed, count):
+    return board_poses(seed, count, tilt=0.35)
+
+
+def views_of(camera, size=(9, 6), seed=1, count=6, noise=0.0):
+    rng = np.random.default_rng(seed)
+    points = lattice(*size)
+    flat = np.pad(points, ((0, 0), (0, 1)))
+    views = []
+    for T in poses_of(seed, count):
+        pixels = camera.project(transform(T, flat)).pixels
+        pixels = pixels + noise * rng.normal(size=pixels.shape)
+        views.append(BoardView(pixels, points, *size, "a.png"))
+    return views
+
+
+def calibrated(views, *interpolation):
+    options = dict(zip(["interpolation"], interpolation, strict=False))
+    rng = np.random.default_rng(0)
+    return calibrate_generic(views, WIDTH, HEIGHT, rng=rng, **options)
+
+
+def gap_px(view, camera, T_camera_board, step=1):
+    """Distances in px of whole pixels from where their points on the board are seen."""
+    pixels, points = pixels_on_board(view, WIDTH, HEIGHT, step)
+    flat = np.pad(points, ((0, 0), (0, 1)))
+    seen = camera.project(transform(T_camera_board, flat)).pixels
+    return np.linalg.norm(seen - pixels, axis=1)
+
+
+def ray_errors_px(found, camera):
+    """Distances in px of the table's rays, turned as fits best, from the true ones."""
+    pixels = pixel_grid(WIDTH, HEIGHT)[found.camera.mask.ravel()]
+    rays, true = found.camera.rays(pixels).directions, camera.rays(pixels).directions
+    turned = rays @ nearest_rotation(true.T @ rays).T
+    return np.linalg.norm(camera.project(turned).pixels - pixels, axis=1)
+
+
+def rms(errors):
+    return np.sqrt(np.mean(np.square(errors)))
+
+
+# -------------------------------------------------------------------------- the surface
+
+
+def test_a_cubic_surface_is_reproduced_and_corners_are_untouched():
+    y, x = np.meshgrid(np.arange(6.0), np.arange(9.0), indexing="ij")
+
+    def cubic(x, y):
+        return np.stack([x**3 - x * y**2 + 2, y**3 + x**2 * y - x], axis=-1)
+
+    fine = refined_lattice(cubic(x, y), 5)
+    y, x = np.meshgrid(np.arange(26) / 5, np.arange(41) / 5, indexing="ij")
+    assert np.abs(fine - cubic(x, y)).max() < 1e-11
+    given = np.random.default_rng(0).normal(size=(7, 5, 2))
+    assert np.array_equal(refined_lattice(given, 3)[::3, ::3], given)
+
+
+def test_slopes_do_not_jump_between_cells():
+    given = np.random.default_rng(1).normal(size=(6, 8))
+    for axis in (0, 1):
+        bends = [
+            np.abs(np.diff(refined_lattice(given, factor), 2, axis=axis)).max()
+            for factor in (50, 100)
+        ]
+        # Half the step leaves a quarter of a curve's second difference, half a kink's.
+        assert bends[1] < 0.27 * bends[0]
+
+
+def test_a_hole_takes_its_cells_and_no_more():
+    given = np.random.default_rng(2).normal(size=(6, 9))
+    whole = refined_lattice(given, 4)
+    given[2, 3] = np.nan
+    fine = refined_lattice(given, 4)
+    gone = np.isnan(fine)
+    assert gone[5:12, 9:16].all()
+    gone[5:12, 9:16] = False
+    assert not gone.any()
+    # Slopes look two corners ahead at most, or four where the hole shortens a line.
+    assert np.array_equal(fine[:, 32:], whole[:, 32:])
+
+
+def test_the_weights_are_those_of_the_surface():
+    values = np.random.default_rng(3).normal(size=(7, 1))
+    line = refined_lattice(np.repeat(values, 2, axis=1), 6)[:, 0]
+    assert np.allclose(refining_weights(7, 6) @ values[:, 0], line, atol=1e-12)
+
+
+# ------------------------------------------------------------------------- on one board
+
+
+def test_homographic_is_the_view_itself():
+    view = views_of(BENT["bent lens"])[0]
+    same, name = interpolated_view(view, "homographic")
+    assert name == "homographic"
+    assert all(
+        a is b for a, b in zip(same[:4], (view.pixels, view.points, 9, 6), strict=True)
+    )
+
+
+def test_a_pinhole_is_exact_with_either():
+    view = views_of(PINHOLE)[0]
+    truth = np.random.default_rng(4).uniform(0, 60, (500, 2))
+    H = np.linalg.inv(board_cells(view).board_from_pixel[0])
+    for name in ("homographic", "smooth"):
+        points, inside = locate_pixels(
+            apply_homography(H, truth), interpolated_view(view, name)[0]
+        )
+        assert inside.all()
+        assert np.abs(points - truth).max() < 1e-8
+    assert interpolated_view(view, "by need")[1] == "homographic"
+
+
+@pytest.mark.parametrize("name", BENT)
+@pytest.mark.parametrize("size", [(9, 6), (15, 15)])
+def test_bent_cells_are_followed(name, size):
+    camera, gaps = BENT[name], {}
+    T, view = poses_of(1, 6)[2], views_of(camera, size)[2]
+    for way in ("homographic", "by need"):
+        filled, taken = interpolated_view(view, way)
+        assert taken == {"by need": "smooth"}.get(way, way)
+        gaps[way] = gap_px(filled, camera, T).max()
+    # The finer lattice's own cells may bend by 0.02 px.
+    assert gaps["by need"] < max(gaps["homographic"] / 6, 0.025)
+    points, inside = locate_pixels(view.pixels, filled)
+    assert inside.all()
+    assert np.abs(points - view.points).max() < 1e-9
+
+
+@pytest.mark.parametrize("size", [(9, 6), (15, 15)])
+def test_the_noise_of_corners_is_read_off_the_corners(size):
+    for camera in (PINHOLE, *BENT.values()):
+        views = views_of(camera, size, count=10, noise=0.2)
+        found = np.sqrt(np.median([corner_variance(view) for view in views]))
+        assert found == pytest.approx(0.2, rel=0.15)
+
+
+def test_a_fold_takes_whole_cells():
+    points = lattice(9, 6)
+    x, y = points.T
+    folded = np.column_stack([30 + 2 * x - x**2 / 110, 30 + y + 0.1 * x])
+    view = BoardView(folded, points, 9, 6)
+    fine, _ = interpolated_view(view, "smooth")
+    factor = (fine.rows - 1) // 5
+    turns = cell_turns(fine).reshape(5, factor, 8, factor).swapaxes(1, 2)
+    kept = turns[..., 0, 0]
+    assert (turns == kept[..., None, None]).all()
+    # The fold at x = 110 lies in the seventh of eight columns of cells.
+    assert (kept == [1, 1, 1, 1, 1, 1, 0, -1]).all()
+
+
+def test_another_name_is_refused():
+    with pytest.raises(ValueError, match="'homographic', 'smooth', 'by need'"):
+        interpolated_view(views_of(PINHOLE)[0], "linear")
+
+
+# ------------------------------------------------------------------ whole calibrations
+
+
+@pytest.mark.parametrize("name", BENT)
+def test_exact_corners_of_a_bent_camera_give_its_rays(name):
+    camera = BENT[name]
+    found = calibrated(views_of(camera, count=4))
+    assert found.interpolation == ("smooth",) * 4
+    # By homographies: RMS 0.15 to 0.5 px, largest 0.4 to 1.2 px.
+    errors = ray_errors_px(found, camera)
+    assert rms(errors) < 0.03
+    assert errors.max() < 0.1
+
+
+def test_homographies_are_still_what_they_were():
+    found = calibrated(views_of(BENT["bent lens"], count=4), "homographic")
+    assert found.interpolation == ("homographic",) * 4
+    # Recorded before there was a choice.
+    assert found.centre == pytest.approx(
+        [53.696647113, 109.772778096, -130.902074775], rel=1e-8
+    )
+    assert found.rms_deg == pytest.approx(0.016333570466, rel=1e-7)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1, 0.3])
+def test_noise_alone_leaves_a_pinhole_as_it_is(noise):
+    for size in ((9, 6), (15, 15), (4, 5)):
+        for view in views_of(PINHOLE, size, count=10, noise=noise):
+            assert interpolated_view(view, "by need")[1] == "homographic"
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.1, 0.3])
+def test_noisy_corners_lose_nothing_and_bent_cells_still_gain(noise):
+    errors = {"homographic": [], "smooth": [], "by need": []}
+    for camera in BENT.values():
+        views, poses = views_of(camera, count=10, noise=noise), poses_of(1, 10)
+        for way, found in errors.items():
+            gaps = [
+                gap_px(interpolated_view(view, way)[0], camera, T, step=3)
+                for view, T in zip(views, poses, strict=True)
+            ]
+            found.append(rms(np.concatenate(gaps)))
+    needed = np.array(errors["by need"])
+    best = np.minimum(errors["homographic"], errors["smooth"])
+    # A board near the tie may fall on either side.
+    assert (needed < 1.03 * best).all()
+
+
+def test_boards_with_missing_corners_are_taken():
+    camera = BENT["hyperboloid mirror"]
+    views = views_of(camera, count=4)
+    views[0].pixels[[0, 22]] = np.nan
+    views[3].pixels[[53, 30, 31]] = np.nan
+    found = calibrated(views)
+    assert sorted(found.used) == list(range(4))
+    assert found.interpolation == ("smooth",) * 4
+    assert ray_errors_px(found, camera).max() < 0.1
+
+
+def test_the_command_says_how_many_of_each():
+    views = views_of(BENT["bent lens"], count=3)
+    _, details = FITS["generic"](views, (WIDTH, HEIGHT), "mm")
+    assert details["interpolation"] == {"homographic": 0, "smooth": 3}
