@@ -15,10 +15,11 @@ import numpy as np
 # Residuals this many times the scatter, and this much beyond it, are a misfit. Boards
 # that are not quite flat, and cells that bend, reach 1.8 times; noise alone, 1.
 TIMES_SCATTER = 2.2
-BEYOND_PX = 0.5
+BEYOND_PX = 0.25
 # Residuals this large are one too where they vary too fast to tell from scatter.
 PLAIN_PX = 3.0
 PLAIN_TIMES_SD = 10.0
+ODD_TIMES = 2.5  # the residuals of the next board, where one is alone at fault
 # The share of a second difference's variance: 1 + 4 + 1.
 SECOND = np.array([1.0, -2.0, 1.0]) / np.sqrt(6)
 
@@ -29,8 +30,8 @@ class Misfit(NamedTuple):
     rms_px: of the residuals; scatter_px: RMS distance by which corners move on their
     own, NaN where no three neighbours are scored; sd_px: as the detector states it, the
     same kind of number, NaN where it states none; large: whether the residuals are more
-    than the corners explain; odd_board: name of the one board without which they would
-    not be, "" where there is none.
+    than the corners explain; odd_board: name of the one board that makes them so, ""
+    where it is not one alone.
     """
 
     rms_px: float
@@ -55,7 +56,9 @@ def misfit(scores, views):
     found = _misfit(pairs)
     if found.large and len(pairs) > 2:
         pairs.sort(key=lambda pair: pair[0].rms_px)
-        if not _misfit(pairs[:-1]).large:
+        second, worst = (score.rms_px for score, _ in pairs[-2:])
+        # One bad board pulls the camera, and so the others, with it.
+        if worst > ODD_TIMES * second or not _misfit(pairs[:-1]).large:
             return found._replace(odd_board=pairs[-1][0].name)
     return found
 

@@ -1,0 +1,137 @@
+"""What `raxel calibrate` says of a camera: its numbers, and what is wrong with it."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from raxel.cli import calibrate as calibrate_command
+from raxel.cli import evaluate as evaluate_command
+from raxel.cli import main
+from raxel.features.boards import read_boards
+from tests.made_sets import (
+    CENTRE,
+    COLUMNS,
+    FISHEYE,
+    PINHOLE,
+    ROWS,
+    WIDTH,
+    WavyCamera,
+    boards_of,
+    write_made_set,
+)
+
+
+@pytest.fixture
+def calibrate(tmp_path, capsys):
+    """(boards, *options) -> (what was printed, the JSON file)"""
+
+    def run(boards, *options):
+        folder, corners = write_made_set(tmp_path / "set", boards)
+        out, result = tmp_path / "camera.npz", tmp_path / "result.json"
+        arguments = ["calibrate", str(folder), "--corners", str(corners)]
+        arguments += ["--out", str(out), "--json", str(result), *map(str, options)]
+        assert main(arguments) == 0, capsys.readouterr().err
+        return capsys.readouterr().out, json.loads(result.read_text())
+
+    return run
+
+
+def warnings_in(printed):
+    marked = (line for line in printed.splitlines() if line.startswith("warning: "))
+    return [line.removeprefix("warning: ") for line in marked]
+
+
+def test_intrinsics_are_printed_and_written(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE), "--model", "zhang")
+    camera = result["camera"]
+    assert camera["focal_px"] == pytest.approx([300, 300], rel=0.01)
+    assert camera["principal_point_px"] == pytest.approx(CENTRE, abs=3)
+    told = re.search(
+        r"focal lengths ([\d.]+) and ([\d.]+) px, principal point \(([\d.]+), "
+        r"([\d.]+)\) px, radial terms (\S+), (\S+)\n",
+        printed,
+    )
+    numbers = [*camera["focal_px"], *camera["principal_point_px"], *camera["radial"]]
+    assert [float(x) for x in told.groups()] == pytest.approx(numbers, abs=0.006)
+    # The bend pulls in what a straight pinhole of this focal length would not hold.
+    straight = 2 * np.degrees(np.arctan(0.5 * WIDTH / 300))
+    field = camera["field_of_view_deg"]
+    assert straight < field["horizontal"] < 1.1 * straight
+    assert f"field of view {field['horizontal']:.1f} x " in printed
+    assert 0.1 < camera["share_of_image_under_boards"] < 1
+    assert result["warnings"] == warnings_in(printed) == []
+    assert result["misfit"]["fits"] is True
+    # 0.05 px each way.
+    assert result["misfit"]["scatter_px"] == pytest.approx(0.05 * 2**0.5, rel=0.15)
+
+
+def test_what_went_into_no_camera_is_told(calibrate):
+    small = [(b - CENTRE) * 0.25 + CENTRE for b in boards_of(PINHOLE)]
+    beside = small[0] - [100, 70]
+    printed, result = calibrate([*small, beside, None], "--model", "generic")
+    share = 100 * result["camera"]["share_of_image_with_ray"]
+    assert share < 20
+    said = warnings_in(printed)
+    assert said[0] == "7.png: left out: too dark"
+    assert said[1].startswith("6.png: left out: shares 0 samples with the known rays")
+    assert said[2].startswith(f"the table has rays for {share:.0f} % of the image only")
+    assert said == result["warnings"]
+    assert f"a ray for {share:.0f} % of the image" in printed
+    assert "nan" not in printed
+
+
+@pytest.mark.parametrize(
+    ("camera", "model", "said"),
+    [
+        (FISHEYE, "zhang", "a pinhole with two radial terms does not fit these boards"),
+        (WavyCamera(), "generic", "no central camera fits these boards"),
+    ],
+)
+def test_a_camera_that_cannot_fit_is_told(calibrate, camera, model, said):
+    printed, result = calibrate(boards_of(camera), "--model", model)
+    misfit = result["misfit"]
+    assert misfit["fits"] is False
+    told = warnings_in(printed)[0]
+    assert told.startswith(
+        f"{said}: off by {misfit['rms_px']:.2f} px (rms) where corners scatter singly "
+        f"by {misfit['scatter_px']:.2g} px; "
+    )
+
+
+def test_one_board_that_does_not_belong_is_named(calibrate):
+    boards = boards_of(PINHOLE)
+    boards[4] = (
+        boards[4] + 0.3 * (np.arange(COLUMNS * ROWS)[:, None] % COLUMNS - 4) ** 2
+    )
+    printed, result = calibrate(boards, "--model", "zhang")
+    assert result["misfit"]["odd_board"] == "4.png"
+    (told,) = warnings_in(printed)
+    assert told.startswith("4.png: does not fit as the other boards do: with it off by")
+
+
+def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
+    def without_some(image_set, views, options, say):
+        boards = read_boards(options.corners, image_set, views)
+        for number, board in enumerate(boards):
+            board.detection.corners[[number, 30 + number]] = np.nan
+        return boards
+
+    for command in (calibrate_command, evaluate_command):
+        monkeypatch.setattr(command, "boards_for", without_some)
+    small = [(b - CENTRE) * 0.3 + CENTRE for b in boards_of(PINHOLE)]
+    folder, corners = write_made_set(tmp_path / "set", small)
+    camera, result = tmp_path / "camera.npz", tmp_path / "result.json"
+    asked = [str(folder), "--corners", str(corners), "--json", str(result)]
+    calibrated = ["calibrate", *asked, "--out", str(camera)]
+    for command in (
+        [*calibrated, "--model", "zhang", "--report", str(tmp_path / "report")],
+        ["evaluate", str(camera), *asked],
+        [*calibrated, "--model", "generic"],
+    ):
+        assert main(command) == 0
+        found = json.loads(result.read_text())
+        assert {image["n_corners"] for image in found["images"]} == {COLUMNS * ROWS - 2}
+        assert found["rms_px"] < 0.1
+        assert all(text.startswith("the table") for text in found["warnings"])

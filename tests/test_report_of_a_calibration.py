@@ -1,0 +1,167 @@
+"""The report of `raxel calibrate`: pictures that show what is there, a safe page."""
+
+from html.parser import HTMLParser
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.calibration.correspondence import BoardView
+from raxel.cli import main
+from raxel.report.folder import new_report
+from raxel.report.pictures import (
+    ArrowScale,
+    corner_picture,
+    coverage_picture,
+    pooled_picture,
+)
+from tests.made_sets import (
+    BOARD,
+    COLUMNS,
+    HEIGHT,
+    PINHOLE,
+    ROWS,
+    WIDTH,
+    boards_of,
+    write_made_set,
+)
+
+NAMES = ["<svg onload=alert(1)>.png", '"quoted" & more.png', "c.png", "d.png"]
+
+
+class Seen(HTMLParser):
+    """Tags and texts of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.tags, self.sources, self.texts = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.sources += [value for name, value in attrs if name in ("src", "href")]
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+def order(tmp_path, boards, report):
+    folder, corners = write_made_set(tmp_path / "set", boards, NAMES)
+    arguments = ["calibrate", str(folder), "--corners", str(corners), "--model"]
+    arguments += ["zhang", "--out", str(tmp_path / "camera.npz")]
+    return [*arguments, "--report", str(report)]
+
+
+def view_of(pixels, name="board"):
+    return BoardView(pixels, BOARD.points(), COLUMNS, ROWS, name)
+
+
+def test_the_page_holds_every_name_as_text_and_every_picture(tmp_path):
+    report = tmp_path / "report"
+    assert main(order(tmp_path, [*boards_of(PINHOLE, count=3), None], report)) == 0
+    seen = Seen()
+    seen.feed((report / "index.html").read_text("utf-8"))
+    assert not {"svg", "script"} & set(seen.tags)
+    for name in NAMES:
+        assert name in seen.texts
+    assert "too dark" in seen.texts
+    assert any(text.startswith("warning: d.png: left out") for text in seen.texts)
+    pictures = {path.name for path in report.iterdir()} - {"index.html"}
+    assert set(seen.sources) == pictures
+    assert len(pictures) == 2 * 3 + 2
+    assert all(cv2.imread(str(report / name)) is not None for name in pictures)
+
+
+def test_a_report_takes_the_place_of_a_report_and_of_nothing_else(tmp_path, capsys):
+    report = tmp_path / "report"
+    arguments = order(tmp_path, [*boards_of(PINHOLE, count=3), None], report)
+    report.mkdir()
+    (report / "mine.txt").write_text("mine")
+    assert main(arguments) == 2
+    assert "found other files than a report" in capsys.readouterr().err
+    assert not (tmp_path / "camera.npz").exists()
+    (report / "mine.txt").unlink()
+    assert main(arguments) == 0
+    (report / "coverage.png").write_bytes(b"old")
+    assert main(arguments) == 0
+    assert (report / "coverage.png").read_bytes() != b"old"
+    inside = [*arguments[:-1], str(tmp_path / "set" / "report")]
+    assert main(inside) == 2
+    assert "sets are only read" in capsys.readouterr().err
+
+
+def test_a_report_that_fails_leaves_what_was_there(tmp_path):
+    report = tmp_path / "report"
+    report.mkdir()
+    (report / "index.html").write_text("old")
+
+    def fails():
+        with new_report(report) as folder:
+            (folder / "index.html").write_text("half")
+            raise OSError("disk full")
+
+    with pytest.raises(OSError, match="full"):
+        fails()
+    assert (report / "index.html").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+
+def changed(picture, before, point, canvas_scale, reach=6):
+    """How many pixels differ around a point of the image."""
+    u, v = np.rint((np.asarray(point) + 0.5) * canvas_scale - 0.5).astype(int)
+    part = np.s_[max(v - reach, 0) : v + reach + 1, max(u - reach, 0) : u + reach + 1]
+    return np.count_nonzero(np.any(picture[part] != before[part], axis=-1))
+
+
+def test_corners_are_drawn_where_they_are_and_missing_ones_where_expected():
+    (pixels,) = boards_of(PINHOLE, count=1)
+    grey = np.full((HEIGHT, WIDTH), 90, np.uint8)
+    nothing = view_of(np.full_like(pixels, np.nan))
+    blank = corner_picture(grey, nothing, nothing.pixels)
+    holes = pixels.copy()
+    holes[[0, 31]] = np.nan
+    picture = corner_picture(grey, view_of(holes), pixels)
+    scale = blank.shape[1] / WIDTH
+    assert all(changed(picture, blank, point, scale) for point in pixels)
+    # Red, where no corner was found.
+    u, v = np.rint((pixels[31] + 0.5) * scale - 0.5).astype(int)
+    b, g, r = picture[v, u].astype(int)
+    assert r > 150
+    assert max(b, g) < 100
+    unknown = corner_picture(grey, view_of(holes), nothing.pixels)
+    assert not changed(unknown, blank, pixels[31], scale)
+
+
+def test_an_arrow_goes_from_the_corner_along_its_residual():
+    at = np.array([[100.0, 120.0], [200.0, 60.0]])
+    off = np.array([[0.5, 0.0], [0.0, 0.25]])
+    scale = ArrowScale.of(off, WIDTH)
+    assert scale.magnified * 0.5 == pytest.approx(0.05 * WIDTH, rel=0.03)
+    picture = pooled_picture(WIDTH, HEIGHT, [(at, off)], scale)
+    blank = pooled_picture(WIDTH, HEIGHT, [], scale)
+    canvas = picture.shape[1] / WIDTH
+    for point, residual in zip(at, off, strict=True):
+        along = point + 0.5 * scale.magnified * residual
+        assert changed(picture, blank, along, canvas, reach=1)
+        against = point - 0.5 * scale.magnified * residual
+        assert not changed(picture, blank, against, canvas, reach=1)
+    # A residual far beyond the others is cut, and red.
+    vector, cut = scale.arrow(np.array([0.0, 50.0]))
+    assert cut
+    assert np.linalg.norm(vector) == pytest.approx(3 * 0.05 * WIDTH, rel=0.03)
+
+
+def test_coverage_counts_boards_and_marks_where_rays_end():
+    square = view_of(BOARD.points() + [20, 20])
+    beside = view_of(BOARD.points() + [60, 20])
+    mask = np.zeros((HEIGHT, WIDTH), bool)
+    mask[20:141, 20:200] = True
+    picture = coverage_picture([square, beside], WIDTH, HEIGHT, mask)
+    scale = picture.shape[1] / WIDTH
+
+    def colour(u, v):
+        return tuple(picture[int((v + 0.5) * scale), int((u + 0.5) * scale)])
+
+    assert colour(33, 70) == colour(213, 70) == (235, 206, 170)
+    assert colour(110, 70) == (222, 165, 100)
+    assert colour(280, 200) == (255, 255, 255)
+    assert colour(199.7, 70) == (0, 120, 255)
