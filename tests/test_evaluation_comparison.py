@@ -87,3 +87,94 @@ def test_each_camera_is_built_once_and_never_sees_its_part(views):
     assert built == [
         [f"view{i}" for i in range(6) if i % 3 != part] for part in range(3)
     ]
+
+
+def answering(camera, keep):
+    """A builder of a table with the rays of `camera` where keep(u, v) says so."""
+    whole = GeneralCamera.from_camera(camera)
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    table = GeneralCamera(whole.directions, whole.mask & keep(u, v))
+    return lambda views: table
+
+
+GOOD = PerspectiveCamera(K, [-0.33, 0.22], WIDTH, HEIGHT)
+BAD = PerspectiveCamera(K, [0.6, 0.2], WIDTH, HEIGHT)
+
+
+def never(u, v):
+    return np.zeros(u.shape, bool)
+
+
+def left(u, v):
+    return u < WIDTH // 2
+
+
+def right(u, v):
+    return u >= WIDTH // 2
+
+
+@pytest.mark.parametrize("good", [left, right])
+def test_a_model_that_fits_badly_is_not_chosen_for_its_many_rays(views, good):
+    bad = answering(BAD, lambda u, v: ~good(u, v) | (v < HEIGHT // 2))
+    for other in (answering(BAD, lambda u, v: ~good(u, v)), bad, lambda views: BAD):
+        comparison = compare_models(
+            {"bad": other, "good": answering(GOOD, good)}, views, 3
+        )
+        own = comparison.own
+        assert own["bad"].mean_deg > 3 * own["good"].mean_deg
+        model, why = comparison.choice()
+        assert model == "good"
+        assert "mean angle" in why
+
+
+def test_without_common_corners_there_are_no_common_scores_and_that_is_told(views):
+    """No corner at all is no reason to say 100 %, nor a number that is none."""
+    builders = {"left": answering(GOOD, left), "right": answering(GOOD, right)}
+    comparison = compare_models(builders, views, 3)
+    assert comparison.common == {}
+    own = comparison.own
+    more = max(own, key=lambda model: own[model].share_with_ray)
+    assert comparison.choice() == (
+        more,
+        "rays for the most kept-out corners; too few are common to all models",
+    )
+    (doubt,) = comparison.doubts()
+    assert doubt.startswith("all models answer for no common corner: too few")
+
+
+def test_few_common_corners_do_not_decide_and_are_counted(views):
+    middle = slice(WIDTH // 2 - 12, WIDTH // 2 + 32)
+    builders = {
+        "left": answering(GOOD, lambda u, v: u < middle.stop),
+        "right": answering(GOOD, lambda u, v: u >= middle.start),
+    }
+    comparison = compare_models(builders, views, 3)
+    corners, boards = comparison.common_counts()
+    assert 0 < corners < 50
+    for evaluation in comparison.common.values():
+        assert evaluation.share_with_ray == 1
+    (doubt,) = comparison.doubts()
+    assert f"for {corners} common corners of {boards} boards kept out" in doubt
+
+
+def test_parts_that_gave_no_camera_are_told(views):
+    def fails_once(views):
+        if views[0].name == "view1":
+            raise CalibrationError("boards do not overlap")
+        return GOOD
+
+    comparison = compare_models({"lens": lens, "some": fails_once}, views, 3)
+    (doubt,) = comparison.doubts()
+    assert doubt.startswith("some: 1 parts of the cross-validation left out")
+    assert doubt.endswith("boards do not overlap")
+
+
+def test_models_that_answer_for_nothing_are_refused(views):
+    builders = {"none": answering(GOOD, never), "lens": lens}
+    assert compare_models(builders, views, 3).choice() == (
+        "lens",
+        "no other model answers for a board kept out",
+    )
+    alone = compare_models({"none": builders["none"]}, views, 3)
+    with pytest.raises(CalibrationError, match="no model answers for six corners"):
+        alone.choice()

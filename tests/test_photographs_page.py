@@ -280,6 +280,29 @@ def test_odd_names_are_shown_and_mean_nothing(drawn, tmp_path):
         draw({"photograph_study": result}).figure.draw_without_rendering()
 
 
+def test_missing_corners_leave_the_rest_of_the_page(drawn, tmp_path, monkeypatch):
+    detect = study.detect_boards
+
+    def without_some(*arguments):
+        boards = detect(*arguments)
+        for board in boards:
+            board.detection.corners[[0, 17, -1]] = np.nan
+        return boards
+
+    monkeypatch.setattr(study, "detect_boards", without_some)
+    result = run(drawn[0], tmp_path)
+    study.board_in.cache_clear()
+    produce(result)
+    seen = Study(result)
+    for row in seen.held_out:
+        assert row.corners == row.own["zhang"].corners == 35 - 3
+        assert row.own["zhang"].rms_px < 0.15
+    table = set_tables.ext_images({"photograph_study": result})
+    assert set(table.columns["Corners"]) == {35 - 3}
+    task = residual_task(exercise_camera(seen), exercise_corner(seen))
+    assert np.linalg.norm(task["expected"]()) < 0.5
+
+
 @pytest.mark.parametrize("found", [0, 1])
 def test_few_boards_give_reasons(drawn, tmp_path, found):
     folder = tmp_path / "drawn"

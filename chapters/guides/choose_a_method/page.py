@@ -110,7 +110,7 @@ from repro.page.reader import results_behind, show_table, value
 # source image. *Ray error*: median angle to the true rays after the best
 # rotation. *Kept out*: pictures that the calibration did not see; *left
 # after correction*, RMS in px of the corrected view, as in Table 2.2;
-# otherwise in px of the photograph, after fitting the board's pose. In the
+# otherwise in px of the photograph, at the board's best pose in px. In the
 # rendered rows a corner without a generic ray counts for Zhang alone. The
 # generic method here is the well conditioned one that `raxel` uses.
 #

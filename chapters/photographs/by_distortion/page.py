@@ -92,8 +92,8 @@ from repro.page.reader import (
 # **Two errors.** Both are of photographs that were kept out of the
 # calibration, on corners that both models have a ray for:
 #
-# - *Residual*: the board's pose is fitted to the rays, and its corners are
-#   projected back into the photograph. The distance to the corners found.
+# - *Residual*: the board's corners are projected into the photograph, from
+#   the pose with the smallest distances to the corners found.
 # - *Corrected*, the thesis's own: rays meet a plane at right angles to the
 #   principal ray, and a homography from the board is taken out. The
 #   principal ray is that of mid-image, or, where both models do not have

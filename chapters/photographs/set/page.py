@@ -75,8 +75,9 @@ from repro.run.outcomes import Plan
 #    covered has none.
 # 4. **Cross-validation.** A model is judged on photographs that were kept
 #    out of its calibration. There, only the pose of the board is fitted, in
-#    the same way for both models. The error is the distance in px between
-#    each corner and its prediction, and the angle at its ray.
+#    the same way for both models. The errors are the distance in px between
+#    each corner and its prediction, and the angle at its ray. Each is taken
+#    at the pose that makes it smallest: one pose for px, another for angles.
 #
 # A model with rays everywhere is easily blamed where the other is silent.
 # So both are scored twice: on all corners they have a ray for, and on the

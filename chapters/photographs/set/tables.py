@@ -116,7 +116,7 @@ def _image_row(study, image, row):
     shared = error("same", "zhang", "corners")
     return {
         "Photograph": image.name if image else "",
-        "Corners": int(np.isfinite(image.corners[:, 0]).sum())
+        "Corners": int(np.count_nonzero(np.isfinite(image.corners[:, 0])))
         if image
         else 0,
         "Shared": NONE if shared == NONE else int(shared),
