@@ -2,14 +2,17 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from raxel.cli import calibrate as calibrate_command
 from raxel.cli import evaluate as evaluate_command
-from raxel.cli import main
-from raxel.features.boards import read_boards
+from raxel.cli import main, scores
+from raxel.evaluation.cross_validation import Evaluation
+from raxel.features.boards import detect_boards, read_boards
+from tests.image_sets import TILTS_DEG, write_drawn_set
 from tests.made_sets import (
     CENTRE,
     COLUMNS,
@@ -36,6 +39,37 @@ def calibrate(tmp_path, capsys):
         return capsys.readouterr().out, json.loads(result.read_text())
 
     return run
+
+
+def test_the_readme_looks_for_corners_once(tmp_path, monkeypatch):
+    write_drawn_set(tmp_path / "my-camera", TILTS_DEG[:4])
+    monkeypatch.chdir(tmp_path)
+    searched = []
+
+    def detect(image_set, detector, views, say):
+        searched.append(image_set.name)
+        return detect_boards(image_set, detector, views, say)
+
+    monkeypatch.setattr("raxel.cli.boards.detect_boards", detect)
+    readme = (Path(__file__).parents[1] / "README.md").read_text("utf-8")
+    block = readme.split("$ pip install .\n")[1].split("```")[0]
+    orders = [line.removeprefix("$ raxel ").split() for line in block.splitlines()]
+    assert [order[0] for order in orders] == [
+        "check", "corners", "calibrate", "evaluate", "undistort",
+    ]  # fmt: skip
+    assert [main(order) for order in orders] == [0] * 5
+    assert searched == ["drawn"]
+    assert (tmp_path / "calibration" / "index.html").is_file()
+
+
+def test_no_number_that_is_none_is_printed():
+    blank = Evaluation([], np.nan, np.nan, np.nan, np.nan, {})
+    assert scores.line("a", blank) == "a: no corner could be scored"
+    angles = blank._replace(mean_deg=0.25, share_with_ray=0.0)
+    assert scores.line("a", angles) == (
+        "a: mean angle 0.2500 deg, rms unknown, median unknown, 0.0 % of corners with a "
+        "ray"
+    )
 
 
 def warnings_in(printed):

@@ -10,6 +10,7 @@ import pytest
 from raxel.cameras import camera_from, closest_point
 from raxel.cli import main
 from raxel.errors import InputError
+from raxel.features.boards import detect_boards
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import board_scene, facade, load_rig, room
 from raxel.lab.render_set import POSES
@@ -164,6 +165,21 @@ def test_a_set_without_poses_is_calibrated_and_one_with_truth_is_not(tmp_path):
         set_scene(load_set(tmp_path / "set"))
 
 
+def test_known_boards_are_not_looked_for_and_may_lack_corners(tmp_path, monkeypatch):
+    drawn = write_drawn_set(tmp_path / "set")
+    image_set = load_set(tmp_path / "set")
+    boards = detect_boards(image_set)
+    for board in boards:
+        board.detection.corners[[0, 20]] = np.nan
+    monkeypatch.setattr("raxel.show.sets.detect_boards", None)
+    scene = set_scene(image_set, boards=boards)
+    assert (
+        f"{len(drawn)} of {len(drawn)} boards; camera by Zhang's method" in scene.note
+    )
+    scene = set_scene(image_set, PINHOLE, boards=boards[:2])
+    assert f"2 of {len(drawn)} boards; poses fitted to the camera given" in scene.note
+
+
 def test_walls_are_looked_through_from_behind_and_furniture_is_not():
     parts = surroundings(room())
     clear = [part.back == CLEAR for part in parts]
@@ -227,6 +243,7 @@ def test_without_a_file_it_opens_a_page_where_there_is_a_display(
             "a.svg: found ending '.svg'; give .html or .png",
         ),
         (["x.yaml", "--camera", "c.npz"], "--camera: found with x.yaml"),
+        (["x.npz", "--corners", "c.json"], "--corners: found with x.npz"),
         (["x.yaml", "--out", "no/folder/a.png"], "no folder"),
     ],
 )

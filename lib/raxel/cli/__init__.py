@@ -11,9 +11,9 @@
   them: new files, or in place of those of an earlier undistort, never of others.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
   laboratory.
-- `raxel show WHAT [--camera CAMERA] [--seed N] [--out FILE]` draws a rig, a camera, or
-  the targets of a set before their camera: FILE is a picture (.png) or a page to turn
-  (.html); without it the page opens in the browser.
+- `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a
+  rig, a camera, or the targets of a set before their camera: FILE is a picture (.png)
+  or a page to turn (.html); without it the page opens in the browser.
 - `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
   compares results with the truth of a rendered set.
 - `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
@@ -203,6 +203,7 @@ def _add_show(commands):
         help="pose the boards of a set to fit this camera; without it, to the truth of "
         "a rendered set, or to a quick calibration by Zhang's method",
     )
+    _add_corners_file(parser)
     parser.add_argument(
         "--seed", type=_seed, default=0, help="of a rig's poses (default 0)"
     )

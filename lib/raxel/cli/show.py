@@ -1,4 +1,4 @@
-"""`raxel show WHAT [--camera CAMERA] [--seed N] [--out FILE]`"""
+"""`raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]`"""
 
 import os
 import sys
@@ -9,6 +9,7 @@ from pathlib import Path
 from raxel.cameras.io import load_camera
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
+from raxel.features.boards import read_boards
 from raxel.files import check_can_be_written, replacing
 from raxel.sets import load_set
 from raxel.show.rendering import need_packages, need_rendering
@@ -33,7 +34,8 @@ def show(options, say):
         folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))
         out = folder / f"{title.split(':')[0]}.html"
     else:
-        check_written([out], image_sets, [options.what, options.camera])
+        read = [options.what, options.camera, options.corners]
+        check_written([out], image_sets, read)
     _write(out, scene, title)
     print(f"{scene.note}\n{out}")
     if options.out is None and _has_display():
@@ -48,13 +50,15 @@ def _scene(options, say):
 
         image_set = load_set(what)
         camera = options.camera and load_camera(options.camera)
-        scene = set_scene(image_set, camera, say)
+        boards = options.corners and read_boards(options.corners, image_set)
+        scene = set_scene(image_set, camera, say, boards)
         return scene, f"{image_set.name}: targets before the camera", [image_set]
-    if options.camera:
-        raise InputError(
-            f"--camera: found with {what}, which is no folder of an image set; leave "
-            "it out"
-        )
+    for option in ("camera", "corners"):
+        if getattr(options, option):
+            raise InputError(
+                f"--{option}: found with {what}, which is no folder of an image set; "
+                "leave it out"
+            )
     if what.suffix == ".npz":
         from raxel.show.cameras import camera_scene
 

@@ -20,19 +20,22 @@ OTHER_CAMERA = (
 )
 
 
-def set_scene(image_set, camera=None, say=None):
+def set_scene(image_set, camera=None, say=None, boards=None):
     """Where the targets of a set stood before its camera, in the camera's frame.
 
     camera: any of `raxel.cameras`; the boards found in the pictures are posed to fit
     its rays. Without one, the truth of a rendered set is shown. A set with neither is
     calibrated by Zhang's method, which is quick and fits an ordinary lens; the note
     says which of the three it was, and with what error. say: a callable told one line
-    per image. Raises InputError, one line, where none of them gives a pose.
+    per image. boards: Boards of the set that are known already; they are not looked
+    for, and count more than a truth. Raises InputError, one line, where none of them
+    gives a pose.
     """
-    if camera is None and image_set.truth is not None:
+    if camera is None and boards is None and image_set.truth is not None:
         return _true_scene(image_set)
     check_chessboard(image_set)
-    boards = detect_boards(image_set, say=say)
+    if boards is None:
+        boards = detect_boards(image_set, say=say)
     views = board_views(image_set, boards)
     if len(views) < (FEWEST_VIEWS if camera is None else 1):
         raise InputError(
