@@ -66,10 +66,8 @@ def test_no_number_that_is_none_is_printed():
     blank = Evaluation([], np.nan, np.nan, np.nan, np.nan, {})
     assert scores.line("a", blank) == "a: no corner could be scored"
     angles = blank._replace(mean_deg=0.25, share_with_ray=0.0)
-    assert scores.line("a", angles) == (
-        "a: mean angle 0.2500 deg, rms unknown, median unknown, 0.0 % of corners with a "
-        "ray"
-    )
+    told = "mean angle 0.2500 deg, rms unknown, median unknown, 0.0 % of corners"
+    assert scores.line("a", angles) == f"a: {told} with a ray"
 
 
 def warnings_in(printed):

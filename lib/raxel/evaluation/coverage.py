@@ -8,20 +8,18 @@ SAMPLES = 257  # along a line across the image
 GRID = 64  # pixels each way that stand for all
 
 
-def board_counts(views, width, height, step=1):
-    """How many boards cover each step-th pixel, int (ceil(height / step), ...).
+def board_counts(views, width, height):
+    """How many boards cover each pixel: (height, width) uint16.
 
     A board covers the cells of its lattice whose four corners were found.
     """
     import cv2
 
-    shape = -(-height // step), -(-width // step)
-    counts = np.zeros(shape, int)
+    counts = np.zeros((height, width), np.uint16)
     for view in views:
-        covered = np.zeros(shape, np.uint8)
+        covered = np.zeros((height, width), np.uint8)
         for corners in board_cells(view).corners:
-            cell = np.rint(corners / step).astype(np.int32)
-            cv2.fillConvexPoly(covered, cell, 1)
+            cv2.fillConvexPoly(covered, np.rint(corners).astype(np.int32), 1)
         counts += covered
     return counts
 

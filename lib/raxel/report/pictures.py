@@ -115,10 +115,10 @@ def coverage_picture(views, width, height, mask=None):
 
     canvas = Canvas(width, height)
     size = canvas.picture.shape[1::-1]
-    counts = board_counts(views, width, height).astype(np.uint8)
+    counts = np.minimum(board_counts(views, width, height), len(BOARDS))
     counts = cv2.resize(counts, size, interpolation=cv2.INTER_NEAREST)
     palette = np.array([PAPER, *BOARDS], np.uint8)
-    canvas.picture = palette[np.minimum(counts, len(BOARDS))]
+    canvas.picture = palette[counts]
     legend = [
         (colour, words)
         for colour, words in zip(
