@@ -23,6 +23,7 @@ figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 .warning { color: var(--warn); }
 """
 NUMBERS = (("rms_px", ".3f"), ("median_px", ".3f"), ("mean_deg", ".4f"))
+NAMES = {"rms": "RMS", "median": "Median", "mean": "Mean angle"}
 HEADS = ("Photograph", "Corners", "Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
 
 
@@ -101,7 +102,7 @@ def _numbers(image_set, result):
     for key, form in NUMBERS:
         name, unit = key.split("_")
         yield (
-            f"{name.capitalize()}, fitted boards",
+            f"{NAMES[name]}, fitted boards",
             _told(result[key], form, f" {unit}"),
         )
     yield "Single corners scatter by", _told(misfit["scatter_px"], ".3f", " px")
