@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from repro.run import experiment, results
-from repro.run.outcomes import Plan, Reading
+from repro.run.outcomes import DECISIONS, Plan, Reading
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
 
@@ -95,6 +95,15 @@ def test_summary_brackets_the_median_and_counts_what_is_missing(values, missing)
     assert found["without_value"] == missing
 
 
+def test_summary_by_hand():
+    found = results.summary([4.0, None, 1.0, 2.0, 3.0])
+    assert (found["n"], found["without_value"]) == (4, 1)
+    assert (found["median"], found["mean"]) == (2.5, 2.5)
+    # Squares of 1.5, 0.5, 0.5, 1.5 add up to 5; four values leave three degrees.
+    assert found["sd"] == pytest.approx(np.sqrt(5 / 3))
+    assert results.summary([7.0])["sd"] is None
+
+
 def test_seeds_differ_between_artefact_condition_and_trial():
     seeds = {
         tuple(experiment.seed_of(a, c, t))
@@ -122,3 +131,11 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path):
 def test_a_reading_with_an_unknown_verdict_is_refused():
     with pytest.raises(ValueError, match="verdict 'holds'"):
         Reading("holds", 1.0)
+
+
+def test_only_what_holds_is_reproduced():
+    assert DECISIONS == {
+        "holds": "reproduced",
+        "fails": "differs",
+        "undecided": "undecided",
+    }

@@ -287,6 +287,8 @@ def test_cells_of_a_grid_are_those_that_a_search_finds():
 class Bent:
     """Sees uv = (u^2, v^2) at (u, v), on one part."""
 
+    scene = TexturedScene((), 0.0)
+
     def look(self, pixels):
         none = np.zeros(len(pixels))
         return Sight(none.astype(np.int16), pixels**2, none + 1)
