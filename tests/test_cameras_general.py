@@ -54,6 +54,16 @@ def points_on(rays, rng):
     return rays.origins + depth * rays.directions
 
 
+def test_a_table_made_in_blocks_holds_all_rays_of_its_camera():
+    camera = FisheyeCamera("equidistance", 60, (150.0, 120.0), 300, 250, 1.95)
+    table = GeneralCamera.from_camera(camera)
+    rays = camera.rays(pixel_grid(300, 250))
+    np.testing.assert_array_equal(table.mask.ravel(), rays.valid)
+    np.testing.assert_allclose(
+        table.directions[table.mask], rays.directions[rays.valid], atol=1e-15
+    )
+
+
 @pytest.mark.parametrize("name", TABLES)
 def test_points_on_the_ray_of_a_position_project_to_it(name):
     camera = TABLES[name]

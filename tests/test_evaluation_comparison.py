@@ -1,12 +1,14 @@
 """Models are compared on the same corners, from cameras that never saw them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from raxel.calibration.correspondence import BoardView
 from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.errors import CalibrationError
-from raxel.evaluation.comparison import compare_models
+from raxel.evaluation.comparison import ModelComparison, compare_models
 from raxel.sets import Chessboard
 from tests.image_sets import COLUMNS, FOCAL, HEIGHT, ROWS, WIDTH, boards
 
@@ -33,6 +35,18 @@ def half_table(views):
     mask = whole.mask.copy()
     mask[:, 2 * WIDTH // 3 :] = False
     return GeneralCamera(whole.directions, mask)
+
+
+def test_the_corners_that_all_answer_for_choose_not_each_models_own():
+    """A model that has rays only where boards are easy scores well on its own."""
+    own, common = (
+        {
+            name: SimpleNamespace(mean_deg=angle, share_with_ray=1.0)
+            for name, angle in angles.items()
+        }
+        for angles in ({"easy": 0.1, "whole": 0.3}, {"easy": 0.1, "whole": 0.05})
+    )
+    assert ModelComparison(own, common, {}).best() == "whole"
 
 
 def test_both_are_scored_on_what_both_can_answer_for(views):

@@ -2,13 +2,14 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from repro.run import experiment, results
+from repro.run import experiment, jobs, results
 from repro.run.outcomes import DECISIONS, Plan, Reading
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
@@ -115,6 +116,17 @@ def test_seeds_differ_between_artefact_condition_and_trial():
     assert experiment.seed_of("a", {"x": 1, "y": 2}, 0) == experiment.seed_of(
         "a", {"y": 2, "x": 1}, 0
     )
+
+
+def test_image_sets_have_draws_of_their_own():
+    study = SimpleNamespace(details={"artefact": "ext_0"})
+
+    def draws(name):
+        order = jobs.Order(name, "quick", None, None, Path())
+        return jobs._trials(study, order, PLAN, 0, 1)[1]["0/0/draws"]
+
+    assert not np.isin(draws("study@one"), draws("study@two")).any()
+    assert np.array_equal(draws("study@one"), draws("study@one"))
 
 
 def test_an_interrupted_write_leaves_the_old_file(tmp_path):

@@ -294,10 +294,13 @@ class Bent:
         return Sight(none.astype(np.int16), pixels**2, none + 1)
 
 
-class Middle:
+class Middle(Texture):
     """Its mean over a footprint is taken for the place of the footprint's middle."""
 
     averages = True
+
+    def radiance(self, uv, cosine):
+        return uv[:, 0]
 
     def average(self, uv, across, down, cosine):
         return uv[:, 0]

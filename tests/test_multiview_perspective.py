@@ -26,16 +26,16 @@ def chosen():
 
 @pytest.fixture(scope="module")
 def given():
-    """A view that looks aside, turned about its axis."""
-    K = np.array([[60.0, 0, 50.0], [0, 60.0, 40.0], [0, 0, 1]])
-    return PerspectiveView(K, TILT, np.zeros(3), WIDTH, HEIGHT)
+    """A view that looks aside, turned about its axis, too large for one block."""
+    K = np.array([[180.0, 0, 150.0], [0, 180.0, 120.0], [0, 0, 1]])
+    return PerspectiveView(K, TILT, np.zeros(3), 3 * WIDTH, 3 * HEIGHT)
 
 
 @pytest.mark.parametrize("name", ["chosen", "given"])
 def test_every_pixel_of_a_view_comes_from_its_own_direction(request, name):
     view = request.getfixturevalue(name)
     x, y, z = view.R_camera_view.T
-    rows, columns = np.mgrid[:HEIGHT, :WIDTH].reshape(2, -1, 1)
+    rows, columns = np.mgrid[: view.height, : view.width].reshape(2, -1, 1)
     across = (columns - view.K[0, 2]) / view.K[0, 0] * x
     ahead = z + across + (rows - view.K[1, 2]) / view.K[1, 1] * y
     truth, valid = ASIDE.project(1e6 * ahead)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
-LIST = Path(__file__).with_name("mutants.yaml")
+LISTS = ("library.yaml", "report.yaml")
 
 
 class Mutant(NamedTuple):
@@ -46,9 +46,11 @@ class Mutant(NamedTuple):
         return (Path(root) / self.file).read_text("utf-8").replace(self.old, self.new)
 
 
-def load_mutants(path=LIST):
-    """The Mutants of a list, in its order."""
+def load_mutants():
+    """The Mutants of both lists beside this module, in their order."""
+    texts = [Path(__file__).with_name(name).read_text("utf-8") for name in LISTS]
     return [
         Mutant(**entry | {"tests": tuple(entry["tests"])})
-        for entry in yaml.safe_load(Path(path).read_text("utf-8"))
+        for text in texts
+        for entry in yaml.safe_load(text)
     ]
