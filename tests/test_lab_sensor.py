@@ -68,7 +68,8 @@ def test_gamma_table_and_black_level():
         Sensor(1, 1, response=table).develop(share), [0, 102, 204, 255, 0, 255]
     )
     dark = Sensor(1, 1, black_level=0.1, bits=8).develop(share)
-    np.testing.assert_array_equal(dark[[0, 3]], [26, 255])
+    # 0.1 of the range, and the share's part of the other 0.9.
+    np.testing.assert_array_equal(dark[:4], [26, 83, 140, 255])
 
 
 def test_blooming_runs_along_the_column_and_keeps_the_charge():
