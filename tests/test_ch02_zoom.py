@@ -8,10 +8,10 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials import (
     scores as zoom_scores,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
-from chapters.shared import three_planes
+from chapters.shared import facade, three_planes
 from chapters.shared.zoom_readings import share_of
 from raxel.calibration import BoardView
-from raxel.cameras import FisheyeCamera, PerspectiveCamera
+from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.sets import Chessboard
 
@@ -120,3 +120,17 @@ def test_a_share_in_words_has_the_wilson_interval_of_95_per_cent(true, total):
     low, high = binomtest(true, total).proportion_ci(0.95, method="wilson")
     said = f"{true} of {total} seeds ({low:.2f} to {high:.2f})"
     assert share_of(true, total) == said
+
+
+def test_the_upright_view_of_the_front_keeps_verticals_in_columns():
+    K = np.array([[60.0, 0, 79.5], [0, 60.0, 59.5], [0, 0, 1]])
+    camera = PerspectiveCamera(K, [], 160, 120)
+    world = camera.rays(pixel_grid(160, 120)).directions
+    world = world @ facade.T_world_camera()[:3, :3].T
+    # All points of a vertical line have one x / z, in the frame of the front.
+    sideways = (world[:, 0] / world[:, 2]).reshape(120, 160).astype(np.float32)
+    seen = facade.corrected_pictures(sideways, {"generic_as_printed": camera})
+    focal = 79.5 / np.tan(np.radians(facade.HALF_VIEW_DEG))
+    columns = np.arange(40, 120)
+    wanted = np.broadcast_to((columns - 79.5) / focal, (40, 80))
+    np.testing.assert_allclose(seen["view.upright"][30:70, 40:120], wanted, atol=5e-3)

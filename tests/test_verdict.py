@@ -139,6 +139,14 @@ def test_a_claim_has_its_test_and_how_it_was_changed():
     assert of_claim(("differs", {}))["changed"] == ""
 
 
+def test_claims_and_numbers_are_shown_with_their_intervals():
+    found = readings(("differs", {}))
+    found["readings"][0]["interval"] = [0.8, 0.9]
+    book = small(claims={"c": claim("fig_2_1")})
+    assert by_id(book, judged(claims={"c": found}))["c"]["interval"] == [0.8, 0.9]
+    assert of_number(number(), value(640, [600, 700]))["interval"] == [600, 700]
+
+
 def test_readings_that_agree_need_no_remark():
     row = of_claim(("differs", {"noise": "px"}), ("differs", {"noise": "mm"}))
     assert row["reason"] == "slope"
