@@ -28,11 +28,13 @@ def main(words, root=ROOT, mutants=None, cores=None):
         if fault:
             print(f"the tests fail without any mutant:\n{fault}", file=sys.stderr)
             return 1
+        caught = 0
         with ThreadPoolExecutor(cores) as pool:
-            found = list(pool.map(lambda m: trial.outcome(copies, m), chosen))
-    for mutant, (said, why) in zip(chosen, found, strict=True):
-        print(f"{said:<12} {mutant.name}" + (f": {why}" if why else ""))
-    caught = sum(said == trial.CAUGHT for said, _ in found)
+            found = pool.map(lambda m: trial.outcome(copies, m), chosen)
+            for mutant, (said, why) in zip(chosen, found, strict=True):
+                remark = f": {why}" if why else ""
+                print(f"{said:<12} {mutant.name}{remark}", flush=True)
+                caught += said == trial.CAUGHT
     print(f"{caught} of {len(chosen)} mutants caught")
     return 0 if caught == len(chosen) else 1
 
