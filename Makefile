@@ -13,8 +13,8 @@ RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR
   PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
 BUILD = $(RUN) .venv/bin/python -m repro.workflow
 # A folder's name may hold what make or the shell would take for its own: it is only handed on.
-export RAXEL_RECORDED := $(value RECORDED)
-FOR_SETS = --recorded "$$RAXEL_RECORDED" --cores "$(CORES)"
+export SETS_OF_REPORT := $(value RECORDED)
+FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
 .PHONY: report quick test mutants notebooks archive bench fuzz where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
