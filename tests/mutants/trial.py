@@ -16,9 +16,8 @@ CAUGHT, SURVIVED, STALE = "caught", "NOT CAUGHT", "stale"
 OVERTIME, BROKEN = "over time", "broken"
 # Some tests compile every loop of the library anew, on a machine that may be busy.
 LIMIT_S = 600
-PARTS = ("lib", "chapters", "tests", "data", "report/source")
-# What is built, or brought by users, is large and no matter of these tests.
-LEFT_OUT = shutil.ignore_patterns("*.jpg", "*.png", ".ruff_cache", "synthetic")
+# Photographs, and all that is built, are large and no matter of these tests.
+PARTS = ("lib", "chapters", "tests", "data/published", "data/rigs", "report/source")
 NUMBA = re.compile(r"^\s*(import|from) numba", re.M)
 PASSED, FAILED = 0, 1  # of pytest's exit statuses; the others mean that none ran
 ENVIRONMENT = {
@@ -47,7 +46,7 @@ class Copies:
         copy.mkdir()
         for part in PARTS:
             if (root / part).is_dir():
-                shutil.copytree(root / part, copy / part, ignore=LEFT_OUT)
+                shutil.copytree(root / part, copy / part)
         for path in root.iterdir():
             if path.is_file():
                 shutil.copy2(path, copy)
