@@ -26,7 +26,7 @@ test: setup ## unit and property tests, and a quick build with checks on its num
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m pytest -n auto --dist loadfile $(ARGS)
 
-mutants: setup ## faults put into copies of the code: is each caught by the tests it names? (ARGS="a word of its name")
+mutants: setup ## faults put into copies of the code: is each caught by the tests it names? (ARGS="words of their names")
 	@$(RUN) .venv/bin/python -m tests.mutants $(ARGS)
 
 quick: setup ## the whole report with few trials: report/site-quick/index.html

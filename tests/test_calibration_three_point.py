@@ -147,6 +147,14 @@ def test_the_threshold_is_an_angle_in_radians():
         assert found.inliers[12:].sum() <= 2
 
 
+@pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 0.1), ("angle", 1e-4)])
+def test_a_point_behind_its_rays_origin_is_a_wrong_pair(metric, threshold):
+    directions, points, _, rng = noisy_grid(6, count=40)
+    directions[:5] *= -1
+    found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
+    np.testing.assert_array_equal(found.inliers, np.arange(40) >= 5)
+
+
 def test_the_same_generator_state_gives_the_same_pose():
     directions, points, _, _ = noisy_grid(6, noise=0.3)
     first = pose_from_rays(directions, points, np.random.default_rng(1), 2.0)
