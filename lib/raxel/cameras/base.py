@@ -11,11 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras.storage import write_camera
+from raxel.documents import one_line
 from raxel.errors import InputError
 
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
 # products of these must not overflow.
 REMOTE = 1e100
+# Scales and lengths: fourth powers, and pixels divided by one, must not overflow.
+SMALLEST, LARGEST = 1e-30, 1e30
 # Coefficients of a polynomial, or corners of an outline: the roots of longer
 # polynomials are noise, and finding them takes the cube of their number.
 MOST_IN_A_ROW = 200
@@ -140,11 +143,32 @@ def checked_array(name, values, shape):
     return array
 
 
+def checked_positive(name, values, shape=()):
+    """As `checked_array`, of scales or lengths: each from SMALLEST to LARGEST."""
+    array = checked_array(name, values, shape)
+    if not ((array >= SMALLEST) & (array <= LARGEST)).all():
+        raise InputError(
+            f"field '{name}': found {array.tolist()}; it must be positive, from "
+            f"{SMALLEST:g} to {LARGEST:g}"
+        )
+    return array
+
+
+def checked_word(name, value, known):
+    """`value`, one of the known words, or InputError naming the field."""
+    if not isinstance(value, str) or value not in known:
+        raise InputError(
+            f"field '{name}': found {one_line(repr(value))}; give one of "
+            + ", ".join(known)
+        )
+    return value
+
+
 def checked_calibration_matrix(K):
     """K (3, 3) of the form (2.1), read-only, or InputError naming the field."""
     K = checked_array("K", K, (3, 3))
     upper = K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])
-    if not (upper and K[0, 0] > 0 and K[1, 1] > 0):
+    if not (upper and min(K[0, 0], K[1, 1]) >= SMALLEST):
         raise InputError(
             "field 'K': found " + str(K.tolist()) + "; (2.1) needs positive "
             "focal lengths, zeros below the diagonal, and 1 in the corner"

@@ -13,7 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.base import checked_array
+from raxel.cameras.base import (
+    LARGEST,
+    SMALLEST,
+    checked_array,
+    checked_positive,
+    checked_word,
+)
 from raxel.errors import InputError
 
 SHAPES = {
@@ -49,10 +55,7 @@ class ConicMirror:
 
     def __init__(self, shape, axes, rim_radius, hole_radius, side):
         self.radius, self.eccentricity, self.kappa = conic_of(shape, axes)
-        if side not in SIDES:
-            raise InputError(
-                f"field 'side': found {side!r}; give one of {', '.join(SIDES)}"
-            )
+        checked_word("side", side, SIDES)
         self.rim, self.inside = self._checked_rim(rim_radius), side == "inside"
         self.hole = float(checked_array("hole_radius", hole_radius, ()))
         if not 0 <= self.hole < self.rim:
@@ -65,11 +68,7 @@ class ConicMirror:
         self.foci = np.array([1 / (1 + self.eccentricity), stretch]) * self.radius
 
     def _checked_rim(self, rim_radius):
-        rim = float(checked_array("rim_radius", rim_radius, ()))
-        if not rim > 0:
-            raise InputError(
-                f"field 'rim_radius': found {rim_radius}; it must be positive"
-            )
+        rim = float(checked_positive("rim_radius", rim_radius))
         widest = self.radius / math.sqrt(self.kappa) if self.kappa > 0 else math.inf
         if rim > widest * (1 + RIM):
             raise InputError(
@@ -219,13 +218,9 @@ class ConicMirror:
 
 def conic_of(shape, axes):
     """(R, e, kappa) of a shape and its axes; InputError if no such surface exists."""
-    if shape not in SHAPES:
-        raise InputError(
-            f"field 'shape': found {shape!r}; give one of {', '.join(SHAPES)}"
-        )
-    names = SHAPES[shape]
+    names = SHAPES[checked_word("shape", shape, SHAPES)]
     axes = checked_array("axes", np.atleast_1d(axes), (None,))
-    if len(axes) != len(names) or not (axes > 0).all():
+    if len(axes) != len(names) or not ((axes > SMALLEST) & (axes < LARGEST)).all():
         raise InputError(
             f"field 'axes': found {axes.tolist()}; the {shape} needs positive "
             f"({', '.join(names)}) in mm"

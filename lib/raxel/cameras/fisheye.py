@@ -11,6 +11,8 @@ from raxel.cameras.base import (
     as_rows,
     check_size,
     checked_array,
+    checked_positive,
+    checked_word,
 )
 from raxel.errors import InputError
 
@@ -38,17 +40,10 @@ class FisheyeCamera(Camera):
         self, projection, focal_px, principal_point, width, height, max_angle=math.pi
     ):
         check_size(self, width, height)
-        if projection not in PROJECTIONS:
-            raise InputError(
-                f"field 'projection': found {projection!r}; give one of "
-                + ", ".join(PROJECTIONS)
-            )
-        self.projection = projection
-        self.focal_px = float(checked_array("focal_px", focal_px, ()))
+        self.projection = checked_word("projection", projection, PROJECTIONS)
+        self.focal_px = float(checked_positive("focal_px", focal_px))
         self.principal_point = checked_array("principal_point", principal_point, (2,))
         self.max_angle = float(checked_array("max_angle", max_angle, ()))
-        if not self.focal_px > 0:
-            raise InputError(f"field 'focal_px': found {focal_px}; it must be positive")
         if not 0 < self.max_angle <= math.pi:
             raise InputError(
                 f"field 'max_angle': found {max_angle}; give radians in (0, pi]"
@@ -77,8 +72,9 @@ class FisheyeCamera(Camera):
 
     def rays(self, pixels):
         """Rays through the origin of pixels (N, 2)."""
-        offset = (as_rows(pixels, 2) - self.principal_point) / self.focal_px
+        pixels = as_rows(pixels, 2)
         with np.errstate(over="ignore", invalid="ignore"):
+            offset = (pixels - self.principal_point) / self.focal_px
             across, z, angle = self._direction(np.hypot(*offset.T))
             d = np.column_stack([offset * across[:, None], z])
         valid = (angle <= self.max_angle + RIM) & np.isfinite(d).all(axis=1)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from raxel.cameras.azimuthal import AzimuthalCamera
-from raxel.cameras.base import check_size, checked_array
+from raxel.cameras.base import check_size, checked_array, checked_positive
 from raxel.cameras.plane_map import PlaneMap
 from raxel.cameras.rising import invert_rising, smallest_positive_root
 from raxel.errors import InputError
@@ -114,12 +114,9 @@ class KannalaBrandtCamera(AzimuthalCamera):
                 f"field 'k': k1 = {self.k[0]} found; r must rise from the axis, so "
                 "give a positive k1"
             )
-        self.pixels_per_unit = checked_array("pixels_per_unit", pixels_per_unit, (2,))
-        if not (self.pixels_per_unit > 0).all():
-            raise InputError(
-                f"field 'pixels_per_unit': found {self.pixels_per_unit.tolist()}; both "
-                "must be positive"
-            )
+        self.pixels_per_unit = checked_positive(
+            "pixels_per_unit", pixels_per_unit, (2,)
+        )
         self.principal_point = checked_array("principal_point", principal_point, (2,))
         self.radial_l, self.radial_i = _pair("radial", "l", "i", radial_l, radial_i)
         self.tangential_m, self.tangential_j = _pair(
@@ -171,7 +168,7 @@ class KannalaBrandtCamera(AzimuthalCamera):
 
 def _pair(name, first, second, amplitudes, waves):
     """Both of a pair of asymmetric terms, or neither."""
-    if len(amplitudes) == 0 and len(waves) == 0:
+    if np.size(amplitudes) == 0 and np.size(waves) == 0:
         return np.zeros(0), np.zeros(0)
     return (
         checked_array(f"{name}_{first}", amplitudes, (3,)),

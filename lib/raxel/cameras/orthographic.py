@@ -8,10 +8,10 @@ from raxel.cameras.base import (
     Rays,
     check_size,
     checked_array,
+    checked_positive,
     near_rows,
 )
 from raxel.cameras.named_fields import NamedFields
-from raxel.errors import InputError
 
 
 class OrthographicCamera(NamedFields, Camera):
@@ -31,12 +31,8 @@ class OrthographicCamera(NamedFields, Camera):
 
     def __init__(self, pixels_per_mm, principal_point, width, height):
         check_size(self, width, height)
-        self.pixels_per_mm = float(checked_array("pixels_per_mm", pixels_per_mm, ()))
+        self.pixels_per_mm = float(checked_positive("pixels_per_mm", pixels_per_mm))
         self.principal_point = checked_array("principal_point", principal_point, (2,))
-        if not self.pixels_per_mm > 0:
-            raise InputError(
-                f"field 'pixels_per_mm': found {pixels_per_mm}; it must be positive"
-            )
 
     def rays(self, pixels):
         """Rays along +z through pixels (N, 2)."""

@@ -8,6 +8,7 @@ from raxel.cameras.base import (
     Rays,
     check_size,
     checked_array,
+    checked_positive,
     near_rows,
 )
 from raxel.cameras.named_fields import NamedFields
@@ -37,14 +38,12 @@ class PushbroomCamera(NamedFields, Camera):
         self, focal_px, principal_column, velocity, width, height, reference_row=0.0
     ):
         check_size(self, width, height)
-        self.focal_px = float(checked_array("focal_px", focal_px, ()))
+        self.focal_px = float(checked_positive("focal_px", focal_px))
         self.principal_column = float(
             checked_array("principal_column", principal_column, ())
         )
         self.velocity = checked_array("velocity", velocity, (3,))
         self.reference_row = float(checked_array("reference_row", reference_row, ()))
-        if not self.focal_px > 0:
-            raise InputError(f"field 'focal_px': found {focal_px}; it must be positive")
         if abs(self.velocity[1]) <= 1e-9 * np.linalg.norm(self.velocity):
             raise InputError(
                 f"field 'velocity': found {self.velocity.tolist()}; y must not be "

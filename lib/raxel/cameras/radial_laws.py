@@ -5,7 +5,13 @@ import math
 import numpy as np
 
 from raxel.cameras.azimuthal import AzimuthalCamera
-from raxel.cameras.base import check_size, checked_array, checked_calibration_matrix
+from raxel.cameras.base import (
+    check_size,
+    checked_array,
+    checked_calibration_matrix,
+    checked_positive,
+    checked_word,
+)
 from raxel.cameras.brown import distortion_warp
 from raxel.errors import InputError
 
@@ -83,16 +89,10 @@ class MicusikPajdlaCamera(AzimuthalCamera):
 
     def __init__(self, law, a, b, principal_point, width, height, max_angle=None):
         check_size(self, width, height)
-        if law not in LAWS:
-            raise InputError(
-                f"field 'law': found {law!r}; give one of " + ", ".join(LAWS)
-            )
-        self.law = law
-        self.a = float(checked_array("a", a, ()))
+        self.law = checked_word("law", law, LAWS)
+        self.a = float(checked_positive("a", a))
         self.b = float(checked_array("b", b, ()))
         self.principal_point = checked_array("principal_point", principal_point, (2,))
-        if not self.a > 0:
-            raise InputError(f"field 'a': found {a}; it must be positive")
         self._set_up(np.eye(2), self.principal_point, max_angle, *self._own_limits())
 
     @property

@@ -10,7 +10,7 @@ are mm.
 import numpy as np
 from numpy.polynomial import polynomial
 
-from raxel.cameras.base import checked_array
+from raxel.cameras.base import checked_array, checked_positive
 from raxel.cameras.conic_mirror import Reflection
 from raxel.errors import InputError
 
@@ -37,11 +37,7 @@ class SheetMirror:
     inside = True
 
     def __init__(self, size, heights):
-        self.size = checked_array("size", size, (2,))
-        if not (self.size > 0).all():
-            raise InputError(
-                f"field 'size': found {self.size.tolist()}; both must be positive"
-            )
+        self.size = checked_positive("size", size, (2,))
         self.half = self.size / 2
         self.heights = checked_array("heights", heights, (None, None))
         self.radius = float(np.hypot(*self.half))

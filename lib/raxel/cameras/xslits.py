@@ -8,6 +8,7 @@ from raxel.cameras.base import (
     Rays,
     check_size,
     checked_array,
+    checked_positive,
     near_rows,
 )
 from raxel.cameras.named_fields import NamedFields
@@ -51,13 +52,8 @@ class XSlitsCamera(NamedFields, Camera):
         self.slit_points = checked_array("slit_points", slit_points, (2, 3))
         self.slit_directions = checked_array("slit_directions", slit_directions, (2, 3))
         self.image_distance = float(checked_array("image_distance", image_distance, ()))
-        self.pixels_per_mm = checked_array("pixels_per_mm", pixels_per_mm, (2,))
+        self.pixels_per_mm = checked_positive("pixels_per_mm", pixels_per_mm, (2,))
         self.principal_point = checked_array("principal_point", principal_point, (2,))
-        if not (self.pixels_per_mm > 0).all():
-            raise InputError(
-                f"field 'pixels_per_mm': found {self.pixels_per_mm.tolist()}; both "
-                "must be positive"
-            )
         self._slits = self._unit_slits()
 
     def _unit_slits(self):
