@@ -11,7 +11,7 @@ import pytest
 
 from raxel import archives
 from raxel.archives import Archive
-from raxel.cameras import PerspectiveCamera, load_camera
+from raxel.cameras import GeneralCamera, PerspectiveCamera, load_camera, storage
 from raxel.cli import main
 from raxel.errors import InputError
 from tests.image_sets import write_drawn_set
@@ -161,6 +161,15 @@ def test_claims_beyond_what_packing_can_do_or_memory_holds(tmp_path, monkeypatch
     monkeypatch.setattr(archives, "physical_memory", lambda: 1e5)
     with Archive(path, "file") as archive, pytest.raises(InputError, match="GB, more"):
         archive.array("points_mm", 10_000)
+
+
+def test_a_table_that_packs_too_well_is_none(tmp_path, monkeypatch):
+    directions = np.zeros((200, 300, 3)) + [0, 0, 1]
+    table = GeneralCamera(directions, np.ones((200, 300), bool))
+    table.save(tmp_path / "camera.npz")
+    assert load_camera(tmp_path / "camera.npz").share_with_ray == 1
+    monkeypatch.setattr(storage, "LARGE", 1 << 20)
+    refused(tmp_path / "camera.npz", "field 'directions': 0.00144 GB packed into 0.00")
 
 
 def test_order_of_bytes_and_of_axes_does_not_matter(tmp_path):

@@ -81,6 +81,12 @@ class Archive:
         with self._open(name) as stream:
             return self._header(name, stream).shape
 
+    def packing(self, name):
+        """(bytes that the array `name` needs, bytes that it takes in the file)."""
+        with self._open(name) as stream:
+            need = self._header(name, stream).bytes
+        return need, self._members[f"{name}.npy"].compress_size
+
     def array(self, name, most):
         """The array `name`, of at most `most` numbers, in this machine's byte order."""
         with self._open(name) as stream:
