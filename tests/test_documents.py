@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import pytest
 
@@ -98,6 +99,16 @@ def test_field_names():
 def test_near_names():
     assert did_you_mean("colums", ["rows", "columns"]) == "did you mean columns?"
     assert did_you_mean("pitch", {"rows": 1, "columns": 2}) == ""
+
+
+def test_yaml_that_would_take_minutes_is_not_begun(tmp_path):
+    path = tmp_path / "long.yaml"
+    path.write_text("a: b\n" * 1_000_000)
+    with pytest.raises(InputError, match=r"long\.yaml: found 5 MB, .* 2 MB at most"):
+        read_yaml(path)
+    os.mkfifo(tmp_path / "pipe.yaml")
+    with pytest.raises(InputError, match=r"pipe\.yaml: .* a pipe or a device"):
+        read_yaml(tmp_path / "pipe.yaml")
 
 
 def test_yaml_has_one_meaning(tmp_path):

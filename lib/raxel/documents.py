@@ -16,6 +16,8 @@ from raxel.reading import file_size
 
 SHOWN_CHARACTERS = 60
 MOST_VALUES = 1_000_000
+# The parser reads some 200 kB in a second.
+MOST_BYTES = 2_000_000
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -62,7 +64,12 @@ def read_yaml(path):
     Raises InputError with file and line.
     """
     path = Path(path)
-    file_size(path)
+    size = file_size(path)
+    if size > MOST_BYTES:
+        raise InputError(
+            f"{path}: found {size / 1e6:.3g} MB, which people do not write; give "
+            f"{MOST_BYTES / 1e6:g} MB at most"
+        )
     try:
         data = yaml.load(path.read_text(encoding="utf-8-sig"), _StrictLoader)
     except yaml.MarkedYAMLError as fault:
