@@ -1,5 +1,9 @@
 """A few of the mutants of `make fuzz`: each is read, or refused in one line."""
 
+import copy
+import json
+import struct
+
 import pytest
 
 from tests.fuzz.outcome import READ, REFUSED, outcome
@@ -27,6 +31,29 @@ def test_damaged_ones_are_read_or_refused(name, tmp_path):
         write_mutant(reader, tmp_path, 1, number, samples)
         kind, told = outcome(reader, tmp_path, number)
         assert kind in (READ, REFUSED), f"mutant {number}: {told}"
+
+
+@pytest.mark.parametrize("kind", [0, 127, 128, 65535])
+def test_a_tag_of_a_tiff_may_have_an_unknown_type(kind, tmp_path):
+    reader = READERS["images"]
+    reader.prepare(tmp_path)
+    whole = next(one for one, _ in reader.samples() if one.startswith(b"II*\0"))
+    strips = struct.pack("<H", 273)
+    at = whole.index(strips, struct.unpack_from("<I", whole, 4)[0]) + 2
+    content = whole[:at] + struct.pack("<H", kind) + whole[at + 2 :]
+    (tmp_path / reader.name).write_bytes(content)
+    assert outcome(reader, tmp_path, 0)[0] == REFUSED
+
+
+def test_an_sd_beyond_all_numbers(tmp_path):
+    reader = READERS["corners.json"]
+    reader.prepare(tmp_path)
+    found = copy.deepcopy(reader.samples()[0][1])
+    found["images"][0]["sd"][3] = 10**400
+    (tmp_path / reader.name).write_text(json.dumps(found))
+    kind, told = outcome(reader, tmp_path, 0)
+    assert kind == REFUSED
+    assert "images[0].sd: give one number" in told
 
 
 STRANGE = (
