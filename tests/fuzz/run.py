@@ -2,8 +2,8 @@
 
 A mutant is determined by seed, reader and number, so that one can be looked at again:
 `python -m tests.fuzz.run --readers rig --first 17 --mutants 1 --show`. Each reader has
-a process of its own, which is ended where a mutant takes more than SECONDS, and begun
-anew behind it. Inputs that make a fault are kept in tests/fuzz/failures.
+a process of its own, which is ended where a mutant takes more than SECONDS of processor
+time, and begun anew behind it. Inputs that make a fault are kept in tests/fuzz/failures.
 """
 
 import argparse
@@ -11,15 +11,17 @@ import faulthandler
 import multiprocessing
 import os
 import shutil
+import signal
 import tempfile
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 from tests.fuzz.outcome import READ, REFUSED, outcome
 from tests.fuzz.readers import READERS, write_mutant
 
-SECONDS = 20
+SECONDS, WAITING = 20, 9
 FAILURES = Path(__file__).with_name("failures")
 # A process is exchanged after so many, as memory's high water never falls.
 BATCH = 500
@@ -95,16 +97,29 @@ def _work(name, options, numbers, folder, pipe):
     for number in numbers:
         content = write_mutant(reader, folder, options.seed, number, samples)
         _keep(name, number, content)
-        with (_place(name, number) / "told").open("w") as file:
-            faulthandler.dump_traceback_later(SECONDS, exit=True, file=file)
+        with (_place(name, number) / "told").open("w") as file, _limited(file):
             kind, told = outcome(reader, folder, number)
-            faulthandler.cancel_dump_traceback_later()
         if kind in (READ, REFUSED):
             shutil.rmtree(_place(name, number))
         pipe.send((kind, told))
         if kind == "memory":
             # High water never falls.
             break
+
+
+@contextmanager
+def _limited(file):
+    """End the process, its traceback in `file`, after SECONDS of its own time.
+
+    One that waits for something is ended too, later: on a busy machine others run.
+    """
+    faulthandler.register(signal.SIGPROF, file=file, chain=True)
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    faulthandler.dump_traceback_later(WAITING * SECONDS, exit=True, file=file)
+    yield
+    faulthandler.cancel_dump_traceback_later()
+    signal.setitimer(signal.ITIMER_PROF, 0)
+    faulthandler.unregister(signal.SIGPROF)
 
 
 def _place(name, number):
