@@ -3,7 +3,7 @@
 A mutant is determined by seed, reader and number, so that one can be looked at again:
 `python -m tests.fuzz.run --readers rig --first 17 --mutants 1 --show`. Each reader has
 a process of its own, which is ended where a mutant takes more than SECONDS of processor
-time, and begun anew behind it. Inputs that make a fault are kept in tests/fuzz/failures.
+time, and begun anew behind it. Inputs that make a fault stay in tests/fuzz/failures.
 """
 
 import argparse
