@@ -3,6 +3,7 @@
 import json
 import os
 import resource
+import socket
 import subprocess
 import sys
 import time
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from repro.workflow.forks import ADDRESS, PINNED, warm_jobs
+from repro.workflow.forks import ADDRESS, END, PINNED, warm_jobs
 
 ROOT = Path(__file__).resolve().parents[1]
 ASK = ROOT / "lib" / "repro" / "workflow" / "ask.py"
@@ -138,7 +139,24 @@ forks.serve(sys.argv[1])
 """
 
 
-def test_jobs_end_with_the_build_with_what_they_started_and_leave_no_part(tmp_path):
+def test_a_server_that_imports_still_ends_at_once(tmp_path):
+    busy = BARE.replace("lambda: None", "lambda: [print(flush=True), time.sleep(60)]")
+    server = subprocess.Popen(
+        [sys.executable, "-c", busy.replace("import sys", "import sys, time"), "jobs"],
+        cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "lib")},
+    )  # fmt: skip
+    while not (tmp_path / "jobs").exists() and server.poll() is None:
+        time.sleep(0.02)
+    with socket.socket(socket.AF_UNIX) as asks:
+        asks.connect(str(tmp_path / "jobs"))
+        server.stdout.readline()
+        server.send_signal(END)
+        assert server.wait(timeout=20) == 1
+
+
+@pytest.mark.parametrize("how", ["the build is gone", "it says so"])
+def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how):
     (tmp_path / "sample.py").write_text(SAMPLE)
     paths = os.pathsep.join([str(ROOT / "lib"), str(tmp_path)])
     environment = os.environ | {"PYTHONPATH": paths, ADDRESS: "jobs"}
@@ -154,8 +172,11 @@ def test_jobs_end_with_the_build_with_what_they_started_and_leave_no_part(tmp_pa
     )  # fmt: skip
     started = Path("/proc") / job.stdout.readline().strip()
     begun = [path.suffix for path in tmp_path.glob(".whole-*")]
-    server.stdin.close()
-    assert server.wait(timeout=20) == 0
+    if how == "the build is gone":
+        server.stdin.close()
+    else:
+        server.send_signal(END)
+    assert server.wait(timeout=20) == (how != "the build is gone")
     assert job.wait(timeout=20) != 0
     assert begun == [".json"]
     assert {path.name for path in tmp_path.glob("*.json")} == set()

@@ -6,7 +6,7 @@ import filecmp
 from collections.abc import Mapping
 from pathlib import Path
 
-from repro.run.results import WRITTEN, write_atomic
+from repro.run.results import write_atomic
 
 Content = Path | str
 
@@ -32,7 +32,6 @@ def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
         elif name not in wanted:
             path.unlink()
             touched.append(name)
-    WRITTEN.extend(folder / name for name in wanted)
     return touched
 
 

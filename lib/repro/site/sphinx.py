@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 from repro.page.notebook import PageError
+from repro.run.results import WRITTEN
 from repro.site.mirror import Content, files_below, mirror
 
 DOWNLOADS = ("figures", "results", "notebooks", "source", "logs")
@@ -48,6 +49,7 @@ def build_site(source: Path, out: Path) -> list[str]:
         if name not in NOT_PUBLISHED
     }
     changed = mirror(wanted, out)
+    WRITTEN.extend(out / name for name in wanted)  # as it is now, with what was right
     print(f"{out}: {len(wanted)} files, {len(changed)} changed")
     return changed
 

@@ -27,6 +27,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from repro.run import discover
@@ -53,6 +54,7 @@ WARM = (
 )  # fmt: skip
 
 
+END = signal.SIGUSR1
 GRACE_S = 2.0
 RUNNING: set[int] = set()
 """Jobs of this server, each the leader of a process group of its own."""
@@ -74,7 +76,7 @@ def warm_jobs() -> Iterator[Callable[[], None]]:
         )
         os.environ[ADDRESS] = address
         try:
-            yield server.stdin.close
+            yield partial(server.send_signal, END)
         finally:
             del os.environ[ADDRESS]
             server.stdin.close()
@@ -88,6 +90,7 @@ def serve(address: str) -> None:
     listener.listen(64)
     for number in SIGNALS:  # the build hears them, and ends what has to end
         signal.signal(number, signal.SIG_IGN)
+    signal.signal(END, _end)
     if not _asked(listener):
         return
     _import_ahead()
@@ -96,7 +99,7 @@ def serve(address: str) -> None:
     gc.freeze()
     while _asked(listener):
         connection, _ = listener.accept()
-        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD])
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD, END])
         number = os.fork()
         if number == 0:
             listener.close()
@@ -104,7 +107,7 @@ def serve(address: str) -> None:
         with suppress(OSError):  # the job may be as far already, or have ended
             os.setpgid(number, number)
         RUNNING.add(number)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD])
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD, END])
         connection.close()
     _end_jobs()
 
@@ -123,6 +126,12 @@ def _reap(number: int, frame: object) -> None:
     with suppress(ChildProcessError):
         while ended := os.waitpid(-1, os.WNOHANG)[0]:
             RUNNING.discard(ended)
+
+
+def _end(number: int, frame: object) -> None:
+    """End before the time, whatever is being imported or compiled."""
+    _end_jobs()
+    os._exit(1)
 
 
 def _end_jobs() -> None:
@@ -162,8 +171,9 @@ def _run_once() -> None:
 def _job(connection: socket.socket) -> None:
     """Take the place of the process that asks: its streams, folder and environment."""
     os.setpgid(0, 0)
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD])
+    for number in (signal.SIGCHLD, END):
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD, END])
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     signal.signal(signal.SIGTERM, _leave)
     head, streams, _, _ = socket.recv_fds(connection, 8, 2)
