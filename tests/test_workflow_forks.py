@@ -183,6 +183,15 @@ def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how)
     assert not started.exists() or "Z" in (started / "stat").read_text().split()[2]
 
 
+def test_no_job_begins_once_the_build_was_interrupted(folder):
+    with warm_jobs() as end:
+        end()
+        environment = os.environ | {"PYTHONPATH": str(folder), "TOLD": ""}
+        asked = [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "say"]
+        job = subprocess.run(asked, env=environment, capture_output=True, check=False)
+    assert (job.returncode, job.stdout) == (1, b"")
+
+
 def test_the_warm_process_ends_with_the_build():
     with warm_jobs():
         address = os.environ[ADDRESS]

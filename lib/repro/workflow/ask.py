@@ -1,5 +1,7 @@
 """Hand a job to the build's warm process (`forks`), or start one for it.
 
+A build that was interrupted leaves a file beside the socket: nothing starts any more.
+
     python -I -S lib/repro/workflow/ask.py LABEL MODULE ...
 
 It runs once a job: it imports nothing that takes time to import.
@@ -12,7 +14,10 @@ import sys
 
 def main(words):
     """Exit status of the job; the job writes to this process's streams."""
-    connection = connected(os.environ.get("RAXEL_JOBS"))
+    address = os.environ.get("RAXEL_JOBS", "")
+    connection = connected(address)
+    if connection is None and os.path.exists(f"{address}.ended"):
+        return 1
     if connection is None:
         os.execv(sys.executable, [sys.executable, "-m", "repro.workflow.job", *words])
     variables = [f"{name}={value}" for name, value in os.environ.items()]
@@ -33,7 +38,7 @@ def connected(address):
     """A connection to the warm process, None where there is none."""
     connection = socket.socket(socket.AF_UNIX)
     try:
-        connection.connect(address or "")
+        connection.connect(address)
     except OSError:
         return None
     return connection

@@ -27,7 +27,6 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
 
 from repro.run import discover
@@ -75,8 +74,13 @@ def warm_jobs() -> Iterator[Callable[[], None]]:
             env={**os.environ, **PINNED},
         )
         os.environ[ADDRESS] = address
+
+        def end() -> None:
+            Path(f"{address}.ended").touch()
+            server.send_signal(END)
+
         try:
-            yield partial(server.send_signal, END)
+            yield end
         finally:
             del os.environ[ADDRESS]
             server.stdin.close()
