@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -131,25 +132,42 @@ def test_a_job_ends_with_the_process_that_asked_for_it(ask):
 
 
 BARE = """
-import sys
+import sys, time
 from repro.workflow import forks
 
-forks.WARM, forks._run_once = (), lambda: None
-forks.serve(sys.argv[1])
+forks.WARM, forks._run_once = (), lambda: SLOWLY
+forks.serve(int(sys.argv[1]))
 """
+BUSY = "[print(flush=True), time.sleep(60)]"
+
+
+@contextmanager
+def bare_server(folder, ahead="None"):
+    """A server without imports that listens at `jobs` in the folder."""
+    paths = os.pathsep.join([str(ROOT / "lib"), str(folder)])
+    environment = os.environ | {"PYTHONPATH": paths, ADDRESS: str(folder / "jobs")}
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(environment[ADDRESS])
+        listener.listen()
+        server = subprocess.Popen(
+            [
+                sys.executable, "-c", BARE.replace("SLOWLY", ahead),
+                str(listener.fileno()),
+            ],
+            cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            env=environment, pass_fds=[listener.fileno()],
+        )  # fmt: skip
+    job = subprocess.Popen(
+        [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "half"],
+        cwd=folder, text=True, stdout=subprocess.PIPE, env=environment,
+    )  # fmt: skip
+    yield server, job
+    assert job.wait(timeout=20) != 0
+    assert {path.name for path in folder.glob("*.json")} == set()
 
 
 def test_a_server_that_imports_still_ends_at_once(tmp_path):
-    busy = BARE.replace("lambda: None", "lambda: [print(flush=True), time.sleep(60)]")
-    server = subprocess.Popen(
-        [sys.executable, "-c", busy.replace("import sys", "import sys, time"), "jobs"],
-        cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "lib")},
-    )  # fmt: skip
-    while not (tmp_path / "jobs").exists() and server.poll() is None:
-        time.sleep(0.02)
-    with socket.socket(socket.AF_UNIX) as asks:
-        asks.connect(str(tmp_path / "jobs"))
+    with bare_server(tmp_path, BUSY) as (server, _):
         server.stdout.readline()
         server.send_signal(END)
         assert server.wait(timeout=20) == 1
@@ -158,28 +176,14 @@ def test_a_server_that_imports_still_ends_at_once(tmp_path):
 @pytest.mark.parametrize("how", ["the build is gone", "it says so"])
 def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how):
     (tmp_path / "sample.py").write_text(SAMPLE)
-    paths = os.pathsep.join([str(ROOT / "lib"), str(tmp_path)])
-    environment = os.environ | {"PYTHONPATH": paths, ADDRESS: "jobs"}
-    server = subprocess.Popen(
-        [sys.executable, "-c", BARE, "jobs"],
-        cwd=tmp_path, stdin=subprocess.PIPE, env=environment,
-    )  # fmt: skip
-    while not (tmp_path / "jobs").exists() and server.poll() is None:
-        time.sleep(0.02)
-    job = subprocess.Popen(
-        [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "half"],
-        cwd=tmp_path, text=True, stdout=subprocess.PIPE, env=environment,
-    )  # fmt: skip
-    started = Path("/proc") / job.stdout.readline().strip()
-    begun = [path.suffix for path in tmp_path.glob(".whole-*")]
-    if how == "the build is gone":
-        server.stdin.close()
-    else:
-        server.send_signal(END)
-    assert server.wait(timeout=20) == (how != "the build is gone")
-    assert job.wait(timeout=20) != 0
-    assert begun == [".json"]
-    assert {path.name for path in tmp_path.glob("*.json")} == set()
+    with bare_server(tmp_path) as (server, job):
+        started = Path("/proc") / job.stdout.readline().strip()
+        assert [path.suffix for path in tmp_path.glob(".whole-*")] == [".json"]
+        if how == "the build is gone":
+            server.stdin.close()
+        else:
+            server.send_signal(END)
+        assert server.wait(timeout=20) == (how != "the build is gone")
     assert not started.exists() or "Z" in (started / "stat").read_text().split()[2]
 
 

@@ -3,7 +3,7 @@
 Half of the work of many small jobs is to import numpy, OpenCV and matplotlib again.
 Here they are imported once, and a job begins where that has been done:
 
-    python -m repro.workflow.forks SOCKET
+    python -m repro.workflow.forks DESCRIPTOR
 
 The server ends when its standard input does, and its jobs with it, so that nothing
 outlives the build, however that ends.
@@ -68,11 +68,17 @@ def warm_jobs() -> Iterator[Callable[[], None]]:
     # A socket's path has to be short, which the checkout's may not be.
     with tempfile.TemporaryDirectory(prefix="raxel-") as folder:
         address = str(Path(folder) / "jobs")
-        server = subprocess.Popen(
-            [sys.executable, "-m", "repro.workflow.forks", address],
-            stdin=subprocess.PIPE,
-            env={**os.environ, **PINNED},
-        )
+        # It listens before the server does: the first job finds it, however slow that.
+        with socket.socket(socket.AF_UNIX) as listener:
+            listener.bind(address)
+            listener.listen(64)
+            number = listener.fileno()
+            server = subprocess.Popen(
+                [sys.executable, "-m", "repro.workflow.forks", str(number)],
+                stdin=subprocess.PIPE,
+                env={**os.environ, **PINNED},
+                pass_fds=[number],
+            )
         os.environ[ADDRESS] = address
 
         def end() -> None:
@@ -87,11 +93,9 @@ def warm_jobs() -> Iterator[Callable[[], None]]:
             server.wait()
 
 
-def serve(address: str) -> None:
-    """Fork a job for each request at ``address``, until standard input ends."""
-    listener = socket.socket(socket.AF_UNIX)
-    listener.bind(address)
-    listener.listen(64)
+def serve(descriptor: int) -> None:
+    """Fork a job for each request at a listening socket, until standard input ends."""
+    listener = socket.socket(fileno=descriptor)
     for number in SIGNALS:  # the build hears them, and ends what has to end
         signal.signal(number, signal.SIG_IGN)
     signal.signal(END, _end)
@@ -231,4 +235,4 @@ def _status(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1])
+    serve(int(sys.argv[1]))
