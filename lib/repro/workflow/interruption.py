@@ -12,10 +12,12 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Raise KeyboardInterrupt(number) when a signal says so, after a call of ``stop``.
+    """Raise KeyboardInterrupt(number) at the end where a signal was heard meanwhile.
 
-    What jobs and Snakemake say about their end is nobody's news. A second signal ends
-    the process as it would any other.
+    It is not raised at once: inside a lock of Snakemake's it would leave that locked
+    for ever. ``stop`` ends the jobs and lets none begin, so Snakemake soon has nothing
+    to do. What it says of that is nobody's news. A second signal ends the process as
+    it would any other.
     """
     heard: list[int] = []
 
@@ -25,7 +27,6 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
             signal.signal(one, signal.SIG_DFL)
         logging.disable(logging.CRITICAL)
         stop()
-        raise KeyboardInterrupt
 
     before = {one: signal.signal(one, hear) for one in SIGNALS}
     try:
