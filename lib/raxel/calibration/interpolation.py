@@ -22,7 +22,7 @@ from raxel.geometry.homography import homography_dlt
 
 INTERPOLATIONS = ("homographic", "smooth", "by need")
 TRIAL = 4  # points per cell each way at which the two are compared
-STRAIGHT_PX = 0.02  # a cell of the finer lattice bends no more than this
+STRAIGHT_PX = 0.015  # a cell of the finer lattice bends no more than this
 FINEST = 16  # of its cells to one of the board, each way
 EXACT_PX = 1e-3  # no corner is known better than this
 MOST_TERMS = 120  # of a polynomial through corners
