@@ -24,6 +24,7 @@ from raxel.calibration.generic_linear import (
     linear_well_conditioned,
 )
 from raxel.calibration.grunert import three_point_depths
+from raxel.calibration.interpolation import interpolated_view
 from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
 from raxel.calibration.three_point import (
     RayPose,
@@ -46,6 +47,7 @@ __all__ = [
     "calibrate_generic",
     "calibrate_zhang",
     "coefficient_vectors",
+    "interpolated_view",
     "linear_as_printed",
     "linear_well_conditioned",
     "locate_pixels",

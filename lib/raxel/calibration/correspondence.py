@@ -3,7 +3,8 @@
 Corners are few and a general camera wants a point for every pixel. Inside one cell of
 the detected lattice the image is nearly a homography of the board, fixed by the four
 corners (step 2 of the thesis's Algorithm 1 for chessboards, section 3.2). Cells are
-quadrilaterals of any shape, as a lens bends the lattice.
+quadrilaterals of any shape, as a lens bends the lattice. Where they are bent too much
+for that, `raxel.calibration.interpolation` gives a view with smaller ones.
 """
 
 from typing import NamedTuple

@@ -85,11 +85,12 @@ def corner_variance(view):
     """Variance (px^2) of the corners along each axis, from themselves.
 
     The least of what polynomials of rising degree leave per degree of freedom: too low
-    a degree leaves bend, and each that is high enough leaves noise alone. They may have
-    half as many terms as there are corners; inf where that is not enough for any.
+    a degree leaves bend, and each that is high enough leaves noise alone. A standard
+    error is added to each, as the least of several runs low. A quarter of the corners
+    at least is left to judge by; inf where that is too few for any degree.
     """
     found = np.flatnonzero(np.isfinite(view.pixels[:, 0]))
-    i, j, counts = _terms(view, min(len(found) // 2, MOST_TERMS))
+    i, j, counts = _terms(view, min(3 * len(found) // 4, MOST_TERMS))
     if len(counts) == 0:
         return np.inf
     y, x = np.divmod(found, view.columns)
@@ -101,7 +102,8 @@ def corner_variance(view):
     told = basis.T @ view.pixels[found]
     rest = np.sum((view.pixels[found] - basis @ told) ** 2)
     left = np.array([rest + np.sum(told[count:] ** 2) for count in counts])
-    return np.min(left / (2 * (len(found) - counts)))
+    freedom = 2.0 * (len(found) - counts)
+    return np.min(left / freedom * (1 + np.sqrt(2 / freedom)))
 
 
 def _terms(view, most):
