@@ -99,7 +99,7 @@ def misfit_warnings(found, what, cure):
     if found.odd_board:
         return [
             f"{found.odd_board}: does not fit as the other boards do: with it {off}; "
-            "are its corners right?"
+            f"if its corners are right, {what} these boards"
         ]
     return [f"{what} these boards: {off}; {cure}"]
 
