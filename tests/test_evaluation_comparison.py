@@ -177,7 +177,7 @@ def test_parts_that_gave_no_camera_are_told(views):
 
     comparison = compare_models({"lens": lens, "some": fails_once}, views, 3)
     (doubt,) = comparison.doubts()
-    assert doubt.startswith("some: 1 parts of the cross-validation left out")
+    assert doubt.startswith("some: 1 of the cross-validation's parts left out")
     assert doubt.endswith("boards do not overlap")
 
 

@@ -32,7 +32,11 @@ DOES_NOT_FIT = {
         "try --model generic, or look at what bends: " + described.WHAT_BENDS,
     ),
     "generic": ("no central camera fits", "possible: " + described.WHAT_BENDS),
-    "auto": ("no model that was tried fits", "possible: " + described.WHAT_BENDS),
+    "auto": (
+        "no model that could be tried fits",
+        "more boards that share areas of the image let the generic method try; else "
+        "possible: " + described.WHAT_BENDS,
+    ),
 }
 
 

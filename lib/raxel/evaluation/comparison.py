@@ -90,8 +90,8 @@ class ModelComparison(NamedTuple):
             if evaluation.left_out:
                 reason = next(iter(evaluation.left_out.values()))
                 doubts.append(
-                    f"{model}: {len(evaluation.left_out)} parts of the cross-validation"
-                    f" left out, where the other boards gave no camera: {reason}"
+                    f"{model}: {len(evaluation.left_out)} of the cross-validation's"
+                    f" parts left out, where the other boards gave no camera: {reason}"
                 )
         if len(self.own) > 1 and not self.common_is_enough():
             corners, boards = self.common_counts()
