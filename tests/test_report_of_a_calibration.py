@@ -77,13 +77,18 @@ def test_a_report_takes_the_place_of_a_report_and_of_nothing_else(tmp_path, caps
     report.mkdir()
     (report / "mine.txt").write_text("mine")
     assert main(arguments) == 2
-    assert "found other files than a report" in capsys.readouterr().err
+    assert "found other files than a report's" in capsys.readouterr().err
     assert not (tmp_path / "camera.npz").exists()
     (report / "mine.txt").unlink()
     assert main(arguments) == 0
     (report / "coverage.png").write_bytes(b"old")
     assert main(arguments) == 0
     assert (report / "coverage.png").read_bytes() != b"old"
+    (report / "camera.npz").write_bytes(b"mine")
+    assert main(arguments) == 2
+    (report / "camera.npz").unlink()
+    assert main([*arguments, "--json", str(report / "result.json")]) == 2
+    assert "whose place the report takes" in capsys.readouterr().err
     inside = [*arguments[:-1], str(tmp_path / "set" / "report")]
     assert main(inside) == 2
     assert "sets are only read" in capsys.readouterr().err

@@ -51,7 +51,8 @@ def calibrate(options, say):
     image_set = load_set(options.set)
     check_written([options.out, options.json], [image_set], [options.corners])
     if options.report:
-        check_report(options.report, image_set)
+        others = options.out, options.json, options.corners
+        check_report(options.report, image_set, others)
     check_chessboard(image_set)
     views = image_set.views_for("calibrate")
     needed = FEWEST_VIEWS[options.model]
