@@ -24,10 +24,12 @@ by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs e
 view's `outer_corners` in set.yaml. Every command explains its options with `--help`.
 
 Results are files, a short summary goes to standard output, progress to standard
-error. Exit status: 0 done; 2 bad input, with one line that says what and where, or no
-board in any image; 1 a file that cannot be written; 130 interrupted. Nothing
-half-written is left, and of several results of one command all are written or none. A
-pipe whose reader has gone (`| head -1`) stops nothing: files are written, status 0.
+error. A line of the summary that begins with `warning:` says what went into no result,
+or what no camera fits. Exit status: 0 done; 2 bad input, with one line that says what
+and where, or no board in any image; 1 a file that cannot be written; 130 interrupted.
+Nothing half-written is left, and of several results of one command all are written or
+none. A pipe whose reader has gone (`| head -1`) stops nothing: files are written,
+status 0.
 """
 
 import argparse

@@ -12,7 +12,9 @@ from raxel.files import check_can_be_written
 
 PAGE = "index.html"
 MARK = '<meta name="generator" content="raxel calibrate">'
-FILES = re.compile(r"index\.html|(corners|residuals)-\d+\.jpg|\w+\.png")
+FILES = re.compile(
+    r"index\.html|(corners|residuals)-\d+\.jpg|(residuals|coverage)\.png"
+)
 
 
 def check_report(folder, image_set, others=()):
