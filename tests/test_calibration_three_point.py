@@ -155,6 +155,19 @@ def test_a_point_behind_its_rays_origin_is_a_wrong_pair(metric, threshold):
     np.testing.assert_array_equal(found.inliers, np.arange(40) >= 5)
 
 
+def test_the_refined_error_is_the_one_that_is_asked_for():
+    directions, points, _, rng = noisy_grid(7, count=60, noise=1.0)
+
+    def angles(T):
+        sight = unit(transform(T, lifted(points)))
+        return np.arcsin(np.linalg.norm(np.cross(sight, directions), axis=1))
+
+    found = pose_from_rays(directions, points, rng, 0.1, metric="angle").T_camera_grid
+    nearest, _ = refine_pose_ray_point(directions, points, found)
+    # The sine's weights are those of the start, whose distances hardly change.
+    assert np.sum(angles(found) ** 2) < np.sum(angles(nearest) ** 2) * (1 - 1e-5)
+
+
 def test_the_same_generator_state_gives_the_same_pose():
     directions, points, _, _ = noisy_grid(6, noise=0.3)
     first = pose_from_rays(directions, points, np.random.default_rng(1), 2.0)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from repro.run import experiment, jobs, results
+from repro.run import experiment, jobs, judging, results
 from repro.run.outcomes import DECISIONS, Plan, Reading
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
@@ -56,6 +56,25 @@ def test_reading_returns_what_was_computed(tmp_path):
     assert len(means) == 12
     assert np.array_equal(np.isnan(means), [r is not None for r in reasons])
     assert result.settings == {"points": 20}
+
+
+def test_a_failed_trial_is_read_as_one_without_a_value(tmp_path):
+    values = iter([1.0, np.nan, 3.0])
+    plan = Plan(lambda condition, rng: {"x": next(values)}, [{}], trials=3)
+    records, _ = experiment.run_trials("fig_0_0", plan, [(0, t) for t in range(3)])
+    identity = {"experiment": "e", "effort": "quick"}
+    results.gather(identity, plan, records, {}, tmp_path / "r.json")
+    found = results.Result(tmp_path / "r.json").column("x")
+    np.testing.assert_array_equal(found, [1.0, np.nan, 3.0])
+
+
+def test_a_column_is_of_one_condition_or_refused(tmp_path):
+    run_all(PLAN, 1, tmp_path / "r.json")
+    result = results.Result(tmp_path / "r.json")
+    with pytest.raises(KeyError, match="2 conditions fit"):
+        result.column("method.mean", extent="finite")
+    with pytest.raises(KeyError, match="0 conditions fit"):
+        result.column("method.mean", noise=7.0)
 
 
 def test_what_if_more_trials_keeps_the_first_ones(tmp_path):
@@ -151,3 +170,9 @@ def test_only_what_holds_is_reproduced():
         "fails": "differs",
         "undecided": "undecided",
     }
+
+
+def test_what_is_judged_keeps_infinity_as_a_word_and_nan_as_nothing():
+    found = {"value": np.inf, "interval": (-np.inf, np.float64(2)), "other": np.nan}
+    plain = {"value": "inf", "interval": ["-inf", 2.0], "other": None}
+    assert judging._finite(found) == plain

@@ -179,6 +179,24 @@ def test_wins_asks_for_one_side_only():
     assert reverse.p == pytest.approx(1)
 
 
+def test_wins_corrects_for_the_number_of_levels():
+    levels = pairs(np.random.default_rng(15), 1.03, n=12)
+    alone = [stats.wins([level])[0].p for level in levels]
+    together = [found.p for found in stats.wins(levels)]
+    assert together == pytest.approx(stats.holm(alone))
+    assert together != pytest.approx(alone)
+
+
+def test_a_ratio_without_significance_decides_nothing():
+    """Forty pairs gain a tenth, ten lose all but a little."""
+    a = np.linspace(1, 1.001, 50)
+    b = np.where(np.arange(50) < 40, 1.1 * a, 0.01 * a)
+    (found,) = stats.wins([(a, b)])
+    assert found.ratio.above(stats.LEAST_RATIO) == "holds"
+    assert 0.01 < found.p < 0.1
+    assert found.decision == "undecided"
+
+
 def test_wins_counts_a_failure_of_one_side_against_it():
     a = np.linspace(1, 2, 60)
     b = np.where(np.arange(60) % 2, np.nan, a)

@@ -139,6 +139,17 @@ def test_a_claim_has_its_test_and_how_it_was_changed():
     assert of_claim(("differs", {}))["changed"] == ""
 
 
+def test_an_interval_holds_what_lies_between_its_ends():
+    for low, high, wanted in (
+        (600, 700, "reproduced"),
+        (640, 640, "reproduced"),
+        (600, 639, "differs"),
+        (641, 700, "differs"),
+    ):
+        row = of_number(number(640), value((low + high) / 2, [low, high]))
+        assert row["verdict"] == wanted
+
+
 def test_claims_and_numbers_are_shown_with_their_intervals():
     found = readings(("differs", {}))
     found["readings"][0]["interval"] = [0.8, 0.9]
