@@ -6,12 +6,12 @@ import pytest
 
 from raxel.features import (
     DETECTORS,
-    in_order_of_clicks,
+    order_of_clicks,
     refused,
     symmetries,
     verified,
 )
-from raxel.features.lattice import in_standard_order, lattice_fault, misfit, spacing
+from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
 from raxel.features.opencv import (
     PLAIN_FLAGS,
     SECTOR_FLAGS,
@@ -272,7 +272,7 @@ def test_the_standard_order_does_not_depend_on_the_order_given(size):
     board = Board(*size, facing(*size, 36, tilt=(0.03, 0.02), turn=0.4))
     image = board.image()
     results = [
-        in_standard_order(order, *size, image)
+        order[standard_order(order, *size, image)]
         for order, order_size in symmetries(board.corners(), *size)
         if order_size == size
     ]
@@ -284,8 +284,9 @@ def test_the_standard_order_does_not_depend_on_the_order_given(size):
 @pytest.mark.parametrize("turn", np.linspace(-3, 3, 7))
 def test_an_asymmetric_board_keeps_its_first_corner_at_any_turn(turn):
     board = Board(9, 6, facing(9, 6, 30, turn=turn))
-    ordered = in_standard_order(board.corners()[::-1], 9, 6, board.image())
-    assert np.array_equal(ordered, board.corners())
+    turned = board.corners()[::-1]
+    order = standard_order(turned, 9, 6, board.image())
+    assert np.array_equal(turned[order], board.corners())
 
 
 def test_clicks_settle_the_first_corner():
@@ -294,7 +295,9 @@ def test_clicks_settle_the_first_corner():
     for order, size in symmetries(lattice, 8, 6):
         if size == (8, 6):
             clicks = order[[0, 7, 47, 40]] + 1.5
-            assert np.array_equal(in_order_of_clicks(lattice, 8, 6, clicks), order)
+            assert np.array_equal(
+                lattice[order_of_clicks(lattice, 8, 6, clicks)], order
+            )
 
 
 def test_symmetries_are_eight_different_orders():

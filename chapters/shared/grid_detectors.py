@@ -21,11 +21,12 @@ def returned(name, image, columns, rows):
     """Corners (N, 2) of a detector without clicks; None where it refuses.
 
     OpenCV's stand as they are returned: with adaptive threshold and normalised
-    image, or sector-based, exhaustive and accurate.
+    image, or sector-based, exhaustive and accurate. What is compared are whole
+    boards: one that lacks corners counts as refused.
     """
     if name == CLICKLESS:
         seen = find_board(image, columns, rows)
-        return seen.corners if seen.found else None
+        return seen.corners if seen.found and not seen.missing else None
     find = {OPENCV: chessboard_corners, OPENCV_SB: chessboard_corners_sb}
     return find[name](image, columns, rows)
 

@@ -27,6 +27,10 @@ def corners(options, say):
         detector = detector_name(image_set, options)
         write_boards(options.json, image_set, detector, boards)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
+    for board in boards:
+        if board.detection.missing:
+            count, of = board.detection.missing, len(board.detection.corners)
+            print(f"  {board.view.label}: {count} of {of} corners are missing")
     for missed in left_out(boards):
         print(f"  {missed['file']}: {missed['reason']}")
     if not found:

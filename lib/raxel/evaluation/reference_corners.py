@@ -10,7 +10,8 @@ def corner_errors(detection, reference):
 
     `detection` is a Detection, `reference` a ReferenceCorners of the same image. The
     symmetry of the lattice with the smallest largest distance counts, since the
-    reference leaves open which corner is first; mirrored ones are allowed. None for a
+    reference leaves open which corner is first; mirrored ones are allowed. A corner
+    that the board lacks has no distance, so that fewer than N are given. None for a
     board that was not found, or of another size.
     """
     if not detection.found:
@@ -18,7 +19,7 @@ def corner_errors(detection, reference):
     orders = symmetries(detection.corners, detection.columns, detection.rows)
     size = reference.columns, reference.rows
     errors = [
-        np.linalg.norm(order - reference.corners, axis=1)[reference.certain]
+        _known(np.linalg.norm(order - reference.corners, axis=1)[reference.certain])
         for order, order_size in orders
         if order_size == size
     ]
@@ -31,6 +32,10 @@ def is_right(errors, reference):
     False for None, the errors of a board that is not there or of another size.
     """
     return errors is not None and bool(_largest(errors) <= reference.tolerance_px)
+
+
+def _known(errors):
+    return errors[np.isfinite(errors)]
 
 
 def _largest(errors):

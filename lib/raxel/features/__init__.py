@@ -13,7 +13,7 @@ size given and without, all of them right within a pixel, where 'opencv' found 5
 from raxel.features.celect.clicked import find_celect
 from raxel.features.detector import Detection, Partial, refused, verified
 from raxel.features.find import find_board, find_boards
-from raxel.features.lattice import in_order_of_clicks, symmetries
+from raxel.features.lattice import order_of_clicks, symmetries
 from raxel.features.opencv import find_opencv, find_opencv_sb
 
 DETECTORS = {
@@ -32,7 +32,7 @@ __all__ = [
     "Partial",
     "find_board",
     "find_boards",
-    "in_order_of_clicks",
+    "order_of_clicks",
     "refused",
     "symmetries",
     "verified",

@@ -9,7 +9,7 @@ from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
 from raxel.features.charuco import find_charuco, markers_seen
 from raxel.features.detector import Detection, refused
-from raxel.features.lattice import in_order_of_clicks
+from raxel.features.lattice import order_of_clicks
 from raxel.files import read_json, write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, Chessboard, View
@@ -58,9 +58,10 @@ def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
 def write_boards(path, image_set, detector, boards):
     """Write boards as JSON: {images: [{file, found, columns, rows, corners, ...}]}.
 
-    `sd` holds the standard deviation of each corner in px, null where the detector
-    gives none. `partial` holds the part of a refused board that is in order: its
-    corners, and the [row, column] of each; null where there is none.
+    A missing corner is null, and `missing` counts them. `sd` holds the standard
+    deviation of each corner in px, null where the detector gives none. `partial` holds
+    the part of a refused board that is in order: its corners, and the [row, column] of
+    each; null where there is none.
     """
     images = [
         {
@@ -68,7 +69,8 @@ def write_boards(path, image_set, detector, boards):
             "found": board.detection.found,
             "columns": board.detection.columns,
             "rows": board.detection.rows,
-            "corners": np.round(board.detection.corners, 6).tolist(),
+            "corners": _plain_corners(board.detection.corners),
+            "missing": board.detection.missing,
             "sd": plain_sd(board.detection.sd),
             "milliseconds": board.milliseconds,
             "partial": _partial(board.detection.partial),
@@ -114,11 +116,17 @@ def read_boards(path, image_set, views=None):
     return [Board(view, found.get(view.label, nothing), None) for view in views]
 
 
+def _plain_corners(corners):
+    """[[u, v], ...], null for a corner that is missing."""
+    points = np.round(corners, 6).tolist()
+    return [None if np.isnan(point).any() else point for point in points]
+
+
 def _partial(partial):
     if partial is None:
         return None
     return {
-        "corners": np.round(partial.corners, 6).tolist(),
+        "corners": _plain_corners(partial.corners),
         "indices": partial.indices.tolist(),
     }
 
@@ -189,23 +197,20 @@ def _as_clicked(detection, clicks):
     An order fits where each click is nearest to its own of the outermost corners.
     """
     columns, rows = detection.columns, detection.rows
-    corners = in_order_of_clicks(detection.corners, columns, rows, clicks)
+    order = order_of_clicks(detection.corners, columns, rows, clicks)
+    corners = detection.corners[order]
     outermost = corners[[0, columns - 1, columns * rows - 1, columns * (rows - 1)]]
-    nearest = _distances(clicks, outermost).argmin(axis=1)
-    if not np.array_equal(nearest, range(4)):
+    there = np.flatnonzero(np.isfinite(outermost[:, 0]))
+    apart = np.linalg.norm(clicks[there, None] - outermost[there], axis=2)
+    if not np.array_equal(apart.argmin(axis=1), range(len(there))):
         reason = (
             f"outer_corners: the clicks do not fit the {columns} x {rows} corners "
             f"found; click the first corner, the other end of its row of {columns}, "
             "and on clockwise"
         )
         return refused(columns, rows, reason)
-    places = _distances(corners, detection.corners).argmin(axis=1)
-    sd = None if detection.sd is None else detection.sd[places]
+    sd = None if detection.sd is None else detection.sd[order]
     return detection._replace(corners=corners, sd=sd)
-
-
-def _distances(points, others):
-    return np.linalg.norm(points[:, None] - others[None], axis=2)
 
 
 def _line(board):
@@ -213,6 +218,8 @@ def _line(board):
     what = detection.reason
     if detection.found:
         what = f"{detection.columns} x {detection.rows} corners"
+        if detection.missing:
+            what += f", {detection.missing} of them missing"
     return f"{board.view.label}: {what} ({board.milliseconds:.0f} ms)"
 
 
@@ -227,6 +234,13 @@ def _read_detection(where, entry, image_set):
         for key, expected in (("columns", target.columns), ("rows", target.rows))
     ]
     corners = _corners(f"{where}.corners", entry.get("corners"), size[0] * size[1])
+    missing = int(np.count_nonzero(np.isnan(corners[:, 0])))
+    stated = entry.get("missing", missing)
+    if stated != missing or isinstance(stated, bool):
+        raise InputError(
+            f"{where}.missing: found {stated!r}, but {missing} corners are null; give "
+            "their number, or leave it out"
+        )
     beyond = (corners < -0.5) | (
         corners > [image_set.width - 0.5, image_set.height - 0.5]
     )
@@ -253,10 +267,21 @@ def _corners(where, points, count):
         raise InputError(
             f"{where}: found {number} corners; give columns x rows = {count} of them"
         )
+    known = np.array([point is not None for point in points])
+    if not known.any():
+        raise InputError(
+            f"{where}: every corner is null; give those that were found, or say found: "
+            "false"
+        )
     try:
-        corners = np.array(points, dtype=float)
+        there = np.array([point for point in points if point is not None], dtype=float)
     except (TypeError, ValueError, OverflowError):
-        corners = np.empty(0)
-    if corners.shape != (count, 2) or not np.isfinite(corners).all():
-        raise InputError(f"{where}: a corner is no point; give [x, y], finite numbers")
+        there = np.empty(0)
+    if there.shape != (known.sum(), 2) or not np.isfinite(there).all():
+        raise InputError(
+            f"{where}: a corner is no point; give [x, y], finite numbers, or null for "
+            "one that is missing"
+        )
+    corners = np.full((count, 2), np.nan)
+    corners[known] = there
     return corners

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.lattice import in_standard_order, lattice_fault
+from raxel.features.lattice import lattice_fault, standard_order
 
 SPAN_FOR_8_BIT = (0.1, 99.9)
 
@@ -24,9 +24,9 @@ class Detection(NamedTuple):
     """What a detector says about one image.
 
     `corners` (rows * columns, 2) float64 pixels (u, v), row by row, x along the
-    columns, in the standard order of `lattice.in_standard_order`; (0, 2) where not
-    found. `reason` says why not, in a few words. `sd` (rows * columns,) px: standard
-    deviation of each corner from the noise of the image, by the rule of
+    columns, in the order of `lattice.standard_order`, NaN for a corner that is missing;
+    (0, 2) where not found. `reason` says why not, in a few words. `sd` (rows *
+    columns,) px: standard deviation of each corner from the noise of the image, by the rule of
     `raxel.sets.uncertainty`; None where a detector gives none. `partial`: what is in
     order of a refused board, None where there is nothing.
     """
@@ -38,6 +38,11 @@ class Detection(NamedTuple):
     reason: str = ""
     sd: np.ndarray | None = None
     partial: Partial | None = None
+
+    @property
+    def missing(self):
+        """Number of corners that the board lacks."""
+        return int(np.count_nonzero(np.isnan(self.corners[:, 0])))
 
 
 def refused(columns, rows, reason):
@@ -54,8 +59,8 @@ def verified(corners, columns, rows, image):
     fault = lattice_fault(corners, columns, rows, image)
     if fault:
         return refused(columns, rows, f"what was found is no lattice: {fault}")
-    ordered = in_standard_order(corners, columns, rows, image)
-    return Detection(True, ordered, columns, rows)
+    order = standard_order(corners, columns, rows, image)
+    return Detection(True, corners[order], columns, rows)
 
 
 def as_8_bit(image):

@@ -1,9 +1,9 @@
 """The lattice of a chessboard's corners: its symmetries, its order, its faults.
 
-A lattice is (rows * columns, 2) pixels (u, v), row by row. In the image, x along the
-columns turns clockwise into y along the rows (v points down), for every camera: where
-a mirror shows the board reversed, the lattice is the board seen from behind, which is
-a rigid motion of it.
+A lattice is (rows * columns, 2) pixels (u, v), row by row, NaN for a missing corner. In
+the image, x along the columns turns clockwise into y along the rows (v points down),
+for every camera: where a mirror shows the board reversed, the lattice is the board seen
+from behind, which is a rigid motion of it.
 """
 
 import numpy as np
@@ -19,16 +19,23 @@ def symmetries(corners, columns, rows):
     Yields (corners (columns * rows, 2), (columns, rows)); transposed orders have the
     two counts exchanged, so a caller with fixed counts takes those that fit.
     """
-    lattice = np.asarray(corners, dtype=float).reshape(rows, columns, 2)
-    for turned in (lattice, lattice.transpose(1, 0, 2)):
+    corners = np.asarray(corners, dtype=float)
+    for order, size in orders(columns, rows):
+        yield corners[order], size
+
+
+def orders(columns, rows):
+    """The eight orders: yields (index (rows * columns,), (columns, rows))."""
+    lattice = np.arange(rows * columns).reshape(rows, columns)
+    for turned in (lattice, lattice.T):
         for down in (1, -1):
             for right in (1, -1):
                 order = turned[::down, ::right]
-                yield order.reshape(-1, 2), (order.shape[1], order.shape[0])
+                yield order.ravel(), order.shape[::-1]
 
 
-def in_standard_order(corners, columns, rows, image):
-    """The same lattice with the first corner and the handedness fixed by rule.
+def standard_order(corners, columns, rows, image):
+    """Index (rows * columns,) of a lattice's corners with first corner and turn fixed.
 
     x turns clockwise into y. Of the orders that are left, those come first whose first
     cell is bright (a board with columns + rows odd has one such order, others two),
@@ -36,55 +43,71 @@ def in_standard_order(corners, columns, rows, image):
     """
     fitting = [
         order
-        for order, size in symmetries(corners, columns, rows)
-        if size == (columns, rows) and _is_clockwise(order, columns, rows)
+        for order, size in orders(columns, rows)
+        if size == (columns, rows) and _is_clockwise(corners[order], columns, rows)
     ]
-    return max(fitting, key=lambda order: _rank(order, columns, rows, image))
+    return max(fitting, key=lambda order: _rank(corners[order], columns, rows, image))
 
 
-def in_order_of_clicks(corners, columns, rows, outer_corners):
-    """The order whose four outermost corners lie nearest to four clicked points.
+def order_of_clicks(corners, columns, rows, outer_corners):
+    """Index of the order whose outermost corners lie nearest to four clicked points.
 
-    `outer_corners` (4, 2): the clicks, clockwise from the first corner.
+    `outer_corners` (4, 2): the clicks, clockwise from the first corner. An outermost
+    corner that is missing says nothing.
     """
     outermost = [0, columns - 1, columns * rows - 1, columns * (rows - 1)]
     wanted = columns, rows
-    fitting = [o for o, size in symmetries(corners, columns, rows) if size == wanted]
-    return min(fitting, key=lambda o: np.linalg.norm(o[outermost] - outer_corners))
+    fitting = [order for order, size in orders(columns, rows) if size == wanted]
+
+    def off(order):
+        return np.nansum((corners[order][outermost] - outer_corners) ** 2)
+
+    return min(fitting, key=off)
 
 
 def lattice_fault(corners, columns, rows, image):
     """Why these corners are no chessboard lattice in `image`, or '' if they are one.
 
-    Checked: finite, inside the image, distinct, every cell convex and turned the same
-    way, every corner in line with its neighbours, dark and bright cells in turn.
+    Checked: finite or missing, inside the image, distinct, every cell convex and turned
+    the same way, every corner in line with its neighbours, dark and bright cells in
+    turn. A missing corner says nothing, nor do the cells about it.
     """
     height, width = image.shape
-    if not np.isfinite(corners).all():
+    missing = np.isnan(corners).all(axis=1)
+    if not np.isfinite(corners[~missing]).all():
         return "a corner is not finite"
+    if missing.all():
+        return "every corner is missing"
     if (corners < -0.5).any() or (corners > (width - 0.5, height - 0.5)).any():
         return "a corner lies outside the image"
     if spacing(corners, columns, rows).min() < LEAST_STEP_PX:
         return "two corners lie less than a pixel apart"
     lattice = corners.reshape(rows, columns, 2)
     turns = _cell_turns(lattice)
+    turns = turns[np.isfinite(turns)]
     if not (np.all(turns > 0) or np.all(turns < 0)):
         return "a cell is folded or turned against the others"
-    if misfit(corners, columns, rows)[0].max() > LARGEST_MISFIT:
+    if np.nanmax(misfit(corners, columns, rows)[0], initial=0) > LARGEST_MISFIT:
         return "a corner is out of line with its neighbours"
-    signs = np.sign(_contrast(lattice, image))
+    contrast = _contrast(lattice, image)
+    signs = np.sign(contrast[np.isfinite(contrast)])
+    if not len(signs):
+        return "no cell has all its corners"
     if max((signs > 0).mean(), (signs < 0).mean()) < LEAST_ALTERNATING:
         return "cells are not dark and bright in turn"
     return ""
 
 
 def spacing(corners, columns, rows):
-    """Distance in px from each corner to its nearest neighbour, (rows * columns,)."""
+    """Distance in px from each corner to its nearest neighbour, (rows * columns,).
+
+    Infinite where there is none.
+    """
     lattice = corners.reshape(rows, columns, 2)
     along = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
     down = np.linalg.norm(np.diff(lattice, axis=0), axis=2)
     far = np.inf
-    return np.minimum.reduce(
+    return np.fmin.reduce(
         [
             np.pad(along, ((0, 0), (1, 0)), constant_values=far),
             np.pad(along, ((0, 0), (0, 1)), constant_values=far),
@@ -100,12 +123,13 @@ def misfit(corners, columns, rows):
     Returns (misfit (rows * columns,), prediction (rows * columns, 2)). The prediction
     is the cubic through the four nearest others of the same row, or of the same
     column, whichever agrees better (a bad neighbour spoils one of them only). The
-    misfit is the distance to it in steps of that line.
+    misfit is the distance to it in steps of that line; NaN where corners are missing
+    in both.
     """
     lattice = corners.reshape(rows, columns, 2)
     along = _line_misfit(lattice)
     down = [a.swapaxes(0, 1) for a in _line_misfit(lattice.swapaxes(0, 1))]
-    better = along[0] <= down[0]
+    better = (along[0] <= down[0]) | np.isnan(down[0])
     size = np.where(better, along[0], down[0])
     prediction = np.where(better[..., None], along[1], down[1])
     return size.ravel(), prediction.reshape(-1, 2)
@@ -113,7 +137,10 @@ def misfit(corners, columns, rows):
 
 def _line_misfit(lattice):
     """Misfit and prediction of every corner within its row (second axis)."""
-    prediction = np.einsum("jk,ikc->ijc", _leave_one_out(lattice.shape[1]), lattice)
+    weights = _leave_one_out(lattice.shape[1])
+    missing = np.isnan(lattice[..., 0])
+    prediction = np.einsum("jk,ikc->ijc", weights, np.nan_to_num(lattice))
+    prediction[missing @ (weights != 0).T] = np.nan
     steps = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
     local = (
         np.pad(steps, ((0, 0), (1, 0)), "edge")
@@ -145,13 +172,13 @@ def _cell_turns(lattice):
 
 
 def _is_clockwise(corners, columns, rows):
-    return np.median(_cell_turns(corners.reshape(rows, columns, 2))) > 0
+    return np.nanmedian(_cell_turns(corners.reshape(rows, columns, 2))) > 0
 
 
 def _rank(corners, columns, rows, image):
     lattice = corners.reshape(rows, columns, 2)
-    first_is_bright = _contrast(lattice, image).sum() > 0
-    x = (lattice[:, -1] - lattice[:, 0]).mean(axis=0)
+    first_is_bright = np.nansum(_contrast(lattice, image)) > 0
+    x = np.nanmean(np.diff(lattice, axis=1), axis=(0, 1))
     return first_is_bright, x[0] / np.hypot(*x)
 
 
@@ -164,17 +191,24 @@ def _contrast(lattice, image):
     around = (padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:])
     own = padded[1:-1, 1:-1]
     i, j = np.indices(own.shape)
-    return (own - np.nanmean(around, axis=0)) * (-1.0) ** (i + j)
+    known = np.isfinite(around).sum(axis=0)
+    mean = np.nansum(around, axis=0) / np.where(known, known, np.nan)
+    return (own - mean) * (-1.0) ** (i + j)
 
 
 def _cell_grey(lattice, image):
-    """Mean of 3 x 3 px around the middle of each cell, (rows - 1, columns - 1)."""
+    """Mean of 3 x 3 px around the middle of each cell, (rows - 1, columns - 1).
+
+    NaN for a cell that lacks a corner.
+    """
     ring = lattice[:-1, :-1], lattice[:-1, 1:], lattice[1:, 1:], lattice[1:, :-1]
-    u, v = np.rint(sum(ring) / 4).astype(int).transpose(2, 0, 1)
+    middle = sum(ring) / 4
+    known = np.isfinite(middle[..., 0])
+    u, v = np.rint(np.nan_to_num(middle)).astype(int).transpose(2, 0, 1)
     height, width = image.shape
     around = [
         image[np.clip(v + dv, 0, height - 1), np.clip(u + du, 0, width - 1)]
         for dv in (-1, 0, 1)
         for du in (-1, 0, 1)
     ]
-    return np.mean(around, axis=0, dtype=float)
+    return np.where(known, np.mean(around, axis=0, dtype=float), np.nan)

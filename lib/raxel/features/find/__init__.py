@@ -11,16 +11,18 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, as_8_bit, refused
 from raxel.features.find.search import seen_in
-from raxel.features.find.verdict import continues, fault_of, open_side
-from raxel.features.lattice import in_standard_order, symmetries
+from raxel.features.find.verdict import continues, judged, open_side
+from raxel.features.lattice import standard_order
 
 
 def find_board(image, columns=None, rows=None):
     """The chessboard of an image (height, width), uint8 or uint16: a Detection.
 
     `columns`, `rows`: interior corners, or both None where unknown. Returned is a board
-    that is complete, of that size, and certain to a quarter of a pixel (SD); else the
-    reason, and as `partial` the corners in order. Raises InputError for one of the two.
+    of that size, whose corners are certain to a quarter of a pixel (SD) or else missing
+    (NaN): up to a third of each row and column, and none of the sides where the size is
+    not given. Otherwise the reason, and as `partial` the corners in order. Raises
+    InputError for one count without the other.
     """
     if (columns is None) != (rows is None):
         found, missing = ("columns", "rows") if rows is None else ("rows", "columns")
@@ -44,38 +46,35 @@ def find_boards(image):
     if min(image.shape) < 16:
         return []
     seen = seen_in(as_8_bit(image))
-    return [_detection(g, image) for g in seen.grids if not fault_of(g, image)]
+    grids = [judged(grid, image, told=False) for grid in seen.grids]
+    return [_detection(grid, image) for grid, fault in grids if not fault]
 
 
 def _known_size(seen, image, columns, rows):
     grids = seen.grids
     wanted = {(columns, rows), (rows, columns)}
-    faults = [fault_of(grid, image) for grid in grids]
-    boards = [
-        grid
-        for grid, fault in zip(grids, faults, strict=True)
-        if not fault and grid.known.shape in wanted
-    ]
+    verdicts = [judged(grid, image, told=True) for grid in grids]
+    boards = [g for g, fault in verdicts if not fault and g.known.shape in wanted]
     if len(boards) == 1:
         return _detection(boards[0], image, columns, rows)
     if boards:
         reason = f"{len(boards)} boards of {columns} x {rows} corners are seen"
         return _refused(grids[0], image, columns, rows, reason)
-    fault = faults[0] or _size(grids[0])
+    fault = verdicts[0].fault or f"{_size(grids[0])}; check columns and rows"
     reason = f"no board of {columns} x {rows} interior corners: {fault}"
     return _refused(grids[0], image, columns, rows, reason)
 
 
 def _unknown_size(seen, image):
     grids = seen.grids
-    faults = [fault_of(grid, image) for grid in grids]
-    boards = [grid for grid, fault in zip(grids, faults, strict=True) if not fault]
+    verdicts = [judged(grid, image, told=False) for grid in grids]
+    boards = [grid for grid, fault in verdicts if not fault]
     if len(boards) > 1:
         sizes = ", ".join(map(_size, boards))
         reason = f"{len(boards)} boards are seen ({sizes}); give columns and rows"
         return _refused(boards[0], image, None, None, reason)
     if not boards:
-        return _refused(grids[0], image, None, None, faults[0])
+        return _refused(grids[0], image, None, None, verdicts[0].fault)
     board = boards[0]
     side = open_side(board, image)
     if side:
@@ -84,7 +83,8 @@ def _unknown_size(seen, image):
             "image; give columns and rows"
         )
         return _refused(board, image, None, None, reason)
-    if continues(board, [grid for grid in grids if grid is not board]):
+    others = [g for g, (_, fault) in zip(grids, verdicts, strict=True) if fault]
+    if continues(board, others):
         reason = (
             f"{_size(board)}, but more of a lattice stands beside it; give columns "
             "and rows"
@@ -102,28 +102,12 @@ def _detection(grid, image, columns=None, rows=None):
     """The Detection of a complete grid; its longer side is columns unless given."""
     if columns is None:
         columns, rows = max(grid.known.shape), min(grid.known.shape)
-    high, wide = grid.known.shape
-    index = np.arange(high * wide).reshape(-1, 1)
-    both = np.column_stack([grid.points.reshape(-1, 2), index]).reshape(high, wide, 3)
-    if (wide, high) != (columns, rows):
-        both = both.transpose(1, 0, 2)
-    both = both.reshape(-1, 3)
-    corners = in_standard_order(both[:, :2], columns, rows, image)
-    sd = grid.sd.ravel()[_order(both, corners, columns, rows)]
-    return Detection(True, corners, columns, rows, sd=sd)
-
-
-def _order(both, corners, columns, rows):
-    """Index into the grid's cells of each corner, in the order of `corners`."""
-    numbers = np.column_stack([both[:, 2], both[:, 2]])
-    for (points, size), (index, _) in zip(
-        symmetries(both[:, :2], columns, rows),
-        symmetries(numbers, columns, rows),
-        strict=True,
-    ):
-        if size == (columns, rows) and np.array_equal(points, corners):
-            return index[:, 0].astype(int)
-    raise AssertionError("the standard order is a symmetry of the lattice")
+    points, sd = grid.points, grid.sd
+    if grid.known.shape != (rows, columns):
+        points, sd = points.transpose(1, 0, 2), sd.T
+    corners, sd = points.reshape(-1, 2), sd.ravel()
+    order = standard_order(corners, columns, rows, image)
+    return Detection(True, corners[order], columns, rows, sd=sd[order])
 
 
 def _refused(grid, image, columns, rows, reason):

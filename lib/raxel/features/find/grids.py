@@ -19,6 +19,9 @@ MOST_MISFIT = 0.45
 MISFIT_RATIO, MISFIT_MORE = 1.7, 0.05
 LEAST_SPACING = 4.0
 LEAST_SIDE = 3
+# Share of a row or column that may be missing. Chance patterns beside a board add rows
+# that are nearly empty; with two thirds of each seen, no row is one of those.
+MOST_MISSING = 1 / 3
 FAKE_SHARE, FAKE_COUNT = 0.25, 2
 # Windows in px of the finest level: the next is taken where a corner is too uncertain.
 WINDOWS = (7.0, 14.0, 28.0)
@@ -233,21 +236,33 @@ def _cropped(grid):
     return Grid(*(a[i[0] : i[-1] + 1, j[0] : j[-1] + 1] for a in grid))
 
 
-def without(grid, gone):
-    """The grid without the cells `gone` (rows, columns) bool."""
+def holed(grid, gone):
+    """The grid with no corners in the cells `gone` (rows, columns) bool."""
     left = Grid(*(a.copy() for a in grid))
     for a in left:
         a[gone] = np.nan
-    return _cropped(left)
+    return left
+
+
+def without(grid, gone):
+    """As `holed`, and without the rows and columns at the sides that are empty then."""
+    return _cropped(holed(grid, gone))
+
+
+def nearly_complete(grid):
+    """Whether a grid may be a whole board that lacks some corners (MOST_MISSING)."""
+    known = grid.known
+    share = min(known.mean(axis=0).min(), known.mean(axis=1).min())
+    return min(known.shape) >= LEAST_SIDE and share >= 1 - MOST_MISSING
 
 
 def trimmed(grid):
-    """The grid without side rows that hold next to nothing, if it then is complete.
+    """The grid without side rows that hold next to nothing, if little then is missing.
 
     What stands there by itself is a chance pattern beside the board.
     """
     left = grid
-    while min(left.known.shape) > LEAST_SIDE and not left.complete:
+    while min(left.known.shape) > LEAST_SIDE and not nearly_complete(left):
         known = left.known
         sides = {
             (0, 0): known[0],
@@ -261,7 +276,7 @@ def trimmed(grid):
         gone = np.zeros_like(known)
         gone[(slice(None),) * axis + (end,)] = True
         left = without(left, gone)
-    return left if left.complete else grid
+    return left if nearly_complete(left) else grid
 
 
 def _largest_part(grid):

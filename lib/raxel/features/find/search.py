@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.grids import grid_of, settled, trimmed
+from raxel.features.find.grids import grid_of, nearly_complete, settled, trimmed
 from raxel.features.find.growth import as_grid, lattices_of
 from raxel.features.find.ring import Nodes, joined, nodes_of
 from raxel.features.find.saddles import levels_of, noise_sd, saddles_of, sharp_level
@@ -25,7 +25,11 @@ class Seen(NamedTuple):
 
 
 def seen_in(image):
-    """All lattices in an image (height, width), uint8 or float32: `Seen`."""
+    """All lattices in an image (height, width), uint8 or float32: `Seen`.
+
+    The search ends: what a lattice puts back into the queue holds fewer of its corners
+    than it did, so that the queue's corners become fewer with every turn.
+    """
     grey = image.astype(np.float32)
     noise = noise_sd(grey)
     levels = levels_of(grey, noise)
@@ -39,6 +43,8 @@ def seen_in(image):
     links = links_of(nodes, levels)
     queue, grids = lattices_of(nodes, links)[:MOST_LATTICES], []
     taken = np.zeros(len(nodes.points), bool)
+    # A corner seen in a coarse copy is known to a pixel of that copy.
+    reach = SAME_PX * np.array([level.scale for level in levels])
     while queue:
         lattice = queue.pop(0)
         of = np.array(list(lattice.values()))
@@ -48,19 +54,23 @@ def seen_in(image):
         if grid is None:
             continue
         grids.append(grid)
-        taken |= _near(nodes.points, grid.points[grid.known], SAME_PX * levels[0].scale)
+        taken |= _near(nodes.points, grid.points[grid.known], reach[nodes.level])
         left = of[~taken[of]]
-        if len(left) >= LEAST_NODES:
+        if LEAST_NODES <= len(left) < len(of):
             queue += lattices_of(nodes, _links_among(links, left))
     grids = [trimmed(grid) for grid in grids]
-    if any(grid.complete for grid in grids):
+    whole = [nearly_complete(grid) for grid in grids]
+    if any(whole):
         sharp = levels[0], sharp_level(grey, noise)
-        grids = [settled(grid, sharp) if grid.complete else grid for grid in grids]
+        grids = [
+            settled(grid, sharp) if some else grid
+            for grid, some in zip(grids, whole, strict=True)
+        ]
     return Seen(sorted(grids, key=lambda grid: -grid.count), nodes, levels)
 
 
 def _near(points, others, reach):
-    """Which points (N, 2) lie near one of the others (M, 2)."""
+    """Which points (N, 2) lie within reach (N,) px of one of the others (M, 2)."""
     from raxel.features.find.compiled import nearest
 
     return nearest(points, others)[1] < reach

@@ -1,9 +1,11 @@
 """Is a grid of corners the whole board, and nothing but the board?"""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from raxel.features.detector import as_8_bit
-from raxel.features.find.grids import LEAST_SIDE
+from raxel.features.find.grids import LEAST_SIDE, Grid, holed, nearly_complete
 from raxel.features.find.patches import predicted
 from raxel.features.find.rim import runs_on_beyond, side_named
 from raxel.features.lattice import lattice_fault, spacing
@@ -16,29 +18,93 @@ MOST_MISFIT = 0.375
 LEAST_SPACING = 7.5
 LEAST_SEEN = 0.34
 RIM_PX = 2.0
+# Places that a refusal names.
+MOST_PLACES = 3
 # A lattice cut off lies on the next rings of the grid: so many, so near (in steps).
 BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
 
 
-def fault_of(grid, image):
-    """Why this grid is no board that could be returned, or ''."""
+class Judged(NamedTuple):
+    """A grid of the corners that are sure enough, and why it is no board, or ''."""
+
+    grid: Grid
+    fault: str
+
+
+def judged(grid, image, told):
+    """Whether a grid is a board that could be returned: `Judged`.
+
+    told: whether its size is given. If so it may lack corners, as `nearly_complete`
+    says; if not, none of its sides: a side that is broken does not say that the board
+    ends there.
+    """
+    sure = holed(grid, unsure(grid))
+    return Judged(sure, _lack(grid, sure, told) or _fault(sure, image))
+
+
+def unsure(grid):
+    """Which corners (rows, columns) are too uncertain, or no crossing of edges."""
+    return grid.known & ~((grid.sd <= MOST_SD) & (grid.misfit <= MOST_MISFIT))
+
+
+def _lack(grid, sure, told):
+    """Why too many corners are missing or unsure, or ''."""
     rows, columns = sorted(grid.known.shape)
     if min(rows, columns) < LEAST_SIDE:
-        return f"a lattice of {columns} x {rows} corners is too small to be sure of"
-    if not grid.complete:
         return (
-            f"{grid.count} of {columns * rows} corners of a lattice of {columns} x "
-            f"{rows} are seen"
+            f"a lattice of {columns} x {rows} corners is too small to be sure of; a "
+            f"board has {LEAST_SIDE} x {LEAST_SIDE} or more"
         )
-    worst = np.nanmax(grid.sd)
-    if worst > MOST_SD:
-        return f"a corner is uncertain by {worst:.2f} px"
-    if np.nanmax(grid.misfit) > MOST_MISFIT:
-        return "a corner is not clear: its edges do not meet in one point"
+    known = sure.known
+    sides_hold = known[[0, -1]].all() and known[:, [0, -1]].all()
+    if nearly_complete(sure) and (told or sides_hold):
+        return ""
+    if grid.complete:
+        return _unsure_ones(grid, unsure(grid))
+    what = (
+        f"{grid.count} of {columns * rows} corners of a lattice of {columns} x {rows} "
+        f"are seen{_places(predicted(grid.points)[~grid.known], 'missing near')}"
+    )
+    if unsure(grid).any():
+        what += f"; {_unsure_ones(grid, unsure(grid))}"
+    return what if told else f"{what}; give columns and rows"
+
+
+def _unsure_ones(grid, which):
+    """What is wrong with corners that cannot be used."""
+    count = np.count_nonzero(which)
+    of = f"{count} of {grid.count} corners" if count > 1 else "a corner"
+    crossing = which & ~(grid.misfit <= MOST_MISFIT)
+    worst = np.where(which & np.isfinite(grid.sd), grid.sd, 0).max()
+    if crossing.sum() > count / 2:
+        what = "not clear: their edges do not meet in one point"
+    elif worst > MOST_SD:
+        what = f"uncertain by up to {worst:.2f} px, where {MOST_SD:g} px is the most"
+    else:
+        what = "not to be placed"
+    verb = "are" if count > 1 else "is"
+    return f"{of} {verb} {what}{_places(grid.points[which], 'near')}"
+
+
+def _places(points, word):
+    """Where in the image: ' (near (u, v), ...)', the first few that are known."""
+    points = points[np.isfinite(points[:, 0])]
+    if not len(points):
+        return ""
+    shown = [f"({u:.0f}, {v:.0f})" for u, v in points[:MOST_PLACES]]
+    more = len(points) - len(shown)
+    return f" ({word} {', '.join(shown)}{f' and {more} more' if more else ''})"
+
+
+def _fault(grid, image):
+    """What else is wrong with a grid that lacks little, or ''."""
     corners, size = grid.points.reshape(-1, 2), grid.known.shape[::-1]
     least = spacing(corners, *size).min()
     if least < LEAST_SPACING:
-        return f"corners lie {least:.1f} px apart, too near to be placed well"
+        return (
+            f"corners lie {least:.1f} px apart; below {LEAST_SPACING:g} px they cannot "
+            "be placed well: come nearer, or use larger squares"
+        )
     fault = lattice_fault(corners, *size, image)
     if fault:
         return fault
