@@ -26,9 +26,9 @@ class Detection(NamedTuple):
     `corners` (rows * columns, 2) float64 pixels (u, v), row by row, x along the
     columns, in the order of `lattice.standard_order`, NaN for a corner that is missing;
     (0, 2) where not found. `reason` says why not, in a few words. `sd` (rows *
-    columns,) px: standard deviation of each corner from the noise of the image, by the rule of
-    `raxel.sets.uncertainty`; None where a detector gives none. `partial`: what is in
-    order of a refused board, None where there is nothing.
+    columns,) px: standard deviation of each corner from the noise of the image, by the
+    rule of `raxel.sets.uncertainty`; None where a detector gives none. `partial`: what
+    is in order of a refused board, None where there is nothing.
     """
 
     found: bool

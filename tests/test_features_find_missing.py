@@ -1,0 +1,234 @@
+"""Boards that lack corners, lattices that run away, and what refusals say."""
+
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.features import find_board
+from raxel.features.boards import detect_boards, read_boards, write_boards
+from raxel.features.detector import Detection
+from raxel.features.find import search
+from raxel.features.find.grids import Grid
+from raxel.features.find.verdict import judged
+from raxel.features.lattice import (
+    lattice_fault,
+    misfit,
+    orders,
+    standard_order,
+    symmetries,
+)
+from raxel.files import write_json
+from raxel.sets import load_set
+from tests.chessboards import Board, facing
+from tests.image_sets import COLUMNS, ROWS, write_drawn_set
+from tests.test_features_find import drawn, seen
+
+TWO_LACK = [None] * 2 + [[9, 9]] * 33
+INNER, ON_SIDE = 22, 4  # of the 9 x 6 corners of `drawn("straight")`
+
+
+def covered(board, *numbers, size=13):
+    """The picture with a grey disc on some corners."""
+    image = seen(board)
+    for u, v in np.rint(board.corners()[list(numbers)]).astype(int).tolist():
+        cv2.circle(image, (u, v), size, 128, -1)
+    return image
+
+
+@pytest.mark.parametrize("number", [INNER, ON_SIDE, 0])
+def test_a_board_with_a_covered_corner_is_returned_without_it(number):
+    board = drawn("straight")
+    found = find_board(covered(board, number), 9, 6)
+    assert found.found, found.reason
+    assert found.missing == 1
+    truth = board.corners()
+    lacks = np.isnan(found.corners[:, 0])
+    # Of the two orders that keep the first cell's colour, the one that is meant.
+    order = min(
+        (o for o, size in symmetries(truth, 9, 6) if size == (9, 6)),
+        key=lambda o: np.nansum(np.abs(o - found.corners)),
+    )
+    assert np.array_equal(order[lacks], truth[[number]])
+    assert np.linalg.norm(order - found.corners, axis=1)[~lacks].max() < 0.2
+    assert np.array_equal(np.isnan(found.sd), lacks)
+
+
+def test_without_a_size_a_hole_is_borne_and_a_broken_side_is_not():
+    board = drawn("straight")
+    found = find_board(covered(board, INNER))
+    assert (found.columns, found.rows, found.missing) == (9, 6, 1)
+    found = find_board(covered(board, ON_SIDE))
+    assert not found.found
+    place = r"\((\d+), (\d+)\)"
+    told = re.fullmatch(
+        rf"53 of 54 corners of a lattice of 9 x 6 are seen \(missing near {place}\); "
+        "give columns and rows",
+        found.reason,
+    )
+    assert np.abs(np.array(told.groups(), float) - board.corners()[ON_SIDE]).max() < 2
+
+
+def test_a_side_of_which_half_is_covered_is_no_side():
+    board = drawn("straight")
+    image = covered(board, 0, 1, 2, 3)
+    assert not find_board(image, 9, 6).found
+    assert not find_board(image, 9, 5).found
+
+
+@pytest.mark.parametrize("columns", [4, 9])
+def test_a_strip_of_squares_is_refused(columns):
+    board = Board(columns, 1, facing(columns, 1, 40))
+    for size in ((None, None), (columns, 3)):
+        found = find_board(seen(board), *size)
+        assert not found.found
+        assert "too small to be sure of" in found.reason or "no lattice" in found.reason
+
+
+class _TooMany(Exception):
+    pass
+
+
+def _runaway(shift, most):
+    """grid_of whose corners lie `shift` px from where they were seen."""
+    calls = []
+
+    def grid_of(start, nodes, level):
+        calls.append(len(nodes))
+        if len(calls) > most:
+            raise _TooMany
+        known = np.isfinite(start[..., 0])
+        ones = np.where(known, 1.0, np.nan)
+        return Grid(start + shift, ones, ones, ones, ones)
+
+    return grid_of
+
+
+@pytest.mark.parametrize("shift", [0.0, 2.4, 2.6, 40.0, 4000.0])
+def test_the_search_ends_wherever_corners_go(monkeypatch, shift):
+    """As many turns as lattices, however far corners are from where they were seen."""
+    image = np.hstack([seen(drawn("straight")), seen(drawn("bent"))])
+    nodes = search.seen_in(image).nodes
+    monkeypatch.setattr(search, "grid_of", _runaway(shift, len(nodes.points)))
+    monkeypatch.setattr(search, "nearly_complete", lambda grid: False)
+    assert search.seen_in(image).grids
+
+
+def test_blur_of_five_pixels_ends():
+    board = Board(9, 6, facing(9, 6, 60))
+    found = find_board(seen(board, blur=5.0, noise=0.5), 9, 6)
+    assert found.found or found.reason
+
+
+def grid(points, sd=0.05, misfit=0.1):
+    ones = np.ones(points.shape[:2])
+    return Grid(points, sd * ones, misfit * ones, ones, ones)
+
+
+def test_a_corner_that_cannot_be_placed_is_missing_or_named():
+    board = drawn("straight")
+    points = board.corners().reshape(6, 9, 2)
+    unsure = grid(points)
+    unsure.sd[2, 4] = np.inf
+    sure, fault = judged(unsure, board.image(), told=True)
+    assert not fault
+    assert np.argwhere(~sure.known).tolist() == [[2, 4]]
+    unsure.sd[0, :] = np.inf
+    u, v = points[0, 0]
+    fault = judged(unsure, board.image(), told=True).fault
+    assert fault.startswith(
+        f"10 of 54 corners are not to be placed (near ({u:.0f}, {v:.0f})"
+    )
+    unsure.sd[0, :] = 0.31
+    unsure.sd[2, 4] = 0.05
+    fault = judged(unsure, board.image(), told=True).fault
+    assert "9 of 54 corners are uncertain by up to 0.31 px, where 0.25 px is" in fault
+    assert "inf" not in fault
+
+
+def test_the_limit_of_nearness_is_named():
+    board = Board(9, 6, facing(9, 6, 6))
+    fault = judged(
+        grid(board.corners().reshape(6, 9, 2)), board.image(), told=True
+    ).fault
+    assert fault.startswith("corners lie 6.0 px apart; below 7.5 px")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_lattice_with_holes_is_ordered_as_the_whole_one(seed):
+    rng = np.random.default_rng(seed)
+    board = drawn("bent" if seed % 2 else "turned")
+    size, image = (board.columns, board.rows), board.image()
+    whole = board.corners()
+    holes = whole.copy()
+    holes[rng.choice(len(whole), 6, replace=False)] = np.nan
+    for index, order_size in orders(*size):
+        if order_size == size:
+            straight = index[standard_order(whole[index], *size, image)]
+            with_holes = index[standard_order(holes[index], *size, image)]
+            assert np.array_equal(straight, with_holes)
+    assert lattice_fault(holes, *size, image) == ""
+    known = np.isfinite(misfit(holes, *size)[0])
+    apart = misfit(holes, *size)[1] - whole
+    assert known.sum() > len(whole) / 3
+    assert np.linalg.norm(apart[known], axis=1).max() < 3.0
+
+
+def test_missing_corners_survive_the_disk(tmp_path):
+    drawn_set = write_drawn_set(tmp_path / "set")
+    image_set = load_set(tmp_path / "set")
+    corners = drawn_set[0].corners()
+    corners[3] = np.nan
+    sd = np.where(np.isnan(corners[:, 0]), np.nan, 0.1)
+    board = detect_boards(image_set, views=image_set.views[:1])[0]._replace(
+        detection=Detection(True, corners, COLUMNS, ROWS, sd=sd)
+    )
+    write_boards(tmp_path / "corners.json", image_set, "raxel", [board])
+    again = read_boards(tmp_path / "corners.json", image_set)[0].detection
+    assert again.missing == 1
+    np.testing.assert_allclose(again.corners, corners, atol=1e-6)
+    assert np.array_equal(np.isnan(again.sd), np.isnan(sd))
+
+
+@pytest.mark.parametrize(
+    ("entry", "found"),
+    [
+        ({"corners": [None] * 35}, "images[0].corners: every corner is null"),
+        (
+            {"corners": TWO_LACK, "missing": 1},
+            "images[0].missing: found 1",
+        ),
+        (
+            {"corners": TWO_LACK, "missing": True},
+            "missing: found True",
+        ),
+        ({"corners": [[9, None]] * 35}, "images[0].corners: a corner is no point"),
+    ],
+)
+def test_faults_of_missing_corners_are_named(tmp_path, entry, found):
+    write_drawn_set(tmp_path / "set")
+    size = {"file": "view0.png", "found": True, "columns": COLUMNS, "rows": ROWS}
+    write_json(tmp_path / "corners.json", {"images": [size | entry]})
+    with pytest.raises(InputError) as fault:
+        read_boards(tmp_path / "corners.json", load_set(tmp_path / "set"))
+    assert found in str(fault.value)
+
+
+def test_boards_with_a_covered_corner_are_calibrated(tmp_path, capsys):
+    drawn_set = write_drawn_set(tmp_path / "set")
+    path = tmp_path / "set" / "view1.png"
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    u, v = np.rint(drawn_set[1].corners()[17]).astype(int).tolist()
+    cv2.circle(image, (u, v), 7, 128, -1)
+    cv2.imwrite(str(path), image)
+    corners = str(tmp_path / "corners.json")
+    assert main(["corners", str(tmp_path / "set"), "--json", corners]) == 0
+    assert "view1.png: 1 of 35 corners are missing" in capsys.readouterr().out
+    for model in ("zhang", "generic", "auto"):
+        out = str(tmp_path / f"{model}.npz")
+        options = ["--model", model, "--corners", corners, "--out", out]
+        assert main(["calibrate", str(tmp_path / "set"), *options]) == 0
+        assert main(["evaluate", out, str(tmp_path / "set"), "--corners", corners]) == 0
