@@ -183,8 +183,16 @@ def _boards():
     ]
     lost = dict(images[0], found=False, corners=[], reason="no board")
     few = [dict(images[3], file="view0.png"), *images[1:3]]
+    holes = [dict(image, missing=2) for image in images]
+    for image in holes:
+        image["corners"] = [None, *image["corners"][1:-1], None]
+        image["sd"] = [None, *image["sd"][1:-1], None]
     found = {"set": "drawn", "detector": "raxel"}
-    return [found | {"images": images}, found | {"images": [lost, *few[1:]]}]
+    return [
+        found | {"images": images},
+        found | {"images": [lost, *few[1:]]},
+        found | {"images": holes},
+    ]
 
 
 def _use_boards(folder, number):
