@@ -29,8 +29,8 @@ def find_board(image, columns=None, rows=None):
         raise InputError(f"{missing}: not given, but {found} is; give both or neither")
     if min(image.shape) < 16:
         return refused(columns, rows, "the image is too small to show a board")
-    seen = seen_in(as_8_bit(image))
     known = columns is not None and rows is not None
+    seen = seen_in(as_8_bit(image), (columns, rows) if known else None)
     if not seen.grids:
         of = f"of {columns} x {rows} interior corners" if known else "of any size"
         count = len(seen.nodes.points)

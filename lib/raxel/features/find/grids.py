@@ -23,6 +23,8 @@ LEAST_SIDE = 3
 # that are nearly empty; with two thirds of each seen, no row is one of those.
 MOST_MISSING = 1 / 3
 FAKE_SHARE, FAKE_COUNT = 0.25, 2
+# Of a row beyond a board whose size is known: half of it is no chance any more.
+MOST_CHANCE = 0.5
 # Windows in px of the finest level: the next is taken where a corner is too uncertain.
 WINDOWS = (7.0, 14.0, 28.0)
 ALIKE, CLEARER = 1.2, 0.6
@@ -263,20 +265,42 @@ def trimmed(grid):
     """
     left = grid
     while min(left.known.shape) > LEAST_SIDE and not nearly_complete(left):
-        known = left.known
-        sides = {
-            (0, 0): known[0],
-            (0, -1): known[-1],
-            (1, 0): known[:, 0],
-            (1, -1): known[:, -1],
-        }
-        (axis, end), row = min(sides.items(), key=lambda side: side[1].mean())
-        if row.sum() > min(FAKE_COUNT, FAKE_SHARE * len(row)):
+        gone, count, length = _emptiest_side(left)
+        if count > min(FAKE_COUNT, FAKE_SHARE * length):
             break
-        gone = np.zeros_like(known)
-        gone[(slice(None),) * axis + (end,)] = True
         left = without(left, gone)
     return left if nearly_complete(left) else grid
+
+
+def cut_to(grid, sizes):
+    """The grid without side rows that are mostly empty, if it then has one of `sizes`.
+
+    For a size that somebody knows: a row of which less than half is seen (MOST_CHANCE),
+    beyond a board of this size with two thirds of each row, is a chance pattern in the
+    board's border. A row with half of its corners or more may be the board's own.
+    """
+    left = grid
+    while min(left.known.shape) > LEAST_SIDE and left.known.shape not in sizes:
+        gone, count, length = _emptiest_side(left)
+        if count >= MOST_CHANCE * length:
+            break
+        left = without(left, gone)
+    return left if left.known.shape in sizes and nearly_complete(left) else grid
+
+
+def _emptiest_side(grid):
+    """(cells (rows, columns) bool, corners there, cells there) of the emptiest side."""
+    known = grid.known
+    sides = {
+        (0, 0): known[0],
+        (0, -1): known[-1],
+        (1, 0): known[:, 0],
+        (1, -1): known[:, -1],
+    }
+    (axis, end), row = min(sides.items(), key=lambda side: side[1].mean())
+    gone = np.zeros_like(known)
+    gone[(slice(None),) * axis + (end,)] = True
+    return gone, row.sum(), len(row)
 
 
 def _largest_part(grid):

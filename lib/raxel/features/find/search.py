@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.grids import grid_of, nearly_complete, settled, trimmed
+from raxel.features.find.grids import cut_to, grid_of, nearly_complete, settled, trimmed
 from raxel.features.find.growth import as_grid, lattices_of
 from raxel.features.find.ring import Nodes, joined, nodes_of
 from raxel.features.find.saddles import levels_of, noise_sd, saddles_of, sharp_level
@@ -24,11 +24,10 @@ class Seen(NamedTuple):
     levels: list
 
 
-def seen_in(image):
+def seen_in(image, size=None):
     """All lattices in an image (height, width), uint8 or float32: `Seen`.
 
-    The search ends: what a lattice puts back into the queue holds fewer of its corners
-    than it did, so that the queue's corners become fewer with every turn.
+    size: (columns, rows) of the board that is looked for, None where unknown.
     """
     grey = image.astype(np.float32)
     noise = noise_sd(grey)
@@ -41,6 +40,26 @@ def seen_in(image):
     if not len(nodes.points):
         return Seen([], nodes, levels)
     links = links_of(nodes, levels)
+    grids = [trimmed(grid) for grid in grids_of(nodes, links, levels)]
+    if size:
+        grids = [cut_to(grid, (size, size[::-1])) for grid in grids]
+    whole = [nearly_complete(grid) for grid in grids]
+    if any(whole):
+        sharp = levels[0], sharp_level(grey, noise)
+        grids = [
+            settled(grid, sharp) if some else grid
+            for grid, some in zip(grids, whole, strict=True)
+        ]
+    return Seen(sorted(grids, key=lambda grid: -grid.count), nodes, levels)
+
+
+def grids_of(nodes, links, levels):
+    """The grids that grow from the lattices of linked nodes, the largest lattice first.
+
+    It ends for any input: each pass takes a lattice off the queue and puts back only
+    lattices of those of its nodes that the grid left, if it left fewer than all. A node
+    is in one lattice at most, so the nodes in the queue become fewer with every pass.
+    """
     queue, grids = lattices_of(nodes, links)[:MOST_LATTICES], []
     taken = np.zeros(len(nodes.points), bool)
     # A corner seen in a coarse copy is known to a pixel of that copy.
@@ -58,15 +77,7 @@ def seen_in(image):
         left = of[~taken[of]]
         if LEAST_NODES <= len(left) < len(of):
             queue += lattices_of(nodes, _links_among(links, left))
-    grids = [trimmed(grid) for grid in grids]
-    whole = [nearly_complete(grid) for grid in grids]
-    if any(whole):
-        sharp = levels[0], sharp_level(grey, noise)
-        grids = [
-            settled(grid, sharp) if some else grid
-            for grid, some in zip(grids, whole, strict=True)
-        ]
-    return Seen(sorted(grids, key=lambda grid: -grid.count), nodes, levels)
+    return grids
 
 
 def _near(points, others, reach):

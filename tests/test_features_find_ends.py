@@ -1,0 +1,111 @@
+"""The search for boards ends, and takes no lattice for more than it is."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features import find_board, symmetries
+from raxel.features.find import search
+from raxel.features.find.grids import Grid, grid_of
+from raxel.features.find.ring import Nodes
+from raxel.features.find.saddles import levels_of
+from tests.chessboards import Board, facing
+
+BOARD = Board(9, 6, facing(9, 6, 40))
+
+
+def noded(lattice):
+    """Nodes at the points (rows, columns, 2) of a lattice, and their links."""
+    rows, columns = lattice.shape[:2]
+    count = rows * columns
+    number = np.arange(count).reshape(rows, columns)
+    links = np.full((count, 4, 2), -1)
+    for k, (dx, dy) in enumerate(((1, 0), (0, 1), (-1, 0), (0, -1))):
+        for y, x in np.ndindex(rows, columns):
+            if 0 <= y + dy < rows and 0 <= x + dx < columns:
+                links[number[y, x], k] = number[y + dy, x + dx], (k + 2) % 4
+    angles = np.tile([0, np.pi / 2, np.pi, -np.pi / 2], (count, 1))
+    nodes = Nodes(
+        lattice.reshape(-1, 2).astype(float),
+        angles,
+        np.tile([1, -1, 1, -1], (count, 1)),
+        np.ones(count),
+        np.zeros(count, int),
+    )
+    return nodes, links
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_grids_that_move_away_from_their_nodes_come_to_an_end(seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    rows, columns = rng.integers(3, 9, 2)
+    lattice = 12.0 * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
+    nodes, links = noded(lattice + 20)
+    cut = rng.random(links.shape[:2]) < rng.uniform(0, 0.3)
+    links[cut] = -1
+    passes = []
+
+    def moved(start, _nodes, _level):
+        passes.append(np.isfinite(start[..., 0]).sum())
+        assert len(passes) <= len(nodes.points)
+        away = rng.random(start.shape[:2]) < rng.choice([0.5, 0.9, 1.0])
+        points = start + 30 * away[..., None]
+        return Grid(points, *(np.ones(start.shape[:2]) for _ in range(4)))
+
+    monkeypatch.setattr(search, "grid_of", moved)
+    levels = levels_of(np.zeros((64, 64), np.float32), 1.0)
+    grids = search.grids_of(nodes, links, levels)
+    assert len(grids) == len(passes) > 0
+
+
+@pytest.mark.parametrize("blur", [4.0, 5.0, 6.0])
+def test_heavy_blur_ends_in_an_answer(blur):
+    soft = cv2.GaussianBlur(BOARD.image().astype(np.float32), (0, 0), blur)
+    found = find_board(np.rint(soft).astype(np.uint8), 9, 6)
+    assert found.found or found.reason
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_a_lattice_one_or_two_squares_wide_is_refused(rows, monkeypatch):
+    image = BOARD.image()
+
+    def narrow(start, nodes, level):
+        return Grid(*(a[:rows] for a in grid_of(start, nodes, level)))
+
+    monkeypatch.setattr(search, "grid_of", narrow)
+    for size in ((9, 6), (None, None)):
+        found = find_board(image, *size)
+        assert not found.found
+        assert f"9 x {rows} corners is too small to be sure of" in found.reason
+
+
+def with_more_squares(count):
+    """The board with dark squares in its border, `count` chance corners below it."""
+    image = BOARD.image()
+    corners = BOARD.corners().reshape(6, 9, 2)
+    low = round(corners[-1, 0, 1]) + 40
+    for j in range(0, count + 1):
+        left = round(corners[0, 0, 0]) + 40 * (j - 1)
+        if (j + 6) % 2 == 0:
+            image[low : low + 40, left : left + 40] = image[low - 20, left - 20]
+    return cv2.GaussianBlur(image, (0, 0), 0.8)
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_chance_corners_in_the_border_lose_no_board_of_known_size(count):
+    found = find_board(with_more_squares(count), 9, 6)
+    assert found.found, found.reason
+    true = BOARD.corners()
+    off = min(
+        np.linalg.norm(order - true, axis=1).max()
+        for order, size in symmetries(found.corners, 9, 6)
+        if size == (9, 6)
+    )
+    assert off < 0.2
+
+
+@pytest.mark.parametrize("count", [6, 8])
+def test_most_of_a_row_beyond_the_asked_size_is_no_chance(count):
+    found = find_board(with_more_squares(count), 9, 6)
+    assert not found.found
+    assert "9 x 7" in found.reason
