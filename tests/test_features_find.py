@@ -36,7 +36,7 @@ def soft_and_noisy(image, blur=0.8, noise=2.0, seed=1):
 def distance(found, corners, columns, rows):
     """The largest distance to the true corners under the best symmetry."""
     return min(
-        np.linalg.norm(order - corners, axis=1).max()
+        np.nanmax(np.linalg.norm(order - corners, axis=1))
         for order, size in symmetries(found.corners, found.columns, found.rows)
         if size == (columns, rows)
     )

@@ -61,13 +61,15 @@ from repro.run.outcomes import Plan
 #    neighbours. Missing corners are looked for where the others put them,
 #    also one ring farther out.
 # 6. **Place.** A corner lies where the edges of its patch point. The patch
-#    is straightened by the lattice first. The noise gives its standard
-#    deviation.
-# 7. **Verdict.** A board is returned if it is complete, of the size that
-#    was asked for, certain to a quarter of a pixel (one standard deviation),
-#    and its edges meet in one point at every corner. If no size was given,
-#    the board's end must be in the picture on every side. All else is
-#    refused with the reason, and with the part that is in order.
+#    is straightened by the lattice first. Its standard deviation comes from
+#    the noise, from how well opposite edges agree, and from how like itself
+#    the corner is after half a turn.
+# 7. **Verdict.** A board is returned if it has the size that was asked for,
+#    two thirds of each row and column are seen, and two thirds of all
+#    corners are certain to a third of a pixel (one standard deviation), with
+#    edges that meet in one point. The others are left out. If no size was
+#    given, every side must be seen whole, and its end be in the picture. All
+#    else is refused with the reason, and with the part that is in order.
 #
 # No step has a model of the lens, and none joins corners by straight lines.
 

@@ -31,7 +31,7 @@ def find_charuco(image, target):
 
     image: (height, width), uint8 or uint16. The corners are in the board's own order,
     which the markers tell; NaN where the markers beside one cannot be read, or where
-    it cannot be placed to a quarter of a pixel (SD). A board that a mirror shows
+    it cannot be placed to a third of a pixel (SD). A board that a mirror shows
     reversed is read too: its corners are then those of the board seen from behind.
     """
     grey = as_8_bit(image)

@@ -124,13 +124,13 @@ def misfit(corners, columns, rows):
     is the cubic through the four nearest others of the same row, or of the same
     column, whichever agrees better (a bad neighbour spoils one of them only). The
     misfit is the distance to it in steps of that line; NaN where corners are missing
-    in both.
+    in either: the other alone may bend too much for a cubic.
     """
     lattice = corners.reshape(rows, columns, 2)
     along = _line_misfit(lattice)
     down = [a.swapaxes(0, 1) for a in _line_misfit(lattice.swapaxes(0, 1))]
-    better = (along[0] <= down[0]) | np.isnan(down[0])
-    size = np.where(better, along[0], down[0])
+    better = along[0] <= down[0]
+    size = np.minimum(along[0], down[0])
     prediction = np.where(better[..., None], along[1], down[1])
     return size.ravel(), prediction.reshape(-1, 2)
 

@@ -19,10 +19,11 @@ def find_board(image, columns=None, rows=None):
     """The chessboard of an image (height, width), uint8 or uint16: a Detection.
 
     `columns`, `rows`: interior corners, or both None where unknown. Returned is a board
-    of that size, whose corners are certain to a quarter of a pixel (SD) or else missing
-    (NaN): up to a third of each row and column, and none of the sides where the size is
-    not given. Otherwise the reason, and as `partial` the corners in order. Raises
-    InputError for one count without the other.
+    of that size of which two thirds of each row and column are seen, and all of the
+    sides where the size is not given. Corners that are not certain to a third of a
+    pixel (SD), at most a third of all, are missing (NaN) like those not seen. Otherwise
+    the reason, and as `partial` the corners in order. Raises InputError for one count
+    without the other.
     """
     if (columns is None) != (rows is None):
         found, missing = ("columns", "rows") if rows is None else ("rows", "columns")
@@ -46,15 +47,16 @@ def find_boards(image):
     if min(image.shape) < 16:
         return []
     seen = seen_in(as_8_bit(image))
-    grids = [judged(grid, image, told=False) for grid in seen.grids]
-    return [_detection(grid, image) for grid, fault in grids if not fault]
+    verdicts = [judged(grid, image, told=False) for grid in seen.grids]
+    return [_detection(v.sure, image) for v in verdicts if not v.fault]
 
 
 def _known_size(seen, image, columns, rows):
     grids = seen.grids
     wanted = {(columns, rows), (rows, columns)}
     verdicts = [judged(grid, image, told=True) for grid in grids]
-    boards = [g for g, fault in verdicts if not fault and g.known.shape in wanted]
+    sound = [v.sure for v in verdicts if not v.fault]
+    boards = [grid for grid in sound if grid.known.shape in wanted]
     if len(boards) == 1:
         return _detection(boards[0], image, columns, rows)
     if boards:
@@ -68,14 +70,14 @@ def _known_size(seen, image, columns, rows):
 def _unknown_size(seen, image):
     grids = seen.grids
     verdicts = [judged(grid, image, told=False) for grid in grids]
-    boards = [grid for grid, fault in verdicts if not fault]
+    boards = [v for v in verdicts if not v.fault]
     if len(boards) > 1:
-        sizes = ", ".join(map(_size, boards))
+        sizes = ", ".join(_size(v.seen) for v in boards)
         reason = f"{len(boards)} boards are seen ({sizes}); give columns and rows"
-        return _refused(boards[0], image, None, None, reason)
+        return _refused(boards[0].seen, image, None, None, reason)
     if not boards:
         return _refused(grids[0], image, None, None, verdicts[0].fault)
-    board = boards[0]
+    board = boards[0].seen
     side = open_side(board, image)
     if side:
         reason = (
@@ -83,14 +85,13 @@ def _unknown_size(seen, image):
             "image; give columns and rows"
         )
         return _refused(board, image, None, None, reason)
-    others = [g for g, (_, fault) in zip(grids, verdicts, strict=True) if fault]
-    if continues(board, others):
+    if continues(board, [v.seen for v in verdicts if v.fault]):
         reason = (
             f"{_size(board)}, but more of a lattice stands beside it; give columns "
             "and rows"
         )
         return _refused(board, image, None, None, reason)
-    return _detection(board, image)
+    return _detection(boards[0].sure, image)
 
 
 def _size(grid):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.ring import remapped
+from raxel.features.find.ring import SMOOTHED_NOISE, remapped
 
 QUADRANT = np.array([0.2, 0.34])
 LEAST_EVEN = 0.3
@@ -28,6 +28,9 @@ class Effort(NamedTuple):
 
 QUICK, FULL = Effort(4, 5, 0.02, 1.67), Effort(7, 12, 1e-3, 1.15)
 FARTHEST = 0.3
+# The window that is compared with itself after half a turn: share of the spacing to
+# each side, and samples along it.
+TURNED, TURNED_SAMPLES = 0.33, 12
 
 
 class Fields(NamedTuple):
@@ -45,12 +48,14 @@ class Fields(NamedTuple):
 class Placed(NamedTuple):
     """Corners put where the edges cross: points (N, 2), sd (N,) px, misfit (N,).
 
-    misfit: share of the edges' strength that does not point at the corner; good (N,):
-    whether the search ended near its start.
+    sd: from the level's noise; halves (N, 2, 2) px: how far opposite edges are apart,
+    see `_halves`. misfit: share of the edges' strength that does not point at the
+    corner; good (N,): whether the search ended near its start.
     """
 
     points: np.ndarray
     sd: np.ndarray
+    halves: np.ndarray
     misfit: np.ndarray
     good: np.ndarray
 
@@ -67,6 +72,36 @@ def fields_of(patches, level):
     step *= sign[:, None]
     least, most = step.min(axis=1), step.max(axis=1)
     return Fields(least > LEAST_EVEN * np.maximum(most, 1e-6), sign, least)
+
+
+def half_turned(patches, level):
+    """Corners beside themselves after half a turn, in a Level: (uneven, shift) (N,).
+
+    The four fields of a corner are the same after half a turn about it, however they
+    are blurred; what covers part of it, or an edge of a shadow across it, is not.
+    uneven: root of the share of the odd part in the window, without a slope of the
+    light and without what the level's noise explains; shift: px from the corner to the
+    place about which the window is nearest to even.
+    """
+    k = np.linspace(-TURNED, TURNED, TURNED_SAMPLES)
+    t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
+    here, turned = (sampled(level, patches.at(a * s, a * t)) for a in (1, -1))
+    even, odd = (here + turned) / 2, (here - turned) / 2
+    even = even - even.mean(axis=1, keepdims=True)
+    slope = np.column_stack([s, t])
+    level_light = np.eye(len(s)) - slope @ np.linalg.inv(slope.T @ slope) @ slope.T
+    odd = odd @ level_light
+    noise = SMOOTHED_NOISE * level.noise / np.sqrt(2)
+    share = np.maximum((odd**2).mean(axis=1) - noise**2, 0)
+    share = share / np.maximum((even**2).mean(axis=1), 1e-6)
+    field = even.reshape(-1, TURNED_SAMPLES, TURNED_SAMPLES)
+    change = np.stack(np.gradient(field, k, k, axis=(2, 1)), axis=3)
+    change = level_light @ change.reshape(*even.shape, 2)
+    normal = np.swapaxes(change, 1, 2) @ change + 1e-9 * np.eye(2)
+    right = -np.swapaxes(change, 1, 2) @ odd[..., None]
+    ds, dt = np.linalg.solve(normal, right)[..., 0].T
+    shift = ds[:, None] * patches.u + dt[:, None] * patches.v
+    return np.sqrt(share), np.linalg.norm(shift, axis=1)
 
 
 def sampled(level, pixels):
@@ -111,8 +146,9 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
         if not len(active):
             break
     sd, misfit = _quality(gradients, x, weight, half, patches, level, effort.half)
+    halves = _halves(gradients, x, weight, half, patches)
     away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
-    return Placed(points, sd, misfit, away < FARTHEST)
+    return Placed(points, sd, halves, misfit, away < FARTHEST)
 
 
 def _solved(g, x, weight):
@@ -134,6 +170,22 @@ def _normal(g, x, weight):
     A = np.swapaxes(wg, 1, 2) @ g
     toward = (g * x).sum(axis=2)
     return A, (wg * toward[..., None]).sum(axis=1)
+
+
+def _halves(g, x, weight, half, patches):
+    """How far opposite edges are apart, halved, (N, 2, 2) px: in rising columns, rows.
+
+    Two opposite edges say independently of each other where the corner lies across
+    them; the corner is in the middle, and moves by this vector when one is left out.
+    """
+    mine = np.abs(x[:, :1]) > np.abs(x[:, 1:])
+    halves = []
+    for axis, across in ((1, patches.u), (0, patches.v)):
+        arm = (mine[:, 0] == (axis == 0)) * np.sign(x[:, axis])
+        moved = [_solved(g, x, weight * (arm != side)) for side in (1, -1)]
+        half_apart = (half * (moved[0] - moved[1]) / 2)[:, 1 - axis]
+        halves.append(half_apart[:, None] * across)
+    return np.stack(halves, axis=1)
 
 
 def _quality(g, x, weight, half, patches, level, samples):

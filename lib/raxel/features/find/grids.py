@@ -5,7 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.corners import FULL, QUICK, WINDOW, fields_of, placed
+from raxel.features.find.agreement import CHANCE, sd_of_edges
+from raxel.features.find.corners import (
+    FULL,
+    QUICK,
+    WINDOW,
+    fields_of,
+    half_turned,
+    placed,
+)
 from raxel.features.find.patches import AXES, patches_of, predicted, shifted
 
 ROUNDS = 12
@@ -30,6 +38,9 @@ WINDOWS = (7.0, 14.0, 28.0)
 ALIKE, CLEARER = 1.2, 0.6
 SURE_SD, SURE_MISFIT = 0.08, 0.25
 SHARP_SD = 0.12
+# Half covered corners of drawn boards are at 0.3 and above, whole ones of the recorded
+# photographs and of drawn boards in uneven light below 0.2.
+MOST_UNEVEN = 0.25
 
 
 class Grid(NamedTuple):
@@ -94,9 +105,13 @@ def settled(grid, levels):
     """A complete grid with every corner placed as well as can be.
 
     levels: from smooth to sharp; a sharper one is taken where noise leaves a corner
-    certain in it, for smoothing moves corners of small squares.
+    certain in it, for smoothing moves corners of small squares. The SD is the larger of
+    what noise and what edges say (`agreement`). A corner of which
+    something covers a part has an infinite SD: edges of what covers it take part in the
+    fit, and nothing in the fit tells.
     """
     grid = Grid(*(a.copy() for a in grid))
+    halves = np.full((*grid.known.shape, 2, 2), np.nan)
     for number, level in enumerate(levels):
         patches, i, j = patches_of(grid.points)
         put = placed_well(patches, level, FULL)
@@ -105,6 +120,12 @@ def settled(grid, levels):
         i, j = i[better], j[better]
         grid.points[i, j], grid.sd[i, j] = put.points[better], put.sd[better]
         grid.misfit[i, j] = put.misfit[better]
+        halves[i, j] = put.halves[better]
+    grid = grid._replace(sd=np.fmax(grid.sd, sd_of_edges(halves)))
+    patches, i, j = patches_of(grid.points)
+    uneven, shift = half_turned(patches, levels[0])
+    certain = np.maximum(grid.sd[i, j], shift / CHANCE)
+    grid.sd[i, j] = np.where(uneven > MOST_UNEVEN, np.inf, certain)
     return grid
 
 

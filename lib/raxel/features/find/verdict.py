@@ -10,7 +10,10 @@ from raxel.features.find.patches import predicted
 from raxel.features.find.rim import runs_on_beyond, side_named
 from raxel.features.lattice import lattice_fault, spacing
 
-MOST_SD = 0.25
+# Three of them are a pixel.
+MOST_SD = 1 / 3
+# Of a board whose corners are seen, so many must be sure.
+LEAST_SURE = 2 / 3
 # Share of the edges' strength that may point past a corner. On rendered boards blur had
 # moved corners by more than a pixel where it was higher, at narrow outer squares.
 MOST_MISFIT = 0.375
@@ -25,9 +28,11 @@ BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
 
 
 class Judged(NamedTuple):
-    """A grid of the corners that are sure enough, and why it is no board, or ''."""
+    """A grid of corners seen, those of them that are sure, and why it is no board, or
+    ''."""
 
-    grid: Grid
+    seen: Grid
+    sure: Grid
     fault: str
 
 
@@ -35,11 +40,12 @@ def judged(grid, image, told):
     """Whether a grid is a board that could be returned: `Judged`.
 
     told: whether its size is given. If so it may lack corners, as `nearly_complete`
-    says; if not, none of its sides: a side that is broken does not say that the board
-    ends there.
+    says; if not, every corner of its sides must be seen: a side that is broken does not
+    say that the board ends there.
     """
     sure = holed(grid, unsure(grid))
-    return Judged(sure, _lack(grid, sure, told) or _fault(sure, image))
+    fault = _lack(grid, sure, told) or _misplaced(sure, image)
+    return Judged(grid, sure, fault or _runs_on(grid, image))
 
 
 def unsure(grid):
@@ -55,11 +61,12 @@ def _lack(grid, sure, told):
             f"a lattice of {columns} x {rows} corners is too small to be sure of; a "
             f"board has {LEAST_SIDE} x {LEAST_SIDE} or more"
         )
-    known = sure.known
+    known = grid.known
     sides_hold = known[[0, -1]].all() and known[:, [0, -1]].all()
-    if nearly_complete(sure) and (told or sides_hold):
+    seen = nearly_complete(grid) and (told or sides_hold)
+    if seen and sure.count >= LEAST_SURE * known.size:
         return ""
-    if grid.complete:
+    if seen or grid.complete:
         return _unsure_ones(grid, unsure(grid))
     what = (
         f"{grid.count} of {columns * rows} corners of a lattice of {columns} x {rows} "
@@ -79,9 +86,9 @@ def _unsure_ones(grid, which):
     if crossing.sum() > count / 2:
         what = "not clear: their edges do not meet in one point"
     elif worst > MOST_SD:
-        what = f"uncertain by up to {worst:.2f} px, where {MOST_SD:g} px is the most"
+        what = f"uncertain by up to {worst:.2f} px, where {MOST_SD:.2f} px is the most"
     else:
-        what = "not to be placed"
+        what = "not to be placed: something covers a part, or blur has mixed its edges"
     verb = "are" if count > 1 else "is"
     return f"{of} {verb} {what}{_places(grid.points[which], 'near')}"
 
@@ -96,8 +103,8 @@ def _places(points, word):
     return f" ({word} {', '.join(shown)}{f' and {more} more' if more else ''})"
 
 
-def _fault(grid, image):
-    """What else is wrong with a grid that lacks little, or ''."""
+def _misplaced(grid, image):
+    """What is wrong with the corners of a grid that lacks little, or ''."""
     corners, size = grid.points.reshape(-1, 2), grid.known.shape[::-1]
     least = spacing(corners, *size).min()
     if least < LEAST_SPACING:
@@ -105,9 +112,11 @@ def _fault(grid, image):
             f"corners lie {least:.1f} px apart; below {LEAST_SPACING:g} px they cannot "
             "be placed well: come nearer, or use larger squares"
         )
-    fault = lattice_fault(corners, *size, image)
-    if fault:
-        return fault
+    return lattice_fault(corners, *size, image)
+
+
+def _runs_on(grid, image):
+    """The side beyond which a grid's squares go on, in words, or ''."""
     side = runs_on_beyond(grid, as_8_bit(image))
     return f"more squares stand beyond its {side}" if side else ""
 
