@@ -11,6 +11,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, as_8_bit, refused
 from raxel.features.find.search import seen_in
+from raxel.features.find.sides import cut_side, dark_side
 from raxel.features.find.verdict import continues, judged, open_side
 from raxel.features.lattice import standard_order
 
@@ -83,6 +84,20 @@ def _unknown_size(seen, image):
         reason = (
             f"{_size(board)}, but the board may go on beyond its {side}, outside the "
             "image; give columns and rows"
+        )
+        return _refused(board, image, None, None, reason)
+    side = cut_side(board, as_8_bit(image))
+    if side:
+        reason = (
+            f"{_size(board)}, but the squares at its {side} are cut short, as by a "
+            "shadow or by something before the board; give columns and rows"
+        )
+        return _refused(board, image, None, None, reason)
+    side = dark_side(board, as_8_bit(image))
+    if side:
+        reason = (
+            f"{_size(board)}, but behind its {side} it is dark, where other sides have "
+            "white paper: a shadow may hide squares; give columns and rows"
         )
         return _refused(board, image, None, None, reason)
     if continues(board, [v.seen for v in verdicts if v.fault]):

@@ -24,19 +24,25 @@ SHARE_OF_EDGES = 0.6
 
 def runs_on_beyond(grid, image):
     """Which side of a complete grid more squares stand beyond (`side_named`), or ''."""
-    patches, i, j = patches_of(grid.points)
-    high, wide = grid.points.shape[:2]
-    sides = (
-        (i == 0, (0, -1)),
-        (i == high - 1, (0, 1)),
-        (j == 0, (-1, 0)),
-        (j == wide - 1, (1, 0)),
-    )
-    for on_side, outward in sides:
+    patches, _, _ = patches_of(grid.points)
+    for on_side, outward in sides_of(grid):
         side = patches.of(on_side)
         if _turned(image, side, outward).mean() > SHARE_OF_EDGES:
             return side_named(side.p, grid.points)
     return ""
+
+
+def sides_of(grid):
+    """[(which corners of `patches_of` lie on a side, (s, t) outward of it)]: first and
+    last row, first and last column."""
+    _, i, j = patches_of(grid.points)
+    high, wide = grid.points.shape[:2]
+    return [
+        (i == 0, (0, -1)),
+        (i == high - 1, (0, 1)),
+        (j == 0, (-1, 0)),
+        (j == wide - 1, (1, 0)),
+    ]
 
 
 def side_named(side, points):
@@ -52,7 +58,7 @@ def _turned(image, patches, outward):
     length = np.linalg.norm(patches.u if outward[0] else patches.v, axis=1)
     count = int(np.clip(ALONG * length.max(), 20, MOST_SAMPLES))
     along = np.linspace(0, ALONG, count)
-    step = _steps(image, patches, outward, along)
+    step = steps_outward(image, patches, outward, along)
     near = (along > NEAR[0]) & (along < NEAR[1])
     usual = np.median(step[:, near], axis=1, keepdims=True)
     share = np.divide(step, usual, out=np.ones_like(step), where=usual != 0)
@@ -64,7 +70,7 @@ def _turned(image, patches, outward):
     return np.where(at_once, share, 1.0).min(axis=1) < -ENDED
 
 
-def _steps(image, patches, outward, along):
+def steps_outward(image, patches, outward, along):
     """Grey step (N, M) across the edges that go outward, at shares `along` (M,)."""
     count = len(patches.p)
     sides = np.array([side * k for k in ACROSS for side in (1, -1)])
@@ -73,11 +79,11 @@ def _steps(image, patches, outward, along):
     aside = np.broadcast_to(sides, forth.shape)
     s, t = (forth, aside) if axis == 0 else (aside, forth)
     pixels = patches.at(s.ravel(), t.ravel()).astype(np.float32)
-    grey = _grey(image, pixels).reshape(count, len(along), len(ACROSS), 2)
+    grey = grey_at(image, pixels).reshape(count, len(along), len(ACROSS), 2)
     return (grey[..., 0] - grey[..., 1]).mean(axis=2)
 
 
-def _grey(image, pixels):
+def grey_at(image, pixels):
     import cv2
 
     u, v = (np.ascontiguousarray(pixels[..., k]) for k in (0, 1))

@@ -18,6 +18,7 @@ LEAST_STRENGTH = 0.12
 # A saddle in noise of SD 1, smoothed by SIGMA: SD of the root of its strength.
 NOISE_OF_ROOT = 0.08
 NOISE_SD = 5.0
+ROUNDING_SD = 1 / np.sqrt(12)
 # SD of noise that is left of 1 when a picture is halved.
 HALVED_NOISE = 0.3
 
@@ -69,14 +70,18 @@ def sharp_level(grey, noise):
 
 
 def noise_sd(grey):
-    """SD of the noise: the median of a filter that edges hardly move."""
+    """SD of the noise: the median of a filter that edges hardly move.
+
+    That of rounding to whole grey levels at least: smooth and clipped pictures, where
+    most pixels are as their neighbours, are not free of it.
+    """
     import cv2
 
     rows = max(1, len(grey) // 400)
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
     band = np.concatenate([grey[k : k + 3] for k in range(0, len(grey) - 2, 3 * rows)])
     moved = np.abs(cv2.filter2D(band, -1, kernel)[1::3])
-    return float(np.median(moved)) / (6 * 0.6745)
+    return max(float(np.median(moved)) / (6 * 0.6745), ROUNDING_SD)
 
 
 def saddles_of(level):

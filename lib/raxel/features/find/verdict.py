@@ -8,6 +8,7 @@ from raxel.features.detector import as_8_bit
 from raxel.features.find.grids import LEAST_SIDE, Grid, holed, nearly_complete
 from raxel.features.find.patches import predicted
 from raxel.features.find.rim import runs_on_beyond, side_named
+from raxel.features.find.sides import unequal_pitch
 from raxel.features.lattice import lattice_fault, spacing
 
 # Three of them are a pixel.
@@ -112,7 +113,7 @@ def _misplaced(grid, image):
             f"corners lie {least:.1f} px apart; below {LEAST_SPACING:g} px they cannot "
             "be placed well: come nearer, or use larger squares"
         )
-    return lattice_fault(corners, *size, image)
+    return lattice_fault(corners, *size, image) or unequal_pitch(grid)
 
 
 def _runs_on(grid, image):

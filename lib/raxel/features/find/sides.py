@@ -1,0 +1,120 @@
+"""Is a grid of corners a board of equal squares, and whole on all sides?"""
+
+import numpy as np
+
+from raxel.features.find.patches import patches_of
+from raxel.features.find.rim import grey_at, side_named, sides_of, steps_outward
+
+# Steps of a lattice, as logarithms: a row's own may differ by so much from what the
+# rows beside it say, at the end of a lattice by so much. The strongest lenses that were
+# tried reach a third of it; a row of double height is at 0.69.
+MOST_UNEQUAL, MOST_UNEQUAL_END = 0.3, 0.5
+# Edges outward of corners are followed so far, in squares. An edge has ended where the
+# step across it is below half of what it is near the corner.
+REACH, SAMPLES, ENDED = 1.6, 160, 0.5
+NEAR = (0.1, 0.3)
+# Squares of which most end before this share were cut by something, if most of those on
+# the opposite side are whole to WHOLE: only then does the lattice tell their length.
+SHORT, WHOLE, MOST = 0.85, 0.12, 2 / 3
+
+# So far behind the squares' end, but no farther out than from MARGIN_FROM, and so far
+# aside of an edge, is looked for paper; DARK and WHITE on the scale of the squares.
+MARGIN_AT, MARGIN_FROM = 0.15, 1.3
+ASIDE = np.array([-0.25, -0.15, 0.15, 0.25])
+DARK, WHITE = 0.1, 0.8
+
+
+def unequal_pitch(grid):
+    """Why the squares of a grid are not equal, or ''.
+
+    However a lens bends a board, its steps change from row to row as those before and
+    after them say, in all columns alike.
+    """
+    for lattice in (grid.points, grid.points.swapaxes(0, 1)):
+        length = np.log(np.linalg.norm(np.diff(lattice, axis=1), axis=2))
+        if length.shape[1] < 3:
+            continue
+        inner = length[:, 1:-1] - (length[:, :-2] + length[:, 2:]) / 2
+        ends = length[:, [0, -1]] - 2 * length[:, [1, -2]] + length[:, [2, -3]]
+        if _largest(inner) > MOST_UNEQUAL or _largest(ends) > MOST_UNEQUAL_END:
+            return (
+                "its squares are not equal: a line of them is wider or narrower than "
+                "the lines beside it; give a board of equal squares"
+            )
+    return ""
+
+
+def _largest(off):
+    """The largest size of the columns' medians of off (N, M), NaN where unknown."""
+    off = off[:, np.isfinite(off).any(axis=0)]
+    return np.abs(np.nanmedian(off, axis=0)).max(initial=0) if off.size else 0.0
+
+
+def cut_side(grid, image):
+    """Which side's outer squares were cut short (`side_named`), or ''.
+
+    A shadow or what covers part of a board cuts the squares of one side somewhere. A
+    board may be printed with narrower squares at its end, but then on both sides.
+    """
+    lengths = [_lengths(grid, image, *side) for side in sides_of(grid)]
+    for here, opposite in ((0, 1), (1, 0), (2, 3), (3, 2)):
+        whole = np.abs(lengths[opposite] - 1) < WHOLE
+        if np.mean(lengths[here] < SHORT) >= MOST and whole.mean() >= MOST:
+            side = _corners_of(grid)[here]
+            return side_named(side[np.isfinite(side[:, 0])], grid.points)
+    return ""
+
+
+def dark_side(grid, image):
+    """Which side of a board has a shadow behind it where others have paper, or ''.
+
+    The edge of a shadow may lie where squares end. Behind it is then as dark as a dark
+    square, while behind two other sides lies white paper.
+    """
+    lengths = [_lengths(grid, image, *side) for side in sides_of(grid)]
+    behind = np.array(
+        [
+            _white_behind(grid, image, *side, min(np.median(length), MARGIN_FROM))
+            for side, length in zip(sides_of(grid), lengths, strict=True)
+        ]
+    )
+    if behind.min() < DARK and np.count_nonzero(behind > WHITE) >= 2:
+        side = _corners_of(grid)[behind.argmin()]
+        return side_named(side[np.isfinite(side[:, 0])], grid.points)
+    return ""
+
+
+def _white_behind(grid, image, on_side, outward, length):
+    """How white it is behind the squares of a side: 0 as a dark square, 1 as a bright
+    one; the median over its corners of the darkest place."""
+    patches, _, _ = patches_of(grid.points)
+    patches = patches.of(on_side)
+
+    def grey(along):
+        axis = 0 if outward[0] else 1
+        s, t = np.full(len(ASIDE), along * outward[axis]), ASIDE
+        s, t = (s, t) if axis == 0 else (t, s)
+        return grey_at(image, patches.at(s, t).astype(np.float32))
+
+    squares, behind = grey(np.mean(NEAR)), grey(length + MARGIN_AT)
+    dark, bright = squares.min(axis=1), squares.max(axis=1)
+    share = (behind.min(axis=1) - dark) / np.maximum(bright - dark, 1.0)
+    return np.median(share)
+
+
+def _corners_of(grid):
+    """Corners (n, 2) of the sides, in the order of `sides_of`."""
+    points = grid.points
+    return points[0], points[-1], points[:, 0], points[:, -1]
+
+
+def _lengths(grid, image, on_side, outward):
+    """Lengths (n,) of the edges that run outward of a side's corners, in squares."""
+    patches, _, _ = patches_of(grid.points)
+    along = np.linspace(0, REACH, SAMPLES)
+    step = steps_outward(image, patches.of(on_side), outward, along)
+    near = (along > NEAR[0]) & (along < NEAR[1])
+    usual = np.median(step[:, near], axis=1, keepdims=True)
+    share = np.divide(step, usual, out=np.ones_like(step), where=usual != 0)
+    ended = (share < ENDED) & (along > NEAR[0])
+    return np.where(ended.any(axis=1), along[ended.argmax(axis=1)], REACH)

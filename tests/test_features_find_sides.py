@@ -1,0 +1,79 @@
+"""A board that is cut, shaded or of unequal squares is not counted as a whole one."""
+
+import numpy as np
+import pytest
+
+from raxel.features import find_board
+from raxel.features.find.grids import Grid
+from raxel.features.find.sides import unequal_pitch
+from tests.chessboards import Board, facing
+from tests.test_features_find import drawn, seen, soft_and_noisy
+
+BOARD = Board(9, 6, facing(9, 6, 40))
+
+
+def column(number):
+    """u of a column of corners of BOARD, which faces the camera."""
+    return BOARD.corners().reshape(6, 9, 2)[0, number, 0]
+
+
+def shaded(image, left, right, light):
+    """The picture in the shadow of something between columns of pixels."""
+    shade = np.ones(image.shape[1])
+    shade[max(round(left), 0) : max(round(right), 0)] = light
+    return soft_and_noisy(image * shade)
+
+
+@pytest.mark.parametrize("light", [0.05, 0.3])
+@pytest.mark.parametrize("beyond", [0.5, 0.75])
+def test_a_side_cut_by_a_shadow_does_not_end_the_board(light, beyond):
+    """Two columns lie in the shadow, whose edge cuts the squares beyond the third."""
+    image = shaded(BOARD.image(), 0, column(2) - beyond * 40, light)
+    found = find_board(image)
+    assert not found.found
+    assert "give columns and rows" in found.reason
+
+
+def test_a_shadow_whose_edge_is_that_of_squares_does_not_end_the_board():
+    image = shaded(BOARD.image(), 0, column(1) - 40 + 0.5, 0.03)
+    found = find_board(image)
+    assert not found.found
+    assert "behind its left side it is dark" in found.reason
+
+
+def test_what_stands_before_a_side_does_not_end_the_board():
+    image = seen(BOARD)
+    image[:, round(column(6)) + 16 :] = 150
+    assert "cut short" in find_board(image).reason
+    assert not find_board(image, 9, 6).found
+
+
+def test_squares_that_are_narrower_on_both_sides_are_a_board():
+    image = BOARD.image()
+    image[:, : round(column(0)) - 20] = 210
+    image[:, round(column(8)) + 20 :] = 210
+    found = find_board(soft_and_noisy(image))
+    assert (found.columns, found.rows) == (9, 6)
+
+
+def stretched(image, low, high):
+    """The picture with the rows of pixels from low to high twice."""
+    return np.concatenate([image[:high], image[low:high], image[high:]])
+
+
+@pytest.mark.parametrize("size", [(9, 6), (None, None)])
+def test_a_row_of_double_height_is_noticed(size):
+    corners = BOARD.corners().reshape(6, 9, 2)
+    low, high = (round(corners[k, 0, 1] + 0.5) for k in (2, 3))
+    image = stretched(BOARD.image(), low, high)
+    found = find_board(soft_and_noisy(image), *size)
+    assert not found.found
+    assert "its squares are not equal" in found.reason
+
+
+@pytest.mark.parametrize("name", ["tilted", "bent", "strongly bent"])
+def test_a_bent_board_has_equal_squares(name):
+    board = drawn(name)
+    points = board.corners().reshape(board.rows, board.columns, 2)
+    ones = np.ones(points.shape[:2])
+    assert unequal_pitch(Grid(points, ones, ones, ones, ones)) == ""
