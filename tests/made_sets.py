@@ -20,13 +20,13 @@ FISHEYE = FisheyeCamera("equisolid", 90.0, CENTRE, WIDTH, HEIGHT, np.pi / 2)
 
 
 class WavyCamera:
-    """The pinhole with its centre 15 mm to and fro across the image: not central."""
+    """The pinhole with its centre 9 mm to and fro across the image: not central."""
 
     def project(self, points):
         pixels = PINHOLE.project(points).pixels
         for _ in range(30):
             aside = np.zeros_like(points)
-            aside[:, 0] = 15 * np.sin(4 * np.pi * pixels[:, 1] / HEIGHT)
+            aside[:, 0] = 9 * np.sin(4 * np.pi * pixels[:, 1] / HEIGHT)
             pixels = PINHOLE.project(points - aside).pixels
         return Projection(pixels, np.isfinite(pixels[:, 0]))
 

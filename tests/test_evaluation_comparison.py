@@ -39,12 +39,13 @@ def half_table(views):
 
 def test_the_corners_that_all_answer_for_choose_not_each_models_own():
     """A model that has rays only where boards are easy scores well on its own."""
+    scored = 4 * [SimpleNamespace(n_corners=20, n_without_ray=0)]
     own, common = (
         {
-            name: SimpleNamespace(mean_deg=angle, share_with_ray=1.0)
+            name: SimpleNamespace(mean_deg=angle, share_with_ray=1.0, images=scored)
             for name, angle in angles.items()
         }
-        for angles in ({"easy": 0.1, "whole": 0.3}, {"easy": 0.1, "whole": 0.05})
+        for angles in ({"easy": 0.1, "whole": 0.25}, {"easy": 0.1, "whole": 0.05})
     )
     assert ModelComparison(own, common, {}).best() == "whole"
 

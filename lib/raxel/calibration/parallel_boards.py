@@ -23,8 +23,11 @@ def refuse_parallel(rotations, method, needed):
     pairs = apart.astype(int)
     found = apart if needed == 2 else apart & (pairs @ pairs > 0)
     if not found.any():
+        what = "the boards are parallel"
+        if angles.max() >= SMALLEST_TILT_DEG:
+            what += ", or no camera with a single centre fits them"
         raise CalibrationError(
             f"{method}: no {needed} boards are tilted against each other by"
-            f" {SMALLEST_TILT_DEG:.0f} degrees (widest pair {angles.max():.1f}): the"
-            " boards are parallel; tilt them more"
+            f" {SMALLEST_TILT_DEG:.0f} degrees (widest pair {angles.max():.1f}): {what};"
+            " tilt them more"
         )
