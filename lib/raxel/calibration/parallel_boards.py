@@ -26,8 +26,8 @@ def refuse_parallel(rotations, method, needed):
         what = "the boards are parallel"
         if angles.max() >= SMALLEST_TILT_DEG:
             what += ", or no camera with a single centre fits them"
+        widest = f"widest pair {angles.max():.1f}"
         raise CalibrationError(
             f"{method}: no {needed} boards are tilted against each other by"
-            f" {SMALLEST_TILT_DEG:.0f} degrees (widest pair {angles.max():.1f}): {what};"
-            " tilt them more"
+            f" {SMALLEST_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more"
         )
