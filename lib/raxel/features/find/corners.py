@@ -117,8 +117,10 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     """Corners where the edges of their patches cross: `Placed`.
 
     In the window every gradient should be across the line to the corner: the corner
-    minimises the sum of (g . (x - q))^2, iterated until it stays. The standard
-    deviation is that of the level's noise carried through this fit.
+    minimises the sum of (g . (x - q))^2, iterated until it stays. The mean of the
+    gradients is taken off them first: about a corner it vanishes, so what is there is
+    the slope of the light, or blur that is not even, and pulls the corner aside. The
+    standard deviation is that of the level's noise carried through this fit.
     """
     from raxel.features.find.compiled import slopes_in_windows
 
@@ -136,6 +138,7 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     for _ in range(effort.iterations):
         local = now.of(active)
         g = slopes_in_windows(level.grey, level.scale, local, half[active], effort.half)
+        g -= (weight[:, None] * g).sum(axis=1, keepdims=True) / weight.sum()
         gradients[active] = g
         shift = _solved(g, x, weight) * half[active]
         shift = np.clip(shift, -FARTHEST, FARTHEST)
