@@ -28,7 +28,7 @@ def tilted(*degrees):
 )
 def test_boards_count_when_they_are_tilted_against_each_other(degrees, needed, refused):
     if refused:
-        with pytest.raises(CalibrationError, match="parallel.*; tilt them more"):
+        with pytest.raises(CalibrationError, match=r"parallel.*; tilt them more"):
             refuse_parallel(tilted(*degrees), "method", needed)
     else:
         assert refuse_parallel(tilted(*degrees), "method", needed) is None
