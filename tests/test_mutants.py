@@ -39,6 +39,8 @@ def checkout(tmp_path):
         path = tmp_path / "checkout" / name
         path.parent.mkdir(parents=True)
         path.write_text(text)
+    # A package, or an installed one of its name would be found before it.
+    (tmp_path / "checkout/lib/raxel/__init__.py").touch()
     return tmp_path / "checkout"
 
 
