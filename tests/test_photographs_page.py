@@ -1,7 +1,4 @@
-"""The page of an image set: right on a drawn camera, and at a loss for none.
-
-The sets are small and rendered; the study runs through the jobs of the workflow.
-"""
+"""The page of an image set: right on a drawn camera, and at a loss for none."""
 
 import json
 import re

@@ -79,34 +79,32 @@ def _unknown_size(seen, image):
     if not boards:
         return _refused(grids[0], image, None, None, verdicts[0].fault)
     board = boards[0].seen
-    side = open_side(board, image)
-    if side:
-        reason = (
-            f"{_size(board)}, but the board may go on beyond its {side}, outside the "
-            "image; give columns and rows"
-        )
-        return _refused(board, image, None, None, reason)
-    side = cut_side(board, as_8_bit(image))
-    if side:
-        reason = (
-            f"{_size(board)}, but the squares at its {side} are cut short, as by a "
-            "shadow or by something before the board; give columns and rows"
-        )
-        return _refused(board, image, None, None, reason)
-    side = dark_side(board, as_8_bit(image))
-    if side:
-        reason = (
-            f"{_size(board)}, but behind its {side} it is dark, where other sides have "
-            "white paper: a shadow may hide squares; give columns and rows"
-        )
-        return _refused(board, image, None, None, reason)
-    if continues(board, [v.seen for v in verdicts if v.fault]):
-        reason = (
-            f"{_size(board)}, but more of a lattice stands beside it; give columns "
-            "and rows"
-        )
+    doubt = _doubt(board, image, [v.seen for v in verdicts if v.fault])
+    if doubt:
+        reason = f"{_size(board)}, but {doubt}; give columns and rows"
         return _refused(board, image, None, None, reason)
     return _detection(boards[0].sure, image)
+
+
+def _doubt(board, image, others):
+    """Why a board that was counted may not be the whole one, in words, or ''."""
+    grey = as_8_bit(image)
+    side = open_side(board, image)
+    if side:
+        return f"the board may go on beyond its {side}, outside the image"
+    side = cut_side(board, grey)
+    if side:
+        return (
+            f"the squares at its {side} are cut short, as by a shadow or by something "
+            "before the board"
+        )
+    side = dark_side(board, grey)
+    if side:
+        return (
+            f"behind its {side} it is dark, where other sides have white paper: a "
+            "shadow may hide squares"
+        )
+    return "more of a lattice stands beside it" if continues(board, others) else ""
 
 
 def _size(grid):
