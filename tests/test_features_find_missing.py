@@ -12,7 +12,7 @@ from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
 from raxel.features.detector import Detection
 from raxel.features.find import search
-from raxel.features.find.grids import Grid
+from raxel.features.find.grids import Grid, nearly_complete
 from raxel.features.find.verdict import judged
 from raxel.features.lattice import (
     lattice_fault,
@@ -70,6 +70,13 @@ def test_without_a_size_a_hole_is_borne_and_a_broken_side_is_not():
         found.reason,
     )
     assert np.abs(np.array(told.groups(), float) - board.corners()[ON_SIDE]).max() < 2
+
+
+@pytest.mark.parametrize(("gone", "whole"), [(3, True), (4, False)])
+def test_just_a_third_of_a_row_may_be_missing(gone, whole):
+    points = drawn("straight").corners().reshape(6, 9, 2)
+    points[2, :gone] = np.nan
+    assert nearly_complete(grid(points)) == whole
 
 
 def test_a_side_of_which_half_is_covered_is_no_side():

@@ -8,9 +8,9 @@ is left in the windows in which corners are placed.
 import numpy as np
 
 from raxel.features.detector import Detection, as_8_bit, refused
-from raxel.features.find.grids import Grid, settled
+from raxel.features.find.grids import Grid, holed, settled
 from raxel.features.find.saddles import levels_of, noise_sd, sharp_level
-from raxel.features.find.verdict import MOST_MISFIT, MOST_SD
+from raxel.features.find.verdict import unsure
 
 NAME = "charuco"  # as corners files and results name this detector
 # A pose has six numbers; fewer corners judge nothing.
@@ -112,9 +112,9 @@ def _dictionary(name):
 def _placed(grey, seen, target):
     """(corners (rows, columns, 2), their SD (rows, columns) px), NaN where unsure."""
     shape = target.rows, target.columns
-    unsure = np.where(np.isfinite(seen.points[..., 0]), np.inf, np.nan)
+    unplaced = np.where(np.isfinite(seen.points[..., 0]), np.inf, np.nan)
     blank = np.full(shape, np.nan)
-    grid = Grid(seen.points, unsure, unsure.copy(), blank, blank)
+    grid = Grid(seen.points, unplaced, unplaced.copy(), blank, blank)
     if seen.count < FEWEST_CORNERS:
         return np.full_like(seen.points, np.nan), blank
     plain = without_markers(grey, seen.markers, target.pitch_mm / target.marker_mm)
@@ -122,11 +122,8 @@ def _placed(grey, seen, target):
     noise = noise_sd(grey.astype(np.float32))
     levels = levels_of(plain, noise)[0], sharp_level(plain, noise)
     grid = settled(grid, levels)
-    sure = (grid.sd <= MOST_SD) & (grid.misfit <= MOST_MISFIT)
-    return (
-        np.where(sure[..., None], grid.points, np.nan),
-        np.where(sure, grid.sd, np.nan),
-    )
+    sure = holed(grid, unsure(grid))
+    return sure.points, sure.sd
 
 
 def without_markers(grey, markers, squares):

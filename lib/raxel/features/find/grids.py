@@ -27,9 +27,9 @@ MOST_MISFIT = 0.45
 MISFIT_RATIO, MISFIT_MORE = 1.7, 0.05
 LEAST_SPACING = 4.0
 LEAST_SIDE = 3
-# Share of a row or column that may be missing. Chance patterns beside a board add rows
+# One in so many of a row or column may be missing. Chance patterns beside a board add rows
 # that are nearly empty; with two thirds of each seen, no row is one of those.
-MOST_MISSING = 1 / 3
+ONE_MISSING_OF = 3
 FAKE_SHARE, FAKE_COUNT = 0.25, 2
 # Of a row beyond a board whose size is known: half of it is no chance any more.
 MOST_CHANCE = 0.5
@@ -273,10 +273,13 @@ def without(grid, gone):
 
 
 def nearly_complete(grid):
-    """Whether a grid may be a whole board that lacks some corners (MOST_MISSING)."""
-    known = grid.known
-    share = min(known.mean(axis=0).min(), known.mean(axis=1).min())
-    return min(known.shape) >= LEAST_SIDE and share >= 1 - MOST_MISSING
+    """Whether a grid may be a whole board that lacks some corners (ONE_MISSING_OF)."""
+    missing = ~grid.known
+    few = all(
+        (ONE_MISSING_OF * missing.sum(axis=axis) <= missing.shape[axis]).all()
+        for axis in (0, 1)
+    )
+    return min(missing.shape) >= LEAST_SIDE and few
 
 
 def trimmed(grid):

@@ -84,6 +84,10 @@ def steps_outward(image, patches, outward, along):
 
 
 def grey_at(image, pixels):
+    """Grey (N, M) float32 of an image (height, width) at px (N, M, 2) float32.
+
+    Linear between pixels; beyond the image that of its rim.
+    """
     import cv2
 
     u, v = (np.ascontiguousarray(pixels[..., k]) for k in (0, 1))
