@@ -8,6 +8,7 @@ import pytest
 from raxel.errors import InputError
 from raxel.lab.optics import Optics, _levels
 from raxel.lab.rig import load_rig
+from tests.fuzz import rigs
 from tests.test_lab_rig import MIRROR, changed, leaf
 
 GRID = {
@@ -19,18 +20,7 @@ GRID = {
 }
 SHARES = leaf([1, 0], "1")
 SPOTS = {"spots": leaf(10_000, "1"), "spot_radius": leaf([1, 9], "px")}
-AROUND = {
-    "kind": "around",
-    "count": leaf(2, "1"),
-    "centre": leaf([0, 0, 0], "mm"),
-    "axis": leaf([0, 0, 0], "1"),
-    "polar": leaf([0, 10], "deg"),
-    "tilt": leaf([5, 30], "deg"),
-    "subtense": leaf([30, 45], "deg"),
-    "turn": leaf([-20, 20], "deg"),
-    "margin": leaf(3, "px"),
-    "least_spacing": leaf(4, "px"),
-}
+AROUND = rigs.AROUND | {"axis": leaf([0, 0, 0], "1")}
 
 
 def deep(levels):

@@ -27,8 +27,8 @@ MOST_MISFIT = 0.45
 MISFIT_RATIO, MISFIT_MORE = 1.7, 0.05
 LEAST_SPACING = 4.0
 LEAST_SIDE = 3
-# One in so many of a row or column may be missing. Chance patterns beside a board add rows
-# that are nearly empty; with two thirds of each seen, no row is one of those.
+# One in so many of a row or column may be missing. Chance patterns beside a board add
+# rows that are nearly empty; with two thirds of each seen, no row is one of those.
 ONE_MISSING_OF = 3
 FAKE_SHARE, FAKE_COUNT = 0.25, 2
 # Of a row beyond a board whose size is known: half of it is no chance any more.
