@@ -82,6 +82,18 @@ def test_named_tests_are_run_in_the_copy_and_not_for_ever(
     assert trial.run_tests(checkout, ONE.tests) == (None, "")
 
 
+def test_code_compiled_this_very_second_is_not_run_for_the_faulty_one(
+    checkout, tmp_path
+):
+    (tmp_path / "room").mkdir()
+    copies = trial.Copies(checkout, tmp_path / "room", 1)
+    copies.spread()
+    second = int((tmp_path / "room/0" / ONE.file).stat().st_mtime)
+    with copies.with_fault(ONE) as copy:
+        assert int((copy / ONE.file).stat().st_mtime) > second + 1
+    assert int((copy / ONE.file).stat().st_mtime) == second
+
+
 def test_tests_that_fail_anyway_catch_nothing(checkout, capsys, monkeypatch):
     monkeypatch.setattr(trial, "run_tests", lambda *_: (1, "FAILED test_double"))
     assert main([], checkout, [ONE], 1) == 1
