@@ -43,7 +43,7 @@ def calibrate_zhang(views, width, height):
     """
     import cv2
 
-    views = [_found_corners(view) for view in views]
+    views = [found_corners(view) for view in views]
     if len(views) < 2:
         raise InputError(
             f"Zhang's method: {len(views)} view given; two or more boards at different"
@@ -77,7 +77,7 @@ def calibrate_zhang(views, width, height):
     return ZhangCalibration(camera, poses, float(rms))
 
 
-def _found_corners(view):
+def found_corners(view):
     """(pixels, points), (N, 2) each, of the corners that were found."""
     view = check_view(view)
     found = np.isfinite(view.pixels[:, 0])
