@@ -2,7 +2,9 @@
 
 import pytest
 
-from repro.run.columns import columns
+from repro.page.cells import as_read, is_numeric
+from repro.run.columns import columns, csv_text, in_numbers, measured
+from repro.run.outcomes import Measured
 
 
 def test_every_row_adds_a_cell_to_every_column():
@@ -15,3 +17,36 @@ def test_every_row_adds_a_cell_to_every_column():
 def test_a_row_of_another_length_is_refused(row):
     with pytest.raises(ValueError, match="zip"):
         columns(("name", "x_mm"), [row])
+
+
+def test_a_number_with_its_interval_is_three_numbers_and_read_as_one_cell():
+    table = {
+        "Method": ["a", "b", "c"],
+        "RMS (px)": [Measured(0.74213, 0.7012, 0.7834), None, 3.5],
+        "Failed": [0, 50, 2],
+    }
+    assert measured(table) == ["RMS (px)"]
+    assert csv_text(in_numbers(table)).splitlines() == [
+        'Method,RMS (px),"RMS (px), low","RMS (px), high",Failed',
+        "a,0.74213,0.7012,0.7834,0",
+        "b,,,,50",
+        "c,3.5,,,2",
+    ]
+    flat = {name: [*map(_cell, cells)] for name, cells in in_numbers(table).items()}
+    read = as_read(flat, ["RMS (px)"], [], digits=4)
+    assert read == {
+        "Method": ["a", "b", "c"],
+        "RMS (px)": ["0.742 (0.701 to 0.783)", "–", "3.5"],
+        "Failed": ["0", "50", "2"],
+    }
+    assert [is_numeric(cells) for cells in read.values()] == [False, True, True]
+
+
+def _cell(value):
+    return "" if value is None else str(value)
+
+
+def test_words_that_look_like_an_interval_are_words():
+    assert not is_numeric(["board (1 to 3)"])
+    assert not is_numeric(["–", "–"])
+    assert is_numeric(["1.2 (1.0 to 1.4)", "–", "3"])

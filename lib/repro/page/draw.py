@@ -7,7 +7,7 @@ from pathlib import Path
 
 from repro.page.wording import label, plain
 from repro.run import discover, jobs, results
-from repro.run.columns import csv_text
+from repro.run.columns import csv_text, in_numbers, measured
 from repro.run.outcomes import Check, Drawing, Table
 
 
@@ -33,7 +33,8 @@ def draw(
         save_drawing(made, out.with_suffix(""))
         _write_scene(found, made, out.with_suffix(".html"))
     else:
-        results.write_atomic(out.with_suffix(".csv"), csv_text(made.columns))
+        text = csv_text(in_numbers(made.columns))
+        results.write_atomic(out.with_suffix(".csv"), text)
     results.write_json(
         out,
         {
@@ -45,6 +46,7 @@ def draw(
             "check": _check(made),
             "scene": bool(found.details.get("scene")),
             "texts": list(getattr(made, "texts", ())),
+            "measured": measured(made.columns) if isinstance(made, Table) else [],
             "source": [found.path, found.function],
         },
     )

@@ -20,12 +20,11 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+from repro.page.cells import as_read, is_numeric
 from repro.page.templates import part, render
 from repro.page.wording import (
-    alike,
     label,
     literal,
-    number_in,
     plain,
     rounded,
     unescaped,
@@ -170,20 +169,18 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     path = _needed(base() / f"{name}.csv", artefact)
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file))
+    columns = as_read(
+        dict(zip(head, zip(*rows, strict=True), strict=True)) if rows else {},
+        about.get("measured", ()), about.get("texts", ()), digits,
+    )  # fmt: skip
+    head = list(columns) or head
     texts = [name in about.get("texts", ()) for name in head]
-    columns = [
-        column if text else alike(list(column), digits)
-        for column, text in zip(zip(*rows, strict=True), texts, strict=bool(rows))
-    ]
-    cells = [list(row) for row in zip(*columns, strict=True)]
+    cells = [list(row) for row in zip(*columns.values(), strict=True)]
     written = [
         [literal(c) if text else c for c, text in zip(row, texts, strict=True)]
         for row in cells
     ]
-    numeric = [
-        bool(rows) and all(number_in(row[place]) is not None for row in rows)
-        for place in range(len(head))
-    ]
+    numeric = [is_numeric(column) for column in columns.values()]
     titled = _titled(artefact, about["caption"])
     markdown = "\n".join(
         [

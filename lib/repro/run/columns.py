@@ -6,6 +6,10 @@ import csv
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 
+from repro.run.outcomes import Measured
+
+ENDS = ("low", "high")
+
 
 def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
     """Column name -> its cells, one from each row; a row has a cell for every name."""
@@ -13,6 +17,34 @@ def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
     for row in rows:
         for name, cell in zip(found, row, strict=True):
             found[name].append(cell)
+    return found
+
+
+def measured(columns: Mapping[str, Sequence]) -> list[str]:
+    """Names of the columns that hold a number with its interval."""
+    return [
+        name
+        for name, cells in columns.items()
+        if any(isinstance(cell, Measured) for cell in cells)
+    ]
+
+
+def ends_of(name: str) -> list[str]:
+    """Names of the columns of the CSV in which the interval of a column stands."""
+    return [f"{name}, {end}" for end in ENDS]
+
+
+def in_numbers(columns: Mapping[str, Sequence]) -> dict[str, Sequence]:
+    """The columns with every `Measured` as three: value, and ends of the interval."""
+    found: dict[str, Sequence] = {}
+    with_interval = measured(columns)
+    for name, cells in columns.items():
+        if name not in with_interval:
+            found[name] = cells
+            continue
+        found[name] = [getattr(cell, "value", cell) for cell in cells]
+        for column, end in zip(ends_of(name), ENDS, strict=True):
+            found[column] = [getattr(cell, end, None) for cell in cells]
     return found
 
 

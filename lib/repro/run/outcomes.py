@@ -88,9 +88,19 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Measured:
+    """A number of a table with its interval: three in the CSV, one cell to read."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Table:
     """A table: column name -> cells, with its own check where it has one.
 
+    A cell is a number, a `Measured`, words, or None where there is nothing to say.
     Captions and cells are Markdown, but for the columns in ``texts``: what anybody may
     have written stands in these, such as names of photographs.
     """
