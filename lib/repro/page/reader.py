@@ -169,11 +169,14 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     path = _needed(base() / f"{name}.csv", artefact)
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file))
+    filled = zip(*rows, strict=True) if rows else [()] * len(head)
     columns = as_read(
-        dict(zip(head, zip(*rows, strict=True), strict=True)) if rows else {},
-        about.get("measured", ()), about.get("texts", ()), digits,
-    )  # fmt: skip
-    head = list(columns) or head
+        dict(zip(head, filled, strict=True)),
+        about.get("measured", ()),
+        about.get("texts", ()),
+        digits,
+    )
+    head = list(columns)
     texts = [name in about.get("texts", ()) for name in head]
     cells = [list(row) for row in zip(*columns.values(), strict=True)]
     written = [
