@@ -29,6 +29,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.steps import
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (
     matrix_a,
     matrix_d,
+    rows_of_one_grid,
 )
 from chapters.shared.algorithm_1 import (
     BOARDS,
@@ -42,54 +43,140 @@ from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import calibrate_generic
 from raxel.geometry import inverse_pose
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show_code, show_table
+from repro.page.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+)
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
+
+# %% tags=["active-ipynb"]
+# show_table("alg_1")
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.**
+#
+# - The six steps work. They give the rays of a pinhole to rounding, and
+#   those of a fisheye to {glue:text}`fisheye_deg:.2g`° (median).
+# - The poses of the grids need not be known. Without noise they are found
+#   to {glue:text}`pose_mm:.0e` mm.
+# - The two ranks that the thesis states, 12 and 5, are right, and can be
+#   proved. What it saw by simulation is a theorem.
+# - The printed formula for $C_z$ has a slip: it gives a negative square in
+#   {glue:text}`negative` of {glue:text}`scenes` scenes. Mended, it is
+#   exact.
+# - Three points have up to eight solutions in pairs, as the thesis says,
+#   as long as all rays start in one point.
 
 # %% [markdown]
 # ## What the thesis claims
 #
 # - Three grids in *unknown* poses are enough to calibrate a camera
-#   {cite}`sturm2004`; no motion control is needed. Algorithm 1 lists the
-#   six steps.
-# - The linear stage (2.4.1) has two systems. The first has 14 unknowns and
-#   rank 12, so its solution has two free numbers $l_1, l_2$. The second has
-#   rank 5, and certain entries of its null vectors are always zero, "by
-#   simulation", which gives $l_1$ and $l_2$. Centre and poses follow in
-#   closed form (2.23).
-# - The pose of a further grid follows from three rays, up to eight
-#   solutions in four pairs of opposite sign (2.4.2).
+#   {cite}`sturm2004`. Nothing has to be moved by a known amount. Algorithm
+#   1 lists the six steps.
+# - The linear stage (2.4.1) solves two systems of equations, one after the
+#   other. The first has 14 unknowns and rank 12. The second has rank 5, and
+#   certain entries of its null vectors are always zero, "by simulation".
+#   Centre and poses follow in closed form (2.23).
+# - The pose of a further grid follows from three of its points. There are
+#   up to eight solutions, in four pairs of opposite sign (2.4.2).
 
 # %% [markdown]
 # ## Model
 #
-# **The first system.** Put in the four vectors of Table 2.1, at a common
-# scale, and every row of the first system has three terms. With $u$ the 14
-# unknowns $C_x$, $C_y$ and products like $\lambda_1 C_z R^2_{11}$, the
-# first row for grid 2 reads
-#
-# $$u_7 - V'_4\, u_2 = V'_7 ,$$
-#
-# and so on for twelve rows (2.24). The print has 13 columns for 14
-# unknowns, and entries in wrong places (errata E-2.10); the rows below are
-# the corrected ones. The code builds them from a list, one line per row:
+# **What is known, what is sought.** One grid is the *base grid*: its frame
+# is the frame of everything, and it is the plane $z = 0$. The camera's
+# centre $\mathbf{C} = (C_x, C_y, C_z)$ is sought, and the pose of grid 2,
+# a rotation $R^2$ with entries $R^2_{11}, R^2_{12}, \dots$ and a
+# translation $(t^2_x, t^2_y, t^2_z)$; likewise for grid 3.
 
 # %% tags=["active-ipynb"]
-# show_code(matrix_a)
+# show("ext_linear_scene")
+
+# %% [markdown]
+# **From points to numbers.** The centre and the three points lie on one
+# line. [Section 2.4](s4_generic_calibration.ipynb) turns that into sums
+# that are zero for every pixel. The factors in those sums are four vectors
+# of nine numbers, $V$ and $W$ for grid 2, $M$ and $N$ for grid 3. Table 2.1
+# says what they are made of. For instance
+#
+# $$\begin{aligned}
+# V_4 &= R^2_{31}, \\
+# V_7 &= C_z R^2_{21} - C_y R^2_{31} .
+# \end{aligned}$$
+#
+# Many pixels together fix these vectors, but only up to a factor: a sum
+# that is zero stays zero when all its terms are doubled. What the data give
+# is $V' = \lambda_1 V$ and $W' = \lambda_1 W$, with one unknown factor
+# $\lambda_1$ for grid 2, and $M' = \lambda_2 M$, $N' = \lambda_2 N$ for
+# grid 3. (That $V$ and $W$ share their factor is no luck: they share three
+# entries, and the code scales one to the other.)
+#
+# **The first system.** $C_x$ and $C_y$ are unknowns 1 and 2. The others are
+# products, six for each grid:
+#
+# | grid 2 | stands for | grid 3 |
+# |---|---|---|
+# | $u_3$ | $\lambda_1 C_z (t^2_x - C_x)$ | $u_9$ |
+# | $u_4$ | $\lambda_1 C_z (t^2_y - C_y)$ | $u_{10}$ |
+# | $u_5$ | $\lambda_1 C_z R^2_{11}$ | $u_{11}$ |
+# | $u_6$ | $\lambda_1 C_z R^2_{12}$ | $u_{12}$ |
+# | $u_7$ | $\lambda_1 C_z R^2_{21}$ | $u_{13}$ |
+# | $u_8$ | $\lambda_1 C_z R^2_{22}$ | $u_{14}$ |
+#
+# With these, every entry of the four vectors becomes a short linear
+# equation. Here is one worked out. Multiply $V_7$ by $\lambda_1$:
+#
+# $$\begin{aligned}
+# V'_7 &= \lambda_1 C_z R^2_{21} - \lambda_1 R^2_{31}\, C_y \\
+#      &= u_7 - V'_4\, u_2 .
+# \end{aligned}$$
+#
+# $V'_4$ and $V'_7$ are known, $u_2$ and $u_7$ are sought. With numbers:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_worked_row")
+
+# %% [markdown]
+# Twelve such rows make the first system, $A \mathbf{u} = \mathbf{x}$
+# (2.24). The print has 13 columns for 14 unknowns, and entries in wrong
+# places (errata E-2.10). The code builds the corrected rows from a list of
+# six lines, used once for each grid. A line says: the unknown with factor
+# 1; the entry of $V'$ (or $M'$) that multiplies $C_y$ (2) or $C_x$ (1); the
+# vector and the entry on the right. So `(7, 4, 2, "first", 7)` is the row
+# above, and `"second"` means $W'$ or $N'$.
+
+# %% tags=["active-ipynb"]
+# show_code(rows_of_one_grid, matrix_a)
 
 # %% [markdown]
 # Columns 3 to 14 hold one 1 in each row and in each column. So the rank is
-# 12 whatever the other two columns hold, and the free numbers are $C_x$ and
-# $C_y$: they fix everything else.
+# 12 whatever the first two columns hold. Two numbers stay free, and $C_x$
+# and $C_y$ can be taken for them: they fix everything else. All solutions
+# are then
 #
-# **The second system.** A rotation has columns of equal length at right
-# angles. For each of the two grids that is three equations, quadratic in
-# $u$. With $u = a + l_1 b + l_2 c$ (2.20), and with all products counted as
-# unknowns of their own, they are linear (2.25; the print is garbled, see
-# E-2.13):
+# $$\mathbf{u} = \mathbf{a} + l_1 \mathbf{b} + l_2 \mathbf{c} .
+# \tag{2.20}$$
+#
+# Here $\mathbf{a}$ is any one solution (the code takes the shortest),
+# $\mathbf{b}$ and $\mathbf{c}$ span the null space of $A$, and $l_1, l_2$
+# are the two free numbers.
+#
+# **The second system** finds $l_1$ and $l_2$. A rotation has columns of
+# length one at right angles. Each grid gives three such equations: the
+# right angle, and two lengths. They are quadratic in $u$, hence in $l_1$
+# and $l_2$. If every product counts as an unknown of its own, they are
+# linear: $D\mathbf{v} = \mathbf{y}$, six rows, with the eight unknowns
+# (the print is garbled, E-2.13)
 #
 # $$\begin{aligned}
-# v = (&l_1,\; l_2,\; l_1 l_2,\; l_1^2,\; l_2^2, \\
+# \mathbf{v} = (&l_1,\; l_2,\; l_1 l_2,\; l_1^2,\; l_2^2, \\
 # &C_z^2,\; \lambda_1^2 C_z^2,\; \lambda_2^2 C_z^2)^T .
 # \end{aligned} \tag{2.25}$$
 
@@ -97,29 +184,34 @@ from repro.run.outcomes import Plan
 # show_code(matrix_d)
 
 # %% [markdown]
-# **Why the null vectors have zeros.** The thesis found them by simulation.
-# There is a reason. Each of the six equations contains
-# $C_x^2 + C_y^2 + C_z^2$, with one coefficient of its own, and the other
-# terms are linear in $C_x, C_y$. Along $l_1, l_2$ the products
-# $l_1 l_2, l_1^2, l_2^2$ enter through $C_x^2 + C_y^2$ only. So the columns
-# of the three products and of $C_z^2$ are multiples of one column: of eight
+# **Why the null vectors have zeros.** $D$ has rank 5 only, so $\mathbf{v}$
+# has three free numbers, and yet $l_1$ and $l_2$ are fixed. The thesis
+# found so by simulation. There is a reason. Each of the six equations
+# contains $C_x^2 + C_y^2 + C_z^2$, with one factor of its own, and the
+# other terms are linear in $C_x$ and $C_y$. So the products $l_1 l_2$,
+# $l_1^2$, $l_2^2$ enter through $C_x^2 + C_y^2$ only. The columns of these
+# three products and of $C_z^2$ are multiples of one column. Of eight
 # columns five are independent, and a null vector can touch only these four.
-# That holds for any basis of the null space of $A$, orthonormal or not.
+# That holds for any basis $\mathbf{b}, \mathbf{c}$ of the null space.
 #
-# **Three points.** The distances of three grid points are known. With rays
-# $\mathbf{A}_i + \lambda_i \mathbf{r}_i$,
+# **The pose of a further grid** (2.4.2). Now the rays are known. Ray $i$
+# starts in $\mathbf{A}_i$ and has the direction $\mathbf{r}_i$. It meets
+# the new grid at an unknown depth $\lambda_i$ (not the factors
+# $\lambda_1, \lambda_2$ above). The distances $d_{ij}$ of three points on
+# the grid are known, so
 #
 # $$\begin{aligned}
 # \|(&\mathbf{A}_i + \lambda_i \mathbf{r}_i) \\
 # &- (\mathbf{A}_j + \lambda_j \mathbf{r}_j)\|^2 = d_{ij}^2 ,
 # \end{aligned} \tag{2.26}$$
 #
-# three quadrics in three depths, hence eight solutions at most (counted in
-# complex numbers). With a common anchor point no term is of odd degree, so
-# with $\lambda$ also $-\lambda$ is a solution. The library uses Grunert's
-# formulas {cite}`haralick1994`, which write the pairs down from the start.
-# A test must not assume what it tests: the experiment solves (2.26) by
-# elimination, for any anchor points, and knows nothing of pairs.
+# three quadratic equations for three depths. They have eight solutions at
+# most, counted in complex numbers. If all rays start in one point, no term
+# is of odd degree, so with a solution its negative is one too. The library
+# uses Grunert's formulas {cite}`haralick1994`, which write the pairs down
+# from the start. A test must not assume what it tests: the experiment
+# solves (2.26) by elimination, for rays from one point or from several, and
+# knows nothing of pairs.
 
 # %% tags=["active-ipynb"]
 # show_code(real_solutions)
@@ -179,66 +271,62 @@ def algorithm_run(effort):
 # a common anchor point and with distinct ones (`trials/quadrics.py`).
 
 # %% [markdown]
-# ## Table
+# ## Reading
+#
+# **Algorithm 1.** The fisheye's rays keep an error although there is no
+# noise. Step 2 maps a pixel onto the board by the homography of its cell,
+# and a fisheye bends the cell: the median error on the board is
+# {glue:text}`locate_mm:.2f` mm. Smaller cells, or an active grid, make that
+# error smaller. This is a limit of chessboards, not of the rays.
+#
+# **No known motion.** The two-pose method of
+# [section 2.3](s3_general_camera.ipynb) must be told how the grid was
+# moved. Told a motion that is wrong by 1 mm, its rays are wrong by
+# {glue:text}`wrong_deg:.2f`° (median) on the same data. Section 2.3 finds
+# less for a millimetre: there the second grid stands farther behind the
+# first, and the same shift turns a longer join by less. The price of doing
+# without the motion is a reflection. The data do not tell on which side of
+# the base grid the camera is (E-2.14); the user has to say it.
+#
+# **Ranks and exactness.** Columns were brought to unit length before
+# singular values were taken.
 
 # %% tags=["active-ipynb"]
-# show_table("alg_1")
-
-# %% tags=["active-ipynb"]
-# name_values(open_results)
+# show_table("ext_linear_stage")
 
 # %% [markdown]
-# ## Reading and limits
+# The corrected formulas lose some digits, which the well-conditioned form
+# keeps. They find $C_z$ through the product $V'_4 V'_5$, and that is small
+# when a grid is tilted about one of its axes only. $t_z$ is taken as
+# $C_z + V'_6/\lambda_1$ here; the printed form divides by $C_y$ (E-2.12),
+# which may be zero.
 #
-# - **Algorithm 1** reproduces the rays of the pinhole to rounding. With the
-#   fisheye, {glue:text}`fisheye_deg:.2g`° are left, although there is no
-#   noise: step 2 maps a pixel onto the board by the homography of its cell,
-#   and a fisheye bends the cell ({glue:text}`locate_mm:.2f` mm, median).
-#   Smaller cells, or an active grid, make that error smaller. This is a
-#   limit of chessboards, not of the rays.
-# - **No motion control.** From the intersections alone the two poses come
-#   out to {glue:text}`pose_mm:.0e` mm in all {glue:text}`scenes` scenes.
-#   The two-pose method, told a $T_1$ that is wrong by 1 mm, has rays that
-#   are wrong by {glue:text}`wrong_deg:.2f`° (median) on the same data. That
-#   is more than [section 2.3](s3_general_camera.ipynb) finds for a
-#   millimetre: there the second grid is 200 to 400 mm behind the first,
-#   here the two points of a ray lie about 110 mm apart, and the same shift
-#   turns a shorter join by more. The price of doing without $T_1$ is a
-#   reflection: the data do not tell on which side of the base grid the
-#   camera is (E-2.14), and the user has to say it.
-# - **Ranks.** $A$ has rank 12 by its form. $D$ has rank 5: the fifth
-#   singular value is at least {glue:text}`fifth:.2g` of the first, the
-#   sixth at most {glue:text}`sixth:.0e` (columns at unit norm). The null
-#   vectors vanish where the thesis says, to {glue:text}`null_entry:.0e`,
-#   and to {glue:text}`null_any:.0e` in bases that are not orthonormal. In
-#   an orthonormal basis the column of $l_1 l_2$ is zero as well
-#   ({glue:text}`column_zero:.0e` of that of $l_1^2$). What the thesis saw
-#   in simulation is a theorem.
-# - **Exactness.** With the corrected formulas the centre is exact to
-#   {glue:text}`corrected:.0e` mm, and to {glue:text}`conditioned:.0e` mm in
-#   the well-conditioned form. The digits between the two are the price of
-#   $C_z$ through the product $V'_4 V'_5$, which is small when a grid is
-#   tilted about one of its axes only. $t_z$ is taken as $C_z + V'_6/\lambda$ here; the
-#   printed form divides by $C_y$ (E-2.12).
-# - **As printed, $C_z$ fails**: the numerator $u_6 u_6 + u_7 u_8$ gives a
-#   negative square in {glue:text}`negative` of {glue:text}`scenes` scenes,
-#   and elsewhere a depth that is off by {glue:text}`wrong_mm:.0f` mm
-#   (median). With $u_5 u_6$ in place of $u_6 u_6$ it is right (E-2.11).
-# - **Eight solutions.** Of {glue:text}`triplets` triplets with a common
-#   anchor point {glue:text}`four` have four real solutions and
-#   {glue:text}`eight` have eight, always in pairs of opposite sign; the
-#   most is {glue:text}`most`. Grunert's formulas give the same sets in
-#   {glue:text}`grunert` of them. With distinct anchor points the most is
-#   {glue:text}`distinct_most`, {glue:text}`distinct_two` triplets have only
-#   two, and {glue:text}`distinct_paired` have a pair: the thesis's words
-#   hold for central cameras (E-2.15).
-#   A count is as good as the solver. Real solutions come in an even number,
-#   so an odd one betrays a lost root. A first version eliminated along one
-#   ray only and lost some where two roots nearly coincide; elimination
-#   along each of the three rays in turn finds them.
-# - **Limits.** All of this is without noise; section 2.5.1 adds it. The
-#   library's pose from three rays is for central cameras, like the rest of
-#   its generic method.
+# As printed, $C_z$ fails: the numerator $u_6 u_6 + u_7 u_8$ gives a negative
+# square, or a depth that is off by {glue:text}`wrong_mm:.0f` mm (median).
+# With $u_5 u_6$ in place of $u_6 u_6$ it is right (E-2.11).
+#
+# **Eight solutions.** How many real solutions three points have, counted
+# over {glue:text}`triplets` triplets for each kind of camera:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_three_points")
+
+# %% [markdown]
+# With one common start the solutions always come in pairs of opposite sign,
+# and Grunert's formulas give the same sets in {glue:text}`grunert` of
+# {glue:text}`triplets` triplets. With several starts they do not pair up
+# ({glue:text}`distinct_paired` triplets have a pair): the thesis's words
+# hold for central cameras (E-2.15). A count is as good as the solver. Real
+# solutions come in an even number, so an odd one betrays a lost root. A
+# first version eliminated along one ray only and lost some where two roots
+# nearly coincide; elimination along each of the three rays in turn finds
+# them.
+#
+# ## Limits
+#
+# All of this is without noise; section 2.5.1 adds it. The library's pose
+# from three rays is for central cameras, like the rest of its generic
+# method.
 
 # %% [markdown]
 # ## Compared with the published numbers

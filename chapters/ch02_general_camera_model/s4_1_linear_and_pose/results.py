@@ -13,7 +13,6 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     of_run(open_results("alg_1_run"))
     of_motion(open_results("exp_c2_generic_no_motion"))
-    of_ranks(open_results("exp_c2_rank_D"))
     of_exactness(open_results("exp_c2_linear_exact"))
     of_triplets(open_results("exp_c2_pose_eight"))
 
@@ -31,22 +30,9 @@ def of_motion(free):
     value("wrong_deg", float(np.median(free.column("two_pose_deg.wrong"))))
 
 
-def of_ranks(rank_d):
-    """Singular values and null vectors of D."""
-    value("sixth", rank_d.column("orthonormal.sixth").max())
-    value("fifth", rank_d.column("orthonormal.fifth").min())
-    value("null_entry", rank_d.column("orthonormal.null_entry").max())
-    value("null_any", rank_d.column("any.null_entry").max())
-    value("column_zero", rank_d.column("orthonormal.l1_l2_column").max())
-
-
 def of_exactness(exact):
     """Errors of the linear stage, corrected and as printed."""
     value("scenes", exact.trials_per_condition)
-    value("corrected", exact_errors(exact, "corrected")["centre_mm"])
-    value(
-        "conditioned", exact_errors(exact, "well_conditioned")["centre_mm"]
-    )
     value("negative", int(exact.column("printed_negative").sum()))
     off = exact.column("printed_depth_mm")
     value("wrong_mm", float(np.nanmedian(off)))
@@ -55,13 +41,6 @@ def of_exactness(exact):
 def of_triplets(triplets):
     """How many solutions three points have."""
     value("triplets", triplets.trials_per_condition)
-    common = triplets.column("solutions", anchors="common")
-    distinct = triplets.column("solutions", anchors="distinct")
-    value("most", int(common.max()))
-    value("four", int((common == 4).sum()))
-    value("eight", int((common == 8).sum()))
-    value("distinct_two", int((distinct == 2).sum()))
-    value("distinct_most", int(distinct.max()))
     paired = triplets.column("paired_share", anchors="distinct")
     value("distinct_paired", int((paired > 0).sum()))
     grunert = triplets.column("grunert_agrees", anchors="common")

@@ -28,16 +28,22 @@ SCENE = {
     "extent": "unbounded",
 }
 
-# (2.24), one line per row: the unknown with entry 1; the coefficient i of
-# V' or M' that multiplies C_y (u_2) or C_x (u_1); the right-hand side.
-HALF = (
-    (7, 4, 2, "first", 7),
-    (8, 5, 2, "first", 8),
-    (4, 6, 2, "first", 9),
-    (5, 4, 1, "second", 7),
-    (6, 5, 1, "second", 8),
-    (3, 6, 1, "second", 9),
-)
+
+def rows_of_one_grid():
+    """(2.24), one line per row of a grid.
+
+    The unknown with entry 1; the coefficient i of V' or M' that multiplies
+    C_y (u_2) or C_x (u_1), and which of the two; the right-hand side: "first"
+    is V' or M', "second" W' or N', and its coefficient.
+    """
+    return (
+        (7, 4, 2, "first", 7),
+        (8, 5, 2, "first", 8),
+        (4, 6, 2, "first", 9),
+        (5, 4, 1, "second", 7),
+        (6, 5, 1, "second", 8),
+        (3, 6, 1, "second", 9),
+    )
 
 
 def scene_points(rng):
@@ -69,7 +75,8 @@ def matrix_a(coefficients):
     for grid, (first, second) in enumerate(
         (coefficients[:2], coefficients[2:])
     ):
-        for place, (unknown, i, centre, side, right) in enumerate(HALF):
+        lines = enumerate(rows_of_one_grid())
+        for place, (unknown, i, centre, side, right) in lines:
             row = 6 * grid + place
             A[row, unknown + 6 * grid - 1] = 1.0
             A[row, centre - 1] = -first[i - 1]
