@@ -14,7 +14,7 @@ from chapters.ch01_introduction.s1_1_panorama.exercises import (
     radius_in_picture,
     rows_above_horizon,
 )
-from chapters.ch01_introduction.s1_1_panorama.results import over_mirrors
+from chapters.ch01_introduction.s1_1_panorama.results import name_values
 from chapters.ch01_introduction.s1_1_panorama.trials import (
     AHEAD,
     BANDS_DEG,
@@ -24,7 +24,6 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     HIGHEST_DEG,
     LEAST_RATIO,
     RIG,
-    RIG_MIRROR,
     RIM_MM,
     RIM_PX,
     WIDTH,
@@ -44,9 +43,34 @@ from raxel.multiview.cylindrical_view import (
 )
 from raxel.multiview.perspective_view import resample, source_pixels
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, value
+from repro.page.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+    value,
+)
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
+
+# %% tags=["active-ipynb"]
+# show("fig_1_1")
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.**
+#
+# - One picture holds the whole room, from {glue:text}`low:.0f`° below the
+#   horizon to {glue:text}`high:.0f`° above it.
+# - Upright edges and the horizon come out straight in the panorama. No curve
+#   was fitted for that: the rays alone do it.
+# - The price is resolution. A pixel of the panorama's top row is made of
+#   {glue:text}`ratio:.0f` times as much of the picture as one of its bottom
+#   row.
+# - None of the mirrors tried avoids that. A lower panorama does.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -186,10 +210,32 @@ def resolution(effort):
 
 
 # %% [markdown]
-# ## Figures
+# ## Reading and limits
+#
+# - **Left and right.** The picture in the mirror is left-right reversed, as
+#   one who looks up at it would see it. The panorama is not: it is made of
+#   rays.
+# - **Any central camera** can be unwrapped so, once it is calibrated.
+# - **The resolution varies by far more than the test asks.** Along the
+#   rows that is because rings of the picture become rows of one width. The
+#   bottom is blurred for want of pixels, and at the top detail is thrown
+#   away.
+# - **No mirror tried avoids it.** From the paraboloid to the most open
+#   hyperboloid the ratio goes from {glue:text}`least:.0f` to
+#   {glue:text}`most:.0f`. The height of the panorama counts for more: in a
+#   strip from the horizon up and down by less than
+#   {glue:text}`band:.1f`° the ratio stays below {glue:text}`limit:.1f`.
+# - **Limits.** The thesis does not name the camera of its figure. Here it
+#   is a laboratory camera, with a mirror that this report chose. All
+#   mirrors tried are central; one can be designed for even resolution, and
+#   then has no single centre in general. Lens blur is not part of the
+#   Jacobian: it counts pixels, not detail.
 
 # %% tags=["active-ipynb"]
-# show("fig_1_1")
+# show_table("ext_fig_1_1_rows")
+
+# %% tags=["active-ipynb"]
+# show("ext_fig_1_1_resolution")
 
 # %% [markdown]
 # Where the camera stands, and how far up it sees, is clearer from outside.
@@ -198,47 +244,11 @@ def resolution(effort):
 # %% tags=["active-ipynb"]
 # show("ext_fig_1_1_room")
 
-# %% tags=["active-ipynb"]
-# show("ext_fig_1_1_resolution")
+# %% [markdown]
+# ## Compared with the published numbers
 
 # %% tags=["active-ipynb"]
-# taken = open_results("fig_1_1_picture")
-
-# %% tags=["active-ipynb"]
-# rows = open_results("fig_1_1_resolution")
-
-# %% tags=["active-ipynb"]
-# value("high", taken.column("highest_deg").max())
-
-# %% tags=["active-ipynb"]
-# value("low", -taken.column("lowest_deg").min())
-
-# %% tags=["active-ipynb"]
-# value("top", rows.column("top", mirror=RIG_MIRROR).max())
-
-# %% tags=["active-ipynb"]
-# value("bottom", rows.column("bottom", mirror=RIG_MIRROR).max())
-
-# %% tags=["active-ipynb"]
-# value("ratio", rows.column("ratio", mirror=RIG_MIRROR).max())
-
-# %% tags=["active-ipynb"]
-# value("along_row", rows.column("ratio_row", mirror=RIG_MIRROR)[0])
-
-# %% tags=["active-ipynb"]
-# value("along_column", rows.column("ratio_column", mirror=RIG_MIRROR)[0])
-
-# %% tags=["active-ipynb"]
-# value("least", over_mirrors(rows, "ratio").min())
-
-# %% tags=["active-ipynb"]
-# value("most", over_mirrors(rows, "ratio").max())
-
-# %% tags=["active-ipynb"]
-# value("band", over_mirrors(rows, "band_deg").min())
-
-# %% tags=["active-ipynb"]
-# value("limit", LEAST_RATIO)
+# compared()
 
 # %% tags=["active-ipynb"]
 # value("lamp", EYE_HIGH_DEG)
@@ -251,40 +261,6 @@ def resolution(effort):
 
 # %% tags=["active-ipynb"]
 # value("focal", given()[2])
-
-# %% [markdown]
-# ## Reading and limits
-#
-# - **One picture holds the whole room**, from {glue:text}`low:.0f`° below
-#   the horizon to {glue:text}`high:.0f`° above it. The picture in the
-#   mirror is left-right reversed, as one who looks up at it would see it.
-#   The panorama is not: it is made of rays.
-# - **Upright edges and horizon come out straight**, which no curve was
-#   fitted for. The rays alone do it, and so it works for any central camera
-#   once it is calibrated.
-# - **The resolution varies, and by far more than the test asks.** An
-#   unwrapped pixel of the top row is made of {glue:text}`top:.1f` source
-#   pixels, one of the bottom row of {glue:text}`bottom:.2f`: a ratio of
-#   {glue:text}`ratio:.0f`. It is {glue:text}`along_row:.1f` along the rows,
-#   because rings of the picture become rows of one width, and
-#   {glue:text}`along_column:.1f` along the columns. The bottom is
-#   blurred for want of pixels, and at the top detail is thrown away.
-# - **No mirror tried avoids it.** From the paraboloid to the most open
-#   hyperboloid the ratio goes from {glue:text}`least:.0f` to
-#   {glue:text}`most:.0f`. The height of the panorama counts for more: in a
-#   strip from the horizon up and down by less than
-#   {glue:text}`band:.1f`° the ratio stays below {glue:text}`limit:.1f`.
-# - **Limits.** The thesis does not name the camera of its figure. Here it
-#   is a laboratory camera, with a mirror that this report chose. All
-#   mirrors tried are central; one can be designed for even resolution, and
-#   then has no single centre in general. Lens blur is not part of the
-#   Jacobian: it counts pixels, not detail.
-
-# %% [markdown]
-# ## Compared with the published numbers
-
-# %% tags=["active-ipynb"]
-# compared()
 
 # %% [markdown]
 # ## Try it yourself

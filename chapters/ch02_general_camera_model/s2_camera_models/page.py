@@ -56,6 +56,29 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
+# %% tags=["active-ipynb"]
+# show("ext_zoo_room")
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% [markdown]
+# The room itself, from outside, is shown with the camera of [Fig.
+# 1.1](../ch01_introduction/s1_1_panorama.ipynb) in the same place.
+#
+# **Findings.**
+#
+# - The zoo has {glue:text}`cameras` cameras, one for every model that the
+#   section names and the library has. All of them turn pixels into rays and
+#   points into pixels.
+# - Models that displace points of the image plane end before 90° from the
+#   axis, as the thesis says. That is geometry and has nothing to do with
+#   fitting.
+# - The form of a model counts for more than its number of coefficients: one
+#   number in the right place does better than two in the wrong one.
+# - {glue:text}`not_central` of the cameras have no single centre. For lenses
+#   and curved mirrors the rays miss one point by millimetres only.
+
 # %% [markdown]
 # ## What the thesis claims
 #
@@ -255,34 +278,6 @@ def pictures(effort):
 # looks for a normal that all rays of a bundle have in front.
 
 # %% [markdown]
-# ## Figures
-
-# %% tags=["active-ipynb"]
-# show_table("ext_zoo")
-
-# %% tags=["active-ipynb"]
-# show("ext_zoo_curves")
-
-# %% tags=["active-ipynb"]
-# show("ext_zoo_fits")
-
-# %% tags=["active-ipynb"]
-# show("ext_zoo_rays")
-
-# %% tags=["active-ipynb"]
-# show("ext_zoo_room")
-
-# %% [markdown]
-# The room itself, from outside, is shown with the camera of [Fig.
-# 1.1](../ch01_introduction/s1_1_panorama.ipynb) in the same place.
-
-# %% tags=["active-ipynb"]
-# show_table("ext_zoo_scope")
-
-# %% tags=["active-ipynb"]
-# name_values(open_results)
-
-# %% [markdown]
 # ## Reading and limits
 #
 # - **Both ways.** All {glue:text}`cameras` cameras have `project` as well
@@ -299,41 +294,34 @@ def pictures(effort):
 #   of the image plane, and the library keeps to that. With decentring the
 #   library stops at {glue:text}`brown_end:.1f`°, where it inverts the map
 #   by search.
-# - **Few numbers can do.** Up to 70° and for the FC-E8, two radial
-#   coefficients leave {glue:text}`radial_2:.1f` px RMS; the division
-#   model with one leaves {glue:text}`division_1:.2f` px, and the FOV model
-#   {glue:text}`fov_1:.2f` px. It is the form that counts. "Image
-#   displacement" is not worse as such: it only has to end. The FOV model
-#   contains equidistance (exercise 1), which is why it fits so well.
-# - **Fisheye laws.** Over the whole 183° the ideal law (2.6) misses the
-#   FC-E8 by {glue:text}`ideal:.1f` px RMS, and one more number brings that
-#   to {glue:text}`micusik:.2f` px (Micusik and Pajdla, rational), or to
-#   {glue:text}`sphere_1:.2f` px with the unified sphere. The polynomial
-#   (2.10) needs three for {glue:text}`scaramuzza:.2f` px: it has to make
-#   an angle out of lengths. That Kannala and Brandt's polynomial fits
-#   exactly says nothing, as the rig's lens is such a polynomial.
+# - **Few numbers can do.** The table below compares models with as few
+#   numbers as they have. The field-of-view model contains equidistance
+#   (exercise 1), which is why it fits so well. "Image displacement" is not
+#   worse as such: it only has to end.
+# - **Fisheye laws.** Over the whole 183° one more number than the focal
+#   length repairs most of what the ideal law (2.6) misses. The polynomial
+#   (2.10) needs three numbers, because it has to make an angle out of
+#   lengths. That Kannala and Brandt's polynomial fits exactly says nothing:
+#   the rig's lens is such a polynomial.
 # - **Counting.** Parameters are counted in different ways. Hartley and
 #   Saxena's "80" are four cubics of the three coordinates of a point, 20
-#   coefficients each; without a scale for each of the two ratios they are
-#   {glue:text}`all_cubic`. Most of these cameras are not central: points
-#   behind one pixel lie on a curve, not on a ray. The central ones have
-#   {glue:text}`cubic:.0f`, and the library has those. Kannala and Brandt
-#   count {glue:text}`kb:.0f`; three of them are scales that cancel, so
-#   {glue:text}`kb_free:.0f` are free. The look-up table of section 2.3 has
-#   two numbers for every pixel with a ray, {glue:text}`table_size:.0f`
-#   here.
+#   coefficients each; two of them are scales that cancel. Most of the
+#   cameras that these describe are not central: points behind one pixel lie
+#   on a curve, not on a ray. The library has the central ones, with
+#   {glue:text}`cubic:.0f` parameters. Of the {glue:text}`kb:.0f` of Kannala
+#   and Brandt three are scales that cancel, too. The look-up table of
+#   section 2.3 has two numbers for every pixel with a ray,
+#   {glue:text}`table_size:.0f` here.
 # - **Signs.** A negative $a_0$ in (2.10), the sign of the published
 #   toolbox, means that the middle of the image looks along $-z$. A mirror
 #   looks back at its viewer too: with $z$ reversed the unified sphere
 #   equals each of the three central mirrors, to {glue:text}`sphere_px:.0e`
 #   px.
-# - **Not central.** {glue:text}`not_central` of the cameras are not. For
-#   lenses and curved mirrors it is a matter of millimetres: {glue:text}`axial_mm:.2f`
-#   mm for a moving pupil, {glue:text}`off_mm:.2f` mm for a hyperboloid
-#   whose viewer is some 10 mm off the focus, {glue:text}`ball_mm:.1f` mm
-#   for a ball. Far away that does not matter, near by it does. For X-slits
-#   the caustic is the two slits, for the pushbroom the one path: its other
-#   sheet is at infinity.
+# - **Not central.** How far the rays of each camera are from one common
+#   point stands in the table of the zoo. Far away that does not matter,
+#   near by it does. For X-slits the caustic (the surface that all rays
+#   touch) is the two slits, for the pushbroom the one path: its other sheet
+#   is at infinity.
 # - **Examples only.** The curves and fields of view are those of the
 #   example parameters; the fits are of two lenses, without noise, with the
 #   centre known. They show what a form can follow, not what a calibration
@@ -345,6 +333,24 @@ def pictures(effort):
 # - **Not built.** Barreto's sphere with division, circular panoramas, and
 #   networks of cameras. The {glue:text}`elsewhere` camera is in the library
 #   and not in the zoo: it is the viewer of the paraboloid mirror.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo_few")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_fits")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_curves")
+
+# %% tags=["active-ipynb"]
+# show("ext_zoo_rays")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_zoo_scope")
 
 # %% tags=["active-ipynb"]
 # show_code(KannalaBrandtCamera, QuadricMirrorCamera.rays)

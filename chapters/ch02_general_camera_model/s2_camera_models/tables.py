@@ -5,10 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.results import (
+    FEWEST,
     NONE_MM,
     NONE_PX,
+    fits_of,
+)
+from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
+    FAMILIES,
 )
 from chapters.shared.zoo import ZOO
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
@@ -42,14 +48,12 @@ def ext_zoo(results):
                 "yes" if ran.texts("projects", model=m)[0] else "no"
                 for m in ZOO
             ],
-            "widest ray (deg)": [f"{x:.1f}" for x in column("widest_deg")],
-            "law ends (deg)": [
-                f"{x:.1f}" if np.isfinite(x) else "" for x in ends
-            ],
+            "widest ray (deg)": column("widest_deg"),
+            "law ends (deg)": [x if np.isfinite(x) else None for x in ends],
             "from central (mm)": [
-                "0" if x < NONE_MM else f"{x:.3g}" for x in centres
+                0.0 if x < NONE_MM else x for x in centres
             ],
-            "round trip (px)": [f"{x:.0e}" for x in trips],
+            "round trip (px)": list(trips),
         },
         "One example camera of every model, 200 × 200 pixels. Widest ray: "
         "from the middle ray, within the image. Law ends: where the formula "
@@ -95,4 +99,24 @@ def ext_zoo_scope(results):
             bool(worst < NONE_PX),
             f"the unified sphere is each central mirror, to {worst:.1g} px",
         ),
+    )
+
+
+@table("ext_zoo_few", needs=("exp_zoo_fits",), evidence="synthetic")
+def ext_zoo_few(results):
+    """How well models with few numbers follow the fisheye lens."""
+    ran = results["exp_zoo_fits"]
+    rows = []
+    for family, free in FEWEST.items():
+        counts, rms = fits_of(ran, "FC-E8", family)
+        widest = float(np.degrees(FAMILIES[family][0]))
+        rows.append((family, free, widest, float(rms[counts == free][0])))
+    return Table(
+        columns(
+            ("Model", "Radial numbers", "Fitted to (deg)", "RMS (px)"), rows
+        ),
+        "Models with few numbers, fitted to the FC-E8 fisheye: what each "
+        "leaves. Radial numbers include the focal length. Models of the "
+        "image plane are fitted to 70° from the axis, the others to the "
+        "lens's edge.",
     )

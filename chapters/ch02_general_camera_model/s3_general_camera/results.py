@@ -8,6 +8,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion im
     LEVELS,
 )
 from repro.judge.statistics import weighted_line
+from repro.page.reader import value
 
 
 def line_fits(result, kind):
@@ -30,3 +31,18 @@ def slope(result, kind):
     smallest = LEVELS[0]
     found = result.column(f"ray_deg.{smallest:g}", kind=kind)
     return float(np.median(found)) / smallest
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    lines = open_results("exp_c2_pluecker_invariant")
+    value("difference", lines.column("difference").max())
+    origin = open_results("exp_c2_pluecker_origin")
+    value("through", origin.column("through_origin").max())
+    wrong = open_results("fig_2_2_error")
+    value("per_mm", slope(wrong, "translation"))
+    value("per_deg", slope(wrong, "rotation"))
+    grids = open_results("fig_2_2_grids")
+    value("pose_mm", grids.column("pose_error_mm", method="generic").max())
+    any_camera = open_results("exp_c2_nonparam_any")
+    value("jump_deg", any_camera.column("jump_deg", camera="faceted").max())

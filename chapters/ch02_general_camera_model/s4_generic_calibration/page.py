@@ -31,19 +31,57 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
+# %% tags=["active-ipynb"]
+# show_table("table_2_1")
+
+# %% tags=["active-ipynb"]
+# sums = open_results("table_2_1_sums")
+
+# %% tags=["active-ipynb"]
+# value("scenes", sums.trials_per_condition)
+
+# %% tags=["active-ipynb"]
+# value("printed_w", summary_of(sums, "W"))
+
+# %% tags=["active-ipynb"]
+# value("printed_n", summary_of(sums, "N"))
+
+# %% tags=["active-ipynb"]
+# value("library", sums.column("library_difference").max())
+
+# %% [markdown]
+# **Findings.**
+#
+# - One row of the printed table has a slip, in two cells; they stand here
+#   in bold. All others are right.
+# - With that row mended, all four sums are exactly zero in all
+#   {glue:text}`scenes` random scenes, in whole fractions.
+# - As printed, two of the four sums are not zero: they leave
+#   {glue:text}`printed_w:.3f` and {glue:text}`printed_n:.3f` of the size of
+#   their terms (medians).
+# - The library computes the same vectors, to {glue:text}`library:.1e` of
+#   their largest entry.
+
 # %% [markdown]
 # ## What the thesis claims
 #
-# The camera centre $\mathbf{C}$ and the points $\mathbf{Q}^1, \mathbf{Q}^2,
-# \mathbf{Q}^3$ that one pixel sees on three grids lie on a line
-# {cite}`sturm2004`. So every $3 \times 3$ minor of matrix (2.13) vanishes.
-# The minors with the first two columns and the last two rows give four sums
+# Three grids are seen. One is the base grid; $R^n, \mathbf{t}^n$ take points
+# of grid $n$ into its frame. The camera centre $\mathbf{C}$ and the points
+# $\mathbf{Q}^1, \mathbf{Q}^2, \mathbf{Q}^3$ that one pixel sees on them lie on
+# a line {cite}`sturm2004`. Put side by side as columns, they make a matrix
+# (2.13) of rank two, so every determinant of three of its rows and columns
+# (a *minor*) vanishes. The minors with the first two columns and the last two rows give four sums
 # (2.14), linear in products of what is seen, for example
 #
 # $$\sum_{i=1}^{9} Q^1_{j(i)}\, Q^2_{k(i)}\, V_i = 0 .$$
 #
-# Table 2.1 lists the coefficients, and which $j$ and $k$ belong to each $i$
-# (the print leaves that out, E-2.06). Its claim: put in, they make the sum
+# $Q^n_j$ is a coordinate ($x$, $y$, or $w = 1$) of the point that the pixel
+# sees on grid $n$, in that grid's own frame. $V_1$ to $V_9$ are made of the
+# centre and the pose of grid 2; they are the same for all pixels. $W$ is
+# its twin; $M$ and $N$ are the same for grid 3.
+#
+# Table 2.1 lists these vectors, and which $j$ and $k$ belong to each $i$
+# (the equations leave that out, E-2.06). Its claim: put in, they make the sum
 # zero for *every* ray.
 
 # %% [markdown]
@@ -94,44 +132,14 @@ def substitution(effort):
 
 
 # %% [markdown]
-# ## Table
-#
-# The corrected table, printed from the formulas that were evaluated. The
-# cells that differ from the printed table are set in bold.
-
-
-# %% tags=["active-ipynb"]
-# show_table("table_2_1")
-
-# %% tags=["active-ipynb"]
-# sums = open_results("table_2_1_sums")
-
-# %% tags=["active-ipynb"]
-# value("scenes", sums.trials_per_condition)
-
-# %% tags=["active-ipynb"]
-# value("printed_w", summary_of(sums, "W"))
-
-# %% tags=["active-ipynb"]
-# value("printed_n", summary_of(sums, "N"))
-
-# %% tags=["active-ipynb"]
-# value("library", sums.column("library_difference").max())
-
-# %% [markdown]
 # ## Reading and limits
 #
-# - With row 3 corrected, all four sums are exactly zero in all
-#   {glue:text}`scenes` scenes. A sum that vanishes as a polynomial vanishes
-#   everywhere; one that does not would vanish in random scenes by an
-#   unlikely chance only.
-# - As printed, $V$ and $M$ are right, and $W$ and $N$ are not: they leave
-#   {glue:text}`printed_w:.3f` and {glue:text}`printed_n:.3f` of the sum of
-#   their terms (medians over scenes of the worst of eight rays). The
-#   printed superscripts of $t_z$ in row 3 are one too low: $W_3$ names the
-#   base grid, whose $t_z$ is zero by definition.
-# - The library's vectors agree with the formulas to
-#   {glue:text}`library:.1e` of their largest entry, in both forms.
+# - A sum that vanishes as a polynomial vanishes everywhere. One that does
+#   not would vanish in random scenes by an unlikely chance only.
+# - As printed, $V$ and $M$ are right, and $W$ and $N$ are not. The printed
+#   superscripts of $t_z$ in row 3 are one too low: $W_3$ names the base
+#   grid, whose $t_z$ is zero by definition. What is left of the two sums is
+#   the worst of eight rays, and its median over the scenes.
 # - Six of the nine entries of each vector can differ from zero. The library
 #   solves for these six only: the nine-column system has three null vectors
 #   and no unique solution.

@@ -37,7 +37,8 @@ def table_2_1(results):
     ]
     return Table(
         columns,
-        "Coefficients used in equations 2.14, with row 3 corrected (bold).",
+        "The four vectors of equations 2.14, with row 3 corrected (bold). "
+        "Superscripts name the grid; grid 1 is the base grid.",
         Check(
             all(zero),
             "all four sums are exactly zero in every scene, in rational "
