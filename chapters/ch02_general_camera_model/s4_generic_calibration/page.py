@@ -70,8 +70,8 @@ from repro.run.outcomes import Plan
 # $\mathbf{Q}^1, \mathbf{Q}^2, \mathbf{Q}^3$ that one pixel sees on them lie on
 # a line {cite}`sturm2004`. Put side by side as columns, they make a matrix
 # (2.13) of rank two, so every determinant of three of its rows and columns
-# (a *minor*) vanishes. The minors with the first two columns and the last two rows give four sums
-# (2.14), linear in products of what is seen, for example
+# (a *minor*) vanishes. The minors with the first two columns and the last
+# two rows give four sums (2.14), linear in products of what is seen, for example
 #
 # $$\sum_{i=1}^{9} Q^1_{j(i)}\, Q^2_{k(i)}\, V_i = 0 .$$
 #

@@ -6,8 +6,8 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.results import (
     COUNTS,
-    FACTORS,
     SIDES,
+    THRESHOLDS,
     interior,
 )
 from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
@@ -340,7 +340,8 @@ def numbers_of_table_3_2(results):
         f"t3_2_{name}": Value(
             f"{getattr(settings, field):g}*s_i", unit=unit
         )
-        for name, (field, unit) in FACTORS.items()
+        for name, (field, unit, _) in THRESHOLDS.items()
+        if name != "t4"
     }
     values["t3_2_t4"] = Value(settings.first_angle_deg, unit="deg")
     return values

@@ -36,59 +36,130 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
+# %% tags=["active-ipynb"]
+# show("fig_3_4")
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.** CELECT (corner extraction by local edge contour tracing)
+# starts from four clicks and knows no lens.
+#
+# - With one set of values it reads boards before a fisheye, two curved
+#   mirrors and a bent sheet; {glue:text}`fisheye:.0f` % of those before the
+#   fisheye, the table says how many before the others.
+# - The size of the window matters, as the thesis says: too small and too
+#   large both lose boards.
+# - Letting a window grow helps where edges are broken:
+#   {glue:text}`grown:.0f` % of such pictures are read with it,
+#   {glue:text}`fixed:.0f` % without.
+# - The two conditions under which the thesis expects the first step to go
+#   wrong tell {glue:text}`agree:.1f` % of {glue:text}`cases:.0f` constructed
+#   corners right.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_celect_cameras")
+
 # %% [markdown]
 # ## What the thesis claims
 #
-# - Corners of a chessboard are free of perspective and distortion bias,
-#   centroids of circles are not.
-# - CELECT, corner extraction by local edge contour tracing, needs four
-#   clicks and the counts of corners, and no model of the distortion.
-# - The window radius is critical: too large and the peak of a curved edge
-#   smears, too small and noise wins. A window that finds nothing grows by
+# - Corners of a chessboard keep their place under perspective and
+#   distortion; the centroids of circles do not.
+# - CELECT needs four clicks and the counts of corners, and no model of the
+#   distortion.
+# - The window radius is critical: too large and a curved edge is no line
+#   any more, too small and noise wins. A window that finds nothing grows by
 #   20 %.
 # - Peaks of the Hough transform that split are averaged; a second pass
 #   mends those at 180°.
-# - Tracing goes wrong at the first corner if the true edge is within
-#   $t_4$ of side 4, or the wrong edge is farther from it and nearer to
-#   side 1. Large squares with strongly curved edges defeat it.
+# - Tracing goes wrong at the first corner $c_1$ if the edge it should follow
+#   lies within the angle $t_4$ of side 4, or if the wrong edge lies farther
+#   from side 4 than that and nearer to side 1 than the right one.
+# - Large squares with strongly curved edges defeat it.
 # - One corner is detected several times, and merging leaves one.
-# - Without a white border, a board gives $2\lambda + 2\kappa - 8$ more
-#   corners.
+# - A board of $\lambda \times \kappa$ squares gives $2\lambda + 2\kappa - 8$
+#   more corners if it has no white border.
 
 # %% [markdown]
 # ## Model
 #
-# A window $A_{r,\mathbf{p}_{cur}}$ stands on an *anchor point* of an edge.
-# Canny edges in it are transformed to lines $\mathbf{h}(R, \theta)$:
+# **Names.** The user clicks near four corners of the lattice; $c_1$ to
+# $c_4$ are the detected corners nearest to the clicks, clockwise. *Side* $i$
+# is the straight line $L_i$ from $c_i$ to the next of them. The edge
+# between squares that begins there and is to be followed is a *contour*;
+# $w$ corners lie on sides 1 and 3, $h$ on sides 2 and 4.
+
+# %% tags=["active-ipynb"]
+# show("fig_3_1")
+
+# %% [markdown]
+# **One step.** A round window $A$ of radius $r$ stands on the *anchor
+# point* $\mathbf{p}_{cur}$ of a contour. The edge pixels in it, found by
+# Canny's detector $\mathcal{C}$, vote for lines (the Hough transform
+# $\mathcal{H}$). A line $\mathbf{h}$ is given by its distance $R$ from the
+# middle of the window and its orientation $\theta$:
 #
-# $$\mathbb{S}_h = \mathcal{H}(\mathcal{C}(A_{r,\mathbf{p}_{cur}}(I))),
+# $$\mathbb{S}_h = \mathcal{H}(\mathcal{C}(A_{r,\mathbf{p}_{cur}}(I))).
 # \tag{3.1}$$
+#
+# Lines that pass far from the middle belong to other contours:
 #
 # $$\mathbb{S}_d = \{\mathbf{h} \in \mathbb{S}_h \mid R < t_3\}. \tag{3.3}$$
 #
-# At the first corner the wrong contour is left out, and of the others the
-# one nearest to side $L_i$ is taken, (3.4) and (3.5). Later it is the one
-# that turns least:
+# At the first corner a second contour begins, along side 4. Lines within
+# $t_4$ of side 4 are left out, and of the others the one nearest in angle
+# to the side that is traced is taken, (3.4) and (3.5). Later there is a
+# previous orientation, and the line that turns least is taken:
 #
 # $$\mathbf{h}_p = \operatorname*{argmin}_{\mathbf{h} \in \mathbb{S}_d}
 # |\theta - \theta_{prev}|. \tag{3.11}$$
 #
-# The next anchor is the farthest edge pixel ahead within $t_5$ of that
-# line:
+# Of the edge pixels within $t_5$ of that line, $\mathbb{E}$, the farthest
+# one ahead is the next anchor:
 #
 # $$\mathbf{p}_{new} = \operatorname*{argmax}_{\mathbf{p} \in \mathbb{E}}
 # d(\mathbf{p}, \mathbf{p}_{prev}), \quad (\mathbf{p}_{new} -
 # \mathbf{p}_{cur}) \cdot (\mathbf{p}_{cur} - \mathbf{p}_{prev}) > 0.
 # \tag{3.12, 3.13}$$
-#
-# Harris corners of all windows are candidates. Those within $t_7$ of the
-# trace, (3.22), are averaged where they are closer than $t_8$. First come
-# the four sides, clockwise, then the columns from side 1 down to side 3;
-# each column takes its radius from the one before.
-#
-# Differences of orientation are modulo 180° (E-3.03), $\theta$ is the line's
-# own orientation, and $t_1$ and $t_2$ take the number of pixels as bins and
-# degrees (E-3.02).
+
+# %% tags=["active-ipynb"]
+# show("fig_3_2")
+
+# %% [markdown]
+# The same window with numbers:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_celect_step")
+
+# %% [markdown]
+# **All steps.** First come the four sides, clockwise, then the columns from
+# side 1 down to side 3. Harris corners of all windows of a contour are
+# candidates. Those near the trace, (3.22), are kept, and those that are
+# close together are averaged. The film shows a whole run.
+
+# %% tags=["active-ipynb", "remove-input"]
+# animation(open_results("fig_3_1_run"))
+
+# %% tags=["active-ipynb"]
+# show("fig_3_3")
+
+# %% [markdown]
+# **Sizes.** The window radius $s_i$ of side $i$ is about half a square. All
+# thresholds but $t_4$ are shares of it. A column takes its radius from the
+# column before.
+
+# %% tags=["active-ipynb"]
+# show_table("table_3_1")
+
+# %% tags=["active-ipynb"]
+# show_table("table_3_2")
+
+# %% [markdown]
+# Three things had to be read into the text: differences of orientation are
+# modulo 180° (E-3.03), $\theta$ is the line's own orientation and not its
+# normal's, and $t_1$ and $t_2$ take the number of pixels as bins and degrees
+# (E-3.02).
 
 # %% tags=["active-ipynb"]
 # show_code(first_line, next_line, next_anchor, farthest_ahead, processed)
@@ -122,9 +193,6 @@ from repro.run.outcomes import Plan
 CAMERA_VIEWS = {"quick": 1, "full": 50}
 BOARDS = {"quick": 1, "full": 25}
 PAIRS = {"quick": 1, "full": 50}
-SQUARES_ACROSS = (20, 15, 12, 10, 8, 6, 5)
-SMOOTHING_PX = (None, 0.7, 1.0, 1.5)
-LIMITS = ((10, 20.0), (10, 34.0), (15, 0.0), (20, 0.0), (25, 0.0))
 
 
 # %%
@@ -208,150 +276,50 @@ def growth(effort):
     )
 
 
-def square_trial(condition, rng):
-    """The synthetic board with larger squares under strong distortion."""
-    board = SyntheticBoard(
-        square_px=1000 / condition["squares_across"],
-        fov_deg=condition["fov_deg"],
-    )
-    image = board.image(1.0, boards.NOISE_SD, rng)
-    where = clicks(board.outer_corners, rng)
-    result = celect(image, where, board.columns, board.rows)
-    return scored(result, board.lattice)
-
-
-@experiment(
-    "exp_c3_big_square",
-    artefact="sec_3_1_2",
-    shards={"quick": 1, "full": 2},
-)
-def big_squares(effort):
-    """Sizes of square at three wide fields of view."""
-    across = SQUARES_ACROSS[::6] if effort == "quick" else SQUARES_ACROSS
-    conditions = [
-        {"squares_across": n, "fov_deg": fov}
-        for fov in boards.BIG_FOVS
-        for n in across
-    ]
-    return Plan(square_trial, conditions, {"quick": 1, "full": 12}[effort])
-
-
-def limit_trial(condition, rng):
-    """The synthetic board, with one smoothing for all sizes of square."""
-    board = SyntheticBoard(square_px=1000 / condition["squares_across"])
-    image = board.image(1.0, condition["noise_sd"], rng)
-    where = clicks(board.outer_corners, rng)
-    smoothing = condition["smoothing_px"]
-    settings = CelectSettings()
-    if smoothing is not None:
-        settings = CelectSettings(smoothing_limits_px=(smoothing,) * 2)
-    result = celect(
-        image, where, board.columns, board.rows, settings=settings
-    )
-    return scored(result, board.lattice)
-
-
-@experiment(
-    "ext_celect_limits",
-    artefact="sec_3_1_2",
-    shards={"quick": 1, "full": 2},
-)
-def limits(effort):
-    """One smoothing for all, against noise and against small squares."""
-    pictures = LIMITS[1:4:2] if effort == "quick" else LIMITS
-    rules = SMOOTHING_PX[:2] if effort == "quick" else SMOOTHING_PX
-    conditions = [
-        {"smoothing_px": rule, "squares_across": n, "noise_sd": noise}
-        for rule in rules
-        for n, noise in pictures
-    ]
-    return Plan(limit_trial, conditions, {"quick": 1, "full": 10}[effort])
-
-
 # %% [markdown]
-# ## Figures
-
-# %% tags=["active-ipynb"]
-# show("fig_3_1")
-
-# %% tags=["active-ipynb"]
-# show("fig_3_2")
-
-# %% tags=["active-ipynb", "remove-input"]
-# animation(open_results("fig_3_1_run"))
-
-# %% tags=["active-ipynb"]
-# show("fig_3_3")
-
-# %% tags=["active-ipynb"]
-# show("fig_3_4")
-
-# %% tags=["active-ipynb"]
-# show_table("table_3_1")
-
-# %% tags=["active-ipynb"]
-# show_table("table_3_2")
-
-# %% tags=["active-ipynb"]
-# show("ext_celect_window")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_celect_smoothing")
-
-# %% tags=["active-ipynb"]
-# name_values(open_results)
+# Two more experiments stand beside this page, in `trials/sizes.py`: large
+# squares under strong distortion, and one smoothing for all squares.
 
 # %% [markdown]
 # ## Reading and limits
 #
-# - **No model.** With one set of values CELECT reads
-#   {glue:text}`fisheye:.0f` % of the boards before the fisheye,
-#   {glue:text}`sphere:.0f` % before the sphere, {glue:text}`hyperboloid:.0f` %
-#   before the hyperboloid and {glue:text}`sheet:.0f` % before the bent
-#   sheet, where no square has a side below 15 px. In pictures of two thirds
-#   of the size, with squares from 10 px on, it reads {glue:text}`tiny:.0f` %
-#   of all boards. The cameras are the same, so a difference is due to the
-#   small squares.
-# - **One corner, several maxima.** Harris's response at a chessboard corner
-#   that is blurred has its maxima beside the corner: four about a right
-#   angle, two in the acute fields of an oblique one. They move apart with
-#   blur and smoothing, and as the angle gets smaller. If that is more than
+# - **No model.** In pictures of two thirds of the size, with squares from 10
+#   px on, {glue:text}`tiny:.0f` % of all boards are read. The cameras are
+#   the same, so a difference is due to the small squares.
+# - **One corner, several maxima.** At a blurred chessboard corner Harris's
+#   response is largest beside the corner: in four places about a right
+#   angle, in two about an oblique one. They move apart with blur and
+#   smoothing, and as the angle gets smaller. If they are farther apart than
 #   $t_8$, one corner counts twice. There were {glue:text}`candidates:.1f`
 #   candidates per corner in the boards that were read.
-# - **The window.** At {glue:text}`small_window:.2g` times the radius of
-#   Table 3.1 the success is {glue:text}`small_success:.0f` %, at
-#   {glue:text}`large_window:.2g` times it {glue:text}`large_success:.0f` %.
-# - **Growth.** With windows that grow {glue:text}`grown:.0f` % of the
-#   pictures with broken edges are read, with windows that do not
-#   {glue:text}`fixed:.0f` %. What breaks an edge usually adds edges of its
-#   own, such as the rim of a spot; a trace may follow these, and then no
-#   window helps.
+# - **Growth.** What breaks an edge usually adds edges of its own, such as
+#   the rim of a spot. A trace may follow these, and then no window helps.
 # - **Two peaks are enforced** in every window, so with one edge the second
-#   peak is always a false one. Averaging and the second pass leave a false
-#   line in {glue:text}`any_with:.0f` % of such windows instead of
-#   {glue:text}`any_without:.0f` %, and one near the edge, which alone could
-#   be followed, in {glue:text}`near_with:.0f` % instead of
-#   {glue:text}`near_without:.0f` %. Our peaks are local maxima: the
-#   flank of a peak is none, so averaging has less to mend.
-# - **The first corner.** {glue:text}`cases:.0f` constructed corners went
-#   right or wrong as the text's two conditions say in
-#   {glue:text}`agree:.1f` % of the cases.
+#   peak is always a false one. Averaging and the second pass leave one near
+#   the edge, which alone could be followed, in {glue:text}`near_with:.0f` %
+#   of such windows instead of {glue:text}`near_without:.0f` %. Our peaks are
+#   local maxima: the flank of a peak is none, so averaging has less to mend.
 # - **Large squares.** The thesis expects them to fail. At
-#   {glue:text}`wide_fov:.0f`° squares of {glue:text}`large_px:.0f` px are
-#   read in {glue:text}`large_squares:.0f` % and squares of
-#   {glue:text}`small_px:.0f` px in {glue:text}`small_squares:.0f` % of the
-#   pictures. Two effects are in this. The window is half a square, so a
-#   larger square has a longer arc in it. But as the squares grow, the
-#   outermost corners come nearer to the middle, where edges bend less and
-#   cross at larger angles.
-# - **Smoothing is a choice** that the thesis does not give, and the table
-#   above shows what hangs on it. Strong smoothing averages noise away but
+#   {glue:text}`wide_fov:.0f`° the largest ones are read in
+#   {glue:text}`large_squares:.0f` % of the pictures, the smallest in
+#   {glue:text}`small_squares:.0f` %. Two effects are in this. The window is
+#   half a square, so a larger square has a longer arc in it. But as the
+#   squares grow, the outermost corners come nearer to the middle, where
+#   edges bend less and cross at larger angles.
+# - **Smoothing is a choice** that the thesis does not give, and the last
+#   table shows what hangs on it. Strong smoothing averages noise away but
 #   moves the maxima of a corner apart, for which small squares have no room;
 #   weak smoothing does the opposite. Ours is a share of the length scale,
 #   between two limits in px; value, reason and origin are in the ledger
 #   (`smoothing_px`).
 # - **Rendered, not photographed.** The text's Fig. 3.4 is a photograph.
 #   Clicks are simulated.
+
+# %% tags=["active-ipynb"]
+# show("ext_celect_window")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_celect_smoothing")
 
 # %% tags=["active-ipynb"]
 # show_code(celect)

@@ -12,6 +12,7 @@ from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
     CAMERAS,
     LEAST_PX,
 )
+from raxel.features.celect import CelectSettings
 from repro.page.reader import value
 
 NAMES = dict(
@@ -22,20 +23,18 @@ NAMES = dict(
 def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
     of_cameras(open_results("fig_3_1_cameras"))
-    of_windows(open_results("table_3_1_window"))
     growth = open_results("table_3_1_growth")
     first = next(iter(BROKEN.values()))
     value("grown", percent(growth.column("published.success", **first)))
     value("fixed", percent(growth.column("no growth.success", **first)))
     split = open_results("table_3_2_split")
     windows = split.conditions[0]["windows"]
-    for count in ("any", "near"):
-        for name, column in (
-            ("with", "published"),
-            ("without", "no averaging"),
-        ):
-            rate = split.column(f"{column}.{count}").mean() / windows
-            value(f"{count}_{name}", 100 * float(rate))
+    for name, column in (
+        ("with", "published"),
+        ("without", "no averaging"),
+    ):
+        rate = split.column(f"{column}.near").mean() / windows
+        value(f"near_{name}", 100 * float(rate))
     of_squares(open_results("exp_c3_big_square"))
     start = open_results("table_3_2_start")
     predicted = start.column("predicted")
@@ -47,27 +46,18 @@ def of_cameras(result):
     """Success of each camera, of small pictures, and candidates per corner."""
     large, small = LEAST_PX
     tiny, many = [], []
-    for camera, name in NAMES.items():
+    for camera in NAMES:
         here = {"camera": camera, "size_px": large}
-        success = result.column("success", **here)
-        value(name, percent(success))
         ratio = result.column("candidates", **here) / result.column(
             "wanted", **here
         )
-        many.append(ratio[success == 1])
+        many.append(ratio[result.column("success", **here) == 1])
         tiny.append(result.column("success", camera=camera, size_px=small))
+    fisheye = result.column("success", camera="fisheye", size_px=large)
+    value("fisheye", percent(fisheye))
     many = np.concatenate(many)
     value("tiny", percent(np.concatenate(tiny)))
     value("candidates", float(many.mean()) if len(many) else 0.0)
-
-
-def of_windows(result):
-    """Success with the smallest and the largest window."""
-    run = [c["multiplier"] for c in result.conditions]
-    for name, multiplier in (("small", run[0]), ("large", run[-1])):
-        success = result.column("success", multiplier=multiplier)
-        value(f"{name}_window", multiplier)
-        value(f"{name}_success", percent(success))
 
 
 def of_squares(result):
@@ -84,7 +74,6 @@ def of_squares(result):
             "success", fov_deg=fov, squares_across=count
         )
         value(f"{name}_squares", percent(success))
-        value(f"{name}_px", 1000 / count)
 
 
 def percent(flags):
@@ -129,6 +118,18 @@ class Run:
         return np.vstack((rows[:, 1:3], rows[-1:, 6:8]))
 
 
+def turning_step(run):
+    """The step of side 1, after the first, whose window has most near lines."""
+    settings = CelectSettings()
+    candidates = np.flatnonzero(run.steps[:, 0] == 0)[1:-1]
+
+    def near(index):
+        lines = run.of_step("lines", index)
+        return (np.abs(lines[:, 0]) < settings.near_centre * run.s[0]).sum()
+
+    return int(max(candidates, key=lambda i: (near(i), -i)))
+
+
 def which_view(result):
     """Which of the random views is drawn, for a caption: the first that is read."""
     tried = int(result.column("tried")[0])
@@ -146,14 +147,32 @@ def line_ends(centre, radius, line):
 
 SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
 COUNTS = ("width", "height", "width", "height")
-FACTORS = {
-    "t1": ("split_peaks", "Hough bins"),
-    "t2": ("wrap", "deg"),
-    "t3": ("near_centre", "px"),
-    "t5": ("edge_band", "px"),
-    "t6": ("arrival", "px"),
-    "t7": ("corner_band", "px"),
-    "t8": ("merge", "px"),
+# Threshold -> field of CelectSettings, unit, and what it bounds.
+THRESHOLDS = {
+    "t1": ("split_peaks", "Hough bins", "peaks nearer than this are one"),
+    "t2": ("wrap", "deg", "peaks this near to 0° and to 180° are one"),
+    "t3": (
+        "near_centre",
+        "px",
+        "distance of a line from the window's middle",
+    ),
+    "t4": (
+        "first_angle_deg",
+        "deg",
+        "angle that is too near to side 4, at c1",
+    ),
+    "t5": (
+        "edge_band",
+        "px",
+        "distance of edge pixels from the chosen line",
+    ),
+    "t6": (
+        "arrival",
+        "px",
+        "distance from the contour's end: it is reached",
+    ),
+    "t7": ("corner_band", "px", "distance of candidates from the trace"),
+    "t8": ("merge", "px", "candidates nearer than this are one corner"),
 }
 
 

@@ -6,13 +6,18 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.results import (
     COUNTS,
-    FACTORS,
+    NAMES,
     SIDES,
+    THRESHOLDS,
     Run,
+    turning_step,
 )
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import LEAST_PX
 from raxel.features.celect import CelectSettings
+from repro.judge.statistics import proportion
+from repro.run.columns import columns
 from repro.run.experiment import table
-from repro.run.outcomes import Check, Table
+from repro.run.outcomes import Check, Measured, Table
 
 
 @table(
@@ -58,34 +63,88 @@ def table_3_2(results):
     """Every threshold, its unit, and its value on side 1 of the run."""
     settings = CelectSettings()
     run = Run(results["fig_3_1_run"])
-    names = [*FACTORS, "t4"]
-    names.sort()
-    rows = {
-        "parameter": [],
-        "value": [],
-        "unit": [],
-        "field": [],
-        "side 1": [],
-    }
-    for name in names:
+    rows = []
+    for name, (field, unit, bounds) in THRESHOLDS.items():
+        number = getattr(settings, field)
         if name == "t4":
-            field, unit = "first_angle_deg", "deg"
-            here = settings.first_angle_deg
-            value = f"{here:g}"
+            share, here = None, number
         else:
-            field, unit = FACTORS[name]
-            value = f"{getattr(settings, field):g} s_i"
-            here = getattr(settings, field) * run.s[0]
-        for key, cell in zip(
-            rows,
-            (f"t_{name[1]}", value, unit, field, float(here)),
-            strict=True,
-        ):
-            rows[key].append(cell)
+            share, here = number, number * float(run.s[0])
+        rows.append(
+            (f"$t_{name[1]}$", bounds, share, here, unit, f"`{field}`")
+        )
+    names = (
+        "Threshold", "What it bounds", "Share of $s_i$", "Side 1", "Unit",
+        "Field of `CelectSettings`",
+    )  # fmt: skip
     return Table(
-        rows,
-        "Thresholds of CELECT: value, unit in which the number is taken, field of "
-        "`CelectSettings`, and size on side 1 of the run of Fig. 3.1.",
+        columns(names, rows),
+        "Thresholds of CELECT. All but $t_4$ are shares of the window radius "
+        "$s_i$; side 1 is that of the run of Fig. 3.1.",
+    )
+
+
+@table("ext_celect_step", needs=("fig_3_1_run",), evidence="rendered")
+def step_table(results):
+    """The lines of the window of Fig. 3.2, and which one is followed."""
+    run = Run(results["fig_3_1_run"])
+    settings = CelectSettings()
+    index = turning_step(run)
+    limit = settings.near_centre * run.s[int(run.steps[index, 0])]
+    chosen, before = run.step(index)[2], run.step(index - 1)[2]
+    rows = []
+    for number, line in enumerate(run.of_step("lines", index), 1):
+        turn = abs(line[1] - before[1]) % 180
+        near = bool(abs(line[0]) < limit)
+        followed = bool(np.allclose(line, chosen))
+        rows.append(
+            (
+                number,
+                float(line[0]),
+                "yes" if near else "no",
+                float(line[1]),
+                float(min(turn, 180 - turn)),
+                "yes" if followed else "no",
+            )
+        )
+    names = (
+        "Line", "$R$ (px)", r"$\lvert R\rvert < t_3$?", r"$\theta$ (deg)",
+        r"Turn from $\theta_{prev}$ (deg)", "Followed?",
+    )  # fmt: skip
+    return Table(
+        columns(names, rows),
+        "The lines that the window of Fig. 3.2 finds. Here $t_3$ = "
+        f"{limit:.1f} px and $\\theta_{{prev}}$ = {before[1]:.0f}°. Of the lines "
+        "near the middle, the one that turns least is followed.",
+    )
+
+
+@table(
+    "ext_celect_cameras", needs=("fig_3_1_cameras",), evidence="rendered"
+)
+def camera_table(results):
+    """Share of boards read before each camera, by size of the picture."""
+    result = results["fig_3_1_cameras"]
+    rows = []
+    for camera, name in NAMES.items():
+        row = [name]
+        for size in LEAST_PX:
+            found = proportion(
+                result.column("success", camera=camera, size_px=size)
+            )
+            percents = (
+                100 * found.value,
+                100 * found.low,
+                100 * found.high,
+            )
+            row.append(Measured(*percents))
+        rows.append(row)
+    heads = [f"Least square {least} px (%)" for least in LEAST_PX.values()]
+    return Table(
+        columns(("Camera", *heads), rows),
+        "Boards read completely and in order, with exact 95 % intervals: "
+        f"{result.trials_per_condition} random poses for each camera, in "
+        "pictures of two sizes.",
     )
 
 
@@ -105,7 +164,7 @@ def smoothing_table(results):
             (c["squares_across"], c["noise_sd"]) for c in result.conditions
         )
     )
-    columns = {
+    found = {
         "smoothing (px)": [
             "0.1 s (chosen)" if rule is None else f"{rule:g}"
             for rule in rules
@@ -113,7 +172,7 @@ def smoothing_table(results):
     }
     for across, noise in scenes:
         name = f"{1000 / across:.0f} px squares, noise {noise:g} (%)"
-        columns[name] = [
+        found[name] = [
             100
             * float(
                 result.column(
@@ -126,7 +185,7 @@ def smoothing_table(results):
             for rule in rules
         ]
     return Table(
-        columns,
+        found,
         "Noise and small squares ask for opposite smoothing: share of synthetic "
         "boards read completely. The thesis states no smoothing.",
     )

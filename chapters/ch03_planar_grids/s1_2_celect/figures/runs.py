@@ -7,6 +7,7 @@ import numpy as np
 from chapters.ch03_planar_grids.s1_2_celect.results import (
     Run,
     line_ends,
+    turning_step,
     which_view,
 )
 from raxel.features.celect import CelectSettings
@@ -263,18 +264,6 @@ def fig_3_2(results):
         "space.",
         turn_check(run),
     )
-
-
-def turning_step(run):
-    """The step of side 1, after the first, whose window has most near lines."""
-    settings = CelectSettings()
-    candidates = np.flatnonzero(run.steps[:, 0] == 0)[1:-1]
-
-    def near(index):
-        lines = run.of_step("lines", index)
-        return (np.abs(lines[:, 0]) < settings.near_centre * run.s[0]).sum()
-
-    return int(max(candidates, key=lambda i: (near(i), -i)))
 
 
 def turn_check(run):
