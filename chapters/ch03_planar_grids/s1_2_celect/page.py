@@ -49,11 +49,11 @@ from repro.run.outcomes import Plan
 # - With one set of values it reads boards before a fisheye, two curved
 #   mirrors and a bent sheet; {glue:text}`fisheye:.0f` % of those before the
 #   fisheye, the table says how many before the others.
-# - The size of the window matters, as the thesis says: too small and too
-#   large both lose boards.
-# - Letting a window grow helps where edges are broken:
-#   {glue:text}`grown:.0f` % of such pictures are read with it,
-#   {glue:text}`fixed:.0f` % without.
+# - The radius of the window matters, though less than the thesis says: the
+#   figure near the end of the page shows how much.
+# - Where edges are broken, {glue:text}`grown:.0f` % of the pictures are read
+#   with windows that may grow, and {glue:text}`fixed:.0f` % with windows
+#   that may not.
 # - The two conditions under which the thesis expects the first step to go
 #   wrong tell {glue:text}`agree:.1f` % of {glue:text}`cases:.0f` constructed
 #   corners right.

@@ -139,11 +139,13 @@ def camera_table(results):
             )
             row.append(Measured(*percents))
         rows.append(row)
-    heads = [f"Least square {least} px (%)" for least in LEAST_PX.values()]
+    heads = [
+        f"Squares from {least} px on (%)" for least in LEAST_PX.values()
+    ]
     return Table(
         columns(("Camera", *heads), rows),
         "Boards read completely and in order, with exact 95 % intervals: "
-        f"{result.trials_per_condition} random poses for each camera, in "
+        f"random poses, {result.trials_per_condition} for each camera, in "
         "pictures of two sizes.",
     )
 
