@@ -42,6 +42,28 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
+# %% tags=["active-ipynb"]
+# show("ext_further_changes")
+
+# %% tags=["active-ipynb", "remove-input"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.**
+#
+# - Symmetry helps where corners split: under a blur of 5 px the share of
+#   boards read goes from {glue:text}`blur.published:.0f` % to
+#   {glue:text}`blur.symmetry:.0f` %. It loses a little in noise.
+# - Clusters help where squares differ much along a contour. They also hide
+#   faults, because they always come in the right number.
+# - Windows that know the curvature gain {glue:text}`curvature.gained`
+#   boards and lose {glue:text}`curvature.lost`: most losses happen where no
+#   curvature is known yet.
+# - A code on the grid is read wherever CELECT finds the corners. Of
+#   {glue:text}`full.all` blocks with full marks {glue:text}`full.wrong` were
+#   put in a wrong place, of {glue:text}`faint.all` with faint ones
+#   {glue:text}`faint.wrong`.
+
 # %% [markdown]
 # ## What the thesis claims
 #
@@ -242,104 +264,77 @@ def coded_picture(effort):
 
 
 # %% [markdown]
-# ## Figures
+# ## Reading and limits
+#
+# Each kind of picture has {glue:text}`further.trials` trials. Gained and lost
+# are trials over all kinds, against the published stages; a kind counts as
+# better or worse where the difference is significant.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_further_gains")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_further_ideas")
+
+# %% [markdown]
+# **Symmetry** is made for split corners. On the blurred side of the next
+# figure the published detector has {glue:text}`split.published` candidates
+# for {glue:text}`split.corners` corners, the symmetric one
+# {glue:text}`split.symmetry`. What it may cost is seen in noise, which breaks
+# the symmetry, and the saddle, at the fine scale. The author expected better
+# accuracy. There was not much to be gained: a corner that splits evenly has
+# the mean of its parts for a corner already.
 
 # %% tags=["active-ipynb"]
 # show("ext_split_corners")
 
 # %% tags=["active-ipynb"]
-# show_table("ext_further_ideas")
-
-# %% tags=["active-ipynb"]
-# show("ext_further_changes")
-
-# %% tags=["active-ipynb"]
 # show_table("ext_further_errors")
+
+# %% [markdown]
+# **Clusters** are meant for contours whose corners lie at very different
+# distances, for which $t_8$ has no right value, such as those of a board that
+# is turned away by 40°. They also hide something. The published rule notices
+# too many or too few corners and stops. Even clusters always come in the
+# right number, so a contour that should have been refused may be returned
+# with a corner that is more than 8 px off (last column of the table of
+# gains).
+#
+# **Curvature.** Of {glue:text}`published.losses` lost runs of the published
+# stages, {glue:text}`published.losses.column` were lost first on a column.
+# This idea cannot mend the others, whatever its rule: they were lost on a
+# side, where, as the thesis says, no curvature is known yet, or at an outer
+# corner, or came back with a corner off. It may also do harm, for a small
+# window has few edge pixels, and all other thresholds of a column shrink
+# with it.
+#
+# **All three together.** Gains of single stages need not add up: a corner
+# that is not split has nothing left for clusters to mend.
+#
+# **The coded grid** is decoded where CELECT has the block.
 
 # %% tags=["active-ipynb"]
 # show("ext_coded_grid")
 
 # %% tags=["active-ipynb"]
-# show_table("ext_coded_places")
-
-# %% tags=["active-ipynb", "remove-input"]
-# name_values(open_results)
+# show_table("ext_coded_outcomes")
 
 # %% [markdown]
-# ## Reading and limits
+# Edges and corners of full marks get into CELECT's windows where squares are
+# small, though the flat design keeps them apart. Such a difference was seen
+# in a first run, so a second design was added: marks with a quarter of the
+# contrast, which is below what Canny's method takes for an edge here. It was
+# not adjusted further. Faint marks are the sooner lost in noise.
 #
-# *Each kind of picture has {glue:text}`further.trials` trials. Gained and
-# lost are trials over all kinds of pictures, against the published stages.*
-#
-# **Symmetry** is made for split corners. On the blurred side of the first
-# figure the published detector has {glue:text}`split.published` candidates
-# for {glue:text}`split.corners` corners, the symmetric one
-# {glue:text}`split.symmetry`. Under a blur of 5 px the share of successes
-# goes from {glue:text}`blur.published:.0f` % to
-# {glue:text}`blur.symmetry:.0f` %, and at a yaw of 40° from
-# {glue:text}`yaw.published:.0f` % to {glue:text}`yaw.symmetry:.0f` %. What it
-# may cost is seen in noise, which breaks the symmetry, and the saddle, at
-# the fine scale: there it goes from {glue:text}`noise.published:.0f` % to
-# {glue:text}`noise.symmetry:.0f` %. In all it gains
-# {glue:text}`symmetry.gained` trials and loses {glue:text}`symmetry.lost`;
-# significantly better in {glue:text}`symmetry.better` kinds of pictures,
-# significantly worse in {glue:text}`symmetry.worse`. The author expected
-# better accuracy. Where both succeed the mean error before localisation is
-# {glue:text}`symmetry.error` times the published one (median; the table
-# has it for each kind of picture). Much was not to be gained: a corner that
-# splits evenly has the mean of its parts for a corner already.
-#
-# **Clusters** gain {glue:text}`clusters.gained` trials and lose
-# {glue:text}`clusters.lost` ({glue:text}`clusters.better` kinds of pictures
-# significantly better, {glue:text}`clusters.worse` worse). They are meant
-# for contours whose corners lie at very different distances, for which
-# $t_8$ has no right value; at a yaw of 40° the share goes from
-# {glue:text}`yaw.published:.0f` % to {glue:text}`yaw.clusters:.0f` %. They
-# also hide something. The published rule notices too many or too few
-# corners and stops; even clusters always come in the right number, so a
-# contour that should have been refused may be returned with a corner that
-# is more than 8 px off. That happened in {glue:text}`clusters.silent`
-# trials, and in {glue:text}`published.silent` with the published rule.
-#
-# **Curvature** gains {glue:text}`curvature.gained` trials and loses
-# {glue:text}`curvature.lost`. Of {glue:text}`published.losses` lost runs of
-# the published stages, {glue:text}`published.losses.column` were lost first
-# on a column. This idea cannot mend the others, whatever its rule: they
-# were lost on a side, where, as the thesis says, no curvature is known yet,
-# or at an outer corner, or came back with a corner off. It may also do
-# harm, for a small window has few edge pixels, and all other thresholds of
-# a column shrink with it: on boards bent at random the share goes from
-# {glue:text}`bent.published:.0f` % to {glue:text}`bent.curvature:.0f` %.
-#
-# **All three together** gain {glue:text}`all_three.gained` and lose
-# {glue:text}`all_three.lost`. Gains of single stages need not add up: a
-# corner that is not split has nothing left for clusters to mend.
-#
-# **The coded grid** is decoded where CELECT has the block. With marks as
-# dark as the squares {glue:text}`full.right:.0f` % of the blocks come back
-# right and {glue:text}`full.refused_by_CELECT:.0f` % are refused by CELECT.
-# Edges and corners of the marks get into its windows where squares are
-# small, though the flat design keeps them apart. On a plain chessboard, at
-# 134° and with a noise SD of 10, CELECT refuses
-# {glue:text}`plain.refused:.0f` %; on the grid with full marks, in the same
-# conditions, {glue:text}`marked.refused:.0f` %. Such a difference was
-# seen in a first run, so a second design was added: marks with a quarter of
-# the contrast, which is below what Canny's method takes for an edge here.
-# It was not adjusted further. Of these, {glue:text}`faint.right:.0f` % come
-# back right, {glue:text}`faint.refused_by_CELECT:.0f` % are refused by
-# CELECT and {glue:text}`faint.refused_by_the_decoder:.0f` % by the decoder.
-# Faint marks are the sooner lost in noise, which the figure shows.
-#
-# **Wrong places.** {glue:text}`full.wrong` of {glue:text}`full.all` blocks
-# with full marks and {glue:text}`faint.wrong` of {glue:text}`faint.all`
-# with faint ones were put in a wrong place; of grids that are not the one
-# looked for, {glue:text}`false.wrong` of {glue:text}`false.all`. What the
-# code cannot notice is a corner that is a little off:
-# {glue:text}`full.a_corner_off:.0f` % and
-# {glue:text}`faint.a_corner_off:.0f` % of the blocks have true numbers and
-# a corner that is more than 8 px off, and a localiser with a window of 9 px
-# does not reach so far.
-#
+# What the code cannot notice is a corner that is a little off: the block then
+# has true numbers and a corner that is more than 8 px from its place, and a
+# localiser with a window of 9 px does not reach so far. Every kind of picture
+# by itself:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_coded_places")
+
+# %% [markdown]
 # **Limits.** One fisheye, and bends of two waves. Methods and levels were
 # fixed before any trial, with three changes after the first trials had been
 # seen: a symmetric corner must be a saddle (small squares were taken for

@@ -7,7 +7,6 @@ import numpy as np
 from chapters.ch03_planar_grids.ext_corner_detection.trials import coded
 from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     DEFAULT,
-    METHODS,
     OTHERS,
     PUBLISHED,
 )
@@ -16,17 +15,7 @@ from chapters.shared.synthetic_board import SyntheticBoard
 from repro.judge.statistics import bootstrap, holm, mcnemar
 from repro.page.reader import value
 
-SHORT = {
-    "noise SD 40": "noise",
-    "blur SD 5 px": "blur",
-    "squares of 50 px": "squares",
-    "FOV 146°": "fov146",
-    "FOV 152°": "fov152",
-    "yaw 40°": "yaw",
-    "bent at random": "bent",
-}
 SIGNIFICANT = 0.05
-REFUSED = "refused by CELECT"
 
 
 def successes(result, picture, method):
@@ -91,29 +80,14 @@ def name_values(open_results):
 
 
 def _name_further(result):
-    compared = comparisons(result)
     value("further.trials", result.trials_per_condition)
-    for method in OTHERS:
-        found = [v for (_, m), v in compared.items() if m == method]
-        name = method.replace(" ", "_")
-        value(f"{name}.gained", sum(v["gained"] for v in found))
-        value(f"{name}.lost", sum(v["lost"] for v in found))
-        better = [v for v in found if v["p"] < SIGNIFICANT]
-        value(
-            f"{name}.better", sum(v["after"] > v["before"] for v in better)
-        )
-        value(
-            f"{name}.worse", sum(v["after"] < v["before"] for v in better)
-        )
-        value(f"{name}.error", error_ratio(result, method))
-    for condition in result.conditions:
-        picture = condition["picture"]
-        for method in METHODS:
-            share = successes(result, picture, method).mean()
-            name = method.replace(" ", "_")
-            value(f"{SHORT[picture]}.{name}", 100 * float(share))
-    for method in (PUBLISHED, "clusters"):
-        value(f"{method}.silent", silently_wrong(result, method))
+    compared = comparisons(result)
+    bent = [v for (_, m), v in compared.items() if m == "curvature"]
+    for what in ("gained", "lost"):
+        value(f"curvature.{what}", sum(v[what] for v in bent))
+    for method in (PUBLISHED, "symmetry"):
+        blurred = successes(result, "blur SD 5 px", method)
+        value(f"blur.{method}", 100 * float(blurred.mean()))
     on_column, lost = failed_on_column(result)
     value("published.losses", lost)
     value("published.losses.column", on_column)
@@ -137,7 +111,7 @@ def silently_wrong(result, method):
 
 
 def error_ratio(result, method):
-    """Text: mean error over the published, median of trials where both succeed."""
+    """Mean error over the published, median of trials where both succeed, or None."""
     ratios = []
     for condition in result.conditions:
         picture = condition["picture"]
@@ -149,7 +123,7 @@ def error_ratio(result, method):
         )
         ratios.append(after / before)
     ratios = np.concatenate(ratios)
-    return f"{np.median(ratios):.2f}" if len(ratios) else "no"
+    return float(np.median(ratios)) if len(ratios) else None
 
 
 def failed_on_column(result):
@@ -167,23 +141,17 @@ def failed_on_column(result):
     return on_column, lost
 
 
+def of_marks(result, marks):
+    """Conditions with the grid looked for and marks of this contrast."""
+    return [
+        c
+        for c in result.conditions
+        if c["grid"] == "coded" and c["marks"] == marks
+    ]
+
+
 def _name_coded(result):
-    trials = result.trials_per_condition
-    value("coded.trials", trials)
-    ours = [c for c in result.conditions if c["grid"] == "coded"]
     for marks in coded.MARKS:
-        marked = [c for c in ours if c["marks"] == marks]
-        total = np.sum([counts(result, c) for c in marked], axis=0)
-        for outcome, count in zip(coded.OUTCOMES, total, strict=True):
-            name = f"{marks}.{outcome.replace(' ', '_')}"
-            value(name, 100 * float(count) / (trials * len(marked)))
-        value(f"{marks}.all", trials * len(marked))
+        total = sum(counts(result, c) for c in of_marks(result, marks))
+        value(f"{marks}.all", int(total.sum()))
         value(f"{marks}.wrong", int(total[-1]))
-    plain = coded.DEFAULT | {"grid": "no marks", "marks": "faint"}
-    for name, alike in (("marked", coded.DEFAULT), ("plain", plain)):
-        refused = counts(result, alike)[coded.OUTCOMES.index(REFUSED)]
-        value(f"{name}.refused", 100 * float(refused) / trials)
-    false = [c for c in result.conditions if c["grid"] != "coded"]
-    total = np.sum([counts(result, c) for c in false], axis=0)
-    value("false.all", trials * len(false))
-    value("false.wrong", int(total[-1]))

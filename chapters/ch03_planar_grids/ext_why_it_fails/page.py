@@ -37,6 +37,26 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
+# %% tags=["active-ipynb"]
+# show_table("ext_why_stages")
+
+# %% tags=["active-ipynb", "remove-input"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.**
+#
+# - The conditions matter: {glue:text}`pairs_broken` boards are right where
+#   one is broken, {glue:text}`pairs_kept` where it is kept.
+# - Of {glue:text}`pairs_lost` boards that are lost, tracing loses
+#   {glue:text}`pairs_traced` and the processing of corners
+#   {glue:text}`pairs_processed`; the rest lose an outer corner.
+# - Two sentences of 3.1.2 are too short. Half a window of clearance has to be
+#   its radius, not half of that, and more where a window grows. And the
+#   straightest side 4 is good advice, but no guarantee.
+# - In the sweeps of 3.3.1 the stage that loses the most boards is
+#   {glue:text}`sweep_all`.
+
 # %% [markdown]
 # ## What the thesis claims
 #
@@ -168,12 +188,8 @@ def sweeps(effort):
 
 
 # %% [markdown]
-# ## Figures
-
-# %% tags=["active-ipynb", "remove-input"]
-# name_values(open_results)
-
-# %% [markdown]
+# ## Case by case
+#
 # Each figure shows one variation of a drawn pair: above, the whole board
 # with the anchors of every contour; below, the window that decided it, and
 # the window at the same place where all went well. The bars count the
@@ -291,12 +307,6 @@ def sweeps(effort):
 # counts as edges too, and the trace wanders. Noise leaves the long edges,
 # and makes corners where there are none.
 #
-# All drawn pairs, counted:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_why_stages")
-
-# %% [markdown]
 # ### The failures of 3.3.1
 #
 # The same diagnosis for the sweeps of [Fig. 3.11](#fig_3_11), at the levels
@@ -339,20 +349,9 @@ def sweeps(effort):
 # a corner is more than about half a square from its place. The default board
 # of 3.3.1, against which these may be held, has 134°.
 #
-# ## Reading and limits
+# ## Limits
 #
-# - Over the drawn pairs, {glue:text}`pairs_broken` boards are right where a
-#   condition is broken and {glue:text}`pairs_kept` where it is kept.
-# - Of {glue:text}`pairs_lost` boards that the drawn levels lose, tracing loses
-#   {glue:text}`pairs_traced`, corner processing
-#   {glue:text}`pairs_processed`, the rest their outer corners.
-# - Two sentences of 3.1.2 are too short. Half a window of clearance has to be
-#   r, not half of r, and more where a window grows. And the straightest
-#   side 4 is good advice, but no guarantee.
-# - In the sweeps of 3.3.1 the stage that loses the most boards is
-#   {glue:text}`sweep_all`.
-#
-# **Limits.** The boards are constructed to break one thing alone; in a
+# The boards are constructed to break one thing alone; in a
 # photograph several break at once. The stage is the *first* that went wrong
 # and need not be the only one. What a stage is called depends on two
 # thresholds, those of the table above. Clicks have an error of a

@@ -34,6 +34,31 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
+# %% tags=["active-ipynb"]
+# show_table("ext_without_clicks")
+
+# %% tags=["active-ipynb", "remove-input"]
+# before = open_results("ext_without_clicks_zoo")
+
+# %% tags=["active-ipynb", "remove-input"]
+# swept = open_results("ext_without_clicks_sweeps")
+
+# %% tags=["active-ipynb", "remove-input"]
+# for name, x in facts(before, swept).items(): value(name, x)
+
+# %% [markdown]
+# **Findings.**
+#
+# - Yes, for boards before every camera of the zoo: of
+#   {glue:text}`boards` boards, {glue:text}`right` come out right when their
+#   size is given, and {glue:text}`counted` when it is not.
+# - It returned {glue:text}`wrong` wrong boards; what it cannot read, it
+#   refuses with a reason.
+# - OpenCV's two detectors read fewer of the same boards; the table has the
+#   counts.
+# - What ends it are small squares, noise and blur. Then corners may be found
+#   and yet not be placed with certainty.
+
 # %% [markdown]
 # ## What the thesis claims
 #
@@ -195,35 +220,9 @@ def sweeps(effort):
 # %% tags=["active-ipynb", "hide-output"]
 # show_code(zoo_board, refusals)
 
-# %% tags=["active-ipynb", "remove-input"]
-# before = open_results("ext_without_clicks_zoo")
-
-# %% tags=["active-ipynb", "remove-input"]
-# swept = open_results("ext_without_clicks_sweeps")
-
-# %% tags=["active-ipynb", "remove-input"]
-# for name, x in facts(before, swept).items(): value(name, x)
-
-# %% [markdown]
-# ## Figures
-
-# %% tags=["active-ipynb"]
-# show_table("ext_without_clicks")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_click_free_refusals")
-
-# %% tags=["active-ipynb"]
-# show("ext_click_free_sweeps")
-
 # %% [markdown]
 # ## Reading and limits
 #
-# - Of {glue:text}`boards` boards, {glue:text}`right` come out right with their
-#   size given and {glue:text}`counted` without it; opencv has
-#   {glue:text}`right_cv` and opencv-sb {glue:text}`right_sb` with it. The
-#   counts of each run are in the table. Wrong boards of raxel:
-#   {glue:text}`wrong`.
 # - In the sweeps {glue:text}`swept_found` of {glue:text}`swept` boards are
 #   returned; {glue:text}`swept_wrong` of them with a corner more than a pixel
 #   off. The others are refused. A refusal need not mean that nothing was
@@ -241,6 +240,12 @@ def sweeps(effort):
 #   on: blur moves the corners of smaller squares.
 # - Real photographs: see the pages on
 #   [photographs](../photographs/by_distortion.ipynb), which use this detector.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_click_free_refusals")
+
+# %% tags=["active-ipynb"]
+# show("ext_click_free_sweeps")
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -35,10 +35,8 @@ def found_row(result, detector, size):
         "Boards": len(over(result, f"{name}.right")),
         "Right": right,
         "Wrong": int(over(result, f"{name}.wrong").sum()),
-        "Median of worst (px)": float(np.median(off))
-        if len(off)
-        else np.nan,
-        "Worst (px)": float(off.max()) if len(off) else np.nan,
+        "Median of worst (px)": float(np.median(off)) if len(off) else None,
+        "Worst (px)": float(off.max()) if len(off) else None,
     }
 
 
@@ -52,8 +50,6 @@ def facts(zoo, sweeps):
         "boards": mine["Boards"],
         "right": mine["Right"],
         "counted": rows["raxel", "counted"]["Right"],
-        "right_cv": rows["opencv", "known"]["Right"],
-        "right_sb": rows["opencv-sb", "known"]["Right"],
         "wrong": mine["Wrong"] + rows["raxel", "counted"]["Wrong"],
         "swept": len(over(sweeps, "found")),
         "swept_found": int(over(sweeps, "found").sum()),

@@ -23,7 +23,6 @@ ASKED = (
     "two boards, size given",
     "two boards, size not given",
 )
-NOT_TOLD = "–"
 
 
 @table(
@@ -82,9 +81,7 @@ def _refusal_row(result, name):
         share = share[np.isfinite(share)]
     told = len(share) > 0
     row["In order, median (%)"] = (
-        100 * float(np.median(share)) if told else NOT_TOLD
+        100 * float(np.median(share)) if told else None
     )
-    row["In order, least (%)"] = (
-        100 * float(share.min()) if told else NOT_TOLD
-    )
+    row["In order, least (%)"] = 100 * float(share.min()) if told else None
     return row
