@@ -7,6 +7,7 @@ import yaml
 
 from repro.judge import ledger
 from repro.judge.ledger import LedgerError
+from repro.judge.number_rules import judge_number
 
 ROOT = Path(__file__).resolve().parents[1]
 PUBLISHED = ROOT / ledger.FOLDER
@@ -59,6 +60,32 @@ def test_what_names_an_artefact_is_found_from_it(real):
     assert "c2_crossover" in real.claims_of("fig_2_3")
     assert "c2_crossover" in real.claims_of("table_2_2")
     assert real.numbers_of("sec_2_4_1") == ["s2_4_1_rankA", "s2_4_1_rankD"]
+
+
+@pytest.mark.parametrize(
+    ("identifier", "found", "verdict"),
+    [
+        ("s3_3_1_loc_init", 3, "differs"),  # corners up to 8 px off converge
+        ("s3_3_1_loc_init", 9, "reproduced"),
+        ("s3_3_1_pitch_ok", 66, "differs"),  # squares of 50 px succeed
+        ("s3_3_1_pitch_ok", 40, "reproduced"),
+        ("s3_3_1_intercorner", 22, "differs"),  # distances as small as 12 px
+        ("s3_3_1_intercorner", 11, "reproduced"),
+        ("s3_3_1_yaw_fail", 40, "differs"),  # beyond 48 deg it fails
+        ("s3_3_1_yaw_fail", 60, "differs"),
+        ("s3_3_1_maxerr", 6, "reproduced"),  # less than 6.5 px
+        ("s3_3_1_loc_max", 0.5, "differs"),  # less than 0.46 px
+        ("fig5_5_depth_thr", 2000, "reproduced"),  # independent beyond 3000 mm
+        ("fig5_5_depth_thr", 4000, "differs"),
+        ("s2_4_2_solutions", 4, "differs"),  # the eight possible solutions
+    ],
+)
+def test_a_number_agrees_on_the_side_that_its_sentence_names(
+    real, identifier, found, verdict
+):
+    entry = real.numbers[identifier]
+    value = {"value": found, "interval": [found, found], "unit": entry["unit"]}
+    assert judge_number(entry, value)[0] == verdict
 
 
 @pytest.fixture(scope="module")
