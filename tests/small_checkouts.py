@@ -200,7 +200,8 @@ def small_checkout(root):
     write_json(
         base / "scoreboard.json",
         [
-            {"id": k, "kind": k, "chapter": 2, "verdict": v, "changed": ""}
+            {"id": k, "kind": k, "chapter": 2, "verdict": v}
+            | {"firmness": None, "changed": ""}
             for k, v in kinds
         ],
     )

@@ -141,7 +141,8 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
 
 def test_counts_come_in_the_order_of_the_verdicts():
     rows = [
-        {"id": "c", "kind": "claim", "verdict": v, "chapter": c, "changed": ""}
+        {"id": "c", "kind": "claim", "verdict": v, "chapter": c}
+        | {"firmness": None, "changed": ""}
         for v, c in (("not yet", 5), ("reproduced", 2), ("quick", 2), ("not yet", "A"))
     ]
     counted = scoreboard.headline(rows)

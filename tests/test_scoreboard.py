@@ -80,7 +80,7 @@ def test_text_is_escaped_and_never_ends_the_block():
             )
         ]
     )
-    compared = row_html.comparison(rows, "full", "../", {})
+    compared = row_html.comparison(rows, "full", "../", {}, {})
     for text in (board_page.page(rows), compared):
         assert "<script>alert" not in text
         assert "&lt;script&gt;alert(&#34;x&#34;)&lt;/script&gt; # Heading" in text
@@ -125,15 +125,65 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
     assert '<option value="counterpart">' not in page
 
 
-def test_a_badge_says_where_the_readings_disagree():
-    split = row("c2_one", variants=[variant("mm", verdict="differs"), variant("cm")])
-    shown = row_html.part("judged_badge", split)
-    assert "✓" in shown
-    assert "primary reading; 2 of 3 agree" in shown
-    assert "2 of 3" in board_page.page(scoreboard.checked([split]))
-    assert "2 of 3" in row_html.comparison([split], "full", "../", {})
-    for agreed in (row("c2_one"), row("c2_one", variants=[variant("mm")])):
-        assert "primary" not in row_html.part("judged_badge", agreed)
+@pytest.mark.parametrize(
+    ("changed", "loose", "said"),
+    [
+        ({"agree": [1, 1]}, False, ""),
+        ({"agree": [3, 3]}, False, "in all 3 readings"),
+        ({"agree": [2, 3]}, True, "in 2 of 3 readings"),
+        ({"agree": [1, 3]}, True, "in the primary reading only, of 3"),
+        ({"agree": [2, 3], "kind": "artefact"}, True, "2 of 3 claims firm"),
+        ({"agree": [0, 1], "kind": "section"}, True, "0 of 1 claim firm"),
+        ({"agree": None, "firmness": None, "verdict": "counterpart", "kind": "number",
+          "ratio": 0.7349}, False, "0.735 × published"),
+    ],
+)  # fmt: skip
+def test_a_badge_says_how_firm_the_verdict_is(changed, loose, said):
+    firmness = "some readings" if loose else "all readings"
+    judged = row("c2_one", **{"firmness": firmness, **changed})
+    shown = row_html.part("judged_badge", judged)
+    assert row_html.SIGNS[judged["verdict"]] in shown
+    assert ("rx-loose" in shown) == loose
+    assert ("gives another verdict" in shown.replace("give ", "gives ")) == loose
+    assert re.search(r"</span>(?: <span[^>]*>(.*)</span>)?$", shown)[1] == (
+        said or None
+    )
+    for text in (
+        board_page.page(scoreboard.checked([judged])),
+        row_html.comparison([judged | {"kind": "claim"}], "full", "../", {}, {}),
+    ):
+        assert "rx-loose" in text or not loose
+
+
+def test_the_board_counts_the_firm_claims_and_filters_by_firmness():
+    loose = {"firmness": "some readings", "agree": [1, 2]}
+    rows = scoreboard.checked(
+        [row("c1"), row("c2", **loose), row("c3", verdict="differs", **loose)]
+    )
+    assert scoreboard.headline(rows)["firm"] == {"reproduced": 1, "differs": 0}
+    page = board_page.page(rows)
+    assert "1 of the 2 reproduced</a>" in page
+    assert "0 of the 1 differs</a>" in page
+    assert "#kind=claim&amp;verdict=reproduced&amp;readings=all+readings" in page
+    assert [a["data-readings"] for a, _ in Board(page).rows] == [
+        "all readings", "some readings", "some readings",
+    ]  # fmt: skip
+
+
+def test_ids_in_a_reason_become_the_words_of_their_rows_with_a_link():
+    rows = [
+        row("fig_2_3", kind="artefact", reason="differs: c2_one; t2_n of c9_other"),
+        row("c2_one", words="It <grows>."),
+        row("t2_n", kind="number", words="width", conditions="wide"),
+    ]
+    words = row_html.words_of(rows)
+    assert words == {"fig_2_3": "Fig. 2.3", "c2_one": "It <grows>", "t2_n": "width"}
+    shown = str(row_html.linked(rows[0]["reason"], words, "../"))
+    assert shown == (
+        'differs: <a href="../scoreboard.html#c2_one" title="c2_one">It &lt;grows&gt;'
+        '</a>; <a href="../scoreboard.html#t2_n" title="t2_n">width</a> of c9_other'
+    )
+    assert "It &lt;grows&gt;</a>" in board_page.page(scoreboard.checked(rows))
 
 
 def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
@@ -141,12 +191,16 @@ def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
     rows = scoreboard.checked([changed, row("c2_two")])
     for shown in (
         board_page.page(rows),
-        row_html.comparison(rows, "full", "../", {}),
+        row_html.comparison(rows, "full", "../", {}, {}),
     ):
         assert shown.count("Slope &gt;= 0.9.") == 2
         assert shown.count("Test changed: After a run: &lt;looser&gt;.") == 1
-    assert "except that of" in board_page.page(rows)
-    assert 'href="scoreboard.html#c2_one"' in board_page.page(rows)
+    assert 'href="scoreboard.html#test=changed">that of one row</a>' in (
+        board_page.page(rows)
+    )
+    assert [a["data-test"] for a, _ in Board(board_page.page(rows)).rows] == [
+        "changed", "",
+    ]  # fmt: skip
     assert "before its run. The" in " ".join(board_page.page(rows[1:]).split())
     assert scoreboard.headline(rows)["changed"] == ["c2_one"]
 
@@ -172,11 +226,15 @@ def test_pure_numbers_have_no_unit():
     assert row_html.part("published", counted) == "12"
 
 
-def test_links_lead_to_page_data_and_source():
+def test_links_lead_to_the_row_on_its_page_to_data_and_source():
     rows = scoreboard.checked([row("c2_one")])
+    assert 'id="c2_one"' in row_html.comparison(rows, "full", "../", {}, {})
+    (to_page, *_), *_ = row_html.addresses(row("sec_2_1", kind="section"), ())
+    assert to_page == f"{SECTION}.html#compared"
+    assert 'id="compared"' in row_html.comparison([], "full", "../", {}, {})
     links = Board(board_page.page(rows, {SECTION})).links
     wanted = [
-        f"{SECTION}.html", "results/sweep.json", "figures/fig_2_3.csv",
+        f"{SECTION}.html#c2_one", "results/sweep.json", "figures/fig_2_3.csv",
         f"source/{SECTION}/page.py",
     ]  # fmt: skip
     assert links[-4:] == wanted

@@ -82,7 +82,11 @@ def test_comparison_equals_the_board(checkout):
         p.id: f"source/{p.path}.html#{p.function}" for p in found if p.kind == "claim"
     }
     assert table == row_html.comparison(
-        [r for r in board if r["id"] in own], "full", "../", tests
+        [r for r in board if r["id"] in own],
+        "full",
+        "../",
+        tests,
+        row_html.words_of(board),
     )
     flat = f"../source/{OTHER_PAGE}/page.py.html#flat"
     assert flat not in Board(table).links

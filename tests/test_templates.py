@@ -58,12 +58,17 @@ def evil_row(kind, **changed):
         "id": f"c2_{kind}",
         "kind": kind,
         "chapter": EVIL,
+        "words": EVIL,
+        "conditions": EVIL,
         "verdict": "reproduced",
+        "firmness": "some readings",
+        "agree": [1, 3],
         "evidence": EVIL,
         "effort": "full",
         "published": EVIL,
         "regenerated": EVIL,
         "interval": None,
+        "ratio": None,
         "unit": EVIL,
         "reason": EVIL,
         "test": EVIL,
@@ -78,7 +83,7 @@ EVIL_ROWS = [evil_row(kind) for kind in ("claim", "number", "artefact")]
 
 
 def test_rows_of_a_page_and_of_the_board():
-    compared = rows.comparison(EVIL_ROWS, "full", "../", {"c2_claim": EVIL})
+    compared = rows.comparison(EVIL_ROWS, "full", "../", {"c2_claim": EVIL}, {})
     harmless(compared)
     pending = evil_row("section", verdict="not yet", regenerated=None, variants=[])
     page = board_page.page([*EVIL_ROWS, pending])
@@ -87,7 +92,7 @@ def test_rows_of_a_page_and_of_the_board():
         inside = text[text.index('<div id="rx-board"' if text is page else "<div") :]
         assert "\n\n" not in inside, "an empty line ends the HTML inside Markdown"
         assert text.count(EVIL) == 0
-    harmless(board_page.written_before([EVIL]))
+    harmless(board_page.written_before([EVIL]), said=False)
     assert scoreboard.headline(EVIL_ROWS)["changed"] == ["c2_claim", "c2_number",
                                                          "c2_artefact"]  # fmt: skip
 

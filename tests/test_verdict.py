@@ -11,6 +11,7 @@ from tests.verdict_books import (
     number,
     of_claim,
     of_number,
+    question,
     readings,
     small,
     value,
@@ -79,11 +80,15 @@ def test_a_number_is_judged_by_role_source_and_comparator(name):
         assert row["reason"]
 
 
-def test_a_counterpart_says_the_ratio_and_the_remark():
+def test_a_counterpart_has_the_ratio_and_the_remark():
     row = of_number(number(0.1, source="real"), value(0.25, reason="three seeds"))
-    assert row["reason"] == "regenerated / published = 2.5; three seeds"
+    assert (row["ratio"], row["reason"]) == (pytest.approx(2.5), "three seeds")
     row = of_number(number(0, source="real"), value(0.25))
     assert row["reason"] == "no ratio to a published 0; difference 0.25"
+    assert row["ratio"] is None
+    words = of_number(number("7x5", source="real"), value("7x6"))
+    assert (words["verdict"], words["ratio"]) == ("counterpart", None)
+    assert of_number(number(26), value(27, (25, 29)))["ratio"] is None
 
 
 @pytest.mark.parametrize(
@@ -129,6 +134,34 @@ def test_the_primary_reading_decides_and_the_others_stand_beside_it():
     assert [v["verdict"] for v in row["variants"]] == [
         "differs", "reproduced", "undecided",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("others", "firmness", "agree"),
+    [
+        ((), "all readings", [1, 1]),
+        (("differs", "differs"), "all readings", [3, 3]),
+        (("differs", "undecided"), "some readings", [2, 3]),
+        (("reproduced", "undecided"), "some readings", [1, 3]),
+    ],
+)
+def test_a_claim_is_firm_if_every_reading_shares_its_verdict(others, firmness, agree):
+    options = ["px", "mm", "rad"][: 1 + len(others)]
+    book = small(claims={"c": claim("fig_2_1")}, readings={"noise": question(*options)})
+    found = readings(
+        *zip(("differs", *others), ({"noise": o} for o in options), strict=True)
+    )
+    for reading in found["readings"] if not others else ():
+        reading["reading"] = {}
+    row = by_id(book, judged(claims={"c": found}))["c"]
+    assert (row["firmness"], row["agree"]) == (firmness, agree)
+
+
+def test_a_number_is_judged_in_one_reading_and_has_its_words():
+    row = of_number({**number(), "conditions": "wide"}, value(640, (600, 700)))
+    assert (row["firmness"], row["agree"]) == (None, None)
+    assert (row["words"], row["conditions"]) == ("width", "wide")
+    assert of_claim(("differs", {}))["words"] == "It grows."
 
 
 def test_a_claim_has_its_test_and_how_it_was_changed():

@@ -6,6 +6,7 @@ from repro.judge.number_rules import VerdictError
 from tests.verdict_books import (
     by_id,
     claim,
+    drawn,
     judged,
     number,
     of_artefact,
@@ -48,6 +49,37 @@ def test_an_artefact_counts_its_decided_claims():
     row = of_artefact(a="reproduced", b="differs", c="undecided")
     assert row["regenerated"] == "1 of 2 decided claims reproduced"
     assert row["reason"] == "differs: c_b; undecided: c_c"
+
+
+OPEN = ({"noise": "px"}, {"noise": "mm"})
+FIRM = {
+    "all hold in all readings": (("RR", "RR"), None, "all readings", [2, 2]),
+    "one hangs on the reading": (("RR", "RD"), None, "some readings", [1, 2]),
+    "one differs in all readings": (("RD", "DD"), None, "all readings", [1, 2]),
+    "one differs in one reading": (("RR", "DR"), None, "some readings", [1, 2]),
+    "open, and may differ": (("RR", "UD"), None, "some readings", [1, 2]),
+    "none is decided": (("UU",), None, None, None),
+    "the check fails": (("RD",), BROKEN, "all readings", None),
+    "drawn as computed": ((), HOLDS, "all readings", None),
+}
+
+
+@pytest.mark.parametrize("name", FIRM)
+def test_an_artefact_is_firm_if_no_reading_of_a_claim_can_turn_it(name):
+    outcomes, check, firmness, agree = FIRM[name]
+    words = {"R": "reproduced", "D": "differs", "U": "undecided"}
+    claims = {f"c{i}": claim("fig_2_1") for i, _ in enumerate(outcomes)}
+    found = {
+        f"c{i}": readings(*((words[v], o) for v, o in zip(both, OPEN, strict=True)))
+        for i, both in enumerate(outcomes)
+    }
+    page = judged(claims=found, artefacts={"fig_2_1": drawn(check)})
+    row = by_id(small(claims=claims), page)["fig_2_1"]
+    assert (row["firmness"], row["agree"]) == (firmness, agree)
+    quick = judged(effort="quick", claims=found, artefacts={"fig_2_1": drawn(check)})
+    assert (
+        by_id(small(claims=claims), quick, effort="quick")["fig_2_1"]["agree"] is None
+    )
 
 
 def test_a_schematic_without_claims_needs_a_check():

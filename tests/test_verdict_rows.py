@@ -101,9 +101,9 @@ def test_extensions_get_no_row():
 def test_rows_have_the_fields_of_the_scoreboard_in_order():
     rows = verdict.rows(small(), [], {"2": "the rest"}, "full")
     assert list(rows[0]) == [
-        "id", "kind", "chapter", "verdict", "evidence", "effort", "published",
-        "regenerated", "interval", "unit", "reason", "test", "changed",
-        "variants", "page", "data",
+        "id", "kind", "chapter", "words", "conditions", "verdict", "firmness",
+        "agree", "evidence", "effort", "published", "regenerated", "interval",
+        "ratio", "unit", "reason", "test", "changed", "variants", "page", "data",
     ]  # fmt: skip
 
 

@@ -12,6 +12,7 @@ PAGE = "ch02_one/s1"
 def number(value=640, comparator="eq", role="result", source="synthetic", unit="px"):
     return {
         "artefact": "fig_2_1",
+        "quantity": "width",
         "value": value,
         "unit": unit,
         "comparator": comparator,

@@ -121,12 +121,17 @@ def _bound(entry: Mapping, value: Mapping) -> Decision:
 
 def _counterpart(entry: Mapping, value: Mapping) -> Decision:
     regenerated = as_number(value["value"])
-    if regenerated is None or isinstance(entry["value"], str):
-        return "counterpart", ""
-    if entry["value"] == 0:
+    if entry["value"] == 0 and regenerated is not None:
         return "counterpart", f"no ratio to a published 0; difference {regenerated:.3g}"
-    ratio = regenerated / entry["value"]
-    return "counterpart", f"regenerated / published = {ratio:.3g}"
+    return "counterpart", ""
+
+
+def ratio(entry: Mapping, value: Mapping) -> float | None:
+    """Regenerated over published; None where one is no number, or published is 0."""
+    regenerated = as_number(value["value"])
+    if regenerated is None or isinstance(entry["value"], str) or not entry["value"]:
+        return None
+    return regenerated / entry["value"]
 
 
 def _interval(value: Mapping, needed: bool) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from repro.judge import ledger, verdict
+from repro.judge.firmness import ALL
 from repro.judge.number_rules import VerdictError
 from repro.judge.schema import faults
 
@@ -23,7 +24,7 @@ MEANINGS = {
     "differs": "The test does not hold. The reason says by how much.",
     "undecided": "The interval crosses the boundary of the test.",
     "counterpart": "Measured on hardware we do not have. A rendered value stands "
-    "beside it and is not expected to be equal.",
+    "beside it, with the ratio to the published one; no agreement is said.",
     "setting": "A number that describes an experiment; not a result.",
     "not comparable": "No comparison is possible; the reason says why.",
     "not yet": "Nothing produces it so far; its chapter is not built.",
@@ -67,14 +68,17 @@ def natural(name: str) -> list:
 
 
 def headline(rows: Sequence[Mapping]) -> dict:
-    """Rows in all, by kind, by verdict, and of claims by verdict."""
+    """Rows in all, by kind, by verdict; claims by verdict, and the firm of them."""
     verdicts = Counter(row["verdict"] for row in rows)
-    claims = Counter(row["verdict"] for row in rows if row["kind"] == "claim")
+    of_claims = [row for row in rows if row["kind"] == "claim"]
+    claims = Counter(row["verdict"] for row in of_claims)
+    firm = Counter(row["verdict"] for row in of_claims if row["firmness"] == ALL)
     return {
         "all": len(rows),
         "kind": Counter(row["kind"] for row in rows),
         "verdict": {v: verdicts[v] for v in MEANINGS if verdicts[v]},
         "claims": {v: claims[v] for v in MEANINGS if claims[v]},
+        "firm": {v: firm[v] for v in MEANINGS if claims[v]},
         "changed": [row["id"] for row in rows if row["changed"]],
     }
 

@@ -15,8 +15,14 @@ from dataclasses import dataclass, field
 from itertools import chain, product
 from pathlib import Path
 
+from repro.judge import firmness
 from repro.judge.ledger import Ledger, read_yaml
-from repro.judge.number_rules import VerdictError, judge_number, not_produced
+from repro.judge.number_rules import (
+    VerdictError,
+    judge_number,
+    not_produced,
+    ratio,
+)
 from repro.judge.schema import faults, hint
 
 KINDS = ("claims", "numbers", "artefacts")
@@ -150,16 +156,21 @@ class _Board:
     def _empty(self, kind: str, identifier: str) -> dict:
         entry = self.ledger.entry(identifier)
         printed = {"claim": "statement", "number": "value"}.get(kind, "title")
+        words = {"claim": "statement", "number": "quantity"}.get(kind, "title")
         return {
             "id": identifier,
             "kind": kind,
             "chapter": self.ledger.chapter(identifier),
+            "words": entry[words],
+            "conditions": entry.get("conditions", "") if kind == "number" else "",
             "verdict": "not yet",
+            **firmness.UNASKED,
             "evidence": None,
             "effort": self.effort,
             "published": entry[printed],
             "regenerated": None,
             "interval": None,
+            "ratio": None,
             "unit": entry.get("unit", ""),
             "reason": "",
             "test": entry.get("test", ""),
@@ -211,6 +222,7 @@ def _number(board: _Board, identifier: str) -> dict | None:
     return {
         "verdict": verdict,
         "regenerated": value["value"],
+        "ratio": ratio(entry, value) if verdict == "counterpart" else None,
         "reason": _joined(reason, value["reason"]),
         **shown,
         **_site_files(value),
@@ -227,6 +239,7 @@ def _claim(board: _Board, identifier: str) -> dict | None:
     variant = ("reading", "verdict", "regenerated", "interval", "reason")
     return {
         "verdict": primary["verdict"],
+        **firmness.of_readings(primary["verdict"], others),
         "evidence": found["evidence"],
         "regenerated": primary["regenerated"],
         "interval": primary["interval"],
@@ -269,18 +282,21 @@ def _artefact(board: _Board, identifier: str) -> dict | None:
     if found is None:
         return None
     claims = board.ledger.claims_of(identifier)
-    verdict, regenerated, reason = _from_claims(board, claims)
+    verdict, regenerated, reason, firm = _from_claims(board, claims)
     check = found["check"]
     if check is not None and not check["holds"]:
         verdict, reason = "differs", _joined("check failed: " + check["text"], reason)
+        firm = firmness.WHOLE
     elif check is not None:
         reason = _joined(reason, "check: " + check["text"])
         if not claims:
             verdict, regenerated = "reproduced", "drawn as computed"
+            firm = firmness.WHOLE
     elif not claims and board.ledger.artefacts[identifier]["data"] == "illustration":
         raise VerdictError("check: found none; a drawing without claims needs one")
     return {
         "verdict": verdict,
+        **firm,
         "evidence": found["evidence"],
         "regenerated": None if board.effort == "quick" else regenerated,
         "reason": "" if board.effort == "quick" else reason,
@@ -288,9 +304,12 @@ def _artefact(board: _Board, identifier: str) -> dict | None:
     }
 
 
-def _from_claims(board: _Board, claims: Sequence[str]) -> tuple[str, str | None, str]:
-    """Verdict that claims give what they are about, the count, and the exceptions."""
-    found = {claim: board.made[claim]["verdict"] for claim in claims}
+def _from_claims(
+    board: _Board, claims: Sequence[str]
+) -> tuple[str, str | None, str, dict]:
+    """Verdict that claims give what they are about, count, exceptions, firmness."""
+    rows = [board.made[claim] for claim in claims]
+    found = {row["id"]: row["verdict"] for row in rows}
     counts = Counter(found.values())
     decided = sum(counts[verdict] for verdict in DECIDED)
     exceptions = [
@@ -300,10 +319,10 @@ def _from_claims(board: _Board, claims: Sequence[str]) -> tuple[str, str | None,
     ]
     reason = "; ".join(exceptions)
     if not decided:
-        return "counterpart", None, reason
+        return "counterpart", None, reason, firmness.UNASKED
     verdict = "differs" if counts["differs"] else "reproduced"
     count = f"{counts['reproduced']} of {decided} decided claims reproduced"
-    return verdict, count, reason
+    return verdict, count, reason, firmness.of_claims(verdict, rows)
 
 
 def _section(board: _Board, identifier: str) -> dict | None:
@@ -314,11 +333,12 @@ def _section(board: _Board, identifier: str) -> dict | None:
         if any(row["verdict"] == "not yet" for row in members):
             return None
         return {"verdict": "not comparable", "reason": members[0]["reason"]}
-    verdict, regenerated, reason = _from_claims(board, claims)
+    verdict, regenerated, reason, firm = _from_claims(board, claims)
     seen = {row["evidence"] for row in produced}
     data = dict.fromkeys(chain.from_iterable(row["data"] for row in produced))
     return {
         "verdict": verdict,
+        **firm,
         "evidence": next(kind for kind in EVIDENCE if kind in seen),
         "regenerated": None if board.effort == "quick" else regenerated,
         "reason": "" if board.effort == "quick" else reason,
@@ -332,4 +352,4 @@ def _quick(row: dict) -> dict:
     if row["verdict"] in PRODUCED_BY_NOTHING:
         return row
     variants = [{**variant, "verdict": "quick"} for variant in row["variants"]]
-    return {**row, "verdict": "quick", "variants": variants}
+    return {**row, "verdict": "quick", "variants": variants, **firmness.UNASKED}

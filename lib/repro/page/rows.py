@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from itertools import chain
@@ -11,8 +12,9 @@ from jinja2 import Environment
 from markupsafe import Markup, escape
 
 from repro.judge import ledger, scoreboard, verdict
+from repro.judge.firmness import ALL
 from repro.page.templates import environment
-from repro.page.wording import UNSPOKEN, label, rounded
+from repro.page.wording import UNSPOKEN, label, rounded, significant
 from repro.run import discover
 from repro.run.deciding import judged_with
 from repro.run.discover import PAGE_FILE
@@ -21,7 +23,7 @@ SIGNS = {
     "reproduced": "✓",
     "differs": "≠",
     "undecided": "?",
-    "counterpart": "≈",
+    "counterpart": "∥",
     "setting": "=",
     "not comparable": "∅",
     "not yet": "…",
@@ -32,10 +34,12 @@ SIGNS = {
 def row_templates(*folders: Path) -> Environment:
     """Templates that set rows: those of this room, and of ``folders``."""
     templates = environment(*folders)
-    templates.filters |= {"line": line, "breakable": breakable}
+    templates.filters |= {"line": line, "breakable": breakable, "linked": linked}
     templates.globals |= {
+        "ALL": ALL,
         "SIGNS": SIGNS,
         "addresses": addresses,
+        "agreement": agreement,
         "computed": computed,
         "grouped": grouped,
         "label": label,
@@ -65,11 +69,47 @@ def breakable(identifier: str) -> Markup:
     return escape(line(identifier)).replace("_", Markup("_<wbr>"))
 
 
+def words_of(rows: Iterable[Mapping]) -> dict[str, str]:
+    """Id -> what people call the row: Fig. 2.3, or a claim's or quantity's words."""
+    return {
+        row["id"]: label(row["id"]) or line(row["words"]).rstrip(".") for row in rows
+    }
+
+
+def linked(text: object, words: Mapping[str, str], up: str) -> Markup:
+    """Text on one line in which ids of rows became their words, linked to the row.
+
+    ``up`` leads to the top of the site.
+    """
+    link = Markup('<a href="{}scoreboard.html#{}" title="{}">{}</a>')
+    parts = re.split(r"\b([A-Za-z]\w*_\w+)\b", line(text))
+    return Markup().join(
+        link.format(up, part, part, words[part]) if part in words else escape(part)
+        for part in parts
+    )
+
+
+def agreement(row: Mapping) -> str:
+    """How firm a verdict is, in words; empty where no reading is open."""
+    if row["ratio"] is not None:
+        return f"{significant(row['ratio'], 3)} × published"
+    if not row["agree"]:
+        return ""
+    agree, among = row["agree"]
+    if row["kind"] != "claim":
+        return f"{agree} of {among} {'claim' if among == 1 else 'claims'} firm"
+    if agree == among:
+        return f"in all {among} readings" if among > 1 else ""
+    if agree == 1:
+        return f"in the primary reading only, of {among}"
+    return f"in {agree} of {among} readings"
+
+
 def printed(row: Mapping) -> str | None:
-    """What the thesis printed: a statement, a title, or a value with its unit."""
-    if row["published"] is None:
+    """The number that the thesis printed, with its unit; None for no number."""
+    if row["published"] is None or row["kind"] != "number":
         return None
-    unit = row["unit"] if row["kind"] == "number" else ""
+    unit = row["unit"]
     return f"{line(row['published'])} {'' if unit in UNSPOKEN else line(unit)}".strip()
 
 
@@ -117,10 +157,15 @@ def _pairs(reading: Iterable[tuple[str, str]]) -> str:
 
 
 def addresses(row: Mapping, sources: Iterable[str]) -> list[tuple[str, str, str]]:
-    """Address, short name and description of a row's page, its data, its source."""
+    """Address, short name and description of a row's page, its data, its source.
+
+    The page is opened where the row stands on it; an artefact's figure is its own
+    anchor, and a section has only the comparison as a whole.
+    """
     found = []
     if row["page"]:
-        found.append((row["page"], "page", f"page of {row['id']}"))
+        anchor = "compared" if row["kind"] == "section" else row["id"]
+        found.append((f"{row['page']}#{anchor}", "page", f"page of {row['id']}"))
     for address in row["data"]:
         path = PurePosixPath(address)
         if path.suffix not in (".csv", ".json"):
@@ -153,15 +198,20 @@ def comparison_table(page: str, effort: str, root: Path) -> str:
         for p in discover.producers(root)
         if p.kind == "claim"
     }
-    return comparison(own, effort, "../" * page.count("/"), tests)
+    return comparison(own, effort, "../" * page.count("/"), tests, words_of(rows))
 
 
 def comparison(
-    rows: Sequence[Mapping], effort: str, up: str, tests: Mapping[str, str]
+    rows: Sequence[Mapping],
+    effort: str,
+    up: str,
+    tests: Mapping[str, str],
+    words: Mapping[str, str],
 ) -> str:
     """Rows as one table per kind; ``up`` leads to the top of the site.
 
-    ``tests`` says where in the site the code of a claim's test is shown.
+    ``tests`` says where in the site the code of a claim's test is shown, ``words``
+    what to write for the id of a row.
     """
     kinds = [
         (kind, [row for row in rows if row["kind"] == kind])
@@ -169,5 +219,5 @@ def comparison(
     ]
     template = _own().get_template("compared.html.jinja")
     return template.render(
-        kinds=kinds, effort=effort, up=up, tests=tests, empty=not rows
+        kinds=kinds, effort=effort, up=up, tests=tests, words=words, empty=not rows
     )

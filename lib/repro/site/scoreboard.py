@@ -14,10 +14,11 @@ from pathlib import Path
 
 from jinja2 import Environment
 
+from repro.judge.firmness import ALL, SOME
 from repro.judge.ledger import LedgerError
 from repro.judge.number_rules import VerdictError
 from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
-from repro.page.rows import SIGNS, row_templates
+from repro.page.rows import SIGNS, row_templates, words_of
 from repro.run import discover
 from repro.run.results import write_atomic, write_json
 
@@ -50,9 +51,18 @@ def _shown(rows: Sequence[Mapping]) -> dict:
     count = Counter((row["verdict"], row["kind"]) for row in rows)
     have = {row["verdict"] for row in rows}
     chapters = sorted({str(row["chapter"]) for row in rows}, key=chapter_order)
+    counts = headline(rows)
     return {
         "all": len(rows),
-        "changed": headline(rows)["changed"],
+        "changed": counts["changed"],
+        "words": words_of(rows),
+        "firm": [
+            (
+                f"{number} of the {counts['claims'][verdict]} {verdict}",
+                {"kind": "claim", "verdict": verdict, "readings": ALL},
+            )
+            for verdict, number in counts["firm"].items()
+        ],
         "kinds": KINDS,
         "summary": [
             (verdict, meaning, {kind: count[verdict, kind] for kind in KINDS})
@@ -64,6 +74,8 @@ def _shown(rows: Sequence[Mapping]) -> dict:
             "chapter": {name: f"chapter {name}" for name in chapters},
             "kind": {kind: f"{kind}s" for kind in KINDS},
             "verdict": {v: f"{SIGNS[v]} {v}" for v in MEANINGS if v in have},
+            "readings": {ALL: f"in {ALL}", SOME: f"in {SOME} only"},
+            "test": {"changed": "changed after a run"},
         },
         "found": [row for row in rows if row["verdict"] != "not yet"],
         "pending": [row for row in rows if row["verdict"] == "not yet"],

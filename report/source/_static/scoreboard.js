@@ -1,4 +1,5 @@
-/* Filters of the scoreboard. State stands in the address: #kind=claim&verdict=differs */
+/* Filters of the scoreboard. State stands in the address: #kind=claim&verdict=differs
+   Each choice has its field in the data of a row. */
 (function () {
   "use strict";
   const form = document.getElementById("rx-filter");
@@ -8,13 +9,12 @@
 
   const rows = Array.from(board.querySelectorAll("tr[data-verdict]"), (element) => ({
     element,
-    chapter: element.dataset.chapter,
-    kind: element.dataset.kind,
     verdict: element.dataset.verdict,
     text: element.textContent.toLowerCase(),
   }));
   const folds = Array.from(board.querySelectorAll("details.rx-pending"));
-  const names = ["chapter", "kind", "verdict", "q"];
+  const names = ["chapter", "kind", "verdict", "readings", "test", "q"];
+  const chosen = names.filter((name) => name !== "q");
   const order = Array.from(form.elements.verdict.options, (option) => option.value);
 
   function state() {
@@ -28,7 +28,7 @@
 
   function fits(row, wanted, words) {
     return (
-      ["chapter", "kind", "verdict"].every((n) => !wanted[n] || row[n] === wanted[n]) &&
+      chosen.every((n) => !wanted[n] || row.element.dataset[n] === wanted[n]) &&
       words.every((word) => row.text.includes(word))
     );
   }

@@ -1,0 +1,36 @@
+"""How firm a verdict is: whether every reading of an open text gives it.
+
+A claim is firm if all its readings share the verdict of the primary one. What follows
+from claims is firm if no reading of one of them can turn it: a `reproduced` needs all
+of them firm, a `differs` one claim that differs in every reading.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+ALL, SOME = "all readings", "some readings"
+WHOLE = {"firmness": ALL, "agree": None}
+UNASKED = {"firmness": None, "agree": None}
+
+
+def of_readings(verdict: str, others: Sequence[Mapping]) -> dict:
+    """Fields of a claim: its firmness, and [readings of that verdict, readings]."""
+    agree = 1 + sum(other["verdict"] == verdict for other in others)
+    return _fields(agree == 1 + len(others), agree, 1 + len(others))
+
+
+def of_claims(verdict: str, claims: Sequence[Mapping]) -> dict:
+    """Fields of what follows from rows of claims: [firm claims, claims]."""
+    judged = [row for row in claims if row["firmness"]]
+    firm = [row for row in judged if row["firmness"] == ALL]
+    if verdict == "reproduced":
+        return _fields(len(firm) == len(judged), len(firm), len(judged))
+    if verdict == "differs":
+        settled = any(row["verdict"] == verdict for row in firm)
+        return _fields(settled, len(firm), len(judged))
+    return UNASKED
+
+
+def _fields(firm: bool, agree: int, among: int) -> dict:
+    return {"firmness": ALL if firm else SOME, "agree": [agree, among]}
