@@ -144,7 +144,7 @@ def test_a_badge_says_how_firm_the_verdict_is(changed, loose, said):
     shown = row_html.part("judged_badge", judged)
     assert row_html.SIGNS[judged["verdict"]] in shown
     assert ("rx-loose" in shown) == loose
-    assert ("gives another verdict" in shown.replace("give ", "gives ")) == loose
+    assert ("give another verdict" in shown) == loose
     assert re.search(r"</span>(?: <span[^>]*>(.*)</span>)?$", shown)[1] == (
         said or None
     )
