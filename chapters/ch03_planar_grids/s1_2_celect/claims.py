@@ -26,6 +26,7 @@ from repro.judge.statistics import (
     all_of,
     bootstrap,
     mcnemar,
+    paired_gain,
     proportion,
 )
 from repro.run.experiment import claim, numbers
@@ -46,20 +47,19 @@ def judge_trace_orders(results):
             camera: result.column("success", camera=camera, size_px=size)
             for camera in CAMERAS
         }
-        decisions = [
-            proportion(run).above(SURE - 1e-9) for run in runs.values()
-        ]
-        rates = {camera: run.mean() for camera, run in runs.items()}
-        worst = min(rates, key=rates.get)
+        rates = {camera: proportion(run) for camera, run in runs.items()}
+        decisions = [rate.above(SURE - 1e-9) for rate in rates.values()]
+        worst = min(rates, key=lambda camera: rates[camera].value)
         readings.append(
             Reading(
                 DECISIONS[all_of(decisions)],
-                float(rates[worst]),
+                rates[worst].value,
                 reading={"least_side_px": f"{least_px} px"},
+                interval=(rates[worst].low, rates[worst].high),
                 unit="1",
                 reason=f"least share of boards in order ({worst}); "
                 + ", ".join(
-                    f"{c} {100 * r:.0f} %" for c, r in rates.items()
+                    f"{c} {100 * r.value:.0f} %" for c, r in rates.items()
                 ),
             )
         )
@@ -111,6 +111,7 @@ def judge_window_growth(results):
         only_grown = int(((grown == 1) & (fixed == 0)).sum())
         only_fixed = int(((grown == 0) & (fixed == 1)).sum())
         p = mcnemar(grown == 1, fixed == 1)
+        gain = paired_gain(grown, fixed)
         verdict = FAILS
         if len(grown) < LEAST_TRIALS:
             verdict = UNDECIDED
@@ -121,8 +122,9 @@ def judge_window_growth(results):
         readings.append(
             Reading(
                 DECISIONS[verdict],
-                float(grown.mean() - fixed.mean()),
+                gain.value,
                 reading={"broken_edges": option},
+                interval=(gain.low, gain.high),
                 unit="1",
                 reason=f"{100 * grown.mean():.0f} % right with growth, "
                 f"{100 * fixed.mean():.0f} % without; {only_grown} boards "
@@ -174,6 +176,7 @@ def judge_start_condition(results):
     predicted = result.column("predicted") == 1
     wrong = result.column("went_wrong") == 1
     agree = predicted == wrong
+    share = proportion(agree)
     both_sides = 0 < predicted.sum() < len(predicted)
     verdict = HOLDS if agree.all() else FAILS
     if not both_sides or len(agree) < LEAST_TRIALS:
@@ -181,7 +184,8 @@ def judge_start_condition(results):
     return [
         Reading(
             DECISIONS[verdict],
-            float(agree.mean()),
+            share.value,
+            interval=(share.low, share.high),
             unit="1",
             reason="share of constructed first corners that go as predicted: "
             f"{int((predicted & wrong).sum())} of {int(predicted.sum())} "

@@ -53,16 +53,18 @@ def judge_low_contrast(results):
         reading = {"opencv_detector": method}
         if not copes:
             best = max(rates, key=rates.get)
-            theirs = in_light(result, best, method).mean()
+            theirs = in_light(result, best, method)
+            found = paired_gain(in_light(result, best, CELECT), theirs)
             readings.append(
                 Reading(
                     DECISIONS[FAILS],
-                    float(rates[best] - theirs),
+                    found.value,
+                    interval=(found.low, found.high),
                     reading=reading,
                     unit="1",
                     reason="CELECT extracts 70 % in no light; most, "
                     f"{100 * rates[best]:.0f} %, in {best:g} of full light, "
-                    f"where OpenCV has {100 * theirs:.0f} %",
+                    f"where OpenCV has {100 * theirs.mean():.0f} %",
                 )
             )
             continue

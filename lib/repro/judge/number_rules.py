@@ -101,7 +101,7 @@ def _inside(entry: Mapping, value: Mapping) -> Decision:
     low, high = _interval(value, needed=True)
     if low <= float(entry["value"]) <= high:
         return "reproduced", ""
-    return "differs", f"{entry['value']} lies outside the 95 % interval"
+    return "differs", f"{entry['value']} lies outside the interval"
 
 
 def _bound(entry: Mapping, value: Mapping) -> Decision:
