@@ -24,7 +24,7 @@ MEANINGS = {
     "differs": "The test does not hold. The reason says by how much.",
     "undecided": "The interval crosses the boundary of the test.",
     "counterpart": "Measured on hardware we do not have. A rendered value stands "
-    "beside it, with the ratio to the published one; no agreement is said.",
+    "beside it, with the ratio to the published one. Nothing is said about agreement.",
     "setting": "A number that describes an experiment; not a result.",
     "not comparable": "No comparison is possible; the reason says why.",
     "not yet": "Nothing produces it so far; its chapter is not built.",
