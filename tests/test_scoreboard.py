@@ -129,6 +129,7 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
     ("changed", "loose", "said"),
     [
         ({"agree": [1, 1]}, False, ""),
+        ({"agree": [2, 2]}, False, "in both readings"),
         ({"agree": [3, 3]}, False, "in all 3 readings"),
         ({"agree": [2, 3]}, True, "in 2 of 3 readings"),
         ({"agree": [1, 3]}, True, "in the primary reading only, of 3"),
@@ -177,13 +178,13 @@ def test_ids_in_a_reason_become_the_words_of_their_rows_with_a_link():
         row("t2_n", kind="number", words="width", conditions="wide"),
     ]
     words = row_html.words_of(rows)
-    assert words == {"fig_2_3": "Fig. 2.3", "c2_one": "It <grows>", "t2_n": "width"}
+    assert words == {"fig_2_3": "Fig. 2.3", "c2_one": "“It <grows>”", "t2_n": "“width”"}
     shown = str(row_html.linked(rows[0]["reason"], words, "../"))
     assert shown == (
-        'differs: <a href="../scoreboard.html#c2_one" title="c2_one">It &lt;grows&gt;'
-        '</a>; <a href="../scoreboard.html#t2_n" title="t2_n">width</a> of c9_other'
+        'differs: <a href="../scoreboard.html#c2_one" title="c2_one">“It &lt;grows&gt;”'
+        '</a>; <a href="../scoreboard.html#t2_n" title="t2_n">“width”</a> of c9_other'
     )
-    assert "It &lt;grows&gt;</a>" in board_page.page(scoreboard.checked(rows))
+    assert "“It &lt;grows&gt;”</a>" in board_page.page(scoreboard.checked(rows))
 
 
 def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
@@ -194,7 +195,7 @@ def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
         row_html.comparison(rows, "full", "../", {}, {}),
     ):
         assert shown.count("Slope &gt;= 0.9.") == 2
-        assert shown.count("Test changed: After a run: &lt;looser&gt;.") == 1
+        assert shown.count("Test changed:</b> After a run: &lt;looser&gt;.") == 1
     assert 'href="scoreboard.html#test=changed">that of one row</a>' in (
         board_page.page(rows)
     )

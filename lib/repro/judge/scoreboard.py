@@ -78,7 +78,7 @@ def headline(rows: Sequence[Mapping]) -> dict:
         "kind": Counter(row["kind"] for row in rows),
         "verdict": {v: verdicts[v] for v in MEANINGS if verdicts[v]},
         "claims": {v: claims[v] for v in MEANINGS if claims[v]},
-        "firm": {v: firm[v] for v in MEANINGS if claims[v]},
+        "firm": {v: firm[v] for v in verdict.JUDGED if claims[v]},
         "changed": [row["id"] for row in rows if row["changed"]],
     }
 

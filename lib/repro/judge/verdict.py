@@ -27,6 +27,7 @@ from repro.judge.schema import faults, hint
 
 KINDS = ("claims", "numbers", "artefacts")
 DECIDED = ("reproduced", "differs")
+JUDGED = (*DECIDED, "undecided")
 PRODUCED_BY_NOTHING = ("not yet", "not comparable")
 # Of mixed evidence, a row shows the kind that is furthest from pure calculation.
 EVIDENCE = ("photograph", "rendered", "synthetic", "analytic")
@@ -317,6 +318,9 @@ def _from_claims(
         for verdict in ("differs", "undecided", "not yet")
         if counts[verdict]
     ]
+    loose = [row["id"] for row in rows if row["firmness"] == firmness.SOME]
+    if loose:
+        exceptions.append("not firm: " + ", ".join(loose))
     reason = "; ".join(exceptions)
     if not decided:
         return "counterpart", None, reason, firmness.UNASKED

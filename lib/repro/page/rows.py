@@ -70,9 +70,10 @@ def breakable(identifier: str) -> Markup:
 
 
 def words_of(rows: Iterable[Mapping]) -> dict[str, str]:
-    """Id -> what people call the row: Fig. 2.3, or a claim's or quantity's words."""
+    """Id -> what a sentence calls the row: Fig. 2.3, or its words as a quotation."""
     return {
-        row["id"]: label(row["id"]) or line(row["words"]).rstrip(".") for row in rows
+        row["id"]: label(row["id"]) or f"“{line(row['words']).rstrip('.')}”"
+        for row in rows
     }
 
 
@@ -99,7 +100,7 @@ def agreement(row: Mapping) -> str:
     if row["kind"] != "claim":
         return f"{agree} of {among} {'claim' if among == 1 else 'claims'} firm"
     if agree == among:
-        return f"in all {among} readings" if among > 1 else ""
+        return {1: "", 2: "in both readings"}.get(among, f"in all {among} readings")
     if agree == 1:
         return f"in the primary reading only, of {among}"
     return f"in {agree} of {among} readings"
