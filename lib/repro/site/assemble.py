@@ -294,13 +294,15 @@ def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[di
     named = {str(row["chapter"]) for row in board} | set(built)
     table = []
     for number in sorted(named, key=chapter_order):
-        mine = Counter(r["verdict"] for r in board if str(r["chapter"]) == number)
+        own = [row for row in board if str(row["chapter"]) == number]
+        mine = Counter(row["verdict"] for row in own)
         table.append(
             {
                 "number": number,
                 "folder": built.get(number, ""),
                 "verdict": mine,
                 "all": mine.total(),
+                "counts": headline(own),
             }
         )
     return table
