@@ -310,23 +310,26 @@ def _from_claims(
 ) -> tuple[str, str | None, str, dict]:
     """Verdict that claims give what they are about, count, exceptions, firmness."""
     rows = [board.made[claim] for claim in claims]
-    found = {row["id"]: row["verdict"] for row in rows}
-    counts = Counter(found.values())
+    counts = Counter(row["verdict"] for row in rows)
     decided = sum(counts[verdict] for verdict in DECIDED)
-    exceptions = [
-        f"{verdict}: " + ", ".join(c for c, v in found.items() if v == verdict)
-        for verdict in ("differs", "undecided", "not yet")
-        if counts[verdict]
-    ]
-    loose = [row["id"] for row in rows if row["firmness"] == firmness.SOME]
-    if loose:
-        exceptions.append("not firm: " + ", ".join(loose))
-    reason = "; ".join(exceptions)
+    reason = _exceptions(rows)
     if not decided:
         return "counterpart", None, reason, firmness.UNASKED
     verdict = "differs" if counts["differs"] else "reproduced"
     count = f"{counts['reproduced']} of {decided} decided claims reproduced"
     return verdict, count, reason, firmness.of_claims(verdict, rows)
+
+
+def _exceptions(rows: Sequence[Mapping]) -> str:
+    """Claims by what became of them, but for those that are reproduced and firm."""
+    order = ("differs", "undecided", "not yet", "reproduced")
+    groups: dict[str, list[str]] = {}
+    for row in sorted(rows, key=lambda row: order.index(row["verdict"])):
+        loose = row["firmness"] == firmness.SOME
+        said = row["verdict"] + (", not firm" if loose else "")
+        groups.setdefault(said, []).append(row["id"])
+    groups.pop("reproduced", None)
+    return "; ".join(f"{said}: {', '.join(ids)}" for said, ids in groups.items())
 
 
 def _section(board: _Board, identifier: str) -> dict | None:
