@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from chapters.ch02_general_camera_model.s5_2_real_data.claims import in_seeds
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import (
     scores as zoom_scores,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
 from chapters.shared import facade, three_planes
-from chapters.shared.zoom_readings import share_of
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
@@ -115,11 +115,13 @@ def test_a_homography_removes_a_plane_and_leaves_distortion():
         assert out["with_px"] > 0.05
 
 
-@pytest.mark.parametrize(("true", "total"), [(3, 10), (20, 20), (0, 7)])
-def test_a_share_in_words_has_the_wilson_interval_of_95_per_cent(true, total):
-    low, high = binomtest(true, total).proportion_ci(0.95, method="wilson")
-    said = f"{true} of {total} seeds ({low:.2f} to {high:.2f})"
-    assert share_of(true, total) == said
+def test_a_share_of_seeds_has_its_exact_interval():
+    holds = np.arange(10) < 9
+    decision, share, interval, words = in_seeds(holds)
+    exact = binomtest(9, 10).proportion_ci(0.95, method="exact")
+    assert (decision, share, words) == ("holds", 0.9, "9 of 10 seeds")
+    assert interval == pytest.approx((exact.low, exact.high))
+    assert in_seeds(np.arange(10) < 8)[0] == "fails"
 
 
 def test_the_upright_view_of_the_front_keeps_verticals_in_columns():

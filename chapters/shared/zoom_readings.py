@@ -100,16 +100,3 @@ def generic_wins(generic, parametric, quantity):
         f"{len(generic)} seeds {failed[0]} failed with the parametric method "
         f"and {failed[1]} with the generic one",
     )
-
-
-def share_of(true, total):
-    """A share of seeds in words, with its 95 % Wilson interval."""
-    z, share = 1.959964, true / total
-    middle = (share + z**2 / (2 * total)) / (1 + z**2 / total)
-    half = (
-        z
-        / (1 + z**2 / total)
-        * np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
-    )
-    low, high = max(middle - half, 0), middle + half
-    return f"{true} of {total} seeds ({low:.2f} to {high:.2f})"

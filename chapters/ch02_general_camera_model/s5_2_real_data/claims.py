@@ -32,7 +32,6 @@ from chapters.shared.zoom_readings import (
     ZoomCase,
     generic_wins,
     judged,
-    share_of,
 )
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.judge.statistics import (
@@ -41,6 +40,7 @@ from repro.judge.statistics import (
     all_of,
     bootstrap,
     median_interval,
+    proportion,
     with_worst,
 )
 from repro.run.experiment import claim, numbers
@@ -133,11 +133,11 @@ def judge_depends_on_distortion(results):
 
 
 def in_seeds(holds):
-    """Decision, share and words of a predicate over the seeds, (n,) bool."""
-    share = float(np.mean(holds))
-    decision = HOLDS if share >= SHARE else FAILS
-    words = share_of(int(np.count_nonzero(holds)), len(holds))
-    return decision, share, None, words
+    """Decision, share, its interval and words of a predicate over seeds (n,)."""
+    share = proportion(holds)
+    decision = HOLDS if share.value >= SHARE else FAILS
+    words = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
+    return decision, share.value, (share.low, share.high), words
 
 
 def spread_of_medians(*trials):
@@ -175,12 +175,12 @@ def judge_parametric_worse(results):
         parametric = with_worst(case.residual("parametric", 3))
         generic = case.residual("generic", 3)
         holds = np.isfinite(generic) & (parametric > WORSE * generic)
-        decision, share, _, words = in_seeds(holds)
+        decision, share, interval, words = in_seeds(holds)
         ratio = np.median(parametric) / np.median(with_worst(generic))
         return (
             decision,
             share,
-            None,
+            interval,
             f"{words}; ratio of medians {ratio:.2f}",
         )
 
@@ -214,12 +214,12 @@ def judge_radial_bias(results):
         inner = [
             sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)
         ]
-        decision, share, _, words = in_seeds(inner[0] | inner[1])
+        decision, share, interval, words = in_seeds(inner[0] | inner[1])
         medians = ", ".join(f"{m:+.2f}" for m in np.nanmedian(means, 1))
         return (
             decision,
             share,
-            None,
+            interval,
             f"{words}; median of the fifths {medians} px, outwards positive",
         )
 
@@ -238,11 +238,11 @@ def judge_no_radial_bias(results):
     def judge(case):
         means, _, rms = quintiles(case, "generic")
         largest = np.max(np.abs(means), axis=0) / rms
-        decision, share, _, words = in_seeds(largest <= NO_BIAS)
+        decision, share, interval, words = in_seeds(largest <= NO_BIAS)
         return (
             decision,
             share,
-            None,
+            interval,
             f"{words}; largest fifth, median {np.nanmedian(largest):.2f} of "
             "the RMS",
         )
