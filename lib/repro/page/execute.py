@@ -15,6 +15,7 @@ from pathlib import Path
 from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError, execute, read_page, settle
 from repro.run.results import write_atomic
+from repro.run.sets_of_report import name_of
 
 CELL_SECONDS = 180
 
@@ -35,7 +36,13 @@ def execute_page(
     execute(notebook, page, root, variables, CELL_SECONDS)
     settle(notebook, page)
     Furnisher(root, effort, variables["RAXEL_PAGE"]).fill(notebook)
-    notebook.metadata["raxel"] = {"source": source}
+    notebook.metadata["raxel"] = {
+        "source": source,
+        "effort": effort,
+        "page": variables["RAXEL_PAGE"],
+        # By its name: where somebody keeps photographs is not for others.
+        "set": name_of(Path(image_set)) if image_set else "",
+    }
     nbformat.validate(notebook)
     write_atomic(out, nbformat.writes(notebook) + "\n")
 

@@ -29,6 +29,7 @@ from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
 from repro.site.api_reference import api_pages
 from repro.site.mirror import Content, files_below, mirror
+from repro.site.notebooks import workable
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.times import times_of
@@ -212,7 +213,7 @@ def _extra(
         else:
             kept[f"results/{path.name}"] = path
     for path in pages:
-        kept[f"notebooks/{path.parent.name}/{path.name}"] = path
+        kept[f"notebooks/{path.parent.name}/{path.name}"] = workable(path)
         kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)
     return kept | _code(root)
 

@@ -1,23 +1,74 @@
-"""The executed pages as notebooks to work in."""
+"""The executed pages as notebooks to work in, wherever in a checkout they lie."""
 
 from __future__ import annotations
 
-import shutil
-import tempfile
+import hashlib
+import inspect
+import json
 from pathlib import Path
+
+import nbformat
+from nbformat.v4 import new_code_cell
+
+from raxel.files import write_json, write_whole
+from repro.site import first_cell
+
+WRITTEN = ".written.json"
 
 
 def notebooks(pages: list[Path], folder: Path) -> None:
-    """Copy the executed pages to ``folder``, one sub-folder per chapter."""
-    with tempfile.TemporaryDirectory(dir=_made(folder.parent)) as scratch:
-        for page in pages:
-            target = Path(scratch) / "notebooks" / page.parent.name / page.name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(page, target)
-        shutil.rmtree(folder, ignore_errors=True)
-        shutil.move(Path(scratch) / "notebooks", folder)
+    """Write the executed pages to ``folder``, one sub-folder per chapter.
+
+    What an earlier build wrote goes. A notebook that somebody has worked in stays, as
+    `NAME-yours.ipynb` beside the new one. So the files are not among those that a job
+    left (`repro.run.results`): a changed one would be taken for damaged.
+    """
+    _clear(folder)
+    hashes = {}
+    for page in pages:
+        name = f"{page.parent.name}/{page.name}"
+        text = workable(page)
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        if (folder / name).is_file():
+            (folder / name).rename(_free(folder / name))
+        write_whole(folder / name, text)
+        hashes[name] = _hash(text.encode())
+    write_json(folder / WRITTEN, hashes)
 
 
-def _made(folder: Path) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+def workable(page: Path) -> str:
+    """An executed page as a notebook that runs where it lies: with a first cell."""
+    notebook = nbformat.read(page, as_version=4)
+    about = notebook.metadata["raxel"]
+    call = f"begin({about['effort']!r}, {about['page']!r}, {about['set']!r})"
+    cell = new_code_cell(
+        f"{inspect.getsource(first_cell).rstrip()}\n\n\n{call}",
+        id="first-cell",
+        metadata={"jupyter": {"source_hidden": True}},
+    )
+    notebook.cells.insert(0, cell)
+    return nbformat.writes(notebook) + "\n"
+
+
+def _clear(folder: Path) -> None:
+    """Remove the notebooks that are as they were written."""
+    record = folder / WRITTEN
+    if not record.is_file():
+        return
+    for name, written in json.loads(record.read_text("utf-8")).items():
+        path = folder / name
+        if path.is_file() and _hash(path.read_bytes()) == written:
+            path.unlink()
+
+
+def _free(path: Path) -> Path:
+    """A name beside ``path`` that nothing has."""
+    count, kept = 1, path.with_stem(f"{path.stem}-yours")
+    while kept.exists():
+        count += 1
+        kept = path.with_stem(f"{path.stem}-yours-{count}")
+    return kept
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

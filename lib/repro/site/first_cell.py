@@ -1,0 +1,55 @@
+"""The first cell of a notebook: it finds the checkout that the notebook belongs to.
+
+The functions of this file are the cell, and a last line calls `begin`. They use the
+standard library alone and stop with one line where a page could not run.
+"""
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+NEEDED = ("numpy", "scipy", "cv2", "numba", "matplotlib", "yaml", "jinja2")
+
+
+class CannotRun(Exception):
+    """Why no cell can run, shown as one line without a traceback."""
+
+    def _render_traceback_(self):
+        return [str(self)]
+
+
+def begin(effort, page, image_set):
+    """Go to the checkout, take its code and no other, and name the build to read."""
+    root = find_checkout()
+    lacking = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if lacking:
+        raise CannotRun(
+            f"This kernel's Python ({sys.executable}) lacks {', '.join(lacking)}: "
+            f"run `make lab` in {root}, or take {root}/.venv/bin/python as the kernel."
+        )
+    if not (root / "figures" / effort / "results").is_dir():
+        raise CannotRun(
+            f"There are no results to read in {root}/figures/{effort}: "
+            f"run `make notebooks EFFORT={effort}` there."
+        )
+    os.chdir(root)
+    for folder in (root, root / "lib"):
+        sys.path[:] = [str(folder), *(p for p in sys.path if p != str(folder))]
+    os.environ.update(RAXEL_EFFORT=effort, RAXEL_PAGE=page, RAXEL_SET=image_set)
+
+
+def find_checkout():
+    """The checkout around this notebook, or else the one whose raxel is installed."""
+    # JupyterLab and VS Code say where the notebook is; it may be run from elsewhere.
+    named = os.environ.get("JPY_SESSION_NAME") or globals().get("__vsc_ipynb_file__")
+    installed = importlib.util.find_spec("raxel")
+    for start in (named, os.getcwd(), installed and installed.origin):
+        path = Path(start or "").absolute()
+        for folder in (path, *path.parents):
+            if all((folder / part).is_dir() for part in ("chapters", "data/published")):
+                return folder
+    raise CannotRun(
+        "No checkout of Raxel around this notebook: its cells need the code and the "
+        "results. Put it into a checkout and run `make lab` there; its README says how."
+    )
