@@ -9,6 +9,7 @@ one. The cell of an exercise looks like this; an answer goes in the place of ``N
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from numbers import Real
 
 import numpy as np
 
@@ -34,26 +35,30 @@ def check(
     answer: object,
     expected: Callable[[], object],
     *,
-    tolerance: float = 1e-3,
+    tolerance: float = 0.01,
     hint: str = "",
     slips: Mapping[str, Callable[[], object]] | None = None,
+    up_to_factor: bool = False,
 ) -> Checked:
     """Compare an answer with the one that the library computes.
 
     Parameters
     ----------
-    answer : number, array, or word; None while the exercise is open.
+    answer : number, list or array of numbers, or word; None while the exercise is open.
     expected : function without arguments that computes the right answer.
     tolerance : largest error that counts as right, as a share of the largest entry of
-        the right answer; rounding to three digits passes by default. Words and whole
-        numbers are compared exactly.
+        the right answer. Where another than the default matters, the page says so.
+        Words, and counts (whole numbers by type), are compared exactly.
     hint : what to say about a wrong answer.
     slips : explanation -> function that computes the answer this slip leads to. The
         explanation is given when the answer equals it.
+    up_to_factor : a common factor of all numbers, also a negative one, does not count.
     """
     if answer is None:
         return Checked(None, "Put your answer in place of None and run the cell again.")
     right = expected()
+    if up_to_factor:
+        answer = _scaled(answer, right)
     if _same(answer, right, tolerance):
         return Checked(True, "The library computes the same.")
     for explanation, wrong in (slips or {}).items():
@@ -92,14 +97,36 @@ def _advice(text: str, hint: str) -> str:
 def _same(answer: object, right: object, tolerance: float) -> bool:
     if isinstance(right, str):
         return isinstance(answer, str) and _word(answer) == _word(right)
-    given, wanted = np.asarray(answer), np.asarray(right)
-    if given.shape != wanted.shape or given.dtype.kind not in "biuf":
+    given, wanted = _numbers(answer), _numbers(right)
+    if given.shape != wanted.shape or given.dtype.kind not in "iuf":
         return False
-    if wanted.dtype.kind in "biu":
+    if wanted.dtype.kind in "iu":
         return bool(np.array_equal(given, wanted))
     scale = np.abs(wanted).max(initial=0.0)
     limit = tolerance * (scale or 1.0)
     return bool(np.allclose(given, wanted, rtol=0, atol=limit, equal_nan=True))
+
+
+def _scaled(answer: object, right: object) -> object:
+    """The answer times the factor that brings it nearest to the right one."""
+    given, wanted = _numbers(answer), _numbers(right)
+    if given.shape != wanted.shape or given.dtype.kind not in "iuf" or not given.any():
+        return answer
+    return given * (np.vdot(given, wanted) / np.vdot(given, given))
+
+
+def _numbers(answer: object) -> np.ndarray:
+    """An answer as an array without axes of length 1: a column is as good as a row.
+
+    Fractions and other exact numbers become floats.
+    """
+    try:
+        found = np.squeeze(np.asarray(answer))
+    except ValueError:  # lists of unequal lengths
+        return np.asarray(None)
+    if found.dtype == object and all(isinstance(x, Real) for x in found.flat):
+        return found.astype(float)
+    return found
 
 
 def _word(text: str) -> str:
@@ -110,14 +137,15 @@ def _difference(answer: object, right: object) -> str:
     """What is wrong with the answer, without giving the right one away."""
     if isinstance(right, str):
         return "That is not it."
-    given, wanted = np.asarray(answer), np.asarray(right)
-    if given.dtype.kind not in "biuf":
-        return f"A number is asked for, not {type(answer).__name__}."
+    given, wanted = _numbers(answer), _numbers(right)
+    if given.dtype.kind not in "iuf":
+        kind = type(answer).__name__
+        what = "A number is" if wanted.ndim == 0 else "An array of numbers is"
+        return f"{what} asked for, not {kind}."
     if given.shape != wanted.shape:
         return f"The shape is {given.shape}; it should be {wanted.shape}."
-    error = float(np.nanmax(np.abs(given.astype(float) - wanted)))
-    if not np.isfinite(error):
-        return "Some entries are not finite."
+    if not np.isfinite(given).all():
+        return "Not every number is finite."
     if given.ndim == 0:
         return "Too large." if given > wanted else "Too small."
-    return f"The largest error is {error:.2g}."
+    return f"The largest error is {np.abs(given - wanted).max():.2g}."

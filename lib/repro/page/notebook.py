@@ -20,6 +20,8 @@ from pathlib import Path
 from nbformat import NotebookNode
 from nbformat.v4 import new_output
 
+from repro.page.folding import fold
+
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)(?::([^`]*))?`")
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 LANGUAGE = {"name": "python", "pygments_lexer": "ipython3"}
@@ -33,14 +35,17 @@ class PageError(Exception):
 
 
 def read_page(path: Path) -> NotebookNode:
-    """Notebook of a page file: display cells active, `active-py` cells left out."""
+    """Notebook of a page file: display cells active, `active-py` cells left out.
+
+    Code that only prepares is folded (`repro.page.folding`).
+    """
     import jupytext
 
     notebook = jupytext.reads(path.read_text("utf-8"), fmt="py:percent")
     notebook.cells = [
         cell
         for cell in notebook.cells
-        if "active-py" not in cell.metadata.get("tags", ()) and cell.source.strip()
+        if "active-py" not in _tags(cell) and cell.source.strip()
     ]
     if not notebook.cells:
         raise PageError(f"{path}: no cells; a page is in percent format (# %%)")
@@ -50,7 +55,13 @@ def read_page(path: Path) -> NotebookNode:
         cell.id = f"cell-{number:03d}"
         if cell.cell_type == "code" and cell.source.startswith(SHOWS):
             cell.metadata.setdefault("tags", []).append("remove-input")
+        elif cell.cell_type == "code" and "active-ipynb" not in _tags(cell):
+            fold(cell)
     return notebook
+
+
+def _tags(cell: NotebookNode) -> list[str]:
+    return cell.metadata.get("tags", [])
 
 
 def _metadata() -> dict:
