@@ -11,8 +11,8 @@ import numpy as np
 from chapters.ch01_introduction.s1_1_panorama.exercises import (
     EYE_HIGH_DEG,
     given,
-    radius_in_picture,
-    rows_above_horizon,
+    lamp_task,
+    rows_task,
 )
 from chapters.ch01_introduction.s1_1_panorama.results import name_values
 from chapters.ch01_introduction.s1_1_panorama.trials import (
@@ -268,11 +268,11 @@ def resolution(effort):
 # Open this page as a notebook (`make notebooks`), put an answer in place of
 # `None`, and run the cell.
 #
-# **1.** A panorama is 1280 px wide and shows a full turn. How many rows lie
-# between the horizon and 45° of elevation?
+# **1.** A panorama on a cylinder is 1280 px wide and shows a full turn. How
+# many rows lie between the horizon and 45° of elevation?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: rows_above_horizon(1280, 45), hint="2 pi f = 1280")
+# check(None, **rows_task())
 
 # %% [markdown]
 # **2.** How far from the middle of the full picture of Fig. 1.1(a), in px,
@@ -282,4 +282,4 @@ def resolution(effort):
 # {glue:text}`focal:.1f` px.
 
 # %% tags=["active-ipynb"]
-# check(None, expected=radius_in_picture, hint="psi is 90 degrees more")
+# check(None, **lamp_task())

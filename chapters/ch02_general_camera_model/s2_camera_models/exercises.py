@@ -4,11 +4,73 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch02_general_camera_model.s2_camera_models.results import (
+    free_of_cubics,
+)
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     mirror_trial,
 )
 from chapters.shared.zoo import K_of, camera, made
 from raxel.cameras.fit import fit_camera
+
+
+def omega_task():
+    """The law is r proportional to theta; arctan undoes tan where the factor
+    2 tan(omega / 2) is 1, so omega is 2 arctan(1/2)."""
+    return {
+        "expected": omega_of_equidistance,
+        "hint": "when does the arctangent undo the tangent?",
+        "slips": {
+            "That is in radians.": lambda: np.radians(
+                omega_of_equidistance()
+            ),
+            "That is half of it.": lambda: omega_of_equidistance() / 2,
+        },
+    }
+
+
+def sphere_task():
+    """With eccentricity e = sqrt(30^2 + 20^2) / 30, the sphere has
+    xi = 2 e / (1 + e^2)."""
+    return {
+        "expected": sphere_of_hyperboloid,
+        "hint": "xi depends on the eccentricity alone, and it is below 1",
+        "slips": {
+            "That is the eccentricity.": lambda: np.hypot(30, 20) / 30,
+            "The 30 mm lie along the axis: e is c / 30.": lambda: _xi(
+                np.hypot(30, 20) / 20
+            ),
+        },
+    }
+
+
+def edge_task():
+    """At 90 degrees the denominator 1 + lambda r^2 is 0: r = 1 / sqrt(0.25) = 2
+    in units of the focal length."""
+    return {
+        "expected": divided_edge,
+        "hint": "what happens to a ratio at 90 degrees?",
+        "slips": {
+            "That is in units of the focal length.": lambda: 2.0,
+        },
+    }
+
+
+def cubics_task():
+    """Four cubics of two variables have 10 coefficients each; in each of the two
+    ratios one common factor does not count."""
+    return {
+        "expected": lambda: free_of_cubics(2),
+        "hint": "how many coefficients has one cubic of two variables?",
+        "slips": {
+            "A common factor of a ratio does not count.": lambda: 40,
+            "Both ratios have a numerator and a denominator.": lambda: 20,
+        },
+    }
+
+
+def _xi(e):
+    return 2 * e / (1 + e**2)
 
 
 def omega_of_equidistance():

@@ -9,12 +9,12 @@
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
-    divided_edge,
-    omega_of_equidistance,
-    sphere_of_hyperboloid,
+    cubics_task,
+    edge_task,
+    omega_task,
+    sphere_task,
 )
 from chapters.ch02_general_camera_model.s2_camera_models.results import (
-    free_of_cubics,
     name_values,
 )
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
@@ -371,21 +371,21 @@ def pictures(effort):
 # \omega$. For which $\omega$, in degrees, is it the law of equidistance?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=omega_of_equidistance, hint="arctan undoes tan")
+# check(None, **omega_task())
 
 # %% [markdown]
 # **2.** The zoo's hyperboloid has the semi-axes 30 mm (along its axis) and
 # 20 mm. Which $\xi$ has the unified sphere that equals it?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=sphere_of_hyperboloid, hint="2 e / (1 + e^2), e > 1")
+# check(None, **sphere_task())
 
 # %% [markdown]
 # **3.** The zoo's division model has $f = 130$ px and $\lambda_1 = -0.25$. At
 # which radius in the image, in pixels, would it reach 90°?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=divided_edge, hint="there the denominator vanishes")
+# check(None, **edge_task())
 
 # %% [markdown]
 # **4.** How many free numbers have two ratios of cubic polynomials of
@@ -393,4 +393,4 @@ def pictures(effort):
 # count?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: free_of_cubics(2), hint="10 coefficients a cubic")
+# check(None, **cubics_task())

@@ -13,6 +13,68 @@ STEP_MM = 100.0
 A_MM, B_MM = (1.0, 2.0, 3.0), (4.0, 6.0, 3.0)
 
 
+def line_task():
+    """Direction B - A = (3, 4, 0); moment A x (B - A) = (-12, 9, -2), and (2.12)
+    has it negated. Six numbers of a line have no scale."""
+    return {
+        "expected": vector_through,
+        "up_to_factor": True,
+        "hint": "in which order does (2.12) put direction and moment?",
+        "slips": {
+            "The moment has the other sign in (2.12).": lambda: (
+                vector_through() * [1, 1, 1, -1, -1, -1]
+            ),
+            "The direction comes first.": lambda: np.roll(
+                vector_through(), 3
+            ),
+        },
+    }
+
+
+def ray_task():
+    """From (30, -20, 0) to (45, -30, 100): the difference (15, -10, 100), divided
+    by its length."""
+    return {
+        "expected": ray_of_pixel,
+        "hint": "where are the two points in one frame?",
+        "slips": {
+            "A direction points from the camera into the scene.": lambda: (
+                -ray_of_pixel()
+            ),
+            "Its length is not 1.": lambda: np.array([15.0, -10.0, 100.0]),
+        },
+    }
+
+
+def shift_task():
+    """The ray turns by the angle whose tangent is 1 / 250."""
+    return {
+        "expected": lambda: angle_per_shift(1, 250),
+        "hint": "draw the triangle of the shift and the distance of the grids",
+        "slips": {
+            "That is in radians.": lambda: np.radians(
+                angle_per_shift(1, 250)
+            ),
+        },
+    }
+
+
+def bytes_task():
+    """A 4 x 4 matrix has 16 numbers of 8 bytes, for each of 3008 x 2000 pixels."""
+    return {
+        "expected": lambda: float(bytes_of_table(3008, 2000)),
+        "hint": "how many numbers has a Plücker matrix, stored whole?",
+        "slips": {
+            "That is the vector, not the matrix.": lambda: (
+                float(bytes_of_table(3008, 2000)) * 6 / 16
+            ),
+            "That is in megabytes.": lambda: (
+                bytes_of_table(3008, 2000) / 1e6
+            ),
+        },
+    }
+
+
 def vector_through():
     """Plücker vector (6,) of the line through A and B (2.12)."""
     return pluecker_vector(pluecker_matrix([*A_MM, 1.0], [*B_MM, 1.0]))

@@ -9,10 +9,10 @@
 import numpy as np
 
 from chapters.ch02_general_camera_model.s3_general_camera.exercises import (
-    angle_per_shift,
-    bytes_of_table,
-    ray_of_pixel,
-    vector_through,
+    bytes_task,
+    line_task,
+    ray_task,
+    shift_task,
 )
 from chapters.ch02_general_camera_model.s3_general_camera.results import (
     name_values,
@@ -311,10 +311,10 @@ def wrong_motion(effort):
 # `None`, and run the cell.
 #
 # **1.** Write the Plücker vector (2.12) of the line through (1, 2, 3) and
-# (4, 6, 3), both with fourth coordinate 1. Six numbers.
+# (4, 6, 3). Six numbers; a factor common to all of them does not count.
 
 # %% tags=["active-ipynb"]
-# check(None, expected=vector_through, hint="direction, then the negated moment")
+# check(None, **line_task())
 
 # %% [markdown]
 # **2.** A pixel sees the point (30, −20) on a grid, and (45, −30) on the
@@ -322,7 +322,7 @@ def wrong_motion(effort):
 # unit direction of its ray, in the frame of the first grid?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=ray_of_pixel, hint="the join of the two points")
+# check(None, **ray_task())
 
 # %% [markdown]
 # **3.** A ray stands at right angles on two grids 250 mm apart. The second
@@ -330,7 +330,7 @@ def wrong_motion(effort):
 # degrees is the calibrated ray wrong? Compare with the figure.
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: angle_per_shift(1, 250), hint="a right-angled triangle")
+# check(None, **shift_task())
 
 # %% [markdown]
 # **4.** How many bytes has a look-up table of Plücker matrices in double
@@ -338,4 +338,4 @@ def wrong_motion(effort):
 # directions, and anchor points where it must, and makes matrices on demand.
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: bytes_of_table(3008, 2000), hint="16 numbers of 8 bytes")
+# check(None, **bytes_task())

@@ -18,6 +18,55 @@ SIDE_MM = 100.0
 HEIGHT_MM = 300.0
 
 
+def freedom_task():
+    """A has 14 unknowns and rank 12."""
+    return {
+        "expected": freedom_of_a,
+        "hint": "the unknowns are 14; what did the page say about the rank?",
+        "slips": {"That is the rank.": lambda: UNKNOWNS_U - freedom_of_a()},
+    }
+
+
+def depth_task():
+    """A corner is 100 / sqrt(3) mm from the middle, and 300 mm below the camera;
+    the depth is the hypotenuse."""
+    return {
+        "expected": depth_of_triangle,
+        "hint": "how far is a corner from the middle of the triangle?",
+        "slips": {
+            "That is the height, not the depth along the ray.": lambda: (
+                HEIGHT_MM
+            ),
+        },
+    }
+
+
+def solutions_task():
+    """The upright one, three in which one corner is nearer, and the mirror image
+    of each behind the camera."""
+    return {
+        "expected": solutions_of_triangle,
+        "hint": "may one corner be nearer than the others? Which one?",
+        "slips": {
+            "Count those behind the camera too.": lambda: (
+                solutions_of_triangle() // 2
+            ),
+        },
+    }
+
+
+def nearer_task():
+    """Two corners keep the depth of the upright solution. The third ray meets the
+    circle of 100 mm about them twice; the nearer point is the answer."""
+    return {
+        "expected": nearer_depth,
+        "hint": "two corners stay; where else may the third be on its ray?",
+        "slips": {
+            "That is the depth of the other two.": depth_of_triangle,
+        },
+    }
+
+
 def freedom_of_a():
     """Dimension of the solution space of A u = x (2.19)."""
     points, _, _ = scene_points(trial_rng("sec_2_4_1_exercise", {}, 0))

@@ -7,10 +7,10 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.exercises import (
-    depth_of_triangle,
-    freedom_of_a,
-    nearer_depth,
-    solutions_of_triangle,
+    depth_task,
+    freedom_task,
+    nearer_task,
+    solutions_task,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
     name_values,
@@ -344,26 +344,26 @@ def algorithm_run(effort):
 # $A\mathbf{u} = \mathbf{x}$?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=freedom_of_a, hint="unknowns less rank")
+# check(None, **freedom_task())
 
 # %% [markdown]
 # **2.** An equilateral triangle with sides of 100 mm lies at right angles
 # to the axis of a camera 300 mm above its middle. What is the depth of each
-# corner along its ray?
+# corner along its ray, in mm?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=depth_of_triangle, hint="half of it: circumradius")
+# check(None, **depth_task())
 
 # %% [markdown]
 # **3.** How many real solutions has (2.26) for that triangle? Count those
 # behind the camera too. The upright one and its mirror image are two.
 
 # %% tags=["active-ipynb"]
-# check(None, expected=solutions_of_triangle, hint="which corner sticks out?")
+# check(None, **solutions_task())
 
 # %% [markdown]
 # **4.** In three of the four solutions ahead of the camera, one corner is
-# nearer than the other two. What is its depth?
+# nearer than the other two. What is its depth, in mm?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=nearer_depth, hint="a circle about a corner cuts a ray twice")
+# check(None, **nearer_task())

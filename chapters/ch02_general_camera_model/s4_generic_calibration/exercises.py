@@ -12,6 +12,33 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
 from repro.run.experiment import trial_rng
 
 
+def entries_task():
+    """A cell is zero where no triple product of the points has its monomial; count
+    the cells of the column that hold a formula."""
+    return {
+        "expected": lambda: entries_of("V"),
+        "hint": "look at the column of V in Table 2.1",
+        "slips": {"Those are the zeros.": lambda: 9 - entries_of("V")},
+    }
+
+
+def meeting_task(scene):
+    """The ray is C + s ((37, -16, 0) - C); grid 2 is not turned, so s follows from
+    its height, and subtracting the grid's origin gives the place on the grid."""
+    return {
+        "expected": lambda: where_it_meets(scene),
+        "hint": "at which height is grid 2, and where is its origin?",
+        "slips": {
+            "That is in the frame of the base grid.": lambda: [
+                place + float(scene[f"t_{axis}_2"])
+                for place, axis in zip(
+                    where_it_meets(scene), "xy", strict=True
+                )
+            ],
+        },
+    }
+
+
 def entries_of(vector):
     """How many cells of a column of Table 2.1 are not zero."""
     return sum(formula(row, vector) != "0" for row in range(9))

@@ -7,9 +7,9 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch02_general_camera_model.s4_generic_calibration.exercises import (
-    entries_of,
+    entries_task,
     exercise_scene,
-    where_it_meets,
+    meeting_task,
 )
 from chapters.ch02_general_camera_model.s4_generic_calibration.results import (
     summary_of,
@@ -163,7 +163,7 @@ def substitution(effort):
 # zero?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: entries_of("V"), hint="count the cells")
+# check(None, **entries_task())
 
 # %% [markdown]
 # **2.** In the scene below, a ray leaves the centre and meets the base grid
@@ -176,4 +176,4 @@ def substitution(effort):
 # {name: str(scene[name]) for name in scene if not name.endswith("_3")}
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: where_it_meets(scene), hint="C + s (Q - C)")
+# check(None, **meeting_task(scene))

@@ -10,9 +10,9 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
-    false_places,
-    largest_window,
-    symmetry_of_a_bend,
+    bend_task,
+    places_task,
+    window_task,
 )
 from chapters.ch03_planar_grids.ext_corner_detection.results import (
     name_values,
@@ -366,7 +366,7 @@ def coded_picture(effort):
 # is $S$?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=symmetry_of_a_bend, hint="the numerator alone")
+# check(None, **bend_task())
 
 # %% [markdown]
 # **2.** A contour has a radius of curvature of 144 px. What is the largest
@@ -374,11 +374,11 @@ def coded_picture(effort):
 # one bin?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: largest_window(144), hint="r² κ / 4 = 1")
+# check(None, **window_task())
 
 # %% [markdown]
 # **3.** How many places would random marks in 25 squares fit without an
 # error, on average, if 512 places have the right colours?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: false_places(25, 512), hint="2 to the 25")
+# check(None, **places_task())

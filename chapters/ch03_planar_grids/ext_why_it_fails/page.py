@@ -9,9 +9,9 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_why_it_fails.exercises import (
-    largest_radius,
-    least_square,
-    widest_arc,
+    arc_task,
+    square_task,
+    tangent_task,
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.results import name_values
 from chapters.ch03_planar_grids.ext_why_it_fails.trials import runs, stages
@@ -370,23 +370,24 @@ def sweeps(effort):
 # Open this page as a notebook (`make notebooks`), put an answer in place of
 # `None`, and run the cell.
 #
-# **1.** Side 1 is 400 px long and has 9 corners. How small may its smallest
-# square be, in px, before $t_8$ merges its two corners?
+# **1.** Side 1 is 400 px long and has 9 corners, so $s_1$ is 400 / (1.9 · 9)
+# px, and $t_8 = 0.8\,s_1$. How small may its smallest square be, in px,
+# before $t_8$ merges its two corners?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: least_square(400, 9), hint="t8 is 0.8 s_1")
+# check(None, **square_task())
 
 # %% [markdown]
 # **2.** Side 4 is an arc of a circle, and the right contour leaves the first
-# corner along the radius. From which arc on, in degrees, is it within $t_4$
-# of $L_4$?
+# corner along the radius. $L_4$ is the chord of side 4. From which arc on,
+# in degrees, is the contour within $t_4$ = 15° of $L_4$?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=widest_arc, hint="chord and tangent: half the arc")
+# check(None, **arc_task())
 
 # %% [markdown]
 # **3.** A contour is an arc with a radius of 470 px. How large may the window
 # be, in px, so that the arc stays within $t_5 = 0.1\,r$ of its tangent?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: largest_radius(470), hint="r^2 / (2 R)")
+# check(None, **tangent_task())

@@ -6,10 +6,10 @@ from math import ceil
 
 
 def part_task():
-    """What `check` needs for the exercise."""
+    """Eight columns of six are left, 48 corners; 95 % of them, rounded up."""
     return {
         "expected": least_in_order,
-        "hint": "round up: part of a corner is none",
+        "hint": "how many corners are left, and what is part of a corner?",
         "slips": {
             "That counts the lost column too.": lambda: ceil(0.95 * 54),
         },

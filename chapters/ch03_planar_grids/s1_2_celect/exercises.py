@@ -6,6 +6,48 @@ from chapters.ch03_planar_grids.s1_2_celect.results import interior
 from raxel.features.celect import CelectSettings
 
 
+def growth_task():
+    """The first radius is 9 / 19 of a square (nine squares between ten corners),
+    and 1.2 to the fourth power makes it almost one square."""
+    return {
+        "expected": largest_growth,
+        "hint": "how many squares lie between ten corners?",
+        "slips": {
+            "Ten corners have nine squares between them.": lambda: (
+                largest_growth() * 10 / 9
+            ),
+            "Each growth takes 20 % of what is there.": lambda: (
+                9 / 19 * 1.8
+            ),
+        },
+    }
+
+
+def border_task():
+    """Without a border all 11 x 8 inner corners count, with one 9 x 6."""
+    return {
+        "expected": borderless_gain,
+        "hint": "inner corners with a border of one square, and without",
+        "slips": {
+            "Count corners, not squares.": lambda: 12 * 9 - 10 * 7,
+        },
+    }
+
+
+def turn_task():
+    """It goes wrong as soon as the edge is within t4 = 15 degrees of side 4:
+    40 less 15."""
+    return {
+        "expected": first_corner_wrong,
+        "hint": "what does t4 do at the first corner?",
+        "slips": {
+            "That is t4; the edge starts 40 degrees away.": lambda: (
+                CelectSettings().first_angle_deg
+            ),
+        },
+    }
+
+
 def largest_growth():
     """Radius of the largest window, in squares, for ten corners a side."""
     settings = CelectSettings()

@@ -8,9 +8,9 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.exercises import (
-    borderless_gain,
-    first_corner_wrong,
-    largest_growth,
+    border_task,
+    growth_task,
+    turn_task,
 )
 from chapters.ch03_planar_grids.s1_2_celect.figures.animation import (
     animation,
@@ -336,22 +336,24 @@ def growth(effort):
 # Open this page as a notebook (`make notebooks`), put an answer in place of
 # `None`, and run the cell.
 #
-# **1.** A side has ten corners. How many squares long is the radius of the
-# largest window, after four growths?
+# **1.** The first window's radius is the length of the side, divided by 1.9
+# times its number of corners. A growth adds 20 %. How many squares long is
+# the radius after four growths, on a side of ten corners?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=largest_growth, hint="9 / 19 of a square, times 1.2^4")
+# check(None, **growth_task())
 
 # %% [markdown]
 # **2.** How many more corners does a board of 12 × 9 squares give without a
 # white border?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=borderless_gain, hint="2 * 12 + 2 * 9 - 8")
+# check(None, **border_task())
 
 # %% [markdown]
-# **3.** The true edge at the first corner stands 40° from side 4. By how
-# many degrees may it turn towards side 4 before tracing goes wrong?
+# **3.** The true edge at the first corner stands 40° from side 4, and
+# $t_4$ is 15°. By how many degrees may the edge turn towards side 4 before
+# tracing goes wrong?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=first_corner_wrong, hint="t4 is 15 degrees")
+# check(None, **turn_task())

@@ -15,7 +15,7 @@ def exercise_lens(sets):
 
 
 def level_task(lens):
-    """What `check` needs for the level of an equidistant lens."""
+    """The level is 1 - r / r_pinhole = 1 - theta / tan(theta) at the widest angle."""
     angle = np.radians(lens["widest_deg"])
     return {
         "expected": lambda: 1 - angle / np.tan(angle),
@@ -33,7 +33,7 @@ def level_task(lens):
 
 
 def photographs_task():
-    """What `check` needs for the fewest photographs that can decide."""
+    """All n signs agree by chance once in 2^n, and 2^-7 is the first below 0.01."""
     return {
         "expected": lambda: _fewest(SIGNIFICANCE),
         "hint": "all signs agree by chance once in 2^n",

@@ -55,7 +55,8 @@ def exercise_corner(study):
 
 
 def field_of_view_task(camera):
-    """What `check` needs for the first exercise."""
+    """One angle to each side, from the principal point to the rim, half a pixel
+    outside the centre of the last pixel; their sum."""
     return {
         "expected": lambda: field_of_view_deg(camera),
         "hint": "the rims are half a pixel outside; one angle to each side",
@@ -69,7 +70,8 @@ def field_of_view_task(camera):
 
 
 def residual_task(camera, corner):
-    """What `check` needs for the second exercise."""
+    """Pose, division by z, the radial factor, the calibration matrix: that is the
+    predicted pixel, and it is subtracted from the found one."""
     return {
         "expected": lambda: residual_of(camera, corner),
         "tolerance": 0.02,
