@@ -17,7 +17,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test mutants notebooks archive bench fuzz where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test mutants notebooks lab answers archive bench fuzz where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -34,6 +34,19 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)
+
+# Jupyter's own files stay in the checkout too, and nothing is asked of a host. Root may
+# start it: in a container there is nobody else.
+LAB = env JUPYTER_CONFIG_DIR="$(CURDIR)/.cache/jupyter/config" JUPYTER_DATA_DIR="$(CURDIR)/.cache/jupyter/data" \
+  JUPYTER_RUNTIME_DIR="$(CURDIR)/.cache/jupyter/runtime" JUPYTERLAB_SETTINGS_DIR="$(CURDIR)/.cache/jupyter/settings" \
+  JUPYTERLAB_WORKSPACES_DIR="$(CURDIR)/.cache/jupyter/workspaces" IPYTHONDIR="$(CURDIR)/.cache/ipython" \
+  .venv/bin/jupyter lab --allow-root --LabApp.news_url=None \
+  --LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate
+
+lab: setup ## the notebooks in JupyterLab, to do the exercises (those of make quick, if there are none)
+	@$(PYTHON) lib/repro/bootstrap.py --lab
+	@test -e report/notebooks/.done || $(BUILD) notebooks --effort quick $(FOR_SETS)
+	@$(RUN) $(LAB) report/notebooks $(ARGS)
 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.site.archive --effort $(EFFORT)

@@ -16,6 +16,7 @@ OLDEST, NEWEST = (3, 11), (3, 13)
 VENV = Path(".venv")
 PYTHON = VENV / "bin" / "python"
 PACKAGES, PACKAGES_DONE = Path("environment.txt"), VENV / "packages-installed"
+LAB, LAB_DONE = Path("lib/repro/lab.txt"), VENV / "lab-installed"
 PROJECT, PROJECT_DONE = Path("pyproject.toml"), VENV / "project-installed"
 RENDERING = VENV / "rendering"
 GL_PACKAGES = ("libegl1", "libgl1", "libxrender1")
@@ -34,9 +35,12 @@ def main(arguments=None):
     """Set up whatever is not set up yet; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rendering", action="store_true", help="probe 3-D as well")
+    parser.add_argument("--lab", action="store_true", help="install JupyterLab as well")
     options = parser.parse_args(arguments)
     try:
         set_up()
+        if options.lab:
+            install_lab()
         if options.rendering:
             probe_rendering()
     except SetUpError as error:
@@ -73,6 +77,18 @@ def install_packages():
     make_venv()
     say("packages from environment.txt (about 1.5 GB on disk, a minute or two)")
     pip("install", "--require-hashes", "--no-deps", "-r", str(PACKAGES))
+
+
+def install_lab():
+    """Add JupyterLab to .venv as lab.txt pins it, unless that is done.
+
+    Its pins agree with those of environment.txt, so nothing else changes.
+    """
+    lab = fingerprint(LAB)
+    if recorded(LAB_DONE) != lab:
+        say("JupyterLab from lib/repro/lab.txt (half a minute, once)")
+        pip("install", "--require-hashes", "--no-deps", "-r", str(LAB))
+        LAB_DONE.write_text(lab)
 
 
 def compile_loops():
