@@ -263,12 +263,15 @@ class Work:
         ]
 
     def pages_read(self, page: str) -> list[str]:
-        """Files of the thesis's chapters, for a page that says `READS_PAGES = True`."""
+        """Files of the chapters, and the README, which says how long things take,
+        for a page that says `READS_PAGES = True`.
+        """
         text = self.pages[page].path.read_text("utf-8")
         if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
             return []
         files = {p.path.relative_to(self.root).as_posix() for p in self.pages.values()}
-        return sorted(name for name in files if name.startswith("chapters/ch"))
+        chapters = sorted(name for name in files if name.startswith("chapters/ch"))
+        return [*chapters, "README.md"]
 
     def judged_with(self, page: str) -> list[str]:
         """The page's judged file, and those that decide on its artefacts."""
