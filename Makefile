@@ -48,6 +48,9 @@ lab: setup ## the notebooks in JupyterLab, to do the exercises (those of make qu
 	@test -e report/notebooks/.done || $(BUILD) notebooks --effort quick $(FOR_SETS)
 	@$(RUN) $(LAB) report/notebooks $(ARGS)
 
+answers: notebooks ## the exercises with their answers, a sheet per route, for the lecturer: report/answers (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m chapters.guides.for_teachers.exercises.answers --effort $(EFFORT)
+
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.site.archive --effort $(EFFORT)
 
@@ -84,7 +87,7 @@ setup:
 
 clean: ## remove what was built; .venv and the photographs stay
 	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/*.zip \
-	  report/build report/notebooks .snakemake .pytest_cache .hypothesis .ruff_cache
+	  report/build report/notebooks report/answers .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list
 	@grep -E '^[a-z_%][a-z_% ]*:.*##' Makefile | sed -E 's/:.*##/\t/' | expand -t 38

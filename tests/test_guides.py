@@ -13,9 +13,11 @@ from chapters.guides.choose_a_method import tables
 from chapters.guides.choose_a_method.results import named
 from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, NONE, costs
 from chapters.guides.choose_a_method.trials import method_seconds
-from chapters.guides.for_teachers import exercises as class_exercises
 from chapters.guides.for_teachers import page as for_teachers
 from chapters.guides.for_teachers import tables as class_tables
+from chapters.guides.for_teachers.exercises import answers
+from chapters.guides.for_teachers.exercises import on_pages as class_exercises
+from chapters.guides.for_teachers.results import stated_times
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
 from repro.run.results import Result
@@ -164,64 +166,10 @@ def test_run_times_are_coarse():
     ]
 
 
-PAGE = """# %% [markdown]
-# # 9.9 A page
-#
-# `check(None, ...)` in prose does not count.
-
-# %% tags=["active-ipynb"]
-# base = start()
-
-# %% tags=["active-ipynb"]
-# double = 2 * base
-
-# %% tags=["active-ipynb", "remove-input"]
-# check(None, expected=lambda: double, hint="twice")
-
-# %% tags=["active-ipynb"]
-# show("fig_9_9")
-
-# %% tags=["active-ipynb"]
-# check_function(None, reference, cases)
-"""
-
-
-def test_exercises_are_counted_where_they_are_checked():
-    assert class_exercises.title_of(PAGE) == "9.9 A page"
-    assert [line.partition("(")[0] for line in class_exercises.checks(PAGE)] == [
-        "check",
-        "check_function",
-    ]
-
-
-def test_a_timed_exercise_is_computed_with_what_its_page_defines():
-    from repro.page.exercise import check, check_function
-
-    computed = []
-
-    def reference(x):
-        computed.append("function")
-        return x
-
-    names = {
-        "check": lambda answer, expected, **rest: (
-            computed.append(expected()) or check(answer, expected, **rest)
-        ),
-        "check_function": check_function,
-        "start": lambda: 21,
-        "reference": reference,
-        "cases": lambda: computed.append("cases") or [(1.0,)],
-    }
-    seconds = class_exercises.check_seconds(PAGE, names)
-    assert len(seconds) == 2
-    assert computed == [42, "cases"]
-    assert "double" not in names
-
-
 def test_exercises_of_a_real_page_can_be_timed():
     pages = {page.id: page for page in class_exercises.pages_with_exercises()}
     page = pages["ch02_general_camera_model/s4_generic_calibration"]
-    assert len(page.checks) == 2
+    assert len(page.exercises) == 2
     assert class_exercises.timed_page(page).endswith(" s")
     assert page.title in class_exercises.exercise_list([page]).markdown
 
@@ -229,10 +177,38 @@ def test_exercises_of_a_real_page_can_be_timed():
 def test_the_routes_take_a_lesson_each():
     text = Path(for_teachers.__file__).read_text("utf-8")
     routes = text.split("# ## Route ")[1:]
-    assert len(routes) == 4
+    assert len(routes) == 8
     for route in routes:
         steps = [p.split()[0] for p in route.split("# - **")[1:] if " min.**" in p]
         assert sum(int(minutes) for minutes in steps) == 50
+
+
+def test_every_route_leads_to_pages_with_exercises():
+    text = Path(for_teachers.__file__).read_text("utf-8")
+    found = {route.letter: route.pages for route in answers.routes(text)}
+    assert "".join(found) == "ABCDEFGH"
+    assert found["D"][-2:] == ["guides/choose_a_method", "guides/benchmarks"]
+    for letter, pages in found.items():
+        paths = [ROOT / "chapters" / page / "page.py" for page in pages]
+        assert all(path.is_file() for path in paths), letter
+        assert any(class_exercises.exercise_page(path).exercises for path in paths)
+
+
+def test_the_guide_and_the_readme_state_the_same_times():
+    assert {"quick", "report", "test"} <= set(stated_times())
+
+
+def test_an_answer_says_what_is_right_and_what_is_expected_to_be_wrong():
+    page = class_exercises.exercise_page(
+        ROOT / "chapters/ch02_general_camera_model/s3_general_camera/page.py"
+    )
+    names = reader.names_on_page(page.id)
+    line, ray, _, table = (
+        answers.answer(one, page.notebook, names) for one in page.exercises
+    )
+    assert "**Answer:** 6, 8, 0, 24, -18, 4. Any factor" in line
+    assert "\n- 15, -10, 100: Its length is not 1." in ray
+    assert "**Answer:** 770,048,000. A 4 x 4 matrix has 16 numbers" in table
 
 
 def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
@@ -240,6 +216,7 @@ def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
     read = work.pages_read("guides/for_teachers")
     assert "chapters/ch02_general_camera_model/s4_generic_calibration/page.py" in read
     assert not any("guides" in name or "photographs" in name for name in read)
+    assert "README.md" in read
     assert work.pages_read("guides/choose_a_method") == []
 
 

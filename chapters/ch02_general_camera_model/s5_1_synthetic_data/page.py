@@ -32,7 +32,6 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
 )
 from chapters.shared.methods import METHODS
 from chapters.shared.three_planes import (
-    CORNER_RADIUS_PX,
     FINITE_MM,
     FOVS_DEG,
     POINTS,
@@ -367,7 +366,7 @@ def law_sweep(effort):
 # field of view on the diagonal of this image is 120°?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: focal_of_equidistance(120, CORNER_RADIUS_PX), hint="r = f theta")
+# check(None, lambda: focal_of_equidistance(120), hint="degrees or radians?")
 
 # %% [markdown]
 # **3.** By what factor does a corrected view stretch a short step along the

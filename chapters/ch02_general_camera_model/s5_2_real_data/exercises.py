@@ -6,15 +6,17 @@ import numpy as np
 
 
 def zoom_focal_px(focal_mm, converter=0.21, sensor_mm=7.18, width_px=1024):
-    """Focal length (px) of a lens with a converter before it."""
+    """The focal length in mm, shortened by the converter, divided by the width of a
+    pixel: the sensor's width over the number of pixels across.
+    """
     return focal_mm * converter * width_px / sensor_mm
 
 
 def edge_angle_deg(radius_px, focal_px):
-    """Angle (deg) at which r = f theta reaches a radius."""
+    """theta = r / f, in radians first."""
     return np.degrees(radius_px / focal_px)
 
 
 def rms_of(mean, sd):
-    """Root mean square of values with this mean and SD."""
+    """The mean square is the squared mean plus the squared SD."""
     return np.hypot(mean, sd)

@@ -6,12 +6,15 @@ import numpy as np
 
 
 def view_focal_px(half_view_deg, width_px=1024):
-    """Focal length (px) of a pinhole view this wide to each side."""
+    """Half the width is f times the tangent of the angle to each side. The code counts
+    from centre to centre of the outermost pixels; from rim to rim is 0.1 % more.
+    """
     return (width_px - 1) / 2 / np.tan(np.radians(half_view_deg))
 
 
 def convergence_deg(pitch_deg, x):
-    """How far (deg) a vertical line's picture leans at (x, 0), f = 1.
+    """The line runs to the vanishing point, x to the side and 1 / tan(pitch) up or
+    down: its lean has the tangent x tan(pitch).
 
     Verticals meet at the vanishing point (0, -1 / tan(pitch)) or (0, 1 / tan).
     """

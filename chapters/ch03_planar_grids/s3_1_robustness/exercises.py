@@ -6,12 +6,16 @@ import math
 
 
 def farthest_yaw(corner_px, focal_px):
-    """Yaw (deg) at which a corner `corner_px` from the middle meets the camera."""
+    """Turned by the yaw, an outer corner comes nearer by its distance times the sine;
+    it is beside the camera when that is the focal length.
+    """
     return math.degrees(math.asin(focal_px / corner_px))
 
 
 def shrunk_interval(inner_px, outer_px, focal_px):
-    """Length (px) of a radial step of the flat picture, seen by the fisheye."""
+    """An end of the step at r is seen at theta = arctan(r / f), and the fisheye shows
+    that at 2 f sin(theta / 2); the difference of the two ends is the answer.
+    """
 
     def radius(flat_px):
         return 2 * focal_px * math.sin(math.atan(flat_px / focal_px) / 2)
@@ -20,5 +24,7 @@ def shrunk_interval(inner_px, outer_px, focal_px):
 
 
 def mean_click(sd_px):
-    """Mean distance (px) of Gaussian clicks from the corner: a Rayleigh law's."""
+    """The distance of Gaussian clicks follows Rayleigh's law, whose mean is the SD of
+    an axis times sqrt(pi / 2).
+    """
     return sd_px * math.sqrt(math.pi / 2)

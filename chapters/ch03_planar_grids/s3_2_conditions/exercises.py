@@ -8,13 +8,15 @@ WHITE, BLACK = 0.9, 0.05
 
 
 def veiled_contrast(light, haze):
-    """Difference over sum of white and black squares in some light, under haze."""
+    """White is 0.9 x 0.1 + 0.06 and black 0.05 x 0.1 + 0.06; the difference over the
+    sum.
+    """
     bright, dark = WHITE * light + haze, BLACK * light + haze
     return (bright - dark) / (bright + dark)
 
 
 def smallest_over_merging(corners, ratio):
-    """Smallest step of a straight side over its merging distance, 0.8 s_i.
+    """The last of nine steps is 0.85^8 of the first; the chord is the sum of all nine.
 
     ratio: of each step to the one before; s_i: chord over 1.9 times the corners.
     """
@@ -23,5 +25,7 @@ def smallest_over_merging(corners, ratio):
 
 
 def adaptive_loss(share):
-    """Share of light that may go until the response falls below `share` of it."""
+    """Contrast to the fourth power may fall to 0.1, so light may fall to the fourth
+    root of it; the rest may go.
+    """
     return 1 - share**0.25

@@ -1,19 +1,21 @@
 # %% [markdown]
-# # For teachers: chapters 1 and 2 in class
+# # For teachers: chapters 1 to 3 in class
 #
-# Four routes of 50 minutes through the first two chapters, with pages,
+# Eight routes of 50 minutes through the first three chapters, with pages,
 # exercises, commands, questions to ask and wrong answers to expect. Each
-# route stands alone; in the order A to D they make a short course.
+# route stands alone. A to D make a short course on cameras and their
+# calibration, E to H one on finding the corners that a calibration needs.
 
 # %% tags=["hide-cell"]
-from chapters.guides.for_teachers.exercises import (
+from chapters.guides.for_teachers.exercises.on_pages import (
     exercise_list,
     pages_with_exercises,
 )
+from chapters.guides.for_teachers.results import stated_times
 from chapters.shared.run_times import rounded_seconds
 from repro.page.reader import open_results, seconds, show_table, value
 
-# The exercises are counted in the pages of the chapters.
+# The exercises are counted in the pages of the chapters; times are the README's.
 READS_PAGES = True
 
 # %% tags=["active-ipynb", "remove-input"]
@@ -23,7 +25,13 @@ READS_PAGES = True
 # value("pages", len(pages))
 
 # %% tags=["active-ipynb"]
-# value("exercises", sum(len(page.checks) for page in pages))
+# value("exercises", sum(len(page.exercises) for page in pages))
+
+# %% tags=["active-ipynb"]
+# value("quick_time", stated_times()["quick"])
+
+# %% tags=["active-ipynb"]
+# value("report_time", stated_times()["report"])
 
 # %% tags=["active-ipynb"]
 # value("fov", rounded_seconds(seconds("fig_2_3_fov")))
@@ -32,32 +40,45 @@ READS_PAGES = True
 # value("noise", rounded_seconds(seconds("fig_2_3_noise")))
 
 # %% tags=["active-ipynb"]
+# value("sweep", rounded_seconds(seconds("fig_3_11_noise")))
+
+# %% tags=["active-ipynb"]
 # value("trials", open_results("fig_2_3_fov").trials_per_condition)
 
 # %% [markdown]
 # ## Before the lesson
 #
 # ```console
-# $ make quick                     # 4 min: report/site-quick/index.html
-# $ make notebooks EFFORT=quick    # seconds more: report/notebooks
-# $ make archive EFFORT=quick      # seconds: report/raxel-report-quick.zip
+# $ make quick                     # report/site-quick/index.html
+# $ make lab                       # the notebooks of it in JupyterLab
+# $ make answers EFFORT=quick      # report/answers: for you alone
+# $ make archive EFFORT=quick      # report/raxel-report-quick.zip
 # ```
 #
-# Do this at least a day before: the first run sets up everything (two
-# minutes more) and needs a network. The quick report has all pages and few
-# trials, so it shows values and gives no verdicts. For the verdicts, which
-# route C ends with, leave the word `quick` out: `make report` (20 minutes,
-# `report/site/index.html`), `make notebooks`, `make archive`. The times are
-# for two cores. Either report is read from the disk, and the archive is one
-# file of it to hand out. Students who only read need a browser. For the
-# exercises they need the checkout, because the library computes the right
-# answers.
+# `make quick` takes {glue:text}`quick_time` on two cores, the others
+# seconds. Do this at least a day before: the first run sets up everything,
+# which takes a few minutes more and needs a network, and so does the first
+# `make lab`. The quick report has all pages and few trials, so it shows
+# values and gives no verdicts. For the verdicts, with which routes C and H
+# end, use `make report` ({glue:text}`report_time`,
+# `report/site/index.html`), `make notebooks` and `make archive`.
 #
-# An exercise is a cell `check(None, ...)`. The answer goes in place of
-# `None`. A wrong answer gets a hint, and no page holds the right one.
+# Either report is read from the disk, and the archive is one file of it to
+# hand out. Students who only read need a browser. For the exercises they
+# need the checkout and `make lab`, because the library computes the right
+# answers. An exercise is a cell that begins with `check(None`: run all
+# cells once, put the answer in place of `None`, and run that cell again. A
+# wrong answer gets a hint, and no page holds the right one. Notebooks that
+# students have worked in are kept when new ones are made.
+#
+# The sheets of `make answers` have the answers of each route, computed,
+# with a sentence on why, and the slips that are recognised. They lie in a
+# folder of their own, outside the site, the archive and the notebooks, so
+# handing those out gives nothing away.
 #
 # Students should know vectors and matrices, what a projection is, and a
-# little Python. For routes B and C: least squares.
+# little Python. For routes B, C and F: least squares. For route H: what a
+# significance test is.
 #
 # ## Route A: rays instead of formulas
 #
@@ -169,12 +190,103 @@ READS_PAGES = True
 # number of squares in the place of the number of inner corners; a sheet of
 # paper that bends. "0.2 px on the fitted photographs, so we are done."
 #
+# ## Route E: which corner is which?
+#
+# *Aim.* See why order is harder than detection when a picture is bent, and
+# how an algorithm that only looks at small windows keeps the order.
+#
+# - **5 min.** On paper: number the corners of a bent board. What did you
+#   follow with your eyes?
+# - **15 min.** CELECT by hand: four clicks, one window, the next anchor.
+#   [3.1.2](../ch03_planar_grids/s1_2_celect.ipynb)
+# - **10 min.** Exercises, in pairs. *3.1.2*
+# - **15 min.** Groups, one condition each: broken and kept. Which stage
+#   fails? [Why it fails](../ch03_planar_grids/ext_why_it_fails.ipynb)
+# - **5 min.** Each group: how would a program notice that failure itself?
+#
+# *Ask.* Why does a larger window not always help? Why is the first corner
+# special? One corner is detected four times: is that a fault of the detector?
+#
+# *Expect.* "It follows straight lines": it follows a line for half a square
+# at most. "A failed board is an undetected corner": most are lost on the
+# way, or merged. In the exercises: ten corners taken for ten squares.
+#
+# ## Route F: to a hundredth of a pixel
+#
+# *Aim.* Tell precision from bias, and see that choosing the best of many
+# settings after the fact is no measurement.
+#
+# - **5 min.** How can a corner be found better than to a pixel? Guess a
+#   number.
+# - **15 min.** Saddle point and derivative method: windows and blur.
+#   [3.1.3](../ch03_planar_grids/s1_3_localisation.ipynb)
+# - **12 min.** Exercises. *3.1.3*
+# - **10 min.** From where does the localiser still come home?
+#   [3.3.1](../ch03_planar_grids/s3_1_robustness.ipynb), the basin
+# - **8 min.** The winner by chance: throw a die for each setting, choose
+#   the best per corner, throw again.
+#
+# *Ask.* What does blur do to an edge that is an arc? Which error does more
+# pictures make smaller, and which not? Why is "the best setting for each
+# corner" better than any setting?
+#
+# *Expect.* "A larger window is better, it averages more": not on a curved
+# edge. "A full window of 9 px and a half window of 9 px are a detail": it
+# decides how far a start may be off.
+#
+# ## Route G: until it breaks
+#
+# *Aim.* Plan a robustness experiment: one thing at a time, a limit that is
+# defined beforehand, trials, failures counted.
+#
+# - **8 min.** Groups define "fails" for a detector of corners, in one
+#   sentence with a number in it.
+# - **15 min.** The five sweeps: noise, blur, size, bending, yaw.
+#   [3.3.1](../ch03_planar_grids/s3_1_robustness.ipynb), Fig. 3.11
+# - **10 min.** Exercises. *3.3.1, the first and the third*
+# - **12 min.** A sweep with other trials. *command below*
+# - **5 min.** Which limits are the method's, and which are the picture's?
+#
+# ```console
+# $ make fig_3_11 TRIALS=5
+# ```
+#
+# draws Fig. 3.11 with that many trials. In the build of this page the noise
+# alone took {glue:text}`sweep`, added up over the jobs.
+#
+# *Ask.* Which constant of ours, not stated in the thesis, moves the limit
+# of noise most? At which yaw must every method fail? All trials of a level
+# share one picture: what do they say about other pictures?
+#
+# *Expect.* "It stands noise up to the limit": for this picture and these
+# settings. "No failure in 50 trials means it never fails".
+#
+# ## Route H: is it better than the other?
+#
+# *Aim.* Compare two methods fairly on the same pictures, and say what the
+# comparison does not show.
+#
+# - **8 min.** Four cameras, sixty grids: look at the pictures and predict.
+#   [3.3.2](../ch03_planar_grids/s3_2_grid_sets.ipynb)
+# - **15 min.** Who gets which picture right? Pairs, not totals. *3.3.2*
+# - **12 min.** Exercises. *3.3.2, and what its result depends on*
+# - **10 min.** Light, shadow, order of the clicks, border: one remark per
+#   group. [Conditions](../ch03_planar_grids/s3_2_conditions.ipynb)
+# - **5 min.** The scoreboard: a claim about rates, and its readings.
+#
+# *Ask.* Why does one count the pictures that only one method gets right?
+# One method has four clicks from a human: is that fair, and to whom? What
+# would have to be written down before the first run?
+#
+# *Expect.* "51 of 60 beats 26 of 60, so p is small": the pictures are the
+# same, so the pairs decide. "OpenCV is OpenCV": today's is not that of 2009.
+#
 # ## Exercises and how long they run
 #
-# The pages of chapters 1 and 2 have {glue:text}`exercises` exercises that
+# The pages of chapters 1 to 3 have {glue:text}`exercises` exercises that
 # check their answers, on {glue:text}`pages` pages. *Longest check* is the
-# time from running a cell to its comment, measured when this page was
-# built, without the start of the notebook and its imports.
+# time to compute the right answer, measured when this page was built,
+# without the start of the notebook and its imports.
 
 # %% tags=["active-ipynb"]
 # exercise_list(pages)

@@ -8,7 +8,14 @@ from repro.run.outcomes import Table
 
 @table(
     "ext_class_runs",
-    needs=("fig_2_2_error", "fig_2_3_noise", "fig_2_3_fov", "fig_2_3_laws"),
+    needs=(
+        "fig_2_2_error",
+        "fig_2_3_noise",
+        "fig_2_3_fov",
+        "fig_2_3_laws",
+        "fig_3_11_noise",
+        "fig_3_11_blur",
+    ),
     evidence="synthetic",
 )
 def ext_class_runs(results):
@@ -21,5 +28,5 @@ def ext_class_runs(results):
                 r.trials_per_condition for r in results.values()
             ],
         },
-        "Size of the experiments behind Figs 2.2 and 2.3.",
+        "Size of the experiments behind Figs 2.2, 2.3 and 3.11.",
     )
