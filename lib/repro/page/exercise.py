@@ -56,15 +56,18 @@ def check(
     """
     if answer is None:
         return Checked(None, "Put your answer in place of None and run the cell again.")
+
+    def near(other: object) -> object:
+        return _scaled(answer, other) if up_to_factor else answer
+
     right = expected()
-    if up_to_factor:
-        answer = _scaled(answer, right)
-    if _same(answer, right, tolerance):
+    if _same(near(right), right, tolerance):
         return Checked(True, "The library computes the same.")
-    for explanation, wrong in (slips or {}).items():
-        if _same(answer, wrong(), tolerance):
+    for explanation, slip in (slips or {}).items():
+        wrong = slip()
+        if _same(near(wrong), wrong, tolerance):
             return Checked(False, explanation)
-    return Checked(False, _advice(_difference(answer, right), hint))
+    return Checked(False, _advice(_difference(near(right), right), hint))
 
 
 def check_function(
@@ -107,9 +110,9 @@ def _same(answer: object, right: object, tolerance: float) -> bool:
     return bool(np.allclose(given, wanted, rtol=0, atol=limit, equal_nan=True))
 
 
-def _scaled(answer: object, right: object) -> object:
-    """The answer times the factor that brings it nearest to the right one."""
-    given, wanted = _numbers(answer), _numbers(right)
+def _scaled(answer: object, other: object) -> object:
+    """The answer times the factor that brings it nearest to ``other``."""
+    given, wanted = _numbers(answer), _numbers(other)
     if given.shape != wanted.shape or given.dtype.kind not in "iuf" or not given.any():
         return answer
     return given * (np.vdot(given, wanted) / np.vdot(given, given))
