@@ -1,7 +1,5 @@
 """What right and wrong students answer to the exercises of a page."""
 
-import os
-
 import numpy as np
 
 from repro.page.exercise import check
@@ -55,10 +53,3 @@ def answers(found):
         (exact * np.nan, False),
         ([1.0] * (exact.size + 1), False),
     ]
-
-
-def of_quick_build(page, monkeypatch, image_set=""):
-    """Let an exercise read the results of the quick build."""
-    monkeypatch.setitem(os.environ, "RAXEL_EFFORT", "quick")
-    monkeypatch.setitem(os.environ, "RAXEL_PAGE", page)
-    monkeypatch.setitem(os.environ, "RAXEL_SET", image_set)

@@ -126,3 +126,27 @@ def test_a_display_cell_that_shows_nothing_is_left_out_of_the_page(page):
         "remove-input" in cell.metadata.get("tags", ()) for cell in notebook.cells
     ]
     assert left_out == [False, True, False, False]
+
+
+def test_code_that_only_prepares_is_folded_and_code_that_teaches_is_open(page):
+    cells = (
+        "import os\n\nREADS_PAGES = True",
+        "TRIALS = {'quick': 1}\nLIMIT = 3",
+        "def trial(c, rng):\n    return {}\n\n\n"
+        "@experiment('x', artefact='y')\ndef sweep(effort):\n    pass",
+        "def half_of(number):\n    return number / 2",
+        "LIMIT = 3\nprint(LIMIT)",
+    )
+    text = "\n\n".join(f"# %%\n{cell}" for cell in ("'T'", *cells))
+    hidden = '# %% tags=["remove-cell"]\nimport sys\n\n'
+    display = '# %% tags=["active-ipynb"]\n# SCENE = 3\n'
+    found = read_page(page(f"{text}\n\n{hidden}{display}")).cells
+    tags = [cell.metadata.get("tags", []) for cell in found]
+    assert tags[1:6] == [["hide-input"]] * 3 + [[]] * 2
+    assert tags[6:] == [["remove-cell"], ["active-ipynb"]]
+    shown = [cell.metadata.mystnb.code_prompt_show for cell in found[1:4]]
+    assert shown == [
+        "Show the imports of this page",
+        "Show the settings of the experiments",
+        "Show the code of the trials and experiments",
+    ]

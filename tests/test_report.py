@@ -7,12 +7,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
 
+from repro.page.execute import CELL_SECONDS
+from repro.page.notebook import execute
+from repro.page.questions import exercises_of
 from repro.run.discover import page_files, page_id
 from repro.run.results import Result
 from repro.site.check import check_site
+from tests.exercise_answers import misjudged
 
 ROOT = Path(__file__).resolve().parents[1]
 FIGURES = ROOT / "figures" / "quick"
@@ -82,6 +87,37 @@ def test_a_second_build_has_nothing_to_do(report):
 
 def test_every_link_of_the_site_leads_somewhere_and_nothing_loads_from_a_host(report):
     assert check_site(report) == []
+
+
+def test_every_notebook_runs_where_it_lies(report, tmp_path, monkeypatch):
+    # The build has checked the ledger and the judgements. Again for each notebook, that
+    # would be half of the time.
+    monkeypatch.setattr("raxel.documents.faults", lambda *given: [])
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delenv("JPY_SESSION_NAME", raising=False)
+    books = sorted((report / "notebooks").glob("*/*.ipynb"))
+    assert len(books) >= len(page_files(ROOT))
+    for place, path in enumerate(books):
+        # As Jupyter starts it; and the first from somewhere else.
+        monkeypatch.chdir(path.parent if place else tmp_path)
+        book = nbformat.read(path, as_version=4)
+        for cell in book.cells:
+            cell.outputs = []
+        execute(book, path, ROOT, {}, CELL_SECONDS)
+        assert Path.cwd() == ROOT
+        open_yet = sum("Your turn" in str(cell.get("outputs")) for cell in book.cells)
+        assert open_yet == len(exercises_of(book)), path.name
+
+
+@pytest.mark.parametrize(
+    ("page", "image_set"), [("by_distortion", ""), ("set", "opencv-left")]
+)
+def test_exercises_on_photographs_take_right_answers(
+    report, page, image_set, monkeypatch
+):
+    monkeypatch.setenv("RAXEL_EFFORT", "quick")
+    monkeypatch.setenv("RAXEL_SET", image_set)
+    assert misjudged(ROOT, f"photographs/{page}") == []
 
 
 def test_every_chapter_page_is_in_the_site_with_its_headings(report):

@@ -6,7 +6,7 @@ import re
 
 from repro.page.reader import checkout
 
-ROW = re.compile(r"^\| `make (\w+)` \| ([^|]+) \|$", re.MULTILINE)
+ROW = re.compile(r"^\| `make (\w+)` \| (\d+ (?:min|s)) \|$", re.MULTILINE)
 
 
 def stated_times():
