@@ -35,18 +35,17 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)
 
-# Jupyter's own files stay in the checkout too, and nothing is asked of a host. Root may
-# start it: in a container there is nobody else.
-LAB = env JUPYTER_CONFIG_DIR="$(CURDIR)/.cache/jupyter/config" JUPYTER_DATA_DIR="$(CURDIR)/.cache/jupyter/data" \
-  JUPYTER_RUNTIME_DIR="$(CURDIR)/.cache/jupyter/runtime" JUPYTERLAB_SETTINGS_DIR="$(CURDIR)/.cache/jupyter/settings" \
-  JUPYTERLAB_WORKSPACES_DIR="$(CURDIR)/.cache/jupyter/workspaces" IPYTHONDIR="$(CURDIR)/.cache/ipython" \
-  .venv/bin/jupyter lab --allow-root --LabApp.news_url=None \
-  --LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate
+# Jupyter's own files stay in the checkout too. Its settings are in lib/repro/jupyter: no
+# host is asked for news, and root may start it, as in a container.
+LAB = env JUPYTER_CONFIG_PATH="$(CURDIR)/lib/repro/jupyter" JUPYTER_CONFIG_DIR="$(CURDIR)/.cache/jupyter/config" \
+  JUPYTER_DATA_DIR="$(CURDIR)/.cache/jupyter/data" JUPYTER_RUNTIME_DIR="$(CURDIR)/.cache/jupyter/runtime" \
+  JUPYTERLAB_SETTINGS_DIR="$(CURDIR)/.cache/jupyter/settings" \
+  JUPYTERLAB_WORKSPACES_DIR="$(CURDIR)/.cache/jupyter/workspaces" IPYTHONDIR="$(CURDIR)/.cache/ipython"
 
 lab: setup ## the notebooks in JupyterLab, to do the exercises (those of make quick, if there are none)
 	@$(PYTHON) lib/repro/bootstrap.py --lab
 	@test -e report/notebooks/.done || $(BUILD) notebooks --effort quick $(FOR_SETS)
-	@$(RUN) $(LAB) report/notebooks $(ARGS)
+	@$(RUN) $(LAB) .venv/bin/jupyter lab report/notebooks $(ARGS)
 
 answers: notebooks ## the exercises with their answers, a sheet per route, for the lecturer: report/answers (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m chapters.guides.for_teachers.exercises.answers --effort $(EFFORT)

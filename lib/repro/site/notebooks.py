@@ -14,6 +14,7 @@ from raxel.files import write_json, write_whole
 from repro.site import first_cell
 
 WRITTEN = ".written.json"
+FOLDED = {"hide-cell", "hide-input", "remove-cell", "remove-input"}
 
 
 def notebooks(pages: list[Path], folder: Path) -> None:
@@ -37,16 +38,22 @@ def notebooks(pages: list[Path], folder: Path) -> None:
 
 
 def workable(page: Path) -> str:
-    """An executed page as a notebook that runs where it lies: with a first cell."""
+    """An executed page as a notebook that runs where it lies: with a first cell.
+
+    Code that is folded or hidden on the page is folded.
+    """
     notebook = nbformat.read(page, as_version=4)
     about = notebook.metadata["raxel"]
     call = f"begin({about['effort']!r}, {about['page']!r}, {about['set']!r})"
     cell = new_code_cell(
         f"{inspect.getsource(first_cell).rstrip()}\n\n\n{call}",
         id="first-cell",
-        metadata={"jupyter": {"source_hidden": True}},
+        metadata={"tags": ["hide-input"]},
     )
     notebook.cells.insert(0, cell)
+    for cell in notebook.cells:
+        if FOLDED & set(cell.metadata.get("tags", ())):
+            cell.metadata["jupyter"] = {"source_hidden": True}
     return nbformat.writes(notebook) + "\n"
 
 
