@@ -37,7 +37,7 @@ def sphere_task():
         "hint": "xi depends on the eccentricity alone, and it is below 1",
         "slips": {
             "That is the eccentricity.": lambda: np.hypot(30, 20) / 30,
-            "The 30 mm lie along the axis: e is c / 30.": lambda: _xi(
+            "The eccentricity is relative to the 30 mm.": lambda: _xi(
                 np.hypot(30, 20) / 20
             ),
         },

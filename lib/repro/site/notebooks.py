@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
+import re
 from pathlib import Path
 
 import nbformat
@@ -14,6 +15,7 @@ from raxel.files import write_json, write_whole
 from repro.site import first_cell
 
 WRITTEN = ".written.json"
+CITED = re.compile(r"\{cite\}`([^`]+)`")
 FOLDED = {"hide-cell", "hide-input", "remove-cell", "remove-input"}
 
 
@@ -52,6 +54,8 @@ def workable(page: Path) -> str:
     )
     notebook.cells.insert(0, cell)
     for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            cell.source = CITED.sub(r"[\1]", cell.source)
         if FOLDED & set(cell.metadata.get("tags", ())):
             cell.metadata["jupyter"] = {"source_hidden": True}
     return nbformat.writes(notebook) + "\n"

@@ -24,11 +24,11 @@ from repro.run.results import write_atomic
 FOLDER = Path("report", "answers")
 ROUTES = Path("chapters", "guides", "for_teachers", "page.py")
 LINK = re.compile(r"\]\((?:\.\./)?([\w/]+)\.ipynb\)")
-HEAD = """# {title}: answers
+HEAD = """# Answers for {title}
 
-For the lecturer. The library computed the answers; 1 % is right, unless a line says
-otherwise. Below an answer stand wrong ones that are expected, and what is said to them.
-"""
+For the lecturer. The library computed the answers; 1 % off is right, unless a line
+says otherwise. Below an answer stand wrong ones that are expected, and what is said to
+them."""
 
 
 class Route(NamedTuple):
@@ -44,13 +44,12 @@ def routes(text):
     found = []
     for part in re.split(r"^# (?=## Route )", text, flags=re.M)[1:]:
         part = re.split(r"^# ## (?!Route)", part, flags=re.M)[0]
-        title = part.splitlines()[0].removeprefix("## ")
+        title = part.splitlines()[0].removeprefix("## R")
         pages = [
             p if "/" in p else f"guides/{p}" for p in LINK.findall(part)
         ]
-        found.append(
-            Route(title.split()[1][0], title, list(dict.fromkeys(pages)))
-        )
+        letter = title.split()[1][0]
+        found.append(Route(letter, f"r{title}", list(dict.fromkeys(pages))))
     return found
 
 
