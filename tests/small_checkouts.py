@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+from repro.judge import ledger
 from repro.page import style
 from repro.page.execute import main
 from repro.page.wording import literal
@@ -205,7 +206,11 @@ def small_checkout(root):
             for k, v in kinds
         ],
     )
-    write_atomic(base / "scoreboard.md", "# Scoreboard\n\nRows.\n")
+    book = ledger.load(root)
+    anchors = [
+        f'<span id="{name}"></span>' for name in (*book.artefacts, *book.sections)
+    ]
+    write_atomic(base / "scoreboard.md", f"# Scoreboard\n\n{''.join(anchors)}Rows.\n")
     chapter = root / "chapters" / "ch02_sample" / "__init__.py"
     write_atomic(chapter, '"""Chapter 2: a sample.\n\nIts introduction.\n"""\n')
     library = root / "lib" / "raxel" / "rays" / "lines.py"

@@ -31,7 +31,7 @@ def furnisher(tmp_path):
         (results.parent / f"{name}.json").write_text(described)
     for name in ("sweep", "sweep@my-set", "sweep@other"):
         (results / f"{name}.json").write_text("{}")
-        (results / f"{name}.run.json").write_text("{}")
+        (results / f"{name}.run.json").write_text('{"seconds": 70.2}')
     return Furnisher(tmp_path, "full", "ch02_x/s5_page")
 
 
@@ -50,14 +50,28 @@ def test_the_original_is_told_in_words(furnisher):
 def test_what_is_not_in_the_thesis_has_no_original_and_its_set_s_log(furnisher):
     block = furnisher.block("ext_corners@my-set")
     assert "In the thesis" not in block
-    assert 'href="../logs/sweep@my-set.json">log of sweep</a>' in block
+    assert 'href="../logs/sweep@my-set.json" title="log of sweep">log</a>' in block
+    assert "comparison" not in block
     assert "version 0.1.0, ext_corners." in block
 
 
 def test_what_shows_every_set_has_every_set_s_log(furnisher):
     block = furnisher.block("ext_all")
     for name in ("my-set", "other"):
-        assert f'href="../logs/sweep@{name}.json">log of sweep of {name}</a>' in block
+        address = f'href="../logs/sweep@{name}.json" title="log of sweep of {name}"'
+        assert f"{address}>log of sweep of {name}</a>" in block
+
+
+def test_below_an_artefact_stand_its_command_its_time_and_its_comparison(furnisher):
+    block = furnisher.block("fig_2_6")
+    assert "<code>make fig_2_6</code> · computed in 1 min on one core" in block
+    assert 'href="../scoreboard.html#fig_2_6">comparison</a>' in block
+    quick = Furnisher(furnisher.root, "quick", "")
+    assert quick._command("fig_2_6") == "make fig_2_6 EFFORT=quick"
+    own = "make ext_corners@my-set"
+    assert furnisher._command("ext_corners@my-set") == f"{own} RECORDED=path/to/my-set"
+    (furnisher.root / "data" / "recorded" / "my set").mkdir(parents=True)
+    assert furnisher._command("ext_corners@my-set") == own
 
 
 def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
@@ -69,7 +83,7 @@ def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
     notebook = v4.new_notebook(cells=[v4.new_code_cell("show()", outputs=outputs)])
     furnisher.fill(notebook)
     first, second = (output.data for output in notebook.cells[0].outputs)
-    assert first["text/markdown"].startswith("Before.\n\n<details")
+    assert first["text/markdown"].startswith("Before.\n\n<p class=")
     assert first["text/markdown"].endswith("</details>\n\nAfter.")
     assert first["text/html"] == markdown
     assert second["text/markdown"] == "plain"

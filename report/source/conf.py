@@ -16,7 +16,7 @@ author = "the Raxel authors"
 project_copyright = "the Raxel authors"
 language = "en"
 
-extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex"]
+extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex", "repro.site.codes"]
 exclude_patterns = ["_extra", "_templates", "_static"]
 templates_path = ["_templates"]
 nitpicky = True
@@ -56,7 +56,12 @@ html_theme = "furo"
 html_title = "Raxel"
 html_static_path = ["_static", str(mathjax / "static" / "mathjax" / mathjax_path)]
 html_js_files = [("scenes.js", {"defer": "defer"})]
-html_css_files = ["report.css", "scoreboard.css", "scoreboard_narrow.css"]
+html_css_files = [
+    "report.css",
+    "artefacts.css",
+    "scoreboard.css",
+    "scoreboard_narrow.css",
+]
 html_extra_path = ["_extra"]
 html_copy_source = False
 html_show_sourcelink = False

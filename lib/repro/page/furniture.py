@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -20,10 +21,25 @@ from repro.judge import ledger
 from repro.page.reader import mark
 from repro.page.templates import render
 from repro.page.wording import label
-from repro.run.discover import result_ids
+from repro.run.discover import Producer, producers, result_ids
+from repro.run.run_times import duration, results_behind, seconds_of
+from repro.run.sets_of_report import name_of
 
 MARK = re.compile(re.escape(mark("NAME")).replace("NAME", '([^"]+)'))
 WORDS = {"px": "px", "deg": "degrees", "mm": "mm", "fov": "field of view"}
+
+
+@dataclass(frozen=True)
+class Behind:
+    """What stands behind an artefact; addresses lead from the page that names it."""
+
+    command: str
+    took: str
+    logs: Sequence[tuple[str, str]]
+    source: str
+    path: str
+    function: str
+    comparison: str
 
 
 class Furnisher:
@@ -31,6 +47,7 @@ class Furnisher:
 
     def __init__(self, root: Path, effort: str, page: str) -> None:
         self.root = root
+        self.effort = effort
         self.base = root / "figures" / effort
         self.up = "../" * page.count("/")
 
@@ -43,6 +60,11 @@ class Furnisher:
     def artefacts(self) -> Mapping[str, dict]:
         """Artefacts of the thesis by id."""
         return ledger.load(self.root).artefacts
+
+    @cached_property
+    def made(self) -> list[Producer]:
+        """The producers of all chapters."""
+        return producers(self.root)
 
     @cached_property
     def sections(self) -> Mapping[str, dict]:
@@ -64,26 +86,53 @@ class Furnisher:
         about = json.loads((self.base / f"{name}.json").read_text("utf-8"))
         identifier = name.partition("@")[0]
         entry = self.artefacts.get(identifier)
-        path, function = about["source"]
         thesis = self.citation["preferred-citation"]
         first = thesis["authors"][0]
         number = str(entry["section"]) if entry else ""
         return render(
             "about",
+            behind=self.behind(name, about),
             entry=entry,
             label=label(identifier),
             number=number,
             known=self.sections.get(number),
             original=_original(entry) if entry else (),
-            source=f"{self.up}source/{path}.html#{function}",
-            path=path,
-            function=function,
-            logs=self._logs(name, about),
             what=label(identifier) or identifier,
             citation=self.citation,
             thesis=thesis,
             person=f"{first['family-names']}, {first['given-names']}",
         )
+
+    def behind(self, name: str, about: Mapping) -> Behind:
+        """Command, time, logs, code and comparison of an artefact.
+
+        ``about`` is the content of its description file.
+        """
+        identifier = name.partition("@")[0]
+        path, function = about["source"]
+        read = results_behind(self.made, result_ids(about["results"]))
+        seconds = seconds_of(self.base / "results", read)
+        compared = f"{self.up}scoreboard.html#{identifier}"
+        return Behind(
+            command=self._command(name),
+            took="" if seconds is None else duration(seconds),
+            logs=self._logs(name, about),
+            source=f"{self.up}source/{path}.html#{function}",
+            path=path,
+            function=function,
+            comparison=compared if identifier in self.artefacts else "",
+        )
+
+    def _command(self, name: str) -> str:
+        """The order that makes one artefact, as it is typed."""
+        words = ["make", name]
+        own = name.partition("@")[2]
+        recorded = (self.root / "data" / "recorded").glob("*/")
+        if own and own not in map(name_of, recorded):
+            words.append(f"RECORDED=path/to/{own}")
+        if self.effort != "full":
+            words.append(f"EFFORT={self.effort}")
+        return " ".join(words)
 
     def _logs(self, name: str, about: Mapping) -> list[tuple[str, str]]:
         """Address and name of the run record of each experiment that was read."""

@@ -18,7 +18,7 @@ from repro.run.results import write_atomic
 from repro.site.mirror import files_below
 
 # Of what is packed already, packing again saves nothing and costs seconds.
-PACKED = {".png", ".jpg", ".npz", ".zip", ".woff2"}
+PACKED = {".png", ".jpg", ".webp", ".npz", ".zip", ".woff2"}
 
 
 class ArchiveError(Exception):

@@ -27,7 +27,9 @@ from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.notebook import PageError
 from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
+from repro.site import artefacts
 from repro.site.api_reference import api_pages
+from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.mirror import Content, files_below, mirror
 from repro.site.notebooks import workable
 from repro.site.scoreboard import written_before
@@ -93,18 +95,28 @@ def assemble(
         wanted[f"{path.parent.name}/{path.name}"] = path
     wanted["scoreboard.md"] = scoreboard
     wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
+    found = artefacts.artefacts(
+        root, effort, [d.name for d in _documents(chapters)], board
+    )
+    wanted["artefacts.md"] = artefacts.page(
+        found, [(c.title, c.pages) for c in chapters]
+    )
     wanted |= _filled(root, effort, chapters, board)
+    wanted |= ledger_pages(root)
     wanted |= api_pages(root / "lib" / "raxel")
     wanted |= {
         f"_extra/{name}": content
         for name, content in _extra(root, effort, pages, rows).items()
     }
+    small = artefacts.pictures(root, effort, found, out.parent / "thumbnails")
+    wanted |= {f"_extra/{name}": path for name, path in small.items()}
     wanted["site.json"] = json.dumps(
         {
             "effort": effort,
             "sources": {f"{p.parent.name}/{p.stem}": _source(p) for p in pages},
             # Neighbours show a page's title: when one changes, they are written again.
             "titles": _titles(chapters, wanted),
+            "codes": codes(root, board),
         },
         indent=1,
         ensure_ascii=False,

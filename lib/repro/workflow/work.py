@@ -22,6 +22,7 @@ DRAW_CODE = (("repro.page.draw", "draw"),)
 JUDGE_CODE = (("repro.run.judging", "judge"),)
 GUIDE = "data/recorded/README.md"
 VIEWER = ("lib/raxel/show/page.html", "lib/raxel/show/page.js")
+ERRATA = "data/published/errata.md"
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
 
 
@@ -312,7 +313,8 @@ class Work:
             *(self.root / "lib" / "raxel").rglob("*.py"),
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
-        return [GUIDE, *self.templates("page", "site")] + sorted(
+        ledger = [*self.ledger(), ERRATA, "CITATION.cff"]
+        return [GUIDE, *ledger, *self.templates("page", "site")] + sorted(
             path.relative_to(self.root).as_posix()
             for path in shown
             if path.is_file() and "__pycache__" not in path.parts
@@ -364,7 +366,7 @@ class Work:
 
     def site_code(self) -> str:
         """Key over the code that assembles the site."""
-        rooms = ("assemble", "sphinx", "check")
+        rooms = ("assemble", "codes", "sphinx", "check")
         return self.reach.key(*((f"repro.site.{name}", "*") for name in rooms))
 
 

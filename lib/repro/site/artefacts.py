@@ -1,0 +1,208 @@
+"""The page of all artefacts: each with picture, verdict, finding and what is behind it.
+
+A finding is one sentence and comes from the build: from the verdicts of the claims that
+name the artefact; where there are none, from its own check or its caption.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import islice
+from pathlib import Path
+
+from jinja2 import Environment
+
+from repro.judge import ledger
+from repro.judge.scoreboard import natural
+from repro.page.furniture import Behind, Furnisher
+from repro.page.rows import row_templates
+from repro.page.wording import label, number_in, plain
+from repro.run.discover import producers
+from repro.site.thumbnails import thumbnails
+
+TEMPLATES = Path(__file__).with_name("templates")
+THUMBNAILS = "thumbnails"
+# Of a table, its preview shows so many columns and rows, and so much of a cell.
+COLUMNS, ROWS, CELL = 3, 4, 22
+SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z(])")
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """A figure or table of the build, and all that a reader may want of it."""
+
+    name: str
+    label: str
+    said: str
+    page: str
+    row: Mapping | None
+    finding: str
+    files: Sequence[tuple[str, str]]
+    behind: Behind
+    picture: str
+    head: Sequence[str]
+    cells: Sequence[Sequence[str]]
+
+
+def artefacts(
+    root: Path, effort: str, pages: Sequence[str], board: Sequence[Mapping]
+) -> list[Artefact]:
+    """The artefacts of a build, page by page, those of the thesis first.
+
+    ``pages`` are the ids of its pages in order, ``board`` the rows of the scoreboard.
+    """
+    base = root / "figures" / effort
+    known = {p.id for p in producers(root) if p.kind in ("figure", "table")}
+    rows = {row["id"]: row for row in board}
+    book = ledger.load(root)
+    furnisher = Furnisher(root, effort, "")
+    found = []
+    for path in base.glob("*.json"):
+        name, identifier = path.stem, path.stem.partition("@")[0]
+        if identifier in known:
+            about = json.loads(path.read_text("utf-8"))
+            page = _page(name, about)
+            if page in pages:
+                claims = [rows[c] for c in book.claims_of(identifier) if c in rows]
+                found.append(
+                    _artefact(
+                        base, name, about, page, rows.get(identifier), claims, furnisher
+                    )
+                )
+    return sorted(
+        found, key=lambda a: (pages.index(a.page), not a.label, natural(a.name))
+    )
+
+
+def pictures(root: Path, effort: str, found: Sequence[Artefact], folder: Path) -> dict:
+    """Thumbnails of the figures among the artefacts: place in the site -> file."""
+    base = root / "figures" / effort
+    drawn = [base / f"{a.name}.png" for a in found if a.picture]
+    small = thumbnails(drawn, folder)
+    return {a.picture: small[a.name] for a in found if a.picture}
+
+
+def page(found: Sequence[Artefact], chapters: Sequence[tuple[str, Sequence]]) -> str:
+    """The page, MyST with HTML; ``chapters`` are titles with the pages of each."""
+    by_page: dict[str, list[Artefact]] = {}
+    for artefact in found:
+        by_page.setdefault(artefact.page, []).append(artefact)
+    parts = [
+        (title, [(page, by_page[page.name]) for page in own if page.name in by_page])
+        for title, own in chapters
+    ]
+    template = _templates().get_template("artefacts.md.jinja")
+    return (
+        template.render(all=found, chapters=[part for part in parts if part[1]]) + "\n"
+    )
+
+
+@cache
+def _templates() -> Environment:
+    return row_templates(TEMPLATES)
+
+
+def _artefact(
+    base: Path,
+    name: str,
+    about: Mapping,
+    page: str,
+    row: Mapping | None,
+    claims: Sequence[Mapping],
+    furnisher: Furnisher,
+) -> Artefact:
+    identifier = name.partition("@")[0]
+    drawn = (base / f"{name}.png").is_file()
+    head, cells = ([], []) if drawn else preview(base / f"{name}.csv")
+    endings = ("svg", "png", "csv") if drawn else ("csv",)
+    scene = [(f"figures/{name}.html", "3-D")] if about.get("scene") else []
+    return Artefact(
+        name=name,
+        label=label(identifier),
+        said=first_sentence(about["caption"]),
+        page=page,
+        row=row,
+        finding=finding(row, claims) or first_sentence(about["caption"]),
+        files=[(f"figures/{name}.{ending}", ending.upper()) for ending in endings]
+        + scene,
+        behind=furnisher.behind(name, about),
+        picture=f"{THUMBNAILS}/{name}.webp" if drawn else "",
+        head=head,
+        cells=cells,
+    )
+
+
+def _page(name: str, about: Mapping) -> str:
+    """Id of the page that shows an artefact; one of an image set has the set's name."""
+    chapter, own = about["source"][0].split("/")[:2]
+    return f"{chapter}/{name.partition('@')[2] or own}"
+
+
+def finding(row: Mapping | None, claims: Sequence[Mapping]) -> str:
+    """One sentence on what came out, from verdicts; empty where there are none.
+
+    ``row`` is the artefact's row of the scoreboard, ``claims`` those of its claims.
+    """
+    by_verdict: dict[str, list[Mapping]] = {}
+    for claim in claims:
+        by_verdict.setdefault(claim["verdict"], []).append(claim)
+    held = by_verdict.get("reproduced", [])
+    lost = by_verdict.get("differs", [])
+    open_ = by_verdict.get("undecided", [])
+    decided = len(held) + len(lost)
+    if lost and decided == 1:
+        return f"Does not hold here: {_quoted(lost)}"
+    if lost:
+        hold = f"{len(held)} of {decided} decided claims"
+        return f"{hold} {'holds' if len(held) == 1 else 'hold'}; not: {_quoted(lost)}"
+    if held:
+        hold = "Holds" if decided == 1 else f"All {decided} decided claims hold"
+        return f"{hold}: {_quoted(held)}"
+    if open_:
+        return f"Undecided: {_quoted(open_)}"
+    _, checked, said = (row["reason"] if row else "").rpartition("check: ")
+    drawn = row and checked and row["verdict"] in ("reproduced", "differs")
+    return f"{said[:1].upper()}{said[1:]}." if drawn else ""
+
+
+def _quoted(claims: Sequence[Mapping]) -> str:
+    """The statement of the first claim, and how many others share its verdict.
+
+    What came out here stands with it where that is said in words.
+    """
+    more = len(claims) - 1
+    said, found = (claims[0][key] for key in ("published", "regenerated"))
+    told = [f"“{' '.join(said.split()).rstrip('.')}”"]
+    if claims[0]["verdict"] != "reproduced" and isinstance(found, str):
+        told.append(f" (here: {' '.join(found.split())})")
+    if more:
+        told.append(f", and {more} more")
+    return f"{''.join(told)}."
+
+
+def first_sentence(caption: str) -> str:
+    """The first sentence of a caption, without markup."""
+    return SENTENCE.split(plain(caption), maxsplit=1)[0]
+
+
+def preview(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and first cells of a table, without the ends of intervals."""
+    with path.open(encoding="utf-8", newline="") as file:
+        head, *rows = islice(csv.reader(file), ROWS + 1)
+    shown = [
+        place for place, name in enumerate(head) if not name.endswith((" low", " high"))
+    ][:COLUMNS]
+    lines = [[_cut(line[place]) for place in shown] for line in (head, *rows)]
+    return lines[0], lines[1:]
+
+
+def _cut(cell: str) -> str:
+    said = plain(cell)
+    number = number_in(said)
+    said = said if number is None else f"{number:.4g}"
+    return said if len(said) <= CELL else f"{said[: CELL - 1]}…"

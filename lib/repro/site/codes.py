@@ -1,0 +1,102 @@
+"""Codes become links when the pages are put together: E-2.10, `c2_crossover`.
+
+A Sphinx extension. `site.json` says where each code leads. A code of an erratum is a
+link wherever it stands; any other id where it stands as code, between backquotes. This
+holds for Markdown and for HTML within it; what is a link already, a heading or a longer
+piece of code stays as it is.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from html import escape, unescape
+from pathlib import Path
+
+from docutils import nodes
+
+ERRATUM = re.compile(r"\bE-[0-9A-Z]+\.[0-9]+\b")
+# Pieces of HTML: a whole element in which nothing is replaced, a tag, or text.
+PIECES = re.compile(
+    r"(?P<code><code>(?P<id>[\w<>]+)</code>)"
+    r"|(?P<kept><(?P<name>a|pre|script|style|h\d|code|select|title)\b.*?</(?P=name)>)"
+    r"|(?P<tag><[^>]*>)|(?P<text>[^<]+)",
+    re.S,
+)
+KEPT = (nodes.literal, nodes.reference, nodes.title, nodes.literal_block, nodes.math)
+
+
+def link_codes(doctree: nodes.document, known: Mapping[str, str], up: str) -> None:
+    """Put links in place of the codes of a page; ``up`` leads to the top of the site.
+
+    ``known`` : code -> address from the top.
+    """
+    for text in list(doctree.findall(nodes.Text)):
+        if not _inside(text, *KEPT) and ERRATUM.search(text):
+            text.parent.replace(text, _linked(text, known, up))
+    for code in list(doctree.findall(nodes.literal)):
+        address = known.get(code.astext())
+        if address and not _inside(code, nodes.reference, nodes.title):
+            code.parent.replace(code, _link(up + address, code))
+    for raw in doctree.findall(nodes.raw):
+        if raw["format"] == "html":
+            raw[:] = [nodes.Text(linked_html(raw.astext(), known, up))]
+
+
+def linked_html(html: str, known: Mapping[str, str], up: str) -> str:
+    """The same for a piece of HTML."""
+
+    def anchor(address: str, said: str) -> str:
+        return f'<a href="{escape(up + address)}">{said}</a>'
+
+    def replaced(piece: re.Match) -> str:
+        whole = piece[0]
+        if piece["code"]:
+            address = known.get(unescape(piece["id"].replace("<wbr>", "")))
+            return anchor(address, whole) if address else whole
+        if piece["text"]:
+            return ERRATUM.sub(
+                lambda m: anchor(known[m[0]], m[0]) if m[0] in known else m[0], whole
+            )
+        return whole
+
+    return PIECES.sub(replaced, html)
+
+
+def _inside(node: nodes.Node, *kinds: type) -> bool:
+    while node.parent is not None:
+        node = node.parent
+        if isinstance(node, kinds):
+            return True
+    return False
+
+
+def _linked(text: nodes.Text, known: Mapping[str, str], up: str) -> list[nodes.Node]:
+    """Text in pieces, those that are a known code as links."""
+    pieces, end = [], 0
+    for found in ERRATUM.finditer(text):
+        if found[0] in known:
+            pieces.append(nodes.Text(text[end : found.start()]))
+            pieces.append(_link(up + known[found[0]], nodes.Text(found[0])))
+            end = found.end()
+    return [*pieces, nodes.Text(text[end:])]
+
+
+def _link(address: str, content: nodes.Node) -> nodes.reference:
+    link = nodes.reference(refuri=address, internal=True)
+    link += content.deepcopy()
+    return link
+
+
+def _on_page(app, doctree: nodes.document) -> None:
+    up = "../" * app.env.docname.count("/")
+    link_codes(doctree, app.config.raxel_codes, up)
+
+
+def setup(app) -> dict:
+    """Read the codes of the site; a page is read anew when they change."""
+    site = json.loads((Path(app.srcdir) / "site.json").read_text("utf-8"))
+    app.add_config_value("raxel_codes", site["codes"], "env")
+    app.connect("doctree-read", _on_page)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
