@@ -117,7 +117,7 @@ def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
             "{grid-item-card} which method\n:link: guides/which_method\n",
             "{grid-item-card} Chapter 2: a sample\n",
             "{toctree}",
-            "guides/index\nch02_sample/index\nscoreboard\n",
+            "guides/index\nch02_sample/index\nartefacts\nscoreboard\n",
         )
     ]
     assert places == sorted(places)

@@ -22,6 +22,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.notebook import PageError
@@ -32,8 +33,8 @@ from repro.site.api_reference import api_pages
 from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.mirror import Content, files_below, mirror
 from repro.site.notebooks import workable
-from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
+from repro.site.start import Quotable
 from repro.site.times import times_of
 
 GUIDES = "guides"
@@ -101,15 +102,15 @@ def assemble(
     wanted["artefacts.md"] = artefacts.page(
         found, [(c.title, c.pages) for c in chapters]
     )
-    wanted |= _filled(root, effort, chapters, board)
+    small = artefacts.pictures(root, effort, found, out.parent / "thumbnails")
+    wanted |= {f"_extra/{name}": path for name, path in small.items()}
+    wanted |= _filled(root, effort, chapters, board, small)
     wanted |= ledger_pages(root)
     wanted |= api_pages(root / "lib" / "raxel")
     wanted |= {
         f"_extra/{name}": content
         for name, content in _extra(root, effort, pages, rows).items()
     }
-    small = artefacts.pictures(root, effort, found, out.parent / "thumbnails")
-    wanted |= {f"_extra/{name}": path for name, path in small.items()}
     wanted["site.json"] = json.dumps(
         {
             "effort": effort,
@@ -262,9 +263,16 @@ def _code(root: Path) -> dict[str, Content]:
 
 
 def _filled(
-    root: Path, effort: str, chapters: Sequence[Chapter], board: list[dict]
+    root: Path,
+    effort: str,
+    chapters: Sequence[Chapter],
+    board: list[dict],
+    pictures: Iterable[str],
 ) -> dict[str, str]:
-    """The pages made from templates; an unknown name in one is an error."""
+    """The pages made from templates; an unknown name in one is an error.
+
+    ``pictures`` are the places of thumbnails in the site.
+    """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     templates = Environment(
@@ -275,12 +283,15 @@ def _filled(
         keep_trailing_newline=True,
         autoescape=False,
     )
+    templates.filters["median"] = lambda values: median(list(values))
     counts = headline(board)
     known = {
         "effort": effort,
         "chapters": chapters,
         "counts": counts,
-        "written_before": written_before(counts["changed"]),
+        "quote": Quotable(root / "figures" / effort, board),
+        "built": {page.name for page in _documents(chapters)},
+        "pictures": {Path(place).stem: place for place in pictures},
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}

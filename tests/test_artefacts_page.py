@@ -1,0 +1,167 @@
+"""The page of all artefacts: findings from verdicts, small pictures, what is behind."""
+
+import os
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from repro.run.discover import Producer
+from repro.run.results import write_atomic, write_json
+from repro.run.run_times import duration, results_behind, seconds_of
+from repro.site import artefacts, start
+from repro.site.assemble import Document
+from repro.site.thumbnails import SIZE_PX, thumbnails
+from tests.scoreboard_rows import row
+from tests.small_checkouts import ROOT
+
+DRAWN = """from repro.run.experiment import experiment, figure, table
+
+@experiment("sweep", artefact="fig_2_6", shards={"quick": 1, "full": 1})
+def sweep(effort): pass
+
+@figure("fig_2_6", needs=("sweep",), evidence="synthetic")
+def fig_2_6(results): pass
+
+@table("ext_sizes", evidence="synthetic")
+def ext_sizes(results): pass
+"""
+PAGE = "ch02_x/s5_page"
+
+
+def claim(name, verdict, **more):
+    return row(name, verdict=verdict, published=f"{name} is so.") | more
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "said"),
+    [
+        ("r", "Holds: “a is so”."),
+        ("rr", "All 2 decided claims hold: “a is so”, and 1 more."),
+        ("d", "Does not hold here: “a is so” (here: none of 9)."),
+        ("ru", "Holds: “a is so”."),
+        ("rrd", "2 of 3 decided claims hold; not: “c is so” (here: none of 9)."),
+        ("rdd", "1 of 3 decided claims holds; not: “b is so” (here: none of 9), "
+                "and 1 more."),
+        ("uu", "Undecided: “a is so” (here: none of 9), and 1 more."),
+        ("q", ""),
+        ("", ""),
+    ],
+)  # fmt: skip
+def test_a_finding_is_what_the_verdicts_of_the_claims_say(verdicts, said):
+    words = {"r": "reproduced", "d": "differs", "u": "undecided", "q": "quick"}
+    claims = [
+        claim(name, words[v], regenerated="none of 9")
+        for name, v in zip("abc", verdicts, strict=False)
+    ]
+    assert artefacts.finding(row("fig_2_6", reason=""), claims) == said
+
+
+def test_without_claims_its_check_or_its_caption_is_the_finding():
+    checked = row("fig_2_4", reason="check: it rises: 1, 2")
+    assert artefacts.finding(checked, []) == "It rises: 1, 2."
+    assert artefacts.finding(checked | {"verdict": "quick"}, []) == ""
+    assert artefacts.finding(None, []) == ""
+    caption = "Of Fig. 2.3, $x$ (a) first. (b) Second."
+    assert artefacts.first_sentence(caption) == "Of Fig. 2.3, x (a) first."
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A figure of the thesis and a table of ours, as their jobs leave them."""
+    shutil.copytree(ROOT / "data" / "published", tmp_path / "data" / "published")
+    shutil.copy(ROOT / "CITATION.cff", tmp_path)
+    write_atomic(tmp_path / "chapters" / PAGE / "page.py", "# %%\n")
+    write_atomic(tmp_path / "chapters" / PAGE / "figures.py", DRAWN)
+    base = tmp_path / "figures" / "full"
+    about = {"caption": "Steps. And more.", "source": [f"{PAGE}/figures.py", "draw"]}
+    write_json(base / "fig_2_6.json", about | {"results": {"sweep": "sweep"}})
+    write_json(base / "ext_sizes.json", about | {"results": {}})
+    write_json(base / "fig_9_9.json", about | {"results": {}})
+    picture = cv2.imencode(".png", np.full((900, 1500, 3), 255, np.uint8))[1]
+    write_atomic(base / "fig_2_6.png", picture.tobytes())
+    columns = "<size>,size low,size high,words,c,d\n"
+    write_atomic(base / "ext_sizes.csv", f"{columns}1.23456,1,2,{'long ' * 9},3,4\n")
+    write_json(base / "results" / "sweep.run.json", {"seconds": 200.0})
+    return tmp_path
+
+
+def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checkout):
+    board = [row("fig_2_6", kind="artefact")]
+    board.append(claim("c2_motion", "reproduced", artefacts=["fig_2_6"]))
+    found = artefacts.artefacts(checkout, "full", [PAGE], board)
+    assert [a.name for a in found] == [
+        "fig_2_6",
+        "ext_sizes",
+    ]  # none that nothing makes
+    assert found[0].finding == "Holds: “c2_motion is so”."
+    assert found[1].head == ["<size>", "words", "c"]
+    assert found[1].cells == [["1.235", "long long long long l…", "3"]]
+    small = artefacts.pictures(checkout, "full", found, checkout / "small")
+    assert list(small) == ["thumbnails/fig_2_6.webp"]
+    chapter = ("Chapter 2", [Document(PAGE, "A page", "")])
+    shown = artefacts.page(found, [("Chapter 1", []), chapter])
+    assert "All 2 of this build" in shown
+    assert "Chapter 1" not in shown
+    card = shown[shown.index("<article") : shown.index("</article>")]
+    for part in (
+        f'href="{PAGE}.html#fig_2_6"',
+        'href="figures/fig_2_6.csv"',
+        f'href="source/{PAGE}/figures.py.html#draw"',
+        'href="logs/sweep.json"',
+        'href="scoreboard.html#fig_2_6"',
+        "<code>make fig_2_6</code> · 3 min",
+        "reproduced",
+    ):
+        assert part in card
+    assert "\n\n" not in card
+    assert artefacts.artefacts(checkout, "full", ["ch02_x/other"], board) == []
+
+
+def test_a_small_picture_is_made_again_when_its_picture_changed(checkout, tmp_path):
+    picture = checkout / "figures" / "full" / "fig_2_6.png"
+    made = thumbnails([picture], tmp_path / "small")["fig_2_6"]
+    height, width = cv2.imread(str(made)).shape[:2]
+    assert (width, height) == (SIZE_PX[0], 240)
+    os.utime(made, ns=(1, picture.stat().st_mtime_ns + 1))
+    before = made.stat().st_mtime_ns
+    thumbnails([picture], tmp_path / "small")
+    assert made.stat().st_mtime_ns == before
+    os.utime(picture, ns=(1, before + 1))
+    thumbnails([picture], tmp_path / "small")
+    assert made.stat().st_mtime_ns != before
+
+
+def test_the_time_of_an_artefact_is_that_of_all_experiments_behind_it(tmp_path):
+    def made(name, **details):
+        return Producer("experiment", name, "m", "f", "p", 1, details)
+
+    all_made = [
+        made("first"),
+        made("second", needs=("first", "own"), per_set=True),
+        made("own", per_set=True),
+    ]
+    behind = results_behind(all_made, ["second@set", "first"])
+    assert behind == ["second@set", "first", "own@set"]
+    for name, seconds in (("second@set", 2.5), ("first", 40)):
+        write_json(tmp_path / f"{name}.run.json", {"seconds": seconds})
+    assert seconds_of(tmp_path, behind) == 42.5
+    assert seconds_of(tmp_path, ["nobody"]) is None
+    times = (0.4, 4.4, 42.5, 58, 5300, 5500)
+    assert list(map(duration, times)) == [
+        "under 1 s", "4 s", "40 s", "1 min", "88 min", "1.5 h",
+    ]  # fmt: skip
+
+
+def test_the_start_page_quotes_what_there_is(tmp_path):
+    trial = {"values": {"ours.right": 3, "ours.deep.x": 1, "n": 2}}
+    write_json(tmp_path / "results" / "sweep.json", {"trials": [trial]})
+    write_atomic(tmp_path / "table.csv", "a,b\n1,2\n")
+    quote = start.Quotable(tmp_path, [row("one"), row("two", regenerated="words")])
+    assert quote.trials_of("sweep") == [
+        {"ours": {"right": 3, "deep": {"x": 1}}, "n": 2}
+    ]
+    assert quote.lines_of("table") == [{"a": "1", "b": "2"}]
+    assert quote.trials_of("none") == quote.lines_of("none") == []
+    assert [quote.measured(i) for i in ("one", "two", "none")] == [True, False, False]
