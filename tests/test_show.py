@@ -1,6 +1,7 @@
 """Scenes in space: what meshes, pictures and pages hold, and what is refused."""
 
 import hashlib
+import json
 import re
 import subprocess
 import sys
@@ -30,6 +31,7 @@ from raxel.show import (
     rendering,
 )
 from raxel.show.meshes import drawn_parts
+from raxel.show.picture import THEMES
 from raxel.show.view import mm_per_px, projected
 
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
@@ -244,6 +246,12 @@ def test_a_page_loads_nothing_and_says_what_it_is_told():
         "a &lt;/script&gt;&lt;b&gt;", "dots", "sheet", "glass",
     ]  # fmt: skip
     assert '"text": "\\u003ci>"' in made
+    words = json.loads(re.search(r'id="words">(.*?)</script>', made)[1])
+    assert len(words["inked"]) == len(words["actors"])
+    # The scale alone has the colour of the ink, which follows the theme.
+    assert {words["actors"][k] for k, ink in enumerate(words["inked"]) if ink} == {""}
+    assert [text["colour"] for text in words["texts"]] == ["#000000", "var(--ink)"]
+    assert words["themes"]["dark"] == THEMES["dark"]._asdict()
     assert "nowhere" not in made
     assert len(made.encode()) < 1_300_000
 

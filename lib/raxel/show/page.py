@@ -17,9 +17,10 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 import numpy as np
 
 from raxel.show.meshes import drawn_parts
-from raxel.show.picture import add_drawn, aim, legend_entries
+from raxel.show.picture import THEMES, add_drawn, aim, legend_entries
 from raxel.show.rendering import need_packages
 from raxel.show.scene import Labels, SceneError
+from raxel.show.view import INK
 
 LARGEST_BYTES = 3_000_000
 OTHER_RENDERER = "trame.widgets.vtklocal"
@@ -57,7 +58,7 @@ def _exported(scene, drawn):
 
     plotter = pv.Plotter(off_screen=True)
     try:
-        plotter.set_background("#ffffff")
+        plotter.set_background(THEMES["light"].background)
         add_drawn(plotter, drawn)
         aim(plotter, scene)
         with _nothing_fetched():
@@ -138,17 +139,25 @@ def _legend_entry(entry):
     said = escape(label)
     return (
         f'<label><input type="checkbox" checked value="{said}"> '
-        f'<i style="color:{escape(colour)}">{mark}</i> {said}</label>'
+        f'<i style="color:{escape(_themed(colour))}">{mark}</i> {said}</label>'
     )
 
 
+def _themed(colour):
+    """A colour of the page's style: what has the colour INK follows the theme."""
+    return "var(--ink)" if colour == INK else colour
+
+
 def _words(scene, drawn):
-    """Labels of the actors, and texts with their places about `look_at`, as JSON."""
+    """What the page's script reads, as JSON: actors, texts, and the colours of themes.
+
+    Texts have their places about `look_at`.
+    """
     texts = [
         {
             "at": np.subtract(point, scene.look_at).astype(float).round(6).tolist(),
             "text": text,
-            "colour": part.colour,
+            "colour": _themed(part.colour),
             "size": part.size,
             "label": part.label,
         }
@@ -157,5 +166,10 @@ def _words(scene, drawn):
         for point, text in zip(part.points, part.texts, strict=True)
         if np.isfinite(point).all()
     ]
-    data = {"actors": [part.label for part in drawn], "texts": texts}
+    data = {
+        "actors": [part.label for part in drawn],
+        "inked": [part.texture is None and part.colour == INK for part in drawn],
+        "texts": texts,
+        "themes": {name: theme._asdict() for name, theme in THEMES.items()},
+    }
     return json.dumps(data).replace("<", "\\u003c")
