@@ -17,7 +17,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test mutants notebooks lab answers archive bench fuzz where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -59,6 +59,9 @@ bench: setup ## detectors without clicks side by side on image sets: counts, tim
 fuzz: setup ## every reader of files against damaged ones: counts; no part of `make test` (MUTANTS=2000 of each)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m tests.fuzz.run --mutants $(MUTANTS) $(ARGS)
+
+readme: setup ## the pictures of README.md, from those of the full report
+	@$(RUN) .venv/bin/python -m repro.site.readme_pictures
 
 # The words after `where` are ids: what they name is looked up and not made.
 ifeq ($(firstword $(MAKECMDGOALS)),where)

@@ -1,6 +1,7 @@
 """The page of all artefacts: findings from verdicts, small pictures, what is behind."""
 
 import os
+import re
 import shutil
 
 import cv2
@@ -10,7 +11,7 @@ import pytest
 from repro.run.discover import Producer
 from repro.run.results import write_atomic, write_json
 from repro.run.run_times import duration, results_behind, seconds_of
-from repro.site import artefacts, start
+from repro.site import artefacts, readme_pictures, start
 from repro.site.assemble import Document
 from repro.site.thumbnails import SIZE_PX, thumbnails
 from tests.scoreboard_rows import row
@@ -131,6 +132,27 @@ def test_a_small_picture_is_made_again_when_its_picture_changed(checkout, tmp_pa
     os.utime(picture, ns=(1, before + 1))
     thumbnails([picture], tmp_path / "small")
     assert made.stat().st_mtime_ns != before
+
+
+def test_the_readme_shows_the_pictures_that_its_command_makes(checkout):
+    with pytest.raises(readme_pictures.NotBuilt, match=r"build it first: make ext_zoo"):
+        readme_pictures.readme_pictures(checkout)
+    folder = checkout / "figures" / "full"
+    for name in readme_pictures.FIGURES:
+        shutil.copy(folder / "fig_2_6.png", folder / f"{name}.png")
+    made = [
+        path.relative_to(checkout) for path in readme_pictures.readme_pictures(checkout)
+    ]
+    shown = re.findall(
+        r"!\[[^]]{20,}\]\(([^)]+)\)", (ROOT / "README.md").read_text("utf-8")
+    )
+    assert shown == [path.as_posix() for path in made]
+    sizes = [(ROOT / path).stat().st_size for path in made]
+    assert sum(sizes) < 150_000
+    width, height = readme_pictures.SIZE_PX
+    for path in made:
+        own = cv2.imread(str(ROOT / path)).shape
+        assert own[1] == width or own[0] == height
 
 
 def test_the_time_of_an_artefact_is_that_of_all_experiments_behind_it(tmp_path):
