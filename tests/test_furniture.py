@@ -59,7 +59,7 @@ def test_what_shows_every_set_has_every_set_s_log(furnisher):
     block = furnisher.block("ext_all")
     for name in ("my-set", "other"):
         address = f'href="../logs/sweep@{name}.json" title="log of sweep of {name}"'
-        assert f"{address}>log of sweep of {name}</a>" in block
+        assert f"{address}>sweep of {name}</a>" in block
 
 
 def test_below_an_artefact_stand_its_command_its_time_and_its_comparison(furnisher):
