@@ -20,7 +20,7 @@ PAGE = """# %% [markdown]
 # # 2.5 A page
 #
 # The value is {glue:text}`n_one.text`; half of it is {glue:text}`half:.2f` px.
-# See [Fig. 2.3](#fig_2_3), [Table 2.1](#table_2_1), {cite}`zhang2000` and the
+# See [Fig. 2.3](#fig_2_3), [Table 2.1](#table_2_1), {cite}`zhang2000`, E-2.10 and the
 # [order of coordinates](../conventions.md#plucker).
 #
 # $$

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
+from repro.page.furniture import Furnisher
 from repro.run.discover import Producer
 from repro.run.results import write_atomic, write_json
 from repro.run.run_times import duration, results_behind, seconds_of
@@ -91,7 +92,7 @@ def checkout(tmp_path):
 def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checkout):
     board = [row("fig_2_6", kind="artefact")]
     board.append(claim("c2_motion", "reproduced", artefacts=["fig_2_6"]))
-    found = artefacts.artefacts(checkout, "full", [PAGE], board)
+    found = artefacts.artefacts(Furnisher(checkout, "full", ""), [PAGE], board)
     assert [a.name for a in found] == [
         "fig_2_6",
         "ext_sizes",
@@ -99,7 +100,7 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     assert found[0].finding == "Holds: “c2_motion is so”."
     assert found[1].head == ["<size>", "words", "c"]
     assert found[1].cells == [["1.235", "long long long long l…", "3"]]
-    small = artefacts.pictures(checkout, "full", found, checkout / "small")
+    small = artefacts.pictures(checkout / "figures" / "full", found, checkout / "small")
     assert list(small) == ["thumbnails/fig_2_6.webp"]
     chapter = ("Chapter 2", [Document(PAGE, "A page", "")])
     shown = artefacts.page(found, [("Chapter 1", []), chapter])
@@ -112,12 +113,12 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
         f'href="source/{PAGE}/figures.py.html#draw"',
         'href="logs/sweep.json"',
         'href="scoreboard.html#fig_2_6"',
-        "<code>make fig_2_6</code> · 3 min",
+        "<code>make fig_2_6</code> · 3\N{NO-BREAK SPACE}min",
         "reproduced",
     ):
         assert part in card
     assert "\n\n" not in card
-    assert artefacts.artefacts(checkout, "full", ["ch02_x/other"], board) == []
+    assert artefacts.artefacts(Furnisher(checkout, "full", ""), [], board) == []
 
 
 def test_a_small_picture_is_made_again_when_its_picture_changed(checkout, tmp_path):

@@ -62,8 +62,9 @@ See E-2.10 and E-9.99, `E-2.10 <x.html>`_, ``c2_motion``, ``E-2.10`` and ``other
 
 
 def test_every_entry_of_the_ledger_has_an_anchor_on_its_page():
-    pages, book = ledger_pages(ROOT), ledger.load(ROOT)
-    found = codes(ROOT, [row("c2_motion")])
+    book = ledger.load(ROOT)
+    pages = ledger_pages(ROOT, book)
+    found = codes(ROOT, book, [row("c2_motion")])
     ids = {
         name.replace(".md", ".html"): set(re.findall(r'id="([^"]+)"', text))
         for name, text in pages.items()

@@ -106,5 +106,5 @@ def test_values_of_the_ledger_are_phrases(value, words):
 
 
 def test_every_section_of_an_artefact_has_its_page(furnisher):
-    for entry in furnisher.artefacts.values():
+    for entry in furnisher.book.artefacts.values():
         assert str(entry["section"]) in furnisher.sections

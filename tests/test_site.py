@@ -89,6 +89,9 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
     assert 'id="fig_2_3"' in text
     assert 'id="table_2_1"' in text
     assert "1.235" in text
+    assert "<code>make fig_2_3 EFFORT=quick</code>" in text
+    assert 'href="../errata.html#E-2.10">E-2.10</a>' in text
+    assert 'href="../scoreboard.html#fig_2_3">comparison</a>' in text
     assert "The library computes the same." in text
     assert r"\end{split}\tag{2.11}\end{equation}" in text
     assert "command line" not in text

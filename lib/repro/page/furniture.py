@@ -57,9 +57,9 @@ class Furnisher:
         return ledger.read_yaml(self.root / "CITATION.cff")
 
     @cached_property
-    def artefacts(self) -> Mapping[str, dict]:
-        """Artefacts of the thesis by id."""
-        return ledger.load(self.root).artefacts
+    def book(self) -> ledger.Ledger:
+        """What the thesis printed."""
+        return ledger.load(self.root)
 
     @cached_property
     def made(self) -> list[Producer]:
@@ -85,7 +85,7 @@ class Furnisher:
         """The folded block of one artefact, HTML without an empty line."""
         about = json.loads((self.base / f"{name}.json").read_text("utf-8"))
         identifier = name.partition("@")[0]
-        entry = self.artefacts.get(identifier)
+        entry = self.book.artefacts.get(identifier)
         thesis = self.citation["preferred-citation"]
         first = thesis["authors"][0]
         number = str(entry["section"]) if entry else ""
@@ -120,7 +120,7 @@ class Furnisher:
             source=f"{self.up}source/{path}.html#{function}",
             path=path,
             function=function,
-            comparison=compared if identifier in self.artefacts else "",
+            comparison=compared if identifier in self.book.artefacts else "",
         )
 
     def _command(self, name: str) -> str:

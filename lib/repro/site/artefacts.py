@@ -17,12 +17,10 @@ from pathlib import Path
 
 from jinja2 import Environment
 
-from repro.judge import ledger
 from repro.judge.scoreboard import natural
 from repro.page.furniture import Behind, Furnisher
 from repro.page.rows import row_templates
 from repro.page.wording import label, number_in, plain
-from repro.run.discover import producers
 from repro.site.thumbnails import thumbnails
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -50,17 +48,15 @@ class Artefact:
 
 
 def artefacts(
-    root: Path, effort: str, pages: Sequence[str], board: Sequence[Mapping]
+    furnisher: Furnisher, pages: Sequence[str], board: Sequence[Mapping]
 ) -> list[Artefact]:
     """The artefacts of a build, page by page, those of the thesis first.
 
     ``pages`` are the ids of its pages in order, ``board`` the rows of the scoreboard.
     """
-    base = root / "figures" / effort
-    known = {p.id for p in producers(root) if p.kind in ("figure", "table")}
+    base = furnisher.base
+    known = {p.id for p in furnisher.made if p.kind in ("figure", "table")}
     rows = {row["id"]: row for row in board}
-    book = ledger.load(root)
-    furnisher = Furnisher(root, effort, "")
     found = []
     for path in base.glob("*.json"):
         name, identifier = path.stem, path.stem.partition("@")[0]
@@ -68,7 +64,9 @@ def artefacts(
             about = json.loads(path.read_text("utf-8"))
             page = _page(name, about)
             if page in pages:
-                claims = [rows[c] for c in book.claims_of(identifier) if c in rows]
+                claims = [
+                    rows[c] for c in furnisher.book.claims_of(identifier) if c in rows
+                ]
                 found.append(
                     _artefact(
                         base, name, about, page, rows.get(identifier), claims, furnisher
@@ -79,9 +77,11 @@ def artefacts(
     )
 
 
-def pictures(root: Path, effort: str, found: Sequence[Artefact], folder: Path) -> dict:
-    """Thumbnails of the figures among the artefacts: place in the site -> file."""
-    base = root / "figures" / effort
+def pictures(base: Path, found: Sequence[Artefact], folder: Path) -> dict[str, Path]:
+    """Thumbnails of the figures among the artefacts: place in the site -> file.
+
+    The figures lie in ``base``, the thumbnails are made in ``folder``.
+    """
     drawn = [base / f"{a.name}.png" for a in found if a.picture]
     small = thumbnails(drawn, folder)
     return {a.picture: small[a.name] for a in found if a.picture}

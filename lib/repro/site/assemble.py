@@ -25,6 +25,7 @@ from pathlib import Path
 from statistics import median
 
 from repro.judge.scoreboard import chapter_order, headline, natural
+from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
 from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
@@ -96,16 +97,16 @@ def assemble(
         wanted[f"{path.parent.name}/{path.name}"] = path
     wanted["scoreboard.md"] = scoreboard
     wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
-    found = artefacts.artefacts(
-        root, effort, [d.name for d in _documents(chapters)], board
-    )
+    furnisher = Furnisher(root, effort, "")
+    names = [page.name for page in _documents(chapters)]
+    found = artefacts.artefacts(furnisher, names, board)
     wanted["artefacts.md"] = artefacts.page(
         found, [(c.title, c.pages) for c in chapters]
     )
-    small = artefacts.pictures(root, effort, found, out.parent / "thumbnails")
+    small = artefacts.pictures(furnisher.base, found, out.parent / "thumbnails")
     wanted |= {f"_extra/{name}": path for name, path in small.items()}
     wanted |= _filled(root, effort, chapters, board, small)
-    wanted |= ledger_pages(root)
+    wanted |= ledger_pages(root, furnisher.book)
     wanted |= api_pages(root / "lib" / "raxel")
     wanted |= {
         f"_extra/{name}": content
@@ -117,7 +118,7 @@ def assemble(
             "sources": {f"{p.parent.name}/{p.stem}": _source(p) for p in pages},
             # Neighbours show a page's title: when one changes, they are written again.
             "titles": _titles(chapters, wanted),
-            "codes": codes(root, board),
+            "codes": codes(root, furnisher.book, board),
         },
         indent=1,
         ensure_ascii=False,

@@ -22,17 +22,16 @@ TEMPLATES = Path(__file__).with_name("templates")
 ENTRY = re.compile(r"^- \*\*(E-[0-9A-Z]+\.[0-9]+)\*\*", re.MULTILINE)
 
 
-def ledger_pages(root: Path) -> dict[str, str]:
+def ledger_pages(root: Path, book: ledger.Ledger) -> dict[str, str]:
     """`settings.md` and `errata.md` for the site."""
     return {
-        "settings.md": _settings_page(ledger.load(root)),
+        "settings.md": _settings_page(book),
         "errata.md": errata_page(_errata(root)),
     }
 
 
-def codes(root: Path, rows: Iterable[Mapping]) -> dict[str, str]:
+def codes(root: Path, book: ledger.Ledger, rows: Iterable[Mapping]) -> dict[str, str]:
     """Where each code leads: errata, settings, readings, rows of the scoreboard."""
-    book = ledger.load(root)
     found = {row["id"]: f"scoreboard.html#{row['id']}" for row in rows}
     found |= {name: f"settings.html#{name}" for name in book.settings}
     found |= {name: f"settings.html#reading-{name}" for name in book.readings}
