@@ -1,9 +1,9 @@
 """Codes become links when the pages are put together: E-2.10, `c2_crossover`.
 
-A Sphinx extension. `site.json` says where each code leads. A code of an erratum is a
-link wherever it stands; any other id where it stands as code, between backquotes. This
-holds for Markdown and for HTML within it; what is a link already, a heading or a longer
-piece of code stays as it is.
+A Sphinx extension. `site.json` says where each code leads: those of the errata, and ids
+of the ledger that no other word could be, for they have an underscore. This holds for
+Markdown and for HTML within it, for text and for code that is nothing but an id; what
+is a link already, a heading or a longer piece of code stays as it is.
 """
 
 from __future__ import annotations
@@ -16,7 +16,11 @@ from pathlib import Path
 
 from docutils import nodes
 
-ERRATUM = re.compile(r"\bE-[0-9A-Z]+\.[0-9]+\b")
+CODE = re.compile(
+    r"\bE-[0-9A-Z]+\.[0-9]+\b"
+    # An id, and no part of a file's name, a path or a call.
+    r"|(?<![\w./-])[A-Za-z][A-Za-z0-9]*_\w+\b(?![/(=]|\.\w)"
+)
 # Pieces of HTML: a whole element in which nothing is replaced, a tag, or text.
 PIECES = re.compile(
     r"(?P<code><code>(?P<id>[\w<>]+)</code>)"
@@ -24,6 +28,7 @@ PIECES = re.compile(
     r"|(?P<tag><[^>]*>)|(?P<text>[^<]+)",
     re.S,
 )
+OPENED, CLOSED = re.compile(r"<(?:a|code)\b"), re.compile(r"</(?:a|code)>")
 KEPT = (nodes.literal, nodes.reference, nodes.title, nodes.literal_block, nodes.math)
 
 
@@ -33,8 +38,11 @@ def link_codes(doctree: nodes.document, known: Mapping[str, str], up: str) -> No
     ``known`` : code -> address from the top.
     """
     for text in list(doctree.findall(nodes.Text)):
-        if not _inside(text, *KEPT) and ERRATUM.search(text):
-            text.parent.replace(text, _linked(text, known, up))
+        # Found by what it is: an equal text may stand beside it.
+        place = next(k for k, one in enumerate(text.parent) if one is text)
+        kept = _inside(text, *KEPT) or _in_tag(text.parent[:place])
+        if not kept and CODE.search(text):
+            text.parent[place : place + 1] = _linked(text, known, up)
     for code in list(doctree.findall(nodes.literal)):
         address = known.get(code.astext())
         if address and not _inside(code, nodes.reference, nodes.title):
@@ -56,7 +64,7 @@ def linked_html(html: str, known: Mapping[str, str], up: str) -> str:
             address = known.get(unescape(piece["id"].replace("<wbr>", "")))
             return anchor(address, whole) if address else whole
         if piece["text"]:
-            return ERRATUM.sub(
+            return CODE.sub(
                 lambda m: anchor(known[m[0]], m[0]) if m[0] in known else m[0], whole
             )
         return whole
@@ -72,10 +80,16 @@ def _inside(node: nodes.Node, *kinds: type) -> bool:
     return False
 
 
+def _in_tag(before: list[nodes.Node]) -> bool:
+    """Whether a link or code is open, of which Markdown has each tag as HTML."""
+    tags = "".join(node.astext() for node in before if isinstance(node, nodes.raw))
+    return len(OPENED.findall(tags)) > len(CLOSED.findall(tags))
+
+
 def _linked(text: nodes.Text, known: Mapping[str, str], up: str) -> list[nodes.Node]:
     """Text in pieces, those that are a known code as links."""
     pieces, end = [], 0
-    for found in ERRATUM.finditer(text):
+    for found in CODE.finditer(text):
         if found[0] in known:
             pieces.append(nodes.Text(text[end : found.start()]))
             pieces.append(_link(up + known[found[0]], nodes.Text(found[0])))
@@ -95,8 +109,9 @@ def _on_page(app, doctree: nodes.document) -> None:
 
 
 def setup(app) -> dict:
-    """Read the codes of the site; a page is read anew when they change."""
+    """Read the codes of the site; a page is read anew when they or this file change."""
     site = json.loads((Path(app.srcdir) / "site.json").read_text("utf-8"))
     app.add_config_value("raxel_codes", site["codes"], "env")
+    app.add_config_value("raxel_codes_file", Path(__file__).read_text("utf-8"), "env")
     app.connect("doctree-read", _on_page)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -31,12 +31,15 @@ def ledger_pages(root: Path, book: ledger.Ledger) -> dict[str, str]:
 
 
 def codes(root: Path, book: ledger.Ledger, rows: Iterable[Mapping]) -> dict[str, str]:
-    """Where each code leads: errata, settings, readings, rows of the scoreboard."""
+    """Where each code leads: errata, settings, readings, rows of the scoreboard.
+
+    An id without an underscore may be any word; it leads nowhere.
+    """
     found = {row["id"]: f"scoreboard.html#{row['id']}" for row in rows}
     found |= {name: f"settings.html#{name}" for name in book.settings}
     found |= {name: f"settings.html#reading-{name}" for name in book.readings}
-    found |= {code: f"errata.html#{code}" for code in ENTRY.findall(_errata(root))}
-    return found
+    found = {name: address for name, address in found.items() if "_" in name}
+    return found | {c: f"errata.html#{c}" for c in ENTRY.findall(_errata(root))}
 
 
 def errata_page(text: str) -> str:
