@@ -51,6 +51,16 @@ class Ledger:
         known = list(chain.from_iterable(self._kinds()))
         raise LedgerError(f"{identifier}: no such id{hint(identifier, known)}")
 
+    def printed(self, identifiers: Iterable[str]) -> dict[str, float | str | None]:
+        """Id -> printed value of numbers; LedgerError for an id that is none."""
+        for identifier in identifiers:
+            if identifier not in self.numbers:
+                raise LedgerError(
+                    f"{identifier}: published: no number of numbers.yaml"
+                    f"{hint(identifier, list(self.numbers))}"
+                )
+        return {i: self.numbers[i]["value"] for i in identifiers}
+
     def chapter(self, identifier: str) -> int | str:
         """Chapter of an artefact, number, claim or section: 1 to 6, or 'A'."""
         if identifier in self.artefacts:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from repro.judge.ledger import load
 from repro.page.wording import label, plain
 from repro.run import discover, jobs, results
 from repro.run.columns import csv_text, in_numbers, measured
@@ -22,11 +23,15 @@ def draw(
     """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
 
     A figure marked with a scene leaves that too (html). ``sets`` are the image sets of
-    the build, for what shows all of them.
+    the build, for what shows all of them. What is marked with published numbers gets
+    them here, when its results are computed, and nowhere else.
     """
     found = jobs.producer(root, kind, name)
     read = jobs.results_of(root, found, name, sets)
-    made = jobs.function_of(found)(results.opened(folder, read))
+    given = [results.opened(folder, read)]
+    if found.published:
+        given.append(load(root).printed(found.published))
+    made = jobs.function_of(found)(*given)
     if isinstance(made, Drawing):
         from repro.page.style import save_drawing
 

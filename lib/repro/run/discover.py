@@ -36,6 +36,11 @@ class Producer:
         """Experiments whose results the function reads."""
         return tuple(self.details.get("needs", ()))
 
+    @property
+    def published(self) -> tuple[str, ...]:
+        """Printed numbers that a figure or table shows beside the results."""
+        return tuple(self.details.get("published", ()))
+
 
 def page_files(root: Path) -> list[Path]:
     """Chapter pages below ``root/chapters``, in reading order."""

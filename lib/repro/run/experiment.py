@@ -66,10 +66,14 @@ def figure(
     evidence: str,
     per_set: bool = False,
     scene: bool = False,
+    published: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Drawing`` as the producer of a figure.
 
-    With ``scene`` the drawing brings a `raxel.show.Scene`; the page offers it.
+    With ``scene`` the drawing brings a `raxel.show.Scene`; the page offers it. With
+    ``published``, ids of numbers of the ledger, it is called as ``function(results,
+    published)``, with {id: printed value}. That is for drawing alone: all results are
+    there by then, and no experiment, claim or number can ask for it.
     """
     return _mark(
         "figure",
@@ -78,6 +82,7 @@ def figure(
         evidence=evidence,
         per_set=per_set,
         scene=scene,
+        published=published,
     )
 
 
@@ -87,9 +92,20 @@ def table(
     needs: Sequence[str] = (),
     evidence: str,
     per_set: bool = False,
+    published: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
-    """Mark ``function(results) -> Table`` as the producer of a table."""
-    return _mark("table", identifier, needs=needs, evidence=evidence, per_set=per_set)
+    """Mark ``function(results) -> Table`` as the producer of a table.
+
+    ``published`` is as for a `figure`.
+    """
+    return _mark(
+        "table",
+        identifier,
+        needs=needs,
+        evidence=evidence,
+        per_set=per_set,
+        published=published,
+    )
 
 
 def claim(

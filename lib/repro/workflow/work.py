@@ -341,7 +341,11 @@ class Work:
 
     def _key(self, kind: str, identifier: str, more) -> str:
         producer = self.producers[kind, identifier]
-        return self.reach.key((producer.module, producer.function), *more)
+        key = self.reach.key((producer.module, producer.function), *more)
+        if not producer.published:
+            return key
+        printed = json.dumps(self._ledger.printed(producer.published))
+        return f"{key}-{hashlib.sha256(printed.encode()).hexdigest()[:16]}"
 
     def judge_code(self, wildcards) -> str:
         """Key over the code of a page's judgements."""
