@@ -76,6 +76,19 @@ def test_interval_of_a_paired_gain_covers_it_and_never_vanishes():
     assert alike.high == -alike.low == pytest.approx(1 - 0.025 ** (1 / 40))
 
 
+def test_interval_of_a_gain_of_independent_trials_covers_it_and_never_vanishes():
+    rng = np.random.default_rng(6)
+    runs, covered = 200, 0
+    for _ in range(runs):
+        a, b = rng.random(50) < 0.9, rng.random(40) < 0.6
+        found = stats.share_gain(a, b)
+        covered += found.low <= 0.3 <= found.high
+    assert covered >= 0.95 * runs - binomial_room(runs, 0.95)
+    whole = stats.share_gain(np.ones(50), np.zeros(50))
+    assert (whole.value, whole.high) == (1, 1)
+    assert whole.low == pytest.approx(1 - np.sqrt(2) * (1 - 0.025 ** (1 / 50)))
+
+
 def share_outside(drawn, found):
     """Shares of drawn values below and above an interval."""
     drawn = np.concatenate([np.atleast_1d(d) for d in drawn])

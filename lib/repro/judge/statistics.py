@@ -126,6 +126,19 @@ def paired_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
     return Estimate(value, float(value - down), float(value + up))
 
 
+def share_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
+    """Difference of the shares of successes of independent trials (n,), (m,), 1 or 0.
+
+    From the exact intervals of both shares, as in `paired_gain`: it has a width where
+    all trials of one succeed and none of the other. Returns Estimate.
+    """
+    a, b = proportion(better), proportion(worse)
+    value = a.value - b.value
+    down = np.hypot(a.value - a.low, b.high - b.value)
+    up = np.hypot(a.high - a.value, b.value - b.low)
+    return Estimate(value, float(value - down), float(value + up))
+
+
 def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
     """Order statistics, so that an infinite worst stays what it is.
 
