@@ -5,19 +5,31 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_robustness.claims import (
+from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import (
     judge_detect_below_basin,
-    judge_fisheye_fail,
+    judge_small_square_fail,
     rate,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.results import (
+    PRIMARY,
     SWEEPS,
+    Under,
     blur_that_hurts,
     bracketed,
     first_lost,
+    full_range_levels,
     levels_of,
     limit,
+    successes,
+    sure_up_to,
 )
+from chapters.ch03_planar_grids.s3_1_robustness.trials import (
+    by_smoothing,
+    gaps,
+    largest_in_order,
+    merging_trial,
+)
+from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.scoring import missing_on, scored
 
 LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
@@ -70,8 +82,10 @@ class Sweep:
     def __init__(self, name, successes, means=None):
         self.name, self.successes, self.means = name, successes, means
         self.conditions = [{name: level, "levels": "full range"} for level in successes]
+        self.trials_per_condition = 1
 
     def column(self, value, **condition):
+        value = value.removeprefix("0.7 px.")
         which = self.successes if value == "success" else self.means
         return np.atleast_1d(np.asarray(which[condition[self.name]], float))
 
@@ -113,37 +127,39 @@ def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
     assert lengths.var() == pytest.approx(0.16, abs=0.005)
 
 
-class Fovs(Sweep):
-    """A sweep of fields of view, whose failed trials name a contour."""
+def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
+    def column(name, **condition):
+        return {"success": [1.0], "0.7 px.success": [0.0]}[name]
 
-    def column(self, name, **condition):
-        if name == "success":
-            return super().column(name, **condition)
-        return np.array(self.values[name][condition["fov_deg"]])
-
-    def texts(self, name, **condition):
-        return self.values[name][condition["fov_deg"]]
-
-
-def rim_readings(contour, on_rim):
-    trials = 40
-    fovs = Fovs("fov_deg", {134: [1] * trials, 152: [0] * trials})
-    fovs.values = {
-        "missed": {152: [4.0] * trials},
-        "missed_on_rim": {152: [float(on_rim)] * trials},
-        "contour": {152: [contour] * trials},
+    result = SimpleNamespace(column=column, conditions=[], trials_per_condition=1)
+    assert next(iter(SMOOTHINGS)) == PRIMARY
+    assert successes(Under(result, PRIMARY)) == [1.0]
+    assert successes(Under(result, "0.7 px")) == [0.0]
+    assert by_smoothing(lambda settings: {"px": settings.smoothing_limits_px}) == {
+        "px": (0.5, 1.5),
+        "0.7 px": {"px": (0.7, 0.7)},
     }
-    readings = judge_fisheye_fail({"fig_3_11_fov": fovs})
-    return {r.reading["rim_losses"]: r.verdict for r in readings}
 
 
-def test_losses_on_sides_say_nothing_of_where_boards_break():
-    assert rim_readings("side 2", 4) == {
-        "all trials": "reproduced",
-        "trials that lost no side": "undecided",
-    }
-    assert set(rim_readings("column 3", 4).values()) == {"reproduced"}
-    assert set(rim_readings("column 3", 1).values()) == {"differs"}
+def test_a_yaw_counts_only_while_all_before_it_are_sure():
+    sweep = Sweep("yaw_deg", {0: [1] * 9, 40: [1] * 9, 44: [0] * 9, 48: [1] * 9})
+    assert sure_up_to(sweep, "yaw_deg", 0.9) == 40
+    assert sure_up_to(Sweep("yaw_deg", {0: [0]}), "yaw_deg", 0.9) == 0
+
+
+def grid(**moved):
+    """A CELECT result with the true corners, some of them moved."""
+    corners = LATTICE.copy()
+    for place, step in moved.items():
+        corners[tuple(map(int, place[1:]))] += step
+    return run(corners)
+
+
+def test_a_complete_grid_in_order_has_its_largest_error_however_large():
+    assert largest_in_order(grid(c11=[0, 9.5]), LATTICE) == pytest.approx(9.5)
+    assert not scored(grid(c11=[0, 9.5]), LATTICE)["success"]
+    assert largest_in_order(grid(c11=[0, 10.5]), LATTICE) is None
+    assert largest_in_order(run(), LATTICE) is None
 
 
 class Levels(Sweep):
@@ -166,3 +182,43 @@ def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
         "count as the worst": ("differs", 0.7),
         "left out": ("reproduced", 1.0),
     }
+
+
+def test_a_level_that_sweeps_share_counts_once():
+    def sweep(levels):
+        conditions = [{"x": x, "levels": option} for x, option in levels]
+        return SimpleNamespace(conditions=conditions)
+
+    full, half = "full range", "half range"
+    sweeps = {"a": sweep([(0, full), (1, full), (1, half)]), "b": sweep([(1, full)])}
+    found = [(condition["x"]) for _, condition in full_range_levels(sweeps)]
+    assert found == [0, 1]
+
+
+def test_success_that_does_not_follow_the_square_is_no_rise():
+    def verdicts(right):
+        result = Sweep("squares_across", right)
+        readings = judge_small_square_fail({"fig_3_11_square": result})
+        return {r.verdict for r in readings}
+
+    assert verdicts({5: [1], 10: [1], 20: [0], 40: [0]}) == {"reproduced"}
+    assert verdicts({5: [0], 10: [1], 20: [0], 40: [1]}) == {"differs"}
+    assert verdicts({5: [1], 10: [1], 20: [1], 40: [1]}) == {"differs"}
+
+
+def test_gaps_are_those_between_candidates_of_neighbouring_corners():
+    truth = np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 0.0]])
+    split = np.array([[-5.0, 0], [5, 0], [25, 0], [35, 0]])
+    assert gaps(split, truth)[0] == 20
+    assert np.isnan(gaps(split, truth)[1])
+
+
+def test_a_turned_board_loses_corners_that_blur_has_split_not_near_ones():
+    """29 px apart, with 19 px for t8: only what stands beside them can be merged."""
+    found = merging_trial({"yaw_deg": 40}, None)
+    weak = found["0.7 px"]
+    assert found["step_px"] > 1.4 * found["t8_px"]
+    assert found["gap_px"] < found["t8_px"] < weak["gap_px"]
+    assert (found["corners"], weak["corners"]) == (8, 9)
+    owner = np.linalg.norm(found["candidates"] - found["truth"][-1], axis=1)
+    assert owner[owner < 8].min() > 5

@@ -1,4 +1,4 @@
-"""The synthetic board of 3.3.1 as a condition describes it, and its defaults."""
+"""The synthetic board of 3.3.1 as a condition describes it, and CELECT's smoothings."""
 
 from __future__ import annotations
 
@@ -7,6 +7,13 @@ from chapters.shared.synthetic_board import (
     SIZE_PX,
     SyntheticBoard,
 )
+from raxel.features.celect import CelectSettings
+
+# How far Canny's and Harris's gradients are smoothed: 3.3.1 is run with both.
+SMOOTHINGS = {
+    "share of the square": CelectSettings(),
+    "0.7 px": CelectSettings(smoothing_limits_px=(0.7, 0.7)),
+}
 
 LEVELS = {"full range": FULL_RANGE, "half range": (64.0, 191.0)}
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_1_robustness.trials import BLUR_PX
 from chapters.shared.localiser_basin import (
     HALF_WINDOWS,
     LOCALISED_PX,
     farthest_start,
     worst_within,
 )
+from chapters.shared.robustness import LEVELS, SMOOTHINGS
+from chapters.shared.scoring import DONE
 from chapters.shared.synthetic_board import SIZE_PX
-from raxel.features.celect import TOO_FEW
 from repro.page.reader import value
 from repro.run.experiment import numbers
 from repro.run.outcomes import Value
@@ -31,9 +33,46 @@ WITHOUT_BLUR = ("noise", "square", "fov", "yaw")
 FULL = {"levels": "full range"}
 
 
+# What the text leaves open here; the option that decides comes first.
+QUESTIONS = {
+    "celect_smoothing": tuple(SMOOTHINGS),
+    "board_levels": tuple(LEVELS),
+    "corner_distance": (
+        "interior corners",
+        "last corner and rim of the board",
+    ),
+    "failed_trials_of_a_level": ("left out", "count as the worst"),
+    "localiser_window": tuple(HALF_WINDOWS),
+}
+PRIMARY, *OTHERS = SMOOTHINGS
+
+
+class Under:
+    """The result of a sweep as one smoothing left it: see `trials.by_smoothing`."""
+
+    def __init__(self, result, smoothing):
+        self.result = result
+        self.prefix = "" if smoothing == PRIMARY else f"{smoothing}."
+        self.conditions = result.conditions
+        self.trials_per_condition = result.trials_per_condition
+
+    def column(self, name, **condition):
+        """Trials (n,) of a value."""
+        return self.result.column(self.prefix + name, **condition)
+
+    def texts(self, name, **condition):
+        """Trials of a textual value."""
+        return self.result.texts(self.prefix + name, **condition)
+
+
 def experiment_of(sweep):
     """Name of the experiment of a sweep."""
     return f"fig_3_11_{sweep}"
+
+
+def sweeps_under(results, smoothing, sweeps=tuple(SWEEPS)):
+    """Sweep -> its result as one smoothing left it."""
+    return {s: Under(results[experiment_of(s)], smoothing) for s in sweeps}
 
 
 def levels_of(result, name, **other):
@@ -59,18 +98,52 @@ def first_lost(result, name, **other):
     return None
 
 
-def largest_errors(results, sweeps):
-    """Largest error (px) over the successful trials of every level."""
-    found = []
-    for sweep in sweeps:
-        result = results[experiment_of(sweep)]
+def full_range_levels(sweeps):
+    """(result, condition) of every level at full contrast, each condition once.
+
+    The five sweeps meet at the default condition.
+    """
+    seen = []
+    for result in sweeps.values():
         for condition in result.conditions:
-            if condition["levels"] != "full range":
-                continue
-            errors = result.column("max_px", **condition)
-            if np.isfinite(errors).any():
-                found.append(np.nanmax(errors))
-    return np.array(found)
+            if (
+                condition["levels"] == "full range"
+                and condition not in seen
+            ):
+                seen.append(condition)
+                yield result, condition
+
+
+def largest_errors(sweeps):
+    """Largest error (px) of the successful trials of every level that has some."""
+    errors = [
+        result.column("max_px", **condition)
+        for result, condition in full_range_levels(sweeps)
+    ]
+    return np.array([np.nanmax(e) for e in errors if np.isfinite(e).any()])
+
+
+def sure_up_to(result, name, share):
+    """Last level up to which at least `share` of the trials of every level are right.
+
+    0 where that fails at the first level.
+    """
+    last = 0
+    for level in levels_of(result, name):
+        if successes(result, **{name: level}).mean() < share:
+            break
+        last = level
+    return float(last)
+
+
+def losses(result):
+    """Stage at which runs were lost -> how many, over all levels at full contrast."""
+    stages = Counter()
+    for condition in result.conditions:
+        if condition["levels"] == "full range":
+            stages.update(result.texts("stage", **condition))
+    del stages[DONE]
+    return stages
 
 
 def limit(result, name, **other):
@@ -86,16 +159,32 @@ def limit(result, name, **other):
     return before, float(levels[index])
 
 
-def first_limit(result, name, what, unit, **other):
+def first_limit(results, sweep, what, unit, **other):
     """Value of the first level with a lost trial, in its bracket."""
-    before, first = limit(result, name, **other)
+    name = SWEEPS[sweep]
+    before, first = limit(results[PRIMARY][sweep], name, **other)
+    said = in_others(
+        lambda smoothing: limit(results[smoothing][sweep], name, **other)[1]
+    )
     return bracketed(
         before,
         first,
         unit,
         f"{what}: first level with a lost trial; the interval begins at the "
-        "level before it",
+        f"level before it; {said}",
     )
+
+
+def in_others(level):
+    """What level(smoothing) is with the smoothings that do not decide, in words."""
+    return "; ".join(
+        f"with a smoothing of {name} {told(level(name))}" for name in OTHERS
+    )
+
+
+def told(number):
+    """A level in words: "none" where a sweep has none."""
+    return f"{number:.0f}" if np.isfinite(number) else "none"
 
 
 def bracketed(before, first, unit, reason):
@@ -119,8 +208,8 @@ def smallest_square(result):
     ]
     if not kept:
         return np.nan, np.nan
-    spacing = result.column("least_px", squares_across=max(kept))[0]
-    return SIZE_PX / max(kept), float(spacing)
+    spacing = result.result.column("least_px", squares_across=max(kept))
+    return float(SIZE_PX / max(kept)), float(spacing[0])
 
 
 def blur_that_hurts(result):
@@ -156,11 +245,12 @@ def blur_that_hurts(result):
 )
 def numbers_fig_3_11(results):
     """The settings of the sweeps as they were run, and their limits."""
+    swept = {name: sweeps_under(results, name) for name in SMOOTHINGS}
     noise = results["fig_3_11_noise"]
     ran, default = noise.settings, noise.settings["defaults"]
-    square, spacing = smallest_square(results["fig_3_11_square"])
-    before, blurred = blur_that_hurts(results["fig_3_11_blur"])
-    largest = float(largest_errors(results, WITHOUT_BLUR).max())
+    square, spacing = smallest_square(swept[PRIMARY]["square"])
+    before, blurred = blur_that_hurts(swept[PRIMARY]["blur"])
+    largest = {name: largest_without_blur(s) for name, s in swept.items()}
     return numbers_of_basin(results) | {
         "s3_3_1_img": Value(ran["image_px"], unit="px"),
         "s3_3_1_fov": Value(default["fov_deg"], unit="deg"),
@@ -170,22 +260,27 @@ def numbers_fig_3_11(results):
         "s3_3_1_trials": Value(noise.trials_per_condition, unit="count"),
         "s3_3_1_fail": Value(ran["lost_px"], unit="px"),
         "s3_3_1_maxerr": Value(
-            largest,
-            interval=(largest, largest),
+            largest[PRIMARY],
+            interval=(largest[PRIMARY],) * 2,
             unit="px",
-            reason="largest over all trials of four sweeps",
+            reason="largest over all trials of four sweeps; "
+            + "; ".join(
+                f"with a smoothing of {name} {largest[name]:.2f} px"
+                for name in OTHERS
+            ),
         ),
         "s3_3_1_noise_fail": first_limit(
-            noise, "noise_sd", "noise", "grey levels", **FULL
+            swept, "noise", "noise", "grey levels", **FULL
         ),
-        "s3_3_1_yaw_fail": first_limit(
-            results["fig_3_11_yaw"], "yaw_deg", "yaw", "deg"
-        ),
+        "s3_3_1_yaw_fail": first_limit(swept, "yaw", "yaw", "deg"),
         "s3_3_1_pitch_ok": Value(
             square,
             interval=(square, square),
             unit="px",
-            reason="smallest square of the sweep in which no trial is lost",
+            reason="smallest square of the sweep in which no trial is lost; "
+            + in_others(
+                lambda name: smallest_square(swept[name]["square"])[0]
+            ),
         ),
         "s3_3_1_intercorner": Value(
             spacing,
@@ -199,39 +294,45 @@ def numbers_fig_3_11(results):
             "px",
             "first blur worse than 1 px by a fifth of the trials or a "
             "quarter of the mean error; the interval begins at the level "
-            "before it",
+            "before it; "
+            + in_others(
+                lambda name: blur_that_hurts(swept[name]["blur"])[1]
+            ),
         ),
     }
+
+
+def largest_without_blur(sweeps):
+    """Largest error (px) over all successful trials of the four sweeps of the text."""
+    return float(largest_errors({s: sweeps[s] for s in WITHOUT_BLUR}).max())
 
 
 def numbers_of_basin(results):
     """Numbers of Fig. 3.11(f), for the producer of that figure's numbers."""
     result = results["fig_3_11_localised"]
-    window = "full window"
+    window, other = HALF_WINDOWS
     worst = worst_within(result, window)
     start = farthest_start(result, window)
-    wide = worst_within(result, "half window")
-    reason = (
-        "9 x 9 pixels as printed; with OpenCV's half window of 9 the "
-        "largest error is "
-    )
     return {
         "s3_3_1_loc_win": Value(
-            2 * result.settings["half_windows"][window] + 1, unit="px"
+            result.settings["half_windows"][window],
+            unit="px",
+            reason="as OpenCV's half window: 19 x 19 px (E-3.16)",
         ),
         "s3_3_1_loc_max": Value(
             worst,
             interval=(worst, worst),
             unit="px",
-            reason=f"{reason}{wide:.2f} px",
+            reason="9 as OpenCV's half window; with a window of 9 x 9 px the "
+            f"largest error is {worst_within(result, other):.1f} px",
         ),
         "s3_3_1_loc_init": Value(
             start,
             interval=(start, start),
             unit="px",
-            reason=f"largest start error of the sweep with all corners "
-            f"within {LOCALISED_PX} px; 9 x 9 pixels as printed; with a half "
-            f"window of 9 it is {farthest_start(result, 'half window'):g}",
+            reason="largest start error of the sweep from which all corners "
+            f"come within {LOCALISED_PX} px; 9 as OpenCV's half window; with "
+            f"a window of 9 x 9 px it is {farthest_start(result, other):g} px",
         ),
     }
 
@@ -261,11 +362,6 @@ def numbers_sec_3_3_1(results):
     }
 
 
-def told(number, digits=0):
-    """A level in words: "none" where a sweep has none."""
-    return f"{number:.{digits}f}" if np.isfinite(number) else "none"
-
-
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {
@@ -273,43 +369,26 @@ def name_values(open_results):
     }
     noise = results["fig_3_11_noise"]
     value("trials", noise.trials_per_condition)
-    for option, name in (("full range", "noise"), ("half range", "half")):
-        before, first = limit(noise, "noise_sd", levels=option)
-        value(f"{name}.kept", told(before))
-        value(f"{name}.lost", told(first))
-    for sweep in ("fov", "yaw"):
-        before, first = limit(results[experiment_of(sweep)], SWEEPS[sweep])
-        value(f"{sweep}.kept", told(before))
-        value(f"{sweep}.lost", told(first))
-    square, spacing = smallest_square(results["fig_3_11_square"])
-    value("square", told(square))
-    value("spacing", told(spacing, 1))
-    before, blurred = blur_that_hurts(results["fig_3_11_blur"])
-    value("blur.kept", told(before))
-    value("blur.lost", told(blurred))
-    value("largest", float(largest_errors(results, WITHOUT_BLUR).max()))
-    value("largest.any", float(largest_errors(results, SWEEPS).max()))
+    swept = {name: sweeps_under(results, name) for name in SMOOTHINGS}
+    for short, smoothing in (("share", PRIMARY), ("weak", OTHERS[0])):
+        one = swept[smoothing]
+        for sweep in ("noise", "fov", "yaw"):
+            other = FULL if sweep == "noise" else {}
+            before, first = limit(one[sweep], SWEEPS[sweep], **other)
+            value(f"{short}.{sweep}.kept", told(before))
+            value(f"{short}.{sweep}.lost", told(first))
+        value(f"{short}.square", told(smallest_square(one["square"])[0]))
+        for blur in (2, 4):
+            right = successes(one["blur"], blur_px=blur).mean()
+            value(f"{short}.blur_{blur}", 100 * float(right))
+        value(f"{short}.largest", largest_without_blur(one))
     default = {"noise_sd": 0, **FULL}
     value("mean", float(np.nanmedian(noise.column("mean_px", **default))))
-    lost = {"square": {}, "fov": {}, "noise": {}, "blur": {}}
-    for sweep, stages in lost.items():
-        result = results[experiment_of(sweep)]
-        for condition in result.conditions:
-            for stage in result.texts("stage", **condition):
-                stages[stage] = stages.get(stage, 0) + 1
-        stages.pop("done", None)
-        most = max(stages, key=stages.get, default="none")
-        value(f"{sweep}.stage", most)
-        value(f"{sweep}.stage.count", stages.get(most, 0))
-        value(f"{sweep}.losses", sum(stages.values()))
-    yaw = results[experiment_of("yaw")]
-    ends = [e for c in yaw.conditions for e in yaw.texts("stage", **c)]
-    value("yaw.few", ends.count(TOO_FEW))
-    # A trial whose corners are not all in the picture has no contour.
-    lost = [e for c in yaw.conditions for e in yaw.texts("contour", **c)]
-    value("yaw.losses", len(lost) - lost.count(None))
-    value("blur.largest", max(BLUR_PX))
-    value("fov.default", DEFAULT_FOV)
+    square = results["fig_3_11_square"]
+    value(
+        "interior", float(square.column("least_px", squares_across=20)[0])
+    )
+    value("rim", float(square.column("rim_px", squares_across=20)[0]))
     basin = open_results("fig_3_11_localised")
     for window in HALF_WINDOWS:
         name = window.replace(" ", "_")

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from itertools import pairwise
 
-from chapters.shared.robustness import DEFAULTS
-from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
+import numpy as np
+
+from chapters.shared.localiser_basin import (
+    HALF_WINDOWS,
+    basin_image,
+    basin_scores,
+    off_by,
+)
+from chapters.shared.robustness import DEFAULTS, SMOOTHINGS, board_of
+from chapters.shared.scoring import LOST_PX
+from chapters.shared.synthetic_board import SIZE_PX, clicks
+from raxel.evaluation.board_scores import distances
+from raxel.features.celect import celect
+from raxel.features.localise import corner_subpix
 
 NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50, 65, 80, 100)
 BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
@@ -28,12 +40,11 @@ SETTINGS = {
     "clicks": {"sd_px": 2.0, "cap_px": 4.0},
     "lost_px": 8.0,
     "celect": "the thesis's values (Tables 3.1 and 3.2)",
+    "smoothings": list(SMOOTHINGS),
 }
+OUT_OF_SIGHT = "corner not in the picture"
 
-START_ERRORS_PX = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12)
-BASIN_QUICK = (0, 4, 8)
 BASIN_TRIALS = {"quick": 2, "full": 50}
-BASIN_BLUR_PX = 1.0
 TERMINATION_PX = 0.1
 
 
@@ -43,8 +54,131 @@ def sweep(name, values, effort, **other):
     return [DEFAULTS | other | {name: value} for value in taken]
 
 
-@lru_cache(maxsize=1)
-def basin_image():
-    """The image of Fig. 3.10(b), and its true corners (N, 2)."""
-    board = SyntheticBoard()
-    return board.image(BASIN_BLUR_PX), board.corners
+def by_smoothing(score):
+    """score(settings) for every smoothing; the values of the first have no prefix."""
+    first, *others = SMOOTHINGS
+    return score(SMOOTHINGS[first]) | {
+        name: score(SMOOTHINGS[name]) for name in others
+    }
+
+
+def largest_in_order(result, lattice):
+    """Largest error (px) of a complete grid in the right order, however large.
+
+    In order: every corner is nearest to its own true corner. None without one.
+    """
+    if not result.found:
+        return None
+    truth = lattice.reshape(-1, 2)
+    apart = distances(truth, result.corners.reshape(-1, 2))
+    own = np.diagonal(apart)
+    return float(own.max()) if (own == apart.min(axis=0)).all() else None
+
+
+SHOWN_YAW_DEG = 40
+MERGING_YAW_DEG = {
+    "quick": (0, SHOWN_YAW_DEG, 48),
+    "full": (0, 10, 20, 30, 34, 36, 38, SHOWN_YAW_DEG, 42, 44, 46, 48),
+}
+
+
+def gaps(candidates, truth):
+    """Distance (N - 1,) px between what neighbouring corners (N, 2) were found as.
+
+    Of the candidates (M, 2), each of which belongs to its nearest corner, the two
+    nearest count; nan where a corner has none.
+    """
+    owner = distances(candidates, truth).argmin(axis=1)
+    own = [candidates[owner == k] for k in range(len(truth))]
+    return np.array(
+        [
+            distances(a, b).min() if len(a) and len(b) else np.nan
+            for a, b in pairwise(own)
+        ]
+    )
+
+
+def merging_trial(condition, rng):
+    """Side 1 of a turned board, clicked on its true corners: what t8 has to part."""
+    board = board_of(DEFAULTS | {"yaw_deg": condition["yaw_deg"]})
+    image = board.image(DEFAULTS["blur_px"])
+    truth = board.lattice[0]
+
+    def along_side(settings):
+        result = celect(
+            image,
+            board.outer_corners,
+            board.columns,
+            board.rows,
+            settings=settings,
+        )
+        side = result.contours[0]
+        return {
+            "t8_px": settings.merge * side.s,
+            "gap_px": float(np.min(gaps(side.inliers, truth))),
+            "corners": len(side.merged),
+            "candidates": side.inliers,
+            "merged": side.merged,
+        }
+
+    steps = np.linalg.norm(np.diff(truth, axis=0), axis=1)
+    found = {"step_px": float(steps.min())} | by_smoothing(along_side)
+    if condition["yaw_deg"] == SHOWN_YAW_DEG:
+        found |= {"picture": image, "truth": truth}
+    return found
+
+
+COLUMN_FOV_DEG = tuple(fov for fov in FOV_DEG if fov > DEFAULTS["fov_deg"])
+COLUMN_TRIALS = {"quick": 1, "full": 10}
+
+
+def column_trial(condition, rng):
+    """Which columns are lost when the four sides are given by hand, exactly."""
+    board = board_of(condition)
+    image = board.image(condition["blur_px"])
+    outer = clicks(board.outer_corners, rng)
+    lattice = board.lattice
+    sides = (lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0])
+    given = {f"side {k}": side for k, side in enumerate(sides, 1)}
+
+    def lost(settings):
+        result = celect(
+            image,
+            outer,
+            board.columns,
+            board.rows,
+            settings=settings,
+            given_contours=given,
+        )
+        off = np.linalg.norm(result.corners - lattice, axis=2)
+        right = (off <= LOST_PX).all(axis=0)
+        return {
+            f"column {k + 1}": bool(not right[k])
+            for k in range(1, board.columns - 1)
+        }
+
+    return by_smoothing(lost)
+
+
+def basin_trial(condition, rng):
+    """OpenCV's localiser from starts that are all off by the same distance."""
+    image, truth = basin_image()
+    start = off_by(condition["start_px"], truth, rng)
+    found = {
+        name: corner_subpix(
+            image, start, half_window=half, termination_px=TERMINATION_PX
+        )
+        for name, half in HALF_WINDOWS.items()
+    }
+    return {name: basin_scores(one, truth) for name, one in found.items()}
+
+
+def picture_trial(condition, rng):
+    """The board as Fig. 3.10 shows it: sharp, without noise."""
+    board = board_of(condition["of"])
+    corners = board.corners
+    if condition["shape"] == "bent":
+        return {"picture": board.image(0.0), "corners": corners}
+    flat = board.chessboard.points()
+    flat = flat - flat.mean(axis=0) + (SIZE_PX - 1) / 2
+    return {"picture": board.flat_image(), "corners": flat}

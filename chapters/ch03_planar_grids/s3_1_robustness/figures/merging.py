@@ -1,0 +1,98 @@
+"""Why a turned board loses corners: what t8 has to part along side 1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_1_robustness.results import (
+    PRIMARY,
+    Under,
+)
+from chapters.ch03_planar_grids.s3_1_robustness.trials import SHOWN_YAW_DEG
+from chapters.shared.robustness import SMOOTHINGS
+from repro.page.style import figure as new_figure
+from repro.page.style import series
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+CROP_PX = 28
+SHOWN_CORNERS = 3
+
+
+@figure(
+    "ext_celect_merging", needs=("ext_celect_merging",), evidence="rendered"
+)
+def ext_celect_merging(results):
+    """The last corners of side 1, and over yaw the gap between their candidates."""
+    result = results["ext_celect_merging"]
+    drawn, (picture, panel) = new_figure(
+        1, 2, height_in=3.7, width_ratios=(1, 1.25)
+    )
+    _draw_corners(picture, result)
+    rows = _draw_gaps(panel, result)
+    return Drawing(
+        drawn,
+        columns(
+            ("smoothing", "yaw_deg", "step_px", "gap_px", "t8_px"), rows
+        ),
+        "Left: the far end of side 1 of a board that is turned by "
+        f"{SHOWN_YAW_DEG}°, with the true corners and what Harris's detector "
+        "finds of them. Right: over yaw, the least step between "
+        "neighbouring corners of side 1, the least gap between candidates "
+        "of neighbouring corners, and the distance $t_8$ below which "
+        "candidates are merged. Blur 1 px, no noise, clicks on the true "
+        "corners.",
+    )
+
+
+def _draw_corners(panel, result):
+    shown = {"yaw_deg": SHOWN_YAW_DEG}
+    (image,) = result.arrays("picture", **shown)
+    (truth,) = result.arrays("truth", **shown)
+    last = truth[-SHOWN_CORNERS:]
+    panel.imshow(image, cmap="gray", vmin=-120, vmax=375)
+    panel.plot(
+        *last.T, "x", color="black", ms=9, mew=2, label="true corner"
+    )
+    for index, smoothing in enumerate(SMOOTHINGS):
+        prefix = Under(result, smoothing).prefix
+        (found,) = result.arrays(f"{prefix}candidates", **shown)
+        look = series(1 + index) | {"linestyle": "none"}
+        panel.plot(*found.T, ms=6, label=smoothing, **look)
+    middle = (last.min(axis=0) + last.max(axis=0)) / 2
+    reach = np.ptp(last, axis=0).max() / 2 + CROP_PX
+    panel.set_xlim(middle[0] - reach, middle[0] + reach)
+    panel.set_ylim(middle[1] + reach, middle[1] - reach)
+    panel.grid(visible=False)
+    panel.set_title(f"side 1, yaw {SHOWN_YAW_DEG}°")
+    panel.set_xlabel("u (px)")
+    panel.set_ylabel("v (px)")
+    panel.legend(loc="lower left", fontsize=8, handlelength=1.2)
+
+
+def _draw_gaps(panel, result):
+    rows = []
+    yaws = [c["yaw_deg"] for c in result.conditions]
+
+    def along(name):
+        return [result.column(name, yaw_deg=yaw)[0] for yaw in yaws]
+
+    steps = along("step_px")
+    panel.plot(yaws, steps, label="step between corners", **series(0))
+    for index, smoothing in enumerate(SMOOTHINGS):
+        prefix = Under(result, smoothing).prefix
+        gap, merge = along(f"{prefix}gap_px"), along(f"{prefix}t8_px")
+        label = f"gap, {smoothing}"
+        panel.plot(yaws, gap, label=label, **series(1 + index))
+        if smoothing == PRIMARY:
+            panel.plot(yaws, merge, label="$t_8$", **series(6))
+        rows += [
+            (smoothing, *cells)
+            for cells in zip(yaws, steps, gap, merge, strict=True)
+        ]
+    panel.set_ylim(0, 50)
+    panel.set_xlabel("Yaw (deg)")
+    panel.set_ylabel("Distance (px)")
+    panel.legend(loc="lower left", fontsize=8)
+    return rows

@@ -1,0 +1,62 @@
+"""Fig. 3.10: the synthetic board."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
+from repro.page.style import figure as new_figure
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+
+@figure("fig_3_10", needs=("fig_3_10_pictures",), evidence="rendered")
+def fig_3_10(results):
+    """The board before and after bending, with its corners."""
+    result = results["fig_3_10_pictures"]
+    drawn, panels = new_figure(1, 2, height_in=3.9)
+    data = {"panel": [], "corner": [], "u_px": [], "v_px": []}
+    for panel, shape, title in zip(
+        panels,
+        ("flat", "bent"),
+        ("(a) before bending", "(b) FOV 134°"),
+        strict=True,
+    ):
+        (picture,) = result.arrays("picture", shape=shape)
+        (corners,) = result.arrays("corners", shape=shape)
+        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+        panel.plot(*corners.T, "o", color="#d55e00", ms=2.5)
+        panel.grid(visible=False)
+        panel.set_title(title)
+        panel.set_xlabel("u (px)")
+        for index, (u, v) in enumerate(corners):
+            for column, cell in zip(
+                data, (shape, index, u, v), strict=True
+            ):
+                data[column].append(cell)
+    for panel in panels:
+        panel.set_ylabel("v (px)")
+    board = SyntheticBoard()
+    flat, bent = (
+        result.arrays("corners", shape=s)[0] for s in ("flat", "bent")
+    )
+    middle = (SIZE_PX - 1) / 2
+    before, after = (
+        np.linalg.norm(c - middle, axis=1) for c in (flat, bent)
+    )
+    law = (
+        2 * board.focal_px * np.sin(np.arctan(before / board.focal_px) / 2)
+    )
+    worst = float(np.abs(after - law).max())
+    return Drawing(
+        drawn,
+        data,
+        "Synthetic chessboard (a) before bending and (b) seen by an "
+        "equisolid fisheye with 134° on the diagonal. Dots: the corners "
+        "to be found.",
+        check=Check(
+            worst < 1e-6,
+            "radii of all corners follow r = 2 f sin(atan(R/f)/2) to "
+            f"{worst:.0e} px",
+        ),
+    )
