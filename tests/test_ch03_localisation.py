@@ -10,11 +10,20 @@ from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
     SURFACE,
     stationary_point,
 )
-from chapters.ch03_planar_grids.s1_3_localisation.results import Swept, per_bin
+from chapters.ch03_planar_grids.s1_3_localisation.results import (
+    Swept,
+    best_blur,
+    per_bin,
+)
 from chapters.ch03_planar_grids.s1_3_localisation.trials import neighbour_distances
-from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_localise_converges
-from chapters.ch03_planar_grids.s3_1_robustness.trials import START_ERRORS_PX
-from chapters.shared.localiser_basin import farthest_start, worst_within
+from chapters.ch03_planar_grids.s3_1_robustness.claims.localiser import (
+    judge_localise_converges,
+)
+from chapters.shared.localiser_basin import (
+    START_ERRORS_PX,
+    farthest_start,
+    worst_within,
+)
 from chapters.shared.synthetic_board import SyntheticBoard
 from repro.run.outcomes import Plan
 from repro.run.results import Result, gather
@@ -108,11 +117,24 @@ def test_images_of_the_same_corners_add_no_certainty(tmp_path):
     assert many.high - many.low == pytest.approx(one.high - one.low, rel=1e-6)
 
 
-def test_the_middle_blur_is_judged_by_what_it_costs(tmp_path):
-    for cost, expected in ((0.3, "reproduced"), (3.0, "differs")):
-        saddle = swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, cost, 4.0]))
-        assert verdict(claims.judge_saddle_blur, saddle=saddle) == expected
+def test_one_blur_is_judged_by_what_it_costs(tmp_path):
+    for costs, expected in (
+        ([1.0, 0.3, 4.0], ("reproduced", "reproduced")),
+        ([1.0, 3.0, 4.0], ("differs", "differs")),
+    ):
+        saddle = swept(tmp_path, "fig_3_5_saddle", with_blur(costs))
+        readings = claims.judge_saddle_blur({"fig_3_5_saddle": saddle})
+        assert tuple(r.verdict for r in readings) == expected
         assert verdict(claims.judge_saddle_window, saddle=saddle) == "reproduced"
+
+
+def test_the_best_blur_inside_need_not_be_the_middle():
+    flat = np.array([[1.0, 0.2, 0.9, 0.8, 0.1]])
+    assert best_blur(flat, 5, [2]) == 2
+    assert best_blur(flat, 5, [1, 2, 3]) == 1
+    # A window of its own in every bin: the blur's best counts.
+    two = np.array([[1.0, 0.2, 0.9], [0.1, 0.5, 0.15]])
+    assert best_blur(two, 3, [1, 2]) == 2
 
 
 def test_entropy_is_compared_at_equal_counts(tmp_path):
@@ -146,7 +168,7 @@ def test_the_basin_ends_where_a_corner_is_left(tmp_path):
             "half window.left_share": 0.0,
         }, {}
 
-    conditions = [{"start_px": start} for start in START_ERRORS_PX]
+    conditions = [{"start_px": start} for start in START_ERRORS_PX["full"]]
     plan = Plan(None, conditions, 3, {"half_windows": {"full window": 4}})
     result = made(tmp_path, "fig_3_11_localised", plan, trial)
     assert farthest_start(result, "full window") == 3

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.shared.localiser_basin import (
+    OTHERS,
+    basin_image,
+    basin_scores,
+    off_by,
+)
 from chapters.shared.synthetic_board import SyntheticBoard
 
 SQUARES_PX = (50, 100, 150, 200)
@@ -37,3 +43,13 @@ def residuals(found, settled, start, truth):
     """Distance (N,) from the truth; where nothing was found, that of the start."""
     at = np.where(settled[:, None], found, start)
     return np.linalg.norm(at - truth, axis=1)
+
+
+def basin_trial(condition, rng):
+    """The other localisers from starts that are all off by the same distance."""
+    image, truth = basin_image()
+    start = off_by(condition["start_px"], truth, rng)
+    return {
+        name: basin_scores(function(image, start, **given), truth)
+        for name, (function, given) in OTHERS.items()
+    }
