@@ -53,7 +53,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - Nothing useful is gained by choosing the settings by distance: it changes
 #   the median residual by {glue:text}`saddle.gain_median:.0f` % (saddle

@@ -64,7 +64,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - One constant that the thesis does not state, how far gradients are
 #   smoothed, moves the limit of noise: the first loss comes at an SD of
