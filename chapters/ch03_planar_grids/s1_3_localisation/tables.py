@@ -82,7 +82,7 @@ def ext_localiser_choice(results):
                 int(window),
                 None if np.isnan(blur) else float(blur),
                 float(median),
-                100 * (excess_of_one_setting(swept) - 1),
+                100 * float(excess_of_one_setting(swept) - 1),
                 *(
                     Measured(100 * s.value, 100 * s.low, 100 * s.high)
                     for s in saved

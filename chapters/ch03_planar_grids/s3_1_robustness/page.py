@@ -71,14 +71,16 @@ from repro.run.outcomes import Plan
 #   {glue:text}`share.noise.lost` grey levels with the smoothing of the other
 #   sections, and at {glue:text}`weak.noise.lost` with
 #   0.7 px (the thesis has 26).
-# - A turned board loses its first trial at {glue:text}`share.yaw.lost`° or
-#   {glue:text}`weak.yaw.lost`°, not because neighbouring corners are too
-#   close: each is found twice, and the false places of two neighbours meet.
+# - A turned board is first lost at {glue:text}`share.yaw.lost`°. Neighbouring
+#   corners are far enough apart there, but each is found twice, and the
+#   false places of two neighbours meet. With 0.7 px they do not, and the
+#   first loss, at {glue:text}`weak.yaw.lost`°, has another cause.
 # - Blur is the weak point with either smoothing: at an SD of 2 px
 #   {glue:text}`share.blur_2:.0f` % of the boards are read, at 4 px
 #   {glue:text}`share.blur_4:.0f` % ({glue:text}`weak.blur_4:.0f` % with 0.7 px).
-# - Squares of 50 px, which the thesis reads completely, are not read here;
-#   the smallest squares without a loss have {glue:text}`share.square` px.
+# - With squares of 50 px, which the thesis reads completely,
+#   {glue:text}`share.square_50:.0f` % of the boards are read
+#   ({glue:text}`weak.square_50:.0f` % with 0.7 px).
 # - OpenCV's localiser brings corners back from 8 px if the thesis's 9 is
 #   OpenCV's half window, and from no more than
 #   {glue:text}`full_window.reach:.0f` px if it is the whole.

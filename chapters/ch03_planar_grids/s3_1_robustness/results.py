@@ -377,7 +377,8 @@ def name_values(open_results):
             before, first = limit(one[sweep], SWEEPS[sweep], **other)
             value(f"{short}.{sweep}.kept", told(before))
             value(f"{short}.{sweep}.lost", told(first))
-        value(f"{short}.square", told(smallest_square(one["square"])[0]))
+        right = successes(one["square"], squares_across=20).mean()
+        value(f"{short}.square_50", 100 * float(right))
         for blur in (2, 4):
             right = successes(one["blur"], blur_px=blur).mean()
             value(f"{short}.blur_{blur}", 100 * float(right))
