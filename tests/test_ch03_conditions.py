@@ -6,6 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from chapters.ch03_planar_grids.s3_2_conditions.claims import (
+    judge_trace_direction,
+    partial_predicates,
+)
 from chapters.ch03_planar_grids.s3_2_conditions.results import (
     logistic_curve,
     logistic_slope,
@@ -23,6 +27,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     largest_part,
     painted,
 )
+from chapters.shared.grid_rigs import HARD, WHOLE
 from chapters.shared.lattices import corner_areas, outer
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.board_photograph import window_of
@@ -159,6 +164,48 @@ def test_candidate_parts_leave_out_the_smallest_steps():
     shortest = [np.diff(p.of(lattice)[0, :, 0]).min() for p in parts]
     assert shortest == sorted(shortest)
     assert parts[1].right == 7
+
+
+class Parts:
+    """A result of large grids: the same part for both cameras in two pictures."""
+
+    trials_per_condition = 2
+
+    def __init__(self, **values):
+        self.values = values
+
+    def column(self, name, camera):
+        who, what = name.split(".")
+        return np.array(self.values[who][what, camera], float)
+
+
+def test_nearer_to_the_frame_is_asked_of_the_fisheye_alone():
+    def of(count, hyperboloidal, fisheye):
+        frames = {"hyperboloidal": hyperboloidal, "fisheye": fisheye}
+        found = {("border_px", camera): px for camera, px in frames.items()}
+        return found | {("count", camera): [count] * 2 for camera in frames}
+
+    result = Parts(celect=of(20, [90, 90], [50, 70]), opencv=of(10, [80, 80], [60, 60]))
+    holds, ratios = partial_predicates(result, result, "opencv")
+    assert holds.tolist() == [True, False]
+    assert ratios.tolist() == [2, 2]
+    small = Parts(celect=of(12, [9, 9], [5, 5]), opencv=of(10, [80, 80], [60, 60]))
+    assert not partial_predicates(small, small, "opencv")[0].any()
+
+
+class Orders:
+    """A result of the eight orders: every image ends alike in all of them."""
+
+    conditions = ({"poses": WHOLE}, {"poses": HARD})
+
+    def column(self, name, **condition):
+        return np.ones(40)
+
+
+def test_an_order_that_never_decides_is_no_slight_difference():
+    readings = judge_trace_direction({"exp_c3_trace_direction": Orders()})
+    assert [r.verdict for r in readings] == ["undecided"] * 2
+    assert [r.reading["pose_range"] for r in readings] == [WHOLE, HARD]
 
 
 def test_search_ends_where_no_line_can_be_added():

@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.claims import decided
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicked_corners
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
+    CLEAN,
+    Which,
+    errors,
+    right,
+    seeds_of,
+)
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import decided
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials import pictures
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
     CLICKS,
@@ -17,15 +24,22 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     CONTOUR,
     FALSE,
+    MEASURES,
     MERGED,
+    METHODS,
     MISPLACED,
     MISSED,
+    REFERENCE,
     SNAP,
     SPLIT,
+    SPOTLESS,
     cause_of,
+    errors_of,
+    least_over_merging,
+    stacked,
 )
-from chapters.shared.grid_detectors import is_right, localised
-from chapters.shared.grid_rigs import SETS, rig_of
+from chapters.shared.grid_detectors import CELECT, OPENCV, is_right, localised
+from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_named, rig_of, wiped
 from chapters.shared.lattices import clockwise, outer
 from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features.celect import (
@@ -96,6 +110,87 @@ def test_the_localiser_brings_starts_to_the_corners():
     assert np.median(off) < 0.1
 
 
+def test_errors_are_told_with_both_windows():
+    board = SyntheticBoard()
+    image, truth = board.image(), board.corners
+    # More than the full window reaches, less than the half window does; OpenCV returns
+    # what it gives up in single precision.
+    start = truth + [6.0, 0.0]
+    found = dict(zip(MEASURES, errors_of(image, start, truth), strict=True))
+    np.testing.assert_allclose(found["before", "truth", None], 6)
+    np.testing.assert_allclose(found["after", "truth", "full window"], 6, atol=1e-4)
+    assert np.median(found["after", "truth", "half window"]) < 0.1
+    assert np.median(found["after", REFERENCE, "half window"]) < 0.1
+    stack = stacked({CELECT: errors_of(image, start, truth)}, METHODS, len(truth))
+    assert stack.shape == (len(METHODS), len(MEASURES), len(truth))
+    assert np.isfinite(stack).all(axis=(1, 2)).tolist() == [
+        method == CELECT for method in METHODS
+    ]
+
+
+def test_least_steps_are_told_in_merging_distances():
+    over, reach = least_over_merging(LATTICE)
+    # t8 = 0.8 s, s = chord / (1.9 corners): Tables 3.1 and 3.2.
+    assert reach == pytest.approx([0.8 * 120 / 9.5, 0.8 * 90 / 7.6] * 2)
+    assert over == pytest.approx(30 / reach)
+    bent = LATTICE.copy()
+    bent[0, 1, 0] += 10
+    assert least_over_merging(bent)[0][0] == pytest.approx(20 / reach[0])
+
+
+def test_poses_are_drawn_from_the_range_that_is_asked_for():
+    for name in ("spherical", "hyperboloidal", "fisheye", "flexible-mirror"):
+        whole, hard = (rig_of(name, 3, poses) for poses in (WHOLE, HARD))
+        assert hard is rig_of(name, 3)
+        for angle in ("polar", "tilt", "subtense"):
+            outer_range, inner = (getattr(r.poses, angle) for r in (whole, hard))
+            assert outer_range[0] <= inner[0]
+            assert outer_range[1] == pytest.approx(inner[1])
+        assert np.rad2deg(whole.poses.tilt) == pytest.approx((0, 70))
+        assert np.rad2deg(whole.poses.subtense) == pytest.approx((35, 125))
+
+
+def test_wiping_takes_one_blemish_and_leaves_the_draws():
+    rig = rig_named("hyperboloidal")
+    assert wiped(rig, None) is rig
+    clean = wiped(rig, "spots").blemishes
+    assert clean.spot_cover == (0.0, 0.0)
+    assert clean.glare_radiance == rig.blemishes.glare_radiance != (0.0, 0.0)
+    assert clean.spots == rig.blemishes.spots
+
+
+class TwoSeeds:
+    """A result of the ball: two seeds of the whole range, one of the hard one."""
+
+    def __init__(self):
+        self.settings = {"set": "spherical"}
+        self.conditions = [
+            {"set": "spherical", "poses": poses, "image": 0, "seed": seed}
+            for poses, seed in ((WHOLE, 1), (WHOLE, 2), (HARD, 1))
+        ]
+
+    def column(self, name, **condition):
+        good = condition["poses"] == WHOLE and "spotless" not in name
+        return np.array([float(good)])
+
+    def arrays(self, name, **condition):
+        methods = SPOTLESS if "spotless" in name else METHODS
+        shape = len(methods), len(MEASURES), 4
+        return [np.full(shape, float(condition["seed"]))]
+
+
+def test_a_reading_counts_its_own_pictures():
+    result = TwoSeeds()
+    assert seeds_of(result) == [1, 2]
+    assert seeds_of(result, Which(HARD)) == seeds_of(result, Which(spots=CLEAN)) == [1]
+    assert right(result, CELECT).tolist() == [True, True]
+    assert right(result, CELECT, Which(HARD)).tolist() == [False]
+    assert right(result, CELECT, Which(WHOLE, CLEAN)).tolist() == [False]
+    found = errors(result, OPENCV, "after", REFERENCE)
+    assert [e.tolist() for e in found] == [[1.0] * 4, [2.0] * 4]
+    assert errors(result, OPENCV, "before", "truth", Which(WHOLE, CLEAN)) == []
+
+
 def test_sets_have_15_images_and_2880_corners():
     corners = 0
     for name in ("spherical", "hyperboloidal", "fisheye", "flexible-mirror"):
@@ -109,7 +204,7 @@ def test_sets_have_15_images_and_2880_corners():
 
 
 def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():
-    one, two = (grid_view("fisheye", 7, 11) for _ in range(2))
+    one, two = (grid_view("fisheye", 7, 11, WHOLE) for _ in range(2))
     np.testing.assert_array_equal(one.image, two.image)
     assert one.image.shape == (768, 1024)
     assert (one.columns, one.rows) == (12, 9)
@@ -123,8 +218,8 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
     rig = rig_of("fisheye", 0)
     pose = rig.draw_poses(np.random.default_rng(0), 1)[0]
 
-    def taken(*which):
-        return rig, pose, None, stream(*which, PICTURE)
+    def taken(set_name, image, seed, poses):
+        return rig, pose, None, stream(set_name, image, seed, PICTURE)
 
     def saved(rig, light, draws, specimen):
         return np.array([[specimen.random(), draws.random()]])
@@ -137,13 +232,13 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
         ("fisheye", 0, 2),
         ("spherical", 0, 1),
     ]
-    flaws, noise = np.array([grid_view(*w).image[0] for w in which]).T
+    flaws, noise = np.array([grid_view(*w, HARD).image[0] for w in which]).T
     assert flaws[0] == flaws[1]
     assert len(set(flaws)) == 3
     assert len(set(noise)) == 4
 
 
 def test_a_predicate_about_nothing_decides_nothing():
-    assert decided([True, True, True], counted=0) == "undecided"
-    assert decided([True, True, True], counted=2) == "reproduced"
-    assert decided([True, False, True], counted=2) == "differs"
+    assert decided([]) == "undecided"
+    assert decided([True, True, True]) == "reproduced"
+    assert decided([True, False, True]) == "differs"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from chapters.shared.localiser_basin import HALF_WINDOWS
 from chapters.shared.scoring import LOST_PX
 from raxel.evaluation.board_scores import in_place
 from raxel.features import find_board
@@ -14,7 +15,7 @@ OPENCV_SB, CLICKLESS = "findChessboardCornersSB", "raxel"
 LINEAR = "celect-linear"
 # SD on both axes of the clicks that the author made.
 CLICK_SD_PX = 0.614
-HALF_WINDOW, PRECISION_PX = 4, 0.1
+PRECISION_PX = 0.1
 
 
 def returned(name, image, columns, rows):
@@ -36,8 +37,8 @@ def is_right(corners, truth):
     return in_place(corners, truth, LOST_PX)
 
 
-def localised(image, corners):
-    """Corners (N, 2) after OpenCV's cornerSubPix, window 9 x 9, to 0.1 px."""
+def localised(image, corners, window="full window"):
+    """Corners (N, 2) after OpenCV's cornerSubPix to 0.1 px; window: of HALF_WINDOWS."""
     return opencv_subpix(
-        image, corners, HALF_WINDOW, termination_px=PRECISION_PX
+        image, corners, HALF_WINDOWS[window], termination_px=PRECISION_PX
     )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+
+import numpy as np
 
 from raxel.lab import load_rig
 
@@ -17,6 +20,17 @@ SETS = {
     "large-hyperboloidal": (("large-hyperboloidal", 1),),
     "large-fisheye": (("large-fisheye", 1),),
 }
+# Ranges that the poses of the four sets are drawn from (`pose_range` in the ledger).
+WHOLE, HARD = "whole", "hard"
+# Degrees; the hard ranges stand in the files of the rigs.
+WHOLE_RANGES = {"polar": (0, 70), "tilt": (0, 70), "subtense": (35, 125)}
+WHOLE_POLAR = {"hyperboloidal": (40, 110), "flexible-mirror": (0, 25)}
+
+# What can be wiped off a rig's mirror, its random draws left as they are.
+CLEANED = {
+    "spots": {"spot_cover": (0.0, 0.0)},
+    "glare": {"glare_radiance": (0.0, 0.0)},
+}
 
 
 @lru_cache(maxsize=8)
@@ -25,9 +39,29 @@ def rig_named(name):
     return load_rig(ROOT / "data" / "rigs" / f"{name}.yaml")
 
 
-def rig_of(set_name, image):
-    """The rig that took an image, 0 to 14, of a set."""
+@lru_cache(maxsize=8)
+def with_whole_range(rig):
+    """The rig of one of the four sets with its poses drawn from the whole range."""
+    ranges = dict(WHOLE_RANGES)
+    ranges["polar"] = WHOLE_POLAR.get(rig.name, ranges["polar"])
+    limits = {
+        name: tuple(np.deg2rad(ends)) for name, ends in ranges.items()
+    }
+    return replace(rig, poses=replace(rig.poses, **limits))
+
+
+def rig_of(set_name, image, poses=HARD):
+    """The rig that took an image, 0 to 14, of a set; poses: HARD or WHOLE."""
     names = [name for name, count in SETS[set_name] for _ in range(count)]
     if not 0 <= image < len(names):
         raise ValueError(f"{set_name} has no image {image}")
-    return rig_named(names[image])
+    rig = rig_named(names[image])
+    return with_whole_range(rig) if poses == WHOLE else rig
+
+
+def wiped(rig, blemish):
+    """The rig without one blemish, a key of CLEANED; None leaves it as it is."""
+    if blemish is None:
+        return rig
+    clean = replace(rig.blemishes, **CLEANED[blemish])
+    return replace(rig, blemishes=clean)

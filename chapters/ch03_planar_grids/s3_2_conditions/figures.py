@@ -14,6 +14,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.results import (
     levels_run,
     logistic_curve,
     merging_of,
+    numbers_of,
 )
 from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     level_name,
@@ -152,7 +153,8 @@ def ext_conditions(results):
         drawn,
         data,
         "Share of boards that come back complete and in order, with 95 % "
-        "intervals: (a) spherical mirror, the light on the board taken away; "
+        "intervals, poses of the whole range: (a) spherical mirror, the light "
+        "on the board taken away; "
         "(b) fisheye, without and with a soft shadow that takes 30 % of the "
         "light; (c) CELECT, the same clicks from each outer corner, by "
         "rising size of its square, both ways round; (d) CELECT on fisheye "
@@ -198,7 +200,7 @@ def _draw_light(panel, result, data):
         x = np.array(levels) * BESIDE ** (index - 2)
         _draw(panel, "a", x, trials, index, label, data, bars=True)
     grey = [
-        np.median(result.column(f"{level_name(v)}.contrast_grey"))
+        np.median(numbers_of(result, f"{level_name(v)}.contrast_grey"))
         for v in levels
     ]
     for level, contrast in zip(levels, grey, strict=True):
@@ -217,7 +219,7 @@ def _draw_light(panel, result, data):
 def _draw_shadow(panel, result, data):
     for index, (method, label) in enumerate(METHODS.items()):
         trials = [
-            result.column(f"{name}.{method}")
+            numbers_of(result, f"{name}.{method}")
             for name in ("plain", "shadow")
         ]
         x = np.array([0, 1]) + 0.06 * (index - 2)

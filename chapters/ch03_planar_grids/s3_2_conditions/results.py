@@ -21,6 +21,7 @@ from chapters.shared.grid_detectors import (
     OPENCV,
     OPENCV_SB,
 )
+from chapters.shared.grid_rigs import WHOLE
 from repro.judge.statistics import paired_gain
 from repro.page.reader import value
 from repro.run.experiment import numbers
@@ -35,16 +36,26 @@ METHODS = {
     OPENCV_SB: "findChessboardCornersSB",
     CLICKLESS: "without clicks (ours)",
 }
-NAMES = {
-    CELECT: "celect",
-    LINEAR: "linear",
-    OPENCV: "opencv",
-    OPENCV_SB: "sector",
-    CLICKLESS: "raxel",
-}
-DIM = 0.1
+SPOTS = (SPOTTED, CLEAN) = ("600 spots", "no spots")
 # Information below which a slope is without bound.
 SEPARATED = 1e-6
+
+
+def conditions_of(result, poses, **more):
+    """Conditions of an experiment with one range of poses."""
+    wanted = {"poses": poses, **more}
+    return [
+        c
+        for c in result.conditions
+        if all(c[key] == value for key, value in wanted.items())
+    ]
+
+
+def numbers_of(result, name, poses=WHOLE):
+    """A number of every image of one range of poses: (n,)."""
+    return np.concatenate(
+        [result.column(name, **c) for c in conditions_of(result, poses)]
+    )
 
 
 def levels_run(result):
@@ -52,39 +63,33 @@ def levels_run(result):
     return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
 
 
-def in_light(result, level, method):
+def in_light(result, level, method, poses=WHOLE, spots=SPOTTED):
     """Successes (n,) of a method in one light."""
-    return result.column(f"{level_name(level)}.{method}")
+    clean = "" if spots == SPOTTED else "spotless."
+    return numbers_of(result, f"{level_name(level)}.{clean}{method}", poses)
 
 
-def shadow_effects(result, method):
+def shadow_effects(result, method, poses=WHOLE):
     """Success without less with the shadow: Estimate."""
     return paired_gain(
-        result.column(f"plain.{method}"), result.column(f"shadow.{method}")
+        numbers_of(result, f"plain.{method}", poses),
+        numbers_of(result, f"shadow.{method}", poses),
     )
 
 
-def orders_of(result, set_name, tone=""):
-    """Success (2, 4, n): way round, first corner by rising square, image.
+def all_orders(result, tone="", poses=WHOLE):
+    """Success (2, 4, n): way round, first corner by rising square, image of any set.
 
     tone: 'linear_' for the pictures with their tone curve undone.
     """
     return np.array(
         [
             [
-                result.column(f"{tone}{way}_{rank}", set=set_name)
+                numbers_of(result, f"{tone}{way}_{rank}", poses)
                 for rank in range(4)
             ]
             for way in WAYS
         ]
-    )
-
-
-def all_orders(result, tone=""):
-    """Success (2, 4, n) over the images of all sets."""
-    sets = [c["set"] for c in result.conditions]
-    return np.concatenate(
-        [orders_of(result, s, tone) for s in sets], axis=2
     )
 
 
@@ -105,14 +110,14 @@ def ends_of_orders(result, conditions):
     return ends
 
 
-def merging_of(results, tone=""):
-    """(size ratio (n,), merge failed (n,), success (n,)) of all fisheye images.
+def merging_of(results, tone="", poses=WHOLE):
+    """(size ratio (n,), merge failed (n,), success (n,)) of the fisheye images.
 
     tone: 'linear.' for the pictures with their tone curve undone.
     """
     both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
     return [
-        np.concatenate([result.column(tone + name) for result in both])
+        np.concatenate([numbers_of(r, tone + name, poses) for r in both])
         for name in ("size_ratio", "merge_failed", "success")
     ]
 
@@ -193,37 +198,40 @@ def numbers_fig_3_14(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     _name_parts(open_results("fig_3_14_parts"))
-    _name_light(open_results("exp_c3_low_contrast"))
+    light = open_results("exp_c3_low_contrast")
+    for spots, name in zip(SPOTS, ("light", "light.clean"), strict=True):
+        rates = [
+            100 * in_light(light, v, CELECT, WHOLE, spots).mean()
+            for v in levels_run(light)
+        ]
+        value(f"{name}.best", max(rates))
     shadow = open_results("exp_c3_shadow")
-    for method, name in NAMES.items():
+    for method, name in ((CELECT, "celect"), (OPENCV, "opencv")):
         value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)
-    value(
-        "shadow.celect.plain",
-        100 * shadow.column(f"plain.{CELECT}").mean(),
-    )
     direction = open_results("exp_c3_trace_direction")
-    for name, tone in (("orders", ""), ("undone", "linear_")):
-        orders = all_orders(direction, tone)
-        value(f"{name}.differ", 100 * differing(orders).mean())
-        value(f"{name}.smallest", 100 * orders[0, 0].mean())
-        value(f"{name}.largest", 100 * orders[0, -1].mean())
-        value(f"{name}.best", 100 * orders.max(axis=(0, 1)).mean())
-        value(f"{name}.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
-    ends = ends_of_orders(direction, direction.conditions)
+    orders = all_orders(direction)
+    value("orders.differ", 100 * differing(orders).mean())
+    value("orders.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
+    ends = ends_of_orders(direction, conditions_of(direction, WHOLE))
     value("orders.failed", ends.total() - ends[DONE])
     value("orders.silent", ends[WRONG])
     both = {
         "exp_c3_shadow": shadow,
         "exp_c3_merge_images": open_results("exp_c3_merge_images"),
     }
-    for name, tone in (("merge", ""), ("merge.undone", "linear.")):
-        ratio, failed, success = merging_of(both, tone)
-        value(f"{name}.images", len(failed))
-        value(f"{name}.count", int(failed.sum()))
-        value(f"{name}.lost", int((success == 0).sum()))
-        thirds = np.array_split(failed[np.argsort(ratio)], 3)
-        value(f"{name}.even", 100 * thirds[0].mean())
-        value(f"{name}.uneven", 100 * thirds[-1].mean())
+    ratio, failed, success = merging_of(both)
+    even, uneven = thirds_of(ratio, failed)
+    value("merge.images", len(failed))
+    value("merge.count", int(failed.sum()))
+    value("merge.lost", int((success == 0).sum()))
+    value("merge.even", 100 * even.mean())
+    value("merge.uneven", 100 * uneven.mean())
+
+
+def thirds_of(ratio, failed):
+    """Failures of the third with the most even squares, and of the most uneven."""
+    first, _, last = np.array_split(failed[np.argsort(ratio)], 3)
+    return first, last
 
 
 def _name_parts(result):
@@ -243,15 +251,3 @@ def _name_parts(result):
                 count = np.nansum(result.column(name, camera=camera))
                 lost[name.removeprefix("celect.lost.")] += int(count)
     value("part.stage", lost.most_common(1)[0][0] if lost else "none")
-
-
-def _name_light(result):
-    levels = levels_run(result)
-    dim = min(levels, key=lambda v: abs(v - DIM))
-    value("light.dim", dim)
-    for method, name in NAMES.items():
-        rates = {
-            v: 100 * in_light(result, v, method).mean() for v in levels
-        }
-        value(f"light.{name}.best", max(rates.values()))
-        value(f"light.{name}.dim", rates[dim])

@@ -5,16 +5,14 @@
 # bend them, where a detector made for ordinary lenses does not? The thesis
 # photographed 15 grids with each of four cameras: a mirror ball, a
 # hyperboloidal mirror, a fisheye, and a flexible mirror. Those photographs
-# are lost. Here the laboratory renders four such sets, three times.
+# are lost. Here the laboratory renders such sets, several times.
 
 # %% tags=["hide-cell"]
-import numpy as np
-
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
     clicked_corners,
     reach_of_merging,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import (
     chance_of_split,
     name_values,
 )
@@ -27,32 +25,33 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
 )
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     BLEMISHES,
-    BOTH,
+    CELECTS,
     DONE,
-    FINE,
-    FINER,
+    METHODS,
     SEEDS,
+    SPOTLESS,
+    SPOTLESS_SEED,
     cause_of,
     drawn,
     errors_of,
+    least_over_merging,
     settings_of,
     share_found,
+    stacked,
 )
 from chapters.shared.grid_detectors import (
     CELECT,
     CLICK_SD_PX,
-    CLICKLESS,
-    LINEAR,
     OPENCV,
-    OPENCV_SB,
     is_right,
     localised,
     returned,
 )
+from chapters.shared.grid_rigs import WHOLE
 from chapters.shared.lattices import outer
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import in_order_of, in_place
-from raxel.features.celect import CelectSettings, celect
+from raxel.features.celect import celect
 from raxel.features.tone_curve import undo_srgb
 from repro.page.exercise import check
 from repro.page.reader import (
@@ -64,6 +63,30 @@ from repro.page.reader import (
 )
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
+
+# %% tags=["active-ipynb"]
+# show("ext_grid_rates")
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.**
+#
+# - Today's OpenCV reads more of these grids than CELECT does:
+#   {glue:text}`whole.findChessboardCorners:.0f` % against
+#   {glue:text}`whole.celect:.0f` %. The thesis has 43 % against 85 %, with
+#   the OpenCV of 2009, which is not to be had any more.
+# - With hard poses OpenCV reads {glue:text}`hard.findChessboardCorners:.0f`
+#   % and CELECT {glue:text}`hard.celect:.0f` %.
+# - CELECT fails where squares are small in the picture, or shrink along a
+#   side. Of its {glue:text}`failures` failures the commonest is
+#   "{glue:text}`cause`" ({glue:text}`cause.count`).
+# - With the camera's tone curve undone first, as the thesis does not,
+#   CELECT reads {glue:text}`whole.celect-linear:.0f` %.
+# - Our detector [without clicks](ext_without_clicks.ipynb) reads
+#   {glue:text}`whole.raxel:.0f` %, and {glue:text}`hard.raxel:.0f` % with
+#   hard poses.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -84,22 +107,29 @@ from repro.run.outcomes import Plan
 # sensor. [Table 3.3](#table_3_3) has their sizes, the rig files every value
 # with its origin.
 #
-# - **Spherical**: a golden bauble of 80 mm with flaws in its surface. The
-#   grid hides the lamp from itself, so it is dim and the contrast is low.
+# - **Spherical**: a golden bauble of 80 mm with 600 flaws in its surface, a
+#   number of ours; the grid takes the light from itself.
 # - **Hyperboloidal**: dirt on the mirror, and patches of glare.
-# - **Fisheye**: weak soft shadows on some grids; squares that change their
-#   size much along a contour.
+# - **Fisheye**: weak soft shadows; squares that vary along a contour.
 # - **Flexible Mirror**: a sheet bent unevenly and twisted, before a webcam
-#   with noise and colour fringes. No formula of chapter 2 describes it.
+#   with noise and colour fringes.
 #
-# Poses are drawn at random from ranges that were fixed before any detector
-# ran. The angle of the sheet's middle from the direction that the picture's
-# middle shows is 35 to 70° (the hyperboloid: 75 to 110°, about the horizon;
-# the flexible mirror: 0 to 25°, which is what its view allows). The tilt
-# between the sheet and the line of sight is 40 to 70°. The whole sheet, with
-# its white border one square wide, subtends 80 to 125° from corner to
-# corner. A pose counts if all of the sheet is in the picture and no two
-# neighbouring corners are closer than 9 px.
+# A pose has three angles. *Polar* is the angle of the sheet's middle from
+# the direction that the middle of the picture shows. *Tilt* is the angle
+# between the sheet's normal and the line of sight. *Subtense* is how large
+# the whole sheet looks from corner to corner, its white border, one square
+# wide, included. Each is drawn uniformly:
+#
+# | range | polar | hyperboloid | flexible mirror | tilt | subtense |
+# |---|---|---|---|---|---|
+# | whole | 0 to 70° | 40 to 110° | 0 to 25° | 0 to 70° | 35 to 125° |
+# | hard | 35 to 70° | 75 to 110° | 0 to 25° | 40 to 70° | 80 to 125° |
+#
+# The claims are judged on the **whole** range: all that the views show. The
+# **hard** range came first. It was picked in a trial of four ranges with
+# OpenCV and CELECT, because it still troubles today's OpenCV; so it is no
+# more than a second reading of every claim. A pose counts if all of the
+# sheet is in the picture and neighbouring corners are 9 px apart or more.
 #
 # CELECT is given the picture, the counts, and four simulated clicks. They
 # scatter as the 2880 clicks of the thesis did, and begin at the outer corner
@@ -108,20 +138,15 @@ from repro.run.outcomes import Plan
 # of its own true corner and nearer to it than to any other.
 
 # %% tags=["active-ipynb"]
-# show_code(grid_view, returned)
+# show_code(grid_view, returned, is_right, in_place)
 
 # %% tags=["active-ipynb"]
-# show_code(is_right, in_place, localised)
-
-# %% tags=["active-ipynb"]
-# show_code(errors_of, cause_of, from_smallest)
+# show_code(localised, errors_of, cause_of, from_smallest, undo_srgb)
 
 # %% [markdown]
-# "OpenCV" is `findChessboardCorners` of today in the primary reading, with
-# adaptive threshold and normalised image, and the sector-based detector
-# beside it, exhaustive and accurate. Both stand as they return their
-# corners; the former has refined them a little already. The detector
-# [without clicks](ext_without_clicks.ipynb) is not in the thesis.
+# "OpenCV" is `findChessboardCorners` of today, with adaptive threshold and
+# normalised image, and in a second reading the sector-based detector. The
+# ball's pictures of one seed are exposed a second time without flaws.
 
 # %% [markdown]
 # ## Experiment
@@ -135,76 +160,101 @@ def grid_trial(condition, rng):
     the same one; `rng` is not used. CELECT is given the picture, simulated
     clicks and the counts; the others the picture and the counts.
     """
-    where = condition["set"], condition["image"], condition["seed"]
+    where = tuple(condition[k] for k in ("set", "image", "seed", "poses"))
     view = grid_view(*where)
-    values = {name: no_clicks(name, view) for name in (OPENCV, OPENCV_SB)}
     lattice = from_smallest(
         view.corners.reshape(view.rows, view.columns, 2)
     )
-    clicks = outer(lattice) + stream(*where, CLICKS).normal(
+    clicks = outer(lattice) + stream(*where[:3], CLICKS).normal(
         0, CLICK_SD_PX, (4, 2)
     )
-    linear = undo_srgb(view.image)
-    for name, image, settings in (
-        (LINEAR, linear, CelectSettings()),
-        (FINE, view.image, FINER),
-        (BOTH, linear, FINER),
-    ):
-        _, values[name] = run_celect(image, clicks, lattice, settings)
-    values[CLICKLESS] = no_clicks(CLICKLESS, view)
-    result, values[CELECT] = run_celect(view.image, clicks, lattice)
+    result, values = every_method(METHODS, view, clicks, lattice)
+    both = ("spherical", SPOTLESS_SEED)
+    if (condition["set"], condition["seed"]) == both:
+        clean = grid_view(*where, without="spots")
+        _, values["spotless"] = every_method(
+            SPOTLESS, clean, clicks, lattice
+        )
     if not values[CELECT]["success"]:
         for blemish in BLEMISHES.get(condition["set"], ()):
             clean = grid_view(*where, without=blemish)
-            _, again = run_celect(clean.image, clicks, lattice)
+            _, again, _ = run_celect(CELECT, clean.image, clicks, lattice)
             values[CELECT][f"right_without_{blemish}"] = again["success"]
+    if condition["poses"] == WHOLE:
+        values |= drawn(view, result)
+    over, reach = least_over_merging(lattice)
+    return values | {
+        "corners": len(view.corners),
+        "least_over_t8": over.min(),
+        "t8_px": reach.min(),
+    }
+
+
+def every_method(methods, view, clicks, lattice):
+    """(CelectResult, values) of several methods on one picture."""
+    values, errors, result = {}, {}, None
+    for name in methods:
+        if name in CELECTS:
+            found, values[name], right = run_celect(
+                name, view.image, clicks, lattice
+            )
+            result = found if name == CELECT else result
+        else:
+            values[name], right = no_clicks(name, view)
+        if right is not None:
+            errors[name] = errors_of(view.image, *right)
     if not values[OPENCV]["success"]:
         values["independent"] = share_found(view.image, view.corners)
-    if condition["seed"] == SEEDS[0]:
-        values |= drawn(view, result)
-    steps = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
-    return values | {"corners": len(view.corners), "least_px": steps.min()}
+    values["errors"] = stacked(errors, methods, len(view.corners))
+    return result, values
 
 
-def run_celect(image, clicks, lattice, settings=None):
-    """(CelectResult or None, scores) of one run, against the true lattice."""
+def run_celect(name, image, clicks, lattice):
+    """(CelectResult or None, scores, right corners and the true ones or None).
+
+    name: of CELECTS, which says what is done otherwise than in the thesis.
+    """
     rows, columns = lattice.shape[:2]
-    settings = settings or CelectSettings()
+    undone, settings = CELECTS[name]
+    image = undo_srgb(image) if undone else image
     try:
         result = celect(image, clicks, columns, rows, settings=settings)
     except InputError as fault:
-        return None, {"success": False, "cause": str(fault)}
+        return None, {"success": False, "cause": str(fault)}, None
     truth = lattice.reshape(-1, 2)
     corners = result.corners.reshape(-1, 2)
     if result.found and is_right(corners, truth):
-        scores = {"success": True, "cause": DONE}
-        return result, scores | errors_of(image, corners, truth)
+        return result, {"success": True, "cause": DONE}, (corners, truth)
     scores = {"success": False, "cause": cause_of(result, lattice)}
     if result.failures:
         first = result.failures[0]
         scores |= {"contour": first.contour, "stage": first.stage}
-    return result, scores
+    return result, scores, None
 
 
 def no_clicks(name, view):
-    """Scores of a detector that is told the counts alone."""
+    """(scores, right corners and the true ones or None) of a detector.
+
+    It is told the counts alone.
+    """
+    truth = view.corners
     corners = returned(name, view.image, view.columns, view.rows)
     if corners is None:
-        return {"success": False, "returned": False}
-    corners = in_order_of(view.corners, corners, view.columns, view.rows)
-    if not is_right(corners, view.corners):
-        return {"success": False, "returned": True}
-    scores = {"success": True, "returned": True}
-    return scores | errors_of(view.image, corners, view.corners)
+        return {"success": False, "returned": False}, None
+    corners = in_order_of(truth, corners, view.columns, view.rows)
+    if not is_right(corners, truth):
+        return {"success": False, "returned": True}, None
+    return {"success": True, "returned": True}, (corners, truth)
 
 
 # %%
 def plan_of(set_name, effort):
-    """Every picture of a set of three seeds, or one for a look."""
-    images, seeds = (1, SEEDS[:1]) if effort == "quick" else (IMAGES, SEEDS)
+    """Every picture of every seed of both ranges, or one of each for a look."""
+    images = 1 if effort == "quick" else IMAGES
     conditions = [
-        {"set": set_name, "image": image, "seed": seed}
-        for seed in seeds
+        {"set": set_name, "poses": poses, "image": image, "seed": seed}
+        for poses, seeds in SEEDS.items()
+        for seed in (seeds[:1] if effort == "quick" else seeds)
         for image in range(images)
     ]
     return Plan(grid_trial, conditions, 1, settings_of(set_name))
@@ -246,6 +296,15 @@ def flexible_mirror(effort):
 # ## Figures
 
 # %% tags=["active-ipynb"]
+# show("ext_grid_steps")
+
+# %% [markdown]
+# A side of $n$ corners, $L$ px from end to end, has $s = L / 1.9n$, about
+# half a square. CELECT's windows along it have the radius $s$. Answers of
+# the corner detector nearer to each other than $t_8 = 0.8 s$ are taken for
+# one corner.
+
+# %% tags=["active-ipynb"]
 # show_table("table_3_3")
 
 # %% tags=["active-ipynb"]
@@ -266,71 +325,46 @@ def flexible_mirror(effort):
 # %% tags=["active-ipynb"]
 # show("fig_3_13")
 
-# %% tags=["active-ipynb"]
-# name_values(open_results)
-
 # %% [markdown]
 # ## Reading and limits
 #
-# **Rates.** Of {glue:text}`pictures` pictures a seed, mean of
-# {glue:text}`seeds` seeds: CELECT
-# {glue:text}`rate.celect:.0f` %, `findChessboardCorners`
-# {glue:text}`rate.findChessboardCorners:.0f` %, the sector-based detector
-# {glue:text}`rate.findChessboardCornersSB:.0f` %, the detector without
-# clicks {glue:text}`rate.raxel:.0f` %. CELECT by set: Spherical
-# {glue:text}`celect.sph:.0f` %, Hyperboloidal {glue:text}`celect.hyp:.0f` %,
-# Fisheye {glue:text}`celect.fish:.0f` %, Flexible Mirror
-# {glue:text}`celect.flex:.0f` %. OpenCV of today is not that of 2009, which
-# is not to be had any more: this comparison is with another opponent.
+# **Why CELECT fails.** The first contour that fails names the cause.
 #
-# **Why CELECT fails.** The first contour that fails names the cause. Of
-# {glue:text}`failures` failures, over all seeds, the commonest cause is
-# "{glue:text}`cause`" ({glue:text}`cause.count`); {glue:text}`split` are
-# split corners, {glue:text}`contours` lost contours. A corner is split
-# because the Harris detector answers at the tips of the two dark squares,
-# not at the point where they meet, and the two answers may be several
-# pixels apart. CELECT joins answers within $t_8 = 0.8\,s_i$, about 0.4 of a
-# mean square of the side, and squares are small here: the median over
-# pictures of the least distance of neighbours along a row is
-# {glue:text}`least.median:.0f` px.
+# - *Contour lost* ({glue:text}`contours` of {glue:text}`failures`, whole
+#   range): the squares are so small that a window holds too short an edge,
+#   or more than one.
+# - *Corner split*: the Harris detector answers at the tips of the two dark
+#   squares, not at the point where they meet. If the two answers are farther
+#   apart than $t_8$, they remain two corners.
+# - *Corners merged*: along a side that shrinks, the smallest step comes near
+#   $t_8$, which follows the mean step.
 #
-# Two things may matter that the thesis does not state. One is the scale of
-# its Harris detector. Ours was made finer after runs at a small size had
-# shown corners that were found twice; the value was then chosen on training
-# scenes. None of them is from these sets, but failures on pictures of another
-# seed had shown what the scenes should contain (`celect_thresholds` in the
-# ledger).
-# With at most 0.7 px of smoothing the rate is
-# {glue:text}`rate.celect-fine:.0f` %, against
-# {glue:text}`rate.celect:.0f` %. The other is the tone curve. A camera
-# stores grey levels, not light, and its curve makes dark squares shrink:
-# their tips draw apart where blur has joined black and white. With the curve
-# undone before CELECT the rate is {glue:text}`rate.celect-linear:.0f` %, with
-# both {glue:text}`rate.celect-linear-fine:.0f` %. These variants were found
-# on nine pictures of another seed, and the claims are not tested with them.
+# The thesis does not state the scale of its Harris detector
+# (`celect_thresholds` in the ledger); with at most 0.7 px of smoothing
+# CELECT reads {glue:text}`whole.celect-fine:.0f` %. Nor does it undo the
+# tone curve, which makes dark squares shrink: their tips draw apart where
+# blur has joined black and white. The claims are tested without both.
 
-# %% tags=["active-ipynb"]
-# show_code(undo_srgb)
-
-# %% [markdown]
-# **Accuracy.** Of the grids that findChessboardCorners or CELECT gets
-# right, the largest error after localisation is
-# {glue:text}`largest.reference:.3f` px, measured as in the thesis, against
-# corners that the same localiser moved from the truth. Against the truth
-# itself it is {glue:text}`largest.truth:.2f` px. What the localiser does
-# wrong from any start counts in the second number alone: a window of
-# 9 × 9 px on a strongly bent or slanting corner is biased, and a reference
-# made with the same localiser hides that.
 #
-# **Limits.** The rigs are ours. Their light, dirt, noise and mirrors follow
-# what the text says, but how much of each is a choice, made before any
-# detector ran. After a first look at one picture of each set from another
-# seed, for the time it took, the tone curve's start, what lies beside the
-# mirrors and JPEG compression were mended; nothing in the rigs since. The
-# background is even, so nothing in it looks like a corner: that spares
-# OpenCV more than CELECT. Three seeds are three draws of everything. The
-# same table for real photographs is on the page of each set, under
-# [photographs](../photographs/by_distortion.ipynb).
+# **Spots.** Of the same 15 pictures of the ball, CELECT reads
+# {glue:text}`ball.whole.spots` with the spots and
+# {glue:text}`ball.whole.clean` without; with hard poses
+# {glue:text}`ball.hard.spots` and {glue:text}`ball.hard.clean`.
+#
+# **Accuracy.** 3.3.2 does not say how wide the window of `cornerSubPix`
+# was. Table 3.4 has a corner 7.33 px off before and 0.1985 px at most after,
+# which a window that reaches 4 px cannot do, so a half window of 9 px is the
+# primary reading. Where squares are smaller than that, it may end at a
+# neighbour: the largest error is {glue:text}`largest.reference:.1f` px. With
+# the full window corners that start far off stay there. The tables have
+# both. Either is biased on a strongly bent or slanting corner, and a
+# reference made with the same localiser hides that.
+#
+# **Limits.** The rigs are ours: how much light, dirt and noise they have,
+# and how their mirrors are bent, is a choice. The background is even, so
+# nothing in it looks like a corner: that spares OpenCV more than CELECT. The
+# whole range has three seeds, the hard range and the ball without spots have
+# one. [Photographs](../photographs/by_distortion.ipynb) have such tables.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -356,11 +390,11 @@ def flexible_mirror(effort):
 # seven show 9 × 7 and eight 12 × 9. How many corners were clicked?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=clicked_corners, hint="2880 in the text")
+# check(None, expected=clicked_corners, hint="every inner corner once")
 
 # %% [markdown]
 # **3.** A side of 7 corners is 120 px long from end to end. How far apart,
 # in px, may two answers be that CELECT joins to one corner?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: reach_of_merging(120, 7), hint="Table 3.2")
+# check(None, expected=lambda: reach_of_merging(120, 7), hint="s, then t8")

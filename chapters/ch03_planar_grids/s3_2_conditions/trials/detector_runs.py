@@ -22,6 +22,7 @@ from raxel.evaluation.board_scores import distances, in_order_of
 from raxel.features.celect import along_contour, celect
 from raxel.features.tone_curve import undo_srgb
 
+NO_CLICKS = (OPENCV, OPENCV_SB, CLICKLESS)
 NOT_RUN = "outer corner"
 WRONG = "wrong corner returned"
 DONE = "done"
@@ -92,8 +93,8 @@ def detected(name, image, lattice):
     return is_right(in_order_of(truth, corners, columns, rows), truth)
 
 
-def every_detector(image, lattice, offsets):
-    """Whether CELECT and the detectors without clicks have the grid."""
+def every_detector(image, lattice, offsets, others=NO_CLICKS):
+    """Whether CELECT and other detectors, without clicks, have the grid."""
     clicked = run(image, lattice, offsets)
     linear = run(undo_srgb(image), lattice, offsets)
     values = {
@@ -101,9 +102,8 @@ def every_detector(image, lattice, offsets):
         LINEAR: linear.right,
         "stage": clicked.stage,
     }
-    without = (OPENCV, OPENCV_SB, CLICKLESS)
     return values | {
-        name: detected(name, image, lattice) for name in without
+        name: detected(name, image, lattice) for name in others
     }
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.shared.grid_rigs import SETS, rig_of
+from chapters.shared.grid_rigs import HARD, SETS, rig_of
 from chapters.shared.lattices import clockwise
 from raxel.geometry import intersect_rays_plane, transform
 from raxel.lab.board_photograph import (
@@ -65,10 +65,13 @@ class Sheet(NamedTuple):
         return self.rig.camera.project(seen).pixels
 
 
-def sheet_of(set_name, rng):
-    """A sheet of a set (key of `grid_rigs.SETS`), its pose and seeds drawn."""
+def sheet_of(set_name, rng, poses=HARD):
+    """A sheet of a set (key of `grid_rigs.SETS`), its pose and seeds drawn.
+
+    poses: range of the poses; that of the rig's file, or WHOLE of `grid_rigs`.
+    """
     number = rng.integers(sum(count for _, count in SETS[set_name]))
-    rig = rig_of(set_name, int(number))
+    rig = rig_of(set_name, int(number), poses)
     pose = rig.draw_poses(rng, 1)[0]
     scene = board_scene(rig.target, pose, rig.border_mm, **rig.radiances)
     window = window_of(rig, pose)
@@ -95,9 +98,9 @@ def sheet_of(set_name, rng):
     return sheet._replace(points=points, lattice=lattice)
 
 
-def lit_sheet(set_name, rng):
+def lit_sheet(set_name, rng, poses):
     """A sheet of a set and the light that falls on it, both drawn."""
-    sheet = sheet_of(set_name, rng)
+    sheet = sheet_of(set_name, rng, poses)
     return sheet, sheet.rig.light.draw(rng, sheet.rig.extent)
 
 

@@ -1,19 +1,18 @@
 """Pictures of the grids of section 3.3.2, one at a time.
 
-A set's picture depends on its number and a seed alone: pose, light, glare and
-noise are its own, the flaws of the mirror are the seed's. No detector has a say.
+A set's picture depends on its number, a seed and the range of its poses alone: pose,
+light, glare and noise are its own, the flaws of the mirror are the seed's.
 """
 
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.grid_rigs import SETS, rig_of
+from chapters.shared.grid_rigs import SETS, rig_of, wiped
 from chapters.shared.lattices import clockwise, corner_areas, outer
 from raxel.geometry import transform
 from raxel.lab.board_photograph import grey_of, light_of_board, saved
@@ -21,11 +20,6 @@ from raxel.lab.board_photograph import grey_of, light_of_board, saved
 IMAGES = 15
 # Streams of random numbers of a seed.
 POSE, PICTURE, SPECIMEN, CLICKS = 0, 1, 2, 3
-# What can be wiped off a rig's mirror, its random draws left as they are.
-CLEANED = {
-    "spots": {"spot_cover": (0.0, 0.0)},
-    "glare": {"glare_radiance": (0.0, 0.0)},
-}
 
 
 class GridView(NamedTuple):
@@ -54,24 +48,23 @@ def stream(set_name, image, seed, kind):
 
 
 @lru_cache(maxsize=1)
-def taken(set_name, image, seed):
+def taken(set_name, image, seed, poses):
     """(rig, pose, light on its sensor, Generator for the rest) of a picture."""
-    rig = rig_of(set_name, image)
+    rig = rig_of(set_name, image, poses)
     pose = rig.draw_poses(stream(set_name, image, seed, POSE), 1)[0]
     draws = stream(set_name, image, seed, PICTURE)
     return rig, pose, light_of_board(rig, pose, draws), draws
 
 
-def grid_view(set_name, image, seed, without=None):
+def grid_view(set_name, image, seed, poses, without=None):
     """Image number `image` (from 0) of a set, rendered from a seed: GridView.
 
-    set_name: key of SETS; seed: whole number, 0 or more; without: None, or
-    the blemish, a key of CLEANED, that is left out, all else being equal.
+    set_name: key of SETS; seed: whole number, 0 or more; poses: WHOLE or HARD
+    of grid_rigs; without: None, or the blemish, a key of CLEANED, that is left
+    out, all else being equal.
     """
-    rig, pose, light, draws = taken(set_name, image, seed)
-    if without:
-        clean = replace(rig.blemishes, **CLEANED[without])
-        rig = replace(rig, blemishes=clean)
+    rig, pose, light, draws = taken(set_name, image, seed, poses)
+    rig = wiped(rig, without)
     number = list(SETS).index(set_name)
     specimen = np.random.default_rng([seed, number, SPECIMEN])
     picture = saved(rig, light, deepcopy(draws), specimen)

@@ -8,14 +8,15 @@ from chapters.shared.grid_detectors import (
     CELECT,
     CLICK_SD_PX,
     CLICKLESS,
-    HALF_WINDOW,
     LINEAR,
     OPENCV,
     OPENCV_SB,
     PRECISION_PX,
     localised,
 )
-from chapters.shared.grid_rigs import SETS, rig_named
+from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_named, rig_of
+from chapters.shared.lattices import outer
+from chapters.shared.localiser_basin import HALF_WINDOWS
 from chapters.shared.scoring import LOST_PX
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import (
@@ -25,20 +26,41 @@ from raxel.features.celect import (
     CelectSettings,
     along_contour,
 )
+from raxel.features.celect.radius import side_lengths
 from raxel.features.localise.subpix import ITERATIONS
 
-SEEDS = (1, 2, 3)
+# Seeds of each range of poses.
+SEEDS = {WHOLE: (1, 2, 3), HARD: (1,)}
 FINE, BOTH = "celect-fine", "celect-linear-fine"
 METHODS = (OPENCV, OPENCV_SB, CELECT, LINEAR, FINE, BOTH, CLICKLESS)
 # Harris detector of the variants: smoothed and averaged as little as can be.
 FINER = CelectSettings(smoothing_limits_px=(0.5, 0.7))
-# What may be wiped off the mirror of a set where CELECT has failed.
-BLEMISHES = {
-    "spherical": ("spots",),
-    "hyperboloidal": ("spots", "glare"),
+# CELECT and its variants: whether the tone curve is undone, and the settings.
+CELECTS = {
+    CELECT: (False, CelectSettings()),
+    LINEAR: (True, CelectSettings()),
+    FINE: (False, FINER),
+    BOTH: (True, FINER),
 }
+# Those that see the ball without its spots, too, and in the pictures of which seed.
+SPOTLESS, SPOTLESS_SEED = (OPENCV, OPENCV_SB, CELECT), 1
+# What may be wiped off the mirror of a set where CELECT has failed.
+BLEMISHES = {"hyperboloidal": ("spots", "glare")}
 TRUTH, REFERENCE = "truth", "cornerSubPix from truth"
 REFERENCES = (REFERENCE, TRUTH)
+# Rows of the errors of a right grid: when, against what, with which window.
+MEASURES = (
+    ("before", TRUTH, None),
+    *(
+        (when, reference, window)
+        for window in HALF_WINDOWS
+        for when, reference in (
+            ("before", REFERENCE),
+            ("after", REFERENCE),
+            ("after", TRUTH),
+        )
+    ),
+)
 # Why a run of CELECT ended, from the contour that ended it.
 DONE = "all corners right"
 CONTOUR, SNAP = "contour lost", "outer corner not found"
@@ -61,11 +83,13 @@ def settings_of(set_name):
         "grids": [[rig.target.columns, rig.target.rows] for rig, _ in rigs],
         "pitch_mm": [rig.target.pitch_mm for rig, _ in rigs],
         "images": [count for _, count in rigs],
-        "seeds": list(SEEDS),
+        "seeds": {poses: list(seeds) for poses, seeds in SEEDS.items()},
+        "seed_without_spots": SPOTLESS_SEED,
+        "poses_deg": {poses: ranges_of(set_name, poses) for poses in SEEDS},
         "click_sd_px": CLICK_SD_PX,
         "localiser": {
             "function": "cornerSubPix",
-            "half_window_px": HALF_WINDOW,
+            "half_window_px": HALF_WINDOWS,
             "precision_px": PRECISION_PX,
             "most_steps": ITERATIONS,
         },
@@ -79,16 +103,50 @@ def settings_of(set_name):
     }
 
 
+def ranges_of(set_name, poses):
+    """Ranges of the poses of a set, degrees."""
+    drawn = rig_of(set_name, 0, poses).poses
+    ranges = {n: getattr(drawn, n) for n in ("polar", "tilt", "subtense")}
+    return {
+        n: np.rad2deg(ends).round(6).tolist() for n, ends in ranges.items()
+    }
+
+
 def errors_of(image, corners, truth):
-    """Errors (N,) of a right grid before and after localisation, px."""
-    after = localised(image, corners)
-    standards = {TRUTH: truth, REFERENCE: localised(image, truth)}
-    found = {}
-    for name, standard in standards.items():
-        key = "truth" if name == TRUTH else "reference"
-        found[f"before_{key}"] = np.linalg.norm(corners - standard, axis=1)
-        found[f"after_{key}"] = np.linalg.norm(after - standard, axis=1)
-    return found
+    """Errors (7, N) px of a right grid, a row for each of MEASURES."""
+    standards = {TRUTH: truth}
+    standards |= {w: localised(image, truth, w) for w in HALF_WINDOWS}
+    found = {w: localised(image, corners, w) for w in HALF_WINDOWS}
+    rows = []
+    for when, reference, window in MEASURES:
+        start = corners if when == "before" else found[window]
+        standard = standards[TRUTH if reference == TRUTH else window]
+        rows.append(np.linalg.norm(start - standard, axis=1))
+    return np.array(rows)
+
+
+def stacked(errors, methods, count):
+    """Errors (methods, 7, count) of what each method returned; nan without a grid."""
+    none = np.full((len(MEASURES), count), np.nan)
+    return np.array([errors.get(method, none) for method in methods])
+
+
+def least_over_merging(lattice):
+    """Least step of each side over its t8, and t8 px: two arrays (4,).
+
+    lattice: true corners (rows, columns, 2) in the order of the clicks. CELECT joins
+    corners of a side that are nearer to each other than t8.
+    """
+    rows, columns = lattice.shape[:2]
+    settings = CelectSettings()
+    reach = settings.merge * side_lengths(
+        outer(lattice), columns, rows, settings.radius_divisor
+    )
+    sides = [along_contour(f"side {k}", lattice) for k in range(1, 5)]
+    steps = [
+        np.linalg.norm(np.diff(s, axis=0), axis=1).min() for s in sides
+    ]
+    return np.array(steps) / reach, reach
 
 
 def cause_of(result, lattice):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.results import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     EXPERIMENTS,
     pictures_of,
     right,
-    seeds_of,
     title_of,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV
@@ -26,13 +25,12 @@ RED, YELLOW, GREEN = "#e0281c", "#f2c400", "#2f9e3f"
 
 
 def example(result, which):
-    """The condition of the first picture of a class; None if there is none."""
-    seed = seeds_of(result)[0]
-    ours, theirs = (right(result, m, seed) for m in (CELECT, OPENCV))
+    """The first picture of a class and how many there are; None without one."""
+    ours, theirs = (right(result, m) for m in (CELECT, OPENCV))
     wanted_ours, wanted_theirs = CLASSES[which]
     fits = (ours == wanted_ours) & (theirs == wanted_theirs)
-    pictures = pictures_of(result, seed)
-    return pictures[int(np.argmax(fits))] if fits.any() else None
+    first = pictures_of(result)[int(np.argmax(fits))]
+    return (first if fits.any() else None), int(fits.sum())
 
 
 def draw_panel(panel, result, condition):
@@ -60,17 +58,20 @@ def draw_panel(panel, result, condition):
 def examples(results, set_names):
     """The panels of one figure: a column per set, a row per class."""
     drawn, panels = new_figure(3, 2, height_in=9.6)
-    data = {"panel": [], "set": [], "class": [], "image": [], "seed": []}
+    names = ("panel", "set", "class", "pictures", "image", "seed")
+    data = {name: [] for name in names}
     for column, set_name in enumerate(set_names):
         result = results[EXPERIMENTS[set_name]]
         for row, which in enumerate(CLASSES):
             panel = panels[row, column]
             letter = "abcdef"[2 * row + column]
-            panel.set_title(f"({letter}) {title_of(set_name)}: {which}")
+            condition, count = example(result, which)
+            panel.set_title(
+                f"({letter}) {title_of(set_name)}: {which} ({count})"
+            )
             panel.set_xticks([])
             panel.set_yticks([])
             panel.grid(visible=False)
-            condition = example(result, which)
             panel.spines[:].set_visible(False)
             if condition is None:
                 panel.text(
@@ -83,16 +84,16 @@ def examples(results, set_names):
                 )
             else:
                 draw_panel(panel, result, condition)
-            found = condition or {"image": "none", "seed": "none"}
-            data["panel"].append(letter)
-            data["set"].append(title_of(set_name))
-            data["class"].append(which)
-            data["image"].append(found["image"])
-            data["seed"].append(found["seed"])
+            found = condition or {"image": None, "seed": None}
+            cells = (letter, title_of(set_name), which, count)
+            cells += (found["image"], found["seed"])
+            for name, cell in zip(names, cells, strict=True):
+                data[name].append(cell)
     caption = (
         "Pictures that CELECT and OpenCV's findChessboardCorners both get "
         "right, that only CELECT does, and that neither does: the first of "
-        "each kind of the first seed. Circles: corners as CELECT detects "
+        "each kind of all seeds, and in parentheses how many there are, poses "
+        "of the whole range. Circles: corners as CELECT detects "
         "them; lines: its ordered corners, rows yellow, columns green. The "
         "part of the picture with the board is shown."
     )

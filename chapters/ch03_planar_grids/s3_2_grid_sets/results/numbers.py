@@ -1,0 +1,247 @@
+"""The regenerated numbers of 3.3.2, and those that its page quotes."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
+    CLEAN,
+    EXPERIMENTS,
+    GRIDS,
+    PRIMARY,
+    Which,
+    all_right,
+    any_of,
+    causes,
+    cleared,
+    errors,
+    opened_all,
+    right,
+    seeds_of,
+    spread,
+)
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
+    CONTOUR,
+    MERGED,
+    METHODS,
+    MISSED,
+    REFERENCE,
+    SPLIT,
+    SPOTLESS_SEED,
+    TRUTH,
+)
+from chapters.shared.grid_detectors import CELECT, OPENCV
+from chapters.shared.grid_rigs import HARD, WHOLE
+from repro.page.reader import value
+from repro.run.experiment import numbers
+from repro.run.outcomes import Value
+
+# Short names of sets in the ledger's numbers, with their grids.
+SHORT = {
+    "spherical": "sph",
+    "hyperboloidal": "hyp",
+    "fisheye": "fish",
+    "flexible-mirror": "flex",
+}
+SEEDS_RANGE = "mean and range of the rendered seeds"
+
+
+def chance_of_split(only_one, only_other):
+    """Exact two-sided chance of McNemar's test for a split of pictures."""
+    count = only_one + only_other
+    fewer = min(only_one, only_other)
+    tail = sum(math.comb(count, k) for k in range(fewer + 1))
+    return min(1.0, 2 * tail / 2**count)
+
+
+@numbers("table_3_3", needs=GRIDS, evidence="rendered")
+def numbers_table_3_3(results):
+    """The settings as they were run."""
+    found = {}
+    for set_name, short in SHORT.items():
+        ran = results[EXPERIMENTS[set_name]].settings
+        width, height = ran["image_px"]
+        found[f"t3_3_{short}_w"] = Value(width, unit="px")
+        found[f"t3_3_{short}_h"] = Value(height, unit="px")
+        single = len(ran["grids"]) == 1
+        for (columns, rows), pitch in zip(
+            ran["grids"], ran["pitch_mm"], strict=True
+        ):
+            size = f"{columns}x{rows}"
+            found[f"t3_3_{short}_grid_{size}"] = Value(size, unit="count")
+            tail = "" if single else f"_{size}"
+            found[f"t3_3_{short}_pitch{tail}"] = Value(pitch, unit="mm")
+    total = sum(results[EXPERIMENTS["spherical"]].settings["images"])
+    return found | {"t3_3_images": Value(total, unit="count")}
+
+
+def joined(found):
+    """All errors of several grids in one array."""
+    return np.concatenate([np.empty(0), *found])
+
+
+def of_table(result, table_id):
+    """Counts and errors of OpenCV's and CELECT's rows of one table."""
+    found = {}
+    for name, method in (("opencv", OPENCV), ("celect", CELECT)):
+        counts = [
+            right(result, method, PRIMARY, s).sum()
+            for s in seeds_of(result)
+        ]
+        count, interval = spread(counts)
+        found[f"t{table_id}_{name}_count"] = Value(
+            count,
+            interval=interval,
+            unit="count (of 15)",
+            reason=SEEDS_RANGE,
+        )
+        for label, when, reference in (
+            ("pre", "before", TRUTH),
+            ("post", "after", REFERENCE),
+        ):
+            sizes = joined(errors(result, method, when, reference))
+            for statistic, taken in (
+                ("mean", np.mean),
+                ("max", np.max),
+                ("sd", lambda e: e.std(ddof=1)),
+            ):
+                key = f"t{table_id}_{name}_{label}_{statistic}"
+                found[key] = Value(
+                    float(taken(sizes)) if len(sizes) else "no right grid",
+                    unit="px",
+                    reason=f"all seeds; against {reference}",
+                )
+    return found
+
+
+@numbers("table_3_4", needs=("table_3_4_grids",), evidence="rendered")
+def numbers_table_3_4(results):
+    """The Spherical set."""
+    return of_table(results["table_3_4_grids"], "3_4")
+
+
+@numbers("table_3_5", needs=("table_3_5_grids",), evidence="rendered")
+def numbers_table_3_5(results):
+    """The Hyperboloidal set."""
+    return of_table(results["table_3_5_grids"], "3_5")
+
+
+@numbers("table_3_6", needs=("table_3_6_grids",), evidence="rendered")
+def numbers_table_3_6(results):
+    """The Fisheye set."""
+    return of_table(results["table_3_6_grids"], "3_6")
+
+
+@numbers("table_3_7", needs=("table_3_7_grids",), evidence="rendered")
+def numbers_table_3_7(results):
+    """The Flexible Mirror set."""
+    return of_table(results["table_3_7_grids"], "3_7")
+
+
+def largest_after(results, reference):
+    """Largest error (px) after localisation, of OpenCV's and CELECT's grids."""
+    sizes = [
+        joined(errors(result, method, "after", reference))
+        for result in results.values()
+        for method in (OPENCV, CELECT)
+    ]
+    return float(np.concatenate(sizes).max(initial=0.0))
+
+
+def spared_by_clean_ball(result):
+    """Failures of CELECT that are none without the spots, of the seed with both."""
+    spotted = right(result, CELECT, PRIMARY, SPOTLESS_SEED)
+    clean = right(result, CELECT, Which(WHOLE, CLEAN), SPOTLESS_SEED)
+    return int((clean & ~spotted).sum())
+
+
+@numbers("sec_3_3_2", needs=GRIDS, evidence="rendered")
+def numbers_sec_3_3_2(results):
+    """Totals over the four sets, and what CELECT's failures come from."""
+    precision = results["table_3_4_grids"].settings["localiser"]
+    hyperboloidal = results[EXPERIMENTS["hyperboloidal"]]
+
+    def ours(seed):
+        return all_right(results, CELECT, PRIMARY, seed)
+
+    def theirs(seed):
+        return all_right(results, OPENCV, PRIMARY, seed)
+
+    def caused(seed, *kinds, of=None):
+        told = causes(results, PRIMARY, seed, of)
+        return sum(told.count(kind) for kind in kinds)
+
+    counts = {
+        "opencv_only": lambda s: (theirs(s) & ~ours(s)).sum(),
+        "celect_only": lambda s: (ours(s) & ~theirs(s)).sum(),
+        "celect_rate": lambda s: 100 * ours(s).mean(),
+        "opencv_rate": lambda s: 100 * theirs(s).mean(),
+        "contour_fail": lambda s: caused(s, CONTOUR),
+        "sph_missed_fail": lambda s: caused(s, MISSED, of="spherical"),
+        "hyp_dirt_fail": lambda s: cleared(hyperboloidal, "spots", s),
+        "hyp_glare_fail": lambda s: cleared(hyperboloidal, "glare", s),
+        "fish_merge_fail": lambda s: caused(s, MERGED, SPLIT, of="fisheye"),
+    }
+    reasons = {
+        "hyp_dirt_fail": "right once the mirror has no dirt",
+        "hyp_glare_fail": "right once there is no glare",
+        "fish_merge_fail": "first failed contour: corners merged, or split",
+    }
+    found = {}
+    for name, count in counts.items():
+        mean, interval = spread([float(count(s)) for s in any_of(results)])
+        told = [reasons[name]] if name in reasons else []
+        found[f"s3_3_2_{name}"] = Value(
+            mean, interval=interval, reason="; ".join([*told, SEEDS_RANGE])
+        )
+    total = len(ours(any_of(results)[0]))
+    return found | {
+        "s3_3_2_sph_noise_fail": Value(
+            spared_by_clean_ball(results[EXPERIMENTS["spherical"]]),
+            reason="right once the mirror has no flaws; of the 15 pictures of "
+            "one seed",
+        ),
+        "s3_3_2_total": Value(total, unit="count"),
+        "s3_3_2_prec": Value(precision["precision_px"], unit="px"),
+        "s3_3_2_excess": Value(
+            largest_after(results, REFERENCE) - precision["precision_px"],
+            unit="px",
+            reason="both methods, all seeds; against cornerSubPix from the "
+            "truth",
+        ),
+    }
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    results = opened_all(open_results)
+    seeds = any_of(results)
+    value("seeds", len(seeds))
+    value("pictures", len(all_right(results, CELECT, PRIMARY, seeds[0])))
+    for poses in (WHOLE, HARD):
+        which = Which(poses)
+        for method in METHODS:
+            rates = [
+                100 * all_right(results, method, which, s).mean()
+                for s in any_of(results, which)
+            ]
+            value(f"{poses}.{method}", float(np.mean(rates)))
+    told = Counter(c for s in seeds for c in causes(results, PRIMARY, s))
+    (common, count), *_ = told.most_common(1) or [("none", 0)]
+    value("failures", told.total())
+    value("cause", common)
+    value("cause.count", count)
+    value("contours", told[CONTOUR])
+    ball = results[EXPERIMENTS["spherical"]]
+    for poses in (WHOLE, HARD):
+        for name, which in (
+            ("spots", Which(poses)),
+            ("clean", Which(poses, CLEAN)),
+        ):
+            good = right(ball, CELECT, which, SPOTLESS_SEED)
+            value(f"ball.{poses}.{name}", int(good.sum()))
+    value("largest.reference", largest_after(results, REFERENCE))
+    value("largest.truth", largest_after(results, TRUTH))
