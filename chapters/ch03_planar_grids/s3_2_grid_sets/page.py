@@ -344,7 +344,6 @@ def flexible_mirror(effort):
 # CELECT reads {glue:text}`whole.celect-fine:.0f` %. Nor does it undo the
 # tone curve, which makes dark squares shrink: their tips draw apart where
 # blur has joined black and white. The claims are tested without both.
-
 #
 # **Spots.** Of the same 15 pictures of the ball, CELECT reads
 # {glue:text}`ball.whole.spots` with the spots and
