@@ -112,12 +112,11 @@ def test_failed_trials_count_as_the_worst_in_the_signs():
 def test_peripheral_noise_is_asked_of_infinite_planes_only(middle, verdict):
     def values(name, condition):
         assert name == "point_noise_ratio"
-        assert condition["extent"] == "unbounded"
+        assert condition == {"domain": "px", "extent": "unbounded", "fov_deg": 150}
         return spread_about(middle)
 
     readings = claims.judge_peripheral_noise({"fig_2_3_fov": Trials(values)})
-    assert [r.reading for r in readings] == [{"noise": "px"}, {"noise": "mm"}]
-    assert {r.verdict for r in readings} == {verdict}
+    assert [(r.reading, r.verdict) for r in readings] == [({}, verdict)]
 
 
 def proportional(law):
@@ -165,8 +164,9 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
     )
     assert {r.verdict for r in readings} == {verdict}
     assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
-    # Every question about Fig. 2.3 and about Table 2.2, two options each.
-    assert len(readings) == 2**7
+    # Every question about Fig. 2.3 and about Table 2.2: two options each, of the
+    # scoring three.
+    assert len(readings) == 3 * 2**6
 
 
 def test_distortion_level_of_the_equidistance_law():
@@ -324,40 +324,98 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
 
 
 def test_projection_laws_are_compared_trial_by_trial():
-    """Trials that differ more than the laws do, in the same way under every law."""
+    """Trials that differ more than the laws do; the corrected view stretches them."""
     shared = spread_about(1.0, share=0.5, seed=7)
 
     def values(name, condition):
-        law, _, scoring, scale, quantity = name.split(".")
-        assert (scale, quantity) == ("source", "mean_px")
-        assert scoring in ("noisy", "clean")
-        return shared * (1.02 if law == "perspective" else 1.0)
+        law, *_, scale, quantity = name.split(".")
+        assert quantity == "mean_px"
+        stretched = 1.2 if scale == "corrected" else 1.02
+        return shared * (stretched if law == "perspective" else 1.0)
 
-    found = verdicts(claims.judge_modality_independent, "fig_2_3_laws", values)
-    assert found == {"reproduced"}
+    readings = claims.judge_modality_independent({"fig_2_3_laws": Trials(values)})
+    assert len(readings) == 3 * 2**4
+    verdicts = {"source image": "reproduced", "corrected view": "differs"}
+    for reading in readings:
+        assert reading.verdict == verdicts[reading.reading["law_pixels"]]
+    assert readings[0].reading["law_pixels"] == "source image"
+
+
+def at_150(stretch, own, grazing):
+    """Residuals that grow from 120 to 150 degrees on unbounded planes.
+
+    Those of exact rays by ``stretch`` in the corrected view, the generic ones by
+    ``own`` besides; rank correlation with the grazing angle in the source image.
+    """
+
+    def values(name, condition):
+        method, *_, scale, quantity = name.split(".")
+        if quantity == "grazing_spearman":
+            return spread_about(grazing if scale == "source" else 0.9)
+        wide = condition["fov_deg"] == 150 and condition["extent"] == "unbounded"
+        factor = stretch if wide and scale == "corrected" else 1.0
+        if method != "exact":
+            factor *= own if wide else 1.0
+        return spread_about(factor, 0.01, seed=len(name) + condition["fov_deg"])
+
+    return {"fig_2_3_fov": Trials(values)}
+
+
+def of_primary(readings):
+    """The verdict of the first reading: every first option is the primary one."""
+    return readings[0].verdict
 
 
 @pytest.mark.parametrize(
-    ("better", "words"),
+    ("stretch", "own", "verdict"),
+    [(1.3, 1.1, "reproduced"), (1.3, 0.95, "differs"), (1.0, 0.9, "differs")],
+)
+def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
+    stretch, own, verdict
+):
+    readings = claims.judge_fov_generic_150(at_150(stretch, own, 0.0))
+    assert of_primary(readings) == verdict
+    assert "over the ratios of exact rays" in readings[0].reason
+
+
+@pytest.mark.parametrize(
+    ("own", "grazing", "verdict"),
+    [(1.2, 0.5, "reproduced"), (1.2, 0.1, "differs"), (0.9, 0.5, "differs")],
+)
+def test_the_stretch_of_the_view_does_not_pass_for_grazing_rays(own, grazing, verdict):
+    readings = claims.judge_infinite_plane_cause(at_150(1.3, own, grazing))
+    assert of_primary(readings) == verdict
+
+
+@pytest.mark.parametrize(
+    ("better", "words", "crossing"),
     [
-        ((), "at no field of view"),
-        ((120, 150), "from 120° on"),
-        ((30, 120), "at 30° and 120° only"),
-        ((30, 120, 150), "from 30° on"),
+        ((), "nowhere", (150, 150)),
+        ((120, 150), "from 120° on", (30, 120)),
+        ((30, 120), "at 30° and 120° only", (150, 150)),
+        ((30, 120, 150), "everywhere", (30, 30)),
     ],
 )
-def test_prose_says_where_the_generic_method_is_ahead(better, words):
+def test_prose_says_where_the_generic_method_is_ahead(better, words, crossing):
     def values(name, condition):
-        assert condition["domain"] == "mm"
         generic = 1.0 if condition["fov_deg"] in better else 3.0
-        return [2.0 if name.startswith("parametric.clean.source") else generic]
+        return [2.0 if name.startswith("parametric.fresh.corrected") else generic]
 
     fov = Trials(values)
     fov.conditions = [{"fov_deg": at} for at in (150, 120, 30)]
-    found = s5_1_results.ahead(fov, "generic_as_printed", "source", domain="mm")
-    assert found == words
+    of_words = s5_1_results.ahead(fov, "generic_as_printed", "fresh.corrected")
+    assert of_words == words
+    assert s5_1_results.crossing(fov, "generic_as_printed") == crossing
+
+
+def test_residuals_are_told_as_multiples_of_those_of_exact_rays():
+    def values(name, condition):
+        return [2.0, 4.0] if name == "exact.corrected.mean_px" else [3.0, 8.0]
+
+    found = s5_1_results.trials_of(Trials(values), "parametric", "over_exact")
+    assert found.tolist() == [1.5, 2.0]
 
 
 def test_numbers_of_the_prose_count_failed_trials_as_the_worst():
     half = Trials(lambda name, condition: [1.0, 2.0, np.nan, np.nan, 9.0])
-    assert s5_1_results.median_of(half, "any") == 9.0
+    assert s5_1_results.median_of(half, "method", "any") == 9.0

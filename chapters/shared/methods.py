@@ -12,8 +12,10 @@ NAMES = {
     "parametric": "standard perspective",
     "generic_as_printed": "central generic, as printed",
     "generic_well_conditioned": "central generic, well conditioned",
+    "opencv_fisheye": "OpenCV fisheye",
+    "exact": "exact rays",
 }
-# Scored on the data calibrated with, or without noise; in px of the
-# corrected view, or of the source image.
-SCORINGS = ("noisy", "clean")
+# Scored on fresh noise of the same size, on the noise calibrated with, or
+# without noise; in px of the corrected view, or of the source image.
+SCORINGS = ("fresh", "noisy", "clean")
 SCALES = ("corrected", "source")

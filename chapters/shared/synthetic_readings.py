@@ -12,12 +12,13 @@ from repro.run.outcomes import DECISIONS, Reading
 
 QUESTIONS = {
     "noise": ("px", "mm"),
-    "scoring": SCORINGS,
+    "scoring": ("fresh noise", "same noise", "no noise"),
     "extent": ("unbounded", "finite"),
     "standard_method": ("as printed", "well conditioned"),
     "residual_scale": ("corrected view", "source image"),
 }
 METHOD = {linear: method for method, linear in LINEAR.items()}
+SCORING = dict(zip(QUESTIONS["scoring"], SCORINGS, strict=True))
 SCALE = dict(zip(QUESTIONS["residual_scale"], SCALES, strict=True))
 Judge = Callable[["SweepCase"], tuple[str, float | str, tuple | None, str]]
 
@@ -45,6 +46,21 @@ class SweepCase:
         """Trials of the parametric method, (trials,)."""
         return self._column("parametric", quantity, condition)
 
+    def exact(
+        self, quantity: str, law: str | None = None, **condition
+    ) -> np.ndarray:
+        """Trials of exact rays, scored on fresh noise in any reading."""
+        scale = SCALE[self._option("residual_scale")]
+        place = f"exact.{scale}.{quantity}"
+        if law is not None:
+            place = f"{law}.{place}"
+        return self.column(place, **condition)
+
+    def over_exact(self, quantity: str, **condition) -> np.ndarray:
+        """The generic method's trials as multiples of those of exact rays."""
+        exact = self.exact(quantity, **condition)
+        return self.generic(quantity, **condition) / exact
+
     def column(self, name: str, **condition) -> np.ndarray:
         """Trials of a value without a method, such as the point noise."""
         return self.result.column(name, **self._with(condition))
@@ -57,7 +73,7 @@ class SweepCase:
         self, method: str, quantity: str, condition: dict
     ) -> np.ndarray:
         scale = SCALE[self._option("residual_scale")]
-        place = f"{method}.{self._option('scoring')}.{scale}"
+        place = f"{method}.{SCORING[self._option('scoring')]}.{scale}"
         return self.result.column(
             f"{place}.{quantity}", **self._with(condition)
         )
@@ -71,15 +87,15 @@ class SweepCase:
 
 
 def every_reading(
-    result, questions: tuple[str, ...]
+    result, questions: dict[str, tuple[str, ...]]
 ) -> Iterator[SweepCase]:
     """One case per combination of options of the given questions."""
-    for options in product(*(QUESTIONS[q] for q in questions)):
+    for options in product(*questions.values()):
         yield SweepCase(result, dict(zip(questions, options, strict=True)))
 
 
 def judged(
-    result, questions: tuple[str, ...], judge: Judge
+    result, questions: dict[str, tuple[str, ...]], judge: Judge
 ) -> list[Reading]:
     """Readings of a claim about the simulated sweeps."""
     return readings_of(every_reading(result, questions), judge)

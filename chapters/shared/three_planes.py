@@ -1,7 +1,8 @@
 """Three tilted planes before a camera: what is measured on them, and scored.
 
 999 random pixels are back-projected on each plane, with noise that is
-independent from plane to plane. Whatever method calibrates from these data,
+independent from plane to plane. The base plane is measured once more, with
+noise that no calibration sees. Whatever method calibrates from these data,
 its rays are scored the same way.
 """
 
@@ -19,6 +20,7 @@ from raxel.geometry import (
     intersect_rays_plane,
     pose,
     rotation_from_vector,
+    transform,
 )
 
 SIZE_PX = 640
@@ -125,6 +127,7 @@ class Data:
 
     pixels (N, 2), points (3, N, 2): clean. noisy_pixels (3, N, 2): what the
     parametric method gets; noisy_points (3, N, 2): the generic method.
+    fresh_pixels, fresh_points (N, 2): the base grid measured once more.
     """
 
     camera: object
@@ -133,6 +136,13 @@ class Data:
     noisy_pixels: np.ndarray
     points: np.ndarray
     noisy_points: np.ndarray
+    fresh_pixels: np.ndarray
+    fresh_points: np.ndarray
+
+
+def draw_noise(size, rng):
+    """Noise (4, N, 2) of SD size: of three grids, and of the base once more."""
+    return size * rng.standard_normal((4, POINTS, 2))
 
 
 def measure(condition, rng):
@@ -140,29 +150,34 @@ def measure(condition, rng):
     camera = camera_of(condition["law"], condition["fov_deg"])
     grids, least_angle = draw_grids(rng)
     pixels, share = draw_pixels(camera, grids, condition["extent"], rng)
-    noise = condition["noise"] * rng.standard_normal((3, POINTS, 2))
+    noise = draw_noise(condition["noise"], rng)
     data = observe(camera, grids, pixels, noise, condition["domain"])
     return data, {"accepted_share": share, "least_angle_deg": least_angle}
 
 
 def observe(camera, grids, pixels, noise, domain):
-    """Data of pixels that see all grids; noise (3, N, 2) in px or mm."""
-    points = np.stack([back_project(camera, pixels, T)[0] for T in grids])
+    """Data of pixels that see all grids; noise (4, N, 2) in px or mm."""
+    looks = [*grids, grids[0]]
+    points = np.stack([back_project(camera, pixels, T)[0] for T in looks])
     keep = np.ones(len(pixels), bool)
-    noisy_pixels, noisy_points = np.repeat(pixels[None], 3, 0), points
+    noisy_pixels, noisy_points = np.repeat(pixels[None], 4, 0), points
     if domain == "px":
         noisy_pixels = pixels + noise
         seen = [
             back_project(camera, p, T)
-            for p, T in zip(noisy_pixels, grids, strict=True)
+            for p, T in zip(noisy_pixels, looks, strict=True)
         ]
         noisy_points = np.stack([s[0] for s in seen])
         keep = np.all([s[1] for s in seen], axis=0)
     else:
         noisy_points = points + noise
-    return Data(
-        camera, grids, pixels[keep], noisy_pixels[:, keep], points[:, keep],
+    noisy_pixels, noisy_points = (
+        noisy_pixels[:, keep],
         noisy_points[:, keep],
+    )
+    return Data(
+        camera, grids, pixels[keep], noisy_pixels[:3], points[:3, keep],
+        noisy_points[:3], noisy_pixels[3], noisy_points[3],
     )  # fmt: skip
 
 
@@ -195,22 +210,41 @@ def score(corrected, target, camera, focal):
     px of the corrected view and, for the same pairs, of the source image.
     """
     residual = distortion_residual(target, corrected)
+    return lengths(target, target - residual, camera, focal)
+
+
+def noise_alone(data, focal):
+    """Lengths (N,) in both scales that fresh noise leaves of exact rays."""
+    known = targets(data, focal)
+    return lengths(known["fresh"], known["clean"], data.camera, focal)
+
+
+def lengths(one, other, camera, focal):
+    """Distances (N,) of positions in a corrected view, in two scales."""
     on_sensor = [
         camera.project(np.column_stack([p / focal, np.ones(len(p))])).pixels
-        for p in (target, target - residual)
+        for p in (one, other)
     ]
     return {
-        "corrected": np.linalg.norm(residual, axis=1),
+        "corrected": np.linalg.norm(one - other, axis=1),
         "source": np.linalg.norm(on_sensor[0] - on_sensor[1], axis=1),
     }
 
 
 def targets(data, focal):
-    """Known positions in the true corrected view: measured, clean."""
-    T = data.grids[0]
-    clean = view(data.camera.rays(data.pixels).directions, focal)
-    flat = np.column_stack(
-        [data.noisy_points[0], np.zeros(len(data.pixels))]
-    )
-    on_base = flat @ T[:3, :3].T + T[:3, 3]
-    return {"noisy": view(on_base, focal), "clean": clean}
+    """Known positions in the true corrected view, by how they are scored.
+
+    noisy: the points of the base grid that were calibrated with; fresh:
+    measured anew; clean: without noise.
+    """
+    return {
+        "fresh": _in_view(data.fresh_points, data.grids[0], focal),
+        "noisy": _in_view(data.noisy_points[0], data.grids[0], focal),
+        "clean": view(data.camera.rays(data.pixels).directions, focal),
+    }
+
+
+def _in_view(points, T_camera_grid, focal):
+    """Corrected view (px) of points (N, 2) of a grid."""
+    flat = np.pad(points, ((0, 0), (0, 1)))
+    return view(transform(T_camera_grid, flat), focal)

@@ -20,6 +20,15 @@ def clean_residual(noise, grids):
     return noise * np.sqrt(np.pi / 2) / np.sqrt(grids)
 
 
+def seen_over_unseen(grids):
+    """RMS distance of a ray from one of its ``grids`` points, over a new one's.
+
+    Of noise of variance 1 the ray has 1 / grids, which it shares with its own
+    points and adds to that of others.
+    """
+    return np.sqrt((1 - 1 / grids) / (1 + 1 / grids))
+
+
 def focal_of_equidistance(fov_deg, half_diagonal_px=HALF_DIAGONAL_PX):
     """At the image's corner r = f theta, with r half the diagonal and theta half the
     field of view in radians.

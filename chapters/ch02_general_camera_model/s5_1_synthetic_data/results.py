@@ -2,85 +2,169 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
-    DOMAINS,
     EXTENTS,
 )
-from chapters.shared.methods import METHODS, SCALES, SCORINGS
+from chapters.shared.methods import METHODS
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
 PRIMARY = {"domain": "px", "extent": "unbounded"}
+MEAN = "fresh.corrected.mean_px"
 
 
-def median_of(result, name, **condition):
-    """Median over trials of one value; failed ones count as the worst seen.
+def trials_of(result, method, value, **condition):
+    """Trials (n,) of one value of a method; failed ones as the worst seen.
 
-    In the primary reading, but for what ``condition`` says otherwise.
+    In the primary reading, but for what ``condition`` says otherwise. Exact
+    rays have fresh noise only; ``over_exact`` is the mean residual on fresh
+    noise as a multiple of theirs.
     """
-    trials = result.column(name, **(PRIMARY | condition))
-    return float(np.median(with_worst(trials, np.nanmax(trials))))
+    condition = PRIMARY | condition
+    if value == "over_exact":
+        value = MEAN
+        exact = trials_of(result, "exact", value, **condition)
+    else:
+        exact = 1.0
+    if method.endswith("exact"):
+        value = value.removeprefix("fresh.")
+    trials = result.column(f"{method}.{value}", **condition) / exact
+    return with_worst(trials, np.nanmax(trials))
 
 
-def failures(results, method):
-    """Trials in which a method gave nothing, and all trials."""
+def median_of(result, method, value, **condition):
+    """Median over trials of one value of a method, as `trials_of` has them."""
+    return float(np.median(trials_of(result, method, value, **condition)))
+
+
+def rank_trend(x, medians):
+    """Rank correlation of medians (n,) with a sweep (n,) that has no ties."""
+    ranks = np.argsort(np.argsort(medians))
+    return float(np.corrcoef(np.arange(len(x)), ranks)[0, 1])
+
+
+def spread_over_sweep(x, medians):
+    """Largest over smallest of the medians (n,) of a sweep (n,)."""
+    return float(medians.max() / medians.min())
+
+
+def spread_of_medians(*trials):
+    """Largest over smallest median of arrays (..., trials), (...)."""
+    medians = [np.median(t, axis=-1) for t in trials]
+    return np.max(medians, axis=0) / np.min(medians, axis=0)
+
+
+def failures(results, method, **condition):
+    """Trials in which a method gave nothing, and all trials.
+
+    Of the conditions that have what ``condition`` says.
+    """
     failed = total = 0
     for result in results:
-        for condition in result.conditions:
-            texts = result.texts(f"{method}.failed", **condition)
-            failed += sum(text is not None for text in texts)
-            total += len(texts)
+        for one in result.conditions:
+            if one.items() >= condition.items():
+                texts = result.texts(f"{method}.failed", **one)
+                failed += sum(text is not None for text in texts)
+                total += len(texts)
     return failed, total
 
 
-def ahead(fov, method, scale, **condition):
-    """Where a generic method is ahead of the parametric on clean data, in words."""
+def ahead(fov, method, scored, **condition):
+    """Where a generic method is ahead of the parametric one, in words.
+
+    scored: scoring and scale, as ``fresh.corrected``. Ahead is the one with
+    the smaller median of the mean residual.
+    """
     every = sorted({c["fov_deg"] for c in fov.conditions})
-    place = f"clean.{scale}.mean_px"
-    better = [
-        median_of(fov, f"parametric.{place}", fov_deg=at, **condition)
-        > median_of(fov, f"{method}.{place}", fov_deg=at, **condition)
+    found = [
+        at
         for at in every
+        if is_ahead(fov, method, scored, fov_deg=at, **condition)
     ]
-    found = [at for at, yes in zip(every, better, strict=True) if yes]
-    if not found:
-        return "at no field of view"
+    if not found or found == every:
+        return "everywhere" if found else "nowhere"
     if found == every[every.index(found[0]) :]:
         return f"from {found[0]}° on"
     return "at " + " and ".join(f"{at}°" for at in found) + " only"
 
 
-def name_values(noise, fov):
+def is_ahead(fov, method, scored, **condition):
+    """Whether a method's mean residual is smaller than the parametric one's."""
+    value = f"{scored}.mean_px"
+    own, other = (
+        median_of(fov, m, value, **condition)
+        for m in (method, "parametric")
+    )
+    return own < other
+
+
+def crossing(fov, method):
+    """The levels (deg) between which a method overtakes the parametric one.
+
+    In the primary reading; the last time, where it does so more than once.
+    """
+    levels = sorted({c["fov_deg"] for c in fov.conditions})
+    behind = [
+        at
+        for at in levels
+        if not is_ahead(fov, method, "fresh.corrected", fov_deg=at)
+    ]
+    after = levels.index(behind[-1]) + 1 if behind else 0
+    return levels[max(after - 1, 0)], levels[min(after, len(levels) - 1)]
+
+
+def name_values(open_results):
     """Name the numbers of the prose, in the primary reading."""
+    noise, fov, fisheye = map(
+        open_results, ("fig_2_3_noise", "fig_2_3_fov", "fig_2_3_fisheye")
+    )
+    name_failures([noise, fov], fisheye)
+    name_medians(fov, fisheye)
+    for name, at in zip(
+        ("below", "above"), crossing(fov, METHODS[1]), strict=True
+    ):
+        value(f"crossing.{name}", at)
+    trials = {
+        f"{name}.{extent}.150": fov.column(
+            name, **(PRIMARY | {"extent": extent}), fov_deg=150
+        )
+        for extent in EXTENTS
+        for name in ("accepted_share", "widest_angle_deg")
+    }
+    trials["noise_ratio"] = fov.column(
+        "point_noise_ratio", **PRIMARY, fov_deg=150
+    )
+    for name, found in trials.items():
+        value(name, float(np.median(found)))
+
+
+def name_failures(sweeps, fisheye):
+    """Name how many trials of each method gave nothing."""
     for method in METHODS[1:]:
-        failed, total = failures([noise, fov], method)
+        failed, total = failures(sweeps, method)
         value(f"{method}.failed", failed)
     value("trials", total)
-    for at in (30, 60, 120, 150):
-        for method in METHODS:
-            for scoring in SCORINGS:
-                for scale in SCALES:
-                    name = f"{method}.{scoring}.{scale}.mean_px"
-                    value(f"{name}.{at}", median_of(fov, name, fov_deg=at))
-    for method in METHODS:
-        name = f"{method}.ray_deg"
-        value(f"{name}.90", median_of(fov, name, fov_deg=90))
-    for domain, extent, scale in product(DOMAINS, EXTENTS, SCALES):
-        for method in METHODS[1:]:
-            name = f"ahead.{method}.{domain}.{extent}.{scale}"
-            where = {"domain": domain, "extent": extent}
-            value(name, ahead(fov, method, scale, **where))
-    for extent in EXTENTS:
-        for name in ("accepted_share", "widest_angle_deg"):
-            found = median_of(fov, name, fov_deg=150, extent=extent)
-            value(f"{name}.{extent}.150", found)
-    name = "generic_as_printed.noisy.corrected.mean_px"
-    at_150, at_120 = (
-        median_of(fov, name, fov_deg=at, domain="mm") for at in (150, 120)
-    )
-    value("rise.mm", at_150 / at_120)
-    value("noise_ratio", median_of(fov, "point_noise_ratio", fov_deg=150))
+    failed, total = failures([fisheye], "opencv_fisheye")
+    value("opencv_fisheye.failed", failed)
+    value("opencv_fisheye.trials", total)
+
+
+def name_medians(fov, fisheye):
+    """Name residuals and ray errors of the methods at some fields of view."""
+    for at in (60, 150):
+        found = median_of(fov, "parametric", MEAN, fov_deg=at)
+        value(f"parametric.mean.{at}", found)
+    for at in (30, 120, 150):
+        method = METHODS[1]
+        found = median_of(fov, method, "over_exact", fov_deg=at)
+        value(f"{method}.over.{at}", found)
+    for method in METHODS[1:]:
+        found = median_of(fov, method, "ray_deg", fov_deg=90)
+        value(f"{method}.ray_deg.90", found)
+    for at in (30, 150):
+        found = median_of(
+            fisheye, "opencv_fisheye", "over_exact", fov_deg=at
+        )
+        value(f"opencv_fisheye.over.{at}", found)

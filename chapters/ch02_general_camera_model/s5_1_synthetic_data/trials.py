@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.methods import LINEAR, SCALES, SCORINGS
+from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS
 from chapters.shared.three_planes import (
+    FINITE_MM,
+    FOVS_DEG,
     POINTS,
     SIZE_PX,
     about_principal_ray,
     camera_of,
     central_focal,
     draw_grids,
+    draw_noise,
     draw_pixels,
+    measure,
+    noise_alone,
     observe,
     score,
     targets,
@@ -24,10 +29,13 @@ from raxel.calibration.generic_linear import (
     linear_as_printed,
     linear_well_conditioned,
 )
+from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.distortion import angular_residual
 from raxel.geometry import inverse_pose, rotate
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
 
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
 NOISE_FOV_DEG = 60
@@ -43,19 +51,35 @@ LAWS = ("equidistance", "equisolid", "stereographic", "perspective")
 OUTERMOST_LAW = "equisolid"
 
 
-def calibrate_parametric(data):
-    """Zhang's method on the trial; returns a PerspectiveCamera.
+def pixels_moved(data):
+    """Whether noise is on the pixels: the points of a target are known then."""
+    return not np.array_equal(data.noisy_pixels[0], data.pixels)
 
-    Noise in mm disturbs the points it is given, noise in px the pixels:
-    the points of a target are known.
-    """
-    moved = not np.array_equal(data.noisy_pixels[0], data.pixels)
-    points = data.points if moved else data.noisy_points
-    views = [
+
+def views_of(data):
+    """BoardViews of the three grids, for methods that calibrate from pixels."""
+    points = data.points if pixels_moved(data) else data.noisy_points
+    return [
         BoardView(pixels, on_grid, len(pixels), 1)
         for pixels, on_grid in zip(data.noisy_pixels, points, strict=True)
     ]
-    return calibrate_zhang(views, SIZE_PX, SIZE_PX).camera
+
+
+def calibrate_parametric(data):
+    """Zhang's method on the trial; returns a PerspectiveCamera."""
+    return calibrate_zhang(views_of(data), SIZE_PX, SIZE_PX).camera
+
+
+def calibrate_fisheye(data):
+    """OpenCV's fisheye model on the trial; returns a KannalaBrandtCamera."""
+    return calibrate_opencv_fisheye(views_of(data), SIZE_PX, SIZE_PX).camera
+
+
+# Methods whose camera has few numbers, and takes any pixel.
+FEW_NUMBERS = {
+    "parametric": calibrate_parametric,
+    "opencv_fisheye": calibrate_fisheye,
+}
 
 
 def calibrate_generic(data, linear):
@@ -83,40 +107,34 @@ def summaries(residuals):
     }
 
 
-def score_parametric(data, focal):
-    """Score Zhang's camera on noisy and on clean data."""
-    camera = calibrate_parametric(data)
+def score_parametric(data, focal, camera):
+    """Score a camera of few numbers on fresh, noisy and clean data."""
     known = targets(data, focal)
-    pixels_moved = not np.array_equal(data.noisy_pixels[0], data.pixels)
-    pairs = {
-        "noisy": (
-            data.noisy_pixels[0],
-            known["clean" if pixels_moved else "noisy"],
-        ),
-        "clean": (data.pixels, known["clean"]),
+    if pixels_moved(data):
+        known = dict.fromkeys(SCORINGS, known["clean"])
+    pixels = {
+        "fresh": data.fresh_pixels,
+        "noisy": data.noisy_pixels[0],
+        "clean": data.pixels,
     }
-    out = {}
-    for scoring, (pixels, target) in pairs.items():
-        rays = camera.rays(pixels)
+    out = {"ray_deg": _error_of(camera, data)}
+    for scoring in SCORINGS:
+        rays = camera.rays(pixels[scoring])
+        ahead = rays.valid & (rays.directions[:, 2] > 0)
         lengths = score(
-            view(rays.directions[rays.valid], focal), target[rays.valid],
+            view(rays.directions[ahead], focal), known[scoring][ahead],
             data.camera, focal,
         )  # fmt: skip
         out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
-        out[scoring]["left_out_share"] = 1 - rays.valid.mean()
-    true = data.camera.rays(data.pixels).directions
-    found = camera.rays(data.pixels)
-    out["ray_deg"] = _ray_error(
-        found.directions[found.valid], true[found.valid]
-    )
+        out[scoring]["left_out_share"] = 1 - ahead.mean()
     return out
 
 
 def score_generic(data, focal, linear):
-    """Score generic rays on noisy and on clean data."""
+    """Score generic rays on fresh, noisy and clean data."""
     directions = calibrate_generic(data, linear)
     corrected = view(about_principal_ray(directions, data.pixels), focal)
-    known = targets(data, focal)
+    known, grazing = targets(data, focal), 1 / least_sine(data)
     out = {
         "ray_deg": _ray_error(
             directions, data.camera.rays(data.pixels).directions
@@ -127,9 +145,16 @@ def score_generic(data, focal, linear):
         out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
         for scale in SCALES:
             out[scoring][scale]["grazing_spearman"] = _rank_correlation(
-                lengths[scale], 1 / _least_sine(data)
+                lengths[scale], grazing
             )
     return out
+
+
+def _error_of(camera, data):
+    """Ray error of a camera over the clean pixels that have a ray."""
+    true = data.camera.rays(data.pixels).directions
+    found = camera.rays(data.pixels)
+    return _ray_error(found.directions[found.valid], true[found.valid])
 
 
 def _ray_error(found, true):
@@ -137,7 +162,7 @@ def _ray_error(found, true):
     return np.degrees(np.median(angular_residual(found, true)))
 
 
-def _least_sine(data):
+def least_sine(data):
     """Sine of the smallest angle between each ray and the three planes."""
     directions = data.camera.rays(data.pixels).directions
     on_normals = [
@@ -167,10 +192,20 @@ def widest_angle_deg(data):
     return np.degrees(np.arccos(axial.min()))
 
 
+def score_exact(data, focal):
+    """Summaries of the noise of the scored points alone, in both scales."""
+    grazing = 1 / least_sine(data)
+    out = {}
+    for scale, found in noise_alone(data, focal).items():
+        rank = _rank_correlation(found, grazing)
+        out[scale] = summaries(found) | {"grazing_spearman": rank}
+    return out
+
+
 def scores(data, methods):
     """Score every method; one that fails says why and the others go on."""
     focal = central_focal(data.camera)
-    out = {}
+    out = {"exact": score_exact(data, focal)}
     for method in methods:
         try:
             out[method] = _scored(method, data, focal)
@@ -180,8 +215,8 @@ def scores(data, methods):
 
 
 def _scored(method, data, focal):
-    if method == "parametric":
-        return score_parametric(data, focal)
+    if method in FEW_NUMBERS:
+        return score_parametric(data, focal, FEW_NUMBERS[method](data))
     return score_generic(data, focal, LINEAR[method])
 
 
@@ -192,10 +227,92 @@ def measure_laws(condition, rng):
     grids, _ = draw_grids(rng)
     pixels, _ = draw_pixels(drawn, grids, condition["extent"], rng)
     rays = drawn.rays(pixels).directions
-    noise = condition["noise"] * rng.standard_normal((3, POINTS, 2))
+    noise = draw_noise(condition["noise"], rng)
     data = {}
     for law in LAWS:
         camera = camera_of(law, fov_deg)
         seen = camera.project(rays).pixels
         data[law] = observe(camera, grids, seen, noise, domain)
     return data
+
+
+# The sweeps
+
+TRIALS = {"quick": 3, "full": 50}
+FISHEYE_TRIALS = {"quick": 1, "full": 12}
+
+SETTINGS = {
+    "image_px": [SIZE_PX, SIZE_PX],
+    "points_per_trial": POINTS,
+    "noise_sweep": {
+        "law": "pinhole with k1 = -0.2, k2 = 0.05",
+        "fov_deg": NOISE_FOV_DEG,
+        "levels": list(LEVELS),
+    },
+    "fov_sweep": {
+        "law": "equidistance",
+        "fov_deg": list(FOVS_DEG),
+        "noise": FOV_NOISE,
+    },
+    "law_sweep": {
+        "laws": list(LAWS),
+        "fov_deg": LAWS_FOV_DEG,
+        "noise": FOV_NOISE,
+    },
+    "fov": "on the image diagonal",
+    "fresh_noise": "the base grid measured once more, only to be scored on",
+    "finite_grids_mm": [-FINITE_MM, FINITE_MM],
+    "grids": "600 mm away, shifted by up to 150 mm on every axis, tilted "
+    "by 10 to 30 deg about a random axis, at least 10 deg apart",
+}
+
+
+def conditions(law, fovs_deg, levels):
+    """All conditions of a sweep."""
+    return [
+        {
+            "law": law,
+            "fov_deg": fov_deg,
+            "noise": level,
+            "domain": domain,
+            "extent": extent,
+        }
+        for domain in DOMAINS
+        for extent in EXTENTS
+        for fov_deg in fovs_deg
+        for level in levels
+    ]
+
+
+def fisheye_trial(condition, rng):
+    """OpenCV's fisheye model on the data of `trial`."""
+    data, _ = measure(condition, rng)
+    return scores(data, ("opencv_fisheye",))
+
+
+@experiment(
+    "fig_2_3_fisheye", artefact="fig_2_3", shards={"quick": 1, "full": 2}
+)
+def fisheye_sweep(effort):
+    """The first trials of `fov_sweep` in the primary reading."""
+    cases = [
+        case
+        for case in conditions("equidistance", FOVS_DEG, [FOV_NOISE])
+        if (case["domain"], case["extent"]) == (DOMAINS[0], EXTENTS[0])
+    ]
+    return Plan(fisheye_trial, cases, FISHEYE_TRIALS[effort], SETTINGS)
+
+
+def laws_trial(condition, rng):
+    """One trial: the generic method's scores under every law."""
+    measured = measure_laws(condition, rng)
+    return {law: scores(measured[law], METHODS[1:]) for law in LAWS}
+
+
+@experiment(
+    "fig_2_3_laws", artefact="fig_2_3", shards={"quick": 1, "full": 2}
+)
+def law_sweep(effort):
+    """Four laws at 90 degrees: same image radius, rays and noise."""
+    cases = conditions("all four", [LAWS_FOV_DEG], [FOV_NOISE])
+    return Plan(laws_trial, cases, TRIALS[effort], SETTINGS)
