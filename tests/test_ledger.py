@@ -176,6 +176,11 @@ MUTATIONS = {
         lambda f: first(f, "settings", "readings").update(primary="cm"),
         "settings.yaml: noise: primary: found 'cm'; give one of its options, px, mm",
     ),
+    "not crossed with what is no question": (
+        lambda f: first(f, "settings", "readings").update(not_crossed_with=["nois"]),
+        "settings.yaml: noise: not_crossed_with: found 'nois', no question of the "
+        "readings; did you mean noise?",
+    ),
     "id twice in a file": (
         lambda f: f["numbers"]["numbers"].append(dict(first(f, "numbers"))),
         "numbers.yaml: s2_5_1_res: id: stands in numbers.yaml already; rename one of "

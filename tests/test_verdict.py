@@ -197,6 +197,23 @@ def test_readings_that_agree_need_no_remark():
     assert len(row["variants"]) == 1
 
 
+def test_options_that_are_not_crossed_stand_with_the_primary_ones_only():
+    book = small(claims={"c": claim("fig_2_1")})
+    book.readings["noise"]["not_crossed_with"] = ["extent"]
+    taken = [("px", "unbounded"), ("px", "finite"), ("mm", "unbounded")]
+    options = [dict(zip(("noise", "extent"), pair, strict=True)) for pair in taken]
+
+    def found(asked):
+        outcomes = (("differs", reading) for reading in asked)
+        return by_id(book, judged(claims={"c": readings(*outcomes)}))["c"]
+
+    assert len(found(options)["variants"]) == 2
+    with pytest.raises(VerdictError, match="found {'noise': 'mm', 'extent': 'finite'}"):
+        found([*options, {"noise": "mm", "extent": "finite"}])
+    with pytest.raises(VerdictError, match="'mm', 'extent': 'unbounded'} is missing"):
+        found(options[:2])
+
+
 @pytest.mark.parametrize(
     ("taken", "line"),
     [

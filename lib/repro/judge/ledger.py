@@ -111,7 +111,8 @@ def load(root: Path) -> Ledger:
             origin[name] = path.name
     _raise_first(_repeated(lists, origin))
     entries = {name: {e["id"]: e for e in items} for name, items in lists.items()}
-    _raise_first([*_unknown(entries, origin), *_primaries(entries["readings"])])
+    asked = entries["readings"]
+    _raise_first([*_unknown(entries, origin), *_primaries(asked), *_uncrossed(asked)])
     named = {e["artefact"] for e in lists["numbers"]}
     named |= set(chain.from_iterable(e["artefacts"] for e in lists["claims"]))
     entries["sections"] = {k: e for k, e in entries["sections"].items() if k in named}
@@ -182,4 +183,14 @@ def _primaries(readings: Entries) -> list[str]:
         f"give one of its options, {', '.join(entry['options'])}"
         for identifier, entry in readings.items()
         if entry["primary"] not in entry["options"]
+    ]
+
+
+def _uncrossed(readings: Entries) -> list[str]:
+    return [
+        f"settings.yaml: {identifier}: not_crossed_with: found {other!r}, no question "
+        f"of the readings{hint(other, list(readings)) or '; list it there'}"
+        for identifier, entry in readings.items()
+        for other in entry.get("not_crossed_with", ())
+        if other not in readings
     ]

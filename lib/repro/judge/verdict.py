@@ -252,7 +252,7 @@ def _claim(board: _Board, identifier: str) -> dict | None:
 
 
 def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
-    """The reading whose options are all primary; all combinations must be there."""
+    """The reading whose options are all primary; all that `_asked` must be there."""
     questions = list(readings[0]["reading"])
     for question in questions:
         if question not in ledger.readings:
@@ -261,7 +261,9 @@ def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
                 f"not list{hint(question, list(ledger.readings))}"
             )
     options = [ledger.readings[question]["options"] for question in questions]
-    wanted = [dict(zip(questions, taken, strict=True)) for taken in product(*options)]
+    primary = {q: ledger.readings[q]["primary"] for q in questions}
+    combined = (dict(zip(questions, t, strict=True)) for t in product(*options))
+    wanted = [reading for reading in combined if _asked(ledger, reading, primary)]
     found = [dict(reading["reading"]) for reading in readings]
     for reading in found:
         if reading not in wanted:
@@ -274,8 +276,21 @@ def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
     for reading in wanted:
         if reading not in found:
             raise VerdictError(f"reading: {reading} is missing; test it too")
-    primary = {q: ledger.readings[q]["primary"] for q in questions}
     return readings[found.index(primary)]
+
+
+def _asked(ledger: Ledger, reading: Mapping, primary: Mapping) -> bool:
+    """Whether a combination of options is asked for.
+
+    Every other option of a question stands with the primary ones of those that the
+    question is `not_crossed_with`: each of its runs would cost as much again for them.
+    """
+    away = [q for q, option in reading.items() if option != primary[q]]
+    return not any(
+        other in away
+        for question in away
+        for other in ledger.readings[question].get("not_crossed_with", ())
+    )
 
 
 def _artefact(board: _Board, identifier: str) -> dict | None:
