@@ -9,6 +9,8 @@ import sys
 
 import numpy as np
 
+from raxel.calibration import BoardView
+from raxel.calibration.board_rays import ray_table
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
 from raxel.features.celect import celect
@@ -35,6 +37,8 @@ def compile_ahead():
     points = np.pad(BOARD.points(), ((0, 0), (0, 1)))
     true = CAMERA.project(transform(T_camera_board, points)).pixels
     clicks = true.reshape(BOARD.rows, BOARD.columns, 2)[[0, 0, -1, -1], [0, -1, -1, 0]]
+    view = BoardView(true, BOARD.points(), BOARD.columns, BOARD.rows)
+    ray_table([view], T_camera_board[None], np.zeros(3), CAMERA.width, CAMERA.height)
     celect(picture, clicks, BOARD.columns, BOARD.rows)
     find_board(picture)
     return find_board(picture, BOARD.columns, BOARD.rows).corners

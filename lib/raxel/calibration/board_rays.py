@@ -6,6 +6,7 @@ the pixel, so about the camera's centre they are three linear forms in (u, v, 1)
 fourth; along a row these change by one number alone.
 """
 
+import numba
 import numpy as np
 
 from raxel.calibration.correspondence import board_cells, pixel_runs
@@ -21,19 +22,20 @@ def ray_table(views, T_base_grid, centre, width, height):
     a pixel's points about the centre, which are summed board by board. Memory: nine
     numbers per pixel.
     """
-    sums = np.zeros((9, height, width))
+    sums = np.zeros((height, width, 9))
     for view, T in zip(views, T_base_grid, strict=True):
         _add_board(sums, view, T, centre)
     table = np.empty((height, width, 3))
     for start in range(0, height, ROWS):
         rows = slice(start, start + ROWS)
-        table[rows] = np.moveaxis(_main_axes(*sums[:, rows]), 0, -1)
+        of_rows = np.ascontiguousarray(np.moveaxis(sums[rows], -1, 0))
+        table[rows] = np.moveaxis(_main_axes(*of_rows), 0, -1)
     return table
 
 
 def _add_board(sums, view, T_base_grid, centre):
     """Add the moments of a board's points, and the points, to those of its pixels."""
-    _, height, width = sums.shape
+    height, width, _ = sums.shape
     cells = board_cells(view)
     if len(cells.corners) == 0:
         return
@@ -42,39 +44,34 @@ def _add_board(sums, view, T_base_grid, centre):
     forms = np.concatenate(
         [plane @ cells.board_from_pixel, cells.board_from_pixel[:, 2:]], axis=1
     )
-    # (4, 2, R): what multiplies u, and what is left, in the row of each run.
-    along, rest = forms[runs.cell, :, 0], forms[runs.cell, :, 2]
-    rest = rest + forms[runs.cell, :, 1] * runs.v[:, None]
-    for top in range(0, height, ROWS):
-        some = slice(*np.searchsorted(runs.v, [top, top + ROWS]))
-        if some.start == some.stop:
-            continue
-        first, stop = runs.first[some], runs.stop[some]
-        low, high = first.min(), stop.max()
-        rows = min(ROWS, height - top)
-        places = (runs.v[some] - top) * (high - low) - low + np.stack([first, stop])
-        counts = np.diff(places.T.ravel(), prepend=0, append=rows * (high - low))
-        shape = (4, rows, high - low)
-        x, y, z, w = _spread(along[some].T, 0.0, counts).reshape(shape) * np.arange(
-            low, high
-        ) + _spread(rest[some].T, [[0], [0], [0], [1]], counts).reshape(shape)
-        x, y, z = p = np.stack([x, y, z]) / w
-        sums[:6, top : top + rows, low:high] += [
-            x * x,
-            y * y,
-            z * z,
-            x * y,
-            x * z,
-            y * z,
-        ]
-        sums[6:, top : top + rows, low:high] += p
+    _add_runs(sums, runs.v, runs.first, runs.stop, runs.cell, forms)
 
 
-def _spread(values, between, counts):
-    """Values (k, R) of runs, `between` around them, each `counts` (2R + 1,) times."""
-    spread = np.empty((len(values), len(counts)))
-    spread[:, ::2], spread[:, 1::2] = between, values
-    return np.repeat(spread, counts, axis=1)
+@numba.njit(cache=True)
+def _add_runs(sums, rows, first, stop, cell, forms):
+    """The moments and points of runs of pixels; forms (cells, 4, 3), the fourth is
+    what the other three are divided by."""
+    rest = np.empty(4)
+    for run in range(len(rows)):
+        v = rows[run]
+        form = forms[cell[run]]
+        for k in range(4):
+            rest[k] = form[k, 2] + form[k, 1] * v
+        for u in range(first[run], stop[run]):
+            w = form[3, 0] * u + rest[3]
+            x = (form[0, 0] * u + rest[0]) / w
+            y = (form[1, 0] * u + rest[1]) / w
+            z = (form[2, 0] * u + rest[2]) / w
+            of_pixel = sums[v, u]
+            of_pixel[0] += x * x
+            of_pixel[1] += y * y
+            of_pixel[2] += z * z
+            of_pixel[3] += x * y
+            of_pixel[4] += x * z
+            of_pixel[5] += y * z
+            of_pixel[6] += x
+            of_pixel[7] += y
+            of_pixel[8] += z
 
 
 def _main_axes(xx, yy, zz, xy, xz, yz, x, y, z):
