@@ -208,9 +208,9 @@ def test_options_that_are_not_crossed_stand_with_the_primary_ones_only():
         return by_id(book, judged(claims={"c": readings(*outcomes)}))["c"]
 
     assert len(found(options)["variants"]) == 2
-    with pytest.raises(VerdictError, match="found {'noise': 'mm', 'extent': 'finite'}"):
+    with pytest.raises(VerdictError, match=r"found {'noise': 'mm', 'extent': 'fin"):
         found([*options, {"noise": "mm", "extent": "finite"}])
-    with pytest.raises(VerdictError, match="'mm', 'extent': 'unbounded'} is missing"):
+    with pytest.raises(VerdictError, match=r"'mm', 'extent': 'unbounded'} is missing"):
         found(options[:2])
 
 

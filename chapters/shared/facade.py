@@ -66,7 +66,7 @@ def straightness(cameras):
     in px of the corrected view and of the source image.
     """
     out = {}
-    for method in LINEAR:
+    for method in (method for method in LINEAR if method in cameras):
         generic = cameras[method]
         pixels = outer_pixels(generic)
         pair = {"generic": generic, "parametric": cameras["parametric"]}
@@ -141,12 +141,42 @@ def corrected_pictures(picture, cameras):
     return out
 
 
-def pinhole_picture(picture, camera, R_camera_view):
-    """The picture resampled for a pinhole that looks along the view's z."""
+def edges_in_pictures(cameras):
+    """Where the front's edges stand in the corrected pictures.
+
+    Per method px (edges, points, 2) of its picture, NaN where it shows nothing;
+    "as_taken" are the true pixels of the source image.
+    """
+    pixels = edge_pixels()
+    out = {"edges.as_taken": pixels}
+    for method, camera in cameras.items():
+        seen, plane = in_view(camera, pixels.reshape(-1, 2))
+        K = view_matrix(camera)
+        flat = (seen - plane.principal_pixel) / plane.px_per_unit
+        shown = flat * K[0, 0] + K[:2, 2]
+        size = np.array([camera.width, camera.height])
+        inside = np.all((shown > -0.5) & (shown < size - 0.5), axis=1)
+        shown = np.where(inside[:, None], shown, np.nan)
+        out[f"edges.{method}"] = shown.reshape(pixels.shape)
+    return out
+
+
+def view_matrix(camera):
+    """K of the pinhole that corrected pictures are made for."""
     middle = (np.array([camera.width, camera.height]) - 1) / 2
     focal = middle[0] / np.tan(np.radians(HALF_VIEW_DEG))
-    K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
+    return np.array(
+        [[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]]
+    )
+
+
+def pinhole_picture(picture, camera, R_camera_view):
+    """The picture resampled for a pinhole that looks along the view's z."""
     view = PerspectiveView(
-        K, R_camera_view, np.zeros(3), camera.width, camera.height
+        view_matrix(camera),
+        R_camera_view,
+        np.zeros(3),
+        camera.width,
+        camera.height,
     )
     return resample(picture, source_pixels(camera, view))

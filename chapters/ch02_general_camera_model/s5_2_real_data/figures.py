@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.results import (
+    COARSE_SCALE,
     FIELD_SCALE,
     STEP_SCALE,
 )
@@ -54,35 +55,46 @@ def fig_2_4(results):
 
 @figure("fig_2_5", needs=("table_2_2_rendered",), evidence="rendered")
 def fig_2_5(results):
-    """Residual vectors of one picture of set 3, fifty times as long."""
+    """Residual vectors of one picture of set 3, with a scale."""
     rendered = results["table_2_2_rendered"]
     drawn, axes = new_figure(1, 2, height_in=4.0, sharex=True, sharey=True)
     rows = []
-    panels = ("parametric", "generic_as_printed")
-    for panel, method, letter in zip(axes, panels, "ab", strict=True):
+    panels = (
+        ("a", "parametric", COARSE_SCALE, 5.0),
+        ("b", "generic_as_printed", FIELD_SCALE, 1.0),
+    )
+    for panel, (letter, method, scale, bar) in zip(
+        axes, panels, strict=True
+    ):
         field = rendered.arrays(f"field.{method}", zoom=STAGE_ZOOM)[0]
         u, v, du, dv = field[:, :4].T
-        panel.quiver(
+        arrows = panel.quiver(
             u, v, du, dv, angles="xy", scale_units="xy",
-            scale=1 / FIELD_SCALE, width=0.004,
+            scale=1 / scale, width=0.004,
             color=SERIES[METHODS.index(method)]["color"],
         )  # fmt: skip
+        panel.quiverkey(
+            arrows, 0.8, 0.05, bar, f"{bar:g} px ", labelpos="W"
+        )
         panel.plot(u, v, "o", ms=1.2, color="0.4", zorder=0)
         rms = np.sqrt(np.nanmean(du**2 + dv**2))
-        panel.set_title(f"({letter}) {NAMES[method]}\nRMS {rms:.2f} px")
+        panel.set_title(
+            f"({letter}) {NAMES[method]}\nRMS {rms:.2f} px, drawn x {scale}"
+        )
         panel.set_aspect("equal")
         panel.set_xlabel("u in the image (px)")
         rows += [(method, *row) for row in field[:, :4]]
     axes[0].set_xlim(u.min() - 60, u.max() + 60)
-    axes[0].set_ylim(v.max() + 60, v.min() - 60)
+    axes[0].set_ylim(v.max() + 90, v.min() - 60)
     axes[0].set_ylabel("v in the image (px)")
     return Drawing(
         drawn,
         columns(("method", "u_px", "v_px", "du_px", "dv_px"), rows),
         "Residual vectors at the corners of one calibration picture of set "
-        f"3, in px of the corrected view, drawn {FIELD_SCALE} times as long "
-        "as they are; long ones leave the frame. The picture is that of "
-        "Fig. 2.4.",
+        "3, in px of the corrected view. The arrows at the lower right are "
+        f"the scales. Both are drawn {FIELD_SCALE} times as long in the "
+        f"thesis; (a) is drawn {COARSE_SCALE} times as long here, since its "
+        "vectors would leave the frame. The picture is that of Fig. 2.4.",
     )
 
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
+    QUINTILES,
+)
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
     true_shape,
 )
-from chapters.shared.methods import METHODS
+from chapters.shared.methods import SCORINGS
 from chapters.shared.three_planes import FOVS_DEG
+from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.judge.statistics import (
     bootstrap,
@@ -17,8 +21,17 @@ from repro.judge.statistics import (
 )
 from repro.page.reader import value
 
-FIELD_SCALE = 50
+FIELD_SCALE, COARSE_SCALE = 50, 10
 STEP_SCALE = 20
+BIAS_P = 0.01
+FAR_OFF_PX = 1.0
+# Readings whose numbers the prose quotes.
+CASES = {
+    "as_found": {},
+    "smooth": {"interpolation": "smooth"},
+    "least": {"corner_noise": "0.06 px"},
+    "most": {"corner_noise": "0.45 px"},
+}
 
 
 def typical(trials):
@@ -26,54 +39,101 @@ def typical(trials):
     return float(np.median(with_worst(trials)))
 
 
-def share_left_out(result, zoom):
-    """Share of the corners found that have no generic ray, over all seeds."""
-    place = "generic_as_printed.calibration"
-    left_out, boards = (
-        np.nansum(result.column(f"{place}.{name}", zoom=zoom))
-        for name in ("left_out", "boards")
+def covered(case, method, zoom):
+    """Calibration corners found over all seeds, and those without a ray."""
+    place = f"{method}.calibration"
+    boards, left_out = (
+        int(np.nansum(case.column(f"{place}.{name}", zoom)))
+        for name in ("boards", "left_out")
     )
-    return left_out / (boards * true_shape(zoom)[0])
+    return boards * true_shape(zoom)[0], left_out
+
+
+def image_share(case, method, zoom):
+    """Median over seeds of the picture's share with a ray (%), or None."""
+    shares = case.column(f"{method}.share_of_image", zoom)
+    known = shares[np.isfinite(shares)]
+    return 100 * float(np.median(known)) if len(known) else None
 
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    made = open_results("table_2_2_redrawn")
-    rendered = open_results("table_2_2_rendered")
-    centre = open_results("fig_2_5_true_centre")
+    results = {name: open_results(name) for name in OF_SEEDS}
+    made = ZoomCase(results)
     exact = open_results("ext_table_2_2_exact").column(
         "generic_as_printed.calibration.corrected.rms_px", zoom=STAGE_ZOOM
     )
     value("exact_generic", typical(exact))
-    trials = rendered.trials_per_condition
-    value("asked", trials * rendered.settings["calibration_images"])
-    shown = value("seeds", made.trials_per_condition)
-    value("rendered_seeds", rendered.trials_per_condition)
+    value(
+        "rendered_seeds",
+        open_results("table_2_2_rendered").trials_per_condition,
+    )
+    for name, options in CASES.items():
+        case = ZoomCase(results, options)
+        medians = [typical(t) for t in case.residuals("generic")]
+        value(f"ratio_{name}", max(medians) / min(medians))
+        value(f"generic_{name}_1", medians[0])
+        value(
+            f"parametric_{name}_1", typical(case.residual("parametric", 1))
+        )
+    for zoom in (1, 3):
+        value(
+            f"parametric_{zoom}", typical(made.residual("parametric", zoom))
+        )
+        value(f"generic_{zoom}", typical(made.residual("generic", zoom)))
     for zoom in ZOOMS:
-        for name, of in (("redrawn", made), ("rendered", rendered)):
-            error = of.column("corner_error_px", zoom=zoom)
-            value(f"corner_{name}_{zoom}", typical(error))
-        level = rendered.column("distortion_level", zoom=zoom)
-        value(f"level_{zoom}", typical(level))
-        value(f"left_out_{zoom}", 100 * share_left_out(made, zoom))
-        found = rendered.column("found.calibration", zoom=zoom)
-        value(f"found_{zoom}", int(found.sum()))
-        for method in METHODS:
-            place = f"{method}.calibration.corrected.rms_px"
-            value(
-                f"{method}_{zoom}", typical(made.column(place, zoom=zoom))
-            )
-    for method in METHODS:
-        steps = made.column(f"{method}.stage.grid.step_mm", zoom=STAGE_ZOOM)
-        value(f"step_{method}", typical(steps))
-    for linear, short in (
-        ("as printed", "printed"),
-        ("well conditioned", "well"),
-    ):
-        ratio = centre.column(f"{linear}.corrected.ratio")
-        value(f"centre_{short}", typical(ratio))
-        value(f"centre_failed_{short}", int(np.isnan(ratio).sum()))
-    return shown
+        share = image_share(made, "generic_as_printed", zoom)
+        value(f"image_share_{zoom}", share)
+    name_radial(made)
+    name_steps(made)
+    name_fisheye(ZoomCase(results, CASES["smooth"]))
+    name_centre(open_results("fig_2_5_true_centre"))
+
+
+def name_radial(made):
+    """In how many seeds the parametric residual turns round, and surely so."""
+    place = "parametric.calibration.radial.corrected"
+    means, p = (
+        np.stack(
+            [
+                made.column(f"{place}.q{n}.{name}", STAGE_ZOOM)
+                for n in range(1, QUINTILES + 1)
+            ]
+        )
+        for name in ("mean_px", "p")
+    )
+    value("seeds", means.shape[1])
+    value("turned", int(np.sum(np.min(means[:2] * means[-1], axis=0) < 0)))
+    value("outer_sure", int(np.sum(p[-1] < BIAS_P)))
+
+
+def name_steps(made):
+    """The mean step of the stage, and how much the steps scatter."""
+    for name in ("parametric", "generic"):
+        value(
+            f"step_{name}",
+            typical(made.of(name, "stage.grid.step_mm", STAGE_ZOOM)),
+        )
+        scatter = made.of(name, "stage.grid.deviation_mm", STAGE_ZOOM)
+        value(f"scatter_{name}", typical(scatter))
+
+
+def name_fisheye(made):
+    """In how many seeds of set 3 OpenCV's fisheye model misses by much."""
+    trials = made.column(
+        "opencv_fisheye.calibration.corrected.rms_px", STAGE_ZOOM
+    )
+    value("fisheye_seeds", len(trials))
+    value("fisheye_off", int(np.sum(~(trials < FAR_OFF_PX))))
+    value("far_off", FAR_OFF_PX)
+
+
+def name_centre(centre):
+    """What the true centre does to the residual of a simulation."""
+    scoring = SCORINGS[0]
+    ratio = centre.column(f"as printed.{scoring}.corrected.ratio")
+    value("centre_printed", typical(ratio))
+    value("centre_failed", int(np.isnan(ratio).sum()))
 
 
 def distortion_level(angle_deg: float) -> float:
@@ -113,10 +173,7 @@ def zoom_slope(levels, *trials):
 def rendered_slopes(case):
     """Slopes of both methods over the three sets, with intervals."""
     levels = np.array(
-        [
-            np.median(case.result.column("distortion_level", zoom=zoom))
-            for zoom in ZOOMS
-        ]
+        [np.median(case.column("distortion_level", zoom)) for zoom in ZOOMS]
     )
     return [
         bootstrap(

@@ -1,50 +1,261 @@
-"""Table 2.2: residuals of redrawn and of rendered seeds."""
+"""Table 2.2, and what stands beside it: statistics, coverage, other corners."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from chapters.ch02_general_camera_model.s5_2_real_data.results import (
+    covered,
+    image_share,
+)
 from chapters.shared.methods import METHODS, NAMES
+from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import ZOOMS
-from repro.judge.statistics import SIGNIFICANCE, holm, with_worst
+from repro.judge.statistics import (
+    SIGNIFICANCE,
+    holm,
+    median_interval,
+    with_worst,
+)
 from repro.run.columns import columns
 from repro.run.experiment import table
-from repro.run.outcomes import Check, Table
-from repro.run.results import summary
+from repro.run.outcomes import Check, Measured, Table
 
-ROWS = {"rms_px": "RMS", "mean_px": "mean", "sd_px": "SD"}
 SOURCES = {
     "table_2_2_redrawn": "redrawn",
     "table_2_2_rendered": "rendered",
 }
+# As in the thesis: what a row is called there, and in the ledger's ids.
+ROWS = (("parametric", "persp"), ("generic_as_printed", "gen"))
+STATISTICS = {"rms": "RMS", "sd": "SD"}
+FISHEYE = "OpenCV fisheye"
 
 
 @table(
     "table_2_2",
     needs=("table_2_2_redrawn", "table_2_2_rendered"),
     evidence="rendered",
+    published=(
+        "t2_2_persp_rms_set1",
+        "t2_2_persp_rms_set2",
+        "t2_2_persp_rms_set3",
+        "t2_2_persp_sd_set1",
+        "t2_2_persp_sd_set2",
+        "t2_2_persp_sd_set3",
+        "t2_2_gen_rms_set1",
+        "t2_2_gen_rms_set2",
+        "t2_2_gen_rms_set3",
+        "t2_2_gen_sd_set1",
+        "t2_2_gen_sd_set2",
+        "t2_2_gen_sd_set3",
+    ),
 )
-def table_2_2(results):
+def table_2_2(results, published):
     """Residuals of the calibration pictures, in px of the corrected view."""
-    names = ["Method", "Error type", "Corners"]
+    redrawn = results["table_2_2_redrawn"]
+    names, rows = ["Method", "Error type"], []
+    for zoom in ZOOMS:
+        names += [f"Set {zoom}, thesis (px)", f"Set {zoom}, here (px)"]
+    for method, short in ROWS:
+        for statistic, label in STATISTICS.items():
+            rows.append([NAMES[method], label])
+            for zoom in ZOOMS:
+                place = f"{method}.calibration.corrected.{statistic}_px"
+                rows[-1] += [
+                    published[f"t2_2_{short}_{statistic}_set{zoom}"],
+                    measured(redrawn.column(place, zoom=zoom)),
+                ]
+    return Table(
+        columns(names, rows),
+        "Distortion residuals after perspective correction. Thesis: as "
+        "printed. Here: medians over "
+        f"{redrawn.trials_per_condition} seeds with 95 % intervals, in px of "
+        "the corrected view.",
+        agreement(*(results[name] for name in SOURCES)),
+    )
+
+
+def measured(trials):
+    """Median of seeds with its interval, a failed one as the worst; or None."""
+    found = median_interval(trials)
+    return Measured(*found[:3]) if np.isfinite(found.value) else None
+
+
+@table(
+    "ext_table_2_2_seeds",
+    needs=("table_2_2_redrawn", "table_2_2_rendered"),
+    evidence="rendered",
+)
+def ext_table_2_2_seeds(results):
+    """Redrawn seeds beside rendered ones, every method, RMS and mean."""
+    names = ["Method", "Error type", "Corners", "Seeds"]
     rows = [
-        [NAMES[method], label, corners]
+        [NAMES[method], label, corners, results[name].trials_per_condition]
         + [
-            cell_of(results[experiment], method, statistic, zoom)
+            measured(
+                results[name].column(
+                    f"{method}.calibration.corrected.{statistic}_px",
+                    zoom=zoom,
+                )
+            )
             for zoom in ZOOMS
         ]
-        for experiment, corners in SOURCES.items()
         for method in METHODS
-        for statistic, label in ROWS.items()
+        for statistic, label in {"rms": "RMS", "mean": "mean"}.items()
+        for name, corners in SOURCES.items()
     ]
+    rendered = results["table_2_2_rendered"].trials_per_condition
     return Table(
         columns(names + [f"Set {zoom} (px)" for zoom in ZOOMS], rows),
-        "Distortion residuals after perspective correction: medians over "
-        "seeds with 95 % intervals. Corners redrawn: with errors of those "
-        "found in rendered pictures; rendered: found in the pictures of "
-        f"{results['table_2_2_rendered'].trials_per_condition} seeds, too few "
-        "for an interval, so that their range stands in its place.",
+        "Residuals as in Table 2.2. Redrawn corners err as those found in "
+        f"rendered pictures do; of {rendered} rendered seeds, too few for an "
+        "interval, the range stands in its place.",
         agreement(*(results[name] for name in SOURCES)),
+    )
+
+
+@table(
+    "ext_table_2_2_pictures",
+    needs=("table_2_2_redrawn", "table_2_2_rendered"),
+    evidence="rendered",
+)
+def ext_table_2_2_pictures(results):
+    """What the detector got and gave, set by set."""
+    redrawn, rendered = (results[name] for name in SOURCES)
+    asked = rendered.settings["calibration_images"]
+    names = [
+        "Set", "Boards photographed", "Boards found",
+        "Corner error, rendered (px)", "Corner error, redrawn (px)",
+        "Distortion over the boards (1)",
+    ]  # fmt: skip
+    rows = [
+        [
+            zoom,
+            asked * rendered.trials_per_condition,
+            int(rendered.column("found.calibration", zoom=zoom).sum()),
+            measured(rendered.column("corner_error_px", zoom=zoom)),
+            measured(redrawn.column("corner_error_px", zoom=zoom)),
+            measured(redrawn.column("distortion_level", zoom=zoom)),
+        ]
+        for zoom in ZOOMS
+    ]
+    return Table(
+        columns(names, rows),
+        "Calibration pictures of the rendered seeds, and how far corners are "
+        "from the truth (RMS distance; medians over seeds, with the range of "
+        "rendered and the 95 % interval of redrawn seeds). Distortion: the "
+        "largest distance of a corner from where a pinhole of the same scale "
+        "would see it, over the pinhole's radius.",
+    )
+
+
+class _Row(NamedTuple):
+    """A row of the wider tables: its words, its seeds, its method there."""
+
+    words: str
+    case: ZoomCase
+    method: str
+
+
+def peers(results):
+    """Methods on the same corners: the thesis's two, and what else there is."""
+    as_found, smooth = (
+        ZoomCase(results, {"interpolation": option})
+        for option in ("homographic", "smooth")
+    )
+    return [
+        _Row(NAMES["parametric"], as_found, "parametric"),
+        # Corners do not depend on what the generic method does between them.
+        _Row(FISHEYE, smooth, "opencv_fisheye"),
+        _Row(NAMES["generic_as_printed"], as_found, "generic_as_printed"),
+        _Row(
+            f"{NAMES['generic_as_printed']}, smooth",
+            smooth,
+            "generic_as_printed",
+        ),
+        _Row(
+            NAMES["generic_well_conditioned"],
+            as_found,
+            "generic_well_conditioned",
+        ),
+    ]
+
+
+@table("ext_table_2_2_coverage", needs=OF_SEEDS, evidence="rendered")
+def ext_table_2_2_coverage(results):
+    """Every error with what it is measured on."""
+    names = [
+        "Set", "Method", "Seeds", "Failed", "RMS (px)", "RMS held out (px)",
+        "Corners found", "Corners without a ray",
+        "Share of picture with a ray (%)",
+    ]  # fmt: skip
+    rows = []
+    for zoom in ZOOMS:
+        for row in peers(results):
+            place = f"{row.method}.calibration"
+            trials = row.case.column(f"{place}.corrected.rms_px", zoom)
+            held_out = f"{row.method}.held_out.corrected.rms_px"
+            rows.append(
+                [zoom, row.words, len(trials), int(np.isnan(trials).sum())]
+                + [measured(trials)]
+                + [measured(row.case.column(held_out, zoom))]
+                + list(covered(row.case, row.method, zoom))
+                + [image_share(row.case, row.method, zoom)]
+            )
+    return Table(
+        columns(names, rows),
+        "Residuals in px of the corrected view, and what they are measured "
+        "on: a corner without a ray is in no residual. Failed: no camera, or "
+        "none with rays for any board. Held out: pictures that were not "
+        "calibrated with. Smooth: between corners, a smooth surface in place "
+        "of homographies.",
+    )
+
+
+@table("ext_table_2_2_readings", needs=OF_SEEDS, evidence="rendered")
+def ext_table_2_2_readings(results):
+    """What noise of the corners and interpolation do to Table 2.2."""
+    rows = []
+    for noise, between, method in (
+        ("none", "homographic", "parametric"),
+        ("none", "homographic", "generic_as_printed"),
+        ("none", "smooth", "generic_as_printed"),
+        ("none", "smooth", "opencv_fisheye"),
+        *(
+            (noise, "homographic", method)
+            for noise in ("0.06 px", "0.45 px")
+            for method in (
+                "parametric",
+                "generic_as_printed",
+                "opencv_fisheye",
+            )
+        ),
+    ):
+        case = ZoomCase(
+            results, {"corner_noise": noise, "interpolation": between}
+        )
+        trials = [
+            case.column(f"{method}.calibration.corrected.rms_px", zoom)
+            for zoom in ZOOMS
+        ]
+        medians = [np.median(with_worst(t)) for t in trials]
+        name = NAMES.get(method, FISHEYE)
+        if between == "smooth" and method in NAMES:
+            name += ", smooth"
+        ratio = float(max(medians) / min(medians))
+        rows.append(
+            [noise, name, *(measured(t) for t in trials)]
+            + [ratio if np.isfinite(ratio) else None]
+        )
+    names = ["Noise added to corners", "Method"]
+    names += [f"Set {zoom} (px)" for zoom in ZOOMS]
+    return Table(
+        columns([*names, "Largest over smallest (1)"], rows),
+        "RMS residuals as in Table 2.2, of corners to which Gaussian noise "
+        "was added on each axis, and with a smooth surface between corners. "
+        "Medians over seeds with 95 % intervals.",
     )
 
 
@@ -74,16 +285,3 @@ def agreement(redrawn, rendered):
         f"{smallest:.2g}; medians of redrawn seeds are {min(ratios):.2f} to "
         f"{max(ratios):.2f} times those of {len(both[1])} rendered ones",
     )
-
-
-def cell_of(result, method, statistic, zoom):
-    """Median and interval in words; failures are counted."""
-    name = f"{method}.calibration.corrected.{statistic}"
-    trials = result.column(name, zoom=zoom)
-    failed = int(np.isnan(trials).sum())
-    if failed == len(trials):
-        return "failed in all seeds"
-    row = summary([None if np.isnan(t) else float(t) for t in trials])
-    low, high = row["median_interval"]
-    text = f"{row['median']:.2f} ({low:.2f} to {high:.2f})"
-    return text + (f", {failed} failed" if failed else "")

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from chapters.shared.zoom_readings import generic_wins, judged
+from chapters.shared.zoom_readings import (
+    LABORATORY,
+    OF_SEEDS,
+    generic_wins,
+    judged,
+)
 from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.run.experiment import claim
 
 
-@claim("c2_periphery", needs=("table_2_2_redrawn",), evidence="rendered")
+@claim("c2_periphery", needs=OF_SEEDS, evidence="rendered")
 def judge_periphery(results):
     """Near the edge, generic lines are straighter than parametric ones."""
 
     def judge(case):
         place = f"lines.{case.method('generic')}"
         generic, parametric = (
-            case.result.column(
-                f"{place}.{name}.{case.scale}", zoom=FACADE_ZOOM
-            )
+            case.column(f"{place}.{name}.{case.scale}", FACADE_ZOOM)
             for name in ("generic", "parametric")
         )
         return generic_wins(
             generic, parametric, "RMS distance from straight lines"
         )
 
-    return judged(
-        results["table_2_2_redrawn"],
-        ("standard_method", "residual_scale"),
-        judge,
-    )
+    questions = ("standard_method", "residual_scale", *LABORATORY)
+    return judged(results, questions, judge)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
@@ -10,9 +12,11 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
 )
 from chapters.shared.corrected_views import source_pixels_of
 from chapters.shared.facade import straightness
-from chapters.shared.methods import LINEAR, METHODS
+from chapters.shared.methods import LINEAR, METHODS, SCALES
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, camera_of
 from raxel.calibration import calibrate_generic, calibrate_zhang
+from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import (
     corrected_view,
@@ -30,52 +34,73 @@ FEWEST = 12
 QUINTILES = 5
 NEIGHBOURS = 8
 PERMUTATIONS = 999
+COVERAGE_PX = 8  # apart are the pixels that coverage is counted on
 
 
-def calibrate(method, views, size, rng):
+def calibrate(method, views, size, rng, interpolation="homographic"):
     """The camera of one method, from views of boards; size (width, height)."""
     if method == "parametric":
         return calibrate_zhang(views, *size).camera
+    if method == "opencv_fisheye":
+        return calibrate_opencv_fisheye(views, *size).camera
     return calibrate_generic(
         views,
         *size,
         rng=rng,
         linear=LINEAR[method],
-        interpolation="homographic",
+        interpolation=interpolation,
     ).camera
 
 
-def residuals_of(camera, view):
-    """Residuals of one board in both scales, and where they stand.
+class Residuals(NamedTuple):
+    """Residuals of one board, and where they stand.
 
-    Returns (pixels, corrected, source, left_out): corners (M, 2) that have a
-    ray, residual vectors (M, 2) in px of the corrected view and of the source
-    image, and how many corners have none.
+    pixels (M, 2): corners that have a ray; corrected, source (M, 2): residual
+    vectors in px of the corrected view and of the source image; left_out: how
+    many corners have no ray.
     """
+
+    pixels: np.ndarray
+    corrected: np.ndarray
+    source: np.ndarray
+    left_out: int
+
+
+def residuals_of(camera, views):
+    """Residuals of each board: corrected corners against its grid."""
     plane = synthetic_plane(camera)
-    rays = camera.rays(view.pixels)
-    seen, ahead = corrected_view(
-        rays.directions, plane, np.nan_to_num(rays.origins)
-    )
-    usable = rays.valid & ahead
-    left_out = int(np.count_nonzero(~usable))
-    if np.count_nonzero(usable) < FEWEST:
-        empty = np.empty((0, 2))
-        return empty, empty, empty, len(usable)
-    corrected = distortion_residual(seen[usable], view.points[usable])
-    source = view.pixels[usable] - source_pixels_of(
-        camera, plane, seen[usable] - corrected
-    )
-    return view.pixels[usable], corrected, source, left_out
+    found, straight = [], []
+    for view in views:
+        rays = camera.rays(view.pixels)
+        seen, ahead = corrected_view(
+            rays.directions, plane, np.nan_to_num(rays.origins)
+        )
+        usable = rays.valid & ahead
+        if np.count_nonzero(usable) < FEWEST:
+            usable[:] = False
+        seen, points = seen[usable], view.points[usable]
+        residual = distortion_residual(seen, points) if len(seen) else seen
+        straight.append(seen - residual)
+        left_out = int(np.count_nonzero(~usable))
+        found.append((view.pixels[usable], residual, left_out))
+    bent = source_pixels_of(camera, plane, np.concatenate(straight))
+    ends = np.cumsum([len(points) for points in straight])[:-1]
+    return [
+        Residuals(pixels, corrected, pixels - back, left_out)
+        for (pixels, corrected, left_out), back in zip(
+            found, np.split(bent, ends), strict=True
+        )
+    ]
 
 
-def summary_of(camera, views):
+def summary_of(boards):
     """RMS, mean and SD of residual lengths over all boards, both scales."""
-    boards = [residuals_of(camera, view) for view in views]
-    left_out = sum(board[3] for board in boards)
+    left_out = sum(board.left_out for board in boards)
     out = {"left_out": left_out, "boards": len(boards)}
-    for scale, place in (("corrected", 1), ("source", 2)):
-        vectors = np.concatenate([board[place] for board in boards])
+    for scale in SCALES:
+        vectors = np.concatenate(
+            [getattr(board, scale) for board in boards]
+        )
         lengths = np.linalg.norm(vectors, axis=1)
         lengths = lengths[np.isfinite(lengths)]
         if len(lengths) < FEWEST:
@@ -88,25 +113,26 @@ def summary_of(camera, views):
     return out
 
 
-def radial_bias(camera, views, middle):
+def radial_bias(boards, middle):
     """Mean signed radial residual in quintiles of the image radius.
 
-    Returns per quintile mean, p-value of the mean against zero (t test over
-    corners), and the RMS of all; in px of the corrected view and of the source
-    image. Outwards is positive.
+    boards: Residuals; middle: (2,) px. Returns per quintile mean, p-value of
+    the mean against zero (t test over corners), and the RMS of all; in px of
+    the corrected view and of the source image. Outwards is positive.
     """
     from scipy.stats import ttest_1samp
 
-    boards = [residuals_of(camera, view) for view in views]
-    pixels = np.concatenate([board[0] for board in boards])
+    pixels = np.concatenate([board.pixels for board in boards])
     offset = pixels - middle
     radius = np.linalg.norm(offset, axis=1)
     outward = offset / np.maximum(radius, 1e-9)[:, None]
     limits = np.quantile(radius, np.linspace(0, 1, QUINTILES + 1)[1:-1])
     place = np.digitize(radius, limits)
     out = {}
-    for scale, column in (("corrected", 1), ("source", 2)):
-        vectors = np.concatenate([board[column] for board in boards])
+    for scale in SCALES:
+        vectors = np.concatenate(
+            [getattr(board, scale) for board in boards]
+        )
         signed = np.sum(vectors * outward, axis=1)
         known = np.isfinite(signed)
         out[scale] = {
@@ -132,18 +158,16 @@ def moran(positions, vectors, rng):
     nearest = np.argsort(distances, axis=1)[:, 1 : NEIGHBOURS + 1]
     centred = vectors - vectors.mean(axis=0)
     spread = np.sum(centred**2) / len(centred)
-
-    def index(values):
-        return (
-            np.mean(np.sum(values[:, None] * values[nearest], 2)) / spread
-        )
-
-    found = index(centred)
-    shuffled = [
-        index(rng.permutation(centred)) for _ in range(PERMUTATIONS)
-    ]
-    beaten = np.count_nonzero(np.array(shuffled) >= found)
-    return float(found), (beaten + 1) / (PERMUTATIONS + 1)
+    beside = np.mean(np.sum(centred[:, None] * centred[nearest], 2))
+    shuffled = [rng.permutation(centred) for _ in range(PERMUTATIONS)]
+    # Sums over neighbours, of all orders at once; the first is the order found.
+    neighbours = np.zeros((len(centred), len(centred)))
+    np.put_along_axis(neighbours, nearest, 1.0, axis=1)
+    orders = np.stack([centred, *shuffled], axis=1)
+    sums = np.tensordot(neighbours, orders, axes=1)
+    found, *others = np.sum(orders * sums, axis=(0, 2))
+    beaten = np.count_nonzero(np.array(others) >= found)
+    return float(beside / spread), (beaten + 1) / (PERMUTATIONS + 1)
 
 
 def stage_poses(camera, views):
@@ -183,7 +207,7 @@ def example_view(zoom, boards):
     return int(np.argmax(found))
 
 
-def scores(zoom, boards, rng):
+def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     """Every number of a seed, and the calibrated cameras by method."""
     views = {
         use: views_of(zoom, seen.found) for use, seen in boards.items()
@@ -194,40 +218,51 @@ def scores(zoom, boards, rng):
     out["corner_error_px"] = corner_error(boards)
     out["distortion_level"] = distortion_level(true, boards)
     cameras = {}
-    for method in METHODS:
+    for method in methods:
         try:
-            camera = calibrate(method, views["calibration"], size, rng)
+            camera = calibrate(
+                method, views["calibration"], size, rng, interpolation
+            )
             out[method] = of_camera(zoom, camera, views, rng)
             cameras[method] = camera
         except (CalibrationError, InputError) as error:
             out[method] = {"failed": str(error)}
-    if zoom == FACADE_ZOOM and len(cameras) == len(METHODS):
+    if zoom == FACADE_ZOOM and "parametric" in cameras:
         out["lines"] = straightness(cameras)
     return out, cameras
 
 
 def of_camera(zoom, camera, views, rng):
     """Scores of one calibrated camera."""
-    out = {
-        use: summary_of(camera, views[use])
+    boards = {
+        use: residuals_of(camera, views[use])
         for use in ("calibration", "held_out")
     }
+    out = {use: summary_of(of_use) for use, of_use in boards.items()}
+    out["share_of_image"] = share_of_image(camera)
     middle = (np.array([camera.width, camera.height]) - 1) / 2
     if zoom == STAGE_ZOOM:
-        for use in ("calibration", "held_out"):
-            out[use]["radial"] = radial_bias(camera, views[use], middle)
-        out["moran"] = correlation(camera, views["calibration"][0], rng)
+        for use, of_use in boards.items():
+            out[use]["radial"] = radial_bias(of_use, middle)
+        out["moran"] = correlation(boards["calibration"][0], rng)
         out["stage"] = stage(camera, views["stage"])
     return out
 
 
-def correlation(camera, view, rng):
+def share_of_image(camera):
+    """Share of the picture that has a ray, of every eighth pixel each way."""
+    size = camera.width // COVERAGE_PX, camera.height // COVERAGE_PX
+    pixels = COVERAGE_PX * pixel_grid(*size) + COVERAGE_PX // 2
+    return float(np.mean(camera.rays(pixels).valid))
+
+
+def correlation(board, rng):
     """Moran's I of one board's residuals, in both scales."""
-    pixels, corrected, source, _ = residuals_of(camera, view)
     out = {}
-    for scale, vectors in (("corrected", corrected), ("source", source)):
+    for scale in SCALES:
+        vectors = getattr(board, scale)
         known = np.isfinite(vectors).all(axis=1)
-        index, p = moran(pixels[known], vectors[known], rng)
+        index, p = moran(board.pixels[known], vectors[known], rng)
         out[scale] = {"index": index, "p": p}
     return out
 
@@ -248,11 +283,11 @@ def stage(camera, views):
 def fields(zoom, boards, sample, cameras):
     """Arrays for Fig. 2.5: residual vectors of the sample picture."""
     corners = boards["calibration"].found[sample][None]
-    view = views_of(zoom, corners)[0]
+    views = views_of(zoom, corners)
     out = {}
     for method, camera in cameras.items():
-        pixels, corrected, source, _ = residuals_of(camera, view)
-        out[f"field.{method}"] = np.hstack([pixels, corrected, source])
+        board = residuals_of(camera, views)[0]
+        out[f"field.{method}"] = np.hstack(board[:3])
     return out
 
 

@@ -117,6 +117,12 @@ def redrawn(zoom, poses, errors, rng):
     )
 
 
+def noisier(boards, sd_px, rng):
+    """The boards with Gaussian noise (px, each axis) on corners found."""
+    noise = rng.normal(0.0, sd_px, boards.found.shape)
+    return boards._replace(found=boards.found + noise)
+
+
 def views_of(zoom, corners):
     """BoardViews of the boards that were found."""
     target = rig_of(zoom).target

@@ -52,29 +52,37 @@ def centre_trial(condition, rng):
         out[name] = {
             "centre_error_mm": np.linalg.norm(linear.centre - true_centre)
         }
-        for scale in estimated:
-            out[name][scale] = {
-                "estimated_px": estimated[scale],
-                "true_px": true[scale],
-                "ratio": true[scale] / estimated[scale],
+        for scoring, scales in estimated.items():
+            out[name][scoring] = {
+                scale: {
+                    "estimated_px": rms,
+                    "true_px": true[scoring][scale],
+                    "ratio": true[scoring][scale] / rms,
+                }
+                for scale, rms in scales.items()
             }
     return out
 
 
 def rms_of(data, centre, T_base_grid):
-    """RMS residual (px) by scale, of rays adjusted about a given centre."""
+    """RMS residual (px) by scoring and scale, of rays about a given centre.
+
+    The grids but the base and the rays are adjusted to it.
+    """
     seen = np.ones(data.noisy_points.shape[:2], bool)
     directions = bundle_adjust_fixed_centre(
         data.noisy_points, seen, centre, T_base_grid
     ).directions
     focal = central_focal(data.camera)
     corrected = view(about_principal_ray(directions, data.pixels), focal)
-    lengths = score(
-        corrected, targets(data, focal)["noisy"], data.camera, focal
-    )
     return {
-        scale: np.sqrt(np.nanmean(of_scale**2))
-        for scale, of_scale in lengths.items()
+        scoring: {
+            scale: np.sqrt(np.nanmean(lengths**2))
+            for scale, lengths in score(
+                corrected, target, data.camera, focal
+            ).items()
+        }
+        for scoring, target in targets(data, focal).items()
     }
 
 

@@ -1,0 +1,252 @@
+"""Claims of sections 2.5.2 and 2.5.3, judged over seeds that are made up."""
+
+import numpy as np
+import pytest
+
+from chapters.ch02_general_camera_model.s5_2_real_data import claims as s5_2_claims
+from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_results
+from chapters.ch02_general_camera_model.s5_2_real_data import tables as s5_2_tables
+from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
+    claims as s5_3_claims,
+)
+from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
+    results as s5_3_results,
+)
+from chapters.shared import synthetic_readings
+from chapters.shared.three_planes import FOVS_DEG
+from chapters.shared.zoom_readings import IN_PAIRS, OF_FEW, OF_SEEDS, ZoomCase
+from tests.ch02_trials import Trials
+
+TRIALS = 50
+
+
+def of_seeds(values):
+    """The same for every experiment that Table 2.2 is judged by."""
+    return dict.fromkeys(OF_SEEDS, Trials(values))
+
+
+def spread_about(middle, share=0.05, seed=0):
+    return middle * (1 + share * np.random.default_rng(seed).standard_normal(TRIALS))
+
+
+def rising_with_level(parametric, generic):
+    """The three sets at levels 0.1, 0.3 and 0.7, errors rising exponentially."""
+    levels = {1: 0.1, 2: 0.3, 3: 0.7}
+
+    def values(name, condition):
+        level = levels[condition["zoom"]]
+        if name == "distortion_level":
+            return np.full(TRIALS, level)
+        slope = parametric if name.startswith("parametric") else generic
+        return spread_about(np.exp(slope * level), 0.01, condition["zoom"])
+
+    return of_seeds(values)
+
+
+@pytest.mark.parametrize(
+    ("sets", "verdict"), [((5.0, 0.5), "reproduced"), ((5.0, 3.0), "differs")]
+)
+def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
+    """Generic error flat over covered angles, whatever field of view was asked."""
+
+    def values(name, condition):
+        covered = min(condition["fov_deg"] / 2, 50.0)
+        if name == "widest_angle_deg":
+            return np.full(TRIALS, covered)
+        slope = 5.0 if name.startswith("parametric") else 0.5
+        level = s5_2_results.distortion_level(covered)
+        return spread_about(np.exp(slope * level), 0.01, condition["fov_deg"])
+
+    readings = s5_2_claims.judge_depends_on_distortion(
+        {"fig_2_3_fov": Trials(values)} | rising_with_level(*sets)
+    )
+    assert {r.verdict for r in readings} == {verdict}
+    assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
+    # All options about Fig. 2.3 and about Table 2.2; three more of the laboratory, with
+    # the first ones of all but where and how the sets' residual is measured.
+    options = map(len, synthetic_readings.QUESTIONS.values())
+    assert len(readings) == 4 * np.prod([*options]) + 3 * 8
+
+
+def test_distortion_level_of_the_equidistance_law():
+    # r / r_pinhole = f theta / (f tan theta), smallest at the widest angle.
+    assert s5_2_results.distortion_level(45) == pytest.approx(1 - np.pi / 4)
+    levels = [s5_2_results.distortion_level(fov / 2) for fov in FOVS_DEG]
+    assert np.all(np.diff(levels) > 0)
+
+
+def of_zoom(parametric, generic):
+    """Residuals of the three sets, the same in every reading."""
+
+    def values(name, condition):
+        which = parametric if name.startswith("parametric") else generic
+        return which(condition["zoom"])
+
+    return of_seeds(values)
+
+
+@pytest.mark.parametrize(("growth", "verdict"), [(1.05, "reproduced"), (2, "differs")])
+def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
+    made = of_zoom(None, lambda zoom: spread_about(growth**zoom, 0.01, zoom))
+    readings = s5_2_claims.judge_generic_flat(made)
+    assert {r.verdict for r in readings} == {verdict}
+    assert len(readings) == 16 + 3 * 8
+
+
+def test_a_failed_generic_seed_counts_against_it():
+    generic = np.full(TRIALS, 1.0)
+    generic[:6] = np.nan
+    made = of_zoom(lambda zoom: np.full(TRIALS, 2.0), lambda zoom: generic)
+    readings = s5_2_claims.judge_parametric_worse(made)
+    assert {r.verdict for r in readings} == {"differs"}
+    assert readings[0].regenerated == pytest.approx(0.88)
+
+
+@pytest.mark.parametrize(("inner", "verdict"), [(-0.4, "reproduced"), (0.4, "differs")])
+def test_radial_bias_must_turn_round(inner, verdict):
+    def values(name, condition):
+        if name.endswith(".p"):
+            return np.full(TRIALS, 1e-5)
+        outer = name.endswith(("q4.mean_px", "q5.mean_px"))
+        return np.full(TRIALS, 0.5 if outer else inner)
+
+    made = of_seeds(values)
+    assert {r.verdict for r in s5_2_claims.judge_radial_bias(made)} == {verdict}
+
+
+@pytest.mark.parametrize(("bias", "verdict"), [(0.2, "reproduced"), (0.3, "differs")])
+def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
+    def values(name, condition):
+        return np.full(TRIALS, 1.0 if name.endswith("rms_px") else -bias)
+
+    made = of_seeds(values)
+    assert {r.verdict for r in s5_2_claims.judge_no_radial_bias(made)} == {verdict}
+
+
+@pytest.mark.parametrize(
+    ("p", "ratio", "verdict"),
+    [(0.001, 0.5, "reproduced"), (0.5, 0.5, "differs"), (0.001, 0.95, "differs")],
+)
+def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
+    made = of_seeds(lambda name, condition: np.full(TRIALS, p)) | {
+        "fig_2_5_true_centre": Trials(lambda name, condition: spread_about(ratio))
+    }
+    assert {r.verdict for r in s5_2_claims.judge_systematic(made)} == {verdict}
+
+
+def scatter(better, missing):
+    def values(name, condition):
+        middle = better if name.startswith("parametric") else 1.0
+        found = spread_about(middle, 0.1, len(name))
+        found[:missing] = np.nan
+        return found
+
+    return of_seeds(values)
+
+
+@pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
+def test_motion_is_won_by_the_smaller_scatter(better, verdict):
+    readings = s5_2_claims.judge_motion(scatter(better, missing=0))
+    assert {r.verdict for r in readings} == {verdict}
+
+
+def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
+    readings = s5_2_claims.judge_motion(scatter(3.0, missing=2))
+    assert {r.verdict for r in readings} == {"reproduced"}
+    assert "2 failed with the parametric" in readings[0].reason
+    generic_fails = scatter(3.0, missing=0)["table_2_2_redrawn"].values
+
+    def values(name, condition):
+        found = generic_fails(name, condition)
+        if not name.startswith("parametric"):
+            found[:40] = np.nan
+        return found
+
+    readings = s5_2_claims.judge_motion(of_seeds(values))
+    assert {r.verdict for r in readings} == {"differs"}
+    assert "40 with the generic" in readings[0].reason
+
+
+def test_failed_trials_of_the_true_centre_are_told():
+    ratios = spread_about(0.5)
+    ratios[:3] = np.nan
+    made = of_seeds(lambda name, condition: np.full(TRIALS, 0.001)) | {
+        "fig_2_5_true_centre": Trials(lambda name, condition: ratios)
+    }
+    assert "3 failed" in s5_2_claims.judge_systematic(made)[0].reason
+
+
+def test_prose_of_the_real_data_counts_failures_and_corners_left_out():
+    assert s5_2_results.typical(np.array([1.0, np.nan, np.nan])) == np.inf
+    corners = s5_2_results.true_shape(3)[0]
+    columns = {"left_out": [10.0, np.nan], "boards": [2.0, np.nan]}
+    made = of_seeds(lambda name, condition: columns[name.rpartition(".")[2]])
+    found = s5_2_results.covered(ZoomCase(made), "generic_as_printed", 3)
+    assert found == (2 * corners, 10)
+
+
+def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
+    every = [*IN_PAIRS, *OF_FEW, {"zoom": 3}]
+
+    def values(name, condition):
+        return np.full(3, every.index(condition))
+
+    made = of_seeds(values)
+    for condition in (*IN_PAIRS, *OF_FEW):
+        options = {key: condition[key] for key in ("corner_noise", "interpolation")}
+        found = ZoomCase(made, options).column("x", condition["zoom"])
+        assert np.array_equal(found, values("x", condition))
+    as_found = ZoomCase(made).column("x", 3)
+    assert np.array_equal(as_found, values("x", {"zoom": 3}))
+    assert len(every) == 10
+
+
+def test_table_2_2_sets_the_printed_numbers_beside_medians():
+    made = of_seeds(lambda name, condition: np.full(TRIALS, condition["zoom"]))
+    for trials in made.values():
+        trials.trials_per_condition = TRIALS
+    results = made | {"table_2_2_rendered": made["table_2_2_redrawn"]}
+    published = {
+        f"t2_2_{method}_{statistic}_set{zoom}": 10 * zoom
+        for method in ("persp", "gen")
+        for statistic in ("rms", "sd")
+        for zoom in (1, 2, 3)
+    }
+    found = s5_2_tables.table_2_2(results, published).columns
+    assert len(found["Method"]) == 4
+    assert found["Set 2, thesis (px)"] == [20] * 4
+    assert [cell.value for cell in found["Set 2, here (px)"]] == [2.0] * 4
+
+
+def test_the_range_of_rendered_seeds_is_not_called_an_interval():
+    made = Trials(lambda name, condition: spread_about(2.0)[:3])
+    made.trials_per_condition = 3
+    results = dict.fromkeys(s5_2_tables.SOURCES, made)
+    caption = s5_2_tables.ext_table_2_2_seeds(results).caption
+    assert "3 rendered seeds, too few for an interval" in caption
+
+
+def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
+    redrawn, rendered = (
+        Trials(lambda name, condition, n=n: spread_about(2.0)[:n]) for n in (50, 3)
+    )
+    check = s5_2_tables.agreement(redrawn, rendered)
+    assert check.holds
+    assert "no difference shown" in check.text
+    assert "times those of 3 rendered" in check.text
+    other = Trials(lambda name, condition: spread_about(9.0)[:3])
+    assert not s5_2_tables.agreement(redrawn, other).holds
+
+
+@pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
+def test_periphery_is_won_by_straighter_lines(better, verdict):
+    def values(name, condition):
+        found = spread_about(better if ".parametric." in name else 1.0, 0.1, len(name))
+        found[0] = np.nan
+        return found
+
+    readings = s5_3_claims.judge_periphery(of_seeds(values))
+    assert {r.verdict for r in readings} == {verdict}
+    assert "1 failed with the parametric" in readings[0].reason
+    made = Trials(lambda name, condition: [1.0, np.nan, np.nan])
+    assert s5_3_results.line_median(made, "generic") == np.inf
