@@ -15,12 +15,14 @@ from chapters.photographs.by_distortion.exercises import (
 )
 from chapters.shared.photographs.compared import compared_sets, twins
 from chapters.shared.photographs.level import distortion_level, level_of
+from chapters.shared.photographs.reading import PEER
 from chapters.shared.photographs.undistort import corrected_errors
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera
 from raxel.geometry import pose, rotation_from_vector, transform
 from repro.page.exercise import check
 from repro.page.style import check_axes
+from repro.run.outcomes import Measured
 from repro.run.results import Result
 
 WIDTH, HEIGHT = 160, 120
@@ -96,8 +98,11 @@ def test_the_corrected_view_of_the_right_camera_has_nothing_left():
     assert np.isnan(corrected_errors({"general": camera}, few)["general"])
 
 
-def write_study(folder, name, *, level, ratio, photographs, seed):
-    """A result with the shape of the study's: one part keeps all photographs out."""
+def write_study(folder, name, *, level, ratio, photographs, seed, of_peer=0):
+    """A result with the shape of the study's: one part keeps all photographs out.
+
+    OpenCV's fisheye model answers in the first `of_peer`, with 0.5 px.
+    """
     rng = np.random.default_rng(seed)
     count = max(photographs, 2)
     conditions = [
@@ -109,7 +114,9 @@ def write_study(folder, name, *, level, ratio, photographs, seed):
     for i in range(photographs):
         general = rng.uniform(0.2, 0.25)
         fold |= {f"views.{i}.corners": 20}
-        for model, px in (("zhang", ratio * general), ("general", general)):
+        models = [("zhang", ratio * general), ("general", general)]
+        models += [(PEER, 0.5)] * (i < of_peer)
+        for model, px in models:
             for kind in ("own", "same"):
                 stem = f"views.{i}.{model}.{kind}"
                 fold |= {f"{stem}.corners": 18, f"{stem}.rms_px": px}
@@ -121,6 +128,7 @@ def write_study(folder, name, *, level, ratio, photographs, seed):
     if photographs:
         distortion = {"level": level, "widest_deg": 50.0, "fit_px": 0.1}
         fit |= {f"general.distortion.{k}": x for k, x in distortion.items()}
+        fit["general.image_with_ray"] = 0.75
     values = [{"found": True, "columns": 5, "reason": ""}] * count + [fit, fold]
     names = [f"{i}.png" for i in range(count)]
     content = {
@@ -144,7 +152,7 @@ def sets(tmp_path):
 
     return dict(
         [
-            study("strong", level=0.8, ratio=9, photographs=12, seed=1),
+            study("strong", level=0.8, ratio=9, photographs=12, seed=1, of_peer=9),
             study("none", level=np.nan, ratio=1, photographs=0, seed=2),
             study("weak", level=0.1, ratio=0.7, photographs=12, seed=3),
             study("few", level=0.4, ratio=3, photographs=4, seed=4),
@@ -162,7 +170,7 @@ def produced(results):
     texts = [comparison_prose.brought(results, sets)]
     texts += [
         getattr(comparison_prose, name)(sets)
-        for name in ("axis", "trend", "winners", "corrected")
+        for name in ("axis", "trend", "winners", "corrected", "peer")
     ]
     for text in texts:
         assert text.endswith(".")
@@ -179,7 +187,15 @@ def test_sets_stand_by_distortion_and_the_same_photographs_count_once(sets):
         "General camera",
         "not compared: no board overlaps two others",
     ]
-    assert table.columns["Level (1)"] == ["0.1", "0.4", "0.8", "–"]
+    assert table.columns["Level (1)"] == [0.1, 0.4, 0.8, None]
+    assert table.columns["OpenCV fisheye (px)"][2] == Measured(0.5, 0.5, 0.5)
+    assert table.columns["OpenCV fisheye (px)"][0] is None
+    assert table.columns["OpenCV fisheye answers in"] == [0, 0, 9, 0]
+    assert table.columns["of"] == [12, 4, 12, 0]
+    assert table.columns["Image with a ray (%)"] == [75, 75, 75, None]
+    assert "no camera on weak" in texts[5]
+    assert "0.5 px on strong" in texts[5]
+    assert "a camera for 9 of 12 photographs" in texts[5]
     assert "again is left out: its photographs are those of strong" in table.caption
     assert twins(sets) == {"again": "strong"}
     assert drawing.data["set"] == ["weak", "few", "strong"]

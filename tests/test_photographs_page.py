@@ -21,7 +21,7 @@ from chapters.photographs.set.exercises import (
 )
 from chapters.photographs.set.figures import fields, pictures
 from chapters.photographs.set.trials import study
-from chapters.shared.photographs.reading import Study, paired, pooled_rms
+from chapters.shared.photographs.reading import PEER, Study, paired, pooled_rms
 from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import CalibrationError
@@ -63,6 +63,7 @@ SENTENCES = (
     sentences.angles,
     sentences.straightness,
     sentences.exercise,
+    sentences.peer,
 )
 
 
@@ -196,9 +197,10 @@ def test_both_models_are_scored_on_the_same_corners(drawn):
     zhangs, generals = paired(seen.held_out, "rms_px")
     assert len(zhangs) == len(generals) > 0
     for row in seen.held_out:
-        if len(row.same) == 2:
-            known = [np.isfinite(s.residuals_px[:, 0]) for s in row.same.values()]
-            assert np.array_equal(*known)
+        if row.same:
+            known = {m: np.isfinite(s.residuals_px[:, 0]) for m, s in row.same.items()}
+            assert np.array_equal(known["zhang"], known["general"])
+            assert np.all(known["zhang"] >= known[PEER])
             assert row.same["general"].corners <= row.own["general"].corners
 
 
@@ -228,7 +230,7 @@ def test_a_figure_is_rendered_whole(drawn, tmp_path):
     drawing = fields.ext_residuals({"photograph_study": drawn[1]})
     save_drawing(drawing, tmp_path / "residuals")
     rows = (tmp_path / "residuals.csv").read_text("utf-8").splitlines()
-    assert len(rows) == 1 + 6 * 35 * 2
+    assert len(rows) == 1 + 6 * 35 * 3
     assert (tmp_path / "residuals.svg").stat().st_size > 10_000
 
 

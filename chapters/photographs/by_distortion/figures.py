@@ -1,4 +1,4 @@
-"""Both errors of both models against the distortion of the lens, set by set."""
+"""Both errors of every model against the distortion of the lens, set by set."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from matplotlib.ticker import FuncFormatter
 
 from chapters.shared.photographs.compared import QUANTITIES, compared_sets
 from chapters.shared.photographs.notes import EMPTY_IN, note
-from chapters.shared.photographs.reading import NAMES
+from chapters.shared.photographs.reading import ALL_NAMES
 from repro.page.style import INK, plot_interval
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
-# Half the distance of the two models' marks, as a share of the axis.
+# Half the distance of neighbouring marks, as a share of the axis.
 APART = 0.006
 NAME_APART = 0.055  # of the names above the figure
 
@@ -24,7 +24,7 @@ NAME_APART = 0.055  # of the names above the figure
     evidence="photograph",
 )
 def ext_real_by_distortion_figure(results):
-    """Both errors of both models against the distortion level, by set."""
+    """Both errors of every model against the distortion level, by set."""
     study = results["photograph_study"]
     sets = [one for one in compared_sets(study) if one.comparable]
     data = _figure_data(sets)
@@ -50,20 +50,21 @@ def ext_real_by_distortion_figure(results):
     axes[1].set_xlabel("Distortion level (1)")
     _write_names(axes[0], sets)
     handles, _ = axes[0].get_legend_handles_labels()
-    drawn.legend(handles=handles, loc="outside lower center", ncols=2)
+    drawn.legend(handles=handles, loc="outside lower center", ncols=3)
     return Drawing(drawn, data, _figure_caption(sets))
 
 
 def _panel(axes, sets, quantity):
-    """One error of both models, marks side by side."""
+    """One error of every model, marks side by side."""
     shown = [one for one in sets if one.errors[quantity]]
     span = max(1.0, *(one.level for one in sets))
     for one in sets:
         axes.axvline(one.level, color="#8b929a", linewidth=0.8, zorder=0)
-    for index, (model, name) in enumerate(NAMES.items()):
-        at = [one.level + (2 * index - 1) * APART * span for one in shown]
+    for index, (model, name) in enumerate(ALL_NAMES.items()):
+        known = [one for one in shown if model in one.errors[quantity]]
+        at = [one.level + 2 * (index - 1) * APART * span for one in known]
         found = np.array(
-            [one.errors[quantity][model][:3] for one in shown]
+            [one.errors[quantity][model][:3] for one in known]
         ).reshape(-1, 3)
         plot_interval(
             axes, np.array(at), *found.T, index=index, label=name, bars=True
@@ -99,7 +100,7 @@ def _figure_caption(sets):
     if not sets:
         return "Errors by distortion level: no set of this build has any."
     return (
-        "Errors of both models against the distortion level of the lens, one "
+        "Errors of the models against the distortion level of the lens, one "
         "vertical line per image set. Above: distance of corners kept out from "
         "their prediction. Below: what is left of them in the distortion-free "
         "view after a homography, as in Table 2.2. Medians over photographs with "
@@ -114,11 +115,11 @@ def _figure_data(sets):
         "photographs": [one.photographs for one in sets],
     }
     for quantity in QUANTITIES:
-        for model in NAMES:
+        for model in ALL_NAMES:
             for part in ("value", "low", "high"):
                 data[f"{model}.{quantity}.{part}"] = [
                     getattr(one.errors[quantity][model], part)
-                    if one.errors[quantity]
+                    if model in one.errors[quantity]
                     else ""
                     for one in sets
                 ]

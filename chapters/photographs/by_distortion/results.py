@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from chapters.shared.photographs.compared import FEWEST_DECIDING, twins
-from chapters.shared.photographs.reading import MODELS, NAMES
+from chapters.shared.photographs.reading import MODELS, NAMES, PEER
 from repro.page.wording import literal
 
 
@@ -87,6 +87,31 @@ def _said_better(outcome):
         NAMES["zhang"]: "Zhang's model predicts better",
     }
     return said.get(outcome, literal(outcome))
+
+
+def peer(sets):
+    """How OpenCV's fisheye model does on the same photographs."""
+    usable = [one for one in sets if one.comparable]
+    if not usable:
+        return "OpenCV's fisheye model has nothing to be compared with."
+    parts = []
+    for one in usable:
+        if PEER not in one.errors["rms_px"]:
+            parts.append(f"no camera on {one.name}")
+            continue
+        errors = {m: e.value for m, e in one.errors["rms_px"].items()}
+        best = min(errors[model] for model in MODELS)
+        text = (
+            f"{errors[PEER]:.2g} px on {one.name}, where the better of the "
+            f"two leaves {best:.2g} px"
+        )
+        if one.of_peer < one.photographs:
+            text += (
+                f" (a camera for {one.of_peer} of {one.photographs} "
+                "photographs)"
+            )
+        parts.append(text)
+    return f"OpenCV's fisheye model leaves: {'; '.join(parts)}."
 
 
 def corrected(sets):

@@ -11,11 +11,9 @@ from chapters.shared.photographs.compared import (
     compared_sets,
     twins,
 )
-from chapters.shared.photographs.reading import NAMES
+from chapters.shared.photographs.reading import ALL_NAMES
 from repro.run.experiment import table
-from repro.run.outcomes import Table
-
-NONE = "–"
+from repro.run.outcomes import Measured, Table
 
 
 @table(
@@ -31,47 +29,54 @@ def ext_real_by_distortion(results):
         {name: [row[name] for row in made] for name in _row(None)},
         "Image sets of this build, least distorted first. Residuals are medians "
         "over photographs kept out of the calibration, with 95 % intervals, on "
-        "corners that both models have a ray for. Corrected: what is left in the "
-        "distortion-free view after a homography, as in Table 2.2."
-        + _said_of_twins(study),
+        "corners that Zhang and the general camera both have a ray for; these two "
+        "are compared. OpenCV fisheye stands beside them, in as many of the "
+        "photographs as it has a camera for. Corrected: what is left in the "
+        "distortion-free view after a homography, as in Table 2.2. With a "
+        "ray: of the general camera." + _said_of_twins(study),
         texts=("Set", "Better"),
     )
 
 
 def _row(one):
     """Cells of one set; of none, for the names of the columns."""
-    zhang, general = (
-        {q: _told(one, q, model) for q in QUANTITIES} for model in NAMES
-    )
     images = one.study.images if one else []
     found = one.study.found if one else []
+    residuals, corrected = (
+        {model: _measured(one, q, model) for model in ALL_NAMES}
+        for q in QUANTITIES
+    )
     return {
         "Set": one.name if one else "",
-        "Level (1)": _number(one.level if one else np.nan, 3),
-        "Widest angle (deg)": _number(one.widest_deg if one else np.nan, 3),
-        "Boards found": f"{len(found)} of {len(images)}"
-        if images
-        else NONE,
-        "Zhang (px)": zhang["rms_px"],
-        "General (px)": general["rms_px"],
-        "Zhang, corrected (px)": zhang["corrected_px"],
-        "General, corrected (px)": general["corrected_px"],
+        "Level (1)": _number(one.level if one else np.nan),
+        "Widest angle (deg)": _number(one.widest_deg if one else np.nan),
+        "Photographs": len(images),
+        "Boards found": len(found),
+        **{f"{ALL_NAMES[m]} (px)": x for m, x in residuals.items()},
+        "OpenCV fisheye answers in": one.of_peer if one else 0,
+        "of": one.photographs if one else 0,
+        **{
+            f"{ALL_NAMES[m]}, corrected (px)": x
+            for m, x in corrected.items()
+        },
         "Corners with a ray (%)": _number(
-            100 * one.share if one else np.nan, 3
+            100 * one.share if one else np.nan
+        ),
+        "Image with a ray (%)": _number(
+            100 * one.image_share if one else np.nan
         ),
         "Better": one.outcome if one else "",
     }
 
 
-def _told(one, quantity, model):
-    if one is None or not one.errors[quantity]:
-        return NONE
-    e = one.errors[quantity][model]
-    return f"{e.value:.2g} ({e.low:.2g} to {e.high:.2g})"
+def _measured(one, quantity, model):
+    if one is None or model not in one.errors[quantity]:
+        return None
+    return Measured(*one.errors[quantity][model][:3])
 
 
-def _number(x, digits):
-    return f"{x:.{digits}g}" if isfinite(x) else NONE
+def _number(x):
+    return float(x) if isfinite(x) else None
 
 
 def _said_of_twins(results):

@@ -42,7 +42,7 @@ from chapters.shared.grid_detectors import (
     OPENCV_SB,
     returned,
 )
-from chapters.shared.photographs.reading import MODELS, Study
+from chapters.shared.photographs.reading import ALL_NAMES, Study
 from raxel.features.detector import as_8_bit
 from raxel.sets import Chessboard, load_set, read_image
 from raxel.sets.reference import load_reference
@@ -57,35 +57,6 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
-# %% [markdown]
-# ## Method
-#
-# 1. **Corners.** One detector finds the board's corners to a fraction of a
-#    pixel. Both models get the same ones.
-# 2. **Zhang's method** {cite}`zhang2000`, through OpenCV: focal lengths,
-#    principal point, two radial terms, and one pose per photograph. Six
-#    numbers describe the camera.
-# 3. **The general camera**, by the standard generic method of section 2.4
-#    {cite}`sturm2004`: no model of the lens. Between the corners, a
-#    homography per cell tells which point of the board each pixel sees; on
-#    boards whose cells bend by more than their corners are uncertain, a
-#    smooth surface through all corners.
-#    Three overlapping boards give the centre, bundle adjustment and further
-#    boards refine it. The result is a table of rays. A pixel that no board
-#    covered has none.
-# 4. **Cross-validation.** A model is judged on photographs that were kept
-#    out of its calibration. There, only the pose of the board is fitted, in
-#    the same way for both models. The errors are the distance in px between
-#    each corner and its prediction, and the angle at its ray. Each is taken
-#    at the pose that makes it smallest: one pose for px, another for angles.
-#
-# A model with rays everywhere is easily blamed where the other is silent.
-# So both are scored twice: on all corners they have a ray for, and on the
-# corners that both have a ray for.
-
-# %% tags=["active-ipynb", "hide-output"]
-# show_code(calibrated, fold_part, scores)
-
 
 # %% tags=["hide-cell"]
 def study_trial(folder, size, condition, rng):
@@ -93,7 +64,7 @@ def study_trial(folder, size, condition, rng):
     image_set = load_set(folder)
     if not isinstance(image_set.target, Chessboard):
         why = "the target is an active grid; this study takes chessboards"
-        return {model: {"reason": why} for model in MODELS}
+        return {model: {"reason": why} for model in ALL_NAMES}
     if condition["part"] == "image":
         return image_part(folder, image_set, condition["view"], size)
     boards = boards_of(folder)
@@ -142,6 +113,9 @@ def photograph_study(effort, folder):
 # value("general", results.general(study))
 
 # %% tags=["active-ipynb"]
+# value("peer", results.peer(study))
+
+# %% tags=["active-ipynb"]
 # value("kept_out", results.kept_out(study))
 
 # %% tags=["active-ipynb"]
@@ -159,10 +133,52 @@ def photograph_study(effort, folder):
 # %% tags=["active-ipynb"]
 # value("exercise", results.exercise(study))
 
+# %% tags=["active-ipynb"]
+# show("ext_cross_validation")
+
+# %% [markdown]
+# ## Findings
+#
+# - {glue:text}`found`
+# - {glue:text}`comparison`
+# - {glue:text}`peer`
+# - {glue:text}`coverage`
+# - {glue:text}`straightness`
+
+# %% [markdown]
+# ## Method
+#
+# 1. **Corners.** One detector finds the board's corners to a fraction of a
+#    pixel. All models get the same ones.
+# 2. **Zhang's method** {cite}`zhang2000`, through OpenCV: focal lengths,
+#    principal point, two radial terms, and one pose per photograph. Six
+#    numbers describe the camera.
+# 3. **The general camera**, by the standard generic method of section 2.4
+#    {cite}`sturm2004`: no model of the lens. Between the corners, a
+#    homography per cell tells which point of the board each pixel sees; on
+#    boards whose cells bend by more than their corners are uncertain, a
+#    smooth surface through all corners.
+#    Three overlapping boards give the centre, bundle adjustment and further
+#    boards refine it. The result is a table of rays. A pixel that no board
+#    covered has none.
+# 4. **OpenCV's fisheye model** {cite}`kannala2006` stands beside these two:
+#    eight numbers, fitted by `cv2.fisheye.calibrate`. It is scored like
+#    them and decides nothing.
+# 5. **Cross-validation.** A model is judged on photographs that were kept
+#    out of its calibration. There, only the pose of the board is fitted, in
+#    the same way for every model. The errors are the distance in px between
+#    each corner and its prediction, and the angle at its ray. Each is taken
+#    at the pose that makes it smallest: one pose for px, another for angles.
+#
+# A model with rays everywhere is easily blamed where the other is silent.
+# So all are scored twice: on every corner they have a ray for, and on the
+# corners that Zhang and the general camera both have a ray for.
+
+# %% tags=["active-ipynb", "hide-output"]
+# show_code(calibrated, fold_part, scores)
+
 # %% [markdown]
 # ## The photographs and their corners
-#
-# {glue:text}`found`
 
 
 # %% tags=["active-ipynb"]
@@ -177,7 +193,7 @@ def photograph_study(effort, folder):
 #
 # {glue:text}`origin`
 #
-# ## Two cameras from the same corners
+# ## Cameras from the same corners
 #
 # {glue:text}`zhang`
 #
@@ -195,13 +211,10 @@ def photograph_study(effort, folder):
 # Arrows that agree with their neighbours show distortion that the model
 # cannot follow. Arrows in all directions show the noise of the corners, and
 # for the general camera also the noise of its own rays, which it took from
-# a few boards each. {glue:text}`coverage`
+# a few boards each.
 #
 # ## Error per photograph
 
-
-# %% tags=["active-ipynb"]
-# show("ext_cross_validation")
 
 # %% tags=["active-ipynb"]
 # show_table("ext_images", digits=3)
@@ -214,11 +227,9 @@ def photograph_study(effort, folder):
 # show("ext_undistorted")
 
 # %% [markdown]
-# {glue:text}`straightness`
-#
-# These px are of the undistorted view, which stretches what is far from its
-# middle. The homography hides an error of the pose or of the centre. The
-# angles of the cross-validation do not.
+# The distances from a flat lattice named above are in px of this view,
+# which stretches what is far from its middle. The homography hides an error
+# of the pose or of the centre. The angles of the cross-validation do not.
 #
 # ## Compared models
 
@@ -227,8 +238,8 @@ def photograph_study(effort, folder):
 # show_table("ext_models", digits=3)
 
 # %% [markdown]
-# {glue:text}`comparison` {glue:text}`angles` Other lenses stand beside this
-# one on [a page of their own](by_distortion.ipynb).
+# {glue:text}`angles` Other lenses stand beside this one on [a page of their
+# own](by_distortion.ipynb).
 #
 # A model counts as better when a one-sided Wilcoxon signed-rank test over
 # the photographs gives p < 0.01 and its median error is smaller by a factor

@@ -9,6 +9,7 @@ import numpy as np
 
 from chapters.shared.photographs.reading import (
     NAMES,
+    PEER,
     Study,
     because,
     column,
@@ -129,6 +130,37 @@ def general(study):
     return text
 
 
+def peer(study):
+    """What OpenCV's fisheye model makes of the same corners, or why it does not."""
+    name = "OpenCV's fisheye model"
+    why = study.refusal(PEER)
+    if why:
+        return f"{name} gave no camera ({literal(because(why))})."
+    if not np.isfinite(study.fit(f"{PEER}.image_with_ray")):
+        return f"{name} was not tried."
+    rows = study.held_out
+    parts, refused = len(study.folds), len(study.fold_refusals(PEER))
+    text = f"{name} gave a camera in {parts - refused} of {parts} parts."
+    for quantity, unit in (("rms_px", " px"), ("mean_deg", "°")):
+        errors = {
+            model: column(rows, "same", model, quantity)
+            for model in (PEER, *NAMES)
+        }
+        known = np.all([np.isfinite(e) for e in errors.values()], axis=0)
+        if not known.any():
+            continue
+        told = [
+            f"{np.median(e[known]):.2g}{unit} with {model_name}"
+            for e, model_name in zip(
+                errors.values(),
+                (name, "Zhang's", "the general camera"),
+                strict=True,
+            )
+        ]
+        text += f" The median error kept out is {', '.join(told)}."
+    return text
+
+
 def kept_out(study):
     """How many photographs were kept out, in how many parts, with what failures."""
     rows = [row for row in study.held_out if row.own]
@@ -162,10 +194,14 @@ def coverage(study):
     if not any(row.own for row in rows):
         return "Neither model answered for a corner that was kept out."
     shares = {m: 100 * share_with_ray(rows, m) for m in NAMES}
-    return (
+    text = (
         f"Zhang's camera answers for {shares['zhang']:.0f} % of the corners kept "
-        f"out, the general camera for {shares['general']:.0f} %."
+        f"out, the general camera for {shares['general']:.0f} %"
     )
+    image = study.fit("general.share_with_ray")
+    if image == image:
+        text += f", with a ray for {100 * image:.0f} % of the image"
+    return f"{text}."
 
 
 def comparison(study):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from chapters.photographs.set.results import study_of
@@ -15,15 +13,20 @@ from chapters.shared.grid_detectors import (
     OPENCV,
     OPENCV_SB,
 )
-from chapters.shared.photographs.reading import NAMES, column, pooled_rms
+from chapters.shared.photographs.reading import (
+    ALL_NAMES,
+    PEER,
+    column,
+    pooled_rms,
+)
 from repro.judge.statistics import median_interval
 from repro.page.wording import literal
 from repro.run.experiment import table
-from repro.run.outcomes import Table
+from repro.run.outcomes import Measured, Table
 
-NONE = "–"
-# Zhang: two focal lengths, principal point, two radial terms.
-CAMERA_PARAMETERS = 6
+SHARED = "shared corners"
+# Two focal lengths, principal point, and two radial terms or four.
+CAMERA_PARAMETERS = {"zhang": 6, PEER: 8}
 
 ROWS = {
     OPENCV: "OpenCV findChessboardCorners",
@@ -34,22 +37,25 @@ ROWS = {
 
 
 def models_table(study):
-    """Both models: size, errors where fitted and where kept out."""
+    """Every model: size, errors where fitted and where kept out, coverage."""
     rows = [
         ("zhang", "own", "all corners"),
-        ("zhang", "same", "corners both have a ray for"),
-        ("general", "same", "corners both have a ray for"),
+        (PEER, "own", "all corners"),
+        ("zhang", "same", SHARED),
+        (PEER, "same", SHARED),
+        ("general", "same", SHARED),
     ]
     made = [_model_row(study, *row) for row in rows]
     refused = [
-        f"{NAMES[model]}: {literal(study.refusal(model))}."
-        for model in NAMES
+        f"{name}: {literal(study.refusal(model))}."
+        for model, name in ALL_NAMES.items()
         if study.refusal(model)
     ]
     caption = (
-        "Both models on the same photographs. Fitted: all photographs for "
-        "calibration, poses fitted again. Kept out: median over photographs with "
-        "its 95 % interval."
+        "The models on the same photographs. Shared corners are those that "
+        "both Zhang and the general camera have a ray for. Fitted: all "
+        "photographs for calibration, poses fitted again. Kept out: medians "
+        "over photographs with 95 % intervals."
     )
     return Table(
         {name: [row[name] for row in made] for name in made[0]},
@@ -58,30 +64,31 @@ def models_table(study):
 
 
 def _model_row(study, model, kind, scored_on):
-    parameters = CAMERA_PARAMETERS
+    parameters = CAMERA_PARAMETERS.get(model)
     if model == "general":
         parameters = _whole(2 * study.fit("general.rays"))
     if study.refusal(model):
-        parameters = NONE
+        parameters = None
     errors = column(study.held_out, kind, model, "rms_px")
     degrees = column(study.held_out, kind, model, "mean_deg")
     scored = np.nansum(column(study.held_out, kind, model, "corners"))
     all_corners = sum(row.corners for row in study.held_out)
-    middle, interval = _median(errors)
     return {
-        "Model": NAMES[model],
+        "Model": ALL_NAMES[model],
         "Scored on": scored_on,
         "Parameters": parameters,
         "Fitted: RMS (px)": _known(
             pooled_rms(study.in_sample, kind, model)
         ),
-        "Kept out: RMS (px)": middle,
-        "95 % interval (px)": interval,
-        "Kept out: angle (deg)": _median(degrees)[0],
+        "Kept out: RMS (px)": _median(errors),
+        "Kept out: angle (deg)": _median(degrees),
         "Photographs": int(np.isfinite(errors).sum()),
-        "Share of corners (%)": _known(100 * scored / all_corners)
+        "Corners scored (%)": _known(100 * scored / all_corners)
         if all_corners
-        else NONE,
+        else None,
+        "Image with a ray (%)": _known(
+            100 * study.fit(f"{model}.image_with_ray")
+        ),
     }
 
 
@@ -97,8 +104,8 @@ def images_table(study):
     return Table(
         {name: [row[name] for row in made] for name in names},
         "Every photograph. Errors are RMS residuals in px when the photograph was "
-        "kept out of the calibration; shared corners are those that both models "
-        "have a ray for.",
+        "kept out of the calibration; shared corners are those that Zhang and the "
+        "general camera both have a ray for.",
         texts=("Photograph", "Remark"),
     )
 
@@ -108,7 +115,7 @@ def _image_row(study, image, row):
 
     def error(kind, model, quantity="rms_px"):
         return (
-            NONE
+            None
             if row is None
             else _known(column([row], kind, model, quantity)[0])
         )
@@ -119,9 +126,11 @@ def _image_row(study, image, row):
         "Corners": int(np.count_nonzero(np.isfinite(image.corners[:, 0])))
         if image
         else 0,
-        "Shared": NONE if shared == NONE else int(shared),
+        "Shared": None if shared is None else int(shared),
         "Zhang, all": error("own", "zhang"),
+        "OpenCV fisheye, all": error("own", PEER),
         "Zhang, shared": error("same", "zhang"),
+        "OpenCV fisheye, shared": error("same", PEER),
         "General, shared": error("same", "general"),
         "Remark": _remark(study, image, row) if image else "",
     }
@@ -140,7 +149,7 @@ def _remark(study, image, row):
         )
     if row is not None:
         remarks += [
-            f"kept out, {NAMES[model]}: {score.reason}"
+            f"kept out, {ALL_NAMES[model]}: {score.reason}"
             for model, score in row.own.items()
             if score.reason
         ]
@@ -149,24 +158,15 @@ def _remark(study, image, row):
 
 def _median(values):
     values = values[np.isfinite(values)]
-    if not len(values):
-        return NONE, NONE
-    middle = median_interval(values)
-    places = (
-        2 - math.floor(math.log10(middle.high)) if middle.high > 0 else 0
-    )
-    interval = [
-        f"{end:.{max(places, 0)}f}" for end in (middle.low, middle.high)
-    ]
-    return middle.value, " to ".join(interval)
+    return Measured(*median_interval(values)[:3]) if len(values) else None
 
 
 def _known(number):
-    return float(number) if np.isfinite(number) else NONE
+    return float(number) if np.isfinite(number) else None
 
 
 def _whole(number):
-    return int(number) if np.isfinite(number) else NONE
+    return int(number) if np.isfinite(number) else None
 
 
 @table(
@@ -187,7 +187,7 @@ def ext_images(results):
     per_set=True,
 )
 def ext_models(results):
-    """Both models: parameters, fit, prediction, coverage."""
+    """Every model: parameters, fit, prediction, coverage."""
     return models_table(study_of(results))
 
 
@@ -220,7 +220,7 @@ def detectors_table(result):
     told = {
         name: cells
         for name, cells in columns.items()
-        if any(cell != NONE for cell in cells)
+        if any(cell is not None for cell in cells)
     }
     return Table(told, _caption(result, trials))
 
@@ -230,13 +230,13 @@ def _counted(result, trials, method):
     if method == CELECT:
         trials = [c for c in trials if result.column("clicked", **c)[0]]
     if not trials:
-        return [0, NONE, NONE]
+        return [0, None, None]
     count = [
         int(sum(result.column(f"{method}.{what}", **c)[0] for c in trials))
         for what in ("returned", "right")
     ]
     judged = any(result.column("judged", **c)[0] for c in trials)
-    return [len(trials), count[0], count[1] if judged else NONE]
+    return [len(trials), count[0], count[1] if judged else None]
 
 
 def _statistics(result, trials, name):
@@ -244,11 +244,11 @@ def _statistics(result, trials, name):
     right = name.partition(".")[0] + ".right"
     trials = [c for c in trials if np.nansum(result.column(right, **c)) > 0]
     if not trials:
-        return [NONE] * 3
+        return [None] * 3
     errors = [e for c in trials for e in result.arrays(name, **c)]
     errors = np.concatenate(errors)
     values = errors.mean(), errors.max(), errors.std(ddof=1)
-    return [f"{value:.4f}" for value in values]
+    return [float(value) for value in values]
 
 
 def _caption(result, trials):

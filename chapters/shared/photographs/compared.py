@@ -8,9 +8,12 @@ from math import ceil, isfinite, log2
 import numpy as np
 
 from chapters.shared.photographs.reading import (
+    MODELS,
     NAMES,
+    PEER,
     Study,
     because,
+    column,
     decided,
     paired,
     share_with_ray,
@@ -32,10 +35,13 @@ FEWEST_DECIDING = ceil(log2(1 / SIGNIFICANCE))
 
 @dataclass(frozen=True)
 class Compared:
-    """One image set: its distortion, both models' errors, and what came of it.
+    """One image set: its distortion, the models' errors, and what came of it.
 
     errors: quantity -> {model: median over photographs kept out, with its interval},
-    empty where no photograph has both. photographs: number of pairs behind rms_px.
+    empty where no photograph has both; with OpenCV's fisheye model where it has any.
+    photographs: number of pairs behind rms_px; of_peer: in how many of them OpenCV's
+    fisheye model has an error. share: corners kept out that the general camera has a
+    ray for; image_share: pixels of the image, NaN where there is no such camera.
     """
 
     name: str
@@ -44,8 +50,10 @@ class Compared:
     widest_deg: float
     errors: dict[str, dict[str, Estimate]]
     photographs: int
+    of_peer: int
     outcome: str
     share: float
+    image_share: float
 
     @property
     def comparable(self) -> bool:
@@ -94,8 +102,10 @@ def _compared(name, study):
         study.fit("general.distortion.widest_deg"),
         errors,
         len(pairs[0]),
+        len(_of_peer(rows, "rms_px")),
         outcome_of(study, *pairs),
         share_with_ray(rows, "general") if rows else np.nan,
+        study.fit("general.image_with_ray"),
     )
 
 
@@ -103,10 +113,21 @@ def _medians(rows, quantity):
     pairs = paired(rows, quantity)
     if not len(pairs[0]):
         return {}
+    found = dict(zip(NAMES, pairs, strict=True))
+    peers = _of_peer(rows, quantity)
+    if len(peers):
+        found[PEER] = peers
     return {
-        model: median_interval(values)
-        for model, values in zip(NAMES, pairs, strict=True)
+        model: median_interval(values) for model, values in found.items()
     }
+
+
+def _of_peer(rows, quantity):
+    """Errors of OpenCV's fisheye model in photographs that both others answer for."""
+    every = np.array(
+        [column(rows, "same", m, quantity) for m in (*MODELS, PEER)]
+    )
+    return every[-1, np.isfinite(every).all(axis=0)]
 
 
 def outcome_of(study, zhangs, generals):

@@ -13,6 +13,10 @@ from repro.judge.statistics import LEAST_RATIO, SIGNIFICANCE
 NAMES = {"zhang": "Zhang", "general": "General camera"}
 
 MODELS = ("zhang", "general")
+# What users of wide lenses know: it stands beside the two that are compared, is scored
+# on the corners that both of them have a ray for, and decides nothing.
+PEER = "opencv_fisheye"
+ALL_NAMES = {**NAMES, PEER: "OpenCV fisheye"}
 
 
 @dataclass(frozen=True)
@@ -197,7 +201,7 @@ class Study:
         scores = {
             kind: {
                 model: self._score(f"{stem}.{model}.{kind}", **condition)
-                for model in MODELS
+                for model in ALL_NAMES
             }
             for kind in ("own", "same")
         }
@@ -261,7 +265,8 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
 
 def because(reason):
     """A refusal without the name of the method that it begins with."""
-    return re.sub(r"^(Zhang's method|generic calibration): ", "", reason)
+    said = r"^(Zhang's method|generic calibration|OpenCV's fisheye model): "
+    return re.sub(said, "", reason)
 
 
 def decided(won):

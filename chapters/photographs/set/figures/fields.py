@@ -17,6 +17,7 @@ from chapters.photographs.set.figures.pictures import NO_RAY, tinted
 from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
 from chapters.shared.photographs.reading import (
+    ALL_NAMES,
     MODELS,
     NAMES,
     column,
@@ -205,7 +206,7 @@ def _residual_data(rows):
             ):
                 for name, value in zip(
                     names,
-                    (NAMES[model], row.image.name, k, *at, *off),
+                    (ALL_NAMES[model], row.image.name, k, *at, *off),
                     strict=True,
                 ):
                     data[name].append(value)
@@ -213,7 +214,7 @@ def _residual_data(rows):
 
 
 def held_out_errors(study):
-    """Error of both models in every photograph kept out, in px and in degrees."""
+    """Error of every model in every photograph kept out, in px and in degrees."""
     rows = study.held_out
     kind = "same" if len(paired(rows, "rms_px")[0]) else "own"
     told = any(
@@ -237,13 +238,13 @@ def held_out_errors(study):
     axes[0].tick_params(axis="y", labelsize=8 if len(rows) < 40 else 5)
     axes[0].set_ylim(len(rows) - 0.4, -0.6)
     handles, _ = axes[0].get_legend_handles_labels()
-    drawn.legend(handles=handles, loc="outside lower center", ncols=2)
+    drawn.legend(handles=handles, loc="outside lower center", ncols=3)
     return Drawing(drawn, _error_data(rows), _error_caption(rows, kind))
 
 
 def _error_caption(rows, kind):
     where = {
-        "same": "the corners that both models have a ray for",
+        "same": "the corners that Zhang and the general camera both have a ray for",
         "own": "all corners that the model has a ray for",
     }
     caption = (
@@ -261,10 +262,11 @@ def _error_caption(rows, kind):
 def _errors_of(axes, rows, kind, quantity):
     """Draw one panel: a mark per photograph and model, medians with intervals."""
     errors = {
-        model: column(rows, kind, model, quantity) for model in MODELS
+        model: column(rows, kind, model, quantity) for model in ALL_NAMES
     }
     at = np.arange(len(rows))
-    pair = np.array(list(errors.values()))
+    every = np.array(list(errors.values()))
+    pair = every[: len(MODELS)]
     axes.hlines(
         at, pair.min(axis=0), pair.max(axis=0), color="#b8bec5", linewidth=1
     )
@@ -275,7 +277,11 @@ def _errors_of(axes, rows, kind, quantity):
         look = series(number)
         line = look.pop("linestyle")
         axes.plot(
-            values[good], at[good], linestyle="", label=NAMES[model], **look
+            values[good],
+            at[good],
+            linestyle="",
+            label=ALL_NAMES[model],
+            **look,
         )
         middle = median_interval(values[good])
         axes.axvline(
@@ -285,7 +291,7 @@ def _errors_of(axes, rows, kind, quantity):
             middle.low, middle.high, color=look["color"], alpha=0.13, lw=0
         )
     axes.set_xscale("log")
-    good = pair[np.isfinite(pair)]
+    good = every[np.isfinite(every)]
     axes.set_xlim(good.min() / 1.2, good.max() * 1.2)
     _plain_ticks(axes, *axes.get_xlim())
 
@@ -308,7 +314,7 @@ def _plain_ticks(axes, low, high):
 def _error_data(rows):
     data = {"image": [row.image.name for row in rows]}
     for kind in ("own", "same"):
-        for model in MODELS:
+        for model in ALL_NAMES:
             for quantity in ("corners", "rms_px", "mean_deg"):
                 values = column(rows, kind, model, quantity)
                 data[f"{model}.{kind}.{quantity}"] = values.tolist()
@@ -333,5 +339,5 @@ def ext_residuals(results):
     per_set=True,
 )
 def ext_cross_validation(results):
-    """Error of both models in every photograph kept out."""
+    """Error of every model in every photograph kept out."""
     return held_out_errors(study_of(results))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.photographs.level import distortion_level
-from chapters.shared.photographs.reading import MODELS
+from chapters.shared.photographs.reading import MODELS, PEER
 from chapters.shared.photographs.undistort import (
     corrected_errors,
     reduced,
@@ -24,8 +24,10 @@ from raxel.calibration import (
     calibrate_zhang,
 )
 from raxel.calibration.board_views import board_views
+from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
+from raxel.evaluation.benchmark import scoring_grid
 from raxel.features import DEFAULT_DETECTOR, charuco
 from raxel.features.boards import detect_boards
 from raxel.features.detector import as_8_bit
@@ -141,7 +143,7 @@ def image_part(folder, image_set, index, size):
 
 
 def calibrated(boards, image_set, rng):
-    """Both models from the same boards: {model: calibration or None}, reasons."""
+    """Every model from the same boards: {model: calibration or None}, reasons."""
     views = [board.view for board in boards]
     width, height = image_set.width, image_set.height
     unit = image_set.target.unit
@@ -150,6 +152,7 @@ def calibrated(boards, image_set, rng):
         "general": lambda: calibrate_generic(
             views, width, height, rng=rng, units=unit
         ),
+        PEER: lambda: calibrate_opencv_fisheye(views, width, height),
     }
     models, reasons = {}, {}
     for model, build in builders.items():
@@ -165,7 +168,9 @@ def fit_part(image_set, boards, size, rng):
     used = [board for board in boards if board.use == "calibrate"]
     models, reasons = calibrated(used, image_set, rng)
     cameras = _cameras(models)
-    result = {model: {"reason": reasons[model]} for model in MODELS}
+    result = {model: {"reason": why} for model, why in reasons.items()}
+    for model, camera in cameras.items():
+        result[model]["image_with_ray"] = share_of_image(camera)
     if models["zhang"]:
         result["zhang"] |= zhang_numbers(models["zhang"])
     if models["general"]:
@@ -174,10 +179,17 @@ def fit_part(image_set, boards, size, rng):
     result["views"] = {
         str(board.index): scores(cameras, board.view) for board in boards
     }
+    compared = {m: c for m, c in cameras.items() if m in MODELS}
     result["undistorted"] = undistorted(
-        image_set, cameras, boards, size.picture_px
+        image_set, compared, boards, size.picture_px
     )
     return result
+
+
+def share_of_image(camera):
+    """Share of the image's pixels that a camera has a ray for."""
+    grid = scoring_grid(camera.width, camera.height)
+    return float(camera.rays(grid).valid.mean())
 
 
 def zhang_numbers(calibration):
@@ -221,7 +233,7 @@ def fold_part(image_set, boards, fold, parts, rng):
         return {"kept_out": 0}
     rest = [board for board in used if board not in kept_out]
     models, reasons = calibrated(rest, image_set, rng)
-    result = {model: {"reason": reasons[model]} for model in MODELS}
+    result = {model: {"reason": why} for model, why in reasons.items()}
     result["kept_out"] = len(kept_out)
     result["views"] = {
         str(board.index): scores(_cameras(models), board.view)
@@ -237,8 +249,8 @@ def _cameras(models):
 def scores(cameras, view):
     """Errors of each camera in one view, with nothing fitted but the board's pose.
 
-    `own`: on every corner that the camera has a ray for. `same`: on those that every
-    camera has a ray for, so that two models answer the same question.
+    `own`: on every corner that the camera has a ray for. `same`: on those that both
+    of the compared cameras have a ray for, so that they answer the same question.
     """
     result = {
         "corners": int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))
@@ -248,10 +260,11 @@ def scores(cameras, view):
     }
     for model, score in own.items():
         result[model] = {"own": errors(score, score.residuals_px)}
-    if len(cameras) < len(MODELS):
+    if not set(MODELS) <= set(cameras):
         return result
+    compared = {model: cameras[model] for model in MODELS}
     both = np.all(
-        [c.rays(view.pixels).valid for c in cameras.values()], axis=0
+        [c.rays(view.pixels).valid for c in compared.values()], axis=0
     )
     shared = view._replace(
         pixels=np.where(both[:, None], view.pixels, np.nan)
@@ -261,12 +274,15 @@ def scores(cameras, view):
         for m, c in cameras.items()
     }
     answered = np.all(
-        [np.isfinite(s.residuals_px) for s in same.values()], axis=0
+        [np.isfinite(same[model].residuals_px) for model in MODELS], axis=0
     )
-    corrected = corrected_errors(
-        cameras,
-        view._replace(pixels=np.where(answered, view.pixels, np.nan)),
+    answered_view = view._replace(
+        pixels=np.where(answered, view.pixels, np.nan)
     )
+    corrected = corrected_errors(compared, answered_view)
+    for model in cameras.keys() - compared.keys():
+        alone = {model: cameras[model]}
+        corrected |= corrected_errors(alone, answered_view)
     for model, score in same.items():
         residuals = np.where(answered, score.residuals_px, np.nan)
         result[model]["same"] = errors(score, residuals) | {
