@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isfinite
 
 from chapters.guides.benchmarks.trials import DETECTORS
+from chapters.shared import detector_counts
 
 FAILED = "failed"
 
@@ -35,25 +36,37 @@ def worst_of(result, check):
 def facts(scores):
     """What the prose says of the scored rigs, as {name: number or text}."""
     rigs = scored_rigs(scores)
-    views = scores.settings["views"]
     last = rigs[-1]
-    right = {
-        one: sum(
-            int(scores.column(f"{one}.right", rig=name)[0]) for name in rigs
-        )
-        for one in DETECTORS
-    }
     found = {
-        "views": views * len(rigs),
+        "views": scores.settings["views"] * len(rigs),
         "rigs": ", ".join(rigs),
-        "right_raxel": right["raxel"],
-        "right_cv": right["opencv"],
-        "right_sb": right["opencv-sb"],
         "last": last,
     }
-    for model in ("zhang", "general"):
+    for one in DETECTORS:
+        rights = [scores.column(f"{one}.right", rig=r)[0] for r in rigs]
+        found[f"right_{one}"] = int(sum(rights))
+    for model in ("zhang", "opencv_fisheye", "general"):
         angle = float(scores.column(f"{model}.rms_deg", rig=last)[0])
         found[f"{model}_deg"] = _told(angle)
     share = float(scores.column("general.share_with_ray", rig=last)[0])
     found["share"] = f"{100 * share:.0f} %" if isfinite(share) else FAILED
     return found
+
+
+def counted(results):
+    """Boards right on hard rendered sets and on photographs, for the prose."""
+    record = results[detector_counts.RECORD]
+    sums = detector_counts.summed(
+        [
+            *detector_counts.rendered_counts(results),
+            *detector_counts.recorded_counts(record),
+        ]
+    )
+    found = {}
+    for one in sums:
+        found[f"{one.evidence}.pictures"] = one.count
+        for detector in detector_counts.DETECTORS:
+            stem = f"{one.evidence}.{detector}"
+            found[f"{stem}.right"] = one.right[detector]
+            found[f"{stem}.wrong"] = one.wrong[detector]
+    return found | {"record.date": record.settings["date"]}

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 
 import numpy as np
 
 from chapters.shared.rigs import RIGS
 from raxel.calibration import calibrate_generic, calibrate_zhang
+from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import (
@@ -32,6 +34,7 @@ SCORED = {
 }
 VIEWS = {"quick": 3, "full": 5}
 DETECTORS = ("raxel", "opencv", "opencv-sb")
+RECORD_FILE = "data/records/detectors.json"
 SIZE = {"width": 200, "height": 160}
 CENTRE = [99.3, 79.6]
 PLACES = ((101, 81), (58, 44))
@@ -53,23 +56,52 @@ def kept_scores(scored):
 
 
 def camera_scores(image_set, views, rng):
-    """Scores of both calibrations, or why there are none."""
+    """Scores of every calibration, or why there are none.
+
+    Angles on the pixels that the general camera has a ray for; the share with a ray,
+    of all that truly have one.
+    """
     size = image_set.width, image_set.height
-    try:
-        general = calibrate_generic(views, *size, rng=rng).camera
-        zhang = calibrate_zhang(views, *size).camera
-    except InputError as fault:
-        return {"general": {"reason": str(fault)}}
-    pixels = scoring_grid(*size)
-    share = score_camera(image_set, general, pixels)["share_with_ray"]
-    shared = pixels[general.rays(pixels).valid]
-    both = {"zhang": zhang, "general": general}
-    scores = {
-        name: score_camera(image_set, camera, shared)
-        for name, camera in both.items()
+    builders = {
+        "general": lambda: calibrate_generic(views, *size, rng=rng),
+        "zhang": lambda: calibrate_zhang(views, *size),
+        "opencv_fisheye": lambda: calibrate_opencv_fisheye(views, *size),
     }
-    scores["general"]["share_with_ray"] = share
+    cameras, scores = {}, {}
+    for name, build in builders.items():
+        try:
+            cameras[name] = build().camera
+        except InputError as fault:
+            scores[name] = {"reason": str(fault)}
+    if "general" not in cameras:
+        return scores
+    pixels = scoring_grid(*size)
+    shared = pixels[cameras["general"].rays(pixels).valid]
+    for name, camera in cameras.items():
+        share = score_camera(image_set, camera, pixels)["share_with_ray"]
+        scores[name] = score_camera(image_set, camera, shared)
+        scores[name]["share_with_ray"] = share
     return scores
+
+
+def recorded_scores(condition):
+    """What the record says of one set of photographs."""
+    kept = next(
+        s for s in record()["sets"] if s["name"] == condition["set"]
+    )
+    told = {
+        run["detector"]: {what: run[what] for what in ("right", "wrong")}
+        for run in kept["scores"]
+        if run["size"] == "given"
+    }
+    about = {name: kept[name] for name in ("camera", "source", "licence")}
+    return {"images": kept["scores"][0]["images"], **told, **about}
+
+
+@cache
+def record():
+    """The record of the detectors on photographs (data/records)."""
+    return json.loads((RIGS.parents[1] / RECORD_FILE).read_text("utf-8"))
 
 
 @cache

@@ -1,0 +1,124 @@
+"""Boards that each detector has right and wrong: rendered sets, and photographs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from chapters.shared.grid_detectors import CLICKLESS, OPENCV, OPENCV_SB
+
+RENDERED = (
+    "table_3_4_grids",
+    "table_3_5_grids",
+    "table_3_6_grids",
+    "table_3_7_grids",
+)
+RECORD = "ext_detector_record"
+DETECTORS = {
+    "raxel": "raxel",
+    "opencv": "OpenCV",
+    "opencv-sb": "OpenCV sector-based",
+}
+# The same detectors as 3.3.2 names them.
+NAMES_OF_3_3_2 = {
+    "raxel": CLICKLESS,
+    "opencv": OPENCV,
+    "opencv-sb": OPENCV_SB,
+}
+
+
+class Counted(NamedTuple):
+    """Pictures of one kind, and how many boards of them each detector has right."""
+
+    evidence: str
+    pictures: str
+    count: int
+    right: dict[str, int]
+    wrong: dict[str, int]
+
+
+def rendered_counts(results):
+    """A Counted for each set of 3.3.2, and each range its poses are drawn from."""
+    found = []
+    for name in RENDERED:
+        result = results[name]
+        ranges = dict.fromkeys(
+            c.get("poses", "") for c in result.conditions
+        )
+        for poses in ranges:
+            some = [
+                c for c in result.conditions if c.get("poses", "") == poses
+            ]
+            title = some[0]["set"] + (f", {poses} range" if poses else "")
+            right, returned = (
+                {
+                    detector: int(
+                        sum(
+                            result.column(f"{own}.{what}", **c)[0]
+                            for c in some
+                        )
+                    )
+                    for detector, own in NAMES_OF_3_3_2.items()
+                }
+                for what in ("success", "returned")
+            )
+            wrong = {d: returned[d] - right[d] for d in right}
+            found.append(
+                Counted("rendered", title, len(some), right, wrong)
+            )
+    return found
+
+
+def recorded_counts(record):
+    """A Counted for each set of photographs in the record."""
+    found = []
+    for condition in record.conditions:
+        right, wrong = (
+            {
+                detector: int(
+                    record.column(f"{detector}.{what}", **condition)[0]
+                )
+                for detector in DETECTORS
+            }
+            for what in ("right", "wrong")
+        )
+        count = int(record.column("images", **condition)[0])
+        found.append(
+            Counted("photographs", condition["set"], count, right, wrong)
+        )
+    return found
+
+
+def summed(counted):
+    """One Counted of each evidence, all its sets together."""
+    found = []
+    for evidence in dict.fromkeys(c.evidence for c in counted):
+        some = [c for c in counted if c.evidence == evidence]
+        right, wrong = (
+            {d: sum(getattr(c, what)[d] for c in some) for d in DETECTORS}
+            for what in ("right", "wrong")
+        )
+        found.append(
+            Counted(
+                evidence,
+                f"{len(some)} sets",
+                sum(c.count for c in some),
+                right,
+                wrong,
+            )
+        )
+    return found
+
+
+def count_columns(counted):
+    """Columns of a table of Counted rows, numbers as numbers."""
+    columns = {
+        "Evidence": [c.evidence for c in counted],
+        "Set": [c.pictures for c in counted],
+        "Pictures": [c.count for c in counted],
+    }
+    for detector, name in DETECTORS.items():
+        for what in ("right", "wrong"):
+            columns[f"{name}: {what}"] = [
+                getattr(c, what)[detector] for c in counted
+            ]
+    return columns
