@@ -1,0 +1,332 @@
+# %% [markdown]
+# # A fisheye in ten minutes
+#
+# **Question.** From a printed board to a corrected picture: what does one
+# do, what does one see on the way, and what is good? A lens of 183° is
+# calibrated here step by step. The commands are really run; below them
+# stands what they print.
+
+# %% tags=["hide-cell"]
+from functools import partial
+
+from chapters.guides.fisheye_in_ten_minutes import results, tables
+from chapters.guides.fisheye_in_ten_minutes.trials import (
+    boards,
+    commands,
+    models,
+)
+from repro.page.reader import (
+    open_results,
+    results_behind,
+    seconds,
+    show,
+    show_code,
+    show_table,
+    value,
+)
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+
+# %% tags=["hide-cell"]
+@experiment(
+    "ext_fisheye_pictures",
+    artefact="ext_fisheye_corners",
+    shards={"quick": 1, "full": 2},
+    inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
+)
+def ext_fisheye_pictures(effort):
+    """The photographs: boards by the plan, and boards that are kept out."""
+    size = boards.SIZES[effort]
+    count = len(boards.places_of(size.plan)) + size.kept_out
+    return Plan(
+        lambda condition, rng: boards.photograph(
+            size, condition["view"], rng
+        ),
+        [{"view": view} for view in range(count)],
+        1,
+        {"lens": boards.LENS, "board": [size.columns, size.rows]},
+    )
+
+
+@experiment(
+    "ext_fisheye_found",
+    artefact="ext_fisheye_corners",
+    shards={"quick": 1, "full": 1},
+    needs=("ext_fisheye_pictures",),
+)
+def ext_fisheye_found(effort, made):
+    """The corners, by the command."""
+    pictures = made["ext_fisheye_pictures"]
+    find = partial(commands.find_corners, boards.SIZES[effort], pictures)
+    return Plan(lambda condition, rng: find(), [{}], 1)
+
+
+@experiment(
+    "ext_fisheye_camera",
+    artefact="ext_fisheye_residuals",
+    shards={"quick": 1, "full": 1},
+    needs=("ext_fisheye_pictures", "ext_fisheye_found"),
+)
+def ext_fisheye_camera(effort, made):
+    """The camera and its scores, by the commands."""
+    read = [made[f"ext_fisheye_{name}"] for name in ("pictures", "found")]
+    run = partial(commands.calibrate, boards.SIZES[effort], *read)
+    return Plan(lambda condition, rng: run(), [{}], 1)
+
+
+@experiment(
+    "ext_fisheye_look",
+    artefact="ext_fisheye_views",
+    shards={"quick": 1, "full": 1},
+    needs=("ext_fisheye_pictures", "ext_fisheye_camera"),
+)
+def ext_fisheye_look(effort, made):
+    """Corrected pictures, by the command and by remap tables."""
+    read = [made[f"ext_fisheye_{name}"] for name in ("pictures", "camera")]
+    run = partial(commands.look_through, boards.SIZES[effort], *read)
+    return Plan(lambda condition, rng: run(rng), [{}], 1)
+
+
+@experiment(
+    "ext_fisheye_scores",
+    artefact="ext_fisheye_models",
+    shards={"quick": 1, "full": 1},
+    needs=("ext_fisheye_pictures", "ext_fisheye_found"),
+)
+def ext_fisheye_scores(effort, made):
+    """Three models from the inner boards, and from all of them."""
+    read = [made[f"ext_fisheye_{name}"] for name in ("pictures", "found")]
+    size = boards.SIZES[effort]
+
+    def trial(condition, rng):
+        fit, kept_out = commands.views_of(size, *read)
+        if condition["boards"] == "inner":
+            fit = fit[: boards.inner_boards(size.plan)]
+        return models.model_scores(size, fit, kept_out, rng)
+
+    return Plan(trial, [{"boards": "inner"}, {"boards": "all"}], 1)
+
+
+@experiment(
+    "ext_fisheye_draws",
+    artefact="ext_fisheye_coverage",
+    shards={"quick": 1, "full": 1},
+    inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
+)
+def ext_fisheye_draws(effort):
+    """Coverage by the number of boards, without rendering."""
+    size, most = boards.SIZES[effort], models.MOST[effort]
+
+    def trial(condition, rng):
+        return models.coverage_trial(size, condition["held"], most, rng)
+
+    held = [{"held": models.PLANNED}, {"held": models.ANYWHERE}]
+    settings = {"corner_sd_px": models.CORNER_SD_PX}
+    return Plan(trial, held, models.DRAWS[effort], settings)
+
+
+# %% tags=["active-ipynb", "remove-input"]
+# opened = {name: open_results(name) for name in results.OPENED}
+
+# %% tags=["active-ipynb", "remove-input"]
+# found = results.numbers(opened, opened[results.FOUND].effort)
+
+# %% tags=["active-ipynb", "remove-input"]
+# for name, x in found.items(): value(name, x)
+
+# %% tags=["active-ipynb", "remove-input"]
+# near = results_behind("ext_real_by_distortion")["photograph_study"]
+
+# %% tags=["active-ipynb", "remove-input"]
+# value("photographs", results.photographs(near))
+
+# %% tags=["active-ipynb"]
+# show("ext_fisheye_views")
+
+# %% [markdown]
+# ## Findings
+#
+# - **{glue:text}`boards` pictures** are enough when each has its place: they
+#   cover {glue:text}`planned` of the image circle.
+# - **90 % takes {glue:text}`needed`** by the plan below. Held anywhere, as
+#   many boards cover {glue:text}`random_same`, and 90 % is reached in
+#   {glue:text}`random_needed` of {glue:text}`most` pictures each.
+# - **The generic camera** predicts corners of boards it never saw to
+#   {glue:text}`generic.all.px`, and has a ray for
+#   {glue:text}`generic.all.image` of the image circle.
+# - **OpenCV's fisheye model** is as good from the inner boards
+#   ({glue:text}`opencv_fisheye.inner.px`). From all of them, which reach
+#   {glue:text}`reach_all` from the axis, the outcome is:
+#   {glue:text}`opencv_fisheye.all.px`.
+# - **Zhang's pinhole** cannot follow such a lens: {glue:text}`zhang.all.px`.
+#
+# The pictures are rendered, and sharper than most photographs. The steps
+# are the same with yours, the errors are larger: see
+# [below](#what-good-looks-like).
+#
+# ## 1. Print
+#
+# A chessboard on a sheet of A4, glued to something flat: glass, or a stiff
+# board. Here it has {glue:text}`columns` × {glue:text}`rows` inner corners,
+# {glue:text}`pitch:g` mm apart. Fine squares let the board lie near the rim
+# of the picture; but a square should be at least 15 pixels wide, and below
+# 7.5 the detector refuses it. Measure the printed pitch with a ruler.
+#
+# `raxel` has no command that prints a board. This function writes one as
+# SVG, which any browser prints at 100 %:
+
+# %% tags=["active-ipynb"]
+# show_code(boards.printed_board)
+
+# %% [markdown]
+# ## 2. Photograph
+#
+# One focus, one zoom. The whole board is in each picture.
+#
+# - **One in the middle**, near and tilted.
+# - **A ring half way out**: five boards, about 35° from the lens's axis, so
+#   near that they overlap each other in the picture.
+# - **A ring at the rim**: ten boards, about 75° from the axis and farther
+#   away, rows along the rim. Tilt the inner edge towards the lens.
+# - **A few more** at such places, marked `use: evaluate`. No calibration
+#   sees them, so they tell how good it is.
+
+# %% tags=["active-ipynb"]
+# show("ext_fisheye_corners")
+
+# %% [markdown]
+# Put the pictures in a folder with a file `set.yaml`:
+#
+# ```yaml
+# raxel_set: 1
+# name: fisheye
+# camera: fisheye converter, 183 degrees
+# resolution: [1024, 768]
+# target: {kind: chessboard, columns: 17, rows: 12, pitch_mm: 15}
+# views:
+# - image: 01.png
+# - image: 02.png
+# - {image: 20.png, use: evaluate}
+# ```
+#
+# ## 3. Calibrate
+
+# %% tags=["active-ipynb"]
+# corners, camera, look = (opened[name] for name in results.COMMANDS)
+
+# %% tags=["active-ipynb", "remove-input"]
+# tables.transcript(corners, commands.CHECK, commands.CORNERS)
+
+# %% tags=["active-ipynb", "remove-input"]
+# tables.transcript(camera, commands.CALIBRATE, commands.EVALUATE)
+
+# %% [markdown]
+# `--report FOLDER` writes a page with pictures of your corners, residuals
+# and coverage as well. `--model auto` tries Zhang's pinhole, too, and keeps
+# what predicts boards better that it has not seen.
+
+# %% tags=["active-ipynb"]
+# show("ext_fisheye_residuals")
+
+# %% [markdown]
+# ## What good looks like
+#
+# | Look at | Good | Here |
+# |---|---|---|
+# | boards found | all | {glue:text}`found_of` |
+# | residual, kept out | in photographs, 0.1 to 0.3 px | {glue:text}`kept_px` |
+# | residual, fitted | not less than half of that | {glue:text}`fitted_px` |
+# | image circle with a ray | 90 % | {glue:text}`generic.all.image` |
+# | residual arrows | all ways; no pattern | as they should |
+# | lines with `warning:` | none | {glue:text}`warnings` |
+#
+# A fitted error alone says little: a camera with a ray for every pixel
+# follows the noise of its own corners. Coverage is the other half: a small
+# error where there are rays says nothing of where there are none.
+#
+# ## 4. Correct
+
+# %% tags=["active-ipynb", "remove-input"]
+# tables.transcript(look, commands.UNDISTORT)
+
+# %% [markdown]
+# In a program, OpenCV does it in real time with two tables, made once:
+#
+# ```python
+# import cv2
+# from raxel.cameras import load_camera
+# from raxel.multiview.perspective_view import perspective_view
+#
+# camera = load_camera("camera.npz")
+# map_x, map_y = remap_tables(camera, perspective_view(camera))
+# straight = cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR)
+# ```
+
+# %% tags=["active-ipynb"]
+# show_code(commands.remap_tables, commands.turned_view)
+
+# %% [markdown]
+# The tables are `float32`, one entry a pixel of the new picture: where it
+# comes from in the old one. The largest difference to what `raxel
+# undistort` wrote is {glue:text}`difference` grey levels. No pinhole sees
+# 183°; turn it to what you want to look at, as in the third picture above,
+# or unroll the circle with `raxel.multiview.cylindrical_view`.
+#
+# ## What it takes
+
+# %% tags=["active-ipynb", "remove-input"]
+# tables.steps(results.steps_taken(seconds))
+
+# %% [markdown]
+# The seconds are those of the build that made this page, without the start
+# of Python.
+#
+# ## How many pictures?
+
+# %% tags=["active-ipynb"]
+# show("ext_fisheye_coverage")
+
+# %% [markdown]
+# Boards at the rim do most of it. Somebody who moves a board about without
+# a plan rarely gets there: the last tenth of the circle is a narrow ring.
+#
+# ## Which model?
+
+# %% tags=["active-ipynb"]
+# show_table("ext_fisheye_models", digits=3)
+
+# %% [markdown]
+# OpenCV's fisheye model has eight numbers. The rendered lens follows its
+# formula exactly, so it is at its best here. It then gives every pixel a
+# right ray from the inner boards alone, which the generic camera cannot:
+# that one knows only what boards have covered. A real lens follows the
+# formula more or less; the generic camera needs no formula.
+#
+# Its fit begins with a flat picture of each board, which a board near 90°
+# does not have. In {glue:text}`draws` draws with corners of 0.1 px noise
+# it ended like this (far off: by more than 1° at the median):
+#
+# | Boards | Farthest corner from the axis | OpenCV fisheye |
+# |---|---:|---|
+# | by the plan, inner rings | {glue:text}`reach_inner` | {glue:text}`opencv_inner` |
+# | by the plan, all | {glue:text}`reach_all` | {glue:text}`opencv_all` |
+# | anywhere | {glue:text}`reach_anywhere` | {glue:text}`opencv_anywhere` |
+#
+# A far-off fit does not say so: look at its residual, and calibrate without
+# the boards at the rim.
+#
+# ## With your photographs
+#
+# `make report RECORDED=path/to/set` makes a page of the same kind from your
+# set, with all three models. {glue:text}`photographs` [Which method for my
+# camera](choose_a_method.ipynb) helps to choose, [your own
+# photographs](../your_photographs.md) has the details of `set.yaml`.
+#
+# ## Limits
+#
+# - Light, focus and the flatness of the board are perfect here.
+# - The plan is one that worked on paper for a circular picture of 183°. It
+#   is not the best there is.
+# - Pictures of other lenses have other shapes: what counts is that boards
+#   cover the picture, not the angles.

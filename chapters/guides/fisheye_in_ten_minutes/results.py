@@ -1,0 +1,199 @@
+"""What the walk through a calibration found, and the numbers of the prose."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
+    SIZES,
+    inner_boards,
+    places_of,
+)
+from chapters.guides.fisheye_in_ten_minutes.trials.models import (
+    ANYWHERE,
+    MODELS,
+    PLANNED,
+)
+from repro.judge.statistics import median_interval
+from repro.page.wording import literal
+
+NAMES = {
+    "zhang": "Zhang",
+    "opencv_fisheye": "OpenCV fisheye",
+    "generic": "Generic",
+}
+SETS = ("inner", "all")
+GOAL = 0.9
+CAMERA, VIEWS = "ext_fisheye_camera", "ext_fisheye_look"
+FOUND, SCORES = "ext_fisheye_found", "ext_fisheye_scores"
+DRAWN = "ext_fisheye_draws"
+OPENED = (FOUND, CAMERA, VIEWS, SCORES, DRAWN)
+COMMANDS = (FOUND, CAMERA, VIEWS)
+
+
+def said(result, command):
+    """What a command printed."""
+    return result.texts(f"said.{command}")[0]
+
+
+def corner_file(found):
+    """The content of corners.json."""
+    return json.loads(found.arrays("corners")[0].tobytes())["images"]
+
+
+def residual_rms(camera, kept_out):
+    """RMS (px) of the residuals of the boards kept out, or of the others."""
+    use = camera.arrays("kept_out")[0] == kept_out
+    lengths = np.linalg.norm(camera.arrays("residuals")[0][use], axis=1)
+    return float(np.sqrt(np.nanmean(lengths**2)))
+
+
+def shares(drawn, held):
+    """Coverage (draws, boards) of one way of holding the boards."""
+    return np.array(drawn.arrays("shares", held=held))
+
+
+def boards_for(drawn, held, goal):
+    """Boards until the goal is covered, one number a draw; NaN where never."""
+    reached = shares(drawn, held) >= goal
+    return np.where(
+        reached.any(axis=1), reached.argmax(axis=1) + 1.0, np.nan
+    )
+
+
+def outcomes(drawn, held, boards):
+    """How often OpenCV's model was refused, lost or right: {word: count}."""
+    told = drawn.texts(f"{boards}.outcome", held=held)
+    return {word: told.count(word) for word in ("refused", "lost", "right")}
+
+
+def numbers(results, effort):
+    """Numbers and texts of the prose: name -> value."""
+    size = SIZES[effort]
+    found, camera, views, scores, drawn = (
+        results[name] for name in (FOUND, CAMERA, VIEWS, SCORES, DRAWN)
+    )
+    right, pictures = (
+        int(found.column(name)[0]) for name in ("right", "boards")
+    )
+    warnings = said(camera, "calibrate").count("warning:")
+    planned, random = shares(drawn, PLANNED), shares(drawn, ANYWHERE)
+    needed = boards_for(drawn, PLANNED, GOAL)
+    out = {
+        "boards": len(places_of(size.plan)),
+        "inner": inner_boards(size.plan),
+        "kept": size.kept_out,
+        "columns": size.columns,
+        "rows": size.rows,
+        "pitch": size.pitch_mm,
+        "found_of": f"{right} of {pictures}",
+        "warnings": str(warnings) if warnings else "none",
+        "fitted_px": f"{residual_rms(camera, False):.2g} px",
+        "kept_px": f"{residual_rms(camera, True):.2g} px",
+        "difference": int(views.column("largest_difference")[0]),
+        "draws": drawn.trials_per_condition,
+        "most": random.shape[1],
+        "planned": percent(np.median(planned[:, -1])),
+        "needed": told_boards(needed),
+        "random_same": percent(np.median(random[:, planned.shape[1] - 1])),
+        "random_most": percent(np.median(random[:, -1])),
+        "random_needed": told_reached(boards_for(drawn, ANYWHERE, GOAL)),
+        "opencv_inner": told_outcomes(outcomes(drawn, PLANNED, "inner")),
+        "opencv_all": told_outcomes(outcomes(drawn, PLANNED, "all")),
+        "opencv_anywhere": told_outcomes(outcomes(drawn, ANYWHERE, "all")),
+        "reach_all": reach(drawn, PLANNED, "all"),
+        "reach_inner": reach(drawn, PLANNED, "inner"),
+        "reach_anywhere": reach(drawn, ANYWHERE, "all"),
+    }
+    for name in MODELS:
+        for use in SETS:
+            out |= of_model(scores, name, use)
+    return out
+
+
+def of_model(scores, name, use):
+    """The scores of one model in words."""
+    reason = scores.texts(f"{name}.reason", boards=use)[0]
+    stem = f"{name}.{use}"
+    if reason:
+        return dict.fromkeys(
+            (f"{stem}.px", f"{stem}.image", f"{stem}.ray"), "refused"
+        )
+    kept, image, ray = (
+        float(scores.column(f"{name}.{what}", boards=use)[0])
+        for what in ("kept_out_px", "image_with_ray", "ray_deg")
+    )
+    return {
+        f"{stem}.px": f"{kept:.2g} px",
+        f"{stem}.image": percent(image),
+        f"{stem}.ray": f"{ray:.2g}°",
+    }
+
+
+def reach(drawn, held, boards):
+    """Median of the largest angle (deg) of a corner from the axis, in words."""
+    found = drawn.column(f"{boards}.reach_deg", held=held)
+    return f"{median_interval(found).value:.0f}°"
+
+
+def percent(share):
+    """A share in words."""
+    return f"{100 * share:.0f} %"
+
+
+def told_boards(needed):
+    """How many boards it took, in words; a draw that never got there is said."""
+    got = needed[np.isfinite(needed)]
+    if not len(got):
+        return "more pictures than the plan has"
+    low, high = int(got.min()), int(got.max())
+    text = f"{low} pictures" if low == high else f"{low} to {high} pictures"
+    missed = len(needed) - len(got)
+    return text + (f" (not reached in {missed} draws)" if missed else "")
+
+
+def told_reached(needed):
+    """In how many draws the goal was reached, in words."""
+    return f"{int(np.isfinite(needed).sum())} of {len(needed)} draws"
+
+
+def told_outcomes(counts):
+    """What became of a fit in words."""
+    return (
+        f"right in {counts['right']}, far off in {counts['lost']}, and "
+        f"refused in {counts['refused']}"
+    )
+
+
+def steps_taken(seconds):
+    """The steps, with what, and seconds by the records of the runs."""
+    return [
+        ("print and glue", "the function above", "5 min"),
+        ("photograph", "a camera", "5 min"),
+        ("find corners", "`raxel corners`", seconds(FOUND)),
+        (
+            "calibrate, evaluate",
+            "`raxel calibrate`, `raxel evaluate`",
+            seconds(CAMERA),
+        ),
+        ("correct", "`raxel undistort`, `cv2.remap`", seconds(VIEWS)),
+    ]
+
+
+def photographs(study):
+    """Which image sets of this build are of wide lenses, in words."""
+    wide = []
+    for name, result in study.items():
+        widest = result.column("general.distortion.widest_deg", part="fit")[
+            0
+        ]
+        if widest > 50:
+            wide.append(f"[{literal(name)}](../photographs/{name}.ipynb)")
+    if not wide:
+        return (
+            "This build has no photographs of a wide lens; name a set of "
+            "yours, and it gets a page."
+        )
+    return f"In this build: {', '.join(wide)}."

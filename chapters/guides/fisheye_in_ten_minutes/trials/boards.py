@@ -1,0 +1,205 @@
+"""The lens, the board, and where somebody holds it: placed by a plan, or anywhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.rigs import rig_named
+from raxel.cameras.registry import camera_from
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.lab.board_photograph import photograph_board
+from raxel.lab.target_poses import AroundPoses, Visibility
+from raxel.sets import Chessboard
+
+LENS = "coolpix-fce8-zoom-3"
+BORDER_MM = 7.5
+# The detector refuses corners less than 7.5 px apart and says so; one comes nearer.
+VISIBLE = Visibility(margin_px=4.0, least_spacing_px=8.0)
+# By how much a hand misses its place, to either side.
+POLAR_DEG, AZIMUTH_DEG, TILT_DEG, NEARER = 2.0, 5.0, 5.0, 0.05
+ANYWHERE = AroundPoses(
+    centre=(0.0, 0.0, 0.0),
+    axis=(0.0, 0.0, 1.0),
+    polar=(0.0, np.radians(75)),
+    tilt=(0.0, np.radians(45)),
+    subtense=(np.radians(45), np.radians(100)),
+    turn=(0.0, 2 * np.pi),
+)
+
+
+class Ring(NamedTuple):
+    """Boards at one angle from the lens's axis, all around it.
+
+    A positive tilt turns the outer edge of a board towards the camera.
+    """
+
+    boards: int
+    polar_deg: float
+    distance_mm: float
+    tilt_deg: float
+    first_deg: float
+
+
+class Size(NamedTuple):
+    """Width and height as shares of the lens's own picture, blur as a share of its
+    own; the board; the plan, ring by ring; and boards kept out."""
+
+    scale: float
+    blur: float
+    columns: int
+    rows: int
+    pitch_mm: float
+    plan: tuple[Ring, ...]
+    kept_out: int
+
+
+SIZES = {
+    "quick": Size(
+        0.4, 0.0, 7, 5, 33.0,
+        (
+            Ring(1, 8.0, 150.0, 25.0, 30.0),
+            Ring(3, 35.0, 150.0, 15.0, 10.0),
+            Ring(4, 62.0, 220.0, -20.0, 0.0),
+        ),
+        1,
+    ),
+    "full": Size(
+        1.0, 1.0, 17, 12, 15.0,
+        (
+            Ring(1, 8.0, 150.0, 25.0, 30.0),
+            Ring(5, 35.0, 150.0, 15.0, 10.0),
+            Ring(5, 75.0, 280.0, -20.0, 0.0),
+            Ring(5, 75.0, 280.0, -20.0, 36.0),
+        ),
+        4,
+    ),
+}  # fmt: skip
+RIM_DEG = 60.0  # rings farther out than this are the outer ones
+
+
+def rig_of(size):
+    """The rig of the lens with this page's board, in the size of the run."""
+    rig = rig_named(LENS)
+    lens, scale = rig.camera, size.scale
+    camera = camera_from(
+        lens.kind,
+        {
+            "k": lens.k.tolist(),
+            "pixels_per_unit": [scale * x for x in lens.pixels_per_unit],
+            "principal_point": [
+                scale * (x + 0.5) - 0.5 for x in lens.principal_point
+            ],
+            "max_angle": lens.max_angle,
+            "width": round(scale * lens.width),
+            "height": round(scale * lens.height),
+        },
+    )
+    blur = tuple(size.blur * sd for sd in rig.optics.blur_sd_px)
+    return replace(
+        rig,
+        camera=camera,
+        optics=replace(rig.optics, blur_sd_px=blur),
+        target=Chessboard(size.columns, size.rows, size.pitch_mm),
+        border_mm=BORDER_MM,
+        visibility=VISIBLE,
+        poses=ANYWHERE,
+    )
+
+
+def places_of(plan):
+    """The plan board by board: (polar, azimuth, distance, tilt), deg and mm."""
+    return [
+        (ring.polar_deg, ring.first_deg + k * 360 / ring.boards, *ring[2:4])
+        for ring in plan
+        for k in range(ring.boards)
+    ]
+
+
+def inner_boards(plan):
+    """How many boards of the plan stand in the inner rings, which come first."""
+    return sum(ring.boards for ring in plan if ring.polar_deg < RIM_DEG)
+
+
+def held_at(rig, place, rng):
+    """Pose (4, 4) of a board held by hand near its place, whole in view."""
+    polar, azimuth, distance, tilt = place
+    while True:
+        T = placed(
+            rig,
+            polar + rng.uniform(-POLAR_DEG, POLAR_DEG),
+            azimuth + rng.uniform(-AZIMUTH_DEG, AZIMUTH_DEG),
+            distance * (1 + rng.uniform(-NEARER, NEARER)),
+            tilt + rng.uniform(-TILT_DEG, TILT_DEG),
+        )
+        if rig.shows(T):
+            return T
+
+
+def placed(rig, polar_deg, azimuth_deg, distance_mm, tilt_deg):
+    """Pose (4, 4) of a board whose rows run along a circle about the axis."""
+    polar, azimuth = np.radians([polar_deg, azimuth_deg])
+    around = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    ahead = np.array(
+        [
+            np.sin(polar) * np.cos(azimuth),
+            np.sin(polar) * np.sin(azimuth),
+            np.cos(polar),
+        ]
+    )
+    facing = np.column_stack([around, np.cross(ahead, around), ahead])
+    R = facing @ rotation_from_vector([np.radians(tilt_deg), 0.0, 0.0])
+    corner, extent = rig.extent
+    return pose(R, distance_mm * ahead - R @ [*(corner + extent / 2), 0.0])
+
+
+def held_anywhere(rig, rng, count):
+    """Poses (count, 4, 4) of boards held anywhere, each whole in view."""
+    return rig.draw_poses(rng, count)
+
+
+def true_corners(rig, T):
+    """Corners (N, 2) in px of a board at a pose (4, 4), without any noise."""
+    flat = np.pad(rig.target.points(), ((0, 0), (0, 1)))
+    return rig.camera.project(transform(T, flat)).pixels
+
+
+def photograph(size, view, rng):
+    """Take one picture: the boards of the plan come first, then those kept out.
+
+    The latter stand at places of the plan again, spread over its rings. Returns the
+    PNG file as bytes (uint8), the pose and the true corners.
+    """
+    import cv2
+
+    rig, places = rig_of(size), places_of(size.plan)
+    again = [k * len(places) // size.kept_out for k in range(size.kept_out)]
+    place = [*places, *(places[k] for k in again)][view]
+    T = held_at(rig, place, rng)
+    picture = photograph_board(rig, T, rng, np.random.default_rng(0))
+    return {
+        "png": cv2.imencode(".png", picture)[1].ravel(),
+        "T_camera_board": T,
+        "true": true_corners(rig, T),
+    }
+
+
+def printed_board(columns, rows, pitch_mm, border_mm=BORDER_MM):
+    """A chessboard of columns x rows interior corners as an SVG file, in mm."""
+    across, down = columns + 1, rows + 1
+    width = across * pitch_mm + 2 * border_mm
+    height = down * pitch_mm + 2 * border_mm
+    squares = [
+        f"M{border_mm + i * pitch_mm:g} {border_mm + j * pitch_mm:g}"
+        f"h{pitch_mm:g}v{pitch_mm:g}h{-pitch_mm:g}z"
+        for j in range(down)
+        for i in range(across)
+        if (i + j) % 2 == 0
+    ]
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}mm" '
+        f'height="{height:g}mm" viewBox="0 0 {width:g} {height:g}">'
+        f'<path d="{"".join(squares)}"/></svg>\n'
+    )

@@ -1,0 +1,220 @@
+"""The commands of this page, run as they are typed, and what they say."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
+    places_of,
+    rig_of,
+)
+from chapters.shared.facade import T_world_camera
+from raxel.calibration.board_views import board_views
+from raxel.cameras import load_camera
+from raxel.cli import main
+from raxel.evaluation import evaluate_camera
+from raxel.evaluation.benchmark import corner_errors
+from raxel.evaluation.coverage import board_counts
+from raxel.features.boards import read_boards
+from raxel.lab import facade
+from raxel.multiview.perspective_view import (
+    perspective_view,
+    source_pixels,
+)
+from raxel.sets import ImageSet, View, load_set
+from raxel.sets.image_set import write_set
+from raxel.sets.reference import ReferenceCorners
+
+SET = "fisheye"
+CHECK = ("check", SET)
+CORNERS = ("corners", SET, "--json", "corners.json")
+CALIBRATE = (
+    "calibrate", SET, "--model", "generic", "--corners", "corners.json",
+    "--out", "camera.npz", "--json", "fit.json",
+)  # fmt: skip
+EVALUATE = (
+    "evaluate", "camera.npz", SET, "--corners", "corners.json",
+    "--json", "kept_out.json",
+)  # fmt: skip
+UNDISTORT = ("undistort", "camera.npz", SET, "--out", "straight")
+FILES = {"corners": "corners.json", "camera": "camera.npz"}
+REACH_PX = 1.0  # a corner farther off than this is wrong
+ASIDE_DEG = 40.0  # how far aside the second view looks
+SIDE_FOCAL = 0.5  # its focal length, as a share of the picture's width
+
+
+@contextlib.contextmanager
+def desk(size, pictures, **files):
+    """A working directory with the set in it, as long as it is open.
+
+    files: result of a trial that keeps the bytes of a file under this name.
+    """
+    with tempfile.TemporaryDirectory() as room:
+        write_pictures(size, pictures, Path(room) / SET)
+        for name, result in files.items():
+            path = Path(room) / FILES[name]
+            path.write_bytes(result.arrays(name)[0].tobytes())
+        with contextlib.chdir(room):
+            yield
+
+
+def write_pictures(size, pictures, folder):
+    """The pictures as files, with the set.yaml that a user writes."""
+    folder.mkdir()
+    rig, views = rig_of(size), []
+    for condition in pictures.conditions:
+        index = condition["view"]
+        name = f"{index + 1:02d}.png"
+        png = pictures.arrays("png", view=index)[0]
+        (folder / name).write_bytes(png.tobytes())
+        kept_out = index >= len(places_of(size.plan))
+        use = "evaluate" if kept_out else "calibrate"
+        views.append(View(image=name, use=use))
+    write_set(
+        ImageSet(
+            name=SET,
+            width=rig.camera.width,
+            height=rig.camera.height,
+            target=rig.target,
+            views=tuple(views),
+            folder=folder,
+            camera="fisheye converter, 183 degrees",
+        )
+    )
+
+
+def typed(arguments):
+    """Run one command of raxel; return what it prints."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        status = main(list(arguments))
+    if status:
+        raise RuntimeError(f"raxel {' '.join(arguments)}: status {status}")
+    return out.getvalue()
+
+
+def find_corners(size, pictures):
+    """`raxel check` and `raxel corners`, and how far off the corners are."""
+    with desk(size, pictures):
+        said = {"check": typed(CHECK), "corners": typed(CORNERS)}
+        boards = read_boards("corners.json", load_set(SET))
+        content = json.loads(Path("corners.json").read_text("utf-8"))
+    for entry in content["images"]:
+        entry["milliseconds"] = None  # a result holds no times
+    errors = {}
+    for index, board in enumerate(boards):
+        true = pictures.arrays("true", view=index)[0]
+        found = corner_errors(
+            board.detection,
+            ReferenceCorners(
+                true,
+                np.ones(len(true), bool),
+                size.columns,
+                size.rows,
+                REACH_PX,
+            ),
+        )
+        if found is not None:
+            errors[str(index)] = found
+    return {
+        "said": said,
+        "boards": len(boards),
+        "right": sum(e.max() < REACH_PX for e in errors.values()),
+        "corners": as_bytes(json.dumps(content)),
+        "errors": np.concatenate(list(errors.values())),
+    }
+
+
+def views_of(size, pictures, found):
+    """BoardViews to calibrate with and those kept out, from the corners found."""
+    with desk(size, pictures, corners=found):
+        image_set = load_set(SET)
+        boards = read_boards("corners.json", image_set)
+    return tuple(
+        board_views(image_set, [b for b in boards if b.view.use == use])
+        for use in ("calibrate", "evaluate")
+    )
+
+
+def calibrate(size, pictures, found):
+    """`raxel calibrate` and `raxel evaluate`; the camera, residuals, coverage."""
+    fit_views, kept_out = views_of(size, pictures, found)
+    with desk(size, pictures, corners=found):
+        said = {"calibrate": typed(CALIBRATE), "evaluate": typed(EVALUATE)}
+        file = Path("camera.npz").read_bytes()
+        camera = load_camera("camera.npz")
+    shown = [*fit_views, *kept_out]
+    scores = evaluate_camera(camera, shown).images
+    return {
+        "said": said,
+        "camera": np.frombuffer(file, np.uint8),
+        "counts": board_counts(fit_views, camera.width, camera.height),
+        "mask": camera.mask,
+        "pixels": np.concatenate([view.pixels for view in shown]),
+        "residuals": np.concatenate([s.residuals_px for s in scores]),
+        "kept_out": np.concatenate(
+            [
+                np.full(len(view.pixels), k >= len(fit_views))
+                for k, view in enumerate(shown)
+            ]
+        ),
+    }
+
+
+def remap_tables(camera, view):
+    """map_x, map_y (height, width) float32 for cv2.remap: a pinhole's view."""
+    sources = source_pixels(camera, view)
+    return sources[..., 0].copy(), sources[..., 1].copy()
+
+
+def turned_view(camera, aside_deg, focal_px):
+    """A pinhole that looks `aside_deg` to the right of the lens's axis."""
+    ahead = perspective_view(camera)
+    a = np.radians(aside_deg)
+    turn = np.array(
+        [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
+    )
+    K = ahead.K.copy()
+    K[0, 0] = K[1, 1] = focal_px
+    return ahead._replace(K=K, R_camera_view=ahead.R_camera_view @ turn)
+
+
+def look_through(size, pictures, calibrated, rng):
+    """`raxel undistort`, and a street through the remap tables."""
+    import cv2
+
+    rig = rig_of(size)
+    street = rig.laboratory().photograph(facade(), T_world_camera(), rng)
+    with desk(size, pictures, camera=calibrated):
+        said = {"undistort": typed(UNDISTORT)}
+        written = cv2.imread("straight/01.png", cv2.IMREAD_GRAYSCALE)
+        taken = cv2.imread(f"{SET}/01.png", cv2.IMREAD_GRAYSCALE)
+        camera = load_camera("camera.npz")
+    ahead = perspective_view(camera)
+    aside = turned_view(camera, ASIDE_DEG, SIDE_FOCAL * camera.width)
+    maps = {"ahead": remap_tables(camera, ahead)}
+    maps["aside"] = remap_tables(camera, aside)
+    views = {
+        name: cv2.remap(street, *pair, cv2.INTER_LINEAR)
+        for name, pair in maps.items()
+    }
+    again = cv2.remap(taken, *maps["ahead"], cv2.INTER_LINEAR)
+    return {
+        "said": said,
+        "street": street,
+        "views": views,
+        "largest_difference": int(
+            np.abs(again - written.astype(int)).max()
+        ),
+    }
+
+
+def as_bytes(text):
+    """A text as an array, as results keep it."""
+    return np.frombuffer(text.encode(), np.uint8)
