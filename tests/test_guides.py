@@ -7,19 +7,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.guides.benchmarks.tables import ext_benchmarks
+from chapters.guides.benchmarks.tables import (
+    ext_benchmarks,
+    ext_benchmarks_further,
+)
+from chapters.guides.benchmarks.trials import record, recorded_scores, rig_names
 from chapters.guides.choose_a_method import page as choose_a_method
 from chapters.guides.choose_a_method import tables
-from chapters.guides.choose_a_method.results import named
-from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, NONE, costs
+from chapters.guides.choose_a_method.results import motion_facts, named
+from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, costs
 from chapters.guides.choose_a_method.trials import method_seconds
 from chapters.guides.for_teachers import page as for_teachers
 from chapters.guides.for_teachers import tables as class_tables
 from chapters.guides.for_teachers.exercises import answers
 from chapters.guides.for_teachers.exercises import on_pages as class_exercises
 from chapters.guides.for_teachers.results import stated_times
+from chapters.shared.detector_counts import RENDERED, rendered_counts, summed
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
+from repro.run.outcomes import Measured
 from repro.run.results import Result
 from repro.workflow.work import Work
 
@@ -80,21 +86,49 @@ def results(tmp_path):
             tmp_path, "table_2_2_redrawn", {"calibration_images": 14}, zoom
         ),
         "fig_2_2_error": result(tmp_path, "fig_2_2_error", {"grids": "apart"}, wrong),
+        "ext_benchmark_scores": result(tmp_path, "scores", {}, [rig_scores()]),
+        "ext_fisheye_scores": result(tmp_path, "fisheye", {}, list(fisheye_cases())),
         "photograph_study": {},
     }
+
+
+def rig_scores():
+    models = {"zhang": 2.0, "opencv_fisheye": 0.01, "general": 0.1}
+    values = {f"{model}.rms_deg": angle for model, angle in models.items()}
+    values["general.share_with_ray"] = 0.75
+    return {"rig": "coolpix-fce8-zoom-3"}, lambda t: values
+
+
+def fisheye_cases():
+    """OpenCV's model refuses the boards at the rim."""
+    for use, answering in (("inner", 3), ("all", 2)):
+        values = {"boards": 6, "opencv_fisheye.reason": "refused"}
+        for model in ("zhang", "generic", "opencv_fisheye")[:answering]:
+            values |= {f"{model}.kept_out_px": 0.5, f"{model}.ray_deg": 0.25}
+            values |= {f"{model}.reason": "", f"{model}.image_with_ray": 0.9}
+            values |= {f"{model}.corners_with_ray": 1.0}
+        yield {"boards": use}, lambda t, values=values: values
 
 
 def test_the_table_has_a_row_for_everything_measured(results):
     table = tables.ext_methods(results)
     assert tuple(table.columns) == COLUMNS
-    assert {len(cells) for cells in table.columns.values()} == {6 + 3 + 1 + 2}
-    zhang, generic = table.columns["Zhang"], table.columns["Generic, unknown poses"]
-    assert zhang[0].startswith("0.51 (")
-    assert generic[0].startswith("0.26 (")
-    motion = table.columns["General, known motion"]
-    assert motion[:-2] == [NONE] * 10
-    assert zhang[-2:] == generic[-2:] == [NONE] * 2
-    assert motion[-1].startswith("0.2 (")
+    assert {len(cells) for cells in table.columns.values()} == {6 + 4 + 1 + 4}
+    zhang, generic = table.columns["Zhang"], table.columns["Generic"]
+    # Trials of 0.5, 0.51, 0.52: the median, and an interval within them.
+    assert isinstance(zhang[0], Measured)
+    assert (zhang[0].value, generic[0].value) == pytest.approx((0.51, 0.26))
+    opencv = table.columns["OpenCV fisheye"]
+    assert opencv[:10] == [None] * 10
+    assert opencv[10:] == [0.01, 0.5, 0.25, FAILED, FAILED]
+    assert table.columns["Image with a ray (%)"][10:] == [75, 90, 90, 90, 90]
+
+
+def test_wrong_motion_has_a_table_of_its_own(results):
+    table = tables.ext_known_motion(results)
+    assert table.columns["Wrong by"] == ["1 mm of translation", "1 deg of rotation"]
+    assert [cell.value for cell in table.columns["Ray error (deg)"]] == [0.2, 0.2]
+    assert "apart" in table.caption
 
 
 def test_a_method_that_never_worked_has_failed(results, tmp_path):
@@ -107,7 +141,7 @@ def test_a_method_that_never_worked_has_failed(results, tmp_path):
     # Six simulated rows stand above the rendered ones.
     assert rows["Evidence"][6:10] == ["rendered"] * 4
     assert rows["Zhang"][6:10] == [FAILED] * 4
-    assert rows["General, known motion"][6:10] == [NONE] * 4
+    assert rows["Corners with a ray (%)"][6:10] == [None] * 4
     assert named(results)["zhang.stage"] == "∞"
 
 
@@ -116,46 +150,88 @@ def scores(**of_one):
     return SimpleNamespace(
         conditions=[{"rig": "ordinary-lens"}],
         settings={"views": 5},
-        column=lambda name, rig: [of_one.get(name.replace(".", "_"), np.nan)],
+        column=lambda name, rig: np.array([of_one.get(name.replace(".", "_"), np.nan)]),
     )
 
 
-def test_a_calibration_that_failed_is_told_from_one_that_was_not_tried():
+def test_rigs_are_in_the_table_of_scores_or_in_the_list_of_others():
     found = scores(
         **{"opencv_right": 5, "opencv_rms_px": 0.25},
         **{"opencv-sb_right": 0, "raxel_right": 5},
+        **{"opencv_fisheye_rms_deg": 0.125, "general_share_with_ray": 0.5},
     )
     columns = ext_benchmarks({"ext_benchmark_scores": found}).columns
-    rows = dict(zip(columns["Rig"], columns["Zhang (deg)"], strict=True))
-    assert rows.pop("ordinary-lens") == "failed"
-    assert set(rows.values()) == {NONE}
-    rows = dict(zip(columns["Rig"], columns["opencv: right, RMS (px)"], strict=True))
-    assert rows["ordinary-lens"] == "5 of 5, 0.25"
+    assert {name: cells[0] for name, cells in columns.items()} == {
+        "Rig": "ordinary-lens",
+        "Boards": 5,
+        "raxel: right": 5,
+        "raxel (px)": None,
+        "OpenCV: right": 5,
+        "OpenCV (px)": 0.25,
+        "OpenCV sector-based: right": 0,
+        "OpenCV sector-based (px)": None,
+        "Zhang (deg)": FAILED,
+        "OpenCV fisheye (deg)": 0.125,
+        "Generic (deg)": FAILED,
+        "Image with a ray (%)": 50,
+    }
+    others = ext_benchmarks_further({"ext_benchmark_scores": found}).columns
+    assert sorted([*columns["Rig"], *others["Rig"]]) == rig_names()
+    assert all(others["What it asks"])
 
 
-def test_a_detector_with_no_board_right_has_no_error():
-    found = scores(
-        **{"opencv_right": 0, "opencv-sb_right": 0, "raxel_right": 0},
-        **{"zhang_rms_deg": 0.1},
-    )
-    columns = ext_benchmarks({"ext_benchmark_scores": found}).columns
-    place = columns["Rig"].index("ordinary-lens")
-    assert columns["opencv: right, RMS (px)"][place] == "0 of 5"
-    assert columns["Zhang (deg)"][place] == "0.1"
+def counts(**of_sets):
+    """A result of pictures: {set: (right, returned) of each detector in turn}."""
+    conditions = [{"set": name} for name in of_sets]
+
+    def column(name, **condition):
+        detector, _, what = name.rpartition(".")
+        values = of_sets[condition["set"]]
+        place = ["success", "returned"].index(what)
+        which = ["raxel", "findChessboardCorners", "findChessboardCornersSB"]
+        return np.array([values[which.index(detector)][place]])
+
+    return SimpleNamespace(conditions=conditions, column=column)
+
+
+def test_boards_of_all_sets_are_counted_and_what_is_returned_wrong():
+    results = {name: counts(ball=[(1, 1), (0, 1), (0, 0)]) for name in RENDERED}
+    rows = rendered_counts(results)
+    assert [row.right for row in rows] == 4 * [
+        {"raxel": 1, "opencv": 0, "opencv-sb": 0}
+    ]
+    (both,) = summed(rows)
+    assert (both.evidence, both.count) == ("rendered", 4)
+    assert both.wrong == {"raxel": 0, "opencv": 4, "opencv-sb": 0}
+
+
+def test_the_record_of_photographs_adds_up():
+    sets = record()["sets"]
+    assert len(sets) == 5
+    for one in sets:
+        assert one["source"]
+        assert one["licence"]
+        for run in one["scores"]:
+            outcomes = ("right", "wrong", "unjudged", "refused")
+            assert sum(run[name] for name in outcomes) == run["images"]
+    told = recorded_scores({"set": "fisheye-deltille"})
+    assert told["images"] == 10
+    assert told["raxel"]["right"] == 10
+    assert told["opencv"] == {"right": 2, "wrong": 0}
 
 
 def test_every_number_of_the_decision_page_is_named(results):
     text = Path(choose_a_method.__file__).read_text("utf-8")
     used = {part.split("`")[1] for part in text.split("{glue:text}")[1:]}
-    assert used <= set(named(results))
+    assert used <= set(named(results) | motion_facts(results["fig_2_2_error"]))
     assert named(results)["general.zoom.2"] == "0.71"
 
 
 def test_every_method_is_timed():
     took = method_seconds()
-    assert set(took) == {"zhang", "general", "motion"}
+    assert set(took) == {"zhang", "opencv_fisheye", "general", "motion"}
     assert all(np.isfinite(list(took.values())))
-    assert costs(took).markdown.count("\n") == 4
+    assert costs(took).markdown.count("\n") == 5
 
 
 def test_run_times_are_coarse():
@@ -223,7 +299,8 @@ def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
 
 
 def test_runs_of_a_class(results):
-    del results["photograph_study"]
+    for name in ("photograph_study", "ext_benchmark_scores", "ext_fisheye_scores"):
+        del results[name]
     columns = class_tables.ext_class_runs(results).columns
     assert columns["Trials each"] == [3, 3, 3]
     assert columns["Conditions"] == [6, 3, 2]

@@ -1,13 +1,13 @@
 # %% [markdown]
 # # Which method for my camera?
 #
-# Three ways of calibration, what each one needs, and what each one leaves
-# as error in this repository's own experiments. Two questions decide most
-# of it: do all rays meet in one point, and how far is the lens from a
-# pinhole?
+# **Question.** Four ways of calibration: what does each one need, and what
+# does it leave as error in this repository's own experiments? Two things
+# decide most of it: whether all rays meet in one point, and how far the
+# lens is from a pinhole.
 
 # %% tags=["hide-cell"]
-from chapters.guides.choose_a_method.results import named
+from chapters.guides.choose_a_method.results import motion_facts, named
 from chapters.guides.choose_a_method.tables import costs
 from chapters.guides.choose_a_method.trials import method_seconds
 from repro.page.reader import results_behind, show_table, value
@@ -15,8 +15,41 @@ from repro.page.reader import results_behind, show_table, value
 # %% tags=["active-ipynb", "remove-input"]
 # found = named(results_behind("ext_methods"))
 
+# %% tags=["active-ipynb", "remove-input"]
+# found |= motion_facts(results_behind("ext_known_motion")["fig_2_2_error"])
+
 # %% tags=["active-ipynb"]
 # for name, text in found.items(): value(name, text)
+
+# %% tags=["active-ipynb"]
+# show_table("ext_methods", digits=3)
+
+# %% [markdown]
+# *Residual, clean*: mean distance to points without noise, in px of the
+# source image. *Ray error*: angle to the true rays after the best rotation.
+# *Kept out*: pictures that the calibration did not see; *left after
+# correction*, RMS in px of the corrected view, as in Table 2.2; otherwise
+# in px of the photograph, at the board's best pose. In the rows of Table
+# 2.2 a corner without a generic ray counts for Zhang alone.
+#
+# ## Findings
+#
+# - **Up to about 60°**, Zhang's formula is the best: it averages the noise
+#   over all corners ({glue:text}`zhang.ray_deg.60`° against
+#   {glue:text}`general.ray_deg.60`°).
+# - **From about 120° on**, it cannot follow a fisheye
+#   ({glue:text}`zhang.ray_deg.120`° against
+#   {glue:text}`general.ray_deg.120`°).
+# - **OpenCV's fisheye model** is as good as a ray for every pixel on a lens
+#   of 183° that follows its formula, and sees farther than the boards. With
+#   boards to the rim it leaves: {glue:text}`fisheye.opencv_fisheye.all`.
+# - **The generic camera** needs no formula and answers only where boards
+#   were: {glue:text}`fisheye.boards.all` placed pictures give rays to
+#   {glue:text}`fisheye.share.all` of the image circle,
+#   {glue:text}`fisheye.boards.inner` to {glue:text}`fisheye.share.inner`.
+#
+# How the number of pictures and their places decide that is on the page [A
+# fisheye in ten minutes](fisheye_in_ten_minutes.ipynb).
 
 # %% [markdown]
 # ## The methods
@@ -24,6 +57,9 @@ from repro.page.reader import results_behind, show_table, value
 # - **Zhang** {cite}`zhang2000`: a pinhole with two radial terms. A handful
 #   of parameters from a board held at several tilts.
 #   `raxel calibrate SET --model zhang`
+# - **OpenCV fisheye** {cite}`kannala2006`: the angle from the axis is a
+#   polynomial of the radius; eight parameters. It is here as a peer:
+#   `raxel.calibration.opencv_fisheye`, in Python only.
 # - **Generic, unknown poses** ({cite}`sturm2004`;
 #   [section 2.4](../ch02_general_camera_model/s4_generic_calibration.ipynb)):
 #   every pixel gets a ray of its own. All rays meet in one point. The poses
@@ -35,8 +71,8 @@ from repro.page.reader import results_behind, show_table, value
 #   the target between its poses is *given*. This is
 #   `raxel.calibration.rays_from_known_motion`, in Python only.
 #
-# `raxel calibrate SET --model auto` makes the first two of them predict
-# photographs that they have not seen, and keeps the better one.
+# `raxel calibrate SET --model auto` makes Zhang's and the generic method
+# predict photographs that they have not seen, and keeps the better one.
 
 # %% [markdown]
 # ## Decide
@@ -58,14 +94,16 @@ from repro.page.reader import results_behind, show_table, value
 #
 # - *About 60°*: Zhang leaves a ray error of
 #   {glue:text}`zhang.ray_deg.60`°, the generic method
-#   {glue:text}`general.ray_deg.60`°. Begin with Zhang: where its formula
-#   fits, it averages the noise over all corners.
+#   {glue:text}`general.ray_deg.60`°. Begin with Zhang.
 # - *About 120°*: Zhang {glue:text}`zhang.ray_deg.120`°, generic
 #   {glue:text}`general.ray_deg.120`°. Try both: `--model auto`.
 # - *About 150°*: Zhang {glue:text}`zhang.ray_deg.150`°, generic
 #   {glue:text}`general.ray_deg.150`°. Near the edge, boards must be taken
 #   close and tilted; a board seen at a grazing angle says little.
-# - *180° or more*: no pinhole has such rays at all. Generic.
+# - *180° or more*: no pinhole has such rays at all. Generic; or OpenCV's
+#   fisheye model, from boards that stay away from 90°: it left
+#   {glue:text}`fisheye.opencv_fisheye.inner` in pictures kept out, the
+#   generic camera {glue:text}`fisheye.generic.inner`.
 #
 # What counts is the distance from the pinhole, not the angle alone: a wide
 # lens that keeps lines straight is a case for Zhang. [Every image set side
@@ -77,12 +115,16 @@ from repro.page.reader import results_behind, show_table, value
 # 2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)), so look
 # at the quantity that your work uses.
 #
-# - *Straight lines in pictures*. With a rendered fisheye converter at three
-#   zoom settings, {glue:text}`pictures` pictures each, the corrected view
-#   of pictures kept out has an error of {glue:text}`zhang.zoom.1`,
-#   {glue:text}`zhang.zoom.2` and {glue:text}`zhang.zoom.3` px with Zhang,
-#   {glue:text}`general.zoom.1`, {glue:text}`general.zoom.2` and
-#   {glue:text}`general.zoom.3` px with the generic method.
+# - *Straight lines in pictures*. A rendered fisheye converter at three zoom
+#   settings, {glue:text}`pictures` pictures each; errors of the corrected
+#   view, in pictures kept out:
+#
+#   | Zoom setting | Zhang (px) | Generic (px) |
+#   |---|---:|---:|
+#   | 1, least distorted | {glue:text}`zhang.zoom.1` | {glue:text}`general.zoom.1` |
+#   | 2 | {glue:text}`zhang.zoom.2` | {glue:text}`general.zoom.2` |
+#   | 3, most distorted | {glue:text}`zhang.zoom.3` | {glue:text}`general.zoom.3` |
+#
 # - *Poses and motion*. Equal steps of a stage, recovered by the third
 #   camera, scatter by {glue:text}`zhang.stage` mm with Zhang and by
 #   {glue:text}`general.stage` mm with the generic method.
@@ -91,28 +133,25 @@ from repro.page.reader import results_behind, show_table, value
 #   generic method answers only where boards were.
 #
 # **4. Is there a stage?** For known motion, what you know of the motion is
-# what you get. In a simulation with two grids
-# ({glue:text}`motion.grids`), a translation that is wrong by 1 mm costs
-# {glue:text}`motion.translation`° per ray, and a rotation that is wrong by
-# 1° costs {glue:text}`motion.rotation`°. Compare with what your stage, rail
-# or robot arm is good for. A ruler and a steady hand are good for about a
-# millimetre.
-
-# %% [markdown]
-# ## Errors
-
+# what you get. Compare the table with what your stage, rail or robot arm is
+# good for. A ruler and a steady hand are good for about a millimetre, which
+# costs {glue:text}`motion.translation`° here.
 
 # %% tags=["active-ipynb"]
-# show_table("ext_methods")
+# show_table("ext_known_motion")
 
 # %% [markdown]
-# *Residual, clean*: mean distance to points without noise, in px of the
-# source image. *Ray error*: median angle to the true rays after the best
-# rotation. *Kept out*: pictures that the calibration did not see; *left
-# after correction*, RMS in px of the corrected view, as in Table 2.2;
-# otherwise in px of the photograph, at the board's best pose in px. In the
-# rendered rows a corner without a generic ray counts for Zhang alone. The
-# generic method here is the well conditioned one that `raxel` uses.
+# ## Will the board be found?
+#
+# A calibration is as good as its corners. Three detectors that need no
+# clicks, on pictures in mirrors, fisheyes and bad light, and on photographs:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_detectors_in_short")
+
+# %% [markdown]
+# [Benchmarks](benchmarks.ipynb) has them set by set, and says what was
+# photographed with what.
 #
 # ## Cost
 #
@@ -136,10 +175,8 @@ from repro.page.reader import results_behind, show_table, value
 # - **Cameras whose rays do not meet**, without a known motion: the library
 #   has many such models to render with, and no method that calibrates them
 #   from unknown poses.
-# - **Parametric models other than Zhang's.** The zoo has fisheye and mirror
-#   models, but nothing here fits them to photographs. On a lens that
-#   follows one of them, a few parameters should need fewer pictures than a
-#   table of rays. That was not tried.
+# - **Parametric models other than these.** The zoo has more fisheye and
+#   mirror models, but nothing here fits them to photographs.
 # - **Wrong boards.** No experiment uses a bent board or one of the wrong
 #   size. The equations say that a pitch wrong by a common factor scales all
 #   lengths and leaves the rays of a central camera alone. They promise
@@ -147,6 +184,5 @@ from repro.page.reader import results_behind, show_table, value
 #   and rows.
 # - **Nearly central cameras.** How far rays may miss each other before the
 #   generic method suffers was not measured.
-# - **Few pictures.** No experiment sweeps the number of pictures.
 # - **Seconds** depend on the machine; the resolution and the number of
 #   boards drive those of the generic method.

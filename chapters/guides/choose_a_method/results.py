@@ -6,7 +6,7 @@ import numpy as np
 
 from chapters.shared.algorithm_1 import BOARDS, SIZE_PX
 from chapters.shared.general_cameras import KINDS
-from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
+from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
 from repro.judge.statistics import median_interval
 
 METHODS = ("parametric", "generic_well_conditioned")
@@ -32,6 +32,19 @@ def of_both(result, name, **condition):
     ]
 
 
+def share_kept_out(zoom, at):
+    """Median share of the corners kept out that the generic camera has a ray for."""
+    rig = rig_of(at).target
+    stem = f"{METHODS[1]}.held_out"
+    lost, boards = (
+        zoom.column(f"{stem}.{what}", zoom=at)
+        for what in ("left_out", "boards")
+    )
+    shares = 1 - lost / (boards * rig.columns * rig.rows)
+    shares = shares[np.isfinite(shares)]
+    return float(np.median(shares)) if len(shares) else np.nan
+
+
 def named(results):
     """Numbers of the prose: name -> text."""
     fov, zoom = results["fig_2_3_fov"], results["table_2_2_redrawn"]
@@ -48,13 +61,35 @@ def named(results):
     found = of_both(zoom, "stage.grid.deviation_mm", zoom=STAGE_ZOOM)
     for method, estimate in zip(MODELS, found, strict=True):
         out[f"{method}.stage"] = short(estimate)
-    for kind in KINDS:
-        found = typical(results["fig_2_2_error"], "ray_deg.1", kind=kind)
-        out[f"motion.{kind}"] = short(found)
-    out["motion.grids"] = results["fig_2_2_error"].settings["grids"]
+    out |= fisheye_facts(results["ext_fisheye_scores"])
     out["boards"], out["size"] = str(BOARDS), str(SIZE_PX)
     out["pictures"] = str(zoom.settings["calibration_images"])
     out["noise"] = f"{fov.settings['fov_sweep']['noise']:g}"
+    return out
+
+
+def motion_facts(wrong):
+    """Ray error of the two-pose method for one unit of error of T_1."""
+    out = {"motion.grids": wrong.settings["grids"]}
+    for kind in KINDS:
+        out[f"motion.{kind}"] = short(
+            typical(wrong, "ray_deg.1", kind=kind)
+        )
+    return out
+
+
+def fisheye_facts(scores):
+    """What the walk through a fisheye's calibration says, in words."""
+    out = {}
+    for use in ("inner", "all"):
+        for model in ("zhang", "opencv_fisheye", "generic"):
+            kept = scores.column(f"{model}.kept_out_px", boards=use)[0]
+            told = f"{kept:.2g} px" if np.isfinite(kept) else "no camera"
+            out[f"fisheye.{model}.{use}"] = told
+        share = scores.column("generic.image_with_ray", boards=use)[0]
+        out[f"fisheye.share.{use}"] = f"{100 * share:.0f} %"
+        boards = scores.column("boards", boards=use)[0]
+        out[f"fisheye.boards.{use}"] = f"{boards:.0f}"
     return out
 
 

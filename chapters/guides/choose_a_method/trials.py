@@ -15,6 +15,7 @@ from raxel.calibration import (
     calibrate_zhang,
     rays_from_known_motion,
 )
+from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras.base import pixel_grid
 from raxel.geometry import intersect_rays_plane, transform
 from repro.run.experiment import trial_rng
@@ -40,6 +41,9 @@ def method_seconds():
     hits = intersect_rays_plane(rays.origins, rays.directions, grids)
     return {
         "zhang": timed(lambda: calibrate_zhang(views, *size)),
+        "opencv_fisheye": timed(
+            lambda: calibrate_opencv_fisheye(views, *size)
+        ),
         "general": timed(lambda: calibrate_generic(views, *size, rng=rng)),
         "motion": timed(lambda: rays_from_known_motion(hits.points, grids)),
     }
