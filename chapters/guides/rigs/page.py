@@ -1,14 +1,21 @@
 # %% [markdown]
 # # The rigs of the laboratory
 #
+# **Question.** What stands where when the laboratory takes its photographs?
 # Every rig of `data/rigs` in three dimensions: the camera, its mirror, how
-# far it sees, and where the targets stand when the laboratory photographs
-# them. Turn them around, and look at your own in the same way.
+# far it sees, and its targets. Turn them around, and look at your own in
+# the same way.
 
 # %% tags=["hide-cell"]
 from chapters.guides.rigs.results import facts
 from chapters.guides.rigs.trials import FILES, NAMES, SEED, rig_trial
-from repro.page.reader import open_results, show, show_code, value
+from repro.page.reader import (
+    open_results,
+    show,
+    show_code,
+    show_table,
+    value,
+)
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -31,6 +38,17 @@ def ext_rigs(effort):
 
 # %% tags=["active-ipynb", "remove-input"]
 # value("seed", SEED)
+
+# %% tags=["active-ipynb"]
+# show_table("ext_rigs_in_numbers", digits=3)
+
+# %% [markdown]
+# ## Findings
+#
+# - There are {glue:text}`rigs` rigs. Their cameras see from
+#   {glue:text}`least_deg`° to {glue:text}`most_deg`°.
+# - In {glue:text}`whole` of {glue:text}`poses` poses the whole target is in
+#   the picture.
 
 # %% [markdown]
 # ## How to look at one

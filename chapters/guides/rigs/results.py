@@ -14,7 +14,16 @@ def uses_of(ran, name):
 
 def facts(ran):
     """Names and texts for the prose: what each rig is, and its sizes."""
-    found = {"rigs": len(NAMES)}
+    seen = [float(ran.column("seen_deg", rig=name)[0]) for name in NAMES]
+    count = [len(ran.arrays("distance_mm", rig=name)[0]) for name in NAMES]
+    whole = [int(ran.column("whole", rig=name)[0]) for name in NAMES]
+    found = {
+        "rigs": len(NAMES),
+        "least_deg": f"{min(seen):.0f}",
+        "most_deg": f"{max(seen):.0f}",
+        "poses": sum(count),
+        "whole": sum(whole),
+    }
     for name in NAMES:
         short = name.replace("-", "_")
         (summary,) = ran.texts("summary", rig=name)
@@ -23,16 +32,21 @@ def facts(ran):
     return found
 
 
+def pose_numbers(ran, name):
+    """Distances (mm) and tilts (deg) of the targets of a rig, each (poses,)."""
+    return [
+        ran.arrays(column, rig=name)[0]
+        for column in ("distance_mm", "tilt_deg")
+    ]
+
+
 def _sizes(ran, name):
     width, height, seen = (
         ran.column(value, rig=name)[0]
         for value in ("width_px", "height_px", "seen_deg")
     )
     (target,) = ran.texts("target", rig=name)
-    distances, tilts = (
-        ran.arrays(column, rig=name)[0]
-        for column in ("distance_mm", "tilt_deg")
-    )
+    distances, tilts = pose_numbers(ran, name)
     uses = uses_of(ran, name)
     extra = uses.count("evaluate")
     poses = _counted(len(uses) - extra) + (
