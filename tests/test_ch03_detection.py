@@ -1,0 +1,41 @@
+"""The claim that CELECT's corners are less than 8 px off."""
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.s3_1_robustness.claims.detection import judge_detect_8px
+from chapters.ch03_planar_grids.s3_1_robustness.results import SWEEPS, experiment_of
+
+
+class Sweep:
+    """One level of a sweep with the largest errors of its grids in order."""
+
+    trials_per_condition = 1
+
+    def __init__(self, level, largest):
+        self.conditions = [{"level": level, "levels": "full range"}]
+        self.largest = np.asarray(largest, float)
+
+    def column(self, value, **condition):
+        assert value.endswith("ordered_px")
+        return self.largest
+
+
+@pytest.mark.parametrize(
+    ("largest", "verdict", "count"),
+    [
+        ([7.9] * 80, "reproduced", 400),
+        ([7.9] * 79 + [8.1], "undecided", 400),
+        ([7.9] * 70 + [8.1] * 10, "differs", 400),
+        ([7.9] * 80 + [np.nan] * 40, "reproduced", 400),  # not in order: not counted
+        ([7.9] * 20, "undecided", 100),
+    ],
+)
+def test_nearly_all_grids_in_order_are_less_than_8_px_off(largest, verdict, count):
+    results = {experiment_of(s): Sweep(s, largest) for s in SWEEPS}
+    readings = judge_detect_8px(results)
+    assert {r.verdict for r in readings} == {verdict}
+    assert f"of {count} complete grids" in readings[0].reason
+    assert readings[0].regenerated == pytest.approx(
+        np.mean(np.array(largest)[np.isfinite(largest)] < 8)
+    )
