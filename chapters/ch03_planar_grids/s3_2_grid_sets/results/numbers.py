@@ -102,7 +102,11 @@ def of_table(result, table_id):
             ("pre", "before", TRUTH),
             ("post", "after", REFERENCE),
         ):
-            sizes = joined(errors(result, method, when, reference))
+            seeds = [
+                joined(errors(result, method, when, reference, seed=s))
+                for s in seeds_of(result)
+            ]
+            sizes, seeds = joined(seeds), [s for s in seeds if len(s)]
             for statistic, taken in (
                 ("mean", np.mean),
                 ("max", np.max),
@@ -110,9 +114,13 @@ def of_table(result, table_id):
             ):
                 key = f"t{table_id}_{name}_{label}_{statistic}"
                 found[key] = Value(
-                    float(taken(sizes)) if len(sizes) else "no right grid",
+                    float(taken(sizes)) if seeds else "no right grid",
+                    interval=spread([taken(s) for s in seeds])[1]
+                    if seeds
+                    else None,
                     unit="px",
-                    reason=f"all seeds; against {reference}",
+                    reason="all seeds together, and range of the seeds; "
+                    f"against {reference}",
                 )
     return found
 
