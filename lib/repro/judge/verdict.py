@@ -33,10 +33,17 @@ PRODUCED_BY_NOTHING = ("not yet", "not comparable")
 EVIDENCE = ("photograph", "rendered", "synthetic", "analytic")
 
 
-def read_judged(folder: Path) -> list[dict]:
-    """Contents of the judged files below ``folder``; raises VerdictError."""
+def read_judged(folder: Path, pages: Iterable[str] | None = None) -> list[dict]:
+    """Contents of the judged files below ``folder``; raises VerdictError.
+
+    With ``pages``, ids, only theirs are opened: another job may be writing the others.
+    """
+    if pages is None:
+        paths = sorted(folder.rglob("*.json"))
+    else:
+        paths = [folder / f"{page}.json" for page in sorted(pages)]
     found = []
-    for path in sorted(folder.rglob("*.json")):
+    for path in paths:
         name = path.relative_to(folder).as_posix()
         try:
             content = json.loads(path.read_text("utf-8"))

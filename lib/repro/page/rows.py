@@ -188,7 +188,7 @@ def comparison_table(page: str, effort: str, root: Path) -> str:
     folder = root / "figures" / effort / "judged"
     book = ledger.load(root)
     needed = judged_with(root, page, book)
-    judged = [c for c in verdict.read_judged(folder) if c["page"] in needed]
+    judged = verdict.read_judged(folder, needed)
     mine = {i for c in judged if c["page"] == page for k in verdict.KINDS for i in c[k]}
     every = chain(book.artefacts, book.numbers, book.claims, book.sections)
     elsewhere = {str(book.chapter(i)): "judged on another page" for i in every}
