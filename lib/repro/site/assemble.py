@@ -34,6 +34,7 @@ from repro.site.api_reference import api_pages
 from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.mirror import Content, files_below, mirror
 from repro.site.notebooks import workable
+from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
 from repro.site.times import times_of
@@ -290,6 +291,7 @@ def _filled(
         "effort": effort,
         "chapters": chapters,
         "counts": counts,
+        "written_before": written_before(counts["changed"]),
         "quote": Quotable(root / "figures" / effort, board),
         "built": {page.name for page in _documents(chapters)},
         "pictures": {Path(place).stem: place for place in pictures},

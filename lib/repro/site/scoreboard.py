@@ -82,6 +82,12 @@ def _shown(rows: Sequence[Mapping]) -> dict:
     }
 
 
+def written_before(changed: Sequence[str]) -> str:
+    """When the tests were written, and which of them have been changed since."""
+    macros = _templates().get_template("changed.html.jinja").module
+    return str(macros.written_before(changed))
+
+
 def main(argv: list[str] | None = None) -> int:
     """Write the board's JSON and page; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m repro.site.scoreboard")
