@@ -153,3 +153,31 @@ def test_counts_come_in_the_order_of_the_verdicts():
     ]
     assert [r["number"] for r in assemble.chapter_table(rows, [])] == ["2", "5", "A"]
     json.dumps(counted)
+
+
+def test_the_start_page_quotes_the_detectors_of_the_build(tmp_path):
+    base = small_checkout(tmp_path)
+    lines = ["Detector,Size,Boards,Right,Wrong", "raxel,not given,28,27,0"]
+    lines += ["raxel,given,28,28,0", "opencv,given,28,26,1", "opencv-sb,given,28,25,0"]
+    write_atomic(base / "ext_without_clicks.csv", "\n".join(lines) + "\n")
+    trials = [
+        {"values": {"raxel.rms_px": ours, "opencv.rms_px": theirs}}
+        for ours, theirs in ((0.01, 0.02), (0.03, None), (0.02, 0.04))
+    ]
+    write_json(base / "results" / "ext_benchmark_scores.json", {"trials": trials})
+    short = "Evidence,Set,Pictures," + ",".join(
+        f"{name}: {what}"
+        for name in ("raxel", "OpenCV", "OpenCV sector-based")
+        for what in ("right", "wrong")
+    )
+    line = "photographs,5 sets,61,60,0,50,1,40,2"
+    write_atomic(base / "ext_detectors_in_short.csv", f"{short}\n{line}\n")
+    boards = (base / "scoreboard.md", base / "scoreboard.json")
+    assemble.assemble(tmp_path, "quick", [], *boards, tmp_path / "source")
+    start = (tmp_path / "source" / "index.md").read_text("utf-8")
+    assert "| 28 | 28 | 0 | 26 | 1 | 25 | 0 | \n" in start
+    assert (
+        "| photographs by real cameras, 5 sets | 61 | 60 | 0 | 50 | 1 | 40 | 2 |"
+        in start
+    )
+    assert "is\n0.020 px and that of OpenCV's\n0.030 px" in start
