@@ -60,6 +60,7 @@ fuzz: setup ## every reader of files against damaged ones: counts; no part of `m
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m tests.fuzz.run --mutants $(MUTANTS) $(ARGS)
 
+.PHONY: readme
 readme: setup ## the pictures of README.md, from those of the full report
 	@$(RUN) .venv/bin/python -m repro.site.readme_pictures
 

@@ -12,6 +12,8 @@ from repro.site import assemble
 from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
 
+FORM = {"nbformat": 4, "nbformat_minor": 5}
+
 
 def test_mirror_touches_only_what_differs(tmp_path):
     wanted = {"a.txt": "1", "sub/b.txt": "2"}
@@ -101,7 +103,7 @@ def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
         ]
         book = tmp_path / "pages" / f"{name}.ipynb"
         notes = {"raxel": {"source": f"{name}/page.py"}}
-        write_json(book, {"cells": cells, "metadata": notes})
+        write_json(book, {"cells": cells, "metadata": notes} | FORM)
         write_atomic(tmp_path / "chapters" / name / "page.py", "# %%\n")
         books.append(book)
     write_atomic(tmp_path / "chapters" / "guides" / "__init__.py", '"""Guides."""\n')
@@ -131,7 +133,8 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
     for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
         write_json(base / "results" / name, {})
     book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
-    write_json(book, {"metadata": {"raxel": {"source": "photographs/set/page.py"}}})
+    notes = {"raxel": {"source": "photographs/set/page.py"}}
+    write_json(book, {"cells": [], "metadata": notes} | FORM)
     handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
     assert "figures/ext_a@my.set.png" in handed
     assert "figures/fig_2_3.png" in handed
