@@ -12,6 +12,7 @@ from repro.site import assemble
 from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
 
+ABOUT = {"effort": "quick", "page": "", "set": ""}
 FORM = {"nbformat": 4, "nbformat_minor": 5}
 
 
@@ -102,7 +103,7 @@ def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
             {"cell_type": "markdown", "source": [f"About {title}.\n"]},
         ]
         book = tmp_path / "pages" / f"{name}.ipynb"
-        notes = {"raxel": {"source": f"{name}/page.py"}}
+        notes = {"raxel": ABOUT | {"source": f"{name}/page.py"}}
         write_json(book, {"cells": cells, "metadata": notes} | FORM)
         write_atomic(tmp_path / "chapters" / name / "page.py", "# %%\n")
         books.append(book)
@@ -133,7 +134,7 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
     for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
         write_json(base / "results" / name, {})
     book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
-    notes = {"raxel": {"source": "photographs/set/page.py"}}
+    notes = {"raxel": ABOUT | {"source": "photographs/set/page.py"}}
     write_json(book, {"cells": [], "metadata": notes} | FORM)
     handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
     assert "figures/ext_a@my.set.png" in handed
