@@ -13,7 +13,7 @@ from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
 
 ABOUT = {"effort": "quick", "page": "", "set": ""}
-FORM = {"nbformat": 4, "nbformat_minor": 5}
+FORM = {"nbformat": 4, "nbformat_minor": 4}
 
 
 def test_mirror_touches_only_what_differs(tmp_path):
@@ -99,8 +99,8 @@ def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
     for name in ("guides/which_method", "guides/teachers", "ch02_sample/s5_page"):
         title = name.rpartition("/")[2].replace("_", " ")
         cells = [
-            {"cell_type": "markdown", "source": [f"# {title}\n"]},
-            {"cell_type": "markdown", "source": [f"About {title}.\n"]},
+            {"cell_type": "markdown", "metadata": {}, "source": [text]}
+            for text in (f"# {title}\n", f"About {title}.\n")
         ]
         book = tmp_path / "pages" / f"{name}.ipynb"
         notes = {"raxel": ABOUT | {"source": f"{name}/page.py"}}
