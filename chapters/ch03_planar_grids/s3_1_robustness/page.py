@@ -309,7 +309,7 @@ def pictures(effort):
 # ## Reading and limits
 #
 # **Noise.** Strong smoothing averages noise away; with weak smoothing noise
-# makes corners, and there are too many. The thesis's limit is near that of
+# soon makes corners, and there are too many. The thesis's limit is near that of
 # the weak smoothing at full contrast, and of the other at half contrast.
 #
 # **Blur.** Worse than at 1 px means here: a fifth fewer successes, or 1.25
@@ -323,9 +323,9 @@ def pictures(effort):
 # apart. Neighbouring corners are further apart than $t_8$, but the
 # second maximum of one and the first of the next are not. All four become
 # one corner, and the side has too few. With less smoothing the maxima stay
-# closer to their corners, and the gap stays open for longer. Between 42° and
-# 45° these boards are lost in another way: the trace of the near side,
-# side 4, leaves it for the edge of a row that starts there at a sharp angle.
+# closer to their corners, and the gap stays open for longer. At 44° these
+# boards are lost in another way: the trace of the near side, side 4, leaves
+# it for the edge of a row that starts there at a sharp angle.
 # Beyond 48.6° corners are not in the picture, and nobody can click them:
 # trials are lost by construction, and no claim is tested there.
 #
