@@ -187,8 +187,8 @@ def noise_sweep(effort):
     """Fig. 3.11(a): noise, at full and at half contrast."""
     conditions = [
         condition
-        for levels in LEVELS
-        for condition in sweep("noise_sd", NOISE_SD, effort, levels=levels)
+        for levels, values in NOISE_SD.items()
+        for condition in sweep("noise_sd", values, effort, levels=levels)
     ]
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 

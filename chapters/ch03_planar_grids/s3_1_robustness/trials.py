@@ -19,7 +19,12 @@ from raxel.evaluation.board_scores import distances
 from raxel.features.celect import celect
 from raxel.features.localise import corner_subpix
 
-NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50, 65, 80, 100)
+HALF_NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50)
+# With half the contrast nothing is read at 50 any more.
+NOISE_SD = {
+    "full range": (*HALF_NOISE_SD, 65, 80, 100),
+    "half range": HALF_NOISE_SD,
+}
 BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
 SQUARES_ACROSS = (5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
 FOV_DEG = (60, 80, 100, 120, 134, 140, 146, 152, 158, 164)
@@ -129,7 +134,7 @@ def merging_trial(condition, rng):
 
 
 COLUMN_FOV_DEG = tuple(fov for fov in FOV_DEG if fov > DEFAULTS["fov_deg"])
-COLUMN_TRIALS = {"quick": 1, "full": 10}
+COLUMN_TRIALS = {"quick": 1, "full": 5}
 
 
 def column_trial(condition, rng):
