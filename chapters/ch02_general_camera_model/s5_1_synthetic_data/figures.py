@@ -120,7 +120,7 @@ def fig_2_3(results):
     for panels, sweep in zip(curves.axes.T, (NOISE, FOV), strict=True):
         for panel, quantity in zip(panels, ("mean", "sd"), strict=True):
             value = f"fresh.corrected.{quantity}_px"
-            shown = (*METHODS, "exact")
+            shown = ("exact", *METHODS)
             curves.draw(panel, sweep, [line(m, value) for m in shown])
         panels[0].set_ylabel("Mean residual (px)")
         panels[1].set_ylabel("SD of residual (px)")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
@@ -71,17 +73,16 @@ def failures(results, method, **condition):
     return failed, total
 
 
-def ahead(fov, method, scored, **condition):
+def ahead(fov, method, of=MEAN, **condition):
     """Where a generic method is ahead of the parametric one, in words.
 
-    scored: scoring and scale, as ``fresh.corrected``. Ahead is the one with
-    the smaller median of the mean residual.
+    Ahead is the one whose median of the value ``of`` is smaller.
     """
     every = sorted({c["fov_deg"] for c in fov.conditions})
     found = [
         at
         for at in every
-        if is_ahead(fov, method, scored, fov_deg=at, **condition)
+        if is_ahead(fov, method, of, fov_deg=at, **condition)
     ]
     if not found or found == every:
         return "everywhere" if found else "nowhere"
@@ -90,12 +91,10 @@ def ahead(fov, method, scored, **condition):
     return "at " + " and ".join(f"{at}°" for at in found) + " only"
 
 
-def is_ahead(fov, method, scored, **condition):
-    """Whether a method's mean residual is smaller than the parametric one's."""
-    value = f"{scored}.mean_px"
+def is_ahead(fov, method, of, **condition):
+    """Whether a method's median of a value is below the parametric one's."""
     own, other = (
-        median_of(fov, m, value, **condition)
-        for m in (method, "parametric")
+        median_of(fov, m, of, **condition) for m in (method, "parametric")
     )
     return own < other
 
@@ -107,9 +106,7 @@ def crossing(fov, method):
     """
     levels = sorted({c["fov_deg"] for c in fov.conditions})
     behind = [
-        at
-        for at in levels
-        if not is_ahead(fov, method, "fresh.corrected", fov_deg=at)
+        at for at in levels if not is_ahead(fov, method, MEAN, fov_deg=at)
     ]
     after = levels.index(behind[-1]) + 1 if behind else 0
     return levels[max(after - 1, 0)], levels[min(after, len(levels) - 1)]
@@ -160,9 +157,11 @@ def name_medians(fov, fisheye):
         method = METHODS[1]
         found = median_of(fov, method, "over_exact", fov_deg=at)
         value(f"{method}.over.{at}", found)
+    for method, at in product(METHODS, (90, 150)):
+        found = median_of(fov, method, "ray_deg", fov_deg=at)
+        value(f"{method}.ray_deg.{at}", found)
     for method in METHODS[1:]:
-        found = median_of(fov, method, "ray_deg", fov_deg=90)
-        value(f"{method}.ray_deg.90", found)
+        value(f"{method}.rays_ahead", ahead(fov, method, "ray_deg"))
     for at in (30, 150):
         found = median_of(
             fisheye, "opencv_fisheye", "over_exact", fov_deg=at
