@@ -338,7 +338,7 @@ def judge_crossover(results):
             decision,
             _who_is_better(signs),
             None,
-            f"{changes} sign changes; Welch p {p_first:.1g} at 30 deg, "
+            f"sign changes: {changes}; Welch p {p_first:.1g} at 30 deg, "
             f"{p_last:.1g} at 150 deg",
         )
 

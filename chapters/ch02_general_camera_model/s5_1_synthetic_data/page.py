@@ -258,7 +258,7 @@ def fov_sweep(effort):
 # much:
 
 # %% tags=["active-ipynb"]
-# show_table("ext_fig_2_3_exact", digits=3)
+# show_table("ext_fig_2_3_exact")
 
 # %% [markdown]
 # **Flat or not?** The generic mean grows from 30° to 120° as that of exact
