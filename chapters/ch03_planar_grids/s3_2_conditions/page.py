@@ -150,10 +150,11 @@ from repro.run.outcomes import Plan
 PICTURES = {"quick": 1, "full": 5}
 SECTOR_PICTURES = {"quick": 1, "full": 2}
 # Images of a block, and blocks of either range of poses.
-SPHERICAL_IMAGES, SPHERICAL_BLOCKS = 6, {WHOLE: 2, HARD: 1}
-FISHEYE_IMAGES, SHADOW_BLOCKS = 20, {WHOLE: 5, HARD: 4}
-MERGE_BLOCKS = {WHOLE: 5, HARD: 6}
-SET_IMAGES, SET_BLOCKS = 5, {WHOLE: 2, HARD: 1}
+SPHERICAL_IMAGES = {"quick": 1, "full": 6}
+FISHEYE_IMAGES = {"quick": 1, "full": 20}
+SET_IMAGES = {"quick": 1, "full": 5}
+LIGHT_BLOCKS, SHADOW_BLOCKS = {WHOLE: 2, HARD: 1}, {WHOLE: 5, HARD: 4}
+SET_BLOCKS, MERGE_BLOCKS = {WHOLE: 2, HARD: 1}, {WHOLE: 5, HARD: 6}
 SETS_TAKEN = {
     "quick": ["fisheye"],
     "full": ["spherical", "hyperboloidal", "fisheye", "flexible-mirror"],
@@ -168,15 +169,13 @@ SETTINGS = {
 }
 
 
-def plan_in_blocks(trial, effort, images, blocks, **more):
-    """So many blocks of images of either range of poses, or one image."""
-    conditions = [
+def in_blocks(effort, blocks, **more):
+    """Conditions: so many blocks of images of either range, or one of each."""
+    return [
         {"poses": poses, "block": block, **more}
         for poses, count in blocks.items()
         for block in range(1 if effort == "quick" else count)
     ]
-    images = 1 if effort == "quick" else images
-    return Plan(trial, conditions, images, SETTINGS)
 
 
 @experiment(
@@ -228,13 +227,9 @@ def contrast_trial(condition, rng):
 )
 def low_contrast(effort):
     """Spherical images, each in every light."""
-    return plan_in_blocks(
-        contrast_trial,
-        effort,
-        SPHERICAL_IMAGES,
-        SPHERICAL_BLOCKS,
-        levels=LEVELS[effort],
-    )
+    conditions = in_blocks(effort, LIGHT_BLOCKS, levels=LEVELS[effort])
+    images = SPHERICAL_IMAGES[effort]
+    return Plan(contrast_trial, conditions, images, SETTINGS)
 
 
 # %%
@@ -263,9 +258,8 @@ def shadow_trial(condition, rng):
 )
 def shadow(effort):
     """Fisheye images, without and with a shadow."""
-    return plan_in_blocks(
-        shadow_trial, effort, FISHEYE_IMAGES, SHADOW_BLOCKS
-    )
+    conditions = in_blocks(effort, SHADOW_BLOCKS)
+    return Plan(shadow_trial, conditions, FISHEYE_IMAGES[effort], SETTINGS)
 
 
 # %%
@@ -284,14 +278,12 @@ def direction_trial(condition, rng):
 )
 def trace_direction(effort):
     """Images of all sets, four first corners times two ways round."""
-    plans = [
-        plan_in_blocks(
-            direction_trial, effort, SET_IMAGES, SET_BLOCKS, set=name
-        )
+    conditions = [
+        condition
         for name in SETS_TAKEN[effort]
+        for condition in in_blocks(effort, SET_BLOCKS, set=name)
     ]
-    conditions = [c for plan in plans for c in plan.conditions]
-    return replace(plans[0], conditions=conditions)
+    return Plan(direction_trial, conditions, SET_IMAGES[effort], SETTINGS)
 
 
 # %%
@@ -310,9 +302,8 @@ def merging_trial(condition, rng):
 )
 def merge_images(effort):
     """More fisheye images without shadow, for CELECT alone."""
-    return plan_in_blocks(
-        merging_trial, effort, FISHEYE_IMAGES, MERGE_BLOCKS
-    )
+    conditions = in_blocks(effort, MERGE_BLOCKS)
+    return Plan(merging_trial, conditions, FISHEYE_IMAGES[effort], SETTINGS)
 
 
 # %% [markdown]

@@ -230,8 +230,8 @@ def name_values(open_results):
 
 def thirds_of(ratio, failed):
     """Failures of the third with the most even squares, and of the most uneven."""
-    first, _, last = np.array_split(failed[np.argsort(ratio)], 3)
-    return first, last
+    parts = np.array_split(failed[np.argsort(ratio)], min(3, len(ratio)))
+    return parts[0], parts[-1]
 
 
 def _name_parts(result):

@@ -11,6 +11,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     GRIDS,
     Which,
     numbers_of,
+    pooled,
     right,
     title_of,
 )
@@ -36,8 +37,8 @@ SHOWN = {
 }
 SPOTLESS_TITLE = "Spherical,\nno spots"
 BESIDE = 0.16
-STEP_EDGES = (0.8, 1.2, 1.6, 2.0, 2.4, 2.8)
-REACH_EDGES = (4, 6, 8, 11, 15)
+STEP_EDGES = (1.2, 1.6, 2.0, 2.3, 2.6)
+REACH_EDGES = (4.5, 5.5, 6.5, 8, 11)
 COMPARED = {CELECT: 0, LINEAR: 3, OPENCV: 1}
 NAMES = {
     CELECT: "CELECT",
@@ -100,17 +101,6 @@ def ext_grid_rates(results):
         "intervals: poses of the whole range, three seeds, and of the hard "
         "range, one seed. The last column has the pictures of one seed of "
         "the ball again, without the spots on it.",
-    )
-
-
-def pooled(results, of_result):
-    """One array over the four sets and both ranges of poses."""
-    return np.concatenate(
-        [
-            of_result(result, Which(poses))
-            for result in results.values()
-            for poses in (WHOLE, HARD)
-        ]
     )
 
 

@@ -18,7 +18,9 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     causes,
     cleared,
     errors,
+    numbers_of,
     opened_all,
+    pooled,
     right,
     seeds_of,
     spread,
@@ -46,6 +48,8 @@ SHORT = {
     "fisheye": "fish",
     "flexible-mirror": "flex",
 }
+# Below these squares are small, and neighbouring corners near, for CELECT.
+SMALL_T8_PX, NEAR_STEP = 4.5, 1.2
 SEEDS_RANGE = "mean and range of the rendered seeds"
 
 
@@ -238,10 +242,7 @@ def name_values(open_results):
             ]
             value(f"{poses}.{method}", float(np.mean(rates)))
     told = Counter(c for s in seeds for c in causes(results, PRIMARY, s))
-    (common, count), *_ = told.most_common(1) or [("none", 0)]
     value("failures", told.total())
-    value("cause", common)
-    value("cause.count", count)
     value("contours", told[CONTOUR])
     ball = results[EXPERIMENTS["spherical"]]
     for poses in (WHOLE, HARD):
@@ -251,5 +252,13 @@ def name_values(open_results):
         ):
             good = right(ball, CELECT, which, SPOTLESS_SEED)
             value(f"ball.{poses}.{name}", int(good.sum()))
+    for name, told, limit in (
+        ("small", "t8_px", SMALL_T8_PX),
+        ("near", "least_over_t8", NEAR_STEP),
+    ):
+        below = pooled(results, lambda r, w, n=told: numbers_of(r, n, w))
+        good = pooled(results, lambda r, w: right(r, CELECT, w))
+        value(f"{name}.right", int(good[below < limit].sum()))
+        value(f"{name}.count", int((below < limit).sum()))
     value("largest.reference", largest_after(results, REFERENCE))
     value("largest.truth", largest_after(results, TRUTH))

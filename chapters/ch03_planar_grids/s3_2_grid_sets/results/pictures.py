@@ -103,6 +103,17 @@ def right(result, method, which=PRIMARY, seed=None):
     return numbers_of(result, f"{method}.success", which, seed) == 1
 
 
+def pooled(results, of_result):
+    """One array over the four sets and both ranges of poses."""
+    return np.concatenate(
+        [
+            of_result(result, Which(poses))
+            for result in results.values()
+            for poses in (WHOLE, HARD)
+        ]
+    )
+
+
 def all_right(results, method, which, seed):
     """`right` of a seed's pictures of all sets, in the order of the sets."""
     return np.concatenate(
