@@ -75,13 +75,14 @@ def ahead_in_low_light(result, method, poses, spots):
     copes = [v for v, rate in rates.items() if rate >= COPES]
     level = min(copes) if copes else max(rates, key=rates.get)
     found = paired_gain(ours[level], theirs[level])
+    decision = found.above(LEAST_GAIN - EDGE)
     told = f"the lowest of which CELECT extracts {100 * COPES:.0f} %"
     if not copes:
         told = (
             f"in which CELECT extracts most, {100 * rates[level]:.0f} %, as it "
-            f"extracts {100 * COPES:.0f} % in none; so it differs"
+            f"extracts {100 * COPES:.0f} % in none"
         )
-    decision = found.above(LEAST_GAIN - EDGE) if copes else FAILS
+        decision = all_of([decision, proportion(ours[level]).above(COPES)])
     return Reading(
         DECISIONS[decision],
         found.value,

@@ -36,6 +36,7 @@ METHODS = {
     OPENCV_SB: "findChessboardCornersSB",
     CLICKLESS: "without clicks (ours)",
 }
+DIM = 0.05
 SPOTS = (SPOTTED, CLEAN) = ("600 spots", "no spots")
 # Information below which a slope is without bound.
 SEPARATED = 1e-6
@@ -61,6 +62,11 @@ def numbers_of(result, name, poses=WHOLE):
 def levels_run(result):
     """Light levels of the contrast study as it was run, brightest first."""
     return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
+
+
+def dim_of(levels):
+    """The level nearest to a twentieth of full light."""
+    return min(levels, key=lambda level: abs(level - DIM))
 
 
 def in_light(result, level, method, poses=WHOLE, spots=SPOTTED):
@@ -199,12 +205,12 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     _name_parts(open_results("fig_3_14_parts"))
     light = open_results("exp_c3_low_contrast")
-    for spots, name in zip(SPOTS, ("light", "light.clean"), strict=True):
-        rates = [
-            100 * in_light(light, v, CELECT, WHOLE, spots).mean()
-            for v in levels_run(light)
-        ]
-        value(f"{name}.best", max(rates))
+    dim = dim_of(levels_run(light))
+    value("light.dim", dim)
+    for spots, name in ((SPOTTED, "spots"), (CLEAN, "clean")):
+        for method, who in ((CELECT, "celect"), (OPENCV, "opencv")):
+            rate = in_light(light, dim, method, WHOLE, spots).mean()
+            value(f"light.{name}.{who}", 100 * rate)
     shadow = open_results("exp_c3_shadow")
     for method, name in ((CELECT, "celect"), (OPENCV, "opencv")):
         value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)

@@ -12,6 +12,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.results import (
     SPOTS,
     all_orders,
     conditions_of,
+    dim_of,
     ends_of_orders,
     in_light,
     levels_run,
@@ -29,7 +30,6 @@ from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
-DIM = 0.1
 SHADOWS = {
     "plain": "fisheye, no shadow",
     "shadow": "fisheye, a shadow of 30 %",
@@ -110,7 +110,7 @@ def ext_condition_rates(results):
     """Shares of right grids under every condition, in both ranges of poses."""
     light, shadow, direction = (results[name] for name in CONDITIONS)
     levels = levels_run(light)
-    shown = {max(levels), min(levels, key=lambda v: abs(v - DIM))}
+    shown = {max(levels), dim_of(levels)}
     rows = []
     for poses in (WHOLE, HARD):
         for level in sorted(shown, reverse=True):
