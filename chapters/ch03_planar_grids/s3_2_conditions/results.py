@@ -207,10 +207,13 @@ def name_values(open_results):
     light = open_results("exp_c3_low_contrast")
     dim = dim_of(levels_run(light))
     value("light.dim", dim)
-    for spots, name in ((SPOTTED, "spots"), (CLEAN, "clean")):
-        for method, who in ((CELECT, "celect"), (OPENCV, "opencv")):
-            rate = in_light(light, dim, method, WHOLE, spots).mean()
-            value(f"light.{name}.{who}", 100 * rate)
+    for name, method, spots in (
+        ("spots.celect", CELECT, SPOTTED),
+        ("clean.celect", CELECT, CLEAN),
+        ("clean.opencv", OPENCV, CLEAN),
+    ):
+        rate = in_light(light, dim, method, WHOLE, spots).mean()
+        value(f"light.{name}", 100 * rate)
     shadow = open_results("exp_c3_shadow")
     for method, name in ((CELECT, "celect"), (OPENCV, "opencv")):
         value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)

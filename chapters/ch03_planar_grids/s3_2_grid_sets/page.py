@@ -77,8 +77,8 @@ from repro.run.outcomes import Plan
 #   {glue:text}`whole.findChessboardCorners:.0f` % against
 #   {glue:text}`whole.celect:.0f` %. The thesis has 43 % against 85 %, with
 #   the OpenCV of 2009, which is not to be had any more.
-# - With hard poses OpenCV reads {glue:text}`hard.findChessboardCorners:.0f`
-#   % and CELECT {glue:text}`hard.celect:.0f` %.
+# - With hard poses it is {glue:text}`hard.findChessboardCorners:.0f` %
+#   against {glue:text}`hard.celect:.0f` %.
 # - CELECT fails where squares are small: it reads {glue:text}`small.right`
 #   of {glue:text}`small.count` grids whose merging distance, about 0.4 of a
 #   square, is under 4.5 px, and {glue:text}`near.right` of

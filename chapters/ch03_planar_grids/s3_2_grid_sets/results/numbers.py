@@ -231,8 +231,6 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = opened_all(open_results)
     seeds = any_of(results)
-    value("seeds", len(seeds))
-    value("pictures", len(all_right(results, CELECT, PRIMARY, seeds[0])))
     for poses in (WHOLE, HARD):
         which = Which(poses)
         for method in METHODS:
@@ -261,4 +259,3 @@ def name_values(open_results):
         value(f"{name}.right", int(good[below < limit].sum()))
         value(f"{name}.count", int((below < limit).sum()))
     value("largest.reference", largest_after(results, REFERENCE))
-    value("largest.truth", largest_after(results, TRUTH))
