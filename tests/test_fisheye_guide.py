@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from chapters.guides.fisheye_in_ten_minutes import results
+from chapters.guides.fisheye_in_ten_minutes.tables import ext_fisheye_photographs
 from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
+from chapters.shared.records import record, set_of
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.errors import CalibrationError
 from raxel.multiview.perspective_view import perspective_view
@@ -120,3 +122,30 @@ def test_boards_until_a_goal_are_counted_and_draws_that_never_reach_it():
     assert np.isnan(needed[1])
     assert results.told_boards(needed) == "2 pictures (not reached in 1 draws)"
     assert results.told_reached(needed) == "1 of 2 draws"
+
+
+def test_the_record_of_calibrations_fills_its_table():
+    sets = record("calibrations")["sets"]
+    kept = SimpleNamespace(
+        conditions=[{"set": one["name"]} for one in sets],
+        settings={"date": "2026-01-01"},
+        column=lambda name, set: np.array([number_of(name, {"set": set})]),
+    )
+    columns = ext_fisheye_photographs(
+        {"ext_calibration_record": kept, "photograph_study": {}}
+    ).columns
+    others = [one["name"] for one in record("detectors")["sets"]]
+    assert sorted(columns["Set"]) == sorted(others)
+    for one, cell in zip(sets, columns["Generic (px)"], strict=True):
+        assert cell.low <= cell.value == one["models"]["generic"]["px"] <= cell.high
+    assert all(0 < x <= 100 for x in columns["Image with a ray (%)"])
+
+
+def number_of(name, condition):
+    """A number of the record by its dotted name, NaN where there is none."""
+    value = set_of("calibrations", condition)
+    for part in name.split("."):
+        value = value.get(part)
+        if value is None:
+            return np.nan
+    return value

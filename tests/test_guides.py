@@ -11,7 +11,7 @@ from chapters.guides.benchmarks.tables import (
     ext_benchmarks,
     ext_benchmarks_further,
 )
-from chapters.guides.benchmarks.trials import record, recorded_scores, rig_names
+from chapters.guides.benchmarks.trials import recorded_scores, rig_names
 from chapters.guides.choose_a_method import page as choose_a_method
 from chapters.guides.choose_a_method import tables
 from chapters.guides.choose_a_method.results import motion_facts, named
@@ -23,6 +23,7 @@ from chapters.guides.for_teachers.exercises import answers
 from chapters.guides.for_teachers.exercises import on_pages as class_exercises
 from chapters.guides.for_teachers.results import stated_times
 from chapters.shared.detector_counts import RENDERED, rendered_counts, summed
+from chapters.shared.records import record
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
 from repro.run.outcomes import Measured
@@ -206,7 +207,7 @@ def test_boards_of_all_sets_are_counted_and_what_is_returned_wrong():
 
 
 def test_the_record_of_photographs_adds_up():
-    sets = record()["sets"]
+    sets = record("detectors")["sets"]
     assert len(sets) == 5
     for one in sets:
         assert one["source"]

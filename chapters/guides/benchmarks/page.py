@@ -23,7 +23,7 @@ from chapters.guides.benchmarks.trials import (
     CHECKS,
     DETECTORS,
     NOISE,
-    RECORD_FILE,
+    RECORD,
     RENDERINGS,
     SCORED,
     SIZE,
@@ -33,9 +33,9 @@ from chapters.guides.benchmarks.trials import (
     cameras,
     kept_scores,
     megapixel_trial,
-    record,
     recorded_scores,
 )
+from chapters.shared.records import record
 from chapters.shared.rigs import rig_named
 from raxel.calibration.board_views import board_views
 from raxel.evaluation.benchmark import (
@@ -127,13 +127,13 @@ def ext_lab_rendering(effort):
 )
 def ext_detector_record(effort):
     """What the record holds; nothing is measured again."""
-    kept = record()
+    kept = record(RECORD)
     return Plan(
         lambda condition, rng: recorded_scores(condition),
         [{"set": one["name"]} for one in kept["sets"]],
         1,
         {
-            "record": RECORD_FILE,
+            "record": RECORD,
             "command": kept["command"],
             "date": kept["date"],
             "opencv": kept["versions"]["opencv"],

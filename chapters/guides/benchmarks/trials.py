@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from functools import cache
 
 import numpy as np
 
+from chapters.shared.records import set_of
 from chapters.shared.rigs import RIGS
 from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
@@ -34,7 +34,7 @@ SCORED = {
 }
 VIEWS = {"quick": 3, "full": 5}
 DETECTORS = ("raxel", "opencv", "opencv-sb")
-RECORD_FILE = "data/records/detectors.json"
+RECORD = "detectors"  # of data/records
 SIZE = {"width": 200, "height": 160}
 CENTRE = [99.3, 79.6]
 PLACES = ((101, 81), (58, 44))
@@ -86,9 +86,7 @@ def camera_scores(image_set, views, rng):
 
 def recorded_scores(condition):
     """What the record says of one set of photographs."""
-    kept = next(
-        s for s in record()["sets"] if s["name"] == condition["set"]
-    )
+    kept = set_of(RECORD, condition)
     told = {
         run["detector"]: {what: run[what] for what in ("right", "wrong")}
         for run in kept["scores"]
@@ -96,12 +94,6 @@ def recorded_scores(condition):
     }
     about = {name: kept[name] for name in ("camera", "source", "licence")}
     return {"images": kept["scores"][0]["images"], **told, **about}
-
-
-@cache
-def record():
-    """The record of the detectors on photographs (data/records)."""
-    return json.loads((RIGS.parents[1] / RECORD_FILE).read_text("utf-8"))
 
 
 @cache

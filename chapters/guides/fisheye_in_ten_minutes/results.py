@@ -16,6 +16,7 @@ from chapters.guides.fisheye_in_ten_minutes.trials.models import (
     MODELS,
     PLANNED,
 )
+from chapters.shared.photographs.compared import compared_sets
 from repro.judge.statistics import median_interval
 from repro.page.wording import literal
 
@@ -28,8 +29,11 @@ SETS = ("inner", "all")
 GOAL = 0.9
 CAMERA, VIEWS = "ext_fisheye_camera", "ext_fisheye_look"
 FOUND, SCORES = "ext_fisheye_found", "ext_fisheye_scores"
-DRAWN = "ext_fisheye_draws"
-OPENED = (FOUND, CAMERA, VIEWS, SCORES, DRAWN)
+DRAWN, RECORD = "ext_fisheye_draws", "ext_calibration_record"
+STUDY = "photograph_study"
+WIDE_DEG = 50.0  # from the axis
+SEVERAL = 3.0
+OPENED = (FOUND, CAMERA, VIEWS, SCORES, DRAWN, RECORD)
 COMMANDS = (FOUND, CAMERA, VIEWS)
 
 
@@ -110,7 +114,49 @@ def numbers(results, effort):
     for name in MODELS:
         for use in SETS:
             out |= of_model(scores, name, use)
-    return out
+    return out | recorded(results[RECORD])
+
+
+def recorded(kept):
+    """What the record of real cameras says, in words."""
+
+    def of_sets(name):
+        found = [kept.column(name, **c)[0] for c in kept.conditions]
+        return np.array(found, float)
+
+    generic = of_sets("models.generic.px")
+    generic = generic[np.isfinite(generic)]
+    without = of_sets("models.opencv_fisheye.parts_without_camera")
+    parts = of_sets("parts")
+    found, pictures = of_sets("boards_found"), of_sets("pictures")
+    return {
+        "real.sets": len(kept.conditions),
+        "real.found_of": f"{found.sum():.0f} of {pictures.sum():.0f}",
+        "real.px": f"{generic.min():.2g} to {generic.max():.2g} px",
+        "real.without": f"{without.sum():.0f} of {parts.sum():.0f}",
+        "real.best": ", ".join(best_of(of_sets)),
+        "real.far": told_far(of_sets),
+    }
+
+
+def told_far(of_sets):
+    """In how many sets OpenCV's model leaves several times the generic's error."""
+    peer, generic = (
+        of_sets(f"models.{m}.px") for m in ("opencv_fisheye", "generic")
+    )
+    return (
+        f"{np.count_nonzero(peer > SEVERAL * generic)} of {len(peer)} sets"
+    )
+
+
+def best_of(of_sets):
+    """In how many sets each model has the smallest median, in words."""
+    errors = np.array([of_sets(f"models.{model}.px") for model in NAMES])
+    first = np.nanargmin(errors, axis=0)
+    return [
+        f"{name} in {np.count_nonzero(first == place)}"
+        for place, name in enumerate(NAMES.values())
+    ]
 
 
 def of_model(scores, name, use):
@@ -182,18 +228,22 @@ def steps_taken(seconds):
     ]
 
 
+def wide_sets(study):
+    """The image sets of this build whose lens is wide, as `compared_sets` has them."""
+    return [
+        one for one in compared_sets(study) if one.widest_deg > WIDE_DEG
+    ]
+
+
 def photographs(study):
     """Which image sets of this build are of wide lenses, in words."""
-    wide = []
-    for name, result in study.items():
-        widest = result.column("general.distortion.widest_deg", part="fit")[
-            0
-        ]
-        if widest > 50:
-            wide.append(f"[{literal(name)}](../photographs/{name}.ipynb)")
-    if not wide:
+    links = [
+        f"[{literal(one.name)}](../photographs/{one.name}.ipynb)"
+        for one in wide_sets(study)
+    ]
+    if not links:
         return (
             "This build has no photographs of a wide lens; name a set of "
             "yours, and it gets a page."
         )
-    return f"In this build: {', '.join(wide)}."
+    return f"In this build: {', '.join(links)}."

@@ -41,9 +41,10 @@ def ext_real_by_distortion_figure(results):
         _panel(place, sets, quantity)
         place.set_ylabel(label)
         place.set_yscale("log")
-        place.yaxis.set_major_formatter(
-            FuncFormatter(lambda y, _: f"{y:g}")
-        )
+        plain = FuncFormatter(lambda y, _: f"{y:.3g}")
+        place.yaxis.set_major_formatter(plain)
+        if max(place.get_ylim()) < 10 * min(place.get_ylim()):
+            place.yaxis.set_minor_formatter(plain)
         place.grid(False, axis="x")
     span = max(1.0, *(one.level for one in sets))
     axes[1].set_xlim(-0.04 * span, 1.06 * span)

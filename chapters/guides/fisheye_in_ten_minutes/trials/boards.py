@@ -43,8 +43,10 @@ class Ring(NamedTuple):
     first_deg: float
 
 
-class Size(NamedTuple):
-    """Width and height as shares of the lens's own picture, blur as a share of its
+class Walk(NamedTuple):
+    """How large the walk through a calibration is.
+
+    Width and height as shares of the lens's own picture, blur as a share of its
     own; the board; the plan, ring by ring; and boards kept out."""
 
     scale: float
@@ -57,7 +59,7 @@ class Size(NamedTuple):
 
 
 SIZES = {
-    "quick": Size(
+    "quick": Walk(
         0.4, 0.0, 7, 5, 33.0,
         (
             Ring(1, 8.0, 150.0, 25.0, 30.0),
@@ -66,7 +68,7 @@ SIZES = {
         ),
         1,
     ),
-    "full": Size(
+    "full": Walk(
         1.0, 1.0, 17, 12, 15.0,
         (
             Ring(1, 8.0, 150.0, 25.0, 30.0),
