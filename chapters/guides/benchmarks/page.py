@@ -193,7 +193,8 @@ def ext_detector_record(effort):
 #   OpenCV's fisheye model's {glue:text}`opencv_fisheye_deg`°, those of the
 #   generic camera {glue:text}`general_deg`°, on the {glue:text}`share` of
 #   the pixels that it has rays for. The rendered lens follows the formula
-#   of OpenCV's model exactly; a real one does not.
+#   of OpenCV's model exactly: where its rays are far off, its fit has not
+#   converged.
 
 # %% [markdown]
 # ## Detectors side by side

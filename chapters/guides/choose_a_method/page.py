@@ -41,8 +41,9 @@ from repro.page.reader import results_behind, show_table, value
 #   ({glue:text}`zhang.ray_deg.120`° against
 #   {glue:text}`general.ray_deg.120`°).
 # - **OpenCV's fisheye model** is as good as a ray for every pixel on a lens
-#   of 183° that follows its formula, and sees farther than the boards. With
-#   boards to the rim it leaves: {glue:text}`fisheye.opencv_fisheye.all`.
+#   of 183° that follows its formula, and sees farther than the boards. Its
+#   fit does not always converge: with boards to the rim it leaves
+#   {glue:text}`fisheye.opencv_fisheye.all`. Look at its residual.
 # - **The generic camera** needs no formula and answers only where boards
 #   were: {glue:text}`fisheye.boards.all` placed pictures give rays to
 #   {glue:text}`fisheye.share.all` of the image circle,

@@ -333,8 +333,9 @@ def ext_calibration_record(effort):
 # | by the plan, all | {glue:text}`reach_all` | {glue:text}`opencv_all` |
 # | anywhere | {glue:text}`reach_anywhere` | {glue:text}`opencv_anywhere` |
 #
-# A far-off fit does not say so: look at its residual, and calibrate without
-# the boards at the rim.
+# On other boards it can get lost nearer to the axis, too, as on one set of
+# the [benchmarks](benchmarks.ipynb). A far-off fit does not say so: look at
+# its residual, and calibrate without the boards at the rim.
 #
 # ## With photographs
 
