@@ -90,28 +90,31 @@ def _said_better(outcome):
 
 
 def peer(sets):
-    """How OpenCV's fisheye model does on the same photographs."""
+    """Where OpenCV's fisheye model does better and worse than the other two."""
     usable = [one for one in sets if one.comparable]
     if not usable:
         return "OpenCV's fisheye model has nothing to be compared with."
-    parts = []
+    said = {
+        "less than both": [],
+        "more than one of them": [],
+        "no camera": [],
+    }
     for one in usable:
-        if PEER not in one.errors["rms_px"]:
-            parts.append(f"no camera on {one.name}")
-            continue
         errors = {m: e.value for m, e in one.errors["rms_px"].items()}
+        if PEER not in errors:
+            said["no camera"].append(one.name)
+            continue
         best = min(errors[model] for model in MODELS)
-        text = (
-            f"{errors[PEER]:.2g} px on {one.name}, where the better of the "
-            f"two leaves {best:.2g} px"
-        )
+        name = one.name
         if one.of_peer < one.photographs:
-            text += (
-                f" (a camera for {one.of_peer} of {one.photographs} "
-                "photographs)"
-            )
-        parts.append(text)
-    return f"OpenCV's fisheye model leaves: {'; '.join(parts)}."
+            name += f" ({one.of_peer} of {one.photographs} photographs)"
+        kind = (
+            "less than both"
+            if errors[PEER] < best
+            else "more than one of them"
+        )
+        said[kind].append(name)
+    return f"OpenCV's fisheye model leaves {_sorted_out(said)}."
 
 
 def corrected(sets):
@@ -121,16 +124,23 @@ def corrected(sets):
     ]
     if not usable:
         return "No set has a corrected view to measure."
-    parts = []
+    said = {"with the general camera": [], "with Zhang": []}
     for one in usable:
         zhang, general = (
             one.errors["corrected_px"][model].value for model in MODELS
         )
-        parts.append(
-            f"{one.name} {zhang:.2g} px with Zhang and {general:.2g} px with the "
-            "general camera"
-        )
-    return f"What is left after correction: {'; '.join(parts)}."
+        said[list(said)[int(zhang < general)]].append(one.name)
+    return f"After correction less is left {_sorted_out(said)}."
+
+
+def _sorted_out(said):
+    """{words: names of sets} as a phrase, without the words that hold for none."""
+    parts = [
+        f"{words} on {_listed(names)}"
+        for words, names in said.items()
+        if names
+    ]
+    return "; ".join(parts)
 
 
 def axis(sets):
