@@ -26,11 +26,12 @@ from repro.page.reader import results_behind, show_table, value
 
 # %% [markdown]
 # *Residual, clean*: mean distance to points without noise, in px of the
-# source image. *Ray error*: angle to the true rays after the best rotation.
-# *Kept out*: pictures that the calibration did not see; *left after
-# correction*, RMS in px of the corrected view, as in Table 2.2; otherwise
-# in px of the photograph, at the board's best pose. In the rows of Table
-# 2.2 a corner without a generic ray counts for Zhang alone.
+# source image. *Ray error*: angle to the true rays after the best rotation;
+# for the sets of the converter where the generic camera has rays. *Kept
+# out*: RMS in pictures that the calibration did not see, at the board's best
+# pose. *Corrected view*: what is left of distortion in the corrected view of
+# such pictures, as in Table 2.2; there a corner without a generic ray counts
+# for Zhang alone. *Scatter of steps*: of equal steps of a stage.
 #
 # ## Findings
 #

@@ -49,7 +49,7 @@ CAPTION = (
     "only: the rows have different cameras, units and noise."
 )
 INNER, ALL = "inner", "all"
-WHICH = {INNER: "no boards at the rim", ALL: "boards to the rim"}
+WHICH = {INNER: "inner boards", ALL: "all boards"}
 SCORED = {
     "kept_out_px": "residual, kept out (px)",
     "ray_deg": "ray error (deg)",
@@ -89,7 +89,7 @@ def rendered_rows(zoom):
             for e in of_both(zoom, "held_out.corrected.rms_px", zoom=at)
         )
         camera = f"fisheye converter, set {at}"
-        quantity = "left after correction, kept out (px)"
+        quantity = "corrected view (px)"
         share = finite(100 * share_kept_out(zoom, at), None)
         yield (
             "rendered",
@@ -104,7 +104,7 @@ def rendered_rows(zoom):
     found = of_both(zoom, "stage.grid.deviation_mm", zoom=STAGE_ZOOM)
     zhang, generic = (told(e) for e in found)
     camera = f"fisheye converter, set {STAGE_ZOOM}"
-    quantity = "scatter of equal steps (mm)"
+    quantity = "scatter of steps (mm)"
     yield ("rendered", camera, quantity, zhang, None, generic, None, None)
 
 
@@ -120,7 +120,7 @@ def benchmark_rows(scores):
         yield (
             "rendered",
             f"fisheye converter, set {set_number}",
-            "ray error, where generic has rays (deg)",
+            "ray error (deg)",
             *found,
             None,
             finite(100 * share, None),
@@ -141,13 +141,16 @@ def fisheye_rows(scores):
                 finite(scores.column(f"{model}.{name}", boards=use)[0])
                 for model in ("zhang", "opencv_fisheye", "generic")
             ]
-            camera = f"fisheye of 183°, {which}"
+            camera = f"fisheye, 183°, {which}"
             yield ("rendered", camera, quantity, *found, corners, image)
 
 
 def finite(x, otherwise=FAILED):
-    """A number as a cell, or what stands where there is none."""
-    return float(x) if np.isfinite(x) else otherwise
+    """A number of one run as a cell, or what stands where there is none.
+
+    Three digits: without an interval, more would say nothing.
+    """
+    return float(f"{x:.3g}") if np.isfinite(x) else otherwise
 
 
 def photograph_rows(study):
