@@ -368,6 +368,10 @@ class Work:
         """Key over the code of the scoreboard."""
         return self.reach.key(("repro.site.scoreboard", "*"))
 
+    def notebooks_code(self) -> str:
+        """Key over the code that makes notebooks to work in."""
+        return self.reach.key(("repro.site.notebooks", "*"))
+
     def site_code(self) -> str:
         """Key over the code that assembles the site."""
         rooms = ("assemble", "codes", "sphinx", "check")

@@ -81,6 +81,7 @@ rule notebooks:
     conda:
         "environment.yaml"
     params:
+        code=WORK.notebooks_code(),
         folder=WORK.folder("report/notebooks"),
     message:
         "notebooks"
