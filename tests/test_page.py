@@ -131,7 +131,7 @@ def test_a_display_cell_that_shows_nothing_is_left_out_of_the_page(page):
 def test_code_that_only_prepares_is_folded_and_code_that_teaches_is_open(page):
     cells = (
         "import os\n\nREADS_PAGES = True",
-        "TRIALS = {'quick': 1}\nLIMIT = 3",
+        "TRIALS = {'quick': 1}\n\n\ndef settings(effort):\n    return TRIALS",
         "def trial(c, rng):\n    return {}\n\n\n"
         "@experiment('x', artefact='y')\ndef sweep(effort):\n    pass",
         "def half_of(number):\n    return number / 2",

@@ -265,8 +265,8 @@ def resolution(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** A panorama on a cylinder is 1280 px wide and shows a full turn. How
 # many rows lie between the horizon and 45° of elevation?

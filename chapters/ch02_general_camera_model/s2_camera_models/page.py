@@ -364,8 +364,8 @@ def pictures(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** The FOV model is $r = \arctan(2 \tan\theta \tan(\omega/2)) /
 # \omega$. For which $\omega$, in degrees, is it the law of equidistance?

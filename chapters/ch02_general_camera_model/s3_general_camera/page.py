@@ -307,8 +307,8 @@ def wrong_motion(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** Write the Plücker vector (2.12) of the line through (1, 2, 3) and
 # (4, 6, 3). Six numbers; a factor common to all of them does not count.

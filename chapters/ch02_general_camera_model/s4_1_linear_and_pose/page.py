@@ -337,8 +337,8 @@ def algorithm_run(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** How many free numbers has the solution of the first system,
 # $A\mathbf{u} = \mathbf{x}$?

@@ -357,8 +357,8 @@ def coded_picture(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** At the outer corner of a single square (an edge that turns by a
 # right angle) both legs are equally long. Half of the gradient's energy is

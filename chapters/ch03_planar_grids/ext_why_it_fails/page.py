@@ -367,8 +367,8 @@ def sweeps(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** Side 1 is 400 px long and has 9 corners, so $s_1$ is 400 / (1.9 · 9)
 # px, and $t_8 = 0.8\,s_1$. How small may its smallest square be, in px,

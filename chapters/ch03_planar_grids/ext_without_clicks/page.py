@@ -258,8 +258,8 @@ def sweeps(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # A board of 9 × 6 corners is cut so that its last column is lost. How many
 # of the corners that are left must be in order for the aim of 95 %?

@@ -333,8 +333,8 @@ def growth(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** The first window's radius is the length of the side, divided by 1.9
 # times its number of corners. A growth adds 20 %. How many squares long is

@@ -56,7 +56,9 @@ def _registers(statement: ast.stmt) -> bool:
 
 
 def _is_setting(statement: ast.stmt) -> bool:
-    """Whether a statement names a constant."""
+    """Whether a statement names a constant, or is the function `settings`."""
+    if isinstance(statement, ast.FunctionDef):
+        return statement.name == "settings"
     return isinstance(statement, ast.Assign) and all(
         isinstance(target, ast.Name) and target.id.isupper()
         for target in statement.targets
