@@ -3,7 +3,9 @@
 import json
 import os
 
+import nbformat
 import pytest
+from nbformat.v4 import new_markdown_cell, new_notebook
 
 from repro.judge import scoreboard
 from repro.page.notebook import PageError
@@ -11,9 +13,6 @@ from repro.run.results import write_atomic, write_json
 from repro.site import assemble
 from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
-
-ABOUT = {"effort": "quick", "page": "", "set": ""}
-FORM = {"nbformat": 4, "nbformat_minor": 4}
 
 
 def test_mirror_touches_only_what_differs(tmp_path):
@@ -93,18 +92,21 @@ def test_a_guide_is_announced_by_its_first_paragraph(tmp_path, text, summary):
     assert assemble.summary_of(path) == summary
 
 
+def write_page(book, source, *paragraphs):
+    """An executed page as the job before leaves it."""
+    about = {"source": source, "effort": "quick", "page": "a/page", "set": ""}
+    cells = [new_markdown_cell(text) for text in paragraphs]
+    notebook = new_notebook(cells=cells, metadata={"raxel": about})
+    write_atomic(book, nbformat.writes(notebook))
+
+
 def test_guides_stand_on_the_start_page_one_by_one(tmp_path):
     small_checkout(tmp_path)
     books = []
     for name in ("guides/which_method", "guides/teachers", "ch02_sample/s5_page"):
         title = name.rpartition("/")[2].replace("_", " ")
-        cells = [
-            {"cell_type": "markdown", "metadata": {}, "source": [text]}
-            for text in (f"# {title}\n", f"About {title}.\n")
-        ]
         book = tmp_path / "pages" / f"{name}.ipynb"
-        notes = {"raxel": ABOUT | {"source": f"{name}/page.py"}}
-        write_json(book, {"cells": cells, "metadata": notes} | FORM)
+        write_page(book, f"{name}/page.py", f"# {title}", f"About {title}.")
         write_atomic(tmp_path / "chapters" / name / "page.py", "# %%\n")
         books.append(book)
     write_atomic(tmp_path / "chapters" / "guides" / "__init__.py", '"""Guides."""\n')
@@ -134,8 +136,7 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
     for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
         write_json(base / "results" / name, {})
     book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
-    notes = {"raxel": ABOUT | {"source": "photographs/set/page.py"}}
-    write_json(book, {"cells": [], "metadata": notes} | FORM)
+    write_page(book, "photographs/set/page.py")
     handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
     assert "figures/ext_a@my.set.png" in handed
     assert "figures/fig_2_3.png" in handed
