@@ -248,7 +248,9 @@ def _errors(directions, points, poses, metric):
         raise ValueError(f"metric: {metric!r}; expected 'ray-point' or 'angle'")
     p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
     along = np.einsum("kni,ni->kn", p, directions)
-    across = np.linalg.norm(p - along[..., None] * directions, axis=2)
+    # As np.linalg.norm, which takes six times as long over an axis of three.
+    squares = (p - along[..., None] * directions) ** 2
+    across = np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
     if metric == "angle":
         return np.arctan2(across, along)
     return np.where(along > 0, across, np.inf)
