@@ -14,7 +14,7 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
 )
 from chapters.shared import synthetic_readings
 from chapters.shared.three_planes import FOVS_DEG
-from chapters.shared.zoom_readings import IN_PAIRS, OF_FEW, OF_SEEDS, ZoomCase
+from chapters.shared.zoom_readings import IN_PAIRS, OF_SEEDS, READINGS, ZoomCase
 from tests.ch02_trials import Trials
 
 TRIALS = 50
@@ -186,13 +186,13 @@ def test_prose_of_the_real_data_counts_failures_and_corners_left_out():
 
 
 def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
-    every = [*IN_PAIRS, *OF_FEW, {"zoom": 3}]
+    every = [*IN_PAIRS, *READINGS, {"zoom": 3}]
 
     def values(name, condition):
         return np.full(3, every.index(condition))
 
     made = of_seeds(values)
-    for condition in (*IN_PAIRS, *OF_FEW):
+    for condition in [*IN_PAIRS, *READINGS]:
         options = {key: condition[key] for key in ("corner_noise", "interpolation")}
         found = ZoomCase(made, options).column("x", condition["zoom"])
         assert np.array_equal(found, values("x", condition))
@@ -248,5 +248,22 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
     readings = s5_3_claims.judge_periphery(of_seeds(values))
     assert {r.verdict for r in readings} == {verdict}
     assert "1 failed with the parametric" in readings[0].reason
-    made = Trials(lambda name, condition: [1.0, np.nan, np.nan])
+    made = ZoomCase(of_seeds(lambda name, condition: [1.0, np.nan, np.nan]))
     assert s5_3_results.line_median(made, "generic") == np.inf
+
+
+def test_the_part_of_fig_2_7_is_where_an_edge_leaves_the_boards_and_bends_most():
+    along = np.arange(20.0)
+    straight = np.column_stack([along, np.full(20, 5.0)])
+    bent = straight + np.outer(np.maximum(along - 9, 0), [0.0, 0.5])
+    seen = np.where((along < 10)[:, None], straight, np.nan)
+    edges = {
+        "parametric": np.stack([straight, bent]),
+        "generic_as_printed": np.stack([seen, seen]),
+    }
+    found = s5_3_results.distances(edges)
+    assert np.nanmax(found["generic_as_printed"]) < 1e-12
+    assert np.allclose(found["parametric"][1], bent[:, 1] - 5.0)
+    number, at = s5_3_results.most_bent(edges)
+    assert number == 1
+    assert np.allclose(at, [(9 + 19) / 2, 5 + 5 / 2])

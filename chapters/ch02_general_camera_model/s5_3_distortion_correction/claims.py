@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from chapters.shared.zoom_readings import (
-    LABORATORY,
     OF_SEEDS,
     generic_wins,
     judged,
@@ -26,5 +25,5 @@ def judge_periphery(results):
             generic, parametric, "RMS distance from straight lines"
         )
 
-    questions = ("standard_method", "residual_scale", *LABORATORY)
+    questions = ("standard_method", "residual_scale", "interpolation")
     return judged(results, questions, judge)

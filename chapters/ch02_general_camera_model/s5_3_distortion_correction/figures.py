@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.results import (
+    distances,
     edges_of,
     from_line,
     line_through,
     most_bent,
     shared,
 )
-from chapters.shared.facade import FEWEST, T_world_camera
+from chapters.shared.facade import T_world_camera
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.surroundings import drawn_surroundings
 from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of
@@ -42,6 +43,7 @@ def fig_2_7(results):
     """The front as taken, corrected in two ways, and kept upright."""
     rendered = results["table_2_2_rendered"]
     edges = edges_of(rendered)
+    both = shared(edges)
     chosen, at = most_bent(edges)
     drawn, axes = new_figure(3, 2, height_in=7.6)
     shown = {"panel": [], "share_of_picture_shown": []}
@@ -54,7 +56,7 @@ def fig_2_7(results):
             panel.add_patch(frame_around(at))
         if title.startswith(("(c)", "(e)")):
             edge = edges[name.removeprefix("view.")][chosen]
-            title += f": {draw_part(panel, edge, edges, chosen, at)}"
+            title += f": {draw_part(panel, edge, both[chosen], at)}"
         panel.set_title(title)
         shown["panel"].append(title)
         shown["share_of_picture_shown"].append(float(np.mean(picture > 0)))
@@ -74,15 +76,14 @@ def fig_2_7(results):
     )
 
 
-def draw_part(panel, edge, edges, chosen, at):
+def draw_part(panel, edge, both, at):
     """Enlarge a picture about a point, with the line of an edge; say its bend."""
-    both = shared(edges)[chosen]
     off = from_line(edge, both)
     panel.plot(*line_through(edge[both]).T, "--", color=COLOUR, lw=1.2)
     panel.set_xlim(at[0] - HALF_PX, at[0] + HALF_PX)
     panel.set_ylim(at[1] + HALF_PX, at[1] - HALF_PX)
     here = np.all(np.abs(edge - at) < HALF_PX, axis=1)
-    return f"up to {np.max(np.abs(off[here])):.1f} px off"
+    return f"edge up to {np.max(np.abs(off[here])):.1f} px off"
 
 
 @figure(
@@ -91,18 +92,16 @@ def draw_part(panel, edge, edges, chosen, at):
 def ext_fig_2_7_lines(results):
     """How far the front's edges leave their lines, by the distance from mid-image."""
     edges = edges_of(results["table_2_2_rendered"])
-    both, off = shared(edges), {}
-    taken = edges.pop("as_taken")
-    size = camera_of(FACADE_ZOOM)
-    middle = (np.array([size.width, size.height]) - 1) / 2
-    radius = np.linalg.norm(taken - middle, axis=2)
+    camera = camera_of(FACADE_ZOOM)
+    middle = (np.array([camera.width, camera.height]) - 1) / 2
+    radius = np.linalg.norm(edges["as_taken"] - middle, axis=2)
+    both = shared(edges)
     drawn, axes = new_figure(1, 2, height_in=3.2, sharex=True, sharey=True)
     rows = []
-    for panel, method, letter in zip(axes, edges, "ab", strict=True):
-        off = np.full(both.shape, np.nan)
-        for number in np.flatnonzero(np.sum(both, axis=1) >= FEWEST):
-            off[number] = from_line(edges[method][number], both[number])
-        off = np.maximum(np.abs(off), LEAST_PX)
+    for panel, (method, off), letter in zip(
+        axes, distances(edges).items(), "ab", strict=True
+    ):
+        off = np.maximum(off, LEAST_PX)
         for inside, mark, label in (
             (~both, "0.6", "beyond the boards"),
             (both, SERIES[METHODS.index(method)]["color"], "on the boards"),

@@ -4,15 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.facade import FEWEST
+from chapters.shared.facade import FEWEST, HALF_VIEW_DEG, OUTER, PITCH_DEG
+from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.judge.statistics import with_worst
+from repro.page.reader import value
 
 
-def line_median(made, name, scale="corrected"):
-    """Median over seeds of a method's distance from straight lines."""
-    place = f"lines.generic_as_printed.{name}.{scale}"
-    trials = made.column(place, zoom=FACADE_ZOOM)
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    results = {name: open_results(name) for name in OF_SEEDS}
+    for word, options in (
+        ("", {}),
+        ("_smooth", {"interpolation": "smooth"}),
+    ):
+        case = ZoomCase(results, options)
+        for name in ("generic", "parametric"):
+            value(f"{name}{word}", line_median(case, name))
+    edges = edges_of(open_results("table_2_2_rendered"))
+    value("bend", float(np.nanmax(distances(edges)["parametric"])))
+    value("pitch", PITCH_DEG)
+    value("half_view", HALF_VIEW_DEG)
+    value("outer", 100 * (1 - OUTER))
+
+
+def line_median(case, name):
+    """Median over seeds of a method's distance (px) from straight lines."""
+    place = f"lines.{case.method('generic')}.{name}.{case.scale}"
+    trials = case.column(place, FACADE_ZOOM)
     return float(np.median(with_worst(trials)))
 
 
@@ -50,17 +69,25 @@ def line_through(points, reach_px=2000.0):
     return centre + np.outer([-reach_px, reach_px], along)
 
 
+def distances(edges):
+    """By method, px (edges, points) from the line of what both methods show."""
+    both, out = shared(edges), {}
+    for method in ("parametric", "generic_as_printed"):
+        out[method] = np.full(both.shape, np.nan)
+        for number in np.flatnonzero(np.sum(both, axis=1) >= FEWEST):
+            edge = edges[method][number]
+            out[method][number] = np.abs(from_line(edge, both[number]))
+    return out
+
+
 def most_bent(edges):
     """Number of the edge that the parametric picture bends most, and a point.
 
     The point, in that picture, is halfway from where the edge leaves the boards
     to where it is farthest from its line.
     """
-    both, parametric = shared(edges), edges["parametric"]
-    off = np.full(both.shape, np.nan)
-    for number in np.flatnonzero(np.sum(both, axis=1) >= FEWEST):
-        off[number] = np.abs(from_line(parametric[number], both[number]))
+    off = distances(edges)["parametric"]
     number, worst = np.unravel_index(np.nanargmax(off), off.shape)
-    known = np.flatnonzero(both[number])
+    known = np.flatnonzero(shared(edges)[number])
     leaves = known[np.argmin(np.abs(known - worst))]
-    return number, parametric[number, [leaves, worst]].mean(axis=0)
+    return number, edges["parametric"][number, [leaves, worst]].mean(axis=0)

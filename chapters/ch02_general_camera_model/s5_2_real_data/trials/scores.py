@@ -123,6 +123,8 @@ def radial_bias(boards, middle):
     from scipy.stats import ttest_1samp
 
     pixels = np.concatenate([board.pixels for board in boards])
+    if len(pixels) < FEWEST:
+        return {}
     offset = pixels - middle
     radius = np.linalg.norm(offset, axis=1)
     outward = offset / np.maximum(radius, 1e-9)[:, None]
@@ -140,6 +142,8 @@ def radial_bias(boards, middle):
         }
         for quintile in range(QUINTILES):
             values = signed[known & (place == quintile)]
+            if len(values) < FEWEST:
+                continue
             test = ttest_1samp(values, 0.0)
             out[scale][f"q{quintile + 1}"] = {
                 "mean_px": values.mean(),
@@ -262,6 +266,8 @@ def correlation(board, rng):
     for scale in SCALES:
         vectors = getattr(board, scale)
         known = np.isfinite(vectors).all(axis=1)
+        if np.count_nonzero(known) < FEWEST:
+            continue
         index, p = moran(board.pixels[known], vectors[known], rng)
         out[scale] = {"index": index, "p": p}
     return out
