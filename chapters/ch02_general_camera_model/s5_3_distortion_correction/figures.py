@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.results import (
+    HALF_PX,
     distances,
     edges_of,
     from_line,
@@ -31,7 +32,6 @@ PANELS = (
     ("view.generic_as_printed", "(e) part of (d)"),
     ("view.upright", "(f) as (d), plane upright"),
 )
-HALF_PX = 110
 LEAST_PX = 0.001
 COLOUR = "#d55e00"
 # Less steep than into a room: the front is what one looks at.

@@ -10,6 +10,8 @@ from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
+HALF_PX = 110  # of the side of the enlarged parts
+
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
@@ -83,11 +85,13 @@ def distances(edges):
 def most_bent(edges):
     """Number of the edge that the parametric picture bends most, and a point.
 
-    The point, in that picture, is halfway from where the edge leaves the boards
-    to where it is farthest from its line.
+    The point, in that picture, lies from where the edge leaves the boards halfway
+    to where it is farthest from its line, or half a window on.
     """
     off = distances(edges)["parametric"]
     number, worst = np.unravel_index(np.nanargmax(off), off.shape)
     known = np.flatnonzero(shared(edges)[number])
     leaves = known[np.argmin(np.abs(known - worst))]
-    return number, edges["parametric"][number, [leaves, worst]].mean(axis=0)
+    start, end = edges["parametric"][number, [leaves, worst]]
+    far = np.linalg.norm(end - start)
+    return number, start + (end - start) / max(2.0, 2 * far / HALF_PX)
