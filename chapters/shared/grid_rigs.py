@@ -20,6 +20,18 @@ SETS = {
     "large-hyperboloidal": (("large-hyperboloidal", 1),),
     "large-fisheye": (("large-fisheye", 1),),
 }
+# What the experiments with them read.
+RIGS = (
+    "data/rigs/spherical.yaml",
+    "data/rigs/hyperboloidal.yaml",
+    "data/rigs/fisheye-9x7.yaml",
+    "data/rigs/fisheye-12x9.yaml",
+    "data/rigs/flexible-mirror.yaml",
+)
+LARGE_RIGS = (
+    "data/rigs/large-hyperboloidal.yaml",
+    "data/rigs/large-fisheye.yaml",
+)
 # Ranges that the poses of the four sets are drawn from (`pose_range` in the ledger).
 WHOLE, HARD = "whole", "hard"
 # Degrees; the hard ranges stand in the files of the rigs.

@@ -40,7 +40,13 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     level_name,
     lit_sheet,
 )
-from chapters.shared.grid_rigs import HARD, WHOLE, wiped
+from chapters.shared.grid_rigs import (
+    HARD,
+    LARGE_RIGS,
+    RIGS,
+    WHOLE,
+    wiped,
+)
 from raxel.lab.lighting import Shadow
 from repro.page.exercise import check
 from repro.page.reader import (
@@ -160,6 +166,7 @@ SETS_TAKEN = {
     "full": ["spherical", "hyperboloidal", "fisheye", "flexible-mirror"],
 }
 SHADOW_DEPTH = 0.3
+JOBS = {"quick": 1, "full": 3}
 LEVELS = {"quick": [0.8, 0.1], "full": list(LIGHT_LEVELS)}
 SETTINGS = {
     "clicks_sd_px": 0.614,
@@ -179,7 +186,7 @@ def in_blocks(effort, blocks, **more):
 
 
 @experiment(
-    "fig_3_14_parts", artefact="fig_3_14", shards={"quick": 1, "full": 2}
+    "fig_3_14_parts", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS
 )
 def parts(effort):
     """The largest part for CELECT, and for OpenCV inside a white border."""
@@ -189,7 +196,7 @@ def parts(effort):
 
 
 @experiment(
-    "fig_3_14_parts_sb", artefact="fig_3_14", shards={"quick": 1, "full": 2}
+    "fig_3_14_parts_sb", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS
 )
 def parts_sb(effort):
     """The first of the same pictures for the sector-based detector."""
@@ -221,9 +228,7 @@ def contrast_trial(condition, rng):
 
 
 @experiment(
-    "exp_c3_low_contrast",
-    artefact="sec_3_3_2",
-    shards={"quick": 1, "full": 2},
+    "exp_c3_low_contrast", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS
 )
 def low_contrast(effort):
     """Spherical images, each in every light."""
@@ -253,9 +258,7 @@ def shadow_trial(condition, rng):
     return values
 
 
-@experiment(
-    "exp_c3_shadow", artefact="sec_3_3_2", shards={"quick": 1, "full": 4}
-)
+@experiment("exp_c3_shadow", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
 def shadow(effort):
     """Fisheye images, without and with a shadow."""
     conditions = in_blocks(effort, SHADOW_BLOCKS)
@@ -272,9 +275,7 @@ def direction_trial(condition, rng):
 
 
 @experiment(
-    "exp_c3_trace_direction",
-    artefact="sec_3_3_2",
-    shards={"quick": 1, "full": 2},
+    "exp_c3_trace_direction", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS
 )
 def trace_direction(effort):
     """Images of all sets, four first corners times two ways round."""
@@ -296,9 +297,7 @@ def merging_trial(condition, rng):
 
 
 @experiment(
-    "exp_c3_merge_images",
-    artefact="sec_3_3_2",
-    shards={"quick": 1, "full": 2},
+    "exp_c3_merge_images", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS
 )
 def merge_images(effort):
     """More fisheye images without shadow, for CELECT alone."""

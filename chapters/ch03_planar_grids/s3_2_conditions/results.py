@@ -244,7 +244,6 @@ def thirds_of(ratio, failed):
 
 
 def _name_parts(result):
-    value("pictures", result.trials_per_condition)
     lost = Counter()
     for camera in CAMERAS:
         ours, theirs = (

@@ -47,7 +47,7 @@ from chapters.shared.grid_detectors import (
     localised,
     returned,
 )
-from chapters.shared.grid_rigs import WHOLE
+from chapters.shared.grid_rigs import RIGS, WHOLE
 from chapters.shared.lattices import outer
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import in_order_of, in_place
@@ -249,6 +249,9 @@ def no_clicks(name, view):
 
 
 # %%
+JOBS = {"quick": 1, "full": 4}
+
+
 def plan_of(set_name, effort):
     """Every picture of every seed of both ranges, or one of each for a look."""
     images = 1 if effort == "quick" else IMAGES
@@ -262,7 +265,7 @@ def plan_of(set_name, effort):
 
 
 @experiment(
-    "table_3_4_grids", artefact="table_3_4", shards={"quick": 1, "full": 6}
+    "table_3_4_grids", artefact="table_3_4", shards=JOBS, inputs=RIGS
 )
 def spherical(effort):
     """15 pictures of three seeds of the Spherical set."""
@@ -270,7 +273,7 @@ def spherical(effort):
 
 
 @experiment(
-    "table_3_5_grids", artefact="table_3_5", shards={"quick": 1, "full": 4}
+    "table_3_5_grids", artefact="table_3_5", shards=JOBS, inputs=RIGS
 )
 def hyperboloidal(effort):
     """15 pictures of three seeds of the Hyperboloidal set."""
@@ -278,7 +281,7 @@ def hyperboloidal(effort):
 
 
 @experiment(
-    "table_3_6_grids", artefact="table_3_6", shards={"quick": 1, "full": 2}
+    "table_3_6_grids", artefact="table_3_6", shards=JOBS, inputs=RIGS
 )
 def fisheye(effort):
     """7 + 8 pictures of three seeds of the Fisheye set."""
@@ -286,7 +289,7 @@ def fisheye(effort):
 
 
 @experiment(
-    "table_3_7_grids", artefact="table_3_7", shards={"quick": 1, "full": 2}
+    "table_3_7_grids", artefact="table_3_7", shards=JOBS, inputs=RIGS
 )
 def flexible_mirror(effort):
     """15 pictures of three seeds of the Flexible Mirror set."""
@@ -342,8 +345,7 @@ def flexible_mirror(effort):
 # The thesis does not state the scale of its Harris detector
 # (`celect_thresholds` in the ledger); with at most 0.7 px of smoothing
 # CELECT reads {glue:text}`whole.celect-fine:.0f` %. Nor does it undo the
-# tone curve, which makes dark squares shrink: their tips draw apart where
-# blur has joined black and white. The claims are tested without both.
+# tone curve, which makes dark squares shrink and their tips draw apart.
 #
 # **Spots.** Of the same 15 pictures of the ball, CELECT reads
 # {glue:text}`ball.whole.spots` with the spots and
@@ -356,14 +358,13 @@ def flexible_mirror(effort):
 # primary reading. Where squares are smaller than that, it may end at a
 # neighbour: the largest error is {glue:text}`largest.reference:.1f` px. With
 # the full window corners that start far off stay there. The tables have
-# both. Either is biased on a strongly bent or slanting corner, and a
-# reference made with the same localiser hides that.
+# both. A reference made with the same localiser hides a bias of either.
 #
 # **Limits.** The rigs are ours: how much light, dirt and noise they have,
 # and how their mirrors are bent, is a choice. The background is even, so
 # nothing in it looks like a corner: that spares OpenCV more than CELECT. The
-# whole range has three seeds, the hard range and the ball without spots have
-# one. [Photographs](../photographs/by_distortion.ipynb) have such tables.
+# whole range has three seeds, the hard one and the clean ball have one.
+# [Photographs](../photographs/by_distortion.ipynb) have such tables.
 
 # %% [markdown]
 # ## Compared with the published numbers
