@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from chapters.ch03_planar_grids.s3_2_conditions import page
 from chapters.ch03_planar_grids.s3_2_conditions.claims import (
     judge_trace_direction,
     partial_predicates,
@@ -252,3 +253,10 @@ def test_what_lies_beside_a_mirror_is_not_black():
 
     assert sheet.rig.light.surround > 0
     assert corner_of(sheet) > corner_of(black) + 10
+
+
+def test_no_image_is_in_both_studies_of_merging():
+    conditions = [plan("full").conditions for plan in (page.shadow, page.merge_images)]
+    assert not [c for c in conditions[0] if c in conditions[1]]
+    images = sum(len(c) * page.FISHEYE_IMAGES["full"] for c in conditions)
+    assert images == 400

@@ -301,7 +301,8 @@ def merging_trial(condition, rng):
 )
 def merge_images(effort):
     """More fisheye images without shadow, for CELECT alone."""
-    conditions = in_blocks(effort, MERGE_BLOCKS)
+    # Named, as equal conditions would draw the images of the shadow study again.
+    conditions = in_blocks(effort, MERGE_BLOCKS, rigs="fisheye, no shadow")
     return Plan(merging_trial, conditions, FISHEYE_IMAGES[effort], SETTINGS)
 
 
