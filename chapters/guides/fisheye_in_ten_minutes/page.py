@@ -204,10 +204,12 @@ def ext_calibration_record(effort):
 # One focus, one zoom. The whole board is in each picture.
 #
 # - **One in the middle**, near and tilted.
-# - **A ring half way out**: five boards, about 35° from the lens's axis, so
-#   near that they overlap each other in the picture.
-# - **A ring at the rim**: ten boards, about 75° from the axis and farther
-#   away, rows along the rim. Tilt the inner edge towards the lens.
+# - **A ring half way out**: {glue:text}`half_boards` boards, about
+#   {glue:text}`half_deg:.0f`° from the lens's axis, so near that they
+#   overlap each other in the picture.
+# - **A ring at the rim**: {glue:text}`rim_boards` boards, about
+#   {glue:text}`rim_deg:.0f`° from the axis and farther away, rows along the
+#   rim. Tilt the inner edge towards the lens.
 # - **A few more** at such places, marked `use: evaluate`. No calibration
 #   sees them, so they tell how good it is.
 
@@ -346,10 +348,10 @@ def ext_calibration_record(effort):
 # The detector found the board in {glue:text}`real.found_of` photographs.
 # From {glue:text}`real.without` parts of the cross-validations OpenCV's
 # fisheye model gave no camera; in {glue:text}`real.far` its camera leaves
-# more than three times the generic one's error. The smallest median of a
-# set of the record has: {glue:text}`real.best`. A ray for every pixel is
-# noisier than a formula that fits, and needs more pictures; where no
-# formula fits, it is all there is.
+# more than three times the generic one's error. The smallest median, by
+# however little, has in the sets of the record: {glue:text}`real.best`. A
+# ray for every pixel is noisier than a formula that fits, and needs more
+# pictures; where no formula fits, it is all there is.
 #
 # `make report RECORDED=path/to/set` makes a page of the same kind from your
 # set, with all three models. {glue:text}`photographs` [Which method for my

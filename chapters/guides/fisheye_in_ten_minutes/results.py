@@ -88,7 +88,10 @@ def numbers(results, effort):
     out = {
         "boards": len(places_of(size.plan)),
         "inner": inner_boards(size.plan),
-        "kept": size.kept_out,
+        "half_boards": size.plan[1].boards,
+        "half_deg": size.plan[1].polar_deg,
+        "rim_boards": len(places_of(size.plan)) - inner_boards(size.plan),
+        "rim_deg": size.plan[-1].polar_deg,
         "columns": size.columns,
         "rows": size.rows,
         "pitch": size.pitch_mm,
