@@ -31,14 +31,6 @@ CASES = {
     "smooth": {"interpolation": "smooth"},
     "least": {"corner_noise": "0.06 px"},
     "most": {"corner_noise": "0.45 px"},
-    "smooth_source": {
-        "interpolation": "smooth",
-        "residual_scale": "source image",
-    },
-    "most_source": {
-        "corner_noise": "0.45 px",
-        "residual_scale": "source image",
-    },
 }
 
 
