@@ -1,0 +1,146 @@
+"""Seeds of Table 2.2: how many, their settings, and those with other corners."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
+    scores,
+)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
+    STAGE_IMAGES,
+    STEP_MM,
+    Counts,
+    draw_poses,
+    noisier,
+    redrawn,
+    true_shape,
+)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.true_centre import (
+    SCENE,
+    centre_trial,
+    homography_trial,
+)
+from chapters.shared.zoom_readings import IN_PAIRS, NOISE_PX, READINGS
+from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, camera_of
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+COUNTS = {"quick": Counts(5, 1), "full": Counts(14, 4)}
+READ = {"quick": 1, "full": 12}
+PAIRED = {"quick": 1, "full": 50}
+SMALL = {"quick": 4, "full": 50}
+EXACT = {"quick": 1, "full": 4}
+SETS = [{"zoom": zoom} for zoom in ZOOMS]
+
+
+def settings(effort):
+    """What a reader needs to run it elsewhere."""
+    degrees = np.degrees(2 * camera_of(ZOOMS[-1]).max_angle)
+    return {
+        "rigs": [f"data/rigs/coolpix-fce8-zoom-{z}.yaml" for z in ZOOMS],
+        "calibration_images": COUNTS[effort].calibration,
+        "held_out_images": COUNTS[effort].held_out,
+        "stage_images": STAGE_IMAGES,
+        "step_mm": STEP_MM,
+        "field_of_view_deg": round(degrees, 6),
+        "detector": "findChessboardCorners, refined",
+    }
+
+
+def redrawn_trial(condition, rng, counts, errors):
+    """A seed whose boards err as those of rendered pictures did."""
+    zoom = condition["zoom"]
+    poses = draw_poses(zoom, counts, rng)
+    boards = {
+        use: redrawn(zoom, of_use, errors[zoom], rng)
+        for use, of_use in poses.items()
+    }
+    return scores(zoom, boards, rng)[0]
+
+
+def errors_in(results):
+    """Errors (boards, corners, 2) of the rendered seeds, by zoom."""
+    rendered = results["table_2_2_rendered"]
+    return {
+        zoom: np.concatenate(rendered.arrays("errors", zoom=zoom))
+        for zoom in ZOOMS
+    }
+
+
+def read_trial(condition, rng, counts, errors):
+    """A seed with other corners, or with cells followed otherwise."""
+    zoom = condition["zoom"]
+    poses = draw_poses(zoom, counts, rng)
+    noise = NOISE_PX[condition["corner_noise"]]
+    boards = {
+        use: noisier(redrawn(zoom, of_use, errors[zoom], rng), noise, rng)
+        for use, of_use in poses.items()
+    }
+    methods = ["parametric", "generic_as_printed"]
+    if noise == 0:
+        methods.append("opencv_fisheye")
+    return scores(zoom, boards, rng, methods, condition["interpolation"])[0]
+
+
+@experiment(
+    "table_2_2_readings",
+    artefact="table_2_2",
+    shards={"quick": 1, "full": 4},
+    needs=("table_2_2_rendered",),
+)
+def read_seeds(effort, results):
+    """What the laboratory's corners and the interpolation do."""
+    trial = partial(
+        read_trial, counts=COUNTS[effort], errors=errors_in(results)
+    )
+    return Plan(trial, READINGS, READ[effort], settings(effort))
+
+
+@experiment(
+    "fig_2_7_smooth",
+    artefact="table_2_2",
+    shards={"quick": 1, "full": 3},
+    needs=("table_2_2_rendered",),
+)
+def smooth_seeds(effort, results):
+    """As many seeds as a comparison needs, for the lines of 2.5.3."""
+    trial = partial(
+        read_trial, counts=COUNTS[effort], errors=errors_in(results)
+    )
+    return Plan(trial, IN_PAIRS, PAIRED[effort], settings(effort))
+
+
+@experiment(
+    "ext_table_2_2_exact",
+    artefact="table_2_2",
+    shards={"quick": 1, "full": 2},
+)
+def exact_seeds(effort):
+    """Set 3 with exact corners: what is left is not the detector's."""
+    none = {STAGE_ZOOM: np.zeros((1, *true_shape(STAGE_ZOOM)))}
+    trial = partial(redrawn_trial, counts=COUNTS[effort], errors=none)
+    sets = [{"zoom": STAGE_ZOOM}]
+    return Plan(trial, sets, EXACT[effort], settings(effort))
+
+
+@experiment(
+    "fig_2_5_true_centre",
+    artefact="fig_2_5",
+    shards={"quick": 1, "full": 1},
+)
+def true_centres(effort):
+    """The true centre in the place of the estimated one, simulated."""
+    return Plan(centre_trial, [{}], SMALL[effort], {"scene": SCENE})
+
+
+@experiment(
+    "exp_c2_homography_harmless",
+    artefact="fig_2_5",
+    shards={"quick": 1, "full": 1},
+)
+def homographies(effort):
+    """Perspective points and distorted ones, after a homography."""
+    return Plan(homography_trial, [{}], SMALL[effort], {})
