@@ -64,7 +64,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 # %% tags=["active-ipynb"]
-# show_table("table_2_2", digits=2)
+# show_table("table_2_2", digits=3)
 
 # %% tags=["active-ipynb"]
 # name_values(open_results)
