@@ -340,8 +340,8 @@ def fov_sweep(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** Noise of 0.5 px, three grids: what is the mean length of the error
 # of a generic ray, in px of the source image? Compare with the row without

@@ -348,8 +348,8 @@ def redrawn_seeds(effort, results):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** The converter shortens the lens to 0.21 of its focal length; the
 # sensor is 7.18 mm wide and has 1024 px across. What is the focal length of

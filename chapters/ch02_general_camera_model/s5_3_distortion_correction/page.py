@@ -130,8 +130,8 @@ from repro.page.reader import compared, open_results, show, show_code
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** The corrected pictures are 1024 px wide and show
 # {glue:text}`half_view:.0f`° to each side. What is the focal length of that

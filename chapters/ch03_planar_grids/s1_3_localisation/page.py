@@ -373,8 +373,8 @@ def others_basin(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** A fit gives $a = 0.5$, $b = 12$, $c = -0.5$, $d = -3$, $e = 4$.
 # Where is the corner, $(x, y)$ in px from the middle of the window?

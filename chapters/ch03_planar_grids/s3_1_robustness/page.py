@@ -368,8 +368,8 @@ def pictures(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** A board's outermost corners are 350 px from its middle, the focal
 # length is 300 px. At which yaw, in degrees, does its plane reach the

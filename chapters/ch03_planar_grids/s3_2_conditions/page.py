@@ -365,8 +365,8 @@ def merge_images(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** White paper reflects 0.9, print 0.05. The board gets a tenth of the
 # light, and haze adds 0.06 everywhere. What is the contrast (difference

@@ -375,8 +375,8 @@ def flexible_mirror(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # **1.** 27 pictures are right for one method alone and 2 for the other
 # alone. How likely is so unequal a split if both are equally good

@@ -304,8 +304,8 @@ def ext_detector_record(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
 #
 # A detector finds every corner of a board shifted by 0.3 px to the right
 # and 0.4 px down. What RMS error in px does the score say?
