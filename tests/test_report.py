@@ -174,13 +174,16 @@ def test_a_model_that_fits_leaves_the_noise_of_the_pixels(report):
 
 def test_residuals_grow_in_proportion_to_the_noise(report):
     ran = result("fig_2_3_noise")
+    levels = sorted({condition["noise"] for condition in ran.conditions})
     for method in ("parametric", "generic_well_conditioned"):
         name = f"{method}.clean.corrected.mean_px"
         medians = [
             np.median(ran.column(name, **case(noise=n, fov_deg=60, law="lens")))
-            for n in (0.5, 2.0)
+            for n in levels
         ]
-        assert medians[1] / medians[0] == pytest.approx(4, rel=0.5), method
+        slope = np.polyfit(np.log(levels), np.log(medians), 1)[0]
+        # Few trials: what Zhang's few numbers leave differs by half among them.
+        assert slope == pytest.approx(1, abs=0.25), method
 
 
 def test_the_parametric_model_gives_way_at_wide_fields(report):

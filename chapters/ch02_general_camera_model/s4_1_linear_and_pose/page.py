@@ -271,7 +271,7 @@ def algorithm_run(effort):
 # a common anchor point and with distinct ones (`trials/quadrics.py`).
 
 # %% [markdown]
-# ## Reading
+# ## Reading and limits
 #
 # **Algorithm 1.** The fisheye's rays keep an error although there is no
 # noise. Step 2 maps a pixel onto the board by the homography of its cell,
@@ -322,9 +322,7 @@ def algorithm_run(effort):
 # nearly coincide; elimination along each of the three rays in turn finds
 # them.
 #
-# ## Limits
-#
-# All of this is without noise; section 2.5.1 adds it. The library's pose
+# **Limits.** All of this is without noise; section 2.5.1 adds it. The library's pose
 # from three rays is for central cameras, like the rest of its generic
 # method.
 

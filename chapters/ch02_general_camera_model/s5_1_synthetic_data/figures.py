@@ -35,7 +35,7 @@ STYLE |= {method: index for index, method in enumerate(METHODS)}
 OTHER_SCALE = 4
 
 
-class Line(NamedTuple):
+class Curve(NamedTuple):
     """A curve to draw: a method, a value of it, and how it is named."""
 
     method: str
@@ -46,7 +46,7 @@ class Line(NamedTuple):
 
 def line(method, value):
     """A method's curve in its own style, under its own name."""
-    return Line(method, value, NAMES[method], STYLE[method])
+    return Curve(method, value, NAMES[method], STYLE[method])
 
 
 class Curves:
@@ -179,7 +179,7 @@ def ext_fig_2_3_readings(results):
     ):
         for panel, (domain, extent) in zip(panels, cases, strict=True):
             shown = [
-                Line(
+                Curve(
                     method,
                     f"{scoring}.{scale}.mean_px",
                     f"{NAMES[method]}, {in_words[scale]}",

@@ -349,7 +349,7 @@ def sweeps(effort):
 # a corner is more than about half a square from its place. The default board
 # of 3.3.1, against which these may be held, has 134°.
 #
-# ## Limits
+# ## Reading and limits
 #
 # The boards are constructed to break one thing alone; in a
 # photograph several break at once. The stage is the *first* that went wrong

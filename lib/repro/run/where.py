@@ -23,6 +23,7 @@ from repro.run.names import Place, Sources, defined_by, dotted
 
 READERS = ("figure", "table", "numbers", "claim")
 WRAPPERS = ("partial", "functools.partial")
+STEMS = ("artefacts", "claims", "numbers")
 
 
 class UnknownId(Exception):
@@ -53,9 +54,11 @@ class Whereabouts:
         """The chapters' syntax."""
         return Sources(self.root)
 
-    def entries(self, stem: str) -> list[dict]:
-        """Entries of a file of the ledger, as they stand."""
-        return read_yaml(self.root / FOLDER / f"{stem}.yaml")[stem]
+    @cached_property
+    def ledger(self) -> dict[str, list[dict]]:
+        """Entries of the files of the ledger by their stem, as they stand."""
+        folder = self.root / FOLDER
+        return {stem: read_yaml(folder / f"{stem}.yaml")[stem] for stem in STEMS}
 
     def lines(self, identifier: str) -> list[PlaceLine]:
         """Every place behind an id, in the order of reading; raises UnknownId."""
@@ -85,9 +88,7 @@ class Whereabouts:
 
     def _claims_about(self, identifier: str) -> list[Producer]:
         """The tests of the claims that name an artefact or section of the thesis."""
-        about = [
-            e["id"] for e in self.entries("claims") if identifier in e["artefacts"]
-        ]
+        about = [e["id"] for e in self.ledger["claims"] if identifier in e["artefacts"]]
         return [p for p in self.made if p.kind == "claim" and p.id in about]
 
     def _of_id(self, identifier: str) -> list[Producer]:
@@ -95,8 +96,7 @@ class Whereabouts:
         mine = [p for p in self.made if p.id == identifier]
         if mine:
             return mine
-        numbers = self.entries("numbers")
-        given = [e["artefact"] for e in numbers if e["id"] == identifier]
+        given = [e["artefact"] for e in self.ledger["numbers"] if e["id"] == identifier]
         return [p for p in self.made if p.kind == "numbers" and p.id in given]
 
     def _experiments(self, mine: Iterable[Producer]) -> list[Producer]:
@@ -159,8 +159,7 @@ class Whereabouts:
         ]
 
     def _unknown(self, identifier: str) -> str:
-        stems = ("artefacts", "claims", "numbers")
-        printed = {entry["id"] for stem in stems for entry in self.entries(stem)}
+        printed = {entry["id"] for stem in STEMS for entry in self.ledger[stem]}
         if identifier in printed:
             return f"{identifier}: the thesis has it, and no page makes it yet"
         known = printed | {p.id for p in self.made}
