@@ -181,7 +181,7 @@ def ext_detector_record(effort):
 #   raxel has {glue:text}`right_raxel` right, OpenCV
 #   {glue:text}`right_opencv`, and its sector-based detector
 #   {glue:text}`right_opencv-sb`.
-# - **Detectors, where it is hard**: of {glue:text}`rendered.pictures`
+# - **Detectors on bent boards**: of {glue:text}`rendered.pictures`
 #   pictures in mirrors, fisheyes and bad light, they have
 #   {glue:text}`rendered.raxel.right`, {glue:text}`rendered.opencv.right` and
 #   {glue:text}`rendered.opencv-sb.right` right.

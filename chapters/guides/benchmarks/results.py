@@ -54,7 +54,7 @@ def facts(scores):
 
 
 def counted(results):
-    """Boards right on hard rendered sets and on photographs, for the prose."""
+    """Boards right on rendered sets and on photographs, for the prose."""
     record = results[detector_counts.RECORD]
     sums = detector_counts.summed(
         [

@@ -129,7 +129,7 @@ def _rig_row(name):
     evidence="photograph",
 )
 def ext_detector_counts(results):
-    """Boards right and wrong on the hard rendered sets, and on photographs."""
+    """Boards right and wrong on the rendered sets, and on photographs."""
     record = results[detector_counts.RECORD]
     rows = [
         *detector_counts.rendered_counts(results),

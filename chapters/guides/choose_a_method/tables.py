@@ -229,7 +229,7 @@ def ext_detectors_in_short(results):
     return Table(
         count_columns(rows),
         "Boards that detectors find, told the number of corners and nothing "
-        "else: the hard rendered sets of 3.3.2, and a record of photographs "
+        "else: the rendered sets of 3.3.2, and a record of photographs "
         "of five real cameras. *Benchmarks* has them set by set.",
     )
 
