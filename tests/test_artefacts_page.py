@@ -39,10 +39,10 @@ def claim(name, verdict, **more):
 @pytest.mark.parametrize(
     ("verdicts", "said"),
     [
-        ("r", "Holds: “a is so”."),
-        ("rr", "All 2 decided claims hold: “a is so”, and 1 more."),
+        ("r", "Holds: “a is so” (here: none of 9)."),
+        ("rr", "All 2 decided claims hold: “a is so” (here: none of 9), and 1 more."),
         ("d", "Does not hold here: “a is so” (here: none of 9)."),
-        ("ru", "Holds: “a is so”."),
+        ("ru", "Holds: “a is so” (here: none of 9)."),
         ("rrd", "2 of 3 decided claims hold; not: “c is so” (here: none of 9)."),
         ("rdd", "1 of 3 decided claims holds; not: “b is so” (here: none of 9), "
                 "and 1 more."),
@@ -60,6 +60,15 @@ def test_a_finding_is_what_the_verdicts_of_the_claims_say(verdicts, said):
     assert artefacts.finding(row("fig_2_6", reason=""), claims) == said
 
 
+def test_a_number_that_came_out_stands_in_the_finding_with_its_meaning():
+    measured = {"regenerated": 1.376, "interval": [1.362, 1.388], "unit": "px"}
+    one = claim("a", "differs", reason="ratio of means, 150/120; SDs 2.0") | measured
+    assert artefacts.finding(row("fig_2_3", reason=""), [one]) == (
+        "Does not hold here: “a is so”; "
+        "here 1.376 px (1.362 to 1.388), ratio of means, 150/120."
+    )
+
+
 def test_without_claims_its_check_or_its_caption_is_the_finding():
     checked = row("fig_2_4", reason="check: it rises: 1, 2")
     assert artefacts.finding(checked, []) == "It rises: 1, 2."
@@ -67,6 +76,8 @@ def test_without_claims_its_check_or_its_caption_is_the_finding():
     assert artefacts.finding(None, []) == ""
     caption = "Of Fig. 2.3, $x$ (a) first. (b) Second."
     assert artefacts.first_sentence(caption) == "Of Fig. 2.3, x (a) first."
+    named = "A webcam of the make See! Cam before a sheet. It is bent."
+    assert artefacts.first_sentence(named) == named.partition(" It")[0]
 
 
 @pytest.fixture
@@ -97,7 +108,8 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
         "fig_2_6",
         "ext_sizes",
     ]  # none that nothing makes
-    assert found[0].finding == "Holds: “c2_motion is so”."
+    measured = "here 0.981 (0.951 to 1.022), slope in range"
+    assert found[0].finding == f"Holds: “c2_motion is so”; {measured}."
     assert found[1].head == ["<size>", "words", "c"]
     assert found[1].cells == [["1.235", "long long long long l…", "3"]]
     small = artefacts.pictures(checkout / "figures" / "full", found, checkout / "small")

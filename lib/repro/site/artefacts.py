@@ -20,14 +20,16 @@ from jinja2 import Environment
 from repro.judge.scoreboard import natural
 from repro.page.furniture import Behind, Furnisher
 from repro.page.rows import row_templates
-from repro.page.wording import label, number_in, plain
+from repro.page.wording import label, number_in, plain, rounded
 from repro.site.thumbnails import thumbnails
 
 TEMPLATES = Path(__file__).with_name("templates")
 THUMBNAILS = "thumbnails"
 # Of a table, its preview shows so many columns and rows, and so much of a cell.
 COLUMNS, ROWS, CELL = 3, 4, 22
-SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z(])")
+# An exclamation mark stands in the name of a camera, and ends no caption.
+SENTENCE = re.compile(r"(?<=[.?])\s+(?=[A-Z(])")
+CLAUSE = re.compile(r"[;:(]")
 
 
 @dataclass(frozen=True)
@@ -173,16 +175,24 @@ def finding(row: Mapping | None, claims: Sequence[Mapping]) -> str:
 def _quoted(claims: Sequence[Mapping]) -> str:
     """The statement of the first claim, and how many others share its verdict.
 
-    What came out here stands with it where that is said in words.
+    What came out here stands with it: words, or a number and what it is a number of.
     """
-    more = len(claims) - 1
-    said, found = (claims[0][key] for key in ("published", "regenerated"))
+    first, more = claims[0], len(claims) - 1
+    said, found = (first[key] for key in ("published", "regenerated"))
     told = [f"“{' '.join(said.split()).rstrip('.')}”"]
-    if claims[0]["verdict"] != "reproduced" and isinstance(found, str):
+    if isinstance(found, str):
         told.append(f" (here: {' '.join(found.split())})")
     if more:
         told.append(f", and {more} more")
+    if isinstance(found, int | float):
+        number = rounded(found, first["interval"], first["unit"])
+        told.append(f"; here {number}, {_meaning(first['reason'])}".rstrip(", "))
     return f"{''.join(told)}."
+
+
+def _meaning(reason: str) -> str:
+    """What the number of a claim is: the first clause of its reason."""
+    return " ".join(CLAUSE.split(reason, maxsplit=1)[0].split()).rstrip(" ,")
 
 
 def first_sentence(caption: str) -> str:
