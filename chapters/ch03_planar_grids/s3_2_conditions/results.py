@@ -21,7 +21,7 @@ from chapters.shared.grid_detectors import (
     OPENCV,
     OPENCV_SB,
 )
-from chapters.shared.grid_rigs import WHOLE
+from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import paired_gain
 from repro.page.reader import value
 from repro.run.experiment import numbers
@@ -204,26 +204,19 @@ def numbers_fig_3_14(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     _name_parts(open_results("fig_3_14_parts"))
-    light = open_results("exp_c3_low_contrast")
-    dim = dim_of(levels_run(light))
-    value("light.dim", dim)
-    for name, method, spots in (
-        ("spots.celect", CELECT, SPOTTED),
-        ("clean.celect", CELECT, CLEAN),
-        ("clean.opencv", OPENCV, CLEAN),
-    ):
-        rate = in_light(light, dim, method, WHOLE, spots).mean()
-        value(f"light.{name}", 100 * rate)
+    _name_light(open_results("exp_c3_low_contrast"))
     shadow = open_results("exp_c3_shadow")
-    for method, name in ((CELECT, "celect"), (OPENCV, "opencv")):
-        value(f"shadow.{name}", 100 * shadow_effects(shadow, method).value)
+    for poses in (WHOLE, HARD):
+        for method, name in ((CELECT, "celect"), (OPENCV, "opencv")):
+            lost = shadow_effects(shadow, method, poses)
+            value(f"shadow.{poses}.{name}", in_points(lost))
     direction = open_results("exp_c3_trace_direction")
     orders = all_orders(direction)
     value("orders.differ", 100 * differing(orders).mean())
     value("orders.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
-    ends = ends_of_orders(direction, conditions_of(direction, WHOLE))
-    value("orders.failed", ends.total() - ends[DONE])
-    value("orders.silent", ends[WRONG])
+    for poses in (WHOLE, HARD):
+        ends = ends_of_orders(direction, conditions_of(direction, poses))
+        _name_failures(f"orders.{poses}", ends)
     both = {
         "exp_c3_shadow": shadow,
         "exp_c3_merge_images": open_results("exp_c3_merge_images"),
@@ -241,6 +234,50 @@ def thirds_of(ratio, failed):
     """Failures of the third with the most even squares, and of the most uneven."""
     parts = np.array_split(failed[np.argsort(ratio)], min(3, len(ratio)))
     return parts[0], parts[-1]
+
+
+def in_points(found):
+    """An Estimate of a share in points of success, with its interval."""
+    points, low, high = (f"{100 * share:.1f}" for share in found[:3])
+    return f"{points} ({low} to {high})"
+
+
+def _name_light(result):
+    levels = levels_run(result)
+    for name, spots in (("spots", SPOTTED), ("clean", CLEAN)):
+        ours, theirs = (
+            [
+                int(in_light(result, v, method, WHOLE, spots).sum())
+                for v in levels
+            ]
+            for method in (CELECT, OPENCV)
+        )
+        pairs = list(zip(ours, theirs, strict=True))
+        value(f"light.{name}.ahead", sum(a > b for a, b in pairs))
+        value(f"light.{name}.behind", sum(a < b for a, b in pairs))
+        value(f"light.{name}.first", ours[0])
+        value(f"light.{name}.most", max(ours))
+        kept = [
+            v for v, n in zip(levels, ours, strict=True) if n >= ours[0]
+        ]
+        value(f"light.{name}.last", kept[-1])
+    best = max(levels, key=lambda v: in_light(result, v, CELECT).mean())
+    ours, theirs = (in_light(result, best, m) for m in (CELECT, OPENCV))
+    value("light.levels", len(levels))
+    value("light.images", len(ours))
+    value("light.lead", in_points(paired_gain(ours, theirs)))
+    ends = Counter(
+        stage
+        for v in levels
+        for c in result.conditions
+        for stage in result.texts(f"{level_name(v)}.stage", **c)
+    )
+    _name_failures("light", ends)
+
+
+def _name_failures(name, ends):
+    value(f"{name}.failed", ends.total() - ends[DONE])
+    value(f"{name}.silent", ends[WRONG])
 
 
 def _name_parts(result):

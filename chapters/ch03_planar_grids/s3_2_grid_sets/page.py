@@ -1,11 +1,10 @@
 # %% [markdown]
 # # 3.3.2 Four cameras, sixty grids
 #
-# **Question.** Does CELECT extract grids from the pictures of cameras that
-# bend them, where a detector made for ordinary lenses does not? The thesis
-# photographed 15 grids with each of four cameras: a mirror ball, a
-# hyperboloidal mirror, a fisheye, and a flexible mirror. Those photographs
-# are lost. Here the laboratory renders such sets, several times.
+# **Question.** Does CELECT extract grids from pictures that bend them, where
+# a detector made for ordinary lenses does not? The thesis photographed 15
+# grids with each of four cameras: mirror ball, hyperboloidal mirror, fisheye,
+# flexible mirror. Those pictures are lost; here the laboratory renders such.
 
 # %% tags=["hide-cell"]
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
@@ -75,14 +74,16 @@ from repro.run.outcomes import Plan
 #
 # - Today's OpenCV reads more of these grids than CELECT does:
 #   {glue:text}`whole.findChessboardCorners:.0f` % against
-#   {glue:text}`whole.celect:.0f` %. The thesis has 43 % against 85 %, with
-#   the OpenCV of 2009, which is not to be had any more.
-# - With hard poses it is {glue:text}`hard.findChessboardCorners:.0f` %
-#   against {glue:text}`hard.celect:.0f` %.
-# - CELECT fails where squares are small: it reads {glue:text}`small.right`
-#   of {glue:text}`small.count` grids whose merging distance, about 0.4 of a
-#   square, is under 4.5 px, and {glue:text}`near.right` of
-#   {glue:text}`near.count` with corners nearer than 1.2 such distances.
+#   {glue:text}`whole.celect:.0f` %, with hard poses
+#   {glue:text}`hard.findChessboardCorners:.0f` % against
+#   {glue:text}`hard.celect:.0f` %. The thesis, with the OpenCV of 2009, has
+#   43 % against 85 %.
+# - Small squares (merging distance, about 0.4 of a square, under 4.5 px) are
+#   in {glue:text}`small.whole.lost` of CELECT's {glue:text}`whole.lost`
+#   failures, with hard poses in {glue:text}`small.hard.lost` of
+#   {glue:text}`hard.lost`. Over both ranges it reads
+#   {glue:text}`small.right` of {glue:text}`small.count` such grids, and
+#   {glue:text}`large.right` of {glue:text}`large.count` with 11 px or more.
 # - With the camera's tone curve undone first, as the thesis does not,
 #   CELECT reads {glue:text}`whole.celect-linear:.0f` %.
 # - Our detector [without clicks](ext_without_clicks.ipynb) reads
@@ -104,9 +105,8 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Model
 #
-# Every camera is a rig of the laboratory: geometry, lens, light, dirt,
-# sensor. [Table 3.3](#table_3_3) has their sizes, the rig files every value
-# with its origin.
+# Every camera is a rig: geometry, lens, light, dirt, sensor.
+# [Table 3.3](#table_3_3) has sizes, the rig files every value and its origin.
 #
 # - **Spherical**: a golden bauble of 80 mm with 600 flaws in its surface, a
 #   number of ours; the grid takes the light from itself.
@@ -334,37 +334,37 @@ def flexible_mirror(effort):
 #
 # **Why CELECT fails.** The first contour that fails names the cause.
 #
-# - *Contour lost*: {glue:text}`contours` of {glue:text}`failures` in the
+# - *Contour lost*: {glue:text}`contours` of {glue:text}`whole.lost` in the
 #   whole range, most of them where squares are small.
 # - *Corner split*: the Harris detector answers at the tips of the two dark
 #   squares, not at the point where they meet. If the two answers are farther
 #   apart than $t_8$, they remain two corners.
 # - *Corners merged*: along a side that shrinks, the smallest step comes near
-#   $t_8$, which follows the mean step.
+#   $t_8$, which follows the mean step. CELECT reads {glue:text}`near.right`
+#   of {glue:text}`near.count` grids of both ranges with steps under 1.2 $t_8$.
 #
-# The thesis does not state the scale of its Harris detector
-# (`celect_thresholds` in the ledger); with at most 0.7 px of smoothing
-# CELECT reads {glue:text}`whole.celect-fine:.0f` %. Nor does it undo the
-# tone curve, which makes dark squares shrink and their tips draw apart.
+# The thesis does not state its Harris detector's scale
+# (`celect_thresholds` in the ledger); smoothed by at most 0.7 px CELECT reads
+# {glue:text}`whole.celect-fine:.0f` %. Nor does it undo the tone curve, which
+# makes dark squares shrink and their tips draw apart.
 #
 # **Spots.** Of the same 15 pictures of the ball, CELECT reads
 # {glue:text}`ball.whole.spots` with the spots and
 # {glue:text}`ball.whole.clean` without; with hard poses
 # {glue:text}`ball.hard.spots` and {glue:text}`ball.hard.clean`.
 #
-# **Accuracy.** 3.3.2 does not say how wide the window of `cornerSubPix`
-# was. Table 3.4 has a corner 7.33 px off before and 0.1985 px at most after,
-# which a window that reaches 4 px cannot do, so a half window of 9 px is the
-# primary reading. Where squares are smaller than that, it may end at a
-# neighbour: the largest error is {glue:text}`largest.reference:.1f` px. With
-# the full window corners that start far off stay there. The tables have
-# both. A reference made with the same localiser hides a bias of either.
+# **Accuracy.** 3.3.2 does not tell the width of `cornerSubPix`'s window.
+# Table 3.4 has a corner 7.33 px off before and 0.1985 px at most after, which
+# a window that reaches 4 px cannot do, so a half window of 9 px is the
+# primary reading. With smaller squares it may end at a neighbour: the
+# largest error is {glue:text}`largest.reference:.1f` px. With the full window
+# corners that start far off stay there. The tables have both. A reference
+# made with the same localiser hides a bias of either.
 #
-# **Limits.** The rigs are ours: how much light, dirt and noise they have,
-# and how their mirrors are bent, is a choice. The background is even, so
-# nothing in it looks like a corner: that spares OpenCV more than CELECT. The
-# whole range has three seeds, the hard one and the clean ball have one.
-# [Photographs](../photographs/by_distortion.ipynb) have such tables.
+# **Limits.** The rigs' light, dirt, noise and bends are our choice. Nothing
+# in the even background looks like a corner, which spares OpenCV more than
+# CELECT. The whole range has three seeds, the hard one and the clean ball
+# one. [Photographs](../photographs/by_distortion.ipynb) have such tables.
 
 # %% [markdown]
 # ## Compared with the published numbers

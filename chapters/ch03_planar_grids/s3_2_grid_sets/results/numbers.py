@@ -48,8 +48,10 @@ SHORT = {
     "fisheye": "fish",
     "flexible-mirror": "flex",
 }
-# Below these squares are small, and neighbouring corners near, for CELECT.
-SMALL_T8_PX, NEAR_STEP = 4.5, 1.2
+# Merging distances of CELECT below and above which squares are small and large.
+SMALL_T8_PX, LARGE_T8_PX = 4.5, 11
+# Below this part of it neighbouring corners are near.
+NEAR_STEP = 1.2
 SEEDS_RANGE = "mean and range of the rendered seeds"
 
 
@@ -240,7 +242,6 @@ def name_values(open_results):
             ]
             value(f"{poses}.{method}", float(np.mean(rates)))
     told = Counter(c for s in seeds for c in causes(results, PRIMARY, s))
-    value("failures", told.total())
     value("contours", told[CONTOUR])
     ball = results[EXPERIMENTS["spherical"]]
     for poses in (WHOLE, HARD):
@@ -250,12 +251,32 @@ def name_values(open_results):
         ):
             good = right(ball, CELECT, which, SPOTLESS_SEED)
             value(f"ball.{poses}.{name}", int(good.sum()))
-    for name, told, limit in (
-        ("small", "t8_px", SMALL_T8_PX),
-        ("near", "least_over_t8", NEAR_STEP),
-    ):
-        below = pooled(results, lambda r, w, n=told: numbers_of(r, n, w))
-        good = pooled(results, lambda r, w: right(r, CELECT, w))
-        value(f"{name}.right", int(good[below < limit].sum()))
-        value(f"{name}.count", int((below < limit).sum()))
+    _name_sizes(results)
     value("largest.reference", largest_after(results, REFERENCE))
+
+
+def _name_sizes(results):
+    """Name how many grids with small and with large squares CELECT reads."""
+    reach, step = (
+        pooled(results, lambda r, w, n=name: numbers_of(r, n, w))
+        for name in ("t8_px", "least_over_t8")
+    )
+    good = pooled(results, lambda r, w: right(r, CELECT, w))
+    for name, chosen in (
+        ("small", reach < SMALL_T8_PX),
+        ("large", reach >= LARGE_T8_PX),
+        ("near", step < NEAR_STEP),
+    ):
+        value(f"{name}.right", int(good[chosen].sum()))
+        value(f"{name}.count", int(chosen.sum()))
+    for poses in (WHOLE, HARD):
+        lost = np.concatenate(
+            [
+                numbers_of(r, "t8_px", Which(poses))[
+                    ~right(r, CELECT, Which(poses))
+                ]
+                for r in results.values()
+            ]
+        )
+        value(f"{poses}.lost", len(lost))
+        value(f"small.{poses}.lost", int((lost < SMALL_T8_PX).sum()))
