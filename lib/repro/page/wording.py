@@ -21,7 +21,10 @@ def rounded(
     interval: tuple[float, float] | list[float] | None,
     unit: str = "",
 ) -> str:
-    """A number with unit and interval, to two digits of the interval's width."""
+    """A number with unit and interval, to two digits of the interval's width.
+
+    A low end that is far smaller than the width keeps two digits of its own.
+    """
     unit = "" if unit in UNSPOKEN else unit
     if isinstance(number, str):
         return f"{number} {unit}".strip()
@@ -38,7 +41,9 @@ def rounded(
         text, low, high = (significant(end, 3) for end in (number, low, high))
         return f"{text} {unit}".strip() + f" ({low} to {high})"
     text = f"{number:.{places}f} {unit}".strip()
-    return f"{text} ({low:.{places}f} to {high:.{places}f})"
+    far_smaller = TINY * half <= low < half / 10
+    start = significant(low, 2) if far_smaller else f"{low:.{places}f}"
+    return f"{text} ({start} to {high:.{places}f})"
 
 
 def significant(number: float, digits: int) -> str:
