@@ -153,6 +153,20 @@ def name_medians(fov, fisheye):
     for at in (60, 150):
         found = median_of(fov, "parametric", MEAN, fov_deg=at)
         value(f"parametric.mean.{at}", found)
+    clean = [
+        median_of(
+            fov,
+            "parametric",
+            "clean.corrected.mean_px",
+            fov_deg=at,
+            extent="finite",
+        )
+        for at in sorted({c["fov_deg"] for c in fov.conditions})
+    ]
+    value("parametric.clean.finite.most", max(clean))
+    for domain in ("px", "mm"):
+        found = ahead(fov, METHODS[1], domain=domain, extent="finite")
+        value(f"ahead.finite.{domain}", found)
     for at in (30, 120, 150):
         method = METHODS[1]
         found = median_of(fov, method, "over_exact", fov_deg=at)

@@ -25,7 +25,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.synthetic_readings import SCALE, SCORING
 from chapters.shared.three_planes import FOVS_DEG
-from repro.judge.statistics import median_interval
+from repro.judge.statistics import median_interval, with_worst
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -97,9 +97,10 @@ def ext_fig_2_3_exact(results):
             column.append(cell)
     return Table(
         columns,
-        "Quantities that the tests of the claims ask for, in px of the "
-        "corrected view and on fresh noise, beside those of exact rays: what "
-        "the measure itself makes of them. Medians over trials.",
+        "Quantities that the tests of the claims ask for, on fresh noise and "
+        "in px of the corrected view where no other are named, beside those "
+        "of exact rays: what the measure itself makes of them. Medians over "
+        "trials.",
     )
 
 
@@ -128,9 +129,15 @@ def _rank_over_sweep(fov, method):
     return rank_trend(FOVS_DEG, np.array(medians))
 
 
-def _rank_of_grazing(fov, method):
-    value = "fresh.corrected.grazing_spearman"
-    return median_of(fov, method, value, fov_deg=150)
+def _rank_of_grazing(scale):
+    def of(fov, method):
+        # Not `median_of`: the worst of a correlation is its least, as in the test.
+        fresh = "" if method == "exact" else "fresh."
+        name = f"{method}.{fresh}{scale}.grazing_spearman"
+        trials = fov.column(name, **PRIMARY, fov_deg=150)
+        return float(np.median(with_worst(trials, -1.0)))
+
+    return of
 
 
 def _over_laws(laws, method):
@@ -154,8 +161,9 @@ QUANTITIES = (
     ("SD at 150° over SD at 120°", "more than exact rays",
      GENERIC, _growth(120, 150, "sd_px")),
     ("Rank correlation of a ray's residual at 150° with 1/sin of its angle "
-     "to the plane", "at least 0.3 in px of the source image",
-     GENERIC, _rank_of_grazing),
+     "to the plane", "none in these px", GENERIC, _rank_of_grazing("corrected")),
+    ("The same, in px of the source image", "at least 0.3",
+     GENERIC, _rank_of_grazing("source")),
     ("Largest over smallest mean of the four projection laws",
      "at most 1.15", GENERIC, _over_laws),
 )  # fmt: skip

@@ -32,10 +32,11 @@ from repro.page.reader import compared, open_results, show, show_code
 # %% [markdown]
 # **Findings.**
 #
-# - On the boards' area both corrections make lines straight to a fraction
-#   of a pixel. Near its rim the points of an edge leave their best line by
-#   {glue:text}`generic:.2f` px with the generic correction and by
-#   {glue:text}`parametric:.2f` px with the parametric one.
+# - On the boards' area both corrections leave an RMS of a fraction of a
+#   pixel from straight lines, though single points of the parametric
+#   picture are up to {glue:text}`worst:.2f` px off. Near the rim of that
+#   area the RMS is {glue:text}`generic:.2f` px with the generic correction
+#   and {glue:text}`parametric:.2f` px with the parametric one.
 # - The generic lines are bent by the homographies between corners. With a
 #   smooth surface in their place they leave {glue:text}`generic_smooth:.3f`
 #   px, beside {glue:text}`parametric_smooth:.3f` px of the parametric

@@ -24,7 +24,9 @@ def name_values(open_results):
         for name in ("generic", "parametric"):
             value(f"{name}{word}", line_median(case, name))
     edges = edges_of(open_results("table_2_2_rendered"))
-    value("bend", float(np.nanmax(distances(edges)["parametric"])))
+    off = distances(edges)["parametric"]
+    value("bend", float(np.nanmax(off)))
+    value("worst", float(np.nanmax(off[shared(edges)])))
     value("pitch", PITCH_DEG)
     value("half_view", HALF_VIEW_DEG)
     value("outer", 100 * (1 - OUTER))

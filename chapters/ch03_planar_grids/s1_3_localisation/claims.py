@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.results import (
+    MOST_RATIO,
     QUESTIONS,
     SHARE_OF_BINS,
     Swept,
@@ -28,7 +29,7 @@ from repro.judge.statistics import (
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 
-MOST_GAIN, MOST_RATIO = 0.10, 1.15
+MOST_GAIN = 0.10
 MOST_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
 
 

@@ -31,7 +31,7 @@ SWEEPS = {
 # The four of which the text gives the largest error.
 WITHOUT_BLUR = ("noise", "square", "fov", "yaw")
 FULL = {"levels": "full range"}
-
+TEXT_SQUARES = 20  # across the board: those of 50 px
 
 # What the text leaves open here; the option that decides comes first.
 QUESTIONS = {
@@ -193,10 +193,7 @@ def bracketed(before, first, unit, reason):
         reason = "not reached: this is the last level of the sweep"
         first = before
     return Value(
-        first,
-        interval=(max(before, 0.0), first),
-        unit=unit,
-        reason=reason,
+        first, interval=(max(before, 0.0), first), unit=unit, reason=reason
     )
 
 
@@ -210,6 +207,11 @@ def smallest_square(result):
         return np.nan, np.nan
     spacing = result.result.column("least_px", squares_across=max(kept))
     return float(SIZE_PX / max(kept)), float(spacing[0])
+
+
+def least_distance(result, name="least_px"):
+    """Least distance of corners (px) with the squares of the text."""
+    return float(result.column(name, squares_across=TEXT_SQUARES)[0])
 
 
 def blur_that_hurts(result):
@@ -249,6 +251,7 @@ def numbers_fig_3_11(results):
     noise = results["fig_3_11_noise"]
     ran, default = noise.settings, noise.settings["defaults"]
     square, spacing = smallest_square(swept[PRIMARY]["square"])
+    of_text = least_distance(results["fig_3_11_square"])
     before, blurred = blur_that_hurts(swept[PRIMARY]["blur"])
     largest = {name: largest_without_blur(s) for name, s in swept.items()}
     return numbers_of_basin(results) | {
@@ -286,7 +289,9 @@ def numbers_fig_3_11(results):
             spacing,
             interval=(spacing, spacing),
             unit="px",
-            reason="least distance of corners with that square",
+            reason=f"least distance of corners with squares of {square:.1f} "
+            "px, the smallest in which no trial is lost; with "
+            f"{SIZE_PX / TEXT_SQUARES:.0f} px it is {of_text:.1f} px",
         ),
         "s3_3_1_blur_fail": bracketed(
             before,
@@ -377,7 +382,7 @@ def name_values(open_results):
             before, first = limit(one[sweep], SWEEPS[sweep], **other)
             value(f"{short}.{sweep}.kept", told(before))
             value(f"{short}.{sweep}.lost", told(first))
-        right = successes(one["square"], squares_across=20).mean()
+        right = successes(one["square"], squares_across=TEXT_SQUARES).mean()
         value(f"{short}.square_50", 100 * float(right))
         for blur in (2, 4):
             right = successes(one["blur"], blur_px=blur).mean()
@@ -386,10 +391,8 @@ def name_values(open_results):
     default = {"noise_sd": 0, **FULL}
     value("mean", float(np.nanmedian(noise.column("mean_px", **default))))
     square = results["fig_3_11_square"]
-    value(
-        "interior", float(square.column("least_px", squares_across=20)[0])
-    )
-    value("rim", float(square.column("rim_px", squares_across=20)[0]))
+    value("interior", least_distance(square))
+    value("rim", least_distance(square, "rim_px"))
     basin = open_results("fig_3_11_localised")
     for window in HALF_WINDOWS:
         name = window.replace(" ", "_")

@@ -7,11 +7,13 @@ import numpy as np
 from chapters.ch03_planar_grids.s3_1_robustness.results import (
     DEFAULT_FOV,
     QUESTIONS,
+    TEXT_SQUARES,
     WITHOUT_BLUR,
     Under,
     first_lost,
     full_range_levels,
     largest_errors,
+    least_distance,
     levels_of,
     successes,
     sure_up_to,
@@ -38,8 +40,6 @@ MOST_PX = 6.5
 TEXT_TRIALS = 50
 # Fewer trials than these leave a difference of shares open.
 LEAST_TRIALS = 10
-# Squares of 50 px, as the text has them.
-TEXT_SQUARES = 20
 
 
 def rate(result, **condition):
@@ -180,7 +180,7 @@ def judge_pitch_distance(results):
     for option, name in zip(
         QUESTIONS["corner_distance"], ("least_px", "rim_px"), strict=True
     ):
-        apart = float(result.column(name, squares_across=TEXT_SQUARES)[0])
+        apart = least_distance(result, name)
         readings.append(
             Reading(
                 DECISIONS[HOLDS if 10 <= apart <= 14 else FAILS],
