@@ -6,38 +6,109 @@ import numpy as np
 
 from chapters.shared.three_planes import PRINCIPAL
 
+NOISE_PX, GRIDS = 0.5, 3
+FOV_DEG, STEP_AT_DEG = 120.0, 60.0
 # From the middle of the image to its corner, half a pixel outside the last centres.
 HALF_DIAGONAL_PX = np.hypot(*(np.asarray(PRINCIPAL) + 0.5))
 
 
-def clean_residual(noise, grids):
+def residual_task():
     """The mean length of Gaussian noise on two axes is its SD times sqrt(pi / 2), and
     the mean of points with independent noise has it divided by the root of their
-    number.
+    number."""
+    return {
+        "expected": lambda: clean_residual(NOISE_PX, GRIDS),
+        "hint": "what is the mean length of an error that has two axes?",
+        "slips": {
+            "That is the SD on one axis.": lambda: (
+                NOISE_PX / np.sqrt(GRIDS)
+            ),
+            "That is of one point; a ray is fitted to three.": lambda: (
+                clean_residual(NOISE_PX, 1)
+            ),
+            "That is the RMS length, not the mean.": lambda: (
+                NOISE_PX * np.sqrt(2 / GRIDS)
+            ),
+        },
+    }
 
-    noise: SD on each axis; grids: points that a ray is fitted to.
-    """
+
+def unseen_task():
+    """Of noise of variance 1 the ray has 1 / 3. It shares that with its own points,
+    which leaves 1 - 1 / 3, and adds it to that of a fourth, which makes 1 + 1 / 3."""
+    return {
+        "expected": lambda: seen_over_unseen(GRIDS),
+        "hint": "whose noise is in the ray?",
+        "slips": {
+            "That is of the squares.": lambda: seen_over_unseen(GRIDS) ** 2,
+            "That is the other way round.": lambda: (
+                1 / seen_over_unseen(GRIDS)
+            ),
+            "The ray has noise too when a fourth point comes.": lambda: (
+                np.sqrt(1 - 1 / GRIDS)
+            ),
+        },
+    }
+
+
+def focal_task():
+    """At the image's corner r = f theta, with r half the diagonal and theta half the
+    field of view in radians."""
+    return {
+        "expected": lambda: focal_of_equidistance(FOV_DEG),
+        "hint": "which radius and which angle belong to the corner of the image?",
+        "slips": {
+            "The law takes radians.": lambda: (
+                HALF_DIAGONAL_PX / (FOV_DEG / 2)
+            ),
+            "The field of view has two sides.": lambda: (
+                HALF_DIAGONAL_PX / np.radians(FOV_DEG)
+            ),
+            "The diagonal has two halves.": lambda: (
+                2 * focal_of_equidistance(FOV_DEG)
+            ),
+            "That is a pinhole.": lambda: (
+                HALF_DIAGONAL_PX / np.tan(np.radians(FOV_DEG / 2))
+            ),
+        },
+    }
+
+
+def stretch_task():
+    """The corrected view has the radius f tan(theta), the image f theta; the derivative
+    of the tangent is one over the squared cosine."""
+    return {
+        "expected": lambda: stretch_at(STEP_AT_DEG),
+        "hint": "how does each radius grow with the angle?",
+        "slips": {
+            "That is the ratio of the radii, not of short steps.": lambda: (
+                np.tan(np.radians(STEP_AT_DEG)) / np.radians(STEP_AT_DEG)
+            ),
+            "The plane is farther away there, and oblique to the ray too.": lambda: (
+                np.sqrt(stretch_at(STEP_AT_DEG))
+            ),
+            "That is the other way round.": lambda: (
+                1 / stretch_at(STEP_AT_DEG)
+            ),
+        },
+    }
+
+
+def clean_residual(noise, grids):
+    """Mean length of a ray's error, of noise with an SD on each axis."""
     return noise * np.sqrt(np.pi / 2) / np.sqrt(grids)
 
 
 def seen_over_unseen(grids):
-    """RMS distance of a ray from one of its ``grids`` points, over a new one's.
-
-    Of noise of variance 1 the ray has 1 / grids, which it shares with its own
-    points and adds to that of others.
-    """
+    """RMS distance of a ray from one of its ``grids`` points, over a new one's."""
     return np.sqrt((1 - 1 / grids) / (1 + 1 / grids))
 
 
-def focal_of_equidistance(fov_deg, half_diagonal_px=HALF_DIAGONAL_PX):
-    """At the image's corner r = f theta, with r half the diagonal and theta half the
-    field of view in radians.
-    """
-    return half_diagonal_px / (np.radians(fov_deg) / 2)
+def focal_of_equidistance(fov_deg):
+    """Focal length in px of an equidistance lens with this field on the diagonal."""
+    return HALF_DIAGONAL_PX / (np.radians(fov_deg) / 2)
 
 
 def stretch_at(angle_deg):
-    """The corrected view has the radius f tan(theta), the image f theta; the derivative
-    of the tangent is one over the squared cosine.
-    """
+    """Radial stretch from the equidistance image to the corrected view."""
     return 1 / np.cos(np.radians(angle_deg)) ** 2

@@ -8,10 +8,10 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.exercises import (
-    clean_residual,
-    focal_of_equidistance,
-    seen_over_unseen,
-    stretch_at,
+    focal_task,
+    residual_task,
+    stretch_task,
+    unseen_task,
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
     name_values,
@@ -354,7 +354,7 @@ def fov_sweep(effort):
 # noise in the figure of all readings.
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: clean_residual(0.5, 3), hint="a length has two axes")
+# check(None, **residual_task())
 
 # %% [markdown]
 # **2.** A ray is fitted to three points with independent noise of one size.
@@ -362,21 +362,21 @@ def fov_sweep(effort):
 # a fourth point that it has not seen?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: seen_over_unseen(3), hint="whose noise is in the ray?")
+# check(None, **unseen_task())
 
 # %% [markdown]
 # **3.** How long, in px, is the focal length of an equidistance lens whose
 # field of view on the diagonal of this image is 120°?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: focal_of_equidistance(120), hint="degrees or radians?")
+# check(None, **focal_task())
 
 # %% [markdown]
 # **4.** By what factor does a corrected view stretch a short step along the
 # radius, 60° from the principal ray, compared with the equidistance image?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: stretch_at(60), hint="how does each radius grow?")
+# check(None, **stretch_task())
 
 # %% [markdown]
 # **5.** What if the thesis had run 500 trials? `make fig_2_3 TRIALS=500`

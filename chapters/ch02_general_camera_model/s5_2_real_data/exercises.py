@@ -4,19 +4,68 @@ from __future__ import annotations
 
 import numpy as np
 
+LENS_MM, CONVERTER = 16.0, 0.21
+SENSOR_MM, WIDTH_PX = 7.18, 1024
+RADIUS_PX, FOCAL_PX = 384.0, 235.0
+MEAN_PX, SD_PX = 0.65, 0.35
 
-def zoom_focal_px(focal_mm, converter=0.21, sensor_mm=7.18, width_px=1024):
+
+def zoom_task():
     """The focal length in mm, shortened by the converter, divided by the width of a
-    pixel: the sensor's width over the number of pixels across.
-    """
-    return focal_mm * converter * width_px / sensor_mm
+    pixel: the sensor's width over the number of pixels across."""
+    return {
+        "expected": zoom_focal_px,
+        "hint": "what of the sensor is known both in mm and in px?",
+        "slips": {
+            "That is in mm.": lambda: LENS_MM * CONVERTER,
+            "That is without the converter.": lambda: (
+                zoom_focal_px() / CONVERTER
+            ),
+            "The converter shortens the lens.": lambda: (
+                zoom_focal_px() / CONVERTER**2
+            ),
+        },
+    }
 
 
-def edge_angle_deg(radius_px, focal_px):
+def edge_task():
     """theta = r / f, in radians first."""
-    return np.degrees(radius_px / focal_px)
+    return {
+        "expected": edge_angle_deg,
+        "hint": "which angle does the law speak of, and in which unit?",
+        "slips": {
+            "That is in radians.": lambda: RADIUS_PX / FOCAL_PX,
+            "That is a pinhole.": lambda: np.degrees(
+                np.arctan(RADIUS_PX / FOCAL_PX)
+            ),
+            "One edge is asked for, not both.": lambda: (
+                2 * edge_angle_deg()
+            ),
+        },
+    }
 
 
-def rms_of(mean, sd):
+def rms_task():
     """The mean square is the squared mean plus the squared SD."""
-    return np.hypot(mean, sd)
+    return {
+        "expected": lambda: np.hypot(MEAN_PX, SD_PX),
+        "hint": "write the SD with the help of the mean square",
+        "slips": {
+            "Mean and SD do not add as they stand.": lambda: (
+                MEAN_PX + SD_PX
+            ),
+            "An RMS is never less than the mean.": lambda: np.sqrt(
+                MEAN_PX**2 - SD_PX**2
+            ),
+        },
+    }
+
+
+def zoom_focal_px():
+    """Focal length in px of the lens behind its converter."""
+    return LENS_MM * CONVERTER * WIDTH_PX / SENSOR_MM
+
+
+def edge_angle_deg():
+    """Angle of the equidistance law at the upper edge of the picture."""
+    return np.degrees(RADIUS_PX / FOCAL_PX)

@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.exercises import (
-    edge_angle_deg,
-    rms_of,
-    zoom_focal_px,
+    edge_task,
+    rms_task,
+    zoom_task,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.results import (
     name_values,
@@ -356,7 +356,7 @@ def redrawn_seeds(effort, results):
 # set 2, at 16 mm, in px?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: zoom_focal_px(16.0), hint="how wide is one px?")
+# check(None, **zoom_task())
 
 # %% [markdown]
 # **2.** At the shortest setting that focal length is 235 px. Under the
@@ -364,11 +364,11 @@ def redrawn_seeds(effort, results):
 # picture, 384 px from the middle? In degrees.
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: edge_angle_deg(384, 235), hint="which unit?")
+# check(None, **edge_task())
 
 # %% [markdown]
 # **3.** Caption and row label of Table 2.2 disagree. If 0.65 px were a mean
 # and the SD 0.35 px, what would the RMS be?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: rms_of(0.65, 0.35), hint="squares add up")
+# check(None, **rms_task())

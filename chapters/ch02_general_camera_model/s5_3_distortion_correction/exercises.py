@@ -4,18 +4,53 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.shared.facade import HALF_VIEW_DEG
 
-def view_focal_px(half_view_deg, width_px=1024):
+WIDTH_PX = 1024
+PITCH_DEG, SEEN_AT = 14.0, 0.5
+
+
+def focal_task():
     """Half the width is f times the tangent of the angle to each side. The code counts
-    from centre to centre of the outermost pixels; from rim to rim is 0.1 % more.
-    """
-    return (width_px - 1) / 2 / np.tan(np.radians(half_view_deg))
+    from centre to centre of the outermost pixels; from rim to rim is 0.1 % more."""
+    return {
+        "expected": view_focal_px,
+        "hint": "draw the triangle of centre, middle and rim of the picture",
+        "slips": {
+            "That is the whole width for half the angle.": lambda: (
+                2 * view_focal_px()
+            ),
+            "That is an equidistance lens, not a pinhole.": lambda: (
+                (WIDTH_PX - 1) / 2 / np.radians(HALF_VIEW_DEG)
+            ),
+        },
+    }
 
 
-def convergence_deg(pitch_deg, x):
+def lean_task():
     """The line runs to the vanishing point, x to the side and 1 / tan(pitch) up or
-    down: its lean has the tangent x tan(pitch).
+    down: its lean has the tangent x tan(pitch)."""
+    return {
+        "expected": convergence_deg,
+        "hint": "where do the pictures of all verticals meet?",
+        "slips": {
+            "That is in radians.": lambda: np.radians(convergence_deg()),
+            "That is off horizontal.": lambda: 90 - convergence_deg(),
+            "Half the tangent is not half the angle.": lambda: (
+                PITCH_DEG * SEEN_AT
+            ),
+        },
+    }
+
+
+def view_focal_px():
+    """Focal length in px of the corrected pictures."""
+    return (WIDTH_PX - 1) / 2 / np.tan(np.radians(HALF_VIEW_DEG))
+
+
+def convergence_deg():
+    """Lean of a vertical's picture.
 
     Verticals meet at the vanishing point (0, -1 / tan(pitch)) or (0, 1 / tan).
     """
-    return np.degrees(np.arctan(x * np.tan(np.radians(pitch_deg))))
+    return np.degrees(np.arctan(SEEN_AT * np.tan(np.radians(PITCH_DEG))))

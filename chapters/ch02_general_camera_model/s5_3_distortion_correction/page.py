@@ -7,14 +7,13 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.exercises import (
-    convergence_deg,
-    view_focal_px,
+    focal_task,
+    lean_task,
 )
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.results import (
     name_values,
 )
 from chapters.shared.facade import (
-    HALF_VIEW_DEG,
     corrected_pictures,
     line_rms,
     outer_pixels,
@@ -139,7 +138,7 @@ from repro.page.reader import compared, open_results, show, show_code
 # pinhole, in px?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: view_focal_px(HALF_VIEW_DEG), hint="half the width")
+# check(None, **focal_task())
 
 # %% [markdown]
 # **2.** A pinhole is tilted upwards by 14°. A vertical line of the world is
@@ -147,4 +146,4 @@ from repro.page.reader import compared, open_results, show, show_code
 # point. By how many degrees is its picture off vertical?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: convergence_deg(14.0, 0.5), hint="where do they meet?")
+# check(None, **lean_task())
