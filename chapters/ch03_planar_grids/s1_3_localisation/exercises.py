@@ -5,28 +5,85 @@ from __future__ import annotations
 import numpy as np
 
 SURFACE = {"a": 0.5, "b": 12.0, "c": -0.5, "d": -3.0, "e": 4.0}
+WINDOW_PX, HALF_WINDOW_PX = 9, 4
+RADIUS_PX, BLUR_SD_PX = 400.0, 3.0
 
 
-def stationary_point():
+def saddle_task():
     """The gradient of the surface vanishes: 2 a x + b y + d = 0 and
-    b x + 2 c y + e = 0.
-    """
-    a, b, c, d, e = SURFACE.values()
-    return np.linalg.solve([[2 * a, b], [b, 2 * c]], [-d, -e])
+    b x + 2 c y + e = 0."""
+    return {
+        "expected": stationary_point,
+        "hint": "how steep is the surface at its saddle?",
+        "slips": {
+            "Both signs are the other way round.": lambda: (
+                -stationary_point()
+            ),
+            "That is (y, x).": lambda: stationary_point()[::-1],
+            "Mind the factors of the derivatives of the squares.": lambda: (
+                level_at(*[SURFACE[name] for name in "abc"])
+            ),
+        },
+    }
 
 
-def farthest_return():
+def start_task():
     """The half window is 4 px. A start may be off by 4 px on both axes at once, which
-    is 4 sqrt(2) px.
-    """
-    return 4 * np.sqrt(2)
+    is 4 sqrt(2) px."""
+    return {
+        "expected": farthest_return,
+        "hint": "each axis has a limit of its own",
+        "slips": {
+            "That is along one axis; there are luckier directions.": lambda: (
+                HALF_WINDOW_PX
+            ),
+            "That is the full window on each axis.": lambda: (
+                WINDOW_PX * np.sqrt(2)
+            ),
+            "OpenCV's half window leaves out the middle pixel.": lambda: (
+                WINDOW_PX / 2 * np.sqrt(2)
+            ),
+        },
+    }
 
 
-def pulled_edge(radius_px, blur_sd_px):
+def arc_task():
     """Blur moves an arc by its variance over twice the radius, here 9 / 800 px.
 
     The Laplacian of a straight edge has its zero on the edge; that of an arc
     has one more term, the slope over the radius, and blur adds half the
     variance times the Laplacian.
     """
+    return {
+        "expected": lambda: pulled_edge(RADIUS_PX, BLUR_SD_PX),
+        "hint": "see *Bent images bias a corner*",
+        "slips": {
+            "That is twice as far.": lambda: BLUR_SD_PX**2 / RADIUS_PX,
+            "Blur counts with its variance, not its SD.": lambda: (
+                BLUR_SD_PX / (2 * RADIUS_PX)
+            ),
+        },
+    }
+
+
+def stationary_point():
+    """Where the surface of the exercise is level, (x, y) in px."""
+    a, b, c = (SURFACE[name] for name in "abc")
+    return level_at(2 * a, b, 2 * c)
+
+
+def level_at(xx, xy, yy):
+    """Where a surface with these second derivatives is level."""
+    return np.linalg.solve(
+        [[xx, xy], [xy, yy]], [-SURFACE["d"], -SURFACE["e"]]
+    )
+
+
+def farthest_return():
+    """Distance in px of the farthest start that OpenCV can bring back."""
+    return HALF_WINDOW_PX * np.sqrt(2)
+
+
+def pulled_edge(radius_px, blur_sd_px):
+    """Distance in px by which blur moves an arc towards its centre."""
     return blur_sd_px**2 / (2 * radius_px)

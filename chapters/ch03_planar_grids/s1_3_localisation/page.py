@@ -10,9 +10,9 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
-    farthest_return,
-    pulled_edge,
-    stationary_point,
+    arc_task,
+    saddle_task,
+    start_task,
 )
 from chapters.ch03_planar_grids.s1_3_localisation.results import name_values
 from chapters.ch03_planar_grids.s1_3_localisation.trials import (
@@ -381,15 +381,15 @@ def others_basin(effort):
 # Where is the corner, $(x, y)$ in px from the middle of the window?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=stationary_point, hint="there the surface is level")
+# check(None, **saddle_task())
 
 # %% [markdown]
-# **2.** How far off, in px, may a start be at most, so that OpenCV with a
-# full window of 9 × 9 px can still return the corner? It leaves a corner
-# where it was if that moves further than the half window on either axis.
+# **2.** OpenCV's full window is 9 × 9 px. From how far off, in px, can it
+# return a corner in the luckiest direction? It leaves one where it was if
+# that moves further than the half window on either axis.
 
 # %% tags=["active-ipynb"]
-# check(None, expected=farthest_return, hint="each axis has a limit of its own")
+# check(None, **start_task())
 
 # %% [markdown]
 # **3.** An edge in the image is an arc with a radius of 400 px, and all
@@ -397,4 +397,4 @@ def others_basin(effort):
 # edge towards the centre of the arc?
 
 # %% tags=["active-ipynb"]
-# check(None, lambda: pulled_edge(400, 3), hint="see *Bent images bias a corner*")
+# check(None, **arc_task())

@@ -10,9 +10,9 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.exercises import (
-    farthest_yaw,
-    mean_click,
-    shrunk_interval,
+    click_task,
+    step_task,
+    yaw_task,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.results import name_values
 from chapters.ch03_planar_grids.s3_1_robustness.trials import (
@@ -376,18 +376,18 @@ def pictures(effort):
 # camera?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: farthest_yaw(350, 300), hint="a right triangle")
+# check(None, **yaw_task())
 
 # %% [markdown]
 # **2.** A step from 400 to 450 px from the middle of the flat picture is
 # bent by the fisheye with f = 300 px. How long is it then, in px?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: shrunk_interval(400, 450, 300), hint="Eqn 2.7")
+# check(None, **step_task())
 
 # %% [markdown]
 # **3.** Clicks scatter with an SD of 2 px on each axis and no cap. How far
 # off are they on average, in px?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: mean_click(2.0), hint="which law has a length?")
+# check(None, **click_task())

@@ -10,9 +10,9 @@
 from dataclasses import replace
 
 from chapters.ch03_planar_grids.s3_2_conditions.exercises import (
-    adaptive_loss,
-    smallest_over_merging,
-    veiled_contrast,
+    contrast_task,
+    shadow_task,
+    step_task,
 )
 from chapters.ch03_planar_grids.s3_2_conditions.results import name_values
 from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
@@ -381,7 +381,7 @@ def merge_images(effort):
 # over sum) of the squares?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: veiled_contrast(0.1, 0.06), hint="haze adds up")
+# check(None, **contrast_task())
 
 # %% [markdown]
 # **2.** A straight side has ten corners, and each step is 0.85 of the one
@@ -389,7 +389,7 @@ def merge_images(effort):
 # How long is the smallest step, in units of that distance?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: smallest_over_merging(10, 0.85), hint="nine steps")
+# check(None, **step_task())
 
 # %% [markdown]
 # **3.** CELECT's threshold on Harris's response is 0.1 of that in the
@@ -397,4 +397,4 @@ def merge_images(effort):
 # much of the light, as a share, may a shadow take before a corner is lost?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: adaptive_loss(0.1), hint="what may be left?")
+# check(None, **shadow_task())

@@ -2,14 +2,74 @@
 
 from __future__ import annotations
 
+import math
 
-def clicked_corners():
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import (
+    chance_of_split,
+)
+
+ONLY_ONE, ONLY_OTHER = 27, 2
+SIDE_PX, SIDE_CORNERS = 120.0, 7
+
+
+def split_task():
+    """If both are equally good, each of the 29 pictures falls to either like a coin.
+    Splits with 0, 1 or 2 on one side have 1 + 29 + 406 of 2^29 ways, and the other
+    side may have them as well."""
+    return {
+        "expected": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER),
+        "hint": "which splits are no less unequal than this one?",
+        "slips": {
+            "That is one-sided.": lambda: (
+                chance_of_split(ONLY_ONE, ONLY_OTHER) / 2
+            ),
+            "More unequal splits count too.": lambda: 2 * this_split(),
+            "More unequal splits count too, and those of the other side.": this_split,
+        },
+    }
+
+
+def clicks_task():
     """3 x 15 x 35, and 7 x 63 and 8 x 108 of the fourth set."""
-    return 3 * 15 * 7 * 5 + 7 * 9 * 7 + 8 * 12 * 9
+    return {
+        "expected": lambda: 3 * 15 * 7 * 5 + 7 * 9 * 7 + 8 * 12 * 9,
+        "hint": "count the pictures of each board",
+        "slips": {
+            "The fourth set is missing.": lambda: 3 * 15 * 7 * 5,
+            "Three sets have the small board.": lambda: (
+                15 * 7 * 5 + 7 * 9 * 7 + 8 * 12 * 9
+            ),
+            "Those are the squares.": lambda: (
+                3 * 15 * 8 * 6 + 7 * 10 * 8 + 8 * 13 * 10
+            ),
+        },
+    }
 
 
-def reach_of_merging(side_px, count):
+def reach_task():
     """t8 is 0.8 of the side's radius, its length divided by 1.9 times its number of
-    corners.
-    """
-    return 0.8 * side_px / (1.9 * count)
+    corners."""
+    return {
+        "expected": reach_of_merging,
+        "hint": "which threshold decides about joining, and what is its unit?",
+        "slips": {
+            "That is s itself.": lambda: reach_of_merging() / 0.8,
+            "The number of corners counts, not of squares.": lambda: (
+                reach_of_merging() * SIDE_CORNERS / (SIDE_CORNERS - 1)
+            ),
+            "That is a part of the step, which is about twice s.": lambda: (
+                reach_of_merging() * 1.9
+            ),
+        },
+    }
+
+
+def this_split():
+    """Chance of this very split, with the fewer on the side where they are."""
+    count = ONLY_ONE + ONLY_OTHER
+    return math.comb(count, ONLY_OTHER) / 2**count
+
+
+def reach_of_merging():
+    """Largest distance in px of two answers that are joined."""
+    return 0.8 * SIDE_PX / (1.9 * SIDE_CORNERS)

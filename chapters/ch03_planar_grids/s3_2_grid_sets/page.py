@@ -8,11 +8,11 @@
 
 # %% tags=["hide-cell"]
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
-    clicked_corners,
-    reach_of_merging,
+    clicks_task,
+    reach_task,
+    split_task,
 )
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import (
-    chance_of_split,
     name_values,
 )
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
@@ -383,18 +383,18 @@ def flexible_mirror(effort):
 # (McNemar's test, exact, two-sided)?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: chance_of_split(27, 2), hint="a fair coin")
+# check(None, **split_task())
 
 # %% [markdown]
 # **2.** 15 pictures each of three sets show 7 × 5 corners; in the fourth
 # seven show 9 × 7 and eight 12 × 9. How many corners were clicked?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=clicked_corners, hint="every inner corner once")
+# check(None, **clicks_task())
 
 # %% [markdown]
 # **3.** A side of 7 corners is 120 px long from end to end. How far apart,
 # in px, may two answers be that CELECT joins to one corner?
 
 # %% tags=["active-ipynb"]
-# check(None, expected=lambda: reach_of_merging(120, 7), hint="s, then t8")
+# check(None, **reach_task())
