@@ -1,5 +1,7 @@
 """The page on CELECT's failures: its boards, and the naming of the stage that lost."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +12,8 @@ from chapters.ch03_planar_grids.ext_why_it_fails.exercises import (
     least_square,
     widest_arc,
 )
+from chapters.ch03_planar_grids.ext_why_it_fails.results import TRACED
+from chapters.ch03_planar_grids.ext_why_it_fails.tables import ext_why_stages
 from chapters.ch03_planar_grids.ext_why_it_fails.trials import stages
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import (
     BOARD,
@@ -230,3 +234,19 @@ def test_clicks_of_every_case_lie_in_its_picture_however_the_board_is_turned():
                 corners = board.lattice.reshape(-1, 2)
                 assert corners.min() > 3
                 assert corners.max() < board.size_px - 4
+
+
+def test_every_board_of_a_row_of_the_table_stands_in_one_of_its_columns():
+    names = [stages.DONE, stages.CLICK, *TRACED, stages.MISSED, stages.FALSE]
+    results = {
+        f"ext_why_{case}": SimpleNamespace(
+            conditions=[{"levels": levels_of(case, "full")}],
+            texts=lambda _: names,
+            column=lambda _: np.zeros(len(names)),
+        )
+        for case in CASES
+    }
+    columns = ext_why_stages(results).columns
+    counted = [columns[name] for name in columns if name in {*names}]
+    assert np.sum(counted, axis=0).tolist() == columns["trials"]
+    assert "returned, but wrong" not in columns

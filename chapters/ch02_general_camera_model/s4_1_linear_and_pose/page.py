@@ -360,8 +360,8 @@ def algorithm_run(effort):
 # check(None, **solutions_task())
 
 # %% [markdown]
-# **4.** In three of the four solutions ahead of the camera, one corner is
-# nearer than the other two. What is its depth, in mm?
+# **4.** In some solutions ahead of the camera, one corner is nearer than
+# the other two. What is its depth, in mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **nearer_task())

@@ -140,9 +140,9 @@ def substitution(effort):
 #   superscripts of $t_z$ in row 3 are one too low: $W_3$ names the base
 #   grid, whose $t_z$ is zero by definition. What is left of the two sums is
 #   the worst of eight rays, and its median over the scenes.
-# - Six of the nine entries of each vector can differ from zero. The library
-#   solves for these six only: the nine-column system has three null vectors
-#   and no unique solution.
+# - Some of the nine entries of each vector are zero in every scene. The
+#   library solves for the others only: with all nine columns there is no
+#   unique solution.
 # - This page says nothing about noise. How much noise the linear stage
 #   bears is the subject of section 2.5.1.
 

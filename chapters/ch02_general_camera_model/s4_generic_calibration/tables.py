@@ -29,7 +29,7 @@ def table_2_1(results):
     columns["j"] = [row[0] for row in TABLE_2_1]
     columns["k"] = [row[1] for row in TABLE_2_1]
     for vector in VECTORS:
-        columns[f"{vector}_i"] = [
+        columns[f"${vector}_i$"] = [
             cell_text(row, vector) for row in range(9)
         ]
     zero = [

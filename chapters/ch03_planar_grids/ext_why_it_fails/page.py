@@ -49,13 +49,15 @@ from repro.run.outcomes import Plan
 # - The conditions matter: {glue:text}`pairs_broken` boards are right where
 #   one is broken, {glue:text}`pairs_kept` where it is kept.
 # - Of {glue:text}`pairs_lost` boards that are lost, tracing loses
-#   {glue:text}`pairs_traced` and the processing of corners
-#   {glue:text}`pairs_processed`; the rest lose an outer corner.
+#   {glue:text}`pairs_traced`, the processing of corners
+#   {glue:text}`pairs_processed`, and a wrong outer corner
+#   {glue:text}`pairs_clicked`.
 # - Two sentences of 3.1.2 are too short. Half a window of clearance has to be
 #   its radius, not half of that, and more where a window grows. And the
 #   straightest side 4 is good advice, but no guarantee.
-# - In the sweeps of 3.3.1 the stage that loses the most boards is
-#   {glue:text}`sweep_all`.
+# - At hard levels of the sweeps of 3.3.1, in fewer trials of their own, the
+#   commonest first error is {glue:text}`sweep_all`. 3.3.1 counts where
+#   CELECT gave up, which is often later.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -309,9 +311,9 @@ def sweeps(effort):
 #
 # ### The failures of 3.3.1
 #
-# The same diagnosis for the sweeps of [Fig. 3.11](#fig_3_11), at the levels
-# where trials are lost. A corner counts as found within 8 px there, and
-# never beyond half a square.
+# The same diagnosis at levels of [Fig. 3.11](#fig_3_11) where trials are
+# lost. These are other trials and fewer. A corner counts as
+# found within 8 px there, and never beyond half a square.
 
 # %% tags=["active-ipynb"]
 # show("ext_why_sweeps")

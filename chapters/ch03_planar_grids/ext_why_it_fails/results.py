@@ -116,6 +116,7 @@ def _name_pairs(pairs):
     traced = sum(s in TRACED for s in lost)
     value("pairs_lost", len(lost))
     value("pairs_traced", traced)
+    value("pairs_clicked", lost.count(CLICK))
     value("pairs_processed", len(lost) - traced - lost.count(CLICK))
 
 

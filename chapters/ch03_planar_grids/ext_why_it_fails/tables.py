@@ -13,6 +13,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 
+WRONG = "returned, but wrong"
 TITLES = {
     "clearance": "clearance",
     "first_corner": "first corner, (a)",
@@ -43,7 +44,7 @@ def ext_why_stages(results):
     """The drawn levels of all cases, by the stage that lost them."""
     columns = {"condition": [], "level": [], "trials": [], DONE: []}
     columns |= {stage: [] for stage in STAGES}
-    columns["returned, but wrong"] = []
+    columns[WRONG] = []
     for case, title in TITLES.items():
         result = results[f"ext_why_{case}"]
         stages = stages_of(result)
@@ -54,13 +55,14 @@ def ext_why_stages(results):
             cells += tuple(lost[stage] for stage in STAGES) + (int(wrong),)
             for column, cell in zip(columns.values(), cells, strict=True):
                 column.append(cell)
+    may_be_empty = (*STAGES, WRONG)
     kept = {
         name: cells
         for name, cells in columns.items()
-        if name not in STAGES or any(cells)
+        if name not in may_be_empty or any(cells)
     }
     return Table(
         kept,
         "Random variations of every drawn pair, counted by the stage that lost "
-        "them. Stages that lost none are left out.",
+        "them. Columns without any board are left out.",
     )

@@ -95,15 +95,17 @@ from repro.run.outcomes import Plan
 
 # %% [markdown]
 # **One step.** A round window $A$ of radius $r$ stands on the *anchor
-# point* $\mathbf{p}_{cur}$ of a contour. The edge pixels in it, found by
-# Canny's detector $\mathcal{C}$, vote for lines (the Hough transform
+# point* $\mathbf{p}_{cur}$ of a contour in the picture $I$. The edge
+# pixels in it, found by Canny's detector $\mathcal{C}$, vote for lines (the Hough transform
 # $\mathcal{H}$). A line $\mathbf{h}$ is given by its distance $R$ from the
-# middle of the window and its orientation $\theta$:
+# middle of the window and its orientation $\theta$; $\mathbb{S}_h$ is the set
+# of lines that the window shows:
 #
 # $$\mathbb{S}_h = \mathcal{H}(\mathcal{C}(A_{r,\mathbf{p}_{cur}}(I))).
 # \tag{3.1}$$
 #
-# Lines that pass far from the middle belong to other contours:
+# Lines that pass far from the middle belong to other contours;
+# $\mathbb{S}_d$ is the set of those that do not:
 #
 # $$\mathbb{S}_d = \{\mathbf{h} \in \mathbb{S}_h \mid R < t_3\}. \tag{3.3}$$
 #
@@ -116,7 +118,8 @@ from repro.run.outcomes import Plan
 # |\theta - \theta_{prev}|. \tag{3.11}$$
 #
 # Of the edge pixels within $t_5$ of that line, $\mathbb{E}$, the farthest
-# one ahead is the next anchor:
+# one ahead is the next anchor. $\mathbf{p}_{prev}$ is the anchor before this
+# one, and $d$ the distance of two points:
 #
 # $$\mathbf{p}_{new} = \operatorname*{argmax}_{\mathbf{p} \in \mathbb{E}}
 # d(\mathbf{p}, \mathbf{p}_{prev}), \quad (\mathbf{p}_{new} -

@@ -37,9 +37,9 @@ def table_3_1(results):
     expected = sides / (divisor * counts)
     return Table(
         {
-            "parameter": [f"s_{i}" for i in range(1, 5)],
+            "parameter": [f"$s_{i}$" for i in range(1, 5)],
             "value": [
-                f"|{side}| / ({divisor:g} {count})"
+                rf"$\lvert {side} \rvert / ({divisor:g}\,{count})$"
                 for side, count in zip(SIDES, COUNTS, strict=True)
             ],
             "side (px)": sides.tolist(),

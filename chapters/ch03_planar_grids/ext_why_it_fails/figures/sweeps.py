@@ -50,7 +50,9 @@ def ext_why_sweeps(results):
     return Drawing(
         drawn,
         data,
-        "The lost trials of Fig. 3.11: which stage lost them. Noise in grey "
+        "Levels of Fig. 3.11 at which boards are lost, in trials of their own and "
+        "fewer: the first thing that went wrong, which need not be where CELECT "
+        "gave up. Noise in grey "
         "levels, blur in px, FOV and yaw in degrees; one thing is changed at a "
         "time.",
     )

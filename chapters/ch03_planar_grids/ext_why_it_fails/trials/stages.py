@@ -30,6 +30,7 @@ ORDER = "corner off its place"
 STAGES = (
     CLICK,
     NO_EDGE,
+    TOO_LONG,
     WRONG_EDGE,
     MISSED,
     THROWN_OUT,
