@@ -138,7 +138,7 @@ def test_the_record_of_calibrations_fills_its_table():
     assert sorted(columns["Set"]) == sorted(others)
     for one, cell in zip(sets, columns["Generic (px)"], strict=True):
         assert cell.low <= cell.value == one["models"]["generic"]["px"] <= cell.high
-    assert all(0 < x <= 100 for x in columns["Image with a ray (%)"])
+    assert all(0 < x <= 100 for x in columns["Picture with a ray (%)"])
 
 
 def number_of(name, condition):

@@ -192,10 +192,11 @@ def test_sets_stand_by_distortion_and_the_same_photographs_count_once(sets):
     assert table.columns["OpenCV fisheye (px)"][0] is None
     assert table.columns["OpenCV fisheye answers in"] == [0, 0, 9, 0]
     assert table.columns["of"] == [12, 4, 12, 0]
-    assert table.columns["Image with a ray (%)"] == [75, 75, 75, None]
+    assert table.columns["Picture with a ray (%)"] == [75, 75, 75, None]
     assert "no camera on weak and few" in texts[5]
-    assert "more than one of them on strong (9 of 12 photographs)" in texts[5]
-    assert "with the general camera on few and strong; with Zhang on weak" in texts[4]
+    assert "less than Zhang" in texts[5]
+    assert "strong (9 of 12 photographs)" in texts[5]
+    assert "with Zhang on weak; with the general camera on few and strong" in texts[4]
     assert "again is left out: its photographs are those of strong" in table.caption
     assert twins(sets) == {"again": "strong"}
     assert drawing.data["set"] == ["weak", "few", "strong"]

@@ -34,6 +34,7 @@ class Counted(NamedTuple):
     count: int
     right: dict[str, int]
     wrong: dict[str, int]
+    poses: str = ""
 
 
 def rendered_counts(results):
@@ -63,7 +64,7 @@ def rendered_counts(results):
             )
             wrong = {d: returned[d] - right[d] for d in right}
             found.append(
-                Counted("rendered", title, len(some), right, wrong)
+                Counted("rendered", title, len(some), right, wrong, poses)
             )
     return found
 
@@ -88,23 +89,24 @@ def recorded_counts(record):
     return found
 
 
-def summed(counted):
-    """One Counted of each evidence, all its sets together."""
+def summed(counted, by=("evidence",)):
+    """One Counted of each kind, all its sets together; ``by`` says what a kind is."""
+
+    def kind(one):
+        return tuple(getattr(one, name) for name in by)
+
     found = []
-    for evidence in dict.fromkeys(c.evidence for c in counted):
-        some = [c for c in counted if c.evidence == evidence]
+    for wanted in dict.fromkeys(map(kind, counted)):
+        some = [c for c in counted if kind(c) == wanted]
         right, wrong = (
             {d: sum(getattr(c, what)[d] for c in some) for d in DETECTORS}
             for what in ("right", "wrong")
         )
+        poses = dict(zip(by, wanted, strict=True)).get("poses", "")
+        title = f"{len(some)} sets" + (f", {poses} range" if poses else "")
+        count = sum(c.count for c in some)
         found.append(
-            Counted(
-                evidence,
-                f"{len(some)} sets",
-                sum(c.count for c in some),
-                right,
-                wrong,
-            )
+            Counted(some[0].evidence, title, count, right, wrong, poses)
         )
     return found
 

@@ -182,7 +182,8 @@ def ext_detector_record(effort):
 #   {glue:text}`right_opencv`, and its sector-based detector
 #   {glue:text}`right_opencv-sb`.
 # - **Detectors on bent boards**: of {glue:text}`rendered.pictures`
-#   pictures in mirrors, fisheyes and bad light, they have
+#   pictures in mirrors, fisheyes and bad light, of the whole and the hard
+#   range of poses in 3.3.2 together, they have
 #   {glue:text}`rendered.raxel.right`, {glue:text}`rendered.opencv.right` and
 #   {glue:text}`rendered.opencv-sb.right` right.
 # - **Detectors, on photographs**: of {glue:text}`photographs.pictures` of
@@ -192,7 +193,7 @@ def ext_detector_record(effort):
 # - **Rays**: on {glue:text}`last`, Zhang's are {glue:text}`zhang_deg`° off,
 #   OpenCV's fisheye model's {glue:text}`opencv_fisheye_deg`°, those of the
 #   generic camera {glue:text}`general_deg`°, on the {glue:text}`share` of
-#   the pixels that it has rays for. The rendered lens follows the formula
+#   the image circle that it has rays for. The rendered lens follows the formula
 #   of OpenCV's model exactly: where its rays are far off, its fit has not
 #   converged.
 

@@ -57,8 +57,9 @@ def ext_benchmarks(results):
         "Rigs of data/rigs with scores. Detectors: boards right, and the RMS "
         "error of their corners. Cameras: RMS angle between rays and true "
         "rays, on the pixels that the generic camera has a ray for, "
-        "calibrated with the corners of the first detector; its share of all "
-        "pixels stands last.",
+        "calibrated with the corners of the first detector. Image circle: the "
+        "pixels that truly have a ray, which is the whole picture unless the "
+        "lens leaves its corners dark; with a ray: of the generic camera.",
     )
 
 
@@ -76,7 +77,7 @@ def _score_row(name, result):
         row[f"{title} (deg)"] = (
             _known(result.column(f"{model}.rms_deg", rig=name)[0]) or FAILED
         )
-    row["Image with a ray (%)"] = _known(
+    row["Image circle with a ray (%)"] = _known(
         100 * result.column("general.share_with_ray", rig=name)[0]
     )
     return row
@@ -138,7 +139,8 @@ def ext_detector_counts(results):
     return Table(
         detector_counts.count_columns(rows),
         "Whole boards that three detectors return, told the number of corners "
-        "and nothing else. Rendered: the sets of 3.3.2, all seeds; right is "
+        "and nothing else, on rendered pictures and on photographs, as each "
+        "row says. Rendered: the sets of 3.3.2, all seeds; right is "
         "every corner within 8 px of its place. Photographs: a record of "
         f"{record.settings['date']} with OpenCV "
         f"{record.settings['opencv']}, which the build does not make again "

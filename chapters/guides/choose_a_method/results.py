@@ -6,6 +6,7 @@ import numpy as np
 
 from chapters.shared.algorithm_1 import BOARDS, SIZE_PX
 from chapters.shared.general_cameras import KINDS
+from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
 from repro.judge.statistics import median_interval
 
@@ -19,6 +20,10 @@ SIMULATED = {
 MODELS = {"zhang": METHODS[0], "general": METHODS[1]}
 
 
+PEER = "opencv_fisheye"
+HELD_OUT, STEPS = "held_out.corrected.rms_px", "stage.grid.deviation_mm"
+
+
 def typical(result, name, **condition):
     """Median over the trials; a failed one counts as the worst."""
     return median_interval(result.column(name, **condition))
@@ -30,6 +35,41 @@ def of_both(result, name, **condition):
         typical(result, f"{method}.{name}", **condition)
         for method in METHODS
     ]
+
+
+def of_peer(result, name, **condition):
+    """The same value of OpenCV's fisheye model; None where nobody ran it."""
+    runs = any(
+        condition.items() <= one.items() for one in result.conditions
+    )
+    if not runs:
+        return None
+    return typical(result, f"{PEER}.{name}", **condition)
+
+
+def peer_in_zoom(results, name, at):
+    """OpenCV's fisheye model on a set of the converter, over its own seeds."""
+    found = peer_column(results, name, at)
+    return None if found is None else median_interval(found)
+
+
+def peer_column(results, name, at):
+    """Its value in every seed; None where a build has no such seeds."""
+    case = ZoomCase(
+        {key: results[key] for key in OF_SEEDS}, {"interpolation": "smooth"}
+    )
+    asked = any(
+        one["zoom"] == at and one.get("interpolation") == "smooth"
+        for key in OF_SEEDS
+        for one in results[key].conditions
+    )
+    return case.column(f"{PEER}.{name}", at) if asked else None
+
+
+def picture_share(values):
+    """Median share of a picture with a ray, over the seeds that have a camera."""
+    known = [] if values is None else values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else np.nan
 
 
 def share_kept_out(zoom, at):
@@ -55,16 +95,52 @@ def named(results):
             for method, estimate in zip(MODELS, found, strict=True):
                 out[f"{method}.{name}.{at}"] = short(estimate)
     for at in ZOOMS:
-        found = of_both(zoom, "held_out.corrected.rms_px", zoom=at)
+        found = of_both(zoom, HELD_OUT, zoom=at)
         for method, estimate in zip(MODELS, found, strict=True):
             out[f"{method}.zoom.{at}"] = short(estimate)
-    found = of_both(zoom, "stage.grid.deviation_mm", zoom=STAGE_ZOOM)
+    found = of_both(zoom, STEPS, zoom=STAGE_ZOOM)
     for method, estimate in zip(MODELS, found, strict=True):
         out[f"{method}.stage"] = short(estimate)
+    out |= peer_facts(results)
+    out |= recorded_facts(results["ext_calibration_record"])
     out |= fisheye_facts(results["ext_fisheye_scores"])
     out["boards"], out["size"] = str(BOARDS), str(SIZE_PX)
     out["pictures"] = str(zoom.settings["calibration_images"])
     out["noise"] = f"{fov.settings['fov_sweep']['noise']:g}"
+    return out
+
+
+def peer_facts(results):
+    """What OpenCV's fisheye model leaves, in words."""
+    out = {}
+    for at in FOVS_DEG:
+        for name in SIMULATED:
+            found = of_peer(
+                results["fig_2_3_fisheye"], name, fov_deg=at, **PRIMARY
+            )
+            out[f"peer.{name}.{at}"] = short(found)
+    for at in ZOOMS:
+        found = peer_in_zoom(results, HELD_OUT, at)
+        out[f"peer.zoom.{at}"] = short(found)
+    found = peer_in_zoom(results, STEPS, STAGE_ZOOM)
+    return out | {"peer.stage": short(found)}
+
+
+def recorded_facts(kept):
+    """The widest real camera of the record, and what two methods leave on it."""
+
+    def of(name, condition):
+        return float(kept.column(name, **condition)[0])
+
+    widest = max(kept.conditions, key=lambda one: of("widest_deg", one))
+    out = {
+        "record.name": widest["set"],
+        "record.widest": f"{of('widest_deg', widest):.0f}",
+    }
+    for model in ("opencv_fisheye", "generic"):
+        left = of(f"models.{model}.px", widest)
+        told = f"{left:.2g} px" if np.isfinite(left) else "no camera"
+        out[f"record.{model}"] = told
     return out
 
 
@@ -95,4 +171,6 @@ def fisheye_facts(scores):
 
 def short(estimate):
     """A median in words, for a sentence."""
+    if estimate is None:
+        return "not measured"
     return f"{estimate.value:.2g}" if np.isfinite(estimate.value) else "∞"

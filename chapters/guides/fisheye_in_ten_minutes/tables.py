@@ -110,7 +110,7 @@ def _recorded_row(kept, condition):
             "models.opencv_fisheye.parts_without_camera", int
         ),
         "Corners with a ray (%)": of("corners_with_ray", _percent),
-        "Image with a ray (%)": of("image_with_ray", _percent),
+        "Picture with a ray (%)": of("image_with_ray", _percent),
     }
 
 
@@ -131,7 +131,7 @@ def _built_row(one):
         "Parts": len(one.study.folds),
         "without OpenCV fisheye": len(one.study.fold_refusals(PEER)),
         "Corners with a ray (%)": _percent(one.share),
-        "Image with a ray (%)": _percent(one.image_share),
+        "Picture with a ray (%)": _percent(one.image_share),
     }
 
 

@@ -31,7 +31,10 @@ from repro.page.reader import (
 )
 
 # %% tags=["active-ipynb", "remove-input"]
-# read = results_behind("ext_real_by_distortion")["photograph_study"]
+# behind = results_behind("ext_real_by_distortion")
+
+# %% tags=["active-ipynb", "remove-input"]
+# read = behind["photograph_study"]
 
 # %% tags=["active-ipynb", "remove-input"]
 # sets = compared_sets(read)
@@ -55,6 +58,9 @@ from repro.page.reader import (
 # value("peer", results.peer(sets))
 
 # %% tags=["active-ipynb"]
+# value("recorded", results.recorded(behind["ext_calibration_record"]))
+
+# %% tags=["active-ipynb"]
 # show("ext_real_by_distortion_figure")
 
 # %% [markdown]
@@ -64,6 +70,8 @@ from repro.page.reader import (
 # - {glue:text}`winners`
 # - {glue:text}`peer`
 # - {glue:text}`corrected`
+# - {glue:text}`recorded` [A fisheye in ten
+#   minutes](../guides/fisheye_in_ten_minutes.ipynb) has them one by one.
 
 # %% [markdown]
 # ## What the thesis claims

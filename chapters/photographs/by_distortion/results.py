@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+
 from chapters.shared.photographs.compared import FEWEST_DECIDING, twins
 from chapters.shared.photographs.reading import MODELS, NAMES, PEER
 from repro.page.wording import literal
+
+OVERLAP = "overlap"
+_CALLED = {"zhang": "Zhang", "general": "the general camera"}
 
 
 def brought(results, sets):
@@ -90,47 +95,84 @@ def _said_better(outcome):
 
 
 def peer(sets):
-    """Where OpenCV's fisheye model does better and worse than the other two."""
+    """Where OpenCV's fisheye model does better or worse, beyond the intervals."""
     usable = [one for one in sets if one.comparable]
     if not usable:
         return "OpenCV's fisheye model has nothing to be compared with."
-    said = {
-        "less than both": [],
-        "more than one of them": [],
-        "no camera": [],
-    }
+    said = {}
     for one in usable:
-        errors = {m: e.value for m, e in one.errors["rms_px"].items()}
-        if PEER not in errors:
-            said["no camera"].append(one.name)
-            continue
-        best = min(errors[model] for model in MODELS)
+        errors = one.errors["rms_px"]
         name = one.name
+        if PEER not in errors:
+            said.setdefault("no camera", []).append(name)
+            continue
         if one.of_peer < one.photographs:
             name += f" ({one.of_peer} of {one.photographs} photographs)"
-        kind = (
-            "less than both"
-            if errors[PEER] < best
-            else "more than one of them"
-        )
-        said[kind].append(name)
+        said.setdefault(_beside(errors), []).append(name)
     return f"OpenCV's fisheye model leaves {_sorted_out(said)}."
 
 
+def _beside(errors):
+    """The error of OpenCV's model beside those whose intervals it does not meet."""
+    parts = []
+    for model in MODELS:
+        if errors[PEER].high < errors[model].low:
+            parts.append(f"less than {_CALLED[model]}")
+        elif errors[PEER].low > errors[model].high:
+            parts.append(f"more than {_CALLED[model]}")
+    return (
+        " and ".join(parts) or "no error that can be told from the others"
+    )
+
+
 def corrected(sets):
-    """What the thesis's own measure says beside the residual."""
+    """What the thesis's own measure says, where the intervals are apart."""
     usable = [
         one for one in sets if one.comparable and one.errors["corrected_px"]
     ]
     if not usable:
         return "No set has a corrected view to measure."
-    said = {"with the general camera": [], "with Zhang": []}
+    said = {}
     for one in usable:
         zhang, general = (
-            one.errors["corrected_px"][model].value for model in MODELS
+            one.errors["corrected_px"][model] for model in MODELS
         )
-        said[list(said)[int(zhang < general)]].append(one.name)
-    return f"After correction less is left {_sorted_out(said)}."
+        words = OVERLAP
+        if general.high < zhang.low:
+            words = "with the general camera"
+        elif zhang.high < general.low:
+            words = "with Zhang"
+        said.setdefault(words, []).append(one.name)
+    same = said.pop(OVERLAP, [])
+    parts = [f"less is left {_sorted_out(said)}"] if said else []
+    parts += [f"the intervals overlap on {_listed(same)}"] if same else []
+    return f"After correction {'; '.join(parts)}."
+
+
+def recorded(kept):
+    """Each model's range over the record's real cameras, which no build makes."""
+
+    def of_sets(name):
+        return np.array(
+            [kept.column(name, **one)[0] for one in kept.conditions], float
+        )
+
+    widest = of_sets("widest_deg")
+    ends = {
+        model: [
+            of_sets(f"models.{model}.px_{end}") for end in ("low", "high")
+        ]
+        for model in ("zhang", "generic")
+    }
+    (zhang_low, zhang_high), (generic_low, generic_high) = ends.values()
+    generic = np.count_nonzero(generic_high < zhang_low)
+    zhang = np.count_nonzero(zhang_high < generic_low)
+    return (
+        f"In a record of {_sets(len(widest))} from real cameras, "
+        f"{widest.min():.0f}° to {widest.max():.0f}° from the axis, the "
+        f"intervals put the general camera first in {generic} and Zhang's "
+        f"in {zhang}; elsewhere they overlap."
+    )
 
 
 def _sorted_out(said):

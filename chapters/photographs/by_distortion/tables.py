@@ -18,7 +18,7 @@ from repro.run.outcomes import Measured, Table
 
 @table(
     "ext_real_by_distortion",
-    needs=("photograph_study",),
+    needs=("photograph_study", "ext_calibration_record"),
     evidence="photograph",
 )
 def ext_real_by_distortion(results):
@@ -62,7 +62,7 @@ def _row(one):
         "Corners with a ray (%)": _number(
             100 * one.share if one else np.nan
         ),
-        "Image with a ray (%)": _number(
+        "Picture with a ray (%)": _number(
             100 * one.image_share if one else np.nan
         ),
         "Better": one.outcome if one else "",

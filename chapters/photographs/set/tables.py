@@ -86,7 +86,7 @@ def _model_row(study, model, kind, scored_on):
         "Corners scored (%)": _known(100 * scored / all_corners)
         if all_corners
         else None,
-        "Image with a ray (%)": _known(
+        "Picture with a ray (%)": _known(
             100 * study.fit(f"{model}.image_with_ray")
         ),
     }
