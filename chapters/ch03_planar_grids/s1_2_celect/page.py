@@ -95,11 +95,11 @@ from repro.run.outcomes import Plan
 
 # %% [markdown]
 # **One step.** A round window $A$ of radius $r$ stands on the *anchor
-# point* $\mathbf{p}_{cur}$ of a contour in the picture $I$. The edge
-# pixels in it, found by Canny's detector $\mathcal{C}$, vote for lines (the Hough transform
-# $\mathcal{H}$). A line $\mathbf{h}$ is given by its distance $R$ from the
-# middle of the window and its orientation $\theta$; $\mathbb{S}_h$ is the set
-# of lines that the window shows:
+# point* $\mathbf{p}_{cur}$ of a contour in the picture $I$. The edge pixels
+# in it, found by Canny's detector $\mathcal{C}$, vote for lines (the Hough
+# transform $\mathcal{H}$). A line $\mathbf{h}$ is given by its distance $R$
+# from the middle of the window and its orientation $\theta$; $\mathbb{S}_h$
+# is the set of lines that the window shows:
 #
 # $$\mathbb{S}_h = \mathcal{H}(\mathcal{C}(A_{r,\mathbf{p}_{cur}}(I))).
 # \tag{3.1}$$
