@@ -129,7 +129,6 @@ def calibration_record():
     return SimpleNamespace(
         conditions=[{"set": one["name"]} for one in sets],
         column=column,
-        trials_per_condition=1,
     )
 
 
