@@ -150,7 +150,7 @@ def corrected(sets):
 
 
 def recorded(kept):
-    """Each model's range over the record's real cameras, which no build makes."""
+    """Zhang and the general camera on the record's real cameras."""
 
     def of_sets(name):
         return np.array(
@@ -170,8 +170,8 @@ def recorded(kept):
     return (
         f"In a record of {_sets(len(widest))} from real cameras, "
         f"{widest.min():.0f}° to {widest.max():.0f}° from the axis, the "
-        f"intervals put the general camera first in {generic} and Zhang's "
-        f"in {zhang}; elsewhere they overlap."
+        f"general camera's interval lies below Zhang's in {generic} and above "
+        f"it in {zhang}; elsewhere the two overlap."
     )
 
 
