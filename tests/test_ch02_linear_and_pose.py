@@ -151,7 +151,7 @@ def test_eight_solutions_are_judged_both_ways():
 
 
 def test_exercises_of_2_4():
-    assert s4_1_exercises.freedom_of_a() == 2
+    assert s4_1_exercises.freedom_of_a() == 3
     assert s4_1_exercises.solutions_of_triangle() == 8
     depth = s4_1_exercises.depth_of_triangle()
     directions, points = s4_1_exercises.triangle()

@@ -19,10 +19,10 @@ HEIGHT_MM = 300.0
 
 
 def freedom_task():
-    """A has 14 unknowns and rank 12."""
+    """A has 14 unknowns and independent rows; one of them is lost."""
     return {
         "expected": freedom_of_a,
-        "hint": "the unknowns are 14; what did the page say about the rank?",
+        "hint": "which rank have the rows that are left?",
         "slips": {"That is the rank.": lambda: UNKNOWNS_U - freedom_of_a()},
     }
 
@@ -68,10 +68,10 @@ def nearer_task():
 
 
 def freedom_of_a():
-    """Dimension of the solution space of A u = x (2.19)."""
+    """Dimension of the solution space of A u = x (2.19) without its last row."""
     points, _, _ = scene_points(trial_rng("sec_2_4_1_exercise", {}, 0))
     A, _ = matrix_a(scaled_coefficients(points))
-    return int(UNKNOWNS_U - np.linalg.matrix_rank(A))
+    return int(UNKNOWNS_U - np.linalg.matrix_rank(A[:-1]))
 
 
 def triangle():

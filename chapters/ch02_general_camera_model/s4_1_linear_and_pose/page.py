@@ -338,8 +338,8 @@ def algorithm_run(effort):
 # Open this page as a notebook (`make lab`) and run all cells. Then put an
 # answer in place of `None`, and run that cell again.
 #
-# **1.** How many free numbers has the solution of the first system,
-# $A\mathbf{u} = \mathbf{x}$?
+# **1.** One of the twelve rows of $A\mathbf{u} = \mathbf{x}$ is lost. How
+# many free numbers has the solution now?
 
 # %% tags=["active-ipynb"]
 # check(None, **freedom_task())

@@ -145,8 +145,8 @@ def line_ends(centre, radius, line):
     return np.array([foot - half * along, foot + half * along])
 
 
-SIDES = ("c_2 - c_1", "c_3 - c_2", "c_4 - c_3", "c_1 - c_4")
-COUNTS = ("w", "h", "w", "h")
+SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
+COUNTS = ("width", "height", "width", "height")
 # Threshold -> field of CelectSettings, unit, and what it bounds.
 THRESHOLDS = {
     "t1": ("split_peaks", "Hough bins", "peaks nearer than this are one"),

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.results import (
-    COUNTS,
     NAMES,
-    SIDES,
     THRESHOLDS,
     Run,
     turning_step,
@@ -18,6 +16,14 @@ from repro.judge.statistics import proportion
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
+
+# The corners of a side, and the letter of its count, as the page names them.
+ENDS_AND_COUNTS = (
+    ("c_1 - c_2", "w"),
+    ("c_2 - c_3", "h"),
+    ("c_3 - c_4", "w"),
+    ("c_4 - c_1", "h"),
+)
 
 
 @table(
@@ -39,8 +45,8 @@ def table_3_1(results):
         {
             "parameter": [f"$s_{i}$" for i in range(1, 5)],
             "value": [
-                rf"$\lvert {side} \rvert / ({divisor:g}\,{count})$"
-                for side, count in zip(SIDES, COUNTS, strict=True)
+                rf"$\lvert {ends} \rvert / ({divisor:g}\,{count})$"
+                for ends, count in ENDS_AND_COUNTS
             ],
             "side (px)": sides.tolist(),
             "corners": counts.tolist(),
