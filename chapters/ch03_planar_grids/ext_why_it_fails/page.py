@@ -57,7 +57,7 @@ from repro.run.outcomes import Plan
 #   straightest side 4 is good advice, but no guarantee.
 # - At hard levels of the sweeps of 3.3.1, in fewer trials of their own, the
 #   commonest first error is {glue:text}`sweep_all`. 3.3.1 counts where
-#   CELECT gave up, which is often later.
+#   CELECT gave up, which can be later.
 
 # %% [markdown]
 # ## What the thesis claims
