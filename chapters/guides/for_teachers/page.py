@@ -68,8 +68,8 @@ READS_PAGES = True
 # need the checkout and `make lab`, because the library computes the right
 # answers. An exercise is a cell that begins with `check(None`: run all
 # cells once, put the answer in place of `None`, and run that cell again. A
-# wrong answer gets a hint, and no page holds the right one. Notebooks that
-# students have worked in are kept when new ones are made.
+# wrong answer gets a hint; the right one is computed when it is asked for.
+# Notebooks that students have worked in are kept when new ones are made.
 #
 # The sheets of `make answers` have the answers of each route, computed,
 # with a sentence on why, and the slips that are recognised. They lie in a
