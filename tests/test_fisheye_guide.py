@@ -1,13 +1,14 @@
 """A fisheye in ten minutes: where boards are held, remap tables, and counts."""
 
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
-from chapters.guides.fisheye_in_ten_minutes import results
-from chapters.guides.fisheye_in_ten_minutes.tables import ext_fisheye_photographs
+from chapters.guides.fisheye_in_ten_minutes import page, results, tables
 from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
 from chapters.shared.records import record, set_of
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
@@ -59,12 +60,64 @@ def test_the_plan_at_full_size_covers_nine_tenths_of_the_circle():
     assert np.mean(seen[lit] > 0) > 0.9
 
 
-def test_a_printed_board_has_its_squares_in_millimetres():
-    svg = boards.printed_board(9, 6, 25.0, 10.0)
-    assert 'width="270mm" height="195mm"' in svg
-    squares = re.findall(r"M([\d.]+) ([\d.]+)h25v25h-25z", svg)
-    assert len(squares) == 35
-    assert squares[0] == ("10", "10")
+def script_with(words):
+    """The one Python listing of the page's text that holds these words."""
+    lines = Path(page.__file__).read_text("utf-8").split("\n")
+    text = "\n".join(line[2:] for line in lines if line.startswith("#"))
+    listings = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (found,) = [listing for listing in listings if words in listing]
+    return found
+
+
+def test_the_board_script_runs_as_it_stands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(script_with("board.svg"), {})
+    svg = Path("board.svg").read_text("utf-8")
+    assert 'width="285mm" height="210mm"' in svg
+    squares = re.findall(r"M([\d.]+) ([\d.]+)h15v15h-15z", svg)
+    assert len(squares) == 18 * 13 // 2
+    assert squares[0] == ("7.5", "7.5")
+    full = boards.SIZES["full"]
+    assert f"= {full.columns}, {full.rows}  #" in script_with("board.svg")
+    # The smaller board fits a sheet with margins of 10 mm.
+    exec(
+        script_with("board.svg").replace(
+            "pitch_mm, border_mm = 15", "pitch_mm, border_mm = 13"
+        ),
+        {},
+    )
+    width, height = map(
+        float, re.findall(r'="([\d.]+)mm"', Path("board.svg").read_text())
+    )
+    assert width <= 277
+    assert height <= 190
+
+
+def test_the_correcting_script_does_what_the_page_did(tmp_path, monkeypatch, rig):
+    camera = rig.camera
+    monkeypatch.chdir(tmp_path)
+    camera.save("camera.npz")
+    Path("fisheye").mkdir()
+    rng = np.random.default_rng(0)
+    picture = rng.integers(0, 256, (camera.height, camera.width, 3), np.uint8)
+    cv2.imwrite("fisheye/01.png", picture)
+    exec(script_with("cv2.remap"), {})
+    focal = commands.SIDE_FOCAL * camera.width
+    views = {
+        "ahead": perspective_view(camera),
+        "aside": commands.turned_view(camera, commands.ASIDE_DEG, focal),
+    }
+    for name, view in views.items():
+        maps = commands.remap_tables(camera, view)
+        expected = cv2.remap(picture, *maps, cv2.INTER_LINEAR)
+        assert (cv2.imread(f"{name}.png") == expected).all()
+
+
+def test_long_lines_of_a_transcript_go_on_in_the_next():
+    line = "word " * 30 + "95.3 % of corners"
+    folded = tables.folded(line)
+    assert max(map(len, folded.split("\n"))) <= tables.WIDTH + 4
+    assert folded.split() == line.split()
 
 
 def test_coverage_grows_and_a_refusal_is_counted(monkeypatch):
@@ -131,7 +184,7 @@ def test_the_record_of_calibrations_fills_its_table():
         settings={"date": "2026-01-01"},
         column=lambda name, set: np.array([number_of(name, {"set": set})]),
     )
-    columns = ext_fisheye_photographs(
+    columns = tables.ext_fisheye_photographs(
         {"ext_calibration_record": kept, "photograph_study": {}}
     ).columns
     others = [one["name"] for one in record("detectors")["sets"]]

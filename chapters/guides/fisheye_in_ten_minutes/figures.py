@@ -182,8 +182,10 @@ def ext_fisheye_residuals(results):
         {n: c.tolist() for n, c in zip(names, columns, strict=True)},
         "Left: how many boards cover each pixel of the image circle. Right: "
         "residuals at corners of boards that the calibration never saw, "
-        f"found less predicted, drawn {ARROW_SHARE * width / long:.0f} times "
-        "as long. They point all ways: what is left is the noise of the corners.",
+        f"found less predicted. An arrow of {ARROW_SHARE * width:.0f} px on "
+        f"the axes is {long:.2g} px. Where these boards are, they point all "
+        "ways: what is left is the noise of the corners. Where there are none, "
+        "nothing is checked.",
     )
 
 

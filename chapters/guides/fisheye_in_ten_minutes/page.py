@@ -192,13 +192,33 @@ def ext_calibration_record(effort):
 # of the picture; but a square should be at least 15 pixels wide, and below
 # 7.5 the detector refuses it. Measure the printed pitch with a ruler.
 #
-# `raxel` has no command that prints a board. This function writes one as
-# SVG, which any browser prints at 100 %:
-
-# %% tags=["active-ipynb"]
-# show_code(boards.printed_board)
-
-# %% [markdown]
+# Install `raxel` from a copy of the repository: `pip install .` (`make setup`
+# makes it, too: `.venv/bin/raxel`). This script writes a board:
+#
+# ```python
+# from pathlib import Path
+#
+# columns, rows = 17, 12  # inner corners
+# pitch_mm, border_mm = 15, 7.5
+# width = (columns + 1) * pitch_mm + 2 * border_mm
+# height = (rows + 1) * pitch_mm + 2 * border_mm
+# side = f"h{pitch_mm}v{pitch_mm}h-{pitch_mm}z"
+# squares = "".join(
+#     f"M{border_mm + i * pitch_mm:g} {border_mm + j * pitch_mm:g}{side}"
+#     for j in range(rows + 1)
+#     for i in range(j % 2, columns + 1, 2)
+# )
+# Path("board.svg").write_text(
+#     f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}mm" '
+#     f'height="{height:g}mm" viewBox="0 0 {width:g} {height:g}">'
+#     f'<path d="{squares}"/></svg>'
+# )
+# ```
+#
+# Print `board.svg` from a browser: A4 landscape, 100 %, no margins. If the
+# printer needs margins, take a pitch of 13 mm here and in `set.yaml`. Glue it to
+# something white and larger: it wants a white border one square wide.
+#
 # ## 2. Photograph
 #
 # One focus, one zoom. The whole board is in each picture.
@@ -228,6 +248,7 @@ def ext_calibration_record(effort):
 # views:
 # - image: 01.png
 # - image: 02.png
+# # ... a line for each picture; JPEG will do as well
 # - {image: 20.png, use: evaluate}
 # ```
 #
@@ -256,15 +277,20 @@ def ext_calibration_record(effort):
 # | Look at | Good | Here |
 # |---|---|---|
 # | boards found | all | {glue:text}`found_of` |
-# | residual, kept out | on real cameras {glue:text}`real.px` | {glue:text}`kept_px` |
+# | residual, kept out | fisheyes: {glue:text}`real.fisheyes` | {glue:text}`kept_px` |
 # | residual, fitted | not less than half of that | {glue:text}`fitted_px` |
-# | image circle with a ray | 90 % | {glue:text}`generic.all.image` |
+# | `a ray for` | {glue:text}`goal` of the image | {glue:text}`ray_share` |
 # | residual arrows | all ways; no pattern | the figure above |
 # | lines with `warning:` | none | {glue:text}`warnings` |
 #
+# The command counts all pixels; the image circle is {glue:text}`circle` of
+# them. A circle D pixels wide, whole in a picture of W × H, fills
+# π D² / (4 W H), and the goal is 90 % of that. The fisheyes are [real
+# ones](#with-photographs), with pictures 1280, 1032 and 1600 pixels wide.
+#
 # A fitted error alone says little: a camera with a ray for every pixel
-# follows the noise of its own corners. Coverage is the other half: a small
-# error where there are rays says nothing of where there are none.
+# follows the noise of its own corners. A small error where there are rays
+# says nothing of where there are none.
 #
 # ## 4. Correct
 
@@ -272,28 +298,37 @@ def ext_calibration_record(effort):
 # tables.transcript(look, commands.UNDISTORT)
 
 # %% [markdown]
-# In a program, OpenCV does it in real time with two tables, made once by
-# the first of the functions below; the second looks aside.
+# In a program, OpenCV does it in real time with two tables, made once: here
+# straight ahead, and {glue:text}`aside:.0f`° to the right.
 #
 # ```python
 # import cv2
+# import numpy as np
 # from raxel.cameras import load_camera
-# from raxel.multiview.perspective_view import perspective_view
+# from raxel.multiview.perspective_view import perspective_view, source_pixels
 #
 # camera = load_camera("camera.npz")
-# map_x, map_y = remap_tables(camera, perspective_view(camera))
-# straight = cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR)
+# picture = cv2.imread("fisheye/01.png")
+#
+# ahead = perspective_view(camera)
+# a = np.radians(40)
+# turn = np.array(
+#     [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
+# )
+# K = ahead.K.copy()
+# K[0, 0] = K[1, 1] = camera.width / 2  # focal length
+# aside = ahead._replace(K=K, R_camera_view=ahead.R_camera_view @ turn)
+#
+# for name, view in {"ahead": ahead, "aside": aside}.items():
+#     map_x, map_y = cv2.split(source_pixels(camera, view))
+#     seen = cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR)
+#     cv2.imwrite(f"{name}.png", seen)
 # ```
-
-# %% tags=["active-ipynb"]
-# show_code(commands.remap_tables, commands.turned_view)
-
-# %% [markdown]
-# The tables are `float32`, one entry a pixel of the new picture: where it
-# comes from in the old one. The largest difference to what `raxel
-# undistort` wrote is {glue:text}`difference` grey levels. No pinhole sees
-# 183°; turn it to what you want to look at, as in the third picture above,
-# or unroll the circle with `raxel.multiview.cylindrical_view`.
+#
+# The tables are `float32`: where each pixel of the new picture comes from in
+# the old one. The largest difference to what `raxel undistort` wrote is
+# {glue:text}`difference` grey levels. No pinhole sees 183°; turn it to what
+# you look at, or unroll the circle with `raxel.multiview.cylindrical_view`.
 #
 # ## What it takes
 
@@ -301,8 +336,7 @@ def ext_calibration_record(effort):
 # tables.steps(results.steps_taken(seconds))
 
 # %% [markdown]
-# The seconds are those of the build that made this page, without the start
-# of Python.
+# The seconds are those of this build, without the start of Python.
 #
 # ## How many pictures?
 
@@ -361,7 +395,6 @@ def ext_calibration_record(effort):
 # ## Limits
 #
 # - Light, focus and the flatness of the board are perfect here.
-# - The plan is one that worked on paper for a circular picture of 183°. It
-#   is not the best there is.
+# - The plan worked on paper for a circle of 183°. It is not the best.
 # - Pictures of other lenses have other shapes: what counts is that boards
 #   cover the picture, not the angles.

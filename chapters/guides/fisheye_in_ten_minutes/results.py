@@ -11,10 +11,14 @@ from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
     inner_boards,
     places_of,
 )
+from chapters.guides.fisheye_in_ten_minutes.trials.commands import (
+    ASIDE_DEG,
+)
 from chapters.guides.fisheye_in_ten_minutes.trials.models import (
     ANYWHERE,
     MODELS,
     PLANNED,
+    lit,
 )
 from chapters.shared.photographs.compared import compared_sets
 from repro.judge.statistics import median_interval
@@ -33,6 +37,7 @@ DRAWN, RECORD = "ext_fisheye_draws", "ext_calibration_record"
 STUDY = "photograph_study"
 WIDE_DEG = 50.0  # from the axis
 SEVERAL = 3.0
+FISHEYES = ("wide-", "fisheye-")  # how names of the record begin
 OPENED = (FOUND, CAMERA, VIEWS, SCORES, DRAWN, RECORD)
 COMMANDS = (FOUND, CAMERA, VIEWS)
 
@@ -83,6 +88,7 @@ def numbers(results, effort):
         int(found.column(name)[0]) for name in ("right", "boards")
     )
     warnings = said(camera, "calibrate").count("warning:")
+    circle = float(np.mean(lit(size)))
     planned, random = shares(drawn, PLANNED), shares(drawn, ANYWHERE)
     needed = boards_for(drawn, PLANNED, GOAL)
     out = {
@@ -95,6 +101,10 @@ def numbers(results, effort):
         "columns": size.columns,
         "rows": size.rows,
         "pitch": size.pitch_mm,
+        "aside": ASIDE_DEG,
+        "circle": percent(circle),
+        "goal": percent(GOAL * circle),
+        "ray_share": percent(np.mean(camera.arrays("mask")[0])),
         "found_of": f"{right} of {pictures}",
         "warnings": str(warnings) if warnings else "none",
         "fitted_px": f"{residual_rms(camera, False):.2g} px",
@@ -128,6 +138,11 @@ def recorded(kept):
         return np.array(found, float)
 
     generic = of_sets("models.generic.px")
+    fisheyes = [
+        f"{px:.2g}"
+        for px, one in zip(generic, kept.conditions, strict=True)
+        if one["set"].startswith(FISHEYES)
+    ]
     generic = generic[np.isfinite(generic)]
     without = of_sets("models.opencv_fisheye.parts_without_camera")
     parts = of_sets("parts")
@@ -136,6 +151,7 @@ def recorded(kept):
         "real.sets": len(kept.conditions),
         "real.found_of": f"{found.sum():.0f} of {pictures.sum():.0f}",
         "real.px": f"{generic.min():.2g} to {generic.max():.2g} px",
+        "real.fisheyes": f"{', '.join(fisheyes)} px",
         "real.without": f"{without.sum():.0f} of {parts.sum():.0f}",
         "real.best": ", ".join(best_of(of_sets)),
         "real.far": told_far(of_sets),
@@ -219,8 +235,9 @@ def told_outcomes(counts):
 def steps_taken(seconds):
     """The steps, with what, and seconds by the records of the runs."""
     return [
-        ("print and glue", "the function above", "5 min"),
-        ("photograph", "a camera", "5 min"),
+        ("install", "`pip install .`", "once, some minutes"),
+        ("print and glue", "the script above", "5 min"),
+        ("photograph, write `set.yaml`", "a camera, an editor", "5 min"),
         ("find corners", "`raxel corners`", seconds(FOUND)),
         (
             "calibrate, evaluate",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from math import isfinite
 
 from chapters.guides.fisheye_in_ten_minutes.results import (
@@ -28,6 +29,7 @@ QUANTITIES = {
     "Image circle with a ray (%)": ("image_with_ray", 100),
     "Error of the rays (deg)": ("ray_deg", 1),
 }
+WIDTH = 68  # characters of a line of output
 WHICH = {"inner": "inner rings", "all": "all"}
 
 
@@ -77,9 +79,10 @@ def ext_fisheye_photographs(results):
         {title: [row[title] for row in rows] for title in rows[0]},
         "Real cameras: errors in photographs kept out, medians with 95 % "
         "intervals, on corners that Zhang's and the generic camera both have "
-        "a ray for. Parts: of the cross-validation, and from how many of them "
-        "OpenCV's fisheye model gave no camera. With a ray: of the generic "
-        f"camera. Record: of {kept.settings['date']}, which the build does "
+        "a ray for. Boards compared: those that have such corners (not known "
+        "for sets of this build). Parts: of the cross-validation, and from how "
+        "many of them OpenCV's fisheye model gave no camera. With a ray: of the "
+        f"generic camera. Record: of {kept.settings['date']}, which the build does "
         "not make again (data/records).",
         texts=("Set",),
     )
@@ -102,6 +105,7 @@ def _recorded_row(kept, condition):
         "Widest angle (deg)": of("widest_deg"),
         "Pictures": of("pictures", int),
         "Boards found": of("boards_found", int),
+        "Boards compared": of("compared", int),
         **{
             f"{name} (px)": interval(model) for model, name in NAMES.items()
         },
@@ -125,6 +129,7 @@ def _built_row(one):
         "Widest angle (deg)": float(one.widest_deg),
         "Pictures": len(one.study.images),
         "Boards found": len(one.study.found),
+        "Boards compared": None,
         **dict(
             zip((f"{n} (px)" for n in NAMES.values()), cells, strict=True)
         ),
@@ -142,10 +147,28 @@ def _percent(share):
 def transcript(result, *commands):
     """Commands as typed, each with what it printed when it was run."""
     text = "\n".join(
-        f"$ raxel {' '.join(typed)}\n{said(result, typed[0]).rstrip()}\n"
+        folded(f"$ raxel {' '.join(typed)}", " \\\n")
+        + f"\n{folded(said(result, typed[0]).rstrip())}\n"
         for typed in commands
     )
     return Shown(f"````text\n{text}````", f"<pre>{text}</pre>")
+
+
+def folded(text, end="\n"):
+    """Long lines go on in the next one, further in, so that none is cut off."""
+    return "\n".join(
+        f"{end}    ".join(
+            textwrap.wrap(
+                line,
+                WIDTH,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )
+        if len(line) > WIDTH
+        else line
+        for line in text.split("\n")
+    )
 
 
 def steps(took):

@@ -186,22 +186,3 @@ def photograph(size, view, rng):
         "T_camera_board": T,
         "true": true_corners(rig, T),
     }
-
-
-def printed_board(columns, rows, pitch_mm, border_mm=BORDER_MM):
-    """A chessboard of columns x rows interior corners as an SVG file, in mm."""
-    across, down = columns + 1, rows + 1
-    width = across * pitch_mm + 2 * border_mm
-    height = down * pitch_mm + 2 * border_mm
-    squares = [
-        f"M{border_mm + i * pitch_mm:g} {border_mm + j * pitch_mm:g}"
-        f"h{pitch_mm:g}v{pitch_mm:g}h{-pitch_mm:g}z"
-        for j in range(down)
-        for i in range(across)
-        if (i + j) % 2 == 0
-    ]
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}mm" '
-        f'height="{height:g}mm" viewBox="0 0 {width:g} {height:g}">'
-        f'<path d="{"".join(squares)}"/></svg>\n'
-    )
