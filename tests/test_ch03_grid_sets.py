@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicked_corners
+from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicks_task
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     CLEAN,
     Which,
@@ -198,7 +198,7 @@ def test_sets_have_15_images_and_2880_corners():
         for image in range(IMAGES):
             target = rig_of(name, image).target
             corners += target.columns * target.rows
-    assert corners == clicked_corners() == 2880
+    assert corners == clicks_task()["expected"]() == 2880
     with pytest.raises(ValueError, match="no image 15"):
         rig_of("fisheye", 15)
 
