@@ -9,28 +9,9 @@ from raxel.cameras.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.lab.patterns import MonitorLevel, MonitorPattern, monitor_scene
 from raxel.lab.render import trace
-from raxel.sets.model import Pattern
+from raxel.sets.patterns import BLACK, WHITE, patterns_of
 
 PIXELS_AT_ONCE = 1 << 18
-WHITE, BLACK = "white.png", "black.png"
-
-
-def patterns_of(plan):
-    """The coded patterns (`raxel.sets.Pattern`) of a PatternPlan, in file order."""
-    patterns = []
-    for axis, bits in zip("xy", plan.gray_bits, strict=True):
-        for bit in range(bits):
-            for inverse in (False, True)[: 1 + plan.gray_inverse]:
-                name = f"gray-{axis}-{bit:02d}{'-inverse' * inverse}.png"
-                code = {"bit": bit, "of": bits, "inverse": inverse}
-                patterns.append(Pattern(name, axis, "gray", **code))
-    for axis, periods in zip("xy", plan.phase_periods, strict=True):
-        if periods:
-            for step in range(plan.phase_steps):
-                code = {"step": step, "of": plan.phase_steps, "periods": periods}
-                name = f"phase-{axis}-{step}.png"
-                patterns.append(Pattern(name, axis, "phase", **code))
-    return patterns
 
 
 def photograph_patterns(rig, T_camera_target, seed):

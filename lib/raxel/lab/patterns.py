@@ -15,6 +15,7 @@ from raxel.geometry import pose
 from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Rectangle
 from raxel.lab.textures import Plain, Texture, share_in_bars
+from raxel.sets.patterns import cell_width
 
 
 class MonitorLevel(Texture):
@@ -39,7 +40,7 @@ class MonitorPattern(Texture):
     """One pattern of an active grid (`raxel.sets.Pattern`), Gray code or phase step.
 
     monitor_px, monitor_mm: (width, height); without mm, a pixel is 1 mm wide. Gray
-    code counts 2^of equal cells across the monitor, bit 0 is the most significant.
+    code counts 2^of cells from the left or upper border, bit 0 is the most significant.
     Step k of a phase pattern is 1/2 + 1/2 sin(phi + 2 pi k / of), where phi = 2 pi
     periods x / width starts at 0 on the left or upper border, as (3.23) decodes it.
 
@@ -63,7 +64,9 @@ class MonitorPattern(Texture):
         if pattern.kind == "gray":
             # Bit k changes at odd multiples of 2^(of - 1 - k) cells; so in units of
             # twice that, shifted by a half, it is whether the whole part is odd.
-            self._frequency = 2.0**pattern.bit / size_mm[self.axis]
+            code_px = cell_width(pattern, monitor_px) * 2.0**pattern.of
+            code_mm = code_px * size_mm[self.axis] / monitor_px[self.axis]
+            self._frequency = 2.0**pattern.bit / code_mm
         else:
             self._frequency = pattern.periods / size_mm[self.axis]
 

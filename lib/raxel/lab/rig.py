@@ -33,6 +33,7 @@ from raxel.lab.target_poses import (
     outline_of,
 )
 from raxel.sets.model import ActiveGrid, Chessboard
+from raxel.sets.patterns import PatternPlan
 
 SCHEMA = Path(__file__).with_name("rig.schema.json")
 # Units of camera fields. Those not named here are pure numbers, or coefficients and
@@ -60,16 +61,6 @@ RADIANCES = {
     "chessboard": {"black": 0.05, "white": 0.9, "background": 0.4},
     "active_grid": {"background": 0.05},
 }
-
-
-@dataclass(frozen=True)
-class PatternPlan:
-    """The patterns that an active grid shows, (along x, along y); 0 for none."""
-
-    gray_bits: tuple[int, int] = (0, 0)
-    gray_inverse: bool = False
-    phase_steps: int = 4
-    phase_periods: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

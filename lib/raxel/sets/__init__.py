@@ -11,6 +11,12 @@ from raxel.sets.model import (
     Pattern,
     View,
 )
+from raxel.sets.patterns import (
+    PatternPlan,
+    pattern_picture,
+    patterns_of,
+    plan_of_cells,
+)
 from raxel.sets.reference import ReferenceCorners, load_reference
 
 __all__ = [
@@ -20,10 +26,14 @@ __all__ = [
     "ImageSet",
     "Motion",
     "Pattern",
+    "PatternPlan",
     "ReferenceCorners",
     "View",
     "load_reference",
     "load_set",
+    "pattern_picture",
+    "patterns_of",
+    "plan_of_cells",
     "read_colour",
     "read_image",
     "write_set",

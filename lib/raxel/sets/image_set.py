@@ -45,12 +45,19 @@ def write_set(image_set):
     The images must be in the folder already. Raises InputError where `load_set` would
     refuse what is written.
     """
-    data = _plain(image_set)
-    _checked(data, image_set.folder)
-    text = yaml.safe_dump(
-        data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=100
+    _checked(_plain(image_set), image_set.folder)
+    write_whole(image_set.description, set_text(image_set))
+
+
+def set_text(image_set):
+    """What `write_set` writes, unchecked: the text of a set.yaml."""
+    return yaml.safe_dump(
+        _plain(image_set),
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=None,
+        width=100,
     )
-    write_whole(image_set.description, text)
 
 
 def _checked(data, folder):
@@ -113,8 +120,8 @@ def _view(data):
 
 def _pattern(data):
     whole = {key: int(data[key]) for key in ("bit", "step", "of") if key in data}
-    periods = {"periods": float(data["periods"])} if "periods" in data else {}
-    return Pattern(**{**data, **whole, **periods})
+    lengths = {k: float(data[k]) for k in ("periods", "cell_px") if k in data}
+    return Pattern(**{**data, **whole, **lengths})
 
 
 def _integer(value):
@@ -180,11 +187,13 @@ def _plain_view(view):
 def _plain_pattern(pattern):
     data = {"image": pattern.image, "axis": pattern.axis, "kind": pattern.kind}
     if pattern.kind == "gray":
+        width = {"cell_px": float(pattern.cell_px)} if pattern.cell_px else {}
         return {
             **data,
             "bit": int(pattern.bit),
             "of": int(pattern.of),
             "inverse": bool(pattern.inverse),
+            **width,
         }
     step, periods = int(pattern.step), float(pattern.periods)
     return {**data, "step": step, "of": int(pattern.of), "periods": periods}

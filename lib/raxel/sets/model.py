@@ -66,8 +66,9 @@ class ActiveGrid:
 class Pattern:
     """One photograph of an active grid.
 
-    `kind` 'gray' has `bit` (0 = most significant) and `inverse`; 'phase' has `step`
-    and `periods`, step k being advanced by 2 pi k / of. `axis` is 'x' or 'y'.
+    `kind` 'gray' has `bit` (0 = most significant), `inverse` and `cell_px`, the width
+    of a cell in monitor px (None: 2^of cells fill it); 'phase' has `step` and
+    `periods`, step k being advanced by 2 pi k / of. `axis` is 'x' or 'y'.
     """
 
     image: str
@@ -78,6 +79,7 @@ class Pattern:
     inverse: bool = False
     step: int | None = None
     periods: float | None = None
+    cell_px: float | None = None
 
 
 @dataclass(frozen=True)

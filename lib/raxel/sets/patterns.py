@@ -1,0 +1,108 @@
+"""The patterns of an active grid: one plan for laboratory, decoder and command line.
+
+Monitor pixel i covers [i, i + 1), so lengths in px count from the left or upper border
+of the lit area. A Gray code of `of` bits counts 2^of cells from there; it may be longer
+than the monitor, whose border then cuts it off.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.sets.model import Pattern
+
+WHITE, BLACK = "white.png", "black.png"
+LEAST_CELL_PX = 4  # narrower ones leave nothing of a sine
+MOST_STEPS = 64
+
+
+@dataclass(frozen=True)
+class PatternPlan:
+    """The patterns that an active grid shows, (along x, along y); 0 for none.
+
+    phase_periods: periods across the monitor. cell_px: width of the Gray code's cells
+    in monitor px; 0 where its 2^bits cells just fill the monitor.
+    """
+
+    gray_bits: tuple[int, int] = (0, 0)
+    gray_inverse: bool = False
+    phase_steps: int = 4
+    phase_periods: tuple[float, float] = (0.0, 0.0)
+    cell_px: tuple[float, float] = (0.0, 0.0)
+
+
+def plan_of_cells(monitor_px, cells=8, phase_steps=4):
+    """The plan of 3.2.2: Gray code with its inverse, and one sine period for each cell.
+
+    monitor_px: (width, height); cells: along both axes, or (along x, along y). Cells
+    are whole pixels wide, so that the edges of the code lie where sines begin; the
+    last one may reach over the monitor's border. By default these are the 20 patterns
+    of the thesis. Four steps leave out every even order of a response that is not
+    linear, and keep the third; from six steps on that is gone as well: N steps are
+    disturbed by orders m N +- 1 only (Appendix A). Raises InputError for cells too
+    narrow, none at all, and fewer than three steps.
+    """
+    if not 3 <= phase_steps <= MOST_STEPS:
+        raise InputError(
+            f"phase_steps: found {phase_steps}; give 3 to {MOST_STEPS}, 4 as in the "
+            "thesis, 6 or more where the monitor's response is far from linear"
+        )
+    counts = (cells, cells) if np.isscalar(cells) else tuple(cells)
+    bits, widths = [], []
+    for axis, count, pixels in zip("xy", counts, monitor_px, strict=True):
+        if not 1 <= count * LEAST_CELL_PX <= pixels:
+            raise InputError(
+                f"cells: found {count} along {axis} on {pixels} px of the monitor; "
+                f"give 1 to {pixels // LEAST_CELL_PX}, each {LEAST_CELL_PX} px or more"
+            )
+        widths.append(math.ceil(pixels / count))
+        bits.append((count - 1).bit_length())
+    periods = [size / w for size, w in zip(monitor_px, widths, strict=True)]
+    return PatternPlan(tuple(bits), True, phase_steps, tuple(periods), tuple(widths))
+
+
+def patterns_of(plan):
+    """The coded patterns (`Pattern`) of a PatternPlan, in file order."""
+    patterns = []
+    for axis, bits, width in zip("xy", plan.gray_bits, plan.cell_px, strict=True):
+        for bit in range(bits):
+            for inverse in (False, True)[: 1 + plan.gray_inverse]:
+                name = f"gray-{axis}-{bit:02d}{'-inverse' * inverse}.png"
+                code = {"bit": bit, "of": bits, "inverse": inverse}
+                code["cell_px"] = float(width) or None
+                patterns.append(Pattern(name, axis, "gray", **code))
+    for axis, periods in zip("xy", plan.phase_periods, strict=True):
+        if periods:
+            for step in range(plan.phase_steps):
+                code = {"step": step, "of": plan.phase_steps, "periods": periods}
+                name = f"phase-{axis}-{step}.png"
+                patterns.append(Pattern(name, axis, "phase", **code))
+    return patterns
+
+
+def cell_width(pattern, monitor_px):
+    """The width of a Gray code's cells, in px of the monitor along its axis."""
+    return pattern.cell_px or monitor_px["xy".index(pattern.axis)] / 2**pattern.of
+
+
+def pattern_picture(pattern, monitor_px):
+    """What the monitor is sent: (height, width) uint8, 0 to 255.
+
+    monitor_px: (width, height). Each pixel has the value of its middle. Values are
+    linear in the sine; what the monitor makes of them is its own.
+    """
+    width, height = monitor_px
+    size = width if pattern.axis == "x" else height
+    place = np.arange(size) + 0.5
+    if pattern.kind == "gray":
+        cell = (place / cell_width(pattern, monitor_px)).astype(int)
+        value = (cell ^ (cell >> 1)) >> (pattern.of - 1 - pattern.bit) & 1
+        value = 1 - value if pattern.inverse else value
+    else:
+        turns = pattern.periods * place / size + pattern.step / pattern.of
+        value = 0.5 + 0.5 * np.sin(2 * np.pi * turns)
+    line = np.rint(255 * value).astype(np.uint8)
+    line = line[None, :] if pattern.axis == "x" else line[:, None]
+    return np.ascontiguousarray(np.broadcast_to(line, (height, width)))

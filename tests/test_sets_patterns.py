@@ -1,0 +1,68 @@
+"""The plan of an active grid's patterns, and the pictures that a monitor is sent."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.lab import MonitorPattern
+from raxel.sets import pattern_picture, patterns_of, plan_of_cells
+from raxel.sets.patterns import cell_width
+
+
+def read_code(pictures):
+    """Cell numbers from Gray pictures, most significant first."""
+    bits = np.cumsum([picture > 127 for picture in pictures], axis=0) % 2
+    return sum(bit << (len(bits) - 1 - k) for k, bit in enumerate(bits))
+
+
+def test_the_thesis_has_twenty_patterns():
+    patterns = patterns_of(plan_of_cells((1024, 768)))
+    assert len(patterns) == 20
+    assert sum(p.kind == "gray" for p in patterns) == 12
+    assert {p.periods for p in patterns if p.kind == "phase"} == {8}
+    assert len({p.image for p in patterns}) == 20
+
+
+@pytest.mark.parametrize("size", [(1024, 768), (1366, 773), (97, 61)])
+@pytest.mark.parametrize("cells", [8, 5, (12, 3)])
+def test_cells_begin_where_sines_begin(size, cells):
+    """Whole pixels for each cell, a code longer than the monitor, any count."""
+    plan = plan_of_cells(size, cells, 5)
+    for axis, count in zip("xy", np.broadcast_to(cells, 2), strict=True):
+        own = [p for p in patterns_of(plan) if p.axis == axis]
+        gray = [p for p in own if p.kind == "gray" and not p.inverse]
+        phase = [p for p in own if p.kind == "phase"]
+        width = cell_width(gray[0], size)
+        assert width == int(width)
+        assert len(phase) == 5
+        pixels = size["xy".index(axis)]
+        assert pixels / phase[0].periods == pytest.approx(width)
+        shown = read_code([pattern_picture(p, size) for p in gray])
+        line = shown[0] if axis == "x" else shown[:, 0]
+        np.testing.assert_array_equal(line, np.arange(pixels) // int(width))
+        assert line[-1] == np.ceil(pixels / width) - 1 <= count - 1
+        assert 2 ** gray[0].of * width >= pixels
+
+
+def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
+    size = (97, 61)
+    v, u = np.indices(size[::-1])
+    uv = np.column_stack([u.ravel(), v.ravel()]) + 0.5
+    for pattern in patterns_of(plan_of_cells(size, (5, 3), 6)):
+        shown = MonitorPattern(size, None, pattern).radiance(uv, np.ones(len(uv)))
+        sent = pattern_picture(pattern, size)
+        assert sent.dtype == np.uint8
+        np.testing.assert_allclose(sent.ravel() / 255, shown, atol=0.501 / 255)
+
+
+@pytest.mark.parametrize(
+    ("cells", "steps", "message"),
+    [
+        (0, 4, "cells: found 0 along x"),
+        ((8, 200), 4, "cells: found 200 along y on 480 px .* 1 to 120"),
+        (8, 2, "phase_steps: found 2; give 3 to 64"),
+    ],
+)
+def test_plans_that_no_monitor_can_show(cells, steps, message):
+    with pytest.raises(InputError, match=message):
+        plan_of_cells((640, 480), cells, steps)
