@@ -1,0 +1,71 @@
+"""The noise of pictures, from the pictures: variance against grey level."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+SAMPLES = 120_000  # pixels looked at, in rows all over the pictures
+LEVELS = 16
+LEAST_IN_LEVEL = 500
+QUANTISATION = 1 / 12  # variance of rounding to whole grey levels
+# The median of |x| of a normal law with standard deviation 1.
+MEDIAN = 0.6744897501960817
+# Of the sum of squares of (1 -2 1) by (1 -2 1).
+GAIN = 36.0
+
+
+class Noise(NamedTuple):
+    """Variance of a grey value of level I: floor + slope I, grey levels squared."""
+
+    floor: float
+    slope: float = 0.0
+
+
+def estimate_noise(images, white):
+    """The Noise of pictures (H, W), a list of them, by the values that are not clipped.
+
+    White noise is taken for granted. The second difference along rows of the second
+    difference along columns is blind to stripes of any shape along either, as an active
+    grid shows; medians are blind to the edges that remain.
+    """
+    height, width = images[0].shape
+    if height < 3 or width < 3:
+        return Noise(QUANTISATION)
+    rows = min(height - 2, max(1, SAMPLES // (width * len(images))))
+    middle = 1 + (np.arange(rows) * (height - 2)) // rows
+    levels, responses = [], []
+    for picture in images:
+        three = [picture[middle + d].astype(np.int32) for d in (-1, 0, 1)]
+        clipped = [(row == 0) | (row >= white) for row in three]
+        clipped = clipped[0] | clipped[1] | clipped[2]
+        clipped = clipped[:, :-2] | clipped[:, 1:-1] | clipped[:, 2:]
+        down = three[0] - 2 * three[1] + three[2]
+        response = down[:, :-2] - 2 * down[:, 1:-1] + down[:, 2:]
+        level = (three[0] + three[2])[:, 1:-1] / 2
+        levels.append(level[~clipped])
+        responses.append(np.abs(response[~clipped]))
+    return _fitted(np.concatenate(levels), np.concatenate(responses))
+
+
+def _fitted(levels, responses):
+    if len(levels) < LEAST_IN_LEVEL:
+        return Noise(QUANTISATION)
+    order = np.argsort(levels, kind="stable")
+    parts = np.array_split(order, min(LEVELS, len(order) // LEAST_IN_LEVEL))
+    level = np.array([levels[part].mean() for part in parts])
+    spread = [_median(responses[part]) / MEDIAN for part in parts]
+    variance = np.maximum(np.square(spread) / GAIN, QUANTISATION)
+    # Weighed by 1 / variance: the relative error of each is alike.
+    basis = np.column_stack([np.ones_like(level), level]) / variance[:, None]
+    from scipy.optimize import nnls
+
+    floor, slope = nnls(basis, np.ones_like(level))[0]
+    return Noise(max(float(floor), QUANTISATION), float(slope))
+
+
+def _median(whole):
+    """The median of whole numbers, each taken as spread over its unit."""
+    below, at = np.sort(whole), int(np.median(whole))
+    low, high = np.searchsorted(below, (at, at + 1))
+    share = (len(whole) / 2 - low) / max(high - low, 1)
+    return max(at - 0.5 + share, 0.0) if at else max(share / 2, 0.0)

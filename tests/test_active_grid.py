@@ -1,0 +1,255 @@
+"""What the decoder promises: places, standard deviations, cells at edges, masks."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.features.active_grid import Noise, decode
+from raxel.sets import ActiveGrid, Pattern, PatternPlan
+from tests.active_grids import drawn
+
+
+def decoded(scene, **options):
+    return decode(scene.images, scene.patterns, scene.grid, **options)
+
+
+@cache
+def with_noise(noise):
+    """One picture for each noise: tilt 0.3 of the depth, 40 % less light at corners."""
+    size = (560, 420)
+    return drawn(size=size, noise=noise, tilt=0.3, vignetting=1.2, seed=1)
+
+
+def share_of_lit(scene, found):
+    on = np.isfinite(scene.true[..., 0])
+    return found.mask[on].mean()
+
+
+def errors(scene, found):
+    """(N, 2) mm over the pixels with a location."""
+    return (found.location - scene.true)[found.mask]
+
+
+@pytest.mark.parametrize("steps", [3, 4, 5, 6, 8])
+@pytest.mark.parametrize("cells", [8, 1, (13, 4)])
+def test_without_noise_every_pixel_finds_its_place(steps, cells):
+    """Cells beyond the power of two, codes longer than the monitor, 16 bit."""
+    scene = drawn(cells=cells, steps=steps, dtype=np.uint16, monitor=(203, 151))
+    found = decoded(scene, smooth=False, margin_px=0)
+    on = np.isfinite(scene.true[..., 0])
+    off = np.abs(errors(scene, found))
+    assert np.mean(found.mask[on]) > 0.99
+    assert not found.mask[~on].any()
+    # 16 bit of 170 / 256 of their range leave this much of a cell to rounding.
+    assert off.max() < 2e-5 * 300 / np.min(cells)
+
+
+def test_locations_are_in_mm_with_oblong_pixels_or_in_pixels():
+    scene = drawn(noise=1.0)
+    in_px = decode(scene.images, scene.patterns, ActiveGrid(scene.grid.monitor_px))
+    in_mm = decoded(scene)
+    assert (in_px.unit, in_mm.unit) == ("px", "mm")
+    assert in_mm.location.dtype == in_mm.sigma.dtype == np.float32
+    pixel = np.divide(scene.grid.monitor_mm, scene.grid.monitor_px)
+    good = in_mm.mask & in_px.mask
+    for name in ("location", "sigma"):
+        mm, px = getattr(in_mm, name)[good], getattr(in_px, name)[good]
+        np.testing.assert_allclose(mm, px * pixel, rtol=1e-5)
+
+
+@pytest.mark.parametrize("options", [{}, {"smooth": False}, {"neighbours": True}])
+@pytest.mark.parametrize("noise", [1.0, 3.0, 8.0])
+def test_two_thirds_lie_within_one_sigma(noise, options):
+    """With tilt and vignetting, over the whole mask, noise from the pictures."""
+    scene = with_noise(noise)
+    found = decoded(scene, **options)
+    within = np.abs(errors(scene, found)) < found.sigma[found.mask]
+    assert 0.66 < within.mean(axis=0).min() <= within.mean(axis=0).max() < 0.70
+    least = 0.7 if options == {"smooth": False} else 0.9
+    assert share_of_lit(scene, found) > least
+
+
+def test_smoothing_takes_away_what_it_says():
+    scene = with_noise(3.0)
+    spread = {}
+    for name, options in {
+        "raw": {"smooth": False},
+        "windows": {},
+        "both": {"neighbours": True},
+    }.items():
+        found = decoded(scene, **options)
+        spread[name] = np.sqrt(np.mean((errors(scene, found) / 300) ** 2))
+    assert spread["raw"] / spread["windows"] == pytest.approx(7, rel=0.1)
+    assert spread["windows"] / spread["both"] == pytest.approx(441 / 55 / 7, rel=0.05)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.02, -0.02])
+def test_no_cell_is_wrong_at_a_blurred_edge(shift):
+    """200 000 pixels, blur 2 px, noise 4; sines and code may be a little apart."""
+    scene = drawn(size=(540, 405), noise=4.0, blur=2.0, shift=shift, seed=2)
+    for options in ({}, {"smooth": False}):
+        found = decoded(scene, margin_px=9, **options)
+        off = np.abs(errors(scene, found))
+        assert off.max() < 0.15 * 300 / 8
+    assert found.mask.size > 200_000
+    assert share_of_lit(scene, decoded(scene, margin_px=9)) > 0.9
+
+
+def test_a_code_finer_than_its_sines_needs_no_edges():
+    plan = PatternPlan((5, 5), True, 4, (16.0, 16.0))
+    scene = drawn(size=(240, 180), plan=plan, noise=3.0, blur=1.0)
+    off = np.abs(errors(scene, decoded(scene)))
+    assert off.max() < 0.1 * 300 / 16
+
+
+def test_gray_code_alone_gives_the_middle_of_its_cells():
+    plan = PatternPlan((5, 6), True)
+    scene = drawn(size=(240, 180), plan=plan, noise=2.0, blur=0.7)
+    found = decoded(scene)
+    cell = np.divide(scene.grid.monitor_mm, (32, 64))
+    off = np.abs(errors(scene, found))
+    assert np.quantile(off, 0.95, axis=0) == pytest.approx(0.475 * cell, rel=0.05)
+    assert np.all(off.max(axis=0) < 1.1 * cell)
+    sigma = found.sigma[found.mask]
+    np.testing.assert_allclose(sigma, np.tile(cell / 12**0.5, (len(sigma), 1)), 1e-4)
+    assert share_of_lit(scene, found) > 0.8
+
+
+def test_one_axis_leaves_the_other_open():
+    scene = drawn(noise=2.0)
+    both = decoded(scene, noise=2.0)
+    for axis, name in enumerate("xy"):
+        own = [k for k, p in enumerate(scene.patterns) if p.axis == name]
+        found = decode(
+            scene.images[own], [scene.patterns[k] for k in own], scene.grid, noise=2.0
+        )
+        assert np.isnan(found.location[..., 1 - axis]).all()
+        good = both.mask & found.mask
+        assert good.mean() > 0.4
+        np.testing.assert_array_equal(
+            found.location[good, axis], both.location[good, axis]
+        )
+
+
+@pytest.mark.parametrize("with_white", [True, False])
+def test_bits_without_inverse_are_compared_with_the_middle(with_white):
+    scene = drawn(size=(240, 180), noise=3.0, blur=1.0)
+    own = [k for k, p in enumerate(scene.patterns) if not p.inverse]
+    levels = {"white": scene.white, "black": scene.black} if with_white else {}
+    found = decode(
+        scene.images[own], [scene.patterns[k] for k in own], scene.grid, **levels
+    )
+    assert share_of_lit(scene, found) > 0.8
+    assert np.abs(errors(scene, found)).max() < 0.1 * 300 / 8
+
+
+def test_nothing_is_smoothed_across_a_jump():
+    """Two halves that see places far apart, without a gap between them."""
+
+    def halves(u, v, monitor):
+        x = np.where(u < 0, 0.7 + 0.5 * u, 0.4 + 0.5 * u) * monitor[0]
+        return x, (0.5 + 0.6 * v) * monitor[1]
+
+    scene = drawn(size=(240, 180), place=halves, noise=2.0)
+    found = decoded(scene, neighbours=True, fill=True)
+    off = np.abs(found.location - scene.true) / found.sigma
+    assert np.nanmax(off) < 6.5
+    raw = decoded(scene, smooth=False).sigma
+    ratio = found.sigma[90, :, 1] / raw[90, :, 1]
+    assert np.all(ratio[117:123] > 0.8)
+    assert np.all(ratio[20:110] < 0.2)
+
+
+def test_the_noise_comes_from_the_pictures():
+    scene = drawn(size=(320, 240), noise=3.0)
+    found = decoded(scene).noise
+    level = np.array([60.0, 120.0, 180.0])
+    np.testing.assert_allclose(found.floor + found.slope * level, 9 + 1 / 12, rtol=0.06)
+    rng = np.random.default_rng(0)
+    photons = rng.normal(scene.images, np.sqrt(1 + 0.05 * scene.images))
+    photons = np.clip(np.rint(photons), 0, 255).astype(np.uint8)
+    clean = drawn(size=(320, 240))
+    photons = rng.normal(clean.images, np.sqrt(1 + 0.05 * clean.images.astype(float)))
+    photons = np.clip(np.rint(photons), 0, 255).astype(np.uint8)
+    found = decode(photons, clean.patterns, clean.grid).noise
+    np.testing.assert_allclose(
+        found.floor + found.slope * level, 1 + 0.05 * level, rtol=0.1
+    )
+
+
+def test_what_cannot_be_trusted_is_counted():
+    scene = drawn(size=(240, 180), noise=2.0, share=0.7)
+    images = scene.images.copy()
+    images[:, 60:80, 100:130] = 255
+    images[:, 100:101, 50:51] = 30
+    found = decode(images, scene.patterns, scene.grid)
+    counts = found.counts()
+    assert sum(counts.values()) == found.mask.size
+    assert counts["overexposed"] + counts["too little contrast"] > 600
+    on = np.isfinite(scene.true[..., 0])
+    assert not found.mask[~on].any()
+    assert counts["at the rim of the lit area"] > 1000
+    assert not found.mask[100, 50]
+    filled = decode(images, scene.patterns, scene.grid, fill=True)
+    assert filled.mask[100, 50]
+    off = filled.location[100, 50] - scene.true[100, 50]
+    assert np.abs(off).max() < 6 * filled.sigma[100, 50].max()
+    assert np.isnan(filled.location[70, 115]).all()
+
+
+def without(scene, *numbers):
+    keep = [k for k in range(len(scene.patterns)) if k not in numbers]
+    return scene.images[keep], [scene.patterns[k] for k in keep]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda s: (s.images[1:], s.patterns), "found 19 for 20 patterns"),
+        (lambda s: without(s, 2, 3), "axis x: Gray code lacks bit 1"),
+        (lambda s: without(s, 13), "axis x: phase step 1 of 4 is missing"),
+        (lambda s: without(s, *range(6)), "axis x: found periods of 25 px and no Gray"),
+        (
+            lambda s: ([*s.images, s.images[0]], [*s.patterns, s.patterns[0]]),
+            "bit 0 appears twice",
+        ),
+        (
+            lambda s: ([*s.images[:-1], s.images[0][:-1]], s.patterns),
+            r"phase-y-3.png: found a picture \(119, 160\)",
+        ),
+        (lambda s: (s.images.astype(float), s.patterns), "float64; give grey ones"),
+        (
+            lambda s: (s.images[:1], [Pattern("", "x", "gray", 3, bit=0)]),
+            "Gray code without inverse",
+        ),
+        (lambda s: ([], []), "found 0 for 0 patterns"),
+    ],
+)
+def test_pictures_that_do_not_fit_are_refused_in_one_line(spoil, message):
+    scene = drawn()
+    images, patterns = spoil(scene)
+    with pytest.raises(InputError, match=message) as fault:
+        decode(images, patterns, scene.grid)
+    assert "\n" not in str(fault.value)
+
+
+def test_stated_noise_is_taken():
+    scene = drawn(noise=3.0)
+    found = decoded(scene, noise=3.0)
+    assert found.noise == Noise(9.0)
+    twice = decoded(scene, noise=Noise(36.0))
+    both = found.mask & twice.mask
+    np.testing.assert_allclose(twice.sigma[both], 2 * found.sigma[both], rtol=1e-5)
+
+
+def test_a_long_code_is_the_code_of_its_part():
+    """Cells of a stated width: a code of ten bits on a monitor that needs eight."""
+    plan = PatternPlan((10, 0), True, cell_px=(1.0, 0.0))
+    scene = drawn(size=(160, 120), plan=plan, noise=1.0, share=0.2)
+    found = decoded(scene)
+    assert np.abs(errors(scene, found)[:, 0]).max() < 1.5 * 1.1
+    assert found.cells[found.mask, 0].max() < 200
+    assert replace(scene.patterns[0], cell_px=None) != scene.patterns[0]
