@@ -13,18 +13,26 @@ from raxel.calibration import BoardView
 from raxel.calibration.board_rays import ray_table
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
+from raxel.features.active_grid import decode
 from raxel.features.celect import celect
 from raxel.geometry import transform
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
-from raxel.sets import Chessboard
+from raxel.sets import (
+    ActiveGrid,
+    Chessboard,
+    pattern_picture,
+    patterns_of,
+    plan_of_cells,
+)
 
 BOARD = Chessboard(columns=7, rows=5, pitch_mm=20.0)
 CAMERA = FisheyeCamera("equidistance", 150.0, [159.5, 119.5], 320, 240, np.pi / 2)
 DISTANCE_MM = 110.0
+MONITOR_PX = 48, 32
 
 
 def compile_ahead():
-    """Photograph a small board and find it, so that every compiled loop has run.
+    """Find a small photographed board and decode a grid, so that every loop has run.
 
     Returns the corners (35, 2) that were found, px.
     """
@@ -41,6 +49,9 @@ def compile_ahead():
     ray_table([view], T_camera_board[None], np.zeros(3), CAMERA.width, CAMERA.height)
     celect(picture, clicks, BOARD.columns, BOARD.rows)
     find_board(picture)
+    patterns = patterns_of(plan_of_cells(MONITOR_PX))
+    shown = [pattern_picture(pattern, MONITOR_PX) for pattern in patterns]
+    decode(shown, patterns, ActiveGrid(MONITOR_PX), neighbours=True, fill=True)
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 

@@ -11,6 +11,10 @@
   them: new files, or in place of those of an earlier undistort, never of others.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
   laboratory.
+- `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]` draws what
+  an active grid's monitor shows, with a set.yaml for the photographs.
+- `raxel decode SET --out FOLDER [--raw] [--neighbours] [--fill] [--margin PX]` finds
+  the point of the monitor that each pixel sees; `raxel score --points` takes FOLDER.
 - `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a
   rig, a camera, or the targets of a set before their camera: FILE is a picture (.png)
   or a page to turn (.html); without it the page opens in the browser.
@@ -116,6 +120,8 @@ def _parser():
     _add_undistort(commands)
     _add_check(commands)
     _add_render(commands)
+    _add_patterns(commands)
+    _add_decode(commands)
     _add_show(commands)
     _add_score(commands)
     _add_bench(commands)
@@ -191,6 +197,54 @@ def _add_render(commands):
     parser.set_defaults(command=_render)
 
 
+def _add_patterns(commands):
+    summary = "draw the patterns that the monitor of an active grid shows"
+    parser = commands.add_parser("patterns", help=summary, description=summary)
+    for side in ("width", "height"):
+        parser.add_argument(
+            f"--{side}", type=_count, required=True, help="of the monitor, px"
+        )
+    parser.add_argument(
+        "--cells", type=_count, default=8, help="along either axis (default 8)"
+    )
+    parser.add_argument(
+        "--steps",
+        type=_count,
+        default=4,
+        help="of the sines: 4 (default) leave out even orders of a monitor's response, "
+        "6 or more the third as well",
+    )
+    parser.add_argument("--out", metavar="FOLDER", required=True, help="a new folder")
+    parser.set_defaults(command=_patterns)
+
+
+def _add_decode(commands):
+    summary = "find the point of an active grid that each pixel sees"
+    parser = _command(commands, "decode", summary, _decode)
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        required=True,
+        help="a new folder: for each view points, sigma and mask (.npz), a picture",
+    )
+    parser.add_argument(
+        "--raw", action="store_true", help="do not average over 7 x 7 pixels"
+    )
+    parser.add_argument(
+        "--neighbours", action="store_true", help="average locations over 3 x 3 pixels"
+    )
+    parser.add_argument(
+        "--fill", action="store_true", help="fill single holes from their neighbours"
+    )
+    parser.add_argument(
+        "--margin",
+        metavar="PX",
+        type=_seed,
+        default=6,
+        help="leave out so much at the rim of the lit area (default 6)",
+    )
+
+
 def _add_show(commands):
     summary = "draw a rig, a camera, or the targets of a set, in three dimensions"
     parser = commands.add_parser("show", help=summary, description=summary)
@@ -244,6 +298,13 @@ def _seed(text):
     if not text.isascii() or not text.isdigit() or len(text) > 18:
         raise argparse.ArgumentTypeError(f"found {text!r}; give a whole number from 0")
     return int(text)
+
+
+def _count(text):
+    number = _seed(text)
+    if not 1 <= number <= 32000:
+        raise argparse.ArgumentTypeError(f"found {text}; give 1 to 32000")
+    return number
 
 
 def _command(commands, name, summary, run, takes_camera=False):
@@ -304,6 +365,18 @@ def _render(options, say):
     from raxel.cli.render import render
 
     render(options, say)
+
+
+def _patterns(options, say):
+    from raxel.cli.patterns import patterns
+
+    patterns(options, say)
+
+
+def _decode(options, say):
+    from raxel.cli.decode import decode
+
+    decode(options, say)
 
 
 def _show(options, say):

@@ -238,7 +238,8 @@ def _trim(first, stop, margin, out):
     height, size = len(status), 2 * margin + 1
     around = SPECK + margin
     start, end = max(0, first - around), min(height, stop + around)
-    unlit = np.isin(status[start:end], (DARK, BESIDE)).astype(np.uint8)
+    seen = status[start:end]
+    unlit = ((seen == DARK) | (seen == BESIDE)).astype(np.uint8)
     # Beyond the picture it goes on as at its border, where strips are no specks.
     unlit = cv2.copyMakeBorder(unlit, *(SPECK,) * 4, cv2.BORDER_REPLICATE)
     unlit = cv2.morphologyEx(unlit, cv2.MORPH_OPEN, np.ones((SPECK + 1,) * 2, np.uint8))
