@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.features.active_grid import REASONS
-from raxel.features.active_grid.compiled import DARK, FILLED, RIM, SATURATED
+from raxel.features.active_grid.layout import DARK, FILLED, RIM, SATURATED
 from raxel.report.canvas import Canvas
 from raxel.sets.patterns import pattern_picture
 

@@ -6,16 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.active_grid.compiled import (
-    BITS,
-    EDGES,
-    EXTENT,
-    JUMP,
-    LENGTH,
-    RATIO,
-    SPREAD,
-    STEPS,
-)
+from raxel.features.active_grid.layout import Plan
 from raxel.sets.patterns import cell_width
 
 MOST_BITS = 15
@@ -128,9 +119,9 @@ def _steps(name, own):
 
 
 def plan_arrays(codes, monitor_px, unit):
-    """The plan of `compiled.decode_rows`; unit: (2,) length of a monitor pixel.
+    """The Plan of the loops; all bits must have an inverse.
 
-    All bits must have an inverse.
+    unit: (2,) length of a monitor pixel along x and y in the unit of locations.
     """
     count = len(codes)
     most_bits = max(1, *(len(code.bits) for code in codes))
@@ -138,19 +129,11 @@ def plan_arrays(codes, monitor_px, unit):
     pairs = np.zeros((count, most_bits, 2), np.int64)
     steps = np.zeros((count, 3, most_steps), np.int64)
     weights = np.zeros((count, 3, most_steps), np.float32)
-    whole, real = np.zeros((count, 4), np.int64), np.ones((count, 4), np.float32)
+    numbers = []
     for k, code in enumerate(codes):
         used, size = len(code.steps), monitor_px[code.axis]
         if code.bits:
             pairs[k, : len(code.bits)] = code.bits
-        whole[k, BITS], whole[k, STEPS] = len(code.bits), _even(used)
-        whole[k, EDGES] = min(np.ceil(size / code.cell - SLACK), 2 ** len(code.bits))
-        period = code.period or code.cell
-        jump = period / code.cell if used else NEIGHBOURS * size / code.cell
-        whole[k, JUMP] = max(1, round(jump))
-        real[k, RATIO] = code.cell / period
-        real[k, LENGTH] = period * unit[code.axis]
-        real[k, EXTENT] = size * unit[code.axis]
         if used:
             for row, share in enumerate(phase_weights(used)):
                 # Those that count come first, so that the loops can end there.
@@ -158,18 +141,23 @@ def plan_arrays(codes, monitor_px, unit):
                 weights[k, row, :used] = share[order]
                 steps[k, row] = code.steps[0]
                 steps[k, row, :used] = np.array(code.steps)[order]
-            real[k, SPREAD] = 2 / used
-    return pairs, steps, weights, whole, real
+        period, length = code.period or code.cell, unit[code.axis]
+        jump = period / code.cell if used else NEIGHBOURS * size / code.cell
+        edges = min(np.ceil(size / code.cell - SLACK), 2 ** len(code.bits))
+        numbers.append(
+            (
+                *(len(code.bits), _even(used), edges, max(1, round(jump))),
+                *(code.cell / period, period * length, size * length, 2 / max(used, 1)),
+            )
+        )
+    columns = list(zip(*numbers, strict=True))
+    whole = (np.array(column, np.int64) for column in columns[:4])
+    real = (np.array(column, np.float32) for column in columns[4:])
+    return Plan(pairs, steps, weights, *whole, *real)
 
 
 def _even(count):
     return count + count % 2
-
-
-def reach_of(plan):
-    """(A,) float32: how far apart neighbours may lie that see one surface."""
-    whole, real = plan[3:]
-    return real[:, LENGTH] * real[:, RATIO] * whole[:, JUMP].astype(np.float32) / 2
 
 
 def phase_weights(count):

@@ -12,24 +12,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.active_grid.coding import plan_arrays, reach_of, read_coding
-from raxel.features.active_grid.compiled import (
+from raxel.features.active_grid.coding import plan_arrays, read_coding
+from raxel.features.active_grid.layout import (
+    AHEAD,
     ALONE,
     BESIDE,
     DARK,
     DECODED,
     FILLED,
-    LENGTH,
+    REACH,
     RIM,
+    ROWS_A_CALL,
     SATURATED,
     UNREADABLE,
-    decode_rows,
+    empty_rows,
 )
 from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
 from raxel.features.active_grid.noise import Noise, estimate_noise
+from raxel.features.active_grid.places import decode_rows
+from raxel.features.active_grid.reading import read_rows
 
 ROWS_AT_ONCE = 128
-HALO = 4
 SPECK = 2  # px; so small, a spot without light is no rim
 MARGIN_PX = 6  # three, and three times the blur of an ordinary lens
 REASONS = {
@@ -127,9 +130,15 @@ def decode(
 
     def decode_part(first):
         stop = min(first + ROWS_AT_ONCE, height)
-        rows, start = stack.rows(first, stop)
-        part = first - start, stop - start, first
-        decode_rows(rows, part, plan, smooth, limit, variance, out)
+        pictures, start = stack.rows(first, stop)
+        rows = empty_rows(len(codes), width, stack.dtype)
+        known, end = max(first - start - REACH, 0), pictures.shape[1]
+        for y in range(first - start, stop - start, ROWS_A_CALL):
+            after = min(y + ROWS_A_CALL, stop - start)
+            ahead = min(after + AHEAD, end)
+            read_rows(pictures, known, ahead, plan, limit, variance, rows)
+            part, known = (y, after, y + start), ahead
+            decode_rows(pictures, part, plan, smooth, variance, rows, out)
 
     def trim_part(first):
         _trim(first, min(first + ROWS_AT_ONCE, height), margin_px, out)
@@ -138,11 +147,10 @@ def decode(
         for task in (decode_part, trim_part) if margin_px else (decode_part,):
             list(pool.map(task, range(0, height, ROWS_AT_ONCE)))
     location, sigma, cells, status = out
-    length, reach = plan[4][:, LENGTH], reach_of(plan)
     if neighbours:
-        smooth_neighbours(location, sigma, status, reach, smooth)
+        smooth_neighbours(location, sigma, status, plan.reach, smooth)
     if fill:
-        fill_holes(location, sigma, cells, status, reach, length)
+        fill_holes(location, sigma, cells, status, plan.reach, plan.length)
     return Decoded(
         *(_both_axes(array, codes) for array in (location, sigma, cells)),
         status,
@@ -204,7 +212,7 @@ class _Stack:
         """(stack, the picture's row where it begins) with what is needed around."""
         if self.as_it_lies:
             return self.images, 0
-        start, end = max(0, first - HALO), min(self.shape[0], stop + HALO)
+        start, end = max(0, first - REACH), min(self.shape[0], stop + AHEAD)
         block = np.empty(
             (len(self.images) + len(self.made), end - start, self.shape[1]), self.dtype
         )

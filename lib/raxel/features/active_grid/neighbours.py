@@ -7,7 +7,7 @@ and agree, a hole is filled from neighbours on opposite sides that agree.
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid.compiled import DECODED, FILLED
+from raxel.features.active_grid.layout import DECODED, FILLED
 
 # Standard deviation of a mean of 3 x 3 independent values, and of 3 x 3 means over
 # 7 x 7 pixels, which overlap: (1 + 4 + 9 + 9 + 9 + 9 + 9 + 4 + 1) / 21^2 along each

@@ -1,0 +1,83 @@
+"""What the decoder's compiled loops share: kinds of pixels, a plan, rows kept.
+
+The loops keep what they found in a few rows of the picture, in rings: row y lies at y
+modulo their length.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM = range(8)
+
+REACH = 3  # of the smoothing window, 7 x 7, to each side
+AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
+ROWS_A_CALL = 8
+KEPT = 16  # rows in a ring: those of a call, REACH before them and AHEAD behind
+
+
+class Plan(NamedTuple):
+    """What the pictures of a stack encode along A axes (`coding.plan_arrays`).
+
+    pairs: (A, bits, 2), picture and inverse of each bit; steps, weights: (A, 3, K), of
+    the phase steps for sine, cosine and level, weights float32. int64 (A,): bits; used
+    steps, rounded up to an even number; edges, the first edge behind the last cell that
+    is shown; jump, cells between neighbours above which they see different surfaces.
+    float32 (A,): ratio of cell to period; length of a period and extent of the monitor
+    in the unit of locations; spread 2 / N of N steps.
+    """
+
+    pairs: np.ndarray
+    steps: np.ndarray
+    weights: np.ndarray
+    bits: np.ndarray
+    used: np.ndarray
+    edges: np.ndarray
+    jump: np.ndarray
+    ratio: np.ndarray
+    length: np.ndarray
+    extent: np.ndarray
+    spread: np.ndarray
+
+    @property
+    def reach(self):
+        """(A,) float32: how far apart neighbours may lie that see one surface."""
+        return self.length * self.ratio * self.jump.astype(np.float32) / 2
+
+
+class Rows(NamedTuple):
+    """Rings of rows. (A, KEPT, W): sine, cosine of unit length, strength (the square of
+    the modulation), mean level, code (the cell), least and second least distance of a
+    picture from its inverse. (KEPT, W): most distance; bad, why a pixel is not decoded;
+    beside and below, whether it breaks with the next pixel; crossed, either or bad.
+    apart: (W,), a row to work in.
+    """
+
+    sine: np.ndarray
+    cosine: np.ndarray
+    strength: np.ndarray
+    level: np.ndarray
+    code: np.ndarray
+    least: np.ndarray
+    second: np.ndarray
+    most: np.ndarray
+    bad: np.ndarray
+    beside: np.ndarray
+    below: np.ndarray
+    crossed: np.ndarray
+    apart: np.ndarray
+
+
+def empty_rows(axes, width, dtype):
+    """Rows for pictures of this width and type; beyond the first row is a break."""
+    ring, three = (KEPT, width), (axes, KEPT, width)
+    return Rows(
+        *(np.zeros(three, np.float32) for _ in range(4)),
+        np.zeros(three, np.uint16),
+        *(np.zeros(three, dtype) for _ in range(2)),
+        np.zeros(ring, dtype),
+        *(np.zeros(ring, np.uint8) for _ in range(2)),
+        np.ones(ring, np.uint8),
+        np.zeros(ring, np.uint8),
+        np.zeros(width, dtype),
+    )

@@ -1,0 +1,211 @@
+"""What each row of an active grid's pictures says by itself, in compiled loops.
+
+Loops over few arrays of one type are compiled to run on many pixels at once. Arithmetic
+on grey values is in whole numbers where they are, or in float32 with one rounding for
+each operation. What these functions call stands in this file: compiled code is kept
+from run to run, and made again when this file changes, not when another one does.
+"""
+
+import numpy as np
+from numba import njit
+
+from raxel.features.active_grid.layout import DARK, DECODED, SATURATED, UNREADABLE
+
+# A pixel is dark below so many standard deviations of its noise.
+LEAST_CONTRAST = np.float32(7.0)
+LEAST_MODULATION = np.float32(5.0)
+# The cosine of what is more than a quarter of a turn; not quite 0, as it is rounded.
+APART = np.float32(-1e-6)
+_ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
+_TINY, _FOUR = np.float32(1e-20), np.float32(4)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _read_gray(images, y, pairs, distant, apart, code, least, second, most):
+    """One row of Gray code: the cell, and how far apart pictures and inverses are.
+
+    least, second, most: the smallest, second smallest and largest distance, `distant`
+    where there are not so many; the last one is of all axes and not begun anew.
+    """
+    code[:] = 0
+    least[:] = distant
+    second[:] = distant
+    for k in range(len(pairs)):
+        light, dark = images[pairs[k, 0], y], images[pairs[k, 1], y]
+        for x in range(len(code)):
+            one = light[x] > dark[x]
+            apart[x] = light[x] - dark[x] if one else dark[x] - light[x]
+        for x in range(len(code)):
+            higher = least[x] if apart[x] < least[x] else apart[x]
+            least[x] = apart[x] if apart[x] < least[x] else least[x]
+            second[x] = higher if higher < second[x] else second[x]
+        for x in range(len(code)):
+            most[x] = apart[x] if apart[x] > most[x] else most[x]
+        for x in range(len(code)):
+            one = light[x] > dark[x]
+            code[x] = 2 * code[x] + ((code[x] & 1) ^ one)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weigh(images, y, steps, weights, out):
+    """out (W,) float32: a weighted sum of a row of the steps, two at a time."""
+    begun = False
+    for k in range(0, len(steps), 2):
+        p, q = weights[k], weights[k + 1]
+        if p == _ZERO and q == _ZERO:
+            break
+        a, b = images[steps[k], y], images[steps[k + 1], y]
+        if begun:
+            for x in range(len(out)):
+                out[x] += p * np.float32(a[x]) + q * np.float32(b[x])
+        else:
+            for x in range(len(out)):
+                out[x] = p * np.float32(a[x]) + q * np.float32(b[x])
+        begun = True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_saturated(images, y, steps, white, bad):
+    for k in range(0, len(steps), 2):
+        a, b = images[steps[k], y], images[steps[k + 1], y]
+        for x in range(len(bad)):
+            full = (a[x] >= white) | (b[x] >= white)
+            bad[x] = SATURATED if full else bad[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_weak(strength, level, floor, slope, bad):
+    """Dark is where the modulation is small beside its noise of floor + slope level."""
+    for x in range(len(bad)):
+        bad[x] = DARK if strength[x] < floor + slope * level[x] else bad[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_code(level, second, most, floor, slope, bad):
+    """Dark is too little contrast; two edges at one place are no Gray code."""
+    for x in range(len(bad)):
+        contrast = np.float32(most[x])
+        bad[x] = UNREADABLE if _FOUR * second[x] < contrast else bad[x]
+        square = contrast * contrast
+        bad[x] = DARK if square < floor + slope * level[x] else bad[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _to_unit_length(sine, cosine, strength):
+    """Divide sine and cosine by the modulation; strength becomes its square."""
+    for x in range(len(strength)):
+        strength[x] = sine[x] * sine[x] + cosine[x] * cosine[x] + _TINY
+    for x in range(len(strength)):
+        share = _ONE / np.sqrt(strength[x])
+        sine[x] = share * sine[x]
+        cosine[x] = share * cosine[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_breaks(sine, cosine, sine2, cosine2, broken):
+    """Where the phases of two neighbours are more than a quarter of a turn apart."""
+    for x in range(len(broken)):
+        along = sine[x] * sine2[x] + cosine[x] * cosine2[x]
+        broken[x] = 1 if along < APART else broken[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_jumps(code, code2, limit, broken):
+    for x in range(len(broken)):
+        apart = abs(np.int32(code[x]) - np.int32(code2[x]))
+        broken[x] = 1 if apart > limit else broken[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _either(first, second, out):
+    for x in range(len(out)):
+        out[x] = (first[x] != 0) | (second[x] != 0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _read_row(images, y, plan, white, noise, rows):
+    """All that one row's own pixels say, into the rows kept."""
+    most, bad, beside = rows.most, rows.bad, rows.beside
+    k, distant = y % len(most), most.dtype.type(np.iinfo(most.dtype).max)
+    most[k] = 0
+    bad[k] = DECODED
+    for axis in range(len(plan.bits)):
+        bits, used = plan.bits[axis], plan.used[axis]
+        sine, cosine, level = (
+            rows.sine[axis, k],
+            rows.cosine[axis, k],
+            rows.level[axis, k],
+        )
+        if bits:
+            own, code = plan.pairs[axis, :bits], rows.code[axis, k]
+            far = rows.least[axis, k], rows.second[axis, k], most[k]
+            _read_gray(images, y, own, distant, rows.apart, code, *far)
+        if used:
+            own, share = plan.steps[axis, :, :used], plan.weights[axis]
+            _weigh(images, y, own[0], share[0], sine)
+            _weigh(images, y, own[1], share[1], cosine)
+            _weigh(images, y, own[2], share[2], level)
+            _to_unit_length(sine, cosine, rows.strength[axis, k])
+        else:
+            light, dark = plan.pairs[axis, 0]
+            _mean_row(images[light, y], images[dark, y], level)
+    for axis in range(len(plan.bits)):
+        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, k]
+        if bits:
+            limit = LEAST_CONTRAST * LEAST_CONTRAST
+            floor, slope = limit * noise[0], limit * noise[1]
+            _mark_code(level, rows.second[axis, k], most[k], floor, slope, bad[k])
+        if used:
+            limit = LEAST_MODULATION * LEAST_MODULATION * plan.spread[axis]
+            floor, slope = limit * noise[0], limit * noise[1]
+            _mark_weak(rows.strength[axis, k], level, floor, slope, bad[k])
+            _mark_saturated(images, y, plan.steps[axis, 2, :used], white, bad[k])
+    # Breaks to the right; the picture's border is one.
+    beside[k, -1] = 1
+    _either(bad[k, :-1], bad[k, 1:], beside[k, :-1])
+    for axis in range(len(plan.bits)):
+        s, c, code = rows.sine[axis, k], rows.cosine[axis, k], rows.code[axis, k]
+        if plan.used[axis]:
+            _mark_breaks(s[:-1], c[:-1], s[1:], c[1:], beside[k, :-1])
+        _mark_jumps(code[:-1], code[1:], plan.jump[axis], beside[k, :-1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mean_row(light, dark, out):
+    for x in range(len(out)):
+        out[x] = _HALF * (np.float32(light[x]) + np.float32(dark[x]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _break_below(y, is_last, plan, rows):
+    """Breaks between rows y and y + 1, and with them where a window is crossed."""
+    k, after = y % len(rows.bad), (y + 1) % len(rows.bad)
+    below = rows.below[k]
+    if is_last:
+        below[:] = 1
+    else:
+        _either(rows.bad[k], rows.bad[after], below)
+        for axis in range(len(plan.bits)):
+            s, c, code = rows.sine[axis], rows.cosine[axis], rows.code[axis]
+            if plan.used[axis]:
+                _mark_breaks(s[k], c[k], s[after], c[after], below)
+            _mark_jumps(code[k], code[after], plan.jump[axis], below)
+    _either(rows.beside[k], below, rows.crossed[k])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def read_rows(images, first, stop, plan, white, noise, rows):
+    """Read rows of a stack of pictures (n, H, W) into the rows kept.
+
+    first, stop: rows of the stack; the one before `first` is known, unless it is the
+    first that is read. plan: Plan; white: the value from which a phase step counts as
+    saturated, of the pictures' type; noise: (floor, slope) float32 of the variance in
+    grey levels; rows: Rows.
+    """
+    height = images.shape[1]
+    for y in range(first, stop):
+        _read_row(images, y, plan, white, noise, rows)
+        if y:
+            _break_below(y - 1, False, plan, rows)
+        if y == height - 1:
+            _break_below(y, True, plan, rows)
