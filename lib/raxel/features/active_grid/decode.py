@@ -246,8 +246,7 @@ def _trim(first, stop, margin, out):
     height, size = len(status), 2 * margin + 1
     around = SPECK + margin
     start, end = max(0, first - around), min(height, stop + around)
-    seen = status[start:end]
-    unlit = ((seen == DARK) | (seen == BESIDE)).astype(np.uint8)
+    unlit = cv2.LUT(status[start:end], _table(DARK, BESIDE))
     # Beyond the picture it goes on as at its border, where strips are no specks.
     unlit = cv2.copyMakeBorder(unlit, *(SPECK,) * 4, cv2.BORDER_REPLICATE)
     unlit = cv2.morphologyEx(unlit, cv2.MORPH_OPEN, np.ones((SPECK + 1,) * 2, np.uint8))
@@ -256,10 +255,18 @@ def _trim(first, stop, margin, out):
         return
     near = cv2.dilate(unlit, np.ones((size, size), np.uint8))[first - start :]
     own = status[first:stop]
-    v, u = np.nonzero(near[: stop - first] & (own == DECODED))
+    rim = near[: stop - first] & cv2.LUT(own, _table(DECODED))
+    v, u = np.divmod(np.flatnonzero(rim.view(bool)), own.shape[1])
     own[v, u] = RIM
     location[:, first + v, u] = np.nan
     sigma[:, first + v, u] = np.nan
+
+
+def _table(*members):
+    """1 for each of these, else 0."""
+    table = np.zeros(256, np.uint8)
+    table[list(members)] = 1
+    return table
 
 
 def _both_axes(array, codes):

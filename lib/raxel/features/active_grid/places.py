@@ -11,6 +11,7 @@ from raxel.features.active_grid.layout import ALONE, BESIDE, DECODED, REACH, UNR
 
 # Kinds of doubt about the period.
 POSSIBLE, EVEN = 1, 2
+STAYS, MOVES, LOST = range(3)
 # A window whose mean is shorter (its square) holds more than one slope.
 COHERENT = np.float32(0.49)
 # The cosine of phases on one surface is above this: as for breaks, `reading.APART`.
@@ -90,11 +91,11 @@ def _any_in_window(rows, y, column, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_incoherent(sine_sum, cosine_sum, crossed):
-    """Set where the mean of a window is shorter than 0.7, each of its parts being 1."""
+def _mark_incoherent(sine_sum, cosine_sum, mixed, crossed):
+    """Set as mixed is, and where the mean of a window of unit vectors is short."""
     for x in range(len(crossed)):
         s, c = _SHARE * sine_sum[x], _SHARE * cosine_sum[x]
-        crossed[x] = 1 if s * s + c * c < COHERENT else crossed[x]
+        crossed[x] = 1 if s * s + c * c < COHERENT else mixed[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -143,7 +144,7 @@ def _near_edges(code, above, under, out):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mark_doubt(least, most, at_edge, gap, reach, doubt):
     """Set where the next period is near and a bit is weak, or its edge near as well."""
-    for x in range(len(doubt)):
+    for x in range(len(gap)):
         weak = 2 * np.int32(least[x]) < np.int32(most[x])
         doubt[x] = POSSIBLE if (gap[x] < reach) & (weak | (at_edge[x] != 0)) else 0
 
@@ -151,7 +152,7 @@ def _mark_doubt(least, most, at_edge, gap, reach, doubt):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mark_even(gap, sigma, share, doubt):
     """Set where noise alone could turn one of two periods into the other."""
-    for x in range(len(doubt)):
+    for x in range(len(gap)):
         doubt[x] = EVEN if gap[x] < share * sigma[x] else doubt[x]
 
 
@@ -196,44 +197,61 @@ def _bit_of_edge(edge, bits):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _settle(images, y, pairs, axis, numbers, rows, turn, doubt, period, lost):
+def _settled(images, y, x, pairs, edges, is_even, axis, rows, below, places):
     """The wrap rule: at an edge of cells the phase says on which side a pixel is.
 
     A pixel whose phase is near the start or end of its period is at one edge of its
     cell, or beyond the other one, with that edge's bit misread. The bit of the edge at
     which it is has lost its contrast, so the bits of both edges decide, each as a mean
-    of the 3 x 3 pixels that see the same surface. Where neither has, and noise could
-    turn the phase around, the pixel is lost. numbers: (edges, ratio); edges: the first
-    edge behind the last cell that is shown; neither there nor at the monitor's other
-    border is anything to be seen.
+    of the 3 x 3 pixels that see the same surface. edges: the first edge behind the last
+    cell that is shown; neither there nor at the monitor's other border is anything to
+    be seen. below: whether the place is below the middle of the cell.
+
+    Returns STAYS, MOVES, or LOST where neither bit has lost contrast and noise could
+    turn the phase around (is_even).
     """
-    edges, ratio = numbers
     kept = y % len(rows.bad)
-    code, most, bad = rows.code[axis, kept], rows.most[kept], rows.bad[kept]
-    places = np.empty((9, 2), np.int64)
-    for x in range(len(doubt)):
-        if not doubt[x] or bad[x] != DECODED:
+    cell = np.int64(rows.code[axis, kept, x])
+    near, far = (cell, cell + 1) if below else (cell + 1, cell)
+    count = _surroundings(y, x, images.shape[1], rows, axis, places)
+    around, half = places[:count], count * np.int64(rows.most[kept, x])
+    at_near = at_far = half
+    if 0 < far < edges:
+        k = _bit_of_edge(far, len(pairs))
+        at_far = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
+    if at_far >= half and not is_even:
+        return STAYS
+    if 0 < near < edges:
+        k = _bit_of_edge(near, len(pairs))
+        at_near = 2 * abs(_bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1]))
+    if at_far < min(half, at_near):
+        return MOVES
+    return LOST if is_even and at_near >= half else STAYS
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _settle(images, y, axis, plan, rows, turn, doubt, period, lost):
+    """Settle the pixels in doubt: period moves by one, or lost is set."""
+    pairs, edges = plan.pairs[axis, : plan.bits[axis]], plan.edges[axis]
+    ratio, kept = plan.ratio[axis], y % len(rows.bad)
+    code, bad = rows.code[axis, kept], rows.bad[kept]
+    places, eight = np.empty((9, 2), np.int64), doubt.view(np.uint64)
+    # Few are in doubt: eight pixels at a time are passed over.
+    for k in range(len(eight)):
+        if not eight[k]:
             continue
-        cell = np.int64(code[x])
-        middle = (np.float32(code[x]) + _HALF) * ratio
-        below = np.float32(period[x]) + turn[x] < middle
-        near, far = (cell, cell + 1) if below else (cell + 1, cell)
-        count = _surroundings(y, x, images.shape[1], rows, axis, places)
-        around, half = places[:count], count * np.int64(most[x])
-        at_near = at_far = half
-        if 0 < far < edges:
-            k = _bit_of_edge(far, len(pairs))
-            at_far = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
-        if at_far >= half and doubt[x] != EVEN:
-            continue
-        if 0 < near < edges:
-            k = _bit_of_edge(near, len(pairs))
-            near_sum = _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
-            at_near = 2 * abs(near_sum)
-        if at_far < min(half, at_near):
-            period[x] += 1 if below else -1
-        elif doubt[x] == EVEN and at_near >= half:
-            lost[x] = 1
+        for x in range(8 * k, min(8 * k + 8, len(turn))):
+            if not doubt[x] or bad[x] != DECODED:
+                continue
+            middle = (np.float32(code[x]) + _HALF) * ratio
+            below, is_even = np.float32(period[x]) + turn[x] < middle, doubt[x] == EVEN
+            verdict = _settled(
+                images, y, x, pairs, edges, is_even, axis, rows, below, places
+            )
+            if verdict == MOVES:
+                period[x] += 1 if below else -1
+            elif verdict == LOST:
+                lost[x] = 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -283,10 +301,9 @@ def _blank(status, location, sigma):
 def _smooth(rows, y, axis, mixed, spare, crossed, sine, cosine):
     """Mean sine and cosine of a row's windows, the pixel's own where one is crossed."""
     own = y % len(rows.bad)
-    crossed[:] = mixed
     _sum_of_window(rows.sine[axis], y, spare, sine)
     _sum_of_window(rows.cosine[axis], y, spare, cosine)
-    _mark_incoherent(sine, cosine, crossed)
+    _mark_incoherent(sine, cosine, mixed, crossed)
     _choose(crossed, rows.sine[axis, own], sine)
     _choose(crossed, rows.cosine[axis, own], cosine)
 
@@ -306,8 +323,7 @@ def _find_period(images, y, axis, plan, rows, turn, sigma, doubt, period, lost):
     far = rows.least[axis, k], rows.most[k]
     _mark_doubt(*far, at_edge, gap, BLURRED * ratio, doubt)
     _mark_even(gap, sigma, BEYOND / plan.length[axis], doubt)
-    pairs, numbers = plan.pairs[axis, : plan.bits[axis]], (plan.edges[axis], ratio)
-    _settle(images, y, pairs, axis, numbers, rows, turn, doubt, period, lost)
+    _settle(images, y, axis, plan, rows, turn, doubt, period, lost)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -322,19 +338,20 @@ def decode_rows(images, part, plan, smooth, noise, rows, out):
     location, sigma, cells, statuses = out
     height, width = images.shape[1:]
     mixed, crossed = np.empty(width, np.uint8), np.empty(width, np.uint8)
-    doubt, lost = np.empty(width, np.uint8), np.empty(width, np.uint8)
+    column, lost = np.empty(width, np.uint8), np.empty(width, np.uint8)
+    doubt = np.zeros(-(-width // 8) * 8, np.uint8)
     s, c = np.empty(width, np.float32), np.empty(width, np.float32)
     turn, spare = np.empty(width, np.float32), np.empty(width, np.float32)
-    period = np.empty(width, np.int16)
     for y in range(part[0], part[1]):
         i, k = y - part[0] + part[2], y % len(rows.bad)
         before, status = (y - 1) % len(rows.bad), statuses[i]
         windows = smooth and y >= REACH and y + REACH < height and width > 2 * REACH
         lost[:] = 0
         if windows:
-            _any_in_window(rows.crossed, y, doubt, mixed)
+            _any_in_window(rows.crossed, y, column, mixed)
         for axis in range(len(plan.bits)):
             length, spread = plan.length[axis], sigma[axis, i]
+            period = cells[axis, i]
             if plan.used[axis]:
                 if windows:
                     _smooth(rows, y, axis, mixed, spare, crossed, s, c)
@@ -354,7 +371,6 @@ def decode_rows(images, part, plan, smooth, noise, rows, out):
                 for x in range(width):
                     period[x] = np.int16(rows.code[axis, k, x])
                 spread[:] = length * _EVEN
-            cells[axis, i] = period
             _location_row(period, turn, length, location[axis, i])
         breaks = rows.beside[k], rows.below[k], rows.below[before]
         _mark_alone(rows.bad[k], *breaks, lost, status)
