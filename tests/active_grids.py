@@ -181,7 +181,8 @@ def settled(good, z, bits, code, turn, sd, most, edges):
     low = turn < 0.5
     gap = 0.5 - np.abs(turn - 0.5)
     even = gap < 4 * sd
-    doubt = good & (even | ((gap < 0.3) & (weak | at_edge)))
+    seen = weak | at_edge
+    doubt = good & seen & (even | (gap < 0.3))
     near, far = np.where(low, code, code + 1), np.where(low, code + 1, code)
 
     def contrast(edge):
@@ -191,7 +192,7 @@ def settled(good, z, bits, code, turn, sd, most, edges):
 
     at_near, at_far = np.abs(contrast(near)), contrast(far)
     moved = doubt & (at_far < count * most) & (at_far < at_near)
-    lost = even & ~moved & (at_near >= count * most)
+    lost = even & ~moved & (~seen | (at_near >= count * most))
     return np.where(moved, np.where(low, 1, -1), 0), lost
 
 

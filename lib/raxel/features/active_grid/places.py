@@ -142,18 +142,26 @@ def _near_edges(code, above, under, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_doubt(least, most, at_edge, gap, reach, doubt):
-    """Set where the next period is near and a bit is weak, or its edge near as well."""
-    for x in range(len(gap)):
+def _mark_seen(least, most, seen):
+    """seen, set beside an edge, is set as well where a bit has lost its contrast."""
+    for x in range(len(seen)):
         weak = 2 * np.int32(least[x]) < np.int32(most[x])
-        doubt[x] = POSSIBLE if (gap[x] < reach) & (weak | (at_edge[x] != 0)) else 0
+        seen[x] = seen[x] | weak
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_even(gap, sigma, share, doubt):
-    """Set where noise alone could turn one of two periods into the other."""
+def _mark_doubt(gap, reach, sigma, share, seen, doubt, lost):
+    """Where the next period is near, and where noise could turn one into the other.
+
+    If no edge is seen there, nothing says which one it is.
+    """
     for x in range(len(gap)):
-        doubt[x] = EVEN if gap[x] < share * sigma[x] else doubt[x]
+        even = gap[x] < share * sigma[x]
+        doubt[x] = EVEN if even else (POSSIBLE if gap[x] < reach else 0)
+        doubt[x] = doubt[x] if seen[x] else 0
+    for x in range(len(gap)):
+        even = gap[x] < share * sigma[x]
+        lost[x] = 1 if even & (seen[x] == 0) else lost[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -317,12 +325,12 @@ def _find_period(images, y, axis, plan, rows, turn, sigma, doubt, period, lost):
     if not plan.bits[axis]:
         return
     above, under = max(y - 1, 0) % n, min(y + 1, images.shape[1] - 1) % n
-    at_edge = np.empty(len(turn), np.uint8)
-    _near_edges(code[k], code[above], code[under], at_edge)
+    seen = np.empty(len(turn), np.uint8)
+    _near_edges(code[k], code[above], code[under], seen)
     _distance_to_next(code[k], turn, period, ratio, gap)
-    far = rows.least[axis, k], rows.most[k]
-    _mark_doubt(*far, at_edge, gap, BLURRED * ratio, doubt)
-    _mark_even(gap, sigma, BEYOND / plan.length[axis], doubt)
+    _mark_seen(rows.least[axis, k], rows.most[k], seen)
+    near, even = BLURRED * ratio, BEYOND / plan.length[axis]
+    _mark_doubt(gap, near, sigma, even, seen, doubt, lost)
     _settle(images, y, axis, plan, rows, turn, doubt, period, lost)
 
 
