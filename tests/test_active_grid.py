@@ -1,5 +1,6 @@
 """What the decoder promises: places, standard deviations, cells at edges, masks."""
 
+import tracemalloc
 from dataclasses import replace
 from functools import cache
 
@@ -253,3 +254,16 @@ def test_a_long_code_is_the_code_of_its_part():
     assert np.abs(errors(scene, found)[:, 0]).max() < 1.5 * 1.1
     assert found.cells[found.mask, 0].max() < 200
     assert replace(scene.patterns[0], cell_px=None) != scene.patterns[0]
+
+
+def test_memory_beyond_the_pictures_is_bounded():
+    """24 bytes a pixel, the result included; pictures of 1.2 Mpx."""
+    scene = drawn()
+    images = np.full((20, 1700, 700), 90, np.uint8)
+    decode(scene.images, scene.patterns, scene.grid, threads=1)
+    tracemalloc.start()
+    found = decode(images, scene.patterns, scene.grid, threads=1)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.counts()["too little contrast"] == 1_190_000
+    assert peak / 1_190_000 < 24
