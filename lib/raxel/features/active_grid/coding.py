@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.active_grid.layout import Plan
+from raxel.features.active_grid.layout import CodePlan
 from raxel.sets.patterns import cell_width
 
 MOST_BITS = 15
@@ -119,7 +119,7 @@ def _steps(name, own):
 
 
 def plan_arrays(codes, monitor_px, unit):
-    """The Plan of the loops; all bits must have an inverse.
+    """The CodePlan of the loops; all bits must have an inverse.
 
     unit: (2,) length of a monitor pixel along x and y in the unit of locations.
     """
@@ -153,7 +153,7 @@ def plan_arrays(codes, monitor_px, unit):
     columns = list(zip(*numbers, strict=True))
     whole = (np.array(column, np.int64) for column in columns[:4])
     real = (np.array(column, np.float32) for column in columns[4:])
-    return Plan(pairs, steps, weights, *whole, *real)
+    return CodePlan(pairs, steps, weights, *whole, *real)
 
 
 def _even(count):

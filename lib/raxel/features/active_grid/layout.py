@@ -16,7 +16,7 @@ ROWS_A_CALL = 24
 KEPT = 32  # rows in a ring: those of a call, REACH before them and AHEAD behind
 
 
-class Plan(NamedTuple):
+class CodePlan(NamedTuple):
     """What the pictures of a stack encode along A axes (`coding.plan_arrays`).
 
     pairs: (A, bits, 2), picture and inverse of each bit; steps, weights: (A, 3, K), of

@@ -339,9 +339,10 @@ def decode_rows(images, part, plan, smooth, noise, rows, out):
     """Decode rows that were read (`reading.read_rows`), REACH before, AHEAD behind.
 
     images: (n, H, W) uint8 or uint16; part: (first, stop, place): the rows to decode,
-    and the row of `out` at which the first one goes; plan: Plan; noise: (floor, slope)
-    float32 of the variance in grey levels; rows: Rows. out: location (A, h, W) float32,
-    sigma alike, cells (A, h, W) int16 and status (h, W) uint8.
+    and the row of `out` at which the first one goes; plan: CodePlan; noise: (floor,
+    slope) float32 of the variance in grey levels; rows: Rows. out:
+    location (A, h, W) float32, sigma alike, cells (A, h, W) int16 and status (h, W)
+    uint8.
     """
     location, sigma, cells, statuses = out
     height, width = images.shape[1:]

@@ -198,9 +198,9 @@ def read_rows(images, first, stop, plan, white, noise, rows):
     """Read rows of a stack of pictures (n, H, W) into the rows kept.
 
     first, stop: rows of the stack; the one before `first` is known, unless it is the
-    first that is read. plan: Plan; white: the value from which a phase step counts as
-    saturated, of the pictures' type; noise: (floor, slope) float32 of the variance in
-    grey levels; rows: Rows.
+    first that is read. plan: CodePlan; white: the value from which a phase step counts
+    as saturated, of the pictures' type; noise: (floor, slope) float32 of the variance
+    in grey levels; rows: Rows.
     """
     height = images.shape[1]
     for y in range(first, stop):
