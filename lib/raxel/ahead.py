@@ -17,6 +17,7 @@ from raxel.features.active_grid import decode
 from raxel.features.celect import celect
 from raxel.geometry import transform
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
+from raxel.multiview.plane_view import remap_to_plane
 from raxel.sets import (
     ActiveGrid,
     Chessboard,
@@ -32,7 +33,7 @@ MONITOR_PX = 48, 32
 
 
 def compile_ahead():
-    """Find a small photographed board and decode a grid, so that every loop has run.
+    """Find a photographed board, decode a grid and lay it out: every loop has run.
 
     Returns the corners (35, 2) that were found, px.
     """
@@ -52,6 +53,8 @@ def compile_ahead():
     patterns = patterns_of(plan_of_cells(MONITOR_PX))
     shown = [pattern_picture(pattern, MONITOR_PX) for pattern in patterns]
     decode(shown, patterns, ActiveGrid(MONITOR_PX), neighbours=True, fill=True)
+    place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
+    remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 

@@ -1,0 +1,133 @@
+"""Pictures laid out on the plane that an active grid lay in."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.geometry.pixel_cells import whole_cells
+from raxel.multiview.plane_view import remap_to_plane
+
+SIZE_MM = 60.0, 40.0
+FINE, COARSE = 0.5, 4.0  # mm per px of the picture
+
+
+def on_plane(width=120, height=90):
+    """Points that a tilted, distorting camera sees: (H, W, 2) mm."""
+    v, u = np.indices((height, width)) / width
+    depth = 0.7 + 0.3 * u - 0.1 * v
+    bend = 1 + 0.2 * ((u - 0.5) ** 2 + (v - 0.4) ** 2)
+    return np.stack([80 * u * bend / depth - 6, 76 * v * bend / depth - 5], axis=-1)
+
+
+def light(x, y):
+    return 100 + 1.2 * x - 0.8 * y
+
+
+def in_the_middle(picture, mm_per_px):
+    v, u = np.indices(picture.shape[:2])
+    return mm_per_px * (u + 0.5), mm_per_px * (v + 0.5)
+
+
+@pytest.mark.parametrize("mm_per_px", [FINE, COARSE])
+def test_light_that_is_linear_on_the_plane_comes_back_exactly(mm_per_px):
+    location = on_plane()
+    image = np.stack([light(*np.moveaxis(location, 2, 0)), location[..., 0]], axis=-1)
+    picture, seen = remap_to_plane(image, location, None, None, SIZE_MM, mm_per_px)
+    assert picture.shape == (40 / mm_per_px, 60 / mm_per_px, 2)
+    assert seen.mean() > 0.95
+    x, y = in_the_middle(picture, mm_per_px)
+    inside = seen & (np.minimum(x, SIZE_MM[0] - x) > COARSE)
+    inside &= np.minimum(y, SIZE_MM[1] - y) > COARSE
+    assert np.allclose(picture[inside, 0], light(x, y)[inside], atol=1e-4)
+    assert np.allclose(picture[inside, 1], x[inside], atol=1e-4)
+    assert not picture[~seen].any()
+
+
+def test_a_fine_pattern_is_averaged_where_the_picture_is_coarse():
+    location = on_plane(600, 450)
+    stripes = 100 + 80 * np.sin(2 * np.pi * location[..., 0])
+    picture, seen = remap_to_plane(stripes, location, None, None, SIZE_MM, 1.0)
+    inside = picture[1:-1, 1:-1][seen[1:-1, 1:-1]]
+    assert np.abs(inside - 100).max() < 3
+
+
+def test_nothing_is_filled_in_beside_or_between_what_was_seen():
+    location = on_plane()
+    mask = np.ones(location.shape[:2], bool)
+    mask[30:50, 40:60] = False
+    hole = location[30:50, 40:60].reshape(-1, 2)
+    image = np.full(mask.shape, 200, np.uint8)
+    picture, seen = remap_to_plane(image, location, None, mask, (90.0, 40.0), FINE)
+    assert picture.dtype == np.uint8
+    assert (picture[seen] == 200).all()
+    x, y = in_the_middle(picture, FINE)
+    for place in hole[:: len(hole) // 9]:
+        assert not seen[np.hypot(x - place[0], y - place[1]) < 0.3].any()
+    assert not seen[x > np.nanmax(location[..., 0])].any()
+    masked = np.where(mask[..., None], location, np.nan)
+    assert np.array_equal(
+        seen, remap_to_plane(image, masked, None, None, (90.0, 40.0), FINE)[1]
+    )
+
+
+def facets():
+    """Two facets beside each other: the right one sees its part of the plane mirrored,
+    from 24 mm on, of which the left one sees up to 30."""
+    v, u = np.indices((80, 100))
+    x = np.where(u < 50, 0.6 * u + 0.3, 24 + 0.6 * (99 - u))
+    return np.stack([x, 0.5 * v + 0.1], axis=-1)
+
+
+def test_facets_are_not_joined_and_what_both_see_is_averaged_by_sigma():
+    location = facets()
+    cells = whole_cells(location)
+    assert not cells[:, 49].any()
+    assert cells[:, :49].all()
+    assert cells[:, 50:].all()
+    sigma = np.full(location.shape, 0.01)
+    sigma[:, 50:] = 0.02
+    image = np.where(np.arange(100) < 50, 50.0, 100.0) * np.ones((80, 1))
+    picture, seen = remap_to_plane(image, location, sigma, None, (60.0, 40.0), 0.5)
+    x, _ = in_the_middle(picture, 0.5)
+    only_left, both, only_right = x < 23.5, (x > 24.5) & (x < 29), x > 30.5
+    assert np.allclose(picture[seen & only_left], 50)
+    assert np.allclose(picture[seen & both], (4 * 50 + 100) / 5)
+    assert np.allclose(picture[seen & only_right], 100)
+    assert seen[5:-5][:, 2:106].all()
+
+
+def test_noise_tears_no_holes_into_a_surface():
+    rng = np.random.default_rng(5)
+    location = on_plane()
+    sigma = np.full(location.shape, 0.3)
+    noisy = location + rng.normal(0, sigma)
+    assert whole_cells(noisy, sigma).all()
+    image = light(*np.moveaxis(location, 2, 0))
+    picture, seen = remap_to_plane(image, noisy, sigma, None, SIZE_MM, FINE)
+    x, y = in_the_middle(picture, FINE)
+    assert seen[2:-2, 2:-2].all()
+    off = (picture - light(x, y))[2:-2, 2:-2]
+    assert np.sqrt(np.mean(off**2)) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"image": np.zeros((9, 9))}, "location: found 90 x 120 pixels"),
+        ({"sigma": np.zeros((90, 9, 2))}, "sigma: found 90 x 9 pixels"),
+        ({"mask": np.ones((9, 120), bool)}, "mask: found 9 x 120 pixels"),
+        ({"mask": np.zeros((90, 120), bool)}, "no four neighbouring pixels"),
+        ({"size_mm": (0.1, 40.0)}, "not one pixel"),
+    ],
+)
+def test_what_does_not_fit_is_refused(change, told):
+    given = {
+        "image": np.zeros((90, 120)),
+        "location": on_plane(),
+        "sigma": None,
+        "mask": None,
+        "size_mm": SIZE_MM,
+        "mm_per_px": FINE,
+    }
+    with pytest.raises(InputError, match=told):
+        remap_to_plane(**given | change)
