@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from raxel.calibration import BoardView
+from raxel.calibration import BoardView, dense_view
 from raxel.calibration.board_rays import ray_table
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
@@ -55,6 +55,7 @@ def compile_ahead():
     decode(shown, patterns, ActiveGrid(MONITOR_PX), neighbours=True, fill=True)
     place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
+    ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 

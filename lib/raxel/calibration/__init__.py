@@ -17,6 +17,7 @@ from raxel.calibration.correspondence import (
     locate_pixels,
     pixels_on_board,
 )
+from raxel.calibration.dense import DenseView, dense_view
 from raxel.calibration.generic import GenericCalibration, calibrate_generic
 from raxel.calibration.generic_linear import (
     LinearSolution,
@@ -37,6 +38,7 @@ from raxel.calibration.zhang import ZhangCalibration, calibrate_zhang
 __all__ = [
     "BoardView",
     "BundleResult",
+    "DenseView",
     "GenericCalibration",
     "KnownMotionRays",
     "LinearSolution",
@@ -47,6 +49,7 @@ __all__ = [
     "calibrate_generic",
     "calibrate_zhang",
     "coefficient_vectors",
+    "dense_view",
     "interpolated_view",
     "linear_as_printed",
     "linear_well_conditioned",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.correspondence import cell_corners, pixels_on_board
+from raxel.calibration.correspondence import pixels_on_board
 
 
 class BoardSamples(NamedTuple):
@@ -32,7 +32,7 @@ class BoardSamples(NamedTuple):
 
 def sample_boards(views, width, height, observations):
     """BoardSamples of about this many pixel-board pairs, at most every pixel."""
-    area = sum(_area(view) for view in views)
+    area = sum(view.area() for view in views)
     step = max(1, round(np.sqrt(area / observations)))
     columns, rows = (width - 1) // step + 1, (height - 1) // step + 1
     points = np.full((len(views), rows * columns, 2), np.nan)
@@ -43,11 +43,3 @@ def sample_boards(views, width, height, observations):
     used = np.flatnonzero(seen.any(axis=0))
     pixels = step * np.column_stack([used % columns, used // columns])
     return BoardSamples(pixels, points[:, used], seen[:, used], step)
-
-
-def _area(view):
-    """Area of a board in the image, px^2, by the shoelace formula over its cells."""
-    corners = cell_corners(view)
-    ahead = np.roll(corners, -1, axis=1)
-    turn = corners[..., 0] * ahead[..., 1] - corners[..., 1] * ahead[..., 0]
-    return np.sum(np.abs(np.sum(turn, axis=1))) / 2

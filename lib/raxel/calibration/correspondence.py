@@ -5,12 +5,17 @@ the detected lattice the image is nearly a homography of the board, fixed by the
 corners (step 2 of the thesis's Algorithm 1 for chessboards, section 3.2). Cells are
 quadrilaterals of any shape, as a lens bends the lattice. Where they are bent too much
 for that, `raxel.calibration.interpolation` gives a view with smaller ones.
+
+A view of an active grid knows the point of every pixel. It is a
+`raxel.calibration.dense.DenseView`, which answers the same questions as a BoardView;
+whatever takes views takes either.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.moments import add_runs
 from raxel.errors import InputError
 from raxel.sets.uncertainty import check_sd
 
@@ -39,6 +44,73 @@ class BoardView(NamedTuple):
     rows: int
     name: str = ""
     sd: np.ndarray | None = None
+
+    # Whether every pixel was read by itself; if not, it is located between corners.
+    every_pixel = False
+
+    def locate(self, pixels):
+        """Points (M, 2) that pixels (M, 2) look at, and inside (M,) bool, as
+        `locate_pixels` says."""
+        pixels = np.asarray(pixels, float)
+        cells = board_cells(self)
+        points = np.full(pixels.shape, np.nan)
+        inside = np.zeros(len(pixels), bool)
+        if len(cells.corners) == 0:
+            return points, inside
+        raster = _label_image(cells)
+        for start in range(0, len(pixels), BLOCK):
+            block = slice(start, start + BLOCK)
+            cell = _enclosing_cells(pixels[block], cells, *raster)
+            inside[block] = cell >= 0
+            points[block][cell >= 0] = _map(
+                cells.board_from_pixel[cell[cell >= 0]], pixels[block][cell >= 0]
+            )
+        return points, inside
+
+    def whole_pixels(self, width, height, step=1):
+        """Pixels (M, 2) int and their points (M, 2), as `pixels_on_board` says."""
+        cells = board_cells(self)
+        runs = pixel_runs(cells, width, height, step)
+        count = (runs.stop - runs.first) // step
+        skipped = np.cumsum(count) - count
+        u = np.repeat(runs.first - step * skipped, count) + step * np.arange(sum(count))
+        pixels = np.column_stack([u, np.repeat(runs.v, count)])
+        cell = np.repeat(runs.cell, count)
+        points = np.empty(pixels.shape)
+        for start in range(0, len(pixels), BLOCK):
+            block = slice(start, start + BLOCK)
+            points[block] = _map(cells.board_from_pixel[cell[block]], pixels[block])
+        return pixels, points
+
+    def area(self):
+        """Its area in the image, px^2, by the shoelace formula over its cells."""
+        corners = cell_corners(self)
+        ahead = np.roll(corners, -1, axis=1)
+        turn = corners[..., 0] * ahead[..., 1] - corners[..., 1] * ahead[..., 0]
+        return np.sum(np.abs(np.sum(turn, axis=1))) / 2
+
+    def covered(self, width, height):
+        """(height, width) uint8: 1 in the cells whose four corners were found."""
+        import cv2
+
+        covered = np.zeros((height, width), np.uint8)
+        for corners in board_cells(self).corners:
+            cv2.fillConvexPoly(covered, np.rint(corners).astype(np.int32), 1)
+        return covered
+
+    def add_moments(self, sums, T_base_grid, centre):
+        """Add to sums (height, width, 9) those of every pixel's point about the centre,
+        as `raxel.calibration.moments` lays them out."""
+        height, width, _ = sums.shape
+        cells = board_cells(self)
+        if len(cells.corners) == 0:
+            return
+        runs = pixel_runs(cells, width, height)
+        plane = T_base_grid[:3, [0, 1, 3]] - np.outer(centre, [0.0, 0.0, 1.0])
+        forms = np.concatenate(
+            [plane @ cells.board_from_pixel, cells.board_from_pixel[:, 2:]], axis=1
+        )
+        add_runs(sums, runs.v, runs.first, runs.stop, runs.cell, forms)
 
 
 class CellTable(NamedTuple):
@@ -149,47 +221,24 @@ def _cell_maps(corners, points):
 
 
 def locate_pixels(pixels, view):
-    """Points of the board that pixels look at.
+    """Points of the target that pixels look at.
 
-    pixels: (M, 2) (u, v), any sub-pixel positions; view: BoardView. Returns points
-    (M, 2), NaN outside the lattice of corners, and inside (M,) bool. The homography is
-    that of the enclosing cell. Raises InputError as `check_view`.
+    pixels: (M, 2) (u, v), any sub-pixel positions; view: BoardView or DenseView.
+    Returns points (M, 2), NaN where the view does not reach, and inside (M,) bool. On a
+    board the homography is that of the enclosing cell of corners. Raises InputError as
+    `check_view`.
     """
-    pixels = np.asarray(pixels, float)
-    cells = board_cells(view)
-    points = np.full(pixels.shape, np.nan)
-    inside = np.zeros(len(pixels), bool)
-    if len(cells.corners) == 0:
-        return points, inside
-    raster = _label_image(cells)
-    for start in range(0, len(pixels), BLOCK):
-        block = slice(start, start + BLOCK)
-        cell = _enclosing_cells(pixels[block], cells, *raster)
-        inside[block] = cell >= 0
-        points[block][cell >= 0] = _map(
-            cells.board_from_pixel[cell[cell >= 0]], pixels[block][cell >= 0]
-        )
-    return points, inside
+    return view.locate(pixels)
 
 
 def pixels_on_board(view, width, height, step=1):
-    """All whole pixels (multiples of step) of an image that look at the board.
+    """All whole pixels (multiples of step) of an image that look at the target.
 
-    Returns pixels (M, 2) int, row by row, and points (M, 2), as `locate_pixels` finds
-    them; where cells overlap, a pixel is of the leftmost.
+    view: BoardView or DenseView. Returns pixels (M, 2) int, row by row, and points
+    (M, 2), as `locate_pixels` finds them; where cells overlap, a pixel is of the
+    leftmost.
     """
-    cells = board_cells(view)
-    runs = pixel_runs(cells, width, height, step)
-    count = (runs.stop - runs.first) // step
-    skipped = np.cumsum(count) - count
-    u = np.repeat(runs.first - step * skipped, count) + step * np.arange(sum(count))
-    pixels = np.column_stack([u, np.repeat(runs.v, count)])
-    cell = np.repeat(runs.cell, count)
-    points = np.empty(pixels.shape)
-    for start in range(0, len(pixels), BLOCK):
-        block = slice(start, start + BLOCK)
-        points[block] = _map(cells.board_from_pixel[cell[block]], pixels[block])
-    return pixels, points
+    return view.whole_pixels(width, height, step)
 
 
 class PixelRuns(NamedTuple):

@@ -1,10 +1,10 @@
 """The standard generic method for central cameras, complete: Algorithm 1 (section 2.4).
 
 Chessboards in any pose, no camera model: points by interpolation between corners (the
-thesis's is "homographic", the default takes a smooth one where cells are bent), centre
-and poses of three boards linearly, bundle adjustment, the other boards one after the
-other by three-point pose on the rays known so far, bundle adjustment over all, and a
-ray for every pixel that a board covers.
+thesis's is "homographic", the default takes a smooth one where cells are bent) or as
+pixels have read them from an active grid, centre and poses of three boards linearly,
+bundle adjustment, the other boards one after the other by three-point pose on the rays
+known so far, bundle adjustment over all, and a ray for every pixel that a board covers.
 
 Nothing here knows the truth. Which three boards begin is decided by how well they
 determine the centre (the margin of the linear stage), then by what they lead to: the
@@ -62,7 +62,7 @@ class GenericCalibration(NamedTuple):
     image's pixels. rms_deg: root mean square angle between rays and their points, of
     the rays that two or more of the used boards share, as adjusted.
     linear: the LinearSolution that it began with. interpolation: for each view,
-    "homographic" or "smooth", as taken.
+    "homographic" or "smooth", as taken, or "none" where every pixel was read.
     """
 
     camera: GeneralCamera
@@ -106,7 +106,8 @@ def calibrate_generic(
 ):
     """A general central camera from three or more overlapping views of a board.
 
-    views: BoardViews; width, height: the image in px; rng: numpy Generator (RANSAC).
+    views: BoardViews or DenseViews; width, height: the image in px; rng: numpy
+    Generator (RANSAC).
     linear: "well conditioned" or "as printed" (with t_z as corrected). units: of the
     board's points, "mm" or "pitch". side: sign of C_z in the base board's frame: -1 for
     corners ordered so that x turns clockwise into y in the image. interpolation:

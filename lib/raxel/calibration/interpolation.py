@@ -34,13 +34,16 @@ def interpolated_view(view, interpolation):
 
     view: BoardView; interpolation: one of INTERPOLATIONS. Returns (BoardView, name):
     the view itself with "homographic", one of a finer lattice with "smooth". Cells that
-    lack a corner, are not convex, or in which the surface folds are in neither. Raises
+    lack a corner, are not convex, or in which the surface folds are in neither. In a
+    DenseView nothing is to be filled in: it is returned as it is, with "none". Raises
     ValueError for another name, InputError as `check_view`.
     """
     if interpolation not in INTERPOLATIONS:
         names = "', '".join(INTERPOLATIONS)
         raise ValueError(f"interpolation: {interpolation!r}; one of '{names}'")
     view = check_view(view)
+    if view.every_pixel:
+        return view, "none"
     if interpolation == "homographic" or not cell_turns(view).any():
         return view, "homographic"
     differences = _differences(view)

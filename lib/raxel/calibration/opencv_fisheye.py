@@ -34,7 +34,8 @@ class FisheyeCalibration(NamedTuple):
 def calibrate_opencv_fisheye(views, width, height):
     """Kannala-Brandt camera with four radial terms, fitted by OpenCV to planar boards.
 
-    views: two or more BoardViews, of which only the corners that were found count;
+    views: two or more BoardViews or DenseViews, of which only the corners (the
+    lattice's pixels) that were found count, all alike;
     width, height: the image in px. There is no skew. Of fits from three focal lengths,
     the one with the smallest residual is returned. OpenCV begins with a homography of
     each board in a pinhole's image plane, so boards that reach 90 degrees from the axis

@@ -33,9 +33,9 @@ class ZhangCalibration(NamedTuple):
 def calibrate_zhang(views, width, height):
     """Pinhole camera with two radial terms from views of a planar board.
 
-    views: two or more BoardViews (three or more advised), of which only the corners
-    that were found count; width, height: the image in px. Focal lengths and the
-    principal point are free.
+    views: two or more BoardViews or DenseViews (three or more advised), of which only
+    the corners (the lattice's pixels) that were found count, all alike; width, height:
+    the image in px. Focal lengths and the principal point are free.
 
     Raises InputError: one view only, corners that are not finite, fewer than six of a
     view, or on a line; CalibrationError: all boards parallel, or a fit that is no

@@ -106,8 +106,8 @@ class ModelComparison(NamedTuple):
 def compare_models(builders, views, folds):
     """Cross-validate models on the same parts of `views`.
 
-    builders: {model: callable, list of BoardViews -> Camera}; views: BoardViews with
-    different names; folds: number of parts. Returns ModelComparison.
+    builders: {model: callable, list of views -> Camera}; views: BoardViews or
+    DenseViews with different names; folds: number of parts. Returns ModelComparison.
     """
     cameras = {model: _Remembering(build) for model, build in builders.items()}
     own, refused = {}, {}

@@ -2,25 +2,19 @@
 
 import numpy as np
 
-from raxel.calibration.correspondence import board_cells
-
 SAMPLES = 257  # along a line across the image
 GRID = 64  # pixels each way that stand for all
 
 
 def board_counts(views, width, height):
-    """How many boards cover each pixel: (height, width) uint16.
+    """How many views cover each pixel: (height, width) uint16.
 
-    A board covers the cells of its lattice whose four corners were found.
+    A board covers the cells of its lattice whose four corners were found; an active
+    grid the pixels that found their point on it.
     """
-    import cv2
-
     counts = np.zeros((height, width), np.uint16)
     for view in views:
-        covered = np.zeros((height, width), np.uint8)
-        for corners in board_cells(view).corners:
-            cv2.fillConvexPoly(covered, np.rint(corners).astype(np.int32), 1)
-        counts += covered
+        counts += view.covered(width, height)
     return counts
 
 

@@ -72,7 +72,9 @@ class Evaluation(NamedTuple):
 
 
 def evaluate_camera(camera, views):
-    """Score a camera on BoardViews, fitting nothing but each board's pose.
+    """Score a camera on BoardViews or DenseViews, fitting nothing but each one's pose.
+
+    Of a DenseView the lattice of pixels is scored, all alike.
 
     Returns Evaluation. Raises InputError for views whose counts do not fit or an empty
     list.
@@ -83,7 +85,7 @@ def evaluate_camera(camera, views):
 def cross_validate(model_builder, views, folds):
     """Every view scored by a camera that was calibrated without it.
 
-    model_builder: callable, list of BoardViews -> Camera. folds: number of parts, part
+    model_builder: callable, list of views -> Camera. folds: number of parts, part
     i being views i, i + folds, ...; or the parts as lists of indices. Where a part's
     remaining views give no camera (CalibrationError), the part is left out, with the
     reason. Returns Evaluation. Raises InputError for parts that make no sense.

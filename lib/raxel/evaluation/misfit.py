@@ -47,7 +47,7 @@ class Misfit(NamedTuple):
 
 
 def misfit(scores, views):
-    """Misfit of a camera on boards; scores: their ImageScores; views: BoardViews."""
+    """Misfit of a camera on boards; scores: their ImageScores; views: as scored."""
     pairs = [
         (score, view)
         for score, view in zip(scores, views, strict=True)

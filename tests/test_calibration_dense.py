@@ -1,0 +1,209 @@
+"""Calibrations from the points that every pixel has read of an active grid."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration import (
+    calibrate_generic,
+    calibrate_zhang,
+    dense_view,
+    locate_pixels,
+    pixels_on_board,
+)
+from raxel.calibration.board_rays import ray_table
+from raxel.calibration.dense import SAMPLES
+from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.cameras.base import pixel_grid
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.errors import InputError
+from raxel.evaluation.comparison import compare_models
+from raxel.evaluation.coverage import board_counts
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.distortion import angular_residual
+from raxel.evaluation.misfit import misfit
+from raxel.geometry.poses import angle_between_rotations
+from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses
+from tests.grid_scenes import SIZE_MM, grids_of, seen_points
+
+K = np.array([[230.0, 0.0, 121.0], [0.0, 228.0, 88.0], [0.0, 0.0, 1.0]])
+PINHOLE = PerspectiveCamera(K, [-0.2, 0.05], WIDTH, HEIGHT)
+POSES = board_poses(3, 5)
+NEARER = board_poses(3, 5, spread=(25.0, 20.0))
+NOISE_MM = 0.05
+
+
+def rays_off(camera, views):
+    """Angles (rad) of a camera's rays to the fisheye's, frames aligned."""
+    pixels = pixel_grid(WIDTH, HEIGHT)
+    rays, true = camera.rays(pixels), FISHEYE.rays(pixels)
+    both = rays.valid & true.valid
+    covered = board_counts(views, WIDTH, HEIGHT).ravel() > 0
+    assert np.array_equal(rays.valid, covered)
+    return angular_residual(rays.directions[both], true.directions[both])
+
+
+def test_exact_points_give_a_formula_to_single_precision():
+    found = calibrate_zhang(grids_of(NEARER, PINHOLE), WIDTH, HEIGHT)
+    assert np.abs(found.camera.K - K).max() < 5e-3
+    assert np.abs(found.camera.radial - PINHOLE.radial).max() < 1e-4
+    turns = angle_between_rotations(found.T_camera_grid[:, :3, :3], NEARER[:, :3, :3])
+    assert turns.max() < 2e-5
+    views = grids_of(POSES, FISHEYE)
+    fisheye = calibrate_opencv_fisheye(views, WIDTH, HEIGHT)
+    assert rays_off_everywhere(fisheye.camera) < 5e-5
+
+
+def rays_off_everywhere(camera):
+    pixels = pixel_grid(WIDTH, HEIGHT)[::7]
+    directions = [c.rays(pixels).directions for c in (camera, FISHEYE)]
+    return angular_residual(*directions).max()
+
+
+def test_exact_points_give_the_general_camera_at_every_pixel_of_a_grid():
+    views = grids_of(POSES, FISHEYE)
+    rng = np.random.default_rng(0)
+    found = calibrate_generic(views, WIDTH, HEIGHT, rng=rng)
+    assert sorted(found.used) == list(range(len(POSES)))
+    assert found.interpolation == ("none",) * len(POSES)
+    # Points are kept in single precision.
+    assert rays_off(found.camera, views).max() < 2e-6
+    assert found.share_with_ray == np.mean(board_counts(views, WIDTH, HEIGHT) > 0)
+
+
+def test_what_noise_leaves_is_the_noise():
+    views = grids_of(POSES, FISHEYE, NOISE_MM)
+    found = calibrate_generic(views, WIDTH, HEIGHT, rng=np.random.default_rng(0))
+    exact = grids_of(POSES, FISHEYE)
+    # A ray hangs on one to five points 130 mm away, each off by 0.05 mm along an axis.
+    off = rays_off(found.camera, exact)
+    assert 0.2 < np.sqrt(np.mean(off**2)) / (np.sqrt(2) * NOISE_MM / 130) < 1
+    scores = evaluate_camera(found.camera, grids_of(POSES, FISHEYE, NOISE_MM, seed=1))
+    assert scores.share_with_ray > 0.95
+    judged = misfit(scores.images, views)
+    assert not judged.large
+    # The scores hold the noise of fresh points and of the table.
+    assert 1 < judged.rms_px / judged.sd_px < 1.5
+
+
+def test_a_formula_that_does_not_fit_is_told():
+    views = grids_of(NEARER, PINHOLE, NOISE_MM)
+    straight = PerspectiveCamera(K, [0.0, 0.0], WIDTH, HEIGHT)
+    assert not misfit(evaluate_camera(PINHOLE, views).images, views).large
+    assert misfit(evaluate_camera(straight, views).images, views).large
+
+
+def test_models_are_compared_on_grids_as_on_boards():
+    def generic(views):
+        rng = np.random.default_rng(0)
+        return calibrate_generic(views, WIDTH, HEIGHT, rng=rng).camera
+
+    def zhang(views):
+        return calibrate_zhang(views, WIDTH, HEIGHT).camera
+
+    views = grids_of(POSES, FISHEYE, NOISE_MM)
+    compared = compare_models({"zhang": zhang, "generic": generic}, views, 3)
+    assert compared.best() == "generic"
+    assert not compared.refused
+
+
+def test_the_lattice_is_a_spread_of_pixels_with_their_own_points():
+    points = seen_points(FISHEYE, POSES[0])
+    view = dense_view(points, np.full(points.shape, 0.1), name="a")
+    found = np.isfinite(view.pixels[:, 0])
+    assert SAMPLES <= np.count_nonzero(found) < 2.3 * SAMPLES
+    assert len(view.pixels) == view.columns * view.rows
+    u, v = view.pixels[found].astype(int).T
+    assert np.array_equal(view.points[found], points[v, u].astype(np.float32))
+    step = u[1] - u[0]
+    assert {*(u - u[0]) % step, *(v - v[0]) % step} == {0}
+    assert view.area() == np.count_nonzero(np.isfinite(points[..., 0]))
+
+
+def test_the_stated_deviation_is_that_of_pixels():
+    # A pinhole straight before the grid: 0.5 mm a pixel along u, 0.504 along v.
+    camera = PerspectiveCamera(K, [0, 0], WIDTH, HEIGHT)
+    T = np.eye(4)
+    T[:3, 3] = -60, -40, 115
+    points = seen_points(camera, T)
+    sigma = np.broadcast_to([0.05, 0.1], points.shape)
+    sd = dense_view(points, sigma).sd
+    sd = sd[np.isfinite(sd)]
+    wanted = np.sqrt(((0.05 * 2) ** 2 + (0.1 * 228 / 115) ** 2) / 2)
+    assert np.allclose(sd, wanted, rtol=1e-4)
+    assert len(sd) > 0.8 * SAMPLES
+    assert dense_view(points).sd is None
+
+
+def test_a_pixel_is_looked_up_between_its_neighbours_and_never_across_an_edge():
+    points = seen_points(FISHEYE, POSES[0])
+    points[60:70, 100:110] = np.nan
+    points[:, 130:] += 40.0  # another facet
+    view = dense_view(points)
+    rng = np.random.default_rng(4)
+    pixels = rng.uniform(-1, [WIDTH, HEIGHT], (4000, 2))
+    found, inside = locate_pixels(pixels, view)
+    u, v = np.floor(pixels).astype(int).T
+    framed = (u >= 0) & (v >= 0) & (u < WIDTH - 1) & (v < HEIGHT - 1)
+    corners = np.full((len(pixels), 4, 2), np.nan)
+    for k, (i, j) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
+        corners[framed, k] = points[v[framed] + i, u[framed] + j]
+    known = np.isfinite(corners).all(axis=(1, 2)) & (u != 129)
+    assert np.array_equal(inside, known)
+    a, b = (pixels - np.column_stack([u, v])).T[..., None]
+    top = (1 - a) * corners[:, 0] + a * corners[:, 1]
+    low = (1 - a) * corners[:, 2] + a * corners[:, 3]
+    wanted = (1 - b) * top + b * low
+    assert np.allclose(found[inside], wanted[inside], atol=1e-4)
+    assert np.isnan(found[~inside]).all()
+
+
+def test_whole_pixels_are_looked_up_up_to_the_rim():
+    points = seen_points(FISHEYE, POSES[0])
+    points[60:70, 100:110] = np.nan
+    view = dense_view(points)
+    pixels, seen = pixels_on_board(view, WIDTH, HEIGHT)
+    found, inside = locate_pixels(pixels, view)
+    assert inside.all()
+    assert np.array_equal(found, seen)
+    assert len(pixels) == view.area()
+    coarse, _ = pixels_on_board(view, WIDTH, HEIGHT, 3)
+    assert (coarse % 3 == 0).all()
+    assert len(coarse) == pytest.approx(len(pixels) / 9, rel=0.05)
+
+
+def test_the_surer_of_two_points_counts_more_in_a_ray():
+    T = np.eye(4)[None] + np.array([[[0, 0, 0, 0]] * 2 + [[0, 0, 0, 100.0], [0] * 4]])
+    grids = []
+    for shift, sigma in ((0.0, 0.1), (1.0, 0.3)):
+        points = np.full((20, 20, 2), shift)
+        grids.append(dense_view(points, np.full(points.shape, sigma)))
+    table = ray_table(grids, np.concatenate([T, T]), np.zeros(3), 20, 20)
+    x = 100 * table[..., 0] / table[..., 2]
+    assert np.allclose(x, 0.1, atol=1e-3)
+
+
+def test_through_a_mirror_the_grid_is_its_image():
+    points = seen_points(FISHEYE, POSES[0])
+    seen = dense_view(points)
+    mirrored = points.copy()
+    mirrored[..., 1] = SIZE_MM[1] - points[..., 1]
+    view = dense_view(mirrored)
+    found = np.isfinite(view.pixels[:, 0])
+    wanted = seen.points[found, 1] - SIZE_MM[1]
+    assert np.allclose(view.points[found, 1], wanted, atol=1e-4)
+    assert np.array_equal(view.points[:, 0], seen.points[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("location", "more", "told"),
+    [
+        (np.zeros((9, 9)), {}, r"location: found shape \(9, 9\)"),
+        (np.zeros((9, 9, 2)), {}, "found 81 pixels"),
+        (np.zeros((20, 20, 2)), {"sigma": np.ones((20, 20))}, "sigma: found shape"),
+        (np.zeros((20, 20, 2)), {"mask": np.ones((2, 2), bool)}, "mask: found shape"),
+        (np.full((20, 20, 2), [np.nan, 1.0]), {}, "found 0 pixels with a point on"),
+    ],
+)
+def test_what_is_no_view_is_refused(location, more, told):
+    with pytest.raises(InputError, match=f"one: {told}"):
+        dense_view(location, **more, name="one")
