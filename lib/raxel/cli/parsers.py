@@ -1,0 +1,309 @@
+"""What can be typed after `raxel`: the commands and their options.
+
+A command is imported when it runs, so that help and mistakes cost no time.
+"""
+
+import argparse
+
+from raxel.cli.terminal import on_one_line
+
+DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
+MODELS = ("auto", "zhang", "generic")
+
+
+class _OneLineParser(argparse.ArgumentParser):
+    """A parser whose complaint is one line, as every other of this program."""
+
+    def error(self, message):
+        line = on_one_line(f"{self.prog}: {message}; see {self.prog} --help")
+        self.exit(2, f"{line}\n")
+
+
+def parser():
+    """The parser of all commands; options.command(options, say) runs one."""
+    parser = _OneLineParser(
+        prog="raxel",
+        description="Calibrate general cameras: images of known targets in, rays out.",
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_corners(commands)
+    _add_calibrate(commands)
+    _add_evaluate(commands)
+    _add_undistort(commands)
+    _add_check(commands)
+    _add_render(commands)
+    _add_patterns(commands)
+    _add_decode(commands)
+    _add_show(commands)
+    _add_score(commands)
+    _add_bench(commands)
+    return parser
+
+
+def _add_corners(commands):
+    parser = _command(commands, "corners", "find the chessboard's corners", _corners)
+    parser.add_argument("--json", metavar="FILE", help="write the corners here")
+    _add_detector(parser)
+
+
+def _add_calibrate(commands):
+    parser = _command(commands, "calibrate", "fit a camera to a set", _calibrate)
+    parser.add_argument(
+        "--model",
+        choices=MODELS,
+        default="auto",
+        help="zhang: pinhole with two radial terms; generic: a ray for each pixel; "
+        "auto: the one with the smaller cross-validated angular error",
+    )
+    parser.add_argument("--out", metavar="CAMERA", required=True, help="the .npz file")
+    parser.add_argument("--json", metavar="FILE", help="write what was found here")
+    parser.add_argument(
+        "--report",
+        metavar="FOLDER",
+        help="write pictures of corners, residuals and coverage here, and a page",
+    )
+    _add_corners_file(parser)
+    _add_detector(parser)
+
+
+def _add_evaluate(commands):
+    parser = _command(
+        commands, "evaluate", "score a camera; only poses are fitted", _evaluate, True
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    _add_corners_file(parser)
+    _add_detector(parser)
+
+
+def _add_undistort(commands):
+    parser = _command(
+        commands, "undistort", "images as a pinhole would see them", _undistort, True
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        required=True,
+        help="where the PNG images go, beside whatever else is there",
+    )
+
+
+def _add_check(commands):
+    _command(commands, "check", "read all of a set and say what is in it", _check)
+
+
+def _add_render(commands):
+    summary = "photograph a rig's target in the virtual laboratory"
+    parser = commands.add_parser("render", help=summary, description=summary)
+    parser.add_argument(
+        "rig", metavar="RIG", help="a rig file, such as data/rigs/*.yaml"
+    )
+    parser.add_argument(
+        "--out", metavar="SET", required=True, help="the new folder of the image set"
+    )
+    parser.add_argument(
+        "--seed",
+        type=_seed,
+        default=0,
+        help="of poses and noise; the same seed gives the same bytes (default 0)",
+    )
+    parser.set_defaults(command=_render)
+
+
+def _add_patterns(commands):
+    summary = "draw the patterns that the monitor of an active grid shows"
+    parser = commands.add_parser("patterns", help=summary, description=summary)
+    for side in ("width", "height"):
+        parser.add_argument(
+            f"--{side}", type=_count, required=True, help="of the monitor, px"
+        )
+    parser.add_argument(
+        "--cells", type=_count, default=8, help="along either axis (default 8)"
+    )
+    parser.add_argument(
+        "--steps",
+        type=_count,
+        default=4,
+        help="of the sines: 4 (default) leave out even orders of a monitor's response, "
+        "6 or more the third as well",
+    )
+    parser.add_argument("--out", metavar="FOLDER", required=True, help="a new folder")
+    parser.set_defaults(command=_patterns)
+
+
+def _add_decode(commands):
+    summary = "find the point of an active grid that each pixel sees"
+    parser = _command(commands, "decode", summary, _decode)
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        required=True,
+        help="a new folder: for each view points, sigma and mask (.npz), a picture",
+    )
+    parser.add_argument(
+        "--raw", action="store_true", help="do not average over 7 x 7 pixels"
+    )
+    parser.add_argument(
+        "--neighbours", action="store_true", help="average locations over 3 x 3 pixels"
+    )
+    parser.add_argument(
+        "--fill", action="store_true", help="fill single holes from their neighbours"
+    )
+    parser.add_argument(
+        "--margin",
+        metavar="PX",
+        type=_seed,
+        default=6,
+        help="leave out so much at the rim of the lit area (default 6)",
+    )
+
+
+def _add_show(commands):
+    summary = "draw a rig, a camera, or the targets of a set, in three dimensions"
+    parser = commands.add_parser("show", help=summary, description=summary)
+    parser.add_argument(
+        "what",
+        metavar="WHAT",
+        help="a rig file (.yaml), a camera file (.npz), or the folder of an image set",
+    )
+    parser.add_argument(
+        "--camera",
+        metavar="CAMERA",
+        help="pose the boards of a set to fit this camera; without it, to the truth of "
+        "a rendered set, or to a quick calibration by Zhang's method",
+    )
+    _add_corners_file(parser)
+    parser.add_argument(
+        "--seed", type=_seed, default=0, help="of a rig's poses (default 0)"
+    )
+    parser.add_argument(
+        "--out", metavar="FILE", help="write a .png or .html file and open nothing"
+    )
+    parser.set_defaults(command=_show)
+
+
+def _add_score(commands):
+    summary = "compare results with the truth of a rendered set"
+    parser = _command(commands, "score", summary, _score)
+    parser.add_argument(
+        "--corners", metavar="FILE", help="corners, in the form of raxel corners"
+    )
+    parser.add_argument(
+        "--points",
+        metavar="FOLDER",
+        help="decoded points: an .npz file per view with points_mm (height, width, 2)",
+    )
+    parser.add_argument("--camera", metavar="CAMERA", help="a central camera, .npz")
+    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+
+
+def _add_bench(commands):
+    summary = "the detectors that need no clicks side by side: counts, times as ratios"
+    parser = commands.add_parser("bench", help=summary, description=summary)
+    parser.add_argument(
+        "set", metavar="SET", nargs="+", help="folders of image sets of chessboards"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.set_defaults(command=_bench)
+
+
+def _seed(text):
+    if not text.isascii() or not text.isdigit() or len(text) > 18:
+        raise argparse.ArgumentTypeError(f"found {text!r}; give a whole number from 0")
+    return int(text)
+
+
+def _count(text):
+    number = _seed(text)
+    if not 1 <= number <= 32000:
+        raise argparse.ArgumentTypeError(f"found {text}; give 1 to 32000")
+    return number
+
+
+def _command(commands, name, summary, run, takes_camera=False):
+    parser = commands.add_parser(name, help=summary, description=summary)
+    if takes_camera:
+        parser.add_argument("camera", metavar="CAMERA", help="an .npz camera file")
+    parser.add_argument("set", metavar="SET", help="the folder of an image set")
+    parser.set_defaults(command=run)
+    return parser
+
+
+def _add_detector(parser):
+    parser.add_argument(
+        "--detector",
+        choices=DETECTOR_NAMES,
+        help="default: raxel, which also counts where the board's size is not given, "
+        "as opencv-sb; opencv and celect need it, and celect outer_corners in set.yaml",
+    )
+
+
+def _add_corners_file(parser):
+    parser.add_argument(
+        "--corners", metavar="FILE", help="take corners that raxel corners wrote"
+    )
+
+
+def _corners(options, say):
+    from raxel.cli.corners import corners
+
+    corners(options, say)
+
+
+def _calibrate(options, say):
+    from raxel.cli.calibrate import calibrate
+
+    calibrate(options, say)
+
+
+def _evaluate(options, say):
+    from raxel.cli.evaluate import evaluate
+
+    evaluate(options, say)
+
+
+def _undistort(options, say):
+    from raxel.cli.undistort import undistort
+
+    undistort(options, say)
+
+
+def _check(options, say):
+    from raxel.cli.check import check
+
+    check(options, say)
+
+
+def _render(options, say):
+    from raxel.cli.render import render
+
+    render(options, say)
+
+
+def _patterns(options, say):
+    from raxel.cli.patterns import patterns
+
+    patterns(options, say)
+
+
+def _decode(options, say):
+    from raxel.cli.decode import decode
+
+    decode(options, say)
+
+
+def _show(options, say):
+    from raxel.cli.show import show
+
+    show(options, say)
+
+
+def _score(options, say):
+    from raxel.cli.score import score
+
+    score(options, say)
+
+
+def _bench(options, say):
+    from raxel.cli.bench import bench
+
+    bench(options, say)
