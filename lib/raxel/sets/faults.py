@@ -6,6 +6,7 @@ import numpy as np
 
 from raxel.documents import shown
 from raxel.sets.model import Charuco, Chessboard
+from raxel.sets.pattern_faults import pattern_faults
 
 # Of those whose name does not say it.
 DICTIONARY_SIZES = {
@@ -38,7 +39,8 @@ def faults(image_set):
             yield from _outer_corner_faults((*path, "outer_corners"), view, size)
         if view.contours:
             yield from _contour_faults((*path, "contours"), view, image_set)
-        yield from _pattern_faults((*path, "patterns"), view.patterns)
+        if view.patterns:
+            yield from pattern_faults((*path, "patterns"), view.patterns, target)
 
 
 def _marker_faults(target):
@@ -69,31 +71,37 @@ def _repeated_photographs(image_set):
     """A photograph under two names, which would be fitted and kept out at once.
 
     The file itself decides, not its name: ./a.jpg, a link, A.JPG where it is the same.
+    An active grid shows something else in each of its photographs.
     """
     first = {}
-    for index, view in enumerate(image_set.views):
-        if view.image is None:
-            continue
+    for path, name in _photographs(image_set.views):
         try:
-            found = (image_set.folder / view.image).stat()
+            found = (image_set.folder / name).stat()
         except (OSError, ValueError):
             continue  # told as missing
-        earlier = first.setdefault((found.st_dev, found.st_ino), index)
-        other = image_set.views[earlier].image
-        if earlier != index and other != view.image:
-            fault = f"found {shown(view.image)}, the same file as {shown(other)} of "
-            yield ("views", index, "image"), f"{fault}views[{earlier}]; list it once"
+        earlier, other = first.setdefault((found.st_dev, found.st_ino), (path, name))
+        if earlier == path or (path[2] == "image" and other == name):
+            continue  # the first one, or a label that is told as repeated
+        where = f"views[{earlier[1]}]"
+        if len(earlier) > 3:
+            where += f".patterns[{earlier[3]}]"
+        fault = f"found {shown(name)}, the same file as {shown(other)} of {where}"
+        yield path, f"{fault}; list it once"
+
+
+def _photographs(views):
+    """(path of the field, name of the file) of all photographs."""
+    for index, view in enumerate(views):
+        for key in ("image", "white", "black"):
+            if getattr(view, key):
+                yield ("views", index, key), getattr(view, key)
+        for number, pattern in enumerate(view.patterns):
+            yield ("views", index, "patterns", number, "image"), pattern.image
 
 
 def _file_faults(image_set):
-    for index, view in enumerate(image_set.views):
-        for key in ("image", "white", "black"):
-            if getattr(view, key):
-                path = ("views", index, key)
-                yield from _missing(path, getattr(view, key), image_set.folder)
-        for number, pattern in enumerate(view.patterns):
-            path = ("views", index, "patterns", number, "image")
-            yield from _missing(path, pattern.image, image_set.folder)
+    for path, name in _photographs(image_set.views):
+        yield from _missing(path, name, image_set.folder)
     if image_set.reference is not None:
         yield from _missing(("reference",), image_set.reference, image_set.folder)
     if image_set.truth is not None and _leaves_folder(image_set.truth):
@@ -170,44 +178,3 @@ def _turns(corners):
     ahead = np.roll(corners, -1, axis=0) - corners
     after = np.roll(ahead, -1, axis=0)
     return ahead[:, 0] * after[:, 1] - ahead[:, 1] * after[:, 0]
-
-
-def _pattern_faults(path, patterns):
-    seen = {}
-    for index, pattern in enumerate(patterns):
-        number, key = (
-            (pattern.bit, "bit") if pattern.kind == "gray" else (pattern.step, "step")
-        )
-        if number >= pattern.of:
-            fault = (
-                f"found {number}, but there are {pattern.of} (0 to {pattern.of - 1})"
-            )
-            yield (*path, index, key), f"{fault}; mend {key} or of"
-        code = pattern.axis, pattern.kind, pattern.of, pattern.inverse, pattern.periods
-        earlier = seen.setdefault((*code, number), index)
-        if earlier != index:
-            fault = (
-                f"the same pattern as patterns[{earlier}]; mend axis, {key} or inverse"
-            )
-            yield (*path, index), fault
-    yield from _gaps(path, patterns)
-
-
-def _gaps(path, patterns):
-    """A bit that is missing above a present one, or a missing phase step.
-
-    Gray code is decoded from the most significant bit down: fine bits may be left out,
-    but nothing can be read below a gap.
-    """
-    groups = {}
-    for pattern in patterns:
-        code = pattern.axis, pattern.kind, pattern.of, pattern.periods
-        number = pattern.bit if pattern.kind == "gray" else pattern.step
-        groups.setdefault(code, set()).add(number)
-    for (axis, kind, of, _), present in groups.items():
-        needed = range(max(present) + 1) if kind == "gray" else range(of)
-        gap = next((number for number in needed if number not in present), None)
-        if gap is not None:
-            name = "bit" if kind == "gray" else "step"
-            fault = f"{kind} code of axis {axis} lacks {name} {gap} of {of}"
-            yield path, f"{fault}; add its image or leave that code out"

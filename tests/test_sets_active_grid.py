@@ -1,0 +1,142 @@
+"""What set.yaml may not say of an active grid: each fault in one line."""
+
+import os
+
+import pytest
+
+from raxel.errors import InputError
+from raxel.sets import load_set, patterns_of, plan_of_cells
+from tests.image_sets import write_description
+
+SIZE = 1024, 768
+
+
+def described(folder, patterns, **view):
+    """A set of empty files, as set.yaml has it."""
+    listed = []
+    for pattern in patterns:
+        entry = {k: v for k, v in vars(pattern).items() if v is not None}
+        if pattern.kind == "phase":
+            del entry["inverse"]
+        listed.append(entry)
+    for name in {*(p.image for p in patterns), *view.values()}:
+        (folder / name).write_bytes(b"")
+    return {
+        "raxel_set": 1,
+        "name": "grid",
+        "resolution": [64, 48],
+        "target": {"kind": "active_grid", "monitor_px": list(SIZE)},
+        "views": [{"name": "pose", **view, "patterns": listed}],
+    }
+
+
+@pytest.fixture
+def grid(tmp_path):
+    patterns = patterns_of(plan_of_cells(SIZE))
+    return described(tmp_path, patterns, white="w.png", black="b.png")
+
+
+def said(folder, data):
+    write_description(folder, data)
+    with pytest.raises(InputError) as fault:
+        load_set(folder)
+    text = str(fault.value)
+    assert "\n" not in text
+    return text.removeprefix(f"{folder / 'set.yaml'}: views[0].")
+
+
+def test_whole_sets_and_subsets_are_taken(tmp_path, grid):
+    listed = grid["views"][0]["patterns"]
+    for kept in (
+        listed,
+        listed[::-1],
+        [p for p in listed if p["axis"] == "y"],
+        [p for p in listed if p["kind"] == "gray"],
+        [p for p in listed if not p.get("inverse")],
+        [p for p in listed if p.get("bit", 0) < 2],
+    ):
+        grid["views"][0]["patterns"] = kept
+        write_description(tmp_path, grid)
+        assert len(load_set(tmp_path).views[0].patterns) == len(kept)
+
+
+def changed(number, **fields):
+    def change(view):
+        view["patterns"][number] |= fields
+
+    return change
+
+
+def left_out(number):
+    return lambda view: view["patterns"].pop(number)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (left_out(0), "patterns[0]: bit 0 of axis x has only its inverse; add the pic"),
+        (left_out(14), "patterns: phase code of axis x lacks step 2 of 4; add its ima"),
+        (changed(2, bit=0), "patterns[2]: the same pattern as patterns[0]; mend axis"),
+        (changed(2, of=4), "patterns[2].of: found 4, but 3 in patterns[0] of the same"),
+        (
+            changed(3, cell_px=64.0),
+            "patterns[3].cell_px: found 64, but 128 in patterns[0] of the same code",
+        ),
+        (
+            changed(13, image="phase-x-0.png"),
+            "patterns[13].image: found 'phase-x-0.png', the same file as "
+            "'phase-x-0.png' of views[0].patterns[12]; list it once",
+        ),
+        (
+            changed(5, image="w.png"),
+            "patterns[5].image: found 'w.png', the same file as 'w.png' of views[0]",
+        ),
+        (lambda v: v.update(black="w.png"), "black: found 'w.png', the same file as"),
+        (lambda v: v.update(white="none.png"), "white: no file 'none.png' in"),
+        (
+            lambda v: [p.update(periods=600.0) for p in v["patterns"][12:16]],
+            "patterns[12].periods: found 600 periods on 1024 px of the monitor, which",
+        ),
+        (
+            lambda v: [p.update(cell_px=100.0) for p in v["patterns"][:6]],
+            "patterns[0].cell_px: found cells of 100 px, and 8 of them do not reach",
+        ),
+    ],
+)
+def test_faults_of_patterns(tmp_path, grid, change, message):
+    change(grid["views"][0])
+    assert said(tmp_path, grid).startswith(message)
+
+
+def test_a_code_of_pixels_says_so(tmp_path):
+    """Ten bits along 768 px: not cells of 0.75 px, but of one, cut off at the end."""
+    patterns = patterns_of(plan_of_cells(SIZE, 2, 4))
+    gray = [p for p in patterns if p.kind == "gray"]
+    data = described(tmp_path, gray)
+    for entry in data["views"][0]["patterns"]:
+        entry["of"] = 10
+        del entry["cell_px"]
+    assert said(tmp_path, data).startswith(
+        "patterns[2].of: found 1024 cells on 768 px of the monitor, 0.75 px each; give "
+        "cell_px: 1 where the code counts pixels"
+    )
+    for entry in data["views"][0]["patterns"]:
+        entry["cell_px"] = 1.0
+    write_description(tmp_path, data)
+    assert load_set(tmp_path).views[0].patterns[2].cell_px == 1
+
+
+def test_a_photograph_is_of_one_pose_only(tmp_path, grid):
+    """Known by the file, whatever it is called."""
+    first = grid["views"][0]
+    os.link(tmp_path / "w.png", tmp_path / "other.png")
+    second = {"name": "pose-2", "patterns": [dict(p) for p in first["patterns"]]}
+    for entry in second["patterns"]:
+        entry["image"] = f"2-{entry['image']}"
+        (tmp_path / entry["image"]).write_bytes(b"")
+    grid["views"].append(second)
+    write_description(tmp_path, grid)
+    assert len(load_set(tmp_path).views) == 2
+    second["white"] = "other.png"
+    line = said(tmp_path, grid)
+    assert line.endswith("same file as 'w.png' of views[0]; list it once")
