@@ -90,7 +90,7 @@ setup:
 
 clean: ## remove what was built; .venv and the photographs stay
 	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/*.zip \
-	  report/build report/notebooks report/answers .snakemake .pytest_cache .hypothesis .ruff_cache
+	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.times .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list
 	@grep -E '^[a-z_%][a-z_% ]*:.*##' Makefile | sed -E 's/:.*##/\t/' | expand -t 38

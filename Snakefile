@@ -6,6 +6,7 @@ configfile: "lib/repro/workflow/rules/config.yaml"
 
 
 include: "lib/repro/workflow/rules/common.smk"
+include: "lib/repro/workflow/rules/sets.smk"
 include: "lib/repro/workflow/rules/experiments.smk"
 include: "lib/repro/workflow/rules/artefacts.smk"
 include: "lib/repro/workflow/rules/report.smk"

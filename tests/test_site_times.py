@@ -15,13 +15,25 @@ def producer(kind, name, page, **details):
 
 
 MADE = [
-    producer("experiment", "one", "ch02_x/s1", shards={"quick": 1, "full": 2}),
+    producer(
+        "experiment",
+        "one",
+        "ch02_x/s1",
+        shards={"quick": 1, "full": 2},
+        rendered={"full": ("rig/0", "rig/1"), "quick": ("rig/2",)},
+    ),
     producer("figure", "fig_2_1", "ch02_x/s1"),
     producer("claim", "c2_x", "ch02_x/s1"),
     producer(
         "experiment", "study", "photographs/set", shards={"full": 1}, per_set=True
     ),
-    producer("experiment", "gone", "ch09_y/s1", shards={"full": 1}),
+    producer(
+        "experiment",
+        "gone",
+        "ch09_y/s1",
+        shards={"full": 1},
+        rendered={"full": ("rig/5",)},
+    ),
 ]
 
 
@@ -40,6 +52,10 @@ def folder(tmp_path):
         "experiment/study@a-set": 10.0,
         "experiment/study@another": 800.0,
         "scoreboard": 2.0,
+        "sets/rig/0": 5.0,
+        "sets/rig/1": 6.0,
+        "sets/rig/2": 50.0,
+        "sets/rig/5": 60.0,
         "site/sphinx": 600.0,
     }
     for label, seconds in kept.items():
@@ -50,15 +66,16 @@ def folder(tmp_path):
 
 
 def test_every_job_of_the_build_counts_once_and_no_other(folder):
-    times = times_of(folder, "full", MADE, PAGES)
+    times = times_of(folder, folder / "sets", "full", MADE, PAGES)
     first, a_set, b_set = times.pages
     assert (first.computed, first.drawn, first.rest) == (7.5, 1.0, 1.0)
     assert (a_set.computed, b_set.total) == (10.0, 0.0)
     assert times.scoreboard == 2.0
-    assert times.total == 21.5
+    assert times.rendered == 11.0
+    assert times.total == 32.5
     assert times.slowest[0] == ("study@a-set", "photographs/a-set", 10.0)
 
 
 def test_a_job_that_was_one_is_read_as_one(folder):
-    times = times_of(folder, "quick", MADE[:1], PAGES[:1])
+    times = times_of(folder, folder / "sets", "quick", MADE[:1], PAGES[:1])
     assert times.pages[0].computed == 900.0

@@ -13,8 +13,12 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+import yaml
+
+from tests.test_lab_rig import small_rig
 
 ROOT = Path(__file__).resolve().parents[1]
+RIG = "data/rigs/small.yaml"
 PAGE = "chapters/ch02_small/s1_dice/page.py"
 CHAPTER = '''
 # %% [markdown]
@@ -25,6 +29,7 @@ CHAPTER = '''
 # %%
 from repro.run.experiment import experiment, figure
 from repro.run.outcomes import Drawing, Plan
+from repro.run.rendered import rendered_set
 from repro.page.reader import show
 from raxel.dice import spread, throw
 
@@ -44,8 +49,12 @@ def throws(effort):
     return Plan(thrown, [{"dice": 1}], 4)
 
 
-@experiment("dice_spread", artefact="fig_2_3", shards={"quick": 1, "full": 1})
+@experiment(
+    "dice_spread", artefact="fig_2_3", shards={"quick": 1, "full": 1},
+    rendered={"quick": ("small/3",), "full": ("small/3", "small/4")},
+)
 def spreads(effort):
+    assert (rendered_set("small", 3) / "truth").is_dir()
     return Plan(wide, [{"dice": 2}], 4)
 
 
@@ -92,6 +101,8 @@ def checkout(tmp_path_factory) -> Path:
     (root / PAGE).parents[1].joinpath("__init__.py").write_text("")
     (root / PAGE).write_text(CHAPTER.lstrip())
     (root / "lib" / "raxel" / "dice.py").write_text(dedent(DICE))
+    (root / RIG).parent.mkdir()
+    (root / RIG).write_text(yaml.safe_dump(small_rig()))
     return root
 
 
@@ -153,6 +164,7 @@ THROWS = {
     "experiment dice_throws, part 1 of 2",
     "result dice_throws",
 }
+SET = {"rendered set small/3"}
 SPREAD = {"experiment dice_spread"}
 AGAIN = {
     "experiment dice_again, part 0 of 2",
@@ -166,6 +178,7 @@ REST = {
 }
 
 CUT = (
+    "data/synthetic/small/3/view-001.png",
     "figures/quick/results/dice_throws.json",
     "figures/quick/shards/dice_again/1-of-2.npz",
     "figures/quick/fig_2_3.csv",
@@ -183,7 +196,7 @@ def eyes_thrown(root: Path) -> set[int]:
 def test_a_change_rebuilds_what_it_reaches(checkout):
     status, text = build(checkout)
     assert status == 0, text
-    assert jobs(text) == THROWS | AGAIN | SPREAD | REST
+    assert jobs(text) == THROWS | AGAIN | SET | SPREAD | REST
     again = json.loads((checkout / "figures/quick/results/dice_again.json").read_text())
     assert {t["values"]["eyes"] for t in again["trials"]} <= eyes_thrown(checkout)
 
@@ -208,6 +221,15 @@ def test_a_change_rebuilds_what_it_reaches(checkout):
     _, text = build(checkout)
     assert jobs(text) == THROWS | AGAIN | REST, text
     assert "changed: raxel.dice:throw -> dice_throws" in text
+
+    view = checkout / "data/synthetic/small/3/view-000.png"
+    before = view.read_bytes()
+    edit(checkout, RIG, "9000", "8000")
+    _, text = build(checkout)
+    assert jobs(text) - REST == SET | SPREAD, text
+    assert f"changed: {RIG} -> small/3\n" in text
+    assert view.read_bytes() != before
+    assert not [*(checkout / "data/synthetic").rglob(".3*")]
 
 
 HOLD = """

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from repro.run import jobs
+from repro.run.rendered import declared
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -62,7 +63,12 @@ def _order(a: argparse.Namespace) -> jobs.Order:
 def main(argv: list[str] | None = None) -> int:
     """Run one job; return its exit status."""
     a = _parser().parse_args(argv)
-    root = Path.cwd()
+    with declared(()):  # an experiment opens its own; what reads results opens none
+        _run(a, Path.cwd())
+    return 0
+
+
+def _run(a: argparse.Namespace, root: Path) -> None:
     if a.command == "run":
         shard, of = (int(part) for part in a.shard.split("/"))
         jobs.run(root, _order(a), shard, of, a.out)
@@ -84,7 +90,6 @@ def main(argv: list[str] | None = None) -> int:
         from repro.site.notebooks import notebooks
 
         notebooks(a.pages, a.out)
-    return 0
 
 
 if __name__ == "__main__":

@@ -36,6 +36,10 @@ class Producer:
         """Experiments whose results the function reads."""
         return tuple(self.details.get("needs", ()))
 
+    def rendered(self, effort: str) -> tuple[str, ...]:
+        """Rendered sets, ``RIG/SEED``, that an experiment of this size opens."""
+        return tuple(self.details.get("rendered", {}).get(effort, ()))
+
     @property
     def published(self) -> tuple[str, ...]:
         """Printed numbers that a figure or table shows beside the results."""

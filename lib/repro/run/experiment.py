@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -39,6 +39,7 @@ def experiment(
     shards: dict[str, int],
     inputs: Sequence[str] = (),
     needs: Sequence[str] = (),
+    rendered: Mapping[str, Sequence[str]] | None = None,
     per_set: bool = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs.
@@ -46,7 +47,9 @@ def experiment(
     With ``per_set`` (here and below) the producer stands once for every image set of
     the report, and an experiment is called as ``function(effort, folder)``. With
     ``needs`` it reads other experiments, as ``function(effort, results)``: for trials
-    that redraw a measuring error from the one found in rendered images.
+    that redraw a measuring error from the one found in rendered images. ``rendered``
+    declares the image sets that it opens by `repro.run.rendered.rendered_set`, as
+    {"quick": ("RIG/SEED", ...), "full": (...)}; each is made by a job of its own.
     """
     return _mark(
         "experiment",
@@ -55,6 +58,7 @@ def experiment(
         shards=shards,
         inputs=inputs,
         needs=needs,
+        rendered=rendered or {},
         per_set=per_set,
     )
 

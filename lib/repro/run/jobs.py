@@ -12,7 +12,8 @@ import importlib
 import json
 import platform
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
@@ -22,6 +23,7 @@ import numpy as np
 
 from repro.run import discover, experiment, results
 from repro.run.outcomes import Plan
+from repro.run.rendered import declared, manifest
 from repro.run.sets_of_report import set_files
 
 VERSIONS = ("numpy", "scipy", "opencv-python-headless", "matplotlib")
@@ -57,9 +59,11 @@ class Order:
     sets: Sequence[str] = ()
 
     def inputs(self, root: Path) -> dict[str, str]:
-        """`input_hashes` of the experiment."""
+        """`input_hashes` of the experiment, and of the manifests of rendered sets."""
         found = producer(root, "experiment", self.name)
-        return input_hashes(root, found, self.set_folder)
+        names = found.rendered(self.effort)
+        sets = {name: _hash_now(root / manifest(name)) for name in names}
+        return input_hashes(root, found, self.set_folder) | sets
 
     def plan(self, root: Path, found: discover.Producer) -> Plan:
         """The experiment's plan, with the what-if number of trials if one is given."""
@@ -75,9 +79,8 @@ class Order:
 
 def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
     """Run one shard of an experiment into ``out`` (JSON, with an .npz beside it)."""
-    found = producer(root, "experiment", order.name)
-    plan = order.plan(root, found)
-    records, arrays, seconds = _trials(found, order, plan, shard, of)
+    with _planned(root, order) as (found, plan):
+        records, arrays, seconds = _trials(found, order, plan, shard, of)
     results.write_arrays(out.with_suffix(".npz"), arrays)
     results.write_json(out, {"records": records, "seconds": seconds})
 
@@ -86,9 +89,8 @@ def whole(
     root: Path, order: Order, code: str, inputs: Mapping[str, str], out: Path
 ) -> None:
     """Run an experiment that is one job into its result file and run record."""
-    found = producer(root, "experiment", order.name)
-    plan = order.plan(root, found)
-    records, arrays, seconds = _trials(found, order, plan, 0, 1)
+    with _planned(root, order) as (found, plan):
+        records, arrays, seconds = _trials(found, order, plan, 0, 1)
     _leave(found, order, plan, code, inputs, records, arrays, [seconds], out)
 
 
@@ -101,9 +103,8 @@ def gather(
     out: Path,
 ) -> None:
     """Join the shards of an experiment into its result file and run record."""
-    found = producer(root, "experiment", order.name)
-    plan = order.plan(root, found)
-    contents = [json.loads(shard.read_text("utf-8")) for shard in shards]
+    with _planned(root, order) as (found, plan):
+        contents = [json.loads(shard.read_text("utf-8")) for shard in shards]
     records = [record for content in contents for record in content["records"]]
     arrays = {}
     for shard in shards:
@@ -111,6 +112,14 @@ def gather(
             arrays |= {key: stored[key] for key in stored}
     seconds = [content["seconds"] for content in contents]
     _leave(found, order, plan, code, inputs, records, arrays, seconds, out)
+
+
+@contextmanager
+def _planned(root: Path, order: Order) -> Iterator[tuple[discover.Producer, Plan]]:
+    """The experiment and its plan; inside, the rendered sets of its mark are open."""
+    found = producer(root, "experiment", order.name)
+    with declared(found.rendered(order.effort)):
+        yield found, order.plan(root, found)
 
 
 def _trials(
@@ -173,7 +182,11 @@ def input_hashes(
     files = {Path(path).name: root / path for path in found.details.get("inputs", ())}
     if set_folder is not None:
         files |= set_files(root / set_folder)
-    return {name: _hash(path, path.stat().st_mtime_ns) for name, path in files.items()}
+    return {name: _hash_now(path) for name, path in files.items()}
+
+
+def _hash_now(path: Path) -> str:
+    return _hash(path, path.stat().st_mtime_ns)
 
 
 @cache

@@ -20,6 +20,7 @@ from typing import NamedTuple
 from repro.judge.ledger import FOLDER, read_yaml
 from repro.run.discover import PAGE_FILE, Producer, page_files, page_id, producers
 from repro.run.names import Place, Sources, defined_by, dotted
+from repro.run.rendered import manifest, rig_file
 
 READERS = ("figure", "table", "numbers", "claim")
 WRAPPERS = ("partial", "functools.partial")
@@ -76,6 +77,8 @@ class Whereabouts:
             if trial:
                 found.append(trial)
             found.append(_line(one))
+        names = dict.fromkeys(n for one in experiments for n in _rendered_by(one))
+        found += [PlaceLine("set", f"{rig_file(name)}:1", name) for name in names]
         every = [*mine, *(claim for claim in claims if claim not in mine)]
         readers = [p for kind in READERS for p in every if p.kind == kind]
         found += [_line(p) for p in readers]
@@ -92,8 +95,8 @@ class Whereabouts:
         return [p for p in self.made if p.kind == "claim" and p.id in about]
 
     def _of_id(self, identifier: str) -> list[Producer]:
-        """Producers of that id, or the one that gives a number of that id."""
-        mine = [p for p in self.made if p.id == identifier]
+        """Producers of that id; those that read the set, or give the number, of it."""
+        mine = [p for p in self.made if identifier in (p.id, *_rendered_by(p))]
         if mine:
             return mine
         given = [e["artefact"] for e in self.ledger["numbers"] if e["id"] == identifier]
@@ -151,11 +154,12 @@ class Whereabouts:
                 files += sorted(
                     [*folder.glob(f"{one.id}.*"), *folder.glob(f"{one.id}@*")]
                 )
+            files += [self.root / manifest(name) for name in _rendered_by(one)]
         names = dict.fromkeys(path.relative_to(self.root).as_posix() for path in files)
         return [
             PlaceLine("data", f"{name}:1", "")
             for name in names
-            if not name.endswith(".run.json")
+            if not name.endswith(".run.json") and (self.root / name).is_file()
         ]
 
     def _unknown(self, identifier: str) -> str:
@@ -174,6 +178,12 @@ class Whereabouts:
 def _line(one: Producer) -> PlaceLine:
     name = one.id if one.id == one.function else f"{one.id} {one.function}"
     return PlaceLine(one.kind, f"chapters/{one.path}:{one.line}", name)
+
+
+def _rendered_by(one: Producer) -> list[str]:
+    """The rendered sets, ``RIG/SEED``, that a producer opens at either size."""
+    sizes = one.details.get("rendered", {})
+    return list(dict.fromkeys(name for size in sizes for name in one.rendered(size)))
 
 
 def _call(function: ast.FunctionDef, name: str) -> ast.Call | None:

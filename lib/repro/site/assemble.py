@@ -29,6 +29,7 @@ from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
 from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
+from repro.run.rendered import TIMES as SET_TIMES
 from repro.site import artefacts
 from repro.site.api_reference import api_pages
 from repro.site.ledger_pages import codes, ledger_pages
@@ -303,6 +304,7 @@ def _filled(
         titles={page.name: page.title for page in _documents(chapters)},
         times=times_of(
             root / "figures" / effort / "times",
+            root / SET_TIMES,
             effort,
             producers(root),
             [page.name for page in _documents(chapters)],

@@ -34,33 +34,43 @@ class PageTimes:
 
 @dataclass(frozen=True)
 class Times:
-    """The times of a build: of each page, its slowest experiments, the scoreboard."""
+    """The times of a build: of each page, its slowest experiments, and what is of no
+    page: the rendered sets, which several may share, and the scoreboard.
+    """
 
     pages: Sequence[PageTimes]
     slowest: Sequence[tuple[str, str, float]]
+    rendered: float
     scoreboard: float
 
     @property
     def total(self) -> float:
         """Processor seconds of all of these jobs."""
-        return self.scoreboard + sum(page.total for page in self.pages)
+        return self.rendered + self.scoreboard + sum(page.total for page in self.pages)
 
 
 def times_of(
-    folder: Path, effort: str, made: Iterable[Producer], pages: Sequence[str]
+    folder: Path,
+    sets: Path,
+    effort: str,
+    made: Iterable[Producer],
+    pages: Sequence[str],
 ) -> Times:
     """Add up the records below ``folder`` for the ``pages`` of a build.
 
     Parameters
     ----------
+    sets : folder of the records of rendered sets.
     made : the producers of all chapters.
     pages : ids of the pages; one of an image set ends with the set's name.
     """
     sums = {page: PageTimes(page) for page in pages}
-    experiments = []
+    experiments: list[tuple[str, str, float]] = []
+    rendered: set[str] = set()
     for producer in made:
         for page, name in _editions(producer, pages):
             seconds = sum(map(_seconds, _records(folder, producer, name, effort)))
+            rendered |= set(producer.rendered(effort))
             if producer.kind == "experiment":
                 sums[page].computed += seconds
                 experiments.append((name, page, seconds))
@@ -71,7 +81,8 @@ def times_of(
             times.rest += _seconds(folder / kind / f"{page}.json")
     experiments.sort(key=lambda found: -found[2])
     scoreboard = _seconds(folder / "scoreboard.json")
-    return Times(list(sums.values()), experiments[:SLOWEST], scoreboard)
+    made_sets = sum(_seconds(sets / f"{name}.json") for name in sorted(rendered))
+    return Times(list(sums.values()), experiments[:SLOWEST], made_sets, scoreboard)
 
 
 def _editions(producer: Producer, pages: Sequence[str]) -> list[tuple[str, str]]:

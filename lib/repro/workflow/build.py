@@ -227,7 +227,8 @@ def _built(work: Work, target: str) -> set[str]:
     else:
         wanted = {target}
     needed = {n for k, i in work.producers if i in wanted for n in work.needed(k, i)}
-    return wanted | needed
+    made = [p for (_, i), p in work.producers.items() if i in wanted | needed]
+    return wanted | needed | {n for p in made for n in p.rendered(work.effort)}
 
 
 def _ages(root: Path, targets: list[str]) -> list[int]:

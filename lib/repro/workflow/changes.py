@@ -13,7 +13,8 @@ KINDS = ("experiment", "figure", "table")
 
 
 def _parts(work: Work) -> dict[str, dict[str, str]]:
-    return {
+    sets = {name: work.rendered.parts(name) for name in work.rendered.names}
+    return sets | {
         identifier: work.reach.parts(
             (producer.module, producer.function),
             *(CODE if kind == "experiment" else ()),

@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from repro.run.rendered import TIMES
 from repro.run.results import write_json
 from repro.workflow.job import hash_of, stat_of
 from repro.workflow.terminal import say
@@ -25,7 +26,8 @@ def drop_damaged(work: Work) -> None:
     """Remove what is not as its job left it, and say so."""
     said: list[str] = []
     claimed: set[str] = set()
-    records = (work.root / work.base / "times").rglob("*.json")
+    folders = (work.root / work.base / "times", work.root / TIMES)
+    records = [record for folder in folders for record in folder.rglob("*.json")]
     for record in sorted(records, key=lambda path: -path.stat().st_mtime_ns):
         files = _files(record)
         files = {name: known for name, known in files.items() if name not in claimed}

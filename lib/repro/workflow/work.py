@@ -17,6 +17,8 @@ from repro.run import discover
 from repro.run.deciding import judged_with
 from repro.run.jobs import CODE, input_hashes
 from repro.run.reach import Reach
+from repro.run.rendered import manifest
+from repro.workflow.rendering import RenderedSets
 
 DRAW_CODE = (("repro.page.draw", "draw"),)
 JUDGE_CODE = (("repro.run.judging", "judge"),)
@@ -69,6 +71,13 @@ class Work:
         if not producer.details.get("per_set"):
             return [producer.id]
         return [f"{producer.id}@{name}" for name in self.sets]
+
+    @cached_property
+    def rendered(self) -> RenderedSets:
+        """The rendered sets that experiments declare."""
+        return RenderedSets(
+            self.root, self.reach, discover.producers(self.root), self.effort
+        )
 
     @cached_property
     def pages(self) -> dict[str, Page]:
@@ -133,7 +142,11 @@ class Work:
         """
         producer = self.producers["experiment", wildcards.experiment]
         declared = [str(path) for path in producer.details.get("inputs", ())]
-        return self._result_files("experiment", wildcards.experiment) + declared
+        sets = map(manifest, producer.rendered(self.effort))
+        return self._result_files("experiment", wildcards.experiment) + [
+            *declared,
+            *sets,
+        ]
 
     def input_key(self, wildcards) -> str:
         """Hash over names and content of all that no other experiment has left."""

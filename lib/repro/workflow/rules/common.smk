@@ -1,5 +1,6 @@
 from pathlib import Path
 
+from repro.run.rendered import TIMES
 from repro.run.sets_of_report import sets_of_report
 from repro.workflow.forks import PINNED
 from repro.workflow.work import Work

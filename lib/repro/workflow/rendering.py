@@ -1,0 +1,98 @@
+"""The job that makes a rendered set, and what the set depends on.
+
+    python -m repro.workflow.rendering RIG SEED
+
+The laboratory is known here by its command alone: `raxel render`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import shutil
+import sys
+from collections.abc import Iterable
+from functools import cached_property
+from pathlib import Path
+
+from repro.run.discover import Producer
+from repro.run.reach import Reach
+from repro.run.rendered import FOLDER, NAME, manifest, rig_file
+from repro.run.results import WRITTEN, write_json
+from repro.workflow.job import hash_of
+
+COMMAND = "raxel.cli"
+CODE = ("raxel.cli.render", "render")
+
+
+class RenderedSets:
+    """The sets that experiments of one size declare, and the key of each."""
+
+    def __init__(
+        self, root: Path, reach: Reach, producers: Iterable[Producer], effort: str
+    ) -> None:
+        self.root = root
+        self.reach = reach
+        self.effort = effort
+        self.producers = producers
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Every declared ``RIG/SEED``, once; ValueError for one without a rig."""
+        found: dict[str, None] = {}
+        for producer in self.producers:
+            for name in producer.rendered(self.effort):
+                self._check(producer, name)
+                found[name] = None
+        return list(found)
+
+    def _check(self, producer: Producer, name: str) -> None:
+        place = f"chapters/{producer.path}:{producer.line}: rendered set {name!r}"
+        if not NAME.fullmatch(name):
+            raise ValueError(f'{place}: write ("RIG/SEED", ...) for each size')
+        if not (self.root / rig_file(name)).is_file():
+            raise ValueError(f"{place}: no rig {rig_file(name)}; check the name")
+
+    def parts(self, name: str) -> dict[str, str]:
+        """What the set is made with: each definition reached, and the rig's bytes."""
+        rig = hash_of(self.root / rig_file(name))
+        return self.reach.parts(CODE) | {rig_file(name): rig}
+
+    def key(self, wildcards) -> str:
+        """Key over the parts of a set; its seed is in its name."""
+        parts = self.parts(f"{wildcards.rig}/{wildcards.seed}")
+        text = "\n".join(f"{name}={part}" for name, part in sorted(parts.items()))
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Make one set, whole or not at all, then its manifest; return the exit status."""
+    rig, seed = sys.argv[1:] if argv is None else argv
+    name = f"{rig}/{seed}"
+    folder = Path(FOLDER) / name
+    room = folder.with_name(f".{seed}")
+    shutil.rmtree(room, ignore_errors=True)  # of a job that was killed
+    room.mkdir(parents=True)
+    made = room / seed
+    try:
+        render = importlib.import_module(COMMAND).main
+        words = ["render", rig_file(name), "--out", str(made), "--seed", seed]
+        status = render(words)
+        if not status:
+            shutil.rmtree(folder, ignore_errors=True)
+            os.rename(made, folder)
+    finally:
+        shutil.rmtree(room)
+    if not status:
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        WRITTEN.extend(files)
+        hashes = {p.relative_to(folder).as_posix(): hash_of(p) for p in files}
+        write_json(
+            Path(manifest(name)), {"rig": rig, "seed": int(seed), "files": hashes}
+        )
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
