@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-from repro.run import rendered
-from repro.run.discover import Producer
+from repro.run import rendered, where
+from repro.run.discover import Producer, producers
 from repro.run.reach import Reach
 from repro.run.rendered import declared, manifest, rendered_set
 from repro.workflow import rendering
@@ -97,6 +97,50 @@ def test_only_a_declared_set_is_opened(checkout):
             rendered_set("small", 4)
     with declared(()), pytest.raises(LookupError, match=f"{NAME}: not declared.*none"):
         rendered_set("small", 3)
+
+
+def test_an_experiment_that_reads_a_rig_says_so():
+    """Or one whose result it reads does: that result changes with the rig's bytes."""
+    reach = Reach(ROOT)
+    readers = {f"chapters.shared.{name}:rig_named" for name in ("rigs", "grid_rigs")}
+    made = {p.id: p for p in producers(ROOT) if p.kind == "experiment"}
+    says = {
+        i
+        for i, p in made.items()
+        if "data/rigs" in str(p.details.get("inputs")) or p.details.get("rendered")
+    }
+    reading = {
+        i
+        for i, p in made.items()
+        if readers & reach.parts((p.module, p.function)).keys()
+    }
+    assert len(reading) > 20
+    assert not {i for i in reading - says if not says & {*made[i].needs}}
+
+
+PAGE = """
+SETS = {"quick": ("small/3",), "full": ("small/3", "small/4")}
+
+
+@experiment("rolled", artefact="ext_x", shards={"quick": 1, "full": 1}, rendered=SETS)
+def rolled(effort):
+    return Plan(one_roll, [{}], 1)
+"""
+
+
+def test_where_leads_from_an_experiment_to_its_sets_and_back(checkout):
+    written(checkout, "chapters/ch09_x/s1_y/page.py", PAGE)
+    for stem in where.STEMS:
+        written(checkout, f"data/published/{stem}.yaml", f"{stem}: []\n")
+    written(checkout, manifest(OTHER), "{}")
+    lines = where.Whereabouts(checkout).lines("rolled")
+    assert lines == where.Whereabouts(checkout).lines(OTHER)
+    rig = "data/rigs/small.yaml:1"
+    assert [line for line in lines if line.word == "set"] == [
+        ("set", rig, NAME),
+        ("set", rig, OTHER),
+    ]
+    assert lines[-1] == ("data", f"{manifest(OTHER)}:1", "")
 
 
 def made(checkout):

@@ -8,6 +8,12 @@ from chapters.shared.rigs import rig_named
 
 ZOOMS = (1, 2, 3)
 STAGE_ZOOM, FACADE_ZOOM = 3, 2
+# What the experiments with them read.
+ZOOM_RIGS = (
+    "data/rigs/coolpix-fce8-zoom-1.yaml",
+    "data/rigs/coolpix-fce8-zoom-2.yaml",
+    "data/rigs/coolpix-fce8-zoom-3.yaml",
+)
 
 
 @cache

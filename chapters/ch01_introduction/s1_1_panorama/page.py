@@ -24,6 +24,7 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     HIGHEST_DEG,
     LEAST_RATIO,
     RIG,
+    RIGS,
     RIM_MM,
     RIM_PX,
     WIDTH,
@@ -154,7 +155,10 @@ def picture_trial(condition, rng):
 
 
 @experiment(
-    "fig_1_1_picture", artefact="fig_1_1", shards={"quick": 1, "full": 1}
+    "fig_1_1_picture",
+    artefact="fig_1_1",
+    shards={"quick": 1, "full": 1},
+    inputs=RIGS,
 )
 def picture(effort):
     """The room in the mirror, and the picture unwrapped."""
@@ -194,6 +198,7 @@ def resolution_trial(condition, rng):
     "fig_1_1_resolution",
     artefact="fig_1_1",
     shards={"quick": 1, "full": 1},
+    inputs=RIGS,
 )
 def resolution(effort):
     """Source pixels per unwrapped pixel, row by row, for each mirror."""

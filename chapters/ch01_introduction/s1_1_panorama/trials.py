@@ -17,6 +17,7 @@ from raxel.multiview.cylindrical_view import cylindrical_view
 from raxel.multiview.perspective_view import FAR
 
 RIG = "panorama-hyperboloid"
+RIGS = ("data/rigs/panorama-hyperboloid.yaml",)
 # The camera looks straight up, the top of its picture is straight ahead:
 # its x, y and z axes in the world, which has x right, y down, z ahead.
 R_WORLD_CAMERA = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])

@@ -51,6 +51,7 @@ from chapters.shared.facade import (
 from chapters.shared.zoom_rigs import (
     FACADE_ZOOM,
     STAGE_ZOOM,
+    ZOOM_RIGS,
 )
 from repro.page.exercise import check
 from repro.page.reader import (
@@ -210,6 +211,7 @@ def rendered_trial(condition, rng, counts):
     "table_2_2_rendered",
     artefact="table_2_2",
     shards={"quick": 3, "full": 9},
+    inputs=ZOOM_RIGS,
 )
 def rendered_seeds(effort):
     """Seeds that go from pictures to numbers."""
@@ -221,6 +223,7 @@ def rendered_seeds(effort):
     "table_2_2_redrawn",
     artefact="table_2_2",
     shards={"quick": 3, "full": 16},
+    inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
 def redrawn_seeds(effort, results):

@@ -37,6 +37,7 @@ from chapters.guides.benchmarks.trials import (
 )
 from chapters.shared.records import record
 from chapters.shared.rigs import rig_named
+from chapters.shared.zoom_rigs import ZOOM_RIGS
 from raxel.calibration.board_views import board_views
 from raxel.evaluation.benchmark import (
     corner_errors,
@@ -81,6 +82,7 @@ def score_rig(name, views, rng):
     "ext_benchmark_scores",
     artefact="ext_benchmarks",
     shards={"quick": 1, "full": 3},
+    inputs=ZOOM_RIGS,
 )
 def ext_benchmark_scores(effort):
     """Small rendered sets, scored as raxel score does."""

@@ -24,7 +24,12 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.true_centre import
     homography_trial,
 )
 from chapters.shared.zoom_readings import IN_PAIRS, NOISE_PX, READINGS
-from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, camera_of
+from chapters.shared.zoom_rigs import (
+    STAGE_ZOOM,
+    ZOOM_RIGS,
+    ZOOMS,
+    camera_of,
+)
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -40,7 +45,7 @@ def settings(effort):
     """What a reader needs to run it elsewhere."""
     degrees = np.degrees(2 * camera_of(ZOOMS[-1]).max_angle)
     return {
-        "rigs": [f"data/rigs/coolpix-fce8-zoom-{z}.yaml" for z in ZOOMS],
+        "rigs": list(ZOOM_RIGS),
         "calibration_images": COUNTS[effort].calibration,
         "held_out_images": COUNTS[effort].held_out,
         "stage_images": STAGE_IMAGES,
@@ -89,6 +94,7 @@ def read_trial(condition, rng, counts, errors):
     "table_2_2_readings",
     artefact="table_2_2",
     shards={"quick": 1, "full": 4},
+    inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
 def read_seeds(effort, results):
@@ -103,6 +109,7 @@ def read_seeds(effort, results):
     "fig_2_7_smooth",
     artefact="table_2_2",
     shards={"quick": 1, "full": 3},
+    inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
 def smooth_seeds(effort, results):
@@ -117,6 +124,7 @@ def smooth_seeds(effort, results):
     "ext_table_2_2_exact",
     artefact="table_2_2",
     shards={"quick": 1, "full": 2},
+    inputs=ZOOM_RIGS,
 )
 def exact_seeds(effort):
     """Set 3 with exact corners: what is left is not the detector's."""
