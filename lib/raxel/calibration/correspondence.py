@@ -158,7 +158,7 @@ def board_cells(view):
     normal = normal * (sign / length)[..., None]
     offset = -np.sum(normal * corners, axis=2, keepdims=True)
     edges = np.concatenate([normal, offset], axis=2)
-    return CellTable(corners, edges, _cell_maps(corners, points))
+    return CellTable(corners, edges, cell_maps(corners, points))
 
 
 def cell_turns(view):
@@ -193,10 +193,10 @@ def _convex(turn):
     return np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)
 
 
-def _cell_maps(corners, points):
-    """Exact homographies (K, 3, 3) pixel to board of all cells at once.
+def cell_maps(corners, points):
+    """Exact homographies (K, 3, 3) pixel to board, each through four corners.
 
-    corners, points: (K, 4, 2). About the middle of a convex cell the last entry of the
+    corners, points: (K, 4, 2), in any order. About the middle of a convex cell the last entry of the
     homography cannot vanish, so it may be set to 1: eight equations for eight numbers.
     """
     middle = corners.mean(axis=1, keepdims=True)
