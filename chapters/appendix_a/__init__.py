@@ -1,0 +1,1 @@
+"""Appendix A: decoding location from active grids."""

@@ -1,0 +1,76 @@
+"""What the exercises of Appendix A compare an answer with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.appendix_a.phase_and_harmonics.trials import phases
+from chapters.shared.phase_steps import (
+    formula_error,
+    largest,
+    power_law_orders,
+    sum_of_orders,
+)
+
+GAMMA = 1.8
+SEVEN = 7
+B3, B5, CELL_MM = -0.02, 0.012, 40.0
+
+
+def amplitude_task():
+    """A_2 / A_1 = 0.8 / 3.8, and A_3 / A_2 = -0.2 / 4.8; their product is -0.0088."""
+    return {
+        "expected": lambda: power_law_orders(GAMMA, 3)[2],
+        "hint": "go from order 1 to 2, and from there to 3",
+        "slips": {
+            "That is order 2.": lambda: power_law_orders(GAMMA, 3)[1],
+            "That is order 3 as a share of order 2.": lambda: (
+                (GAMMA - 2) / (GAMMA + 3)
+            ),
+            "The sign: is the gamma below or above 2?": lambda: (
+                -power_law_orders(GAMMA, 3)[2]
+            ),
+        },
+    }
+
+
+def alias_task():
+    """With m = 1, the orders are 7 - 1 and 7 + 1."""
+    return {
+        "expected": lambda: np.array([SEVEN - 1.0, SEVEN + 1.0]),
+        "hint": "m is 1 for the lowest",
+        "slips": {
+            "An order of 7 adds the same to all seven pictures.": lambda: (
+                np.array([SEVEN, SEVEN + 1.0])
+            ),
+            "Those are the second and third; one lower one disturbs too.": lambda: (
+                np.array([SEVEN + 1.0, 2 * SEVEN - 1.0])
+            ),
+        },
+    }
+
+
+def steps_task():
+    """(b3 + b5) / b1 is -0.008 rad at most; a cell of 40 mm is 2 pi rad: 0.051 mm."""
+    return {
+        "expected": largest_error_mm,
+        "hint": "a whole period is 2 pi rad, and one cell",
+        "slips": {
+            "Amplitudes add with their signs.": lambda: (
+                CELL_MM * (abs(B3) + abs(B5)) / (2 * np.pi)
+            ),
+            "That takes a period for 1 rad.": lambda: (
+                CELL_MM * abs(B3 + B5)
+            ),
+            "Order 5 counts as well.": lambda: (
+                CELL_MM * abs(B3) / (2 * np.pi)
+            ),
+        },
+    }
+
+
+def largest_error_mm():
+    """What (3.23) makes of the profile of the exercise, mm."""
+    profile = sum_of_orders({1: 1.0, 3: B3, 5: B5})
+    error = formula_error(profile, 4, phases(3600))
+    return CELL_MM * largest(error) / (2 * np.pi)

@@ -1,0 +1,84 @@
+"""Phase errors of Appendix A, read from results, and the numbers that it quotes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.appendix_a.phase_and_harmonics.trials import GAIN
+from chapters.shared.phase_steps import (
+    phase_of,
+    power_law_orders,
+    stepped,
+    sum_of_orders,
+)
+from repro.page.reader import value
+
+PERCENT_OF_PERIOD = 100 / (2 * np.pi)
+GAMMA = 2.2
+
+
+def one(result, name, **condition):
+    """The value of an experiment without chance: one trial per condition."""
+    return float(result.column(name, **condition)[0])
+
+
+def over(result, name, conditions):
+    """The value (n,) in each of several conditions."""
+    return np.array([one(result, name, **c) for c in conditions])
+
+
+def odd_pairs(result):
+    """((b3, b5), amplitude, ratio to b3 + b5, strongest order) of each pair."""
+    found = []
+    for condition in result.conditions:
+        pair = {k: condition[k] for k in ("b3", "b5")}
+        size = one(result, "amplitude_rad", **pair)
+        order = int(one(result, "strongest_order", **pair))
+        found.append(
+            (tuple(pair.values()), size, size / sum(pair.values()), order)
+        )
+    return found
+
+
+def ratios_at(phase, b3):
+    """The ratio of (3.23), and the first two terms of (A.9) as printed."""
+    profile = sum_of_orders({1: 1.0, 3: b3})
+    true = np.tan(phase_of(stepped(profile, 4, np.array([phase])))[0])
+    return float(true), float(np.tan(phase) - np.tan(3 * phase))
+
+
+def percent(result, law, steps, gamma=GAMMA):
+    """Largest error of the decoder, % of a period."""
+    given = {"law": law, "steps": steps, "gamma": gamma}
+    return PERCENT_OF_PERIOD * one(result, "decoder_rad", **given)
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    even = open_results("exp_c3_even_cancels")
+    value("even.formula", over(even, "formula_rad", even.conditions).max())
+    odd = open_results("exp_c3_odd_orders_matter")
+    size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
+    value("odd.one_percent", size)
+    value("odd.share", PERCENT_OF_PERIOD * size)
+    for name, ratio in zip(
+        ("true", "printed"), ratios_at(0.4, 0.05), strict=True
+    ):
+        value(f"ratio.{name}", ratio)
+    swept = open_results("ext_phase_error_gamma")
+    for name, steps in (
+        ("three", 3),
+        ("four", 4),
+        ("six", 6),
+        ("eight", 8),
+    ):
+        value(f"gamma.{name}", percent(swept, "power", steps))
+        value(f"clipped.{name}", percent(swept, "clipped", steps))
+    value(
+        "gamma.four_over_five",
+        percent(swept, "power", 4) / percent(swept, "power", 5),
+    )
+    value("clipped.gain", 100 * (GAIN - 1))
+    law = power_law_orders(GAMMA, 3)
+    value("law.two", 100 * law[1])
+    value("law.three", 100 * law[2])
