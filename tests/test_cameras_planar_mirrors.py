@@ -12,8 +12,10 @@ from raxel.cameras import (
     centrality,
     load_camera,
 )
+from raxel.cameras.mirror_ball import ball_facets
 from raxel.errors import InputError
 from raxel.geometry import pose, rotation_from_vector
+from raxel.geometry.planes import intersect_rays_plane
 
 W, H = 640, 480
 WIDE = PerspectiveCamera([[300, 0, 319.5], [0, 300, 239.5], [0, 0, 1]], [], W, H)
@@ -121,3 +123,78 @@ T_FRONT, SQUARE = facet(150, 0)
 def test_impossible_facets_are_refused(poses, outlines, words):
     with pytest.raises(InputError, match=words):
         PlanarMirrorsCamera(WIDE, poses, outlines)
+
+
+BALL = {
+    "ball_radius": 100,
+    "distance": 250,
+    "facet_size": 18,
+    "gap": 2,
+    "cap": math.radians(70),
+}
+
+
+def test_a_ball_bears_square_facets_side_by_side():
+    T, outlines = ball_facets(**BALL)
+    normals, middles = T[:, :3, 2], T[:, :3, 3]
+    np.testing.assert_allclose(middles, [0, 0, 350] + 100 * normals, atol=1e-12)
+    assert -normals[:, 2].max() >= math.cos(BALL["cap"])
+    np.testing.assert_allclose(np.linalg.det(T[:, :3, :3]), 1)
+    # On the ball they are a facet and a gap apart, in all directions but across rows.
+    apart = np.linalg.norm(middles[:, None] - middles, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    assert 19.9 * (1 - 0.2**2 / 24) < apart.min(axis=1).min()
+    assert apart.min(axis=1).max() < 24
+    assert np.ptp(outlines[0], axis=0).tolist() == [18, 18]
+    # One faces the viewer.
+    assert (normals @ [0, 0, -1]).max() == 1
+
+
+def test_tilts_of_a_ball_have_their_spread_and_belong_to_the_specimen():
+    straight, _ = ball_facets(**BALL)
+    tilted, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=3)
+    off = np.einsum("kij,ki->kj", straight[:, :3, :3], tilted[:, :3, 2])[:, :2]
+    assert off.std() == pytest.approx(0.02, rel=0.15)
+    np.testing.assert_array_equal(straight[:, :3, 3], tilted[:, :3, 3])
+    again, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=3)
+    other, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=4)
+    assert (tilted == again).all()
+    assert not (tilted == other).all()
+
+
+def test_a_ball_is_seen_as_facet_after_facet_says():
+    """Rays and facets of many mirrors against all of them asked one by one."""
+    camera = PlanarMirrorsCamera.on_ball(WIDE, **BALL, tilt_sd=0.02, specimen=3)
+    assert camera.facets > 100
+    pixels = random_pixels(16, 4000)
+    seen = WIDE.rays(pixels)
+    nearest, found = np.full(len(pixels), np.inf), np.full(len(pixels), -1)
+    for k, T in enumerate(camera.T_viewer_facets):
+        met = intersect_rays_plane(seen.origins, seen.directions, T)
+        with np.errstate(invalid="ignore"):
+            hit = (np.abs(met.points) < 9).all(axis=1) & (met.range < nearest)
+        nearest[hit], found[hit] = met.range[hit], k
+    np.testing.assert_array_equal(camera.facet_of(pixels), found)
+    rays = camera.rays(pixels)
+    assert 0.05 < rays.valid.mean() < 0.5
+    point = rays.origins + 300 * rays.directions
+    for k in np.unique(found[rays.valid])[::15]:
+        mine = rays.valid & (found == k)
+        back = camera.project_facet(point[mine], k)
+        np.testing.assert_allclose(back.pixels, pixels[mine], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("cap", 2.0),
+        ("gap", -1),
+        ("facet_size", 0.5),
+        ("tilt_sd", math.nan),
+        ("specimen", 0.5),
+        ("ball_radius", 0),
+    ],
+)
+def test_no_ball_is_refused_with_its_field(field, value):
+    with pytest.raises(InputError, match=f"field '{field}'"):
+        ball_facets(**BALL | {field: value})

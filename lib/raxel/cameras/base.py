@@ -54,6 +54,8 @@ class Camera(abc.ABC):
     kind = None
     # False where a point has no pixel or no single one; `project` then says why.
     projects = True
+    # False where neighbouring pixels may look to places far apart.
+    continuous = True
     # Names of the fields that shape r(theta) of a radially symmetric kind; K: its size.
     radial_fields = ()
     width: int

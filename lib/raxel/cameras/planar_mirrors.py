@@ -1,8 +1,12 @@
 """Several planar mirrors before one viewer: catadioptric stereo (2.2.3)."""
 
+from functools import cached_property
+
+import numba
 import numpy as np
 
 from raxel.cameras.base import Camera, Projection, Rays, as_rows, checked_array
+from raxel.cameras.mirror_ball import ball_facets
 from raxel.cameras.nested import (
     checked_rigid,
     checked_viewer,
@@ -11,10 +15,14 @@ from raxel.cameras.nested import (
 )
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.errors import InputError
-from raxel.geometry.poses import inverse_pose, rotate, transform
+from raxel.geometry.poses import transform
 
 # Along a leaving ray, mm: nearer hits are the facet it leaves.
 LEAVING = 1e-9
+# Of a squared distance to a facet, in telling whether a ray passes it by.
+ROUNDING = 1e-12
+# Facets that share a sphere, which most rays miss.
+GROUP = 6
 
 
 class PlanarMirrorsCamera(Camera):
@@ -35,6 +43,7 @@ class PlanarMirrorsCamera(Camera):
 
     kind = "planar mirrors"
     central = False
+    continuous = False
 
     def __init__(self, viewer, T_viewer_facets, outlines):
         self.viewer = checked_viewer(viewer)
@@ -57,6 +66,11 @@ class PlanarMirrorsCamera(Camera):
         self._parallel = isinstance(self.viewer, OrthographicCamera)
         for k in range(len(self.outlines)):
             self._check_facet(k)
+
+    @classmethod
+    def on_ball(cls, viewer, **ball):
+        """The facets of a mirror ball, `ball_facets(**ball)`, before a viewer."""
+        return cls(viewer, *ball_facets(**ball))
 
     @property
     def facets(self):
@@ -119,21 +133,34 @@ class PlanarMirrorsCamera(Camera):
 
     def _first_facet(self, origins, directions, other_than=None):
         """Facet (N,) that rays meet first, distance to it; -1 and NaN for none."""
-        nearest = np.full(len(origins), np.inf)
-        facet = np.full(len(origins), -1)
-        for k, T in enumerate(self.T_viewer_facets):
-            T_facet_viewer = inverse_pose(T)
-            o = transform(T_facet_viewer, origins)
-            d = rotate(T_facet_viewer, directions)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                distance = -o[:, 2] / d[:, 2]
-                place = o[:, :2] + distance[:, None] * d[:, :2]
-                hit = (distance > LEAVING) & (distance < nearest)
-            if other_than is not None:
-                hit &= other_than != k
-            hit[hit] = inside_outline(place[hit], self.outlines[k])
-            nearest[hit], facet[hit] = distance[hit], k
-        return facet, np.where(facet >= 0, nearest, np.nan)
+        if other_than is None:
+            other_than = np.full(len(directions), -1)
+        origins = np.broadcast_to(origins, directions.shape)
+        return _nearest_facet(
+            np.ascontiguousarray(origins, float),
+            np.ascontiguousarray(directions, float),
+            other_than.astype(np.int64),
+            *self._bounds,
+        )
+
+    @cached_property
+    def _bounds(self):
+        """What `_nearest_facet` asks: facets, their outlines, spheres about groups."""
+        counts = np.array([len(outline) for outline in self.outlines])
+        corners, ends = np.vstack(self.outlines), np.cumsum(counts)
+        of = np.repeat(np.arange(self.facets), counts)
+        T = self.T_viewer_facets
+        places = T[of, :3, 3] + np.einsum("kij,kj->ki", T[of, :3, :2], corners)
+        middles = np.add.reduceat(places, ends - counts) / counts[:, None]
+        groups = _near_ones(middles)
+        spheres = []
+        for group in groups:
+            inside = places[np.isin(of, group)]
+            middle = inside.mean(axis=0)
+            square = ((inside - middle) ** 2).sum(axis=1).max()
+            spheres.append([*middle, square * (1 + ROUNDING)])
+        stops = np.cumsum(list(map(len, groups)))
+        return T, corners, ends, np.array(spheres), np.concatenate(groups), stops
 
     def _check_facet(self, k):
         T, outline = self.T_viewer_facets[k], self.outlines[k]
@@ -182,16 +209,74 @@ class PlanarMirrorsCamera(Camera):
         )
 
 
-def inside_outline(points, outline):
-    """Which points (N, 2) a polygon (n, 2) encloses: odd edges to their right.
-
-    Points on an edge belong to one of the polygons that share it.
-    """
-    x, y = points.T
-    inside = np.zeros(len(points), bool)
-    for (x0, y0), (x1, y1) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        if y0 == y1:
+def _near_ones(places):
+    """Groups of numbers of places (F, 3): halved along the longest side until small."""
+    groups, open_ones = [], [np.arange(len(places))]
+    while open_ones:
+        group = open_ones.pop()
+        if len(group) <= GROUP:
+            groups.append(group)
             continue
-        crosses = (y0 > y) != (y1 > y)
-        inside ^= crosses & (x < x0 + (y - y0) / (y1 - y0) * (x1 - x0))
+        axis = np.argmax(np.ptp(places[group], axis=0))
+        group = group[np.argsort(places[group, axis], kind="stable")]
+        open_ones += [group[: len(group) // 2], group[len(group) // 2 :]]
+    return groups
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _nearest_facet(
+    origins, directions, other_than, T, corners, ends, spheres, members, stops
+):
+    """(facet (N,), distance (N,)) of the first facet on each ray; -1 and NaN for none.
+
+    corners (C, 2) of all outlines, ends (F,): where each stops. spheres (G, 4): middle
+    and squared radius of a sphere around each group of facets; members (F,): facets by
+    group, stops (G,): where each stops. Of facets equally far the first by number.
+    """
+    count = len(directions)
+    facet, distance = np.full(count, -1), np.full(count, np.nan)
+    for n in range(count):
+        o, d = origins[n], directions[n]
+        nearest = np.inf
+        for g in range(len(stops)):
+            x, y, z = spheres[g, 0] - o[0], spheres[g, 1] - o[1], spheres[g, 2] - o[2]
+            along = x * d[0] + y * d[1] + z * d[2]
+            square = x * x + y * y + z * z
+            # So written that NaN does not pass.
+            if not square - along * along <= spheres[g, 3] + ROUNDING * square:
+                continue
+            for m in range(stops[g - 1] if g else 0, stops[g]):
+                k = members[m]
+                if k == other_than[n]:
+                    continue
+                R, t = T[k, :3, :3], T[k, :3, 3]
+                height, slope = 0.0, 0.0
+                for i in range(3):
+                    height += (o[i] - t[i]) * R[i, 2]
+                    slope += d[i] * R[i, 2]
+                far = -height / slope
+                if not LEAVING < far <= nearest or (far == nearest and k > facet[n]):
+                    continue
+                u, v = 0.0, 0.0
+                for i in range(3):
+                    place = o[i] + far * d[i] - t[i]
+                    u += place * R[i, 0]
+                    v += place * R[i, 1]
+                if _encloses(corners[ends[k - 1] if k else 0 : ends[k]], u, v):
+                    nearest, facet[n], distance[n] = far, k, far
+    return facet, distance
+
+
+@numba.njit(cache=True)
+def _encloses(outline, x, y):
+    """Whether a polygon (n, 2) encloses a point: odd edges to its right.
+
+    A point on an edge belongs to one of the polygons that share it.
+    """
+    inside = False
+    x0, y0 = outline[-1]
+    for x1, y1 in outline:
+        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
+            inside = not inside
+        x0, y0 = x1, y1
     return inside

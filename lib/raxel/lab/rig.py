@@ -4,25 +4,21 @@ Every quantity in the file is {value, unit, origin, reason}; the schema beside t
 module says which fields there are and in which unit.
 """
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from raxel.cameras.base import Camera
-from raxel.cameras.named_fields import argument_names
-from raxel.cameras.quadric_mirror import QuadricMirrorCamera
-from raxel.cameras.registry import CAMERAS, camera_from, with_viewer
-from raxel.cameras.storage import DEEPEST
 from raxel.documents import read_yaml, validate
-from raxel.errors import InputError, did_you_mean
+from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.lighting import Lighting
 from raxel.lab.monitor import Monitor
 from raxel.lab.optics import Optics
+from raxel.lab.rig_camera import named, rig_camera
 from raxel.lab.rig_limits import check_limits, check_memory
 from raxel.lab.sensor import Sensor
 from raxel.lab.target_poses import (
@@ -36,25 +32,6 @@ from raxel.sets.model import ActiveGrid, Chessboard
 from raxel.sets.patterns import PatternPlan
 
 SCHEMA = Path(__file__).with_name("rig.schema.json")
-# Units of camera fields. Those not named here are pure numbers, or coefficients and
-# poses whose entries have several units; the file gives "1" for either.
-CAMERA_UNITS = {
-    **dict.fromkeys(("width", "height", "K", "principal_point", "centre"), "px"),
-    **dict.fromkeys(("focal_px", "pixels_per_unit"), "px"),
-    **dict.fromkeys(("principal_column", "reference_row"), "px"),
-    **dict.fromkeys(("axes", "rim_radius", "hole_radius", "offset"), "mm"),
-    **dict.fromkeys(("slit_points", "image_distance", "pupil_shift"), "mm"),
-    **dict.fromkeys(("velocity", "outlines"), "mm"),
-    **dict.fromkeys(("size", "heights", "distance"), "mm"),
-    **dict.fromkeys(("max_angle", "rotation"), "deg"),
-    "pixels_per_mm": "px/mm",
-}
-# A mirror without T_viewer_mirror stands at its viewer's focus, moved and turned.
-MIRROR = QuadricMirrorCamera.kind
-MIRROR_FIELDS = (
-    *("viewer", "shape", "axes", "rim_radius"),
-    *("offset", "rotation", "distance", "side", "hole_radius", "T_viewer_mirror"),
-)
 # A monitor is taken as seen where this many lines each way keep their distance.
 MONITOR_LINES = 9
 RADIANCES = {
@@ -114,7 +91,7 @@ class Rig:
         try:
             return self.poses.draw(rng, count, self.extent, self._fault)
         except InputError as fault:
-            raise InputError(_named(self.path, "poses", fault)) from fault
+            raise InputError(named(self.path, "poses", fault)) from fault
 
     def shows(self, T_camera_target):
         """Whether a pose (4, 4) has the whole target in view, as `draw_poses` asks."""
@@ -145,13 +122,14 @@ def load_rig(path):
     path = Path(path)
     data = read_yaml(path)
     validate(data, path, SCHEMA)
-    camera = _camera(path, data["camera"])
+    camera = rig_camera(path, data["camera"])
     _built(path, None, lambda sensor: check_memory(camera, sensor), data["sensor"])
     plain = {key: _values(data.get(key, {})) for key in ("sensor", "target", "poses")}
     target, sensor = plain["target"], plain["sensor"]
     poses, count = _poses(path, plain["poses"])
     is_board = target["kind"] == "chessboard"
     _check_monitor_is_plain(path, data, is_board)
+    _check_board_is_whole(path, camera, is_board)
     optics = _built(path, "optics", _optics, _values(data.get("optics", {})))
     blemishes = _ranges(path, data, "blemishes", Blemishes)
     _built(
@@ -200,77 +178,6 @@ def _tuples(value):
     return int(value) if whole else value
 
 
-def _camera(path, data, field="camera"):
-    """The camera of a section; complaints of its class get file and field."""
-    if field.count(".") > DEEPEST:
-        raise InputError(
-            f"{path}: {field}: a camera in {DEEPEST} others; give one nested less "
-            "deeply"
-        )
-    fields = {}
-    for name, entry in data.items():
-        if name == "kind":
-            continue
-        if isinstance(entry, str):
-            fields[name] = entry
-        elif "kind" in entry:
-            fields[name] = _camera(path, entry, f"{field}.{name}")
-        elif name in _camera_fields(data["kind"]):
-            fields[name] = _camera_value(path, f"{field}.{name}", name, entry)
-        else:
-            # The camera's own refusal knows the names.
-            fields[name] = entry["value"]
-    try:
-        if data["kind"] == MIRROR and "T_viewer_mirror" not in fields:
-            return _placed_mirror(fields)
-        return camera_from(data["kind"], fields)
-    except InputError as fault:
-        raise InputError(_named(path, field, fault)) from fault
-
-
-def _camera_fields(kind):
-    if kind == MIRROR:
-        return MIRROR_FIELDS
-    return argument_names(CAMERAS[kind])[0] if kind in CAMERAS else ()
-
-
-def _camera_value(path, field, name, leaf):
-    """The leaf's value, radians for an angle, after a check of its unit."""
-    unit = CAMERA_UNITS.get(name, "1")
-    if leaf["unit"] != unit:
-        raise InputError(
-            f"{path}: {field}.unit: found {leaf['unit']!r}; give {unit!r}, the unit of "
-            "this field"
-        )
-    if unit != "deg":
-        return leaf["value"]
-    try:
-        return np.radians(np.array(leaf["value"], float))[()]
-    except (TypeError, ValueError, OverflowError) as fault:
-        raise InputError(
-            f"{path}: {field}.value: no number; give degrees, or a list of them"
-        ) from fault
-
-
-def _placed_mirror(fields):
-    """A mirror at its viewer's focus, moved by `offset` and turned by `rotation`.
-
-    Or with its apex at a `distance` ahead, which only makes a sphere's camera.
-    """
-    for name in fields:
-        if name not in MIRROR_FIELDS:
-            known = f"known are {', '.join(MIRROR_FIELDS)}"
-            advice = did_you_mean(name, MIRROR_FIELDS) or known
-            raise InputError(f"field '{name}': unknown key; {advice}")
-    for name in ("viewer", "shape", "axes", "rim_radius"):
-        if name not in fields:
-            raise InputError(f"field '{name}': missing; a quadric mirror needs it")
-    fields = with_viewer(fields)
-    if "distance" in fields:
-        return QuadricMirrorCamera.on_axis(**fields)
-    return QuadricMirrorCamera.misaligned(**{"offset": (0, 0, 0)} | fields)
-
-
 def _optics(values):
     falloff = values.get("falloff")
     return Optics(
@@ -295,6 +202,14 @@ def _check_monitor_is_plain(path, data, is_board):
                 f"{path}: {section}: found with an active grid; only pictures of a "
                 "chessboard have it"
             )
+
+
+def _check_board_is_whole(path, camera, is_board):
+    if is_board and not camera.continuous:
+        raise InputError(
+            f"{path}: target.kind: found a chessboard before a {camera.kind} camera, "
+            "which may see a corner twice or not at all; give an active_grid"
+        )
 
 
 def _sensor(values):
@@ -379,12 +294,4 @@ def _built(path, section, build, values):
     try:
         return build(values)
     except InputError as fault:
-        raise InputError(_named(path, section, fault)) from fault
-
-
-def _named(path, section, fault):
-    """The fault of a section with file and field in front; section None: the rig."""
-    names, text = [section] if section else [], str(fault)
-    while match := re.match(r"field '([^']+)': ", text):
-        names, text = [*names, match[1]], text[match.end() :]
-    return f"{path}: {'.'.join(names)}: {text}"
+        raise InputError(named(path, section, fault)) from fault

@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import (
     inverse_pose,
     pose,
@@ -24,8 +25,11 @@ TRIES_PER_POSE = 1000
 TRIES_FOR_ONE = 1000
 OUTLINE_POINTS = 25
 IN_VIEW = ""
+BESIDE = "outside the field of view"
 # Lines of sight from a viewer to its mirror that a target must leave free, each way.
 SIGHT_LINES = 24
+# Of pixels, each way, of which one must see a target that is seen in pieces.
+PIECE_LINES = 100
 # Bisection of the distance, as shares of the target's diagonal.
 NEAREST, FARTHEST, HALVINGS = 0.02, 100.0, 60
 
@@ -45,10 +49,14 @@ class Visibility:
         """Why the target is not seen whole at this pose; '' where it is.
 
         outline: (N, 2) points around the target, lattice: (rows, columns, 2) points on
-        it, in its plane, mm. Its face is the side its z axis points away from.
+        it, in its plane, mm. Its face is the side its z axis points away from. A
+        discontinuous camera sees a target in pieces, and at least one is asked for.
         """
         if _hides_mirror(camera, T_camera_target, outline):
             return "between viewer and mirror"
+        if not camera.continuous:
+            seen = _shows_a_piece(camera, T_camera_target, outline)
+            return IN_VIEW if seen else BESIDE
         # The four corners first, then the last rows: they tell most poses that will
         # not do, where a whole lattice has up to a million points.
         corners = outline[:: max(1, len(outline) // 4)]
@@ -80,11 +88,23 @@ class Visibility:
         points = transform(T_camera_target, np.pad(flat, ((0, 0), (0, 1))))
         pixels, valid = camera.project(points)
         if not valid.all():
-            return pixels, "outside the field of view"
+            return pixels, BESIDE
         low, high = self.margin_px - 0.5, np.array([camera.width, camera.height]) - 0.5
         if not np.all((pixels >= low) & (pixels <= high - self.margin_px)):
             return pixels, "too near the image's border"
         return pixels, IN_VIEW
+
+
+def _shows_a_piece(camera, T_camera_target, outline):
+    """Whether any of pixels spread over the image sees the face of a target."""
+    u, v = (np.linspace(0, n - 1, PIECE_LINES) for n in (camera.width, camera.height))
+    rays = camera.rays(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+    met = intersect_rays_plane(rays.origins, rays.directions, T_camera_target)
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    with np.errstate(invalid="ignore"):
+        on = np.all((met.points >= low) & (met.points <= high), axis=1)
+        facing = rays.directions @ T_camera_target[:3, 2] > 0
+    return bool(np.any(on & facing & met.valid))
 
 
 @lru_cache(maxsize=8)
