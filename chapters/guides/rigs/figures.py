@@ -111,6 +111,17 @@ def ext_rig_coolpix_fce8_zoom_3(results):
 
 
 @figure(
+    "ext_rig_d200_fisheye",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_d200_fisheye(results):
+    """The rig d200-fisheye."""
+    return drawn_rig(results, "d200-fisheye")
+
+
+@figure(
     "ext_rig_fisheye_12x9",
     needs=("ext_rigs",),
     evidence="analytic",
@@ -174,6 +185,17 @@ def ext_rig_large_fisheye(results):
 def ext_rig_large_hyperboloidal(results):
     """The rig large-hyperboloidal."""
     return drawn_rig(results, "large-hyperboloidal")
+
+
+@figure(
+    "ext_rig_mirror_ball",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_mirror_ball(results):
+    """The rig mirror-ball."""
+    return drawn_rig(results, "mirror-ball")
 
 
 @figure(

@@ -154,6 +154,29 @@ def ext_rigs(effort):
 # show("ext_rig_panorama_hyperboloid")
 
 # %% [markdown]
+# ## Active grids
+#
+# Monitors that give every pixel a point, where chessboards do badly or not
+# at all.
+#
+# ### `d200-fisheye`: a fisheye before a monitor
+#
+# {glue:text}`d200_fisheye.summary`. {glue:text}`d200_fisheye.sizes`. Used
+# by [section 3.3.4](../ch03_planar_grids/s3_4_active_grid_images.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_d200_fisheye")
+
+# %% [markdown]
+# ### `mirror-ball`: a monitor in pieces
+#
+# {glue:text}`mirror_ball.summary`. {glue:text}`mirror_ball.sizes`. Used
+# by [section 3.3.4](../ch03_planar_grids/s3_4_active_grid_images.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_mirror_ball")
+
+# %% [markdown]
 # ## The four sets of planar grids
 #
 # Chessboards that are hard to find: [section
