@@ -313,9 +313,10 @@ def test_check_says_what_is_in_a_set(drawn, capsys):
 
 def test_check_counts_the_bits_of_an_active_grid(drawn, tmp_path, capsys):
     image = np.zeros((HEIGHT, WIDTH), np.uint8)
-    cv2.imwrite(str(tmp_path / "a.png"), image)
+    for bit in range(7):
+        cv2.imwrite(str(tmp_path / f"{bit}.png"), image)
     patterns = [
-        {"image": "a.png", "axis": "x", "kind": "gray", "bit": bit, "of": 10}
+        {"image": f"{bit}.png", "axis": "x", "kind": "gray", "bit": bit, "of": 10}
         for bit in range(7)
     ]
     target = {"kind": "active_grid", "monitor_px": [1024, 768]}

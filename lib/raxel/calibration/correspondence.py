@@ -196,8 +196,9 @@ def _convex(turn):
 def cell_maps(corners, points):
     """Exact homographies (K, 3, 3) pixel to board, each through four corners.
 
-    corners, points: (K, 4, 2), in any order. About the middle of a convex cell the last entry of the
-    homography cannot vanish, so it may be set to 1: eight equations for eight numbers.
+    corners, points: (K, 4, 2), in any order. About the middle of a convex cell the last
+    entry of the homography cannot vanish, so it may be set to 1: eight equations for
+    eight numbers.
     """
     middle = corners.mean(axis=1, keepdims=True)
     size = np.max(np.abs(corners - middle), axis=(1, 2))
