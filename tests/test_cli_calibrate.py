@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from raxel.cli import calibrate as calibrate_command
-from raxel.cli import evaluate as evaluate_command
 from raxel.cli import main, scores
 from raxel.evaluation.cross_validation import Evaluation
 from raxel.features.boards import detect_boards, read_boards
@@ -153,8 +152,7 @@ def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
             board.detection.corners[[number, 30 + number]] = np.nan
         return boards
 
-    for command in (calibrate_command, evaluate_command):
-        monkeypatch.setattr(command, "boards_for", without_some)
+    monkeypatch.setattr("raxel.cli.seen.boards_for", without_some)
     small = [(b - CENTRE) * 0.3 + CENTRE for b in boards_of(PINHOLE)]
     folder, corners = write_made_set(tmp_path / "set", small)
     camera, result = tmp_path / "camera.npz", tmp_path / "result.json"

@@ -149,10 +149,10 @@ def test_without_common_corners_there_are_no_common_scores_and_that_is_told(view
     more = max(own, key=lambda model: own[model].share_with_ray)
     assert comparison.choice() == (
         more,
-        "rays for the most kept-out corners; too few are common to all models",
+        "rays for the most kept-out points; too few are common to all models",
     )
     (doubt,) = comparison.doubts()
-    assert doubt.startswith("all models answer for no common corner: too few")
+    assert doubt.startswith("all models answer for no common point: too few")
 
 
 def test_few_common_corners_do_not_decide_and_are_counted(views):
@@ -167,7 +167,7 @@ def test_few_common_corners_do_not_decide_and_are_counted(views):
     for evaluation in comparison.common.values():
         assert evaluation.share_with_ray == 1
     (doubt,) = comparison.doubts()
-    assert f"for {corners} common corners of {boards} boards kept out" in doubt
+    assert f"for {corners} common points of {boards} views kept out" in doubt
 
 
 def test_parts_that_gave_no_camera_are_told(views):
@@ -186,8 +186,8 @@ def test_models_that_answer_for_nothing_are_refused(views):
     builders = {"none": answering(GOOD, never), "lens": lens}
     assert compare_models(builders, views, 3).choice() == (
         "lens",
-        "no other model answers for a board kept out",
+        "no other model answers for a view kept out",
     )
     alone = compare_models({"none": builders["none"]}, views, 3)
-    with pytest.raises(CalibrationError, match="no model answers for six corners"):
+    with pytest.raises(CalibrationError, match="no model answers for six points"):
         alone.choice()

@@ -97,7 +97,7 @@ def test_a_benchmark_with_a_faulty_last_image(broken, fails, good_set, monkeypat
     assert "view5.png: the file is empty" in fails("bench", good_set, broken)
 
 
-def test_an_active_grid_has_no_corners_to_calibrate_with(broken, calibration_fails):
+def test_an_active_grid_has_no_corners(broken, calibration_fails, fails):
     view = {"name": "a", "patterns": [GRAY]}
     edit(
         broken,
@@ -105,7 +105,12 @@ def test_an_active_grid_has_no_corners_to_calibrate_with(broken, calibration_fai
             target=ACTIVE_GRID, views=[view, {**view, "name": "b"}]
         ),
     )
-    assert "set.yaml: target.kind: found active_grid" in calibration_fails()
+    told = fails("corners", broken)
+    assert "set.yaml: target.kind: found active_grid" in told
+    assert "raxel decode finds the points of an active grid" in told
+    told = calibration_fails("--corners", broken / "corners.json")
+    assert "--corners: found with" in told
+    assert "whose target is an active grid; leave it out, or give --points" in told
 
 
 REFERENCES = {

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.moments import add_points
-from raxel.errors import InputError
+from raxel.errors import CalibrationError, InputError
 from raxel.geometry.pixel_cells import whole_cells
 
 SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
@@ -24,8 +24,9 @@ class DenseView(NamedTuple):
     """One view of an active grid; `dense_view` makes it.
 
     pixels, points, columns, rows, name, sd: as of a BoardView, of a lattice of pixels:
-    every k-th column and row of the image, pixels NaN (and points 0) where nothing was
-    decoded. k is the largest for which about SAMPLES pixels remain. sd: px, from sigma.
+    every step-th column and row of the image, pixels NaN (and points 0) where nothing
+    was decoded. The step is the largest for which about SAMPLES pixels or more remain.
+    sd: px, from sigma.
 
     location: (H, W, 2) float32, the point of each pixel, NaN where there is none;
     sigma: alike, its standard deviations, in the same unit; whole: (H - 1, W - 1) bool,
@@ -46,6 +47,7 @@ class DenseView(NamedTuple):
     location: np.ndarray
     sigma: np.ndarray
     whole: np.ndarray
+    step: int
 
     every_pixel = True
 
@@ -85,7 +87,7 @@ class DenseView(NamedTuple):
 
     def area(self):
         """The number of pixels that have a point."""
-        return np.count_nonzero(np.isfinite(self.location[..., 0]))
+        return int(np.count_nonzero(np.isfinite(self.location[..., 0])))
 
     def covered(self, width, height):
         """(height, width) uint8: 1 where a pixel has a point."""
@@ -108,8 +110,8 @@ def dense_view(location, sigma=None, mask=None, name=""):
 
     Seen in the image, x should turn clockwise into y. Where it turns the other way for
     most pixels, as through a mirror, the grid's image is the grid: y is counted
-    upwards, with a minus sign. Raises InputError for shapes that do not fit, and for
-    fewer than FEWEST_PIXELS pixels with a point.
+    upwards, with a minus sign. Raises InputError for shapes that do not fit,
+    CalibrationError for fewer than FEWEST_PIXELS pixels with a point.
     """
     name = name or "grid"
     location = np.array(location, np.float32)
@@ -129,7 +131,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
         deviations = np.maximum(deviations, LEAST_SIGMA)
     count = np.count_nonzero(seen)
     if count < FEWEST_PIXELS:
-        raise InputError(
+        raise CalibrationError(
             f"{name}: found {count} pixels with a point on both axes; at least "
             f"{FEWEST_PIXELS} are needed"
         )
@@ -152,7 +154,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
         sd = np.full(len(pixels), np.nan)
         sd[found] = _in_pixels(deviations[v, u], slopes)
     return DenseView(
-        pixels, points, columns, rows, name, sd, location, deviations, whole
+        pixels, points, columns, rows, name, sd, location, deviations, whole, step
     )
 
 

@@ -4,9 +4,10 @@
 - `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners;
   where it finds none at all, a FILE that is there is kept.
 - `raxel calibrate SET --out CAMERA [--model auto|zhang|generic] [--json FILE]
-  [--report FOLDER] [--corners FILE] [--detector NAME]` fits a camera to a set.
-- `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--detector NAME]` scores a
-  camera; only the boards' poses are fitted.
+  [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]` fits a camera
+  to a set of chessboards or of active grids.
+- `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
+  [--detector NAME]` scores a camera; only the targets' poses are fitted.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
   them: new files, or in place of those of an earlier undistort, never of others.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
@@ -14,7 +15,7 @@
 - `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]` draws what
   an active grid's monitor shows, with a set.yaml for the photographs.
 - `raxel decode SET --out FOLDER [--raw] [--neighbours] [--fill] [--margin PX]` finds
-  the point of the monitor that each pixel sees; `raxel score --points` takes FOLDER.
+  the point of the monitor that each pixel sees; `--points` takes FOLDER.
 - `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a
   rig, a camera, or the targets of a set before their camera: FILE is a picture (.png)
   or a page to turn (.html); without it the page opens in the browser.
@@ -25,7 +26,9 @@
 
 `--corners` takes corners that `raxel corners --json` wrote; without it they are found
 by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs each
-view's `outer_corners` in set.yaml. Every command explains its options with `--help`.
+view's `outer_corners` in set.yaml. `--points` takes what `raxel decode` wrote; without
+it an active grid is decoded as `raxel decode` does by default. Every command explains
+its options with `--help`.
 
 Results are files, a short summary goes to standard output, progress to standard
 error. A line of the summary that begins with `warning:` says what went into no result,

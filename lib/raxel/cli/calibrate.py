@@ -6,21 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.board_views import board_views
 from raxel.calibration.generic import calibrate_generic
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cli import described, scores
-from raxel.cli.boards import boards_for, check_enough, left_out
 from raxel.cli.outputs import check_written
+from raxel.cli.seen import check_options, seen_in
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import misfit
-from raxel.features.boards import check_chessboard
 from raxel.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
+from raxel.sets.words import words_of
 
 SEED = 0
 FOLDS = 4
@@ -34,7 +33,7 @@ DOES_NOT_FIT = {
     "generic": ("no central camera fits", "possible: " + described.WHAT_BENDS),
     "auto": (
         "no model that could be tried fits",
-        "more boards that share areas of the image let the generic method try; else "
+        "more views that share areas of the image let the generic method try; else "
         "possible: " + described.WHAT_BENDS,
     ),
 }
@@ -49,11 +48,12 @@ def calibrate(options, say):
             f"{options.json}: --json and --out name the same file; give two names"
         )
     image_set = load_set(options.set)
-    check_written([options.out, options.json], [image_set], [options.corners])
+    read = options.corners, options.points
+    check_written([options.out, options.json], [image_set], read)
     if options.report:
-        others = options.out, options.json, options.corners
+        others = options.out, options.json, *read
         check_report(options.report, image_set, others)
-    check_chessboard(image_set)
+    check_options(image_set, options)
     views = image_set.views_for("calibrate")
     needed = FEWEST_VIEWS[options.model]
     if len(views) < needed:
@@ -61,50 +61,57 @@ def calibrate(options, say):
             f"{image_set.description}: views: found {len(views)} to calibrate with, "
             f"--model {options.model} needs {needed}; take more, at other tilts"
         )
-    boards = boards_for(image_set, views, options, say)
-    check_enough(image_set, boards, needed, f"--model {options.model}")
+    seen = seen_in(image_set, views, options, say)
+    seen.check_enough(image_set, needed, f"--model {options.model}")
+    for line in seen.lines():
+        print(f"{image_set.name}: {line}")
     try:
-        result, camera, evaluation = _calibrated(image_set, boards, options.model, say)
+        fitted = _calibrated(image_set, seen.views, options.model, say)
     except InputError as fault:
         kind = type(fault)
         raise kind(f"{image_set.description}: views: {fault}") from fault
-    result["left_out"] = left_out(boards) + result["left_out"]
-    result["warnings"] = of_left_out(result["left_out"]) + result["warnings"]
+    result, camera, evaluation = fitted
+    result |= seen.fields()
+    result["left_out"] = seen.left_out() + result["left_out"]
+    warnings = of_left_out(result["left_out"]) + seen.warnings
+    result["warnings"] = warnings + result["warnings"]
     print_warnings(result["warnings"])
     report = new_report(options.report) if options.report else nullcontext()
     with report as folder, together() as place:
         # Drawn first, and put in its place when all else is written.
         if folder:
-            say(f"drawing the report of {len(boards)} images")
-            write_report(folder, image_set, boards, camera, evaluation, result)
+            say(f"drawing the report of {len(seen.entries)} images")
+            entries, views = seen.entries, seen.views
+            write_report(folder, image_set, entries, views, camera, evaluation, result)
         camera.save(place(options.out))
         if options.json:
             write_json(place(options.json), result)
 
 
-def _calibrated(image_set, boards, asked, say):
-    """(result for the JSON file, camera, its Evaluation on the boards)"""
-    views = board_views(image_set, boards)
+def _calibrated(image_set, views, asked, say):
+    """(result for the JSON file, camera, its Evaluation on the views)"""
+    words = words_of(image_set.target)
     size = image_set.width, image_set.height
     model, comparison = asked, None
     if asked == "auto":
         comparison = _compare(views, size, image_set.target.unit, say)
         model, why = comparison.choice()
-        _print(comparison)
+        _print(comparison, words)
         print(f"{image_set.name}: {model} chosen: {why}", flush=True)
     fit = FITS[model]
-    say(f"{model}: fitting {len(views)} boards")
+    say(f"{model}: fitting {len(views)} {words.target}s")
     camera, details = fit(views, size, image_set.target.unit)
     evaluation = evaluate_camera(camera, views)
     fields = described.camera_fields(camera, views)
-    print(scores.line(f"{image_set.name}: {model}, fitted boards", evaluation))
-    for line in described.camera_lines(fields):
+    name = f"{image_set.name}: {model}, fitted {words.target}s"
+    print(scores.line(name, evaluation, words.point))
+    for line in described.camera_lines(fields, words.target):
         print(f"{image_set.name}: {line}")
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
-    found, warnings = _misfit(model, asked, views, evaluation, details)
+    found, warnings = _misfit(model, asked, views, evaluation, details, words)
     result["misfit"] = described.misfit_fields(found)
-    warnings += described.coverage_warnings(fields)
+    warnings += described.coverage_warnings(fields, words.target)
     if comparison:
         result["chosen_because"] = why
         result["cross_validation"] = _cross_validation(comparison)
@@ -112,20 +119,20 @@ def _calibrated(image_set, boards, asked, say):
     return result | {"warnings": warnings}, camera, evaluation
 
 
-def _misfit(model, asked, views, evaluation, details):
-    """(Misfit of the boards that went into the fit, warnings)"""
+def _misfit(model, asked, views, evaluation, details, words):
+    """(Misfit of the views that went into the fit, warnings)"""
     out = {entry["file"] for entry in details["left_out"]}
     pairs = list(zip(evaluation.images, views, strict=True))
     used = [pair for pair in pairs if pair[1].name not in out]
     found = misfit(*zip(*used, strict=True))
     blamed = "auto" if asked == "auto" and model == "zhang" else model
-    warnings = described.misfit_warnings(found, *DOES_NOT_FIT[blamed])
+    warnings = described.misfit_warnings(found, *DOES_NOT_FIT[blamed], words)
     if out and not found.large:
         whole = misfit(*zip(*pairs, strict=True))
         if whole.large and not whole.odd_board:
             what = f"{DOES_NOT_FIT[blamed][0]} all of"
-            said = described.misfit_warnings(whole, what, DOES_NOT_FIT[blamed][1])
-            warnings += said
+            cure = DOES_NOT_FIT[blamed][1]
+            warnings += described.misfit_warnings(whole, what, cure, words)
     return found, warnings
 
 
@@ -158,19 +165,20 @@ def _compare(views, size, unit, say):
     """Cross-validate all models on the same parts."""
 
     def build(fit, name, views):
-        say(f"cross-validation: {name} on {len(views)} boards")
+        say(f"cross-validation: {name} on {len(views)} views")
         return fit(views, size, unit)[0]
 
     builders = {name: functools.partial(build, f, name) for name, f in FITS.items()}
     return compare_models(builders, views, min(FOLDS, len(views)))
 
 
-def _print(comparison):
+def _print(comparison, words):
     """How each model did, for people."""
     for name, evaluation in comparison.own.items():
-        print(scores.line(f"{name}, kept-out boards", evaluation))
+        print(scores.line(f"{name}, kept-out {words.target}s", evaluation, words.point))
     for name, evaluation in comparison.common.items():
-        print(scores.line(f"{name}, corners that all can answer for", evaluation))
+        name = f"{name}, {words.point}s that all can answer for"
+        print(scores.line(name, evaluation, words.point))
     for name, reason in comparison.refused.items():
         print(f"{name}: not possible: {reason}")
 

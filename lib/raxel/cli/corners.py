@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from raxel.cli.boards import detected, detector_name, left_out
+from raxel.cli.boards import detected, detector_name
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features.boards import write_boards
@@ -31,8 +31,9 @@ def corners(options, say):
         if board.detection.missing:
             count, of = board.detection.missing, len(board.detection.corners)
             print(f"  {board.view.label}: {count} of {of} corners are missing")
-    for missed in left_out(boards):
-        print(f"  {missed['file']}: {missed['reason']}")
+    for board in boards:
+        if not board.detection.found:
+            print(f"  {board.view.label}: {board.detection.reason}")
     if not found:
         raise InputError(
             f"{image_set.description}: views: no image has a board that could be used; "

@@ -8,7 +8,7 @@ from raxel.evaluation.coverage import board_counts, field_of_view
 # A table of fewer of the image's pixels is a small part of a camera.
 LEAST_TABLE = 1 / 3
 WHAT_BENDS = (
-    "rays that do not meet in one point, a rolling shutter, boards that are not flat, "
+    "rays that do not meet in one point, a rolling shutter, targets that are not flat, "
     "or pictures of several cameras"
 )
 
@@ -30,8 +30,8 @@ def camera_fields(camera, views):
     return fields
 
 
-def camera_lines(fields):
-    """The same for people: two lines."""
+def camera_lines(fields, target):
+    """The same for people: two lines; target: what `raxel.sets.words` calls it."""
     if fields["kind"] == "perspective":
         f, p = fields["focal_px"], fields["principal_point_px"]
         radial = ", ".join(f"{k:.4g}" for k in fields["radial"])
@@ -49,20 +49,21 @@ def camera_lines(fields):
         "no" if angles[name] is None else f"{angles[name]:.1f}"
         for name in ("horizontal", "vertical", "from_axis")
     )
+    share = _percent(fields["share_of_image_under_boards"])
     yield (
-        f"field of view {across} x {down} deg, up to {reach} deg from the axis; boards "
-        f"cover {_percent(fields['share_of_image_under_boards'])} of the image"
+        f"field of view {across} x {down} deg, up to {reach} deg from the axis; "
+        f"{target}s cover {share} of the image"
     )
 
 
-def coverage_warnings(fields):
+def coverage_warnings(fields, target):
     """What to say of a table that holds little of the image."""
     share = fields.get("share_of_image_with_ray", 1.0)
     if share >= LEAST_TABLE:
         return []
     return [
         f"the table has rays for {_percent(share)} of the image only: pixels that no "
-        "board covered have none; take pictures with boards there"
+        f"{target} covered have none; take pictures with {target}s there"
     ]
 
 
@@ -77,11 +78,11 @@ def misfit_fields(found):
     }
 
 
-def misfit_warnings(found, what, cure):
+def misfit_warnings(found, what, cure, words):
     """What to say where residuals are larger than the corners explain; [] else.
 
     what: the subject of the sentence, such as "no central camera fits"; cure: what may
-    be the cause, or what to do.
+    be the cause, or what to do; words: of the target.
     """
     if not found.large:
         return []
@@ -95,13 +96,13 @@ def misfit_warnings(found, what, cure):
     ]
     off = f"off by {found.rms_px:.2f} px (rms)"
     if sure:
-        off += f" where corners {' and '.join(sure)}"
+        off += f" where {words.point}s {' and '.join(sure)}"
     if found.odd_board:
         return [
-            f"{found.odd_board}: does not fit as the other boards do: with it {off}; "
-            f"if its corners are right, {what} these boards"
+            f"{found.odd_board}: does not fit as the other {words.target}s do: with it "
+            f"{off}; if its {words.point}s are right, {what} these {words.target}s"
         ]
-    return [f"{what} these boards: {off}; {cure}"]
+    return [f"{what} these {words.target}s: {off}; {cure}"]
 
 
 def _percent(share):

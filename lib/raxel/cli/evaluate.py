@@ -1,16 +1,16 @@
 """`raxel evaluate camera.npz SET --json F`"""
 
-from raxel.calibration.board_views import board_views
 from raxel.cameras.io import load_camera
 from raxel.cli import described, scores
-from raxel.cli.boards import boards_for, check_enough, left_out
 from raxel.cli.outputs import check_written
+from raxel.cli.seen import check_options, seen_in
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import misfit
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
+from raxel.sets.words import words_of
 
 # (what a misfit says, what to do about it)
 DOES_NOT_FIT = (
@@ -25,29 +25,34 @@ def evaluate(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    check_written([options.json], [image_set], [options.camera, options.corners])
+    read = options.camera, options.corners, options.points
+    check_written([options.json], [image_set], read)
+    check_options(image_set, options)
     camera = load_camera(options.camera)
     check_size(options.camera, camera, image_set)
     marked = image_set.views_for("evaluate")
     views = marked or image_set.views
-    boards = boards_for(image_set, views, options, say)
-    check_enough(image_set, boards, 1, "an evaluation")
-    seen = board_views(image_set, boards)
-    evaluation = evaluate_camera(camera, seen)
-    missed = left_out(boards)
-    found = misfit(evaluation.images, seen)
-    warnings = of_left_out(missed) + described.misfit_warnings(found, *DOES_NOT_FIT)
+    seen = seen_in(image_set, views, options, say)
+    seen.check_enough(image_set, 1, "an evaluation")
+    evaluation = evaluate_camera(camera, seen.views)
+    missed, words = seen.left_out(), words_of(image_set.target)
+    found = misfit(evaluation.images, seen.views)
+    warnings = of_left_out(missed) + seen.warnings
+    warnings += described.misfit_warnings(found, *DOES_NOT_FIT, words)
     if options.json:
         result = {"set": image_set.name, "camera": options.camera}
         result["views_scored"] = "marked evaluate" if marked else UNMARKED
         result |= scores.as_json(evaluation)
+        result |= seen.fields()
         result |= {"left_out": missed, "misfit": described.misfit_fields(found)}
         write_json(options.json, result | {"warnings": warnings})
     if not marked:
         print(
             f"{image_set.name}: no view is marked evaluate: all {len(views)} are scored"
         )
-    print(scores.line(image_set.name, evaluation))
+    for line in seen.lines():
+        print(f"{image_set.name}: {line}")
+    print(scores.line(image_set.name, evaluation, words.point))
     print_warnings(warnings)
 
 

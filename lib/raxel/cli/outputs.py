@@ -10,9 +10,10 @@ def check_written(written, image_sets, read=()):
     """Raise InputError where a file to be written is a device or read by the command.
 
     `written`: names of files; `image_sets`: the ImageSets that are read, none of whose
-    files may be among them; `read`: names of other files. None stands for an option
-    that was not given. A file is known by what it is on the disk, whatever it is
-    called: by another spelling, through a link, in capitals where these are the same.
+    files may be among them; `read`: names of other files, and of folders whose files
+    are read. None stands for an option that was not given. A file is known by what it
+    is on the disk, whatever it is called: by another spelling, through a link, in
+    capitals where these are the same.
     """
     inputs = {_identity(name) for name in read if name}
     owners = {
@@ -35,7 +36,7 @@ def check_written(written, image_sets, read=()):
                 f"{name}: found a file of the set {owner.folder}, which is only read; "
                 "choose another name"
             )
-        if path.exists() and _identity(path) in inputs:
+        if path.exists() and inputs & set(map(_identity, places)):
             raise InputError(
                 f"{name}: the command reads this file; choose another name to write"
             )

@@ -63,6 +63,7 @@ def _add_calibrate(commands):
         help="write pictures of corners, residuals and coverage here, and a page",
     )
     _add_corners_file(parser)
+    _add_points_folder(parser)
     _add_detector(parser)
 
 
@@ -72,6 +73,7 @@ def _add_evaluate(commands):
     )
     parser.add_argument("--json", metavar="FILE", help="write the scores here")
     _add_corners_file(parser)
+    _add_points_folder(parser)
     _add_detector(parser)
 
 
@@ -240,6 +242,12 @@ def _add_detector(parser):
 def _add_corners_file(parser):
     parser.add_argument(
         "--corners", metavar="FILE", help="take corners that raxel corners wrote"
+    )
+
+
+def _add_points_folder(parser):
+    parser.add_argument(
+        "--points", metavar="FOLDER", help="take points that raxel decode wrote"
     )
 
 

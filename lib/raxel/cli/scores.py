@@ -27,15 +27,16 @@ def summary(evaluation):
     return {**_errors(evaluation), "share_with_ray": known(evaluation.share_with_ray)}
 
 
-def line(name, evaluation):
-    """One line for people; what is not known is said in words."""
+def line(name, evaluation, point="corner"):
+    """One line for people; what is not known is said in words. point: what is scored,
+    as `raxel.sets.words` calls it."""
     if not evaluation.n_scored and not math.isfinite(evaluation.mean_deg):
-        return f"{name}: no corner could be scored"
+        return f"{name}: no {point} could be scored"
     return (
         f"{name}: {told('mean angle', evaluation.mean_deg, '.4f', 'deg')}, "
         f"{told('rms', evaluation.rms_px, '.3f', 'px')}, "
         f"{told('median', evaluation.median_px, '.3f', 'px')}, "
-        f"{100 * evaluation.share_with_ray:.1f} % of corners with a ray"
+        f"{100 * evaluation.share_with_ray:.1f} % of {point}s with a ray"
     )
 
 

@@ -4,17 +4,16 @@ The folder that a set names as its `truth` (written by `raxel.lab.render_set`) i
 here and by no detector, decoder or calibration.
 """
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
-from raxel.archives import Archive
 from raxel.cameras.centrality import closest_point
 from raxel.cameras.io import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import angular_residual
 from raxel.evaluation.reference_corners import corner_errors, is_right
+from raxel.features.grids import read_points
 from raxel.geometry.poses import nearest_rotation
 from raxel.sets.model import ActiveGrid
 from raxel.sets.reference import load_reference
@@ -86,23 +85,12 @@ def score_points(image_set, folder):
     limit = GROSS_SHARE * image_set.target.monitor_mm[0]
     views, parts = [], []
     for view in image_set.views:
-        true = read_points(truth / f"{view.label}.npz", shape)
-        found = read_points(folder / f"{view.label}.npz", shape)
+        true, found = (
+            read_points(place / f"{view.label}.npz", shape) for place in (truth, folder)
+        )
         parts.append(_compared(true, found))
         views.append({"view": view.label} | _points_score([parts[-1]], limit))
     return _points_score(parts, limit) | {"views": views}
-
-
-def read_points(path, shape):
-    """points_mm of an .npz file, float64 of this shape, or InputError."""
-    with Archive(path, "file of points") as archive:
-        found = archive.shape("points_mm")
-        if found != shape:
-            raise InputError(f"{path}: points_mm: shape {found}; give {shape}")
-        points = archive.array("points_mm", math.prod(shape))
-    if points.dtype.kind not in "iuf":
-        raise InputError(f"{path}: points_mm: found {points.dtype}; give numbers")
-    return np.asarray(points, float)
 
 
 def score_camera(image_set, camera, pixels=None):

@@ -1,8 +1,9 @@
-"""Two camera models on the same photographs, scored on the same corners.
+"""Two camera models on the same photographs, scored on the same points.
 
-A general camera has rays only where boards were; a parametric one has them everywhere,
-also where it is wrong. So every model is scored twice: on all corners, with the share
-that it has a ray for, and on those corners that all models can answer for.
+Points are the corners of boards, or what pixels have read of grids. A general camera
+has rays only where these were; a parametric one has them everywhere, also where it is
+wrong. So every model is scored twice: on all points, with the share that it has a ray
+for, and on those that all models can answer for.
 """
 
 from typing import NamedTuple
@@ -12,9 +13,9 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import cross_validate
 
-# Fewer common corners, or of fewer boards, do not tell models apart.
+# Fewer common points, or of fewer views, do not tell models apart.
 FEWEST_COMMON = 50
-FEWEST_BOARDS = 3
+FEWEST_VIEWS = 3
 # A model whose mean angle is larger than this many times another's does not fit.
 FITS = 3.0
 
@@ -48,25 +49,25 @@ class ModelComparison(NamedTuple):
         angles = {m: e.mean_deg for m, e in self.own.items() if np.isfinite(e.mean_deg)}
         if not angles:
             raise CalibrationError(
-                "cross-validation: no model answers for six corners of a board that was"
-                " kept out; take more boards that share areas of the image"
+                "cross-validation: no model answers for six points of a view that was"
+                " kept out; take more views that share areas of the image"
             )
         if len(angles) == 1:
             alone = len(self.own) == 1
-            what = "gave a camera" if alone else "answers for a board kept out"
+            what = "gave a camera" if alone else "answers for a view kept out"
             return next(iter(angles)), f"no other model {what}"
         fitting = [m for m in angles if angles[m] <= FITS * min(angles.values())]
         if len(fitting) == 1:
             return fitting[0], (
-                f"its mean angle on kept-out boards is less than 1 / {FITS:g} of any"
+                f"its mean angle on kept-out views is less than 1 / {FITS:g} of any"
                 " other's"
             )
         if self.common_is_enough():
             return min(fitting, key=lambda model: self.common[model].mean_deg), (
-                "the smallest mean angle on kept-out corners that all can answer for"
+                "the smallest mean angle on kept-out points that all can answer for"
             )
         return max(fitting, key=lambda model: self.own[model].share_with_ray), (
-            "rays for the most kept-out corners; too few are common to all models"
+            "rays for the most kept-out points; too few are common to all models"
         )
 
     def common_counts(self):
@@ -81,7 +82,7 @@ class ModelComparison(NamedTuple):
     def common_is_enough(self):
         """Whether there are enough common corners, of enough boards, to compare on."""
         corners, boards = self.common_counts()
-        return corners >= FEWEST_COMMON and boards >= FEWEST_BOARDS
+        return corners >= FEWEST_COMMON and boards >= FEWEST_VIEWS
 
     def doubts(self):
         """What makes the comparison unsure: a list of texts, each for one line."""
@@ -91,13 +92,13 @@ class ModelComparison(NamedTuple):
                 reason = next(iter(evaluation.left_out.values()))
                 doubts.append(
                     f"{model}: {len(evaluation.left_out)} of the cross-validation's"
-                    f" parts left out, where the other boards gave no camera: {reason}"
+                    f" parts left out, where the other views gave no camera: {reason}"
                 )
         if len(self.own) > 1 and not self.common_is_enough():
-            corners, boards = self.common_counts()
-            counted = f"for {corners} common corners of {boards} boards kept out"
+            points, views = self.common_counts()
+            counted = f"for {points} common points of {views} views kept out"
             doubts.append(
-                f"all models answer {counted if corners else 'for no common corner'}:"
+                f"all models answer {counted if points else 'for no common point'}:"
                 " too few to tell which is better"
             )
         return doubts

@@ -29,7 +29,8 @@ def check_chessboard(image_set):
     if not isinstance(image_set.target, Chessboard):
         raise InputError(
             f"{image_set.description}: target.kind: found active_grid, but corners are "
-            "looked for on a chessboard; give a set of chessboard images"
+            "looked for on a chessboard; raxel decode finds the points of an active "
+            "grid"
         )
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from raxel.evaluation.cross_validation import ImageScore
 from raxel.report.folder import MARK
+from raxel.sets.words import words_of
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c1c1e; --paper: #fff; --line: #c8ccd2;
@@ -24,22 +25,27 @@ figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 """
 NUMBERS = (("rms_px", ".3f"), ("median_px", ".3f"), ("mean_deg", ".4f"))
 NAMES = {"rms": "RMS", "median": "Median", "mean": "Mean angle"}
-HEADS = ("Photograph", "Corners", "Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
+HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
+SHOWN = {
+    "board": "Corners, numbered row by row.",
+    "grid": "What was decoded: red grows along x of the grid, green along y.",
+}
 
 
 class Photograph(NamedTuple):
     """A photograph on the page: its name, its score and names of its two pictures, all
-    None where no board was found, and what there is to say."""
+    None where it could not be used, and what there is to say."""
 
     name: str
     score: ImageScore | None
-    corners: str | None
+    seen: str | None
     residuals: str | None
     reason: str
 
 
 def page(image_set, result, photographs):
     """The page as text; result: what `raxel calibrate` writes as JSON."""
+    words = words_of(image_set.target)
     title = escape(f"{image_set.name}: calibration, {result['model']}")
     parts = [
         f"<h1>{title}</h1>",
@@ -52,19 +58,20 @@ def page(image_set, result, photographs):
         "<h2>Residuals in the image</h2>",
         _figure(
             "residuals.png",
-            "Found corner less where the camera sees it, for all boards, each in its "
-            "colour. Arrows of different boards that agree at one place show what the "
-            "camera cannot follow; arrows all ways show noise.",
+            f"Found {words.point} less where the camera sees it, for all "
+            f"{words.target}s, each in its colour. Arrows of different {words.target}s "
+            "that agree at one place show what the camera cannot follow; arrows all "
+            "ways show noise.",
         ),
         "<h2>Coverage</h2>",
         _figure(
             "coverage.png",
-            "How many boards cover each part of the image. Where none is, a formula is "
-            "a guess and a table has no ray.",
+            f"How many {words.target}s cover each part of the image. Where none is, a "
+            "formula is a guess and a table has no ray.",
         ),
         "<h2>Photographs</h2>",
-        _table(photographs),
-        *(_photograph(p) for p in photographs if p.score is not None),
+        _table(photographs, words),
+        *(_photograph(p, words) for p in photographs if p.score is not None),
     ]
     body = "\n".join(parts)
     return (
@@ -98,19 +105,20 @@ def _numbers(image_set, result):
     ):
         yield what, _told(angles[name], ".2f", " deg")
     share = camera["share_of_image_under_boards"]
-    yield "Boards cover", f"{100 * share:.1f} % of the image"
+    target, point = words_of(image_set.target)[:2]
+    yield f"{target.capitalize()}s cover", f"{100 * share:.1f} % of the image"
     for key, form in NUMBERS:
         name, unit = key.split("_")
         yield (
-            f"{NAMES[name]}, fitted boards",
+            f"{NAMES[name]}, fitted {target}s",
             _told(result[key], form, f" {unit}"),
         )
-    yield "Single corners scatter by", _told(misfit["scatter_px"], ".3f", " px")
-    yield "The detector states", _told(misfit["stated_sd_px"], ".3f", " px")
+    yield f"Single {point}s scatter by", _told(misfit["scatter_px"], ".3f", " px")
+    yield f"Stated of single {point}s", _told(misfit["stated_sd_px"], ".3f", " px")
     if "chosen_because" in result:
         yield "Chosen", result["chosen_because"]
     for model, found in result.get("cross_validation", {}).items():
-        what = f"{model}, kept-out boards"
+        what = f"{model}, kept-out {target}s"
         if "refused" in found:
             yield what, found["refused"]
             continue
@@ -127,8 +135,9 @@ def _pairs(pairs):
     return "<table>\n" + "\n".join(rows) + "\n</table>"
 
 
-def _table(photographs):
-    head = "".join(f"<th>{name}</th>" for name in HEADS)
+def _table(photographs, words):
+    names = "Photograph", f"{words.point.capitalize()}s", *HEADS
+    head = "".join(f"<th>{name}</th>" for name in names)
     rows = "\n".join(_row(p) for p in photographs)
     return f"<table>\n<tr>{head}</tr>\n{rows}\n</table>"
 
@@ -136,7 +145,7 @@ def _table(photographs):
 def _row(photograph):
     name, score = escape(photograph.name), photograph.score
     if score is None:
-        why = escape(photograph.reason or "no board")
+        why = escape(photograph.reason or "not found")
         return f'<tr><td>{name}</td><td colspan="5">{why}</td></tr>'
     cells = [score.n_corners, score.n_without_ray]
     cells += [_told(getattr(score, key), form, "") for key, form in NUMBERS]
@@ -144,14 +153,15 @@ def _row(photograph):
     return f"<tr><td>{name}</td>{told}</tr>"
 
 
-def _photograph(photograph):
+def _photograph(photograph, words):
     name = escape(photograph.name)
     note = f" {photograph.reason}." if photograph.reason else ""
+    scale = f"on one scale for all {words.target}s"
     return "\n".join(
         [
             f"<h3>{name}</h3>",
-            _figure(photograph.corners, f"Corners, numbered row by row.{note}"),
-            _figure(photograph.residuals, "Residuals, on one scale for all boards."),
+            _figure(photograph.seen, f"{SHOWN[words.target]}{note}"),
+            _figure(photograph.residuals, f"Residuals, {scale}."),
         ]
     )
 

@@ -1,4 +1,4 @@
-"""What a calibration saw: corners in order, residuals as arrows, coverage."""
+"""What a calibration saw: corners or points, residuals as arrows, coverage."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,7 @@ import numpy as np
 from raxel.evaluation.coverage import board_counts
 from raxel.report.canvas import INK, MISSING, PAPER, QUIET, Canvas
 
+TINT = 0.55  # of a grid's points over the photograph
 PALE = 0.6  # of the photograph behind residuals
 ROOMY_PX = 30.0  # from corner to corner in the picture, so that each has its number
 ARROW_SHARE = 0.05  # of the image's width: the 95th percentile of residuals
@@ -89,11 +90,38 @@ def corner_picture(image, view, predicted):
     return canvas.with_legend(legend)
 
 
+def grid_picture(image, view):
+    """The points of a DenseView in colours over the photograph (height, width) uint8.
+
+    Red grows along x and green along y of the grid, from the smallest value to the
+    largest; dots are the pixels that formulas and poses are fitted to.
+    """
+    import cv2
+
+    location = view.location
+    seen = np.isfinite(location[..., 0])
+    low, high = (f(location[seen], axis=0) for f in (np.min, np.max))
+    share = (location - low) / np.maximum(high - low, 1e-9)
+    colour = np.zeros((*seen.shape, 3), np.uint8)
+    colour[..., 2], colour[..., 1] = np.moveaxis(np.nan_to_num(255 * share), 2, 0)
+    canvas = Canvas(image.shape[1], image.shape[0], image)
+    size = canvas.picture.shape[1::-1]
+    tint = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
+    weight = cv2.resize(seen.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    weight = TINT * weight[..., None]
+    canvas.picture = np.rint((1 - weight) * canvas.picture + weight * tint)
+    canvas.picture = canvas.picture.astype(np.uint8)
+    for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
+        canvas.ring(point, PAPER, 1, -1)
+    words = f"{view.area()} pixels with a point"
+    return canvas.with_legend([((60, 150, 60), words), (PAPER, "fitted and scored")])
+
+
 def residual_picture(image, pixels, residuals, scale):
     """Residuals (N, 2), found less projected, at pixels (N, 2) of the photograph."""
     canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
     _arrows(canvas, pixels, residuals, scale, RESIDUAL)
-    return canvas.with_legend([*scale.legend(canvas), (QUIET, "corner not scored")])
+    return canvas.with_legend([*scale.legend(canvas), (QUIET, "not scored")])
 
 
 def pooled_picture(width, height, boards, scale):
@@ -102,14 +130,14 @@ def pooled_picture(width, height, boards, scale):
     for number, (pixels, residuals) in enumerate(boards):
         colour = COLOURS[number % len(COLOURS)]
         _arrows(canvas, pixels, residuals, scale, colour)
-    return canvas.with_legend([*scale.legend(canvas), (QUIET, "corner not scored")])
+    return canvas.with_legend([*scale.legend(canvas), (QUIET, "not scored")])
 
 
 def coverage_picture(views, width, height, mask=None):
-    """How many boards cover each part of the image; and where rays end.
+    """How many views cover each part of the image; and where rays end.
 
-    mask: (height, width) bool, True where a table has a ray; None for a camera with
-    rays everywhere.
+    views: BoardViews, whose corners are marked, or DenseViews; mask: (height, width)
+    bool, True where a table has a ray; None for a camera with rays everywhere.
     """
     import cv2
 
@@ -122,7 +150,7 @@ def coverage_picture(views, width, height, mask=None):
     legend = [
         (colour, words)
         for colour, words in zip(
-            BOARDS, ("1 board", "2 boards", "3 and more"), strict=True
+            BOARDS, ("1 view", "2 views", "3 and more"), strict=True
         )
     ]
     if mask is not None:
@@ -130,10 +158,11 @@ def coverage_picture(views, width, height, mask=None):
         edges, _ = cv2.findContours(seen, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
         cv2.drawContours(canvas.picture, edges, -1, EDGE_OF_RAYS, 2)
         legend.append((EDGE_OF_RAYS, "where rays end"))
-    for view in views:
+    boards = [view for view in views if not view.every_pixel]
+    for view in boards:
         for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
             canvas.ring(point, INK, 1, -1)
-    return canvas.with_legend([*legend, (INK, "corners")])
+    return canvas.with_legend([*legend, (INK, "corners")] if boards else legend)
 
 
 def _arrows(canvas, pixels, residuals, scale, colour):

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.board_views import board_views
 from raxel.features.detector import as_8_bit
 from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded
@@ -14,38 +13,42 @@ from raxel.report.pictures import (
     ArrowScale,
     corner_picture,
     coverage_picture,
+    grid_picture,
     pooled_picture,
     residual_picture,
 )
 from raxel.sets import read_image
 
 
-def write_report(folder, image_set, boards, camera, evaluation, result):
+def write_report(folder, image_set, entries, views, camera, evaluation, result):
     """Write the report of a calibration into an empty folder.
 
-    boards: the Boards it was given, found or not; evaluation: of the camera on the
-    BoardViews of those found, in their order; result: what `raxel calibrate` writes as
-    JSON. Files are numbered, so that no name of a photograph becomes one.
+    entries: (view, whether it can be used, why not) of each view of the set; views: the
+    BoardViews or DenseViews of those that can, in their order; evaluation: of the
+    camera on these; result: what `raxel calibrate` writes as JSON. Files are numbered,
+    so that no name of a photograph becomes one.
     """
     folder = Path(folder)
-    views = board_views(image_set, boards)
     scale = ArrowScale.of(
         np.concatenate([score.residuals_px for score in evaluation.images]),
         image_set.width,
     )
     scored = iter(zip(views, evaluation.images, strict=True))
     photographs = []
-    for number, board in enumerate(boards, 1):
-        if not board.detection.found:
-            reason = board.detection.reason
-            photographs.append(Photograph(board.view.label, None, None, None, reason))
+    for number, (taken, found, reason) in enumerate(entries, 1):
+        if not found:
+            photographs.append(Photograph(taken.label, None, None, None, reason))
             continue
         view, score = next(scored)
-        image = as_8_bit(read_image(image_set, board.view))
-        names = f"corners-{number:03}.jpg", f"residuals-{number:03}.jpg"
-        corners = corner_picture(image, view, _predicted(camera, view, score))
+        image = as_8_bit(read_image(image_set, taken.photograph))
+        if view.every_pixel:
+            seen, kind = grid_picture(image, view), "points"
+        else:
+            predicted = _predicted(camera, view, score)
+            seen, kind = corner_picture(image, view, predicted), "corners"
         residuals = residual_picture(image, view.pixels, score.residuals_px, scale)
-        for name, picture in zip(names, (corners, residuals), strict=True):
+        names = f"{kind}-{number:03}.jpg", f"residuals-{number:03}.jpg"
+        for name, picture in zip(names, (seen, residuals), strict=True):
             (folder / name).write_bytes(encoded(picture, ".jpg"))
         photographs.append(Photograph(view.name, score, *names, score.reason))
     size = image_set.width, image_set.height

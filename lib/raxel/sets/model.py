@@ -61,6 +61,12 @@ class ActiveGrid:
     monitor_px: tuple[int, int]
     monitor_mm: tuple[float, float] | None = None
 
+    @property
+    def unit(self):
+        """The unit of decoded points: 'mm', or 'pitch' (of the monitor's pixels, which
+        are taken for square) where the size in mm is unknown."""
+        return "pitch" if self.monitor_mm is None else "mm"
+
 
 @dataclass(frozen=True)
 class Pattern:
@@ -112,6 +118,11 @@ class View:
     def label(self):
         """What people and results call this view: its image or its name."""
         return self.image or self.name
+
+    @property
+    def photograph(self):
+        """The name of an image that shows the target: lit, if it is a monitor."""
+        return self.image or self.white or self.patterns[0].image
 
     @property
     def files(self):

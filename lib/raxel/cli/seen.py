@@ -1,0 +1,129 @@
+"""What the images of a set show: boards or grids, found now or read from files."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.board_views import board_views
+from raxel.calibration.dense import dense_view
+from raxel.cli.boards import boards_for
+from raxel.errors import CalibrationError, InputError
+from raxel.features.grids import decode_grids, read_grids
+from raxel.sets import ActiveGrid, View
+from raxel.sets.words import words_of
+
+
+class Entry(NamedTuple):
+    """A view of the set, whether it can be used, and why not."""
+
+    view: View
+    found: bool
+    reason: str
+
+
+class Seen(NamedTuple):
+    """entries: an Entry for each view; views: what calibrations take of those found, in
+    their order; grids: of each grid, for the results; warnings: what a reader must know
+    of the units."""
+
+    entries: list
+    views: list
+    grids: list
+    warnings: list
+
+    def left_out(self):
+        """The views that show nothing to use, for the result: [{file, reason}]."""
+        return [
+            {"file": entry.view.label, "reason": entry.reason}
+            for entry in self.entries
+            if not entry.found
+        ]
+
+    def check_enough(self, image_set, needed, purpose):
+        """Raise InputError unless `needed` views can be used."""
+        if len(self.views) >= needed:
+            return
+        missed, words = self.left_out(), words_of(image_set.target)
+        example = f" ({missed[0]['file']}: {missed[0]['reason']})" if missed else ""
+        raise InputError(
+            f"{image_set.description}: views: {words.found} in {len(self.views)} of "
+            f"{len(self.entries)} {words.images}, {purpose} needs {needed}{example}; "
+            f"{words.check}"
+        )
+
+    def fields(self):
+        """What results hold of grids: {grids: [{file, pixels, points, step}]}."""
+        return {"grids": self.grids} if self.grids else {}
+
+    def lines(self):
+        """What to say of grids, for people."""
+        if not self.grids:
+            return
+        steps, pixels, points = (
+            _range([grid[key] for grid in self.grids])
+            for key in ("step", "pixels", "points")
+        )
+        yield (
+            f"{len(self.grids)} grids of {pixels} pixels each; formulas, poses and "
+            f"scores take a pixel every {steps} px each way, {points} of them"
+        )
+
+
+def check_options(image_set, options):
+    """Raise InputError for options that are for another kind of target."""
+    if isinstance(image_set.target, ActiveGrid):
+        wrong, target, right = ("corners", "detector"), "an active grid", "--points"
+    else:
+        wrong, target, right = ("points",), "a chessboard", "--corners"
+    for option in wrong:
+        if getattr(options, option):
+            raise InputError(
+                f"--{option}: found with {image_set.description}, whose target is "
+                f"{target}; leave it out, or give {right}"
+            )
+
+
+def seen_in(image_set, views, options, say):
+    """Seen of these views, as the options --corners, --points and --detector say."""
+    if isinstance(image_set.target, ActiveGrid):
+        return _grids(image_set, views, options, say)
+    boards = boards_for(image_set, views, options, say)
+    entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
+    return Seen(entries, board_views(image_set, boards), [], [])
+
+
+def _grids(image_set, views, options, say):
+    if options.points:
+        grids = read_grids(options.points, image_set, views)
+    else:
+        grids = decode_grids(image_set, views, say)
+    entries, seen = [], []
+    for grid in grids:
+        name, reason = grid.view.label, grid.reason
+        if grid.found:
+            try:
+                seen.append(dense_view(grid.location, grid.sigma, grid.mask, name))
+            except CalibrationError as fault:
+                reason = str(fault).removeprefix(f"{name}: ")
+        entries.append(Entry(grid.view, not reason, reason))
+    told = [
+        {
+            "file": view.name,
+            "pixels": view.area(),
+            "points": int(np.count_nonzero(np.isfinite(view.pixels[:, 0]))),
+            "step": view.step,
+        }
+        for view in seen
+    ]
+    warnings = []
+    if image_set.target.monitor_mm is None:
+        warnings.append(
+            "target.monitor_mm: null: lengths are in pitches of the monitor's pixels, "
+            "which are taken for square"
+        )
+    return Seen(entries, seen, told, warnings)
+
+
+def _range(numbers):
+    low, high = min(numbers), max(numbers)
+    return f"{low}" if low == high else f"{low} to {high}"

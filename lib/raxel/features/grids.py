@@ -1,0 +1,156 @@
+"""All active grids of an image set: decoded, written to a folder, read back."""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.archives import Archive
+from raxel.errors import InputError
+from raxel.features.active_grid import decode
+from raxel.files import read_json
+from raxel.sets.image_files import read_image
+from raxel.sets.model import ActiveGrid, View
+
+SUMMARY = "decoded.json"
+
+
+class Grid(NamedTuple):
+    """What the pixels of one view see: location, sigma and mask as `decode` gives them,
+    None where nothing could be decoded, for `reason`. Read from a file, sigma and mask
+    may be None."""
+
+    view: View
+    location: np.ndarray | None = None
+    sigma: np.ndarray | None = None
+    mask: np.ndarray | None = None
+    reason: str = ""
+
+    @property
+    def found(self):
+        """Whether any pixel found its point."""
+        return self.location is not None
+
+
+def check_active_grid(image_set):
+    """Raise InputError unless the target of the set is an active grid."""
+    if not isinstance(image_set.target, ActiveGrid):
+        raise InputError(
+            f"{image_set.description}: target.kind: found no active_grid; chessboards "
+            "are for raxel corners"
+        )
+
+
+def decode_view(image_set, view, **options):
+    """(Decoded, photograph of the lit monitor (H, W)) of one view of an active grid.
+
+    options: of `raxel.features.active_grid.decode`. Raises InputError, naming set and
+    view, for pictures that do not fit each other.
+    """
+    images = np.array([read_image(image_set, p.image) for p in view.patterns])
+    levels = {
+        name: read_image(image_set, getattr(view, name))
+        for name in ("white", "black")
+        if getattr(view, name)
+    }
+    try:
+        found = decode(images, view.patterns, image_set.target, **levels, **options)
+    except InputError as fault:
+        where = f"{image_set.description}: views: {view.label}"
+        raise InputError(f"{where}: {fault}") from fault
+    return found, levels.get("white", images[0])
+
+
+def nothing_decoded(counts):
+    """Why no pixel could be decoded, in words; counts: of Decoded."""
+    reasons = ", ".join(f"{n} {reason}" for reason, n in counts.items() if n)
+    return f"no pixel could be decoded ({reasons})"
+
+
+def decode_grids(image_set, views, say=None):
+    """Yield a Grid for each view; say: a callable told one line per view."""
+    check_active_grid(image_set)
+    for number, view in enumerate(views, 1):
+        found, _ = decode_view(image_set, view)
+        if found.mask.any():
+            yield Grid(view, found.location, found.sigma, found.mask)
+        else:
+            yield Grid(view, reason=nothing_decoded(found.counts()))
+        if say:
+            share = 100 * np.mean(found.mask)
+            say(f"{number}/{len(views)} {view.label}: {share:.1f} % of the pixels")
+
+
+def write_points(path, decoded):
+    """Write a Decoded as .npz: points_mm (or points_px), sigma alike, mask, status."""
+    np.savez_compressed(
+        path,
+        **{
+            f"points_{decoded.unit}": decoded.location,
+            f"sigma_{decoded.unit}": decoded.sigma,
+        },
+        mask=decoded.mask,
+        status=decoded.status,
+    )
+
+
+def read_grids(folder, image_set, views=None):
+    """Yield a Grid for each view from the files that `raxel decode` wrote.
+
+    A view without a file counts as not decoded, with that reason. Raises InputError
+    (file, field, found, what to do) for what is no decoded view of this set.
+    """
+    check_active_grid(image_set)
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; give one that raxel decode wrote")
+    summary = folder / SUMMARY
+    if summary.exists():
+        data = read_json(summary)
+        name = data.get("set") if isinstance(data, dict) else None
+        if name != image_set.name:
+            raise InputError(
+                f"{summary}: set: found {name!r}, the set is {image_set.name!r}; give "
+                "the points of this set"
+            )
+    unit = "mm" if image_set.target.monitor_mm else "px"
+    shape = image_set.height, image_set.width, 2
+    for view in image_set.views if views is None else views:
+        path = folder / f"{view.label}.npz"
+        if path.exists():
+            yield _read(path, view, unit, shape)
+        else:
+            yield Grid(view, reason=f"{folder} has no file for it")
+
+
+def read_points(path, shape, unit="mm"):
+    """points_mm (or points_px) of an .npz file, float64 of a shape, or InputError."""
+    with Archive(path, "file of points") as archive:
+        points = _numbers(path, archive, f"points_{unit}", shape)
+    return np.asarray(points, float)
+
+
+def _read(path, view, unit, shape):
+    with Archive(path, "file of points") as archive:
+        points = _numbers(path, archive, f"points_{unit}", shape)
+        sigma = mask = None
+        if archive.has(f"sigma_{unit}"):
+            sigma = _numbers(path, archive, f"sigma_{unit}", shape)
+        if archive.has("mask"):
+            mask = _array(path, archive, "mask", shape[:2], "b", "truth values")
+    return Grid(view, points, sigma, mask)
+
+
+def _numbers(path, archive, name, shape):
+    return _array(path, archive, name, shape, "iuf", "numbers")
+
+
+def _array(path, archive, name, shape, kinds, what):
+    found = archive.shape(name)
+    if found != shape:
+        raise InputError(f"{path}: {name}: shape {found}; give {shape}")
+    values = archive.array(name, math.prod(shape))
+    if values.dtype.kind not in kinds:
+        raise InputError(f"{path}: {name}: found {values.dtype}; give {what}")
+    return values
