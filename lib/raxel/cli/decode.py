@@ -4,12 +4,13 @@ import numpy as np
 
 from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
+from raxel.cli.warnings import print_warnings
 from raxel.errors import InputError
-from raxel.features.active_grid import decode as decode_view
+from raxel.features.active_grid.view import decode_view
 from raxel.files import write_json
 from raxel.report.active_grid import decoded_picture
 from raxel.report.canvas import encoded
-from raxel.sets import ActiveGrid, load_set, read_image
+from raxel.sets import load_set
 
 SUMMARY = "decoded.json"
 
@@ -17,66 +18,66 @@ SUMMARY = "decoded.json"
 def decode(options, say):
     """Find the point of the monitor that each pixel sees, in every view of the set."""
     image_set = load_set(options.set)
-    if not isinstance(image_set.target, ActiveGrid):
-        raise InputError(
-            f"{image_set.description}: target.kind: found no active_grid; chessboards "
-            "are for raxel corners"
-        )
     _check_names(image_set)
-    summaries = []
+    summaries, warnings = [], []
     with new_folder(options.out) as folder:
         for number, view in enumerate(image_set.views, 1):
-            summaries.append(_decode(image_set, view, options, folder))
+            found = decode_view(
+                image_set, view,
+                smooth=not options.raw, neighbours=options.neighbours,
+                fill=options.fill, margin_px=options.margin,
+            )  # fmt: skip
+            _write(folder, view.label, found, image_set.target)
+            summaries.append(_summary(view.label, found))
+            warnings += found.warnings
             say(f"{number}/{len(image_set.views)} {view.label}")
-        write_json(folder / SUMMARY, {"set": image_set.name, "views": summaries})
+        warnings += _handedness(summaries)
+        summary = {"set": image_set.name, "views": summaries, "warnings": warnings}
+        write_json(folder / SUMMARY, summary)
     for view in summaries:
         print(_line(view))
     print(f"points, sigma and mask of each view in {on_one_line(options.out)}")
+    print_warnings([on_one_line(text) for text in warnings])
 
 
-def _decode(image_set, view, options, folder):
-    images = np.array([read_image(image_set, p.image) for p in view.patterns])
-    levels = {
-        name: read_image(image_set, getattr(view, name))
-        for name in ("white", "black")
-        if getattr(view, name)
-    }
-    try:
-        found = decode_view(
-            images, view.patterns, image_set.target, **levels,
-            smooth=not options.raw, neighbours=options.neighbours, fill=options.fill,
-            margin_px=options.margin,
-        )  # fmt: skip
-    except InputError as fault:
-        where = f"{image_set.description}: views: {view.label}"
-        raise InputError(f"{where}: {fault}") from fault
-    counts = found.counts()
-    if not found.mask.any():
-        reasons = (f"{n} {reason}" for reason, n in counts.items() if n)
-        raise InputError(
-            f"{image_set.description}: views: {view.label}: no pixel could be decoded "
-            f"({', '.join(reasons)}); check exposure and order of its pictures"
-        )
+def _write(folder, label, found, target):
+    decoded, picture = found.decoded, found.picture
+    unit = decoded.unit
     np.savez_compressed(
-        folder / f"{view.label}.npz",
-        **{f"points_{found.unit}": found.location, f"sigma_{found.unit}": found.sigma},
-        mask=found.mask,
-        status=found.status,
+        folder / f"{label}.npz",
+        **{f"points_{unit}": decoded.location, f"sigma_{unit}": decoded.sigma},
+        mask=decoded.mask,
+        status=decoded.status,
     )
-    target = image_set.target
-    photograph = levels.get("white", images[0])
-    if photograph.dtype == np.uint16:
-        photograph = (photograph >> 8).astype(np.uint8)
-    picture = decoded_picture(found, photograph, target.monitor_mm or target.monitor_px)
-    (folder / f"{view.label}.png").write_bytes(encoded(picture, ".png"))
+    if picture.dtype == np.uint16:
+        picture = (picture >> 8).astype(np.uint8)
+    drawn = decoded_picture(decoded, picture, target.monitor_mm or target.monitor_px)
+    (folder / f"{label}.png").write_bytes(encoded(drawn, ".png"))
+
+
+def _summary(label, found):
+    decoded = found.decoded
+    pixels = {reason: n for reason, n in decoded.counts().items() if n}
     return {
-        "view": view.label,
-        "unit": found.unit,
-        "pixels": {reason: count for reason, count in counts.items() if count},
-        "median_sigma": [_median(found.sigma[..., axis]) for axis in (0, 1)],
-        "noise_floor": found.noise.floor,
-        "noise_slope": found.noise.slope,
+        "view": label,
+        "unit": decoded.unit,
+        "pixels": pixels,
+        "median_sigma": [_median(decoded.sigma[..., axis]) for axis in (0, 1)],
+        "noise_floor": decoded.noise.floor,
+        "noise_slope": decoded.noise.slope,
+        "as_in_a_mirror": found.as_in_a_mirror,
     }
+
+
+def _handedness(summaries):
+    """A warning where some views are seen in a mirror and others are not."""
+    told = {view["as_in_a_mirror"]: view["view"] for view in summaries}
+    if not {True, False} <= set(told):
+        return
+    yield (
+        f"{told[True]} shows the grid as in a mirror, and {told[False]} does not; one "
+        "of them has an axis reversed: check axis, and inverse of bit 0"
+    )
 
 
 def _median(sigma):
@@ -105,4 +106,5 @@ def _line(view):
         for axis, value in zip("xy", view["median_sigma"], strict=True)
         if value is not None
     )
-    return f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}"
+    mirror = "; seen as in a mirror" if view["as_in_a_mirror"] else ""
+    return f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}{mirror}"

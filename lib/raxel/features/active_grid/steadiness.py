@@ -1,0 +1,180 @@
+"""Did light, camera and monitor stay as they were from picture to picture?
+
+Light: where a picture of the code is bright, it is as bright as the others are; over
+whole periods all steps of a sine give the same light. Rest: a picture and its inverse
+add up to one without pattern, as the steps of a sine do. Where these differ from each
+other as if the first were shifted, something moved, to first order in the shift.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from raxel.features.active_grid.code_doubts import LEAST_SPACING_PX, STRONG, spacing
+from raxel.features.active_grid.doubt_sample import Doubt
+
+BRIGHTER, FAR_BRIGHTER = 0.06, 0.2  # shares of the light: a word, and too much
+MOVED_PX, FAR_MOVED_PX = 0.3, 1.0
+SURE = 8  # standard deviations of the estimated motion
+PHASE_BINS = 16
+LEAST_IN_BIN = 30
+
+
+def steadiness_doubts(sample):
+    """Doubts about the light and the rest of a Sample whose pictures are in order."""
+    return [*_unsteady_light(sample), *_motion(sample)]
+
+
+def _unsteady_light(sample):
+    groups = [dict(_light_of_bits(sample))]
+    groups += [dict(_light_of_steps(sample, k)) for k in range(len(sample.codes))]
+    for group in groups:
+        if len(group) < 3:
+            continue
+        usual = np.median(list(group.values()))
+        off = {picture: value / usual - 1 for picture, value in group.items()}
+        worst = max(off, key=lambda picture: abs(off[picture]))
+        if abs(off[worst]) > BRIGHTER:
+            word = "brighter" if off[worst] > 0 else "darker"
+            yield Doubt(
+                abs(off[worst]) > FAR_BRIGHTER,
+                f"{sample.names[worst]} is {100 * abs(off[worst]):.0f} % {word} than "
+                "others; switch automatic exposure off, expose for whole periods of "
+                "the monitor's light, and take it again",
+            )
+
+
+def _light_of_bits(sample):
+    """(picture, its light where it is bright, as a share of what others give there)"""
+    bright = {}
+    for axis, code in enumerate(sample.codes):
+        for bit, (light, dark) in enumerate(code.bits):
+            apart = sample.apart(axis, bit)
+            if spacing(apart > 0, sample.lit) < 2 * LEAST_SPACING_PX:
+                continue  # blurred stripes are darker
+            bright[light] = sample.lit & (apart > 2 * STRONG)
+            if dark is not None:
+                bright[dark] = sample.lit & (apart < -2 * STRONG)
+    if not bright:
+        return
+    level = _usual_level(sample, bright)
+    for picture, on in bright.items():
+        on = on & (level > 0)
+        if np.count_nonzero(on) > LEAST_IN_BIN:
+            yield picture, float(np.mean(sample.pictures[picture][on] / level[on]))
+
+
+def _usual_level(sample, bright):
+    """The mean of the pictures that are bright, for each pixel."""
+    total, count = np.zeros_like(sample.high), np.zeros_like(sample.high)
+    for picture, on in bright.items():
+        total += sample.pictures[picture] * on
+        count += on
+    return total / np.maximum(count, 1)
+
+
+def _light_of_steps(sample, axis):
+    """(picture, mean over all phases of its light as a share of the mean of all)"""
+    steps = sample.codes[axis].steps
+    if not steps:
+        return
+    wave, mean = sample.wave(axis)
+    turn = np.angle(wave[sample.lit]) / (2 * np.pi) % 1
+    place = np.minimum((turn * PHASE_BINS).astype(int), PHASE_BINS - 1)
+    count = np.bincount(place, minlength=PHASE_BINS)
+    if count.min() < LEAST_IN_BIN:
+        return
+    level = mean[sample.lit].clip(1e-6)
+    for picture in steps:
+        share = sample.pictures[picture][sample.lit] / level
+        binned = np.bincount(place, share, minlength=PHASE_BINS) / count
+        yield picture, float(binned.mean())
+
+
+def _motion(sample):
+    """The largest motion, as one Doubt or none."""
+    found = []
+    flat = sorted(_without_pattern(sample), key=lambda one: min(one[0]))
+    shifts = []
+    for pictures, plain, pattern in flat:
+        shift, within = _shifts(plain, flat[0][1], pattern)
+        shifts.append(shift)
+        found.append((within, "between {} and {}", pictures))
+    for (before, after), (last, first) in zip(
+        pairwise(shifts), pairwise(flat), strict=True
+    ):
+        pictures = last[0][-1], first[0][0]
+        found.append((after - before, "between {} and {}", pictures))
+    for axis, code in enumerate(sample.codes):
+        if len(code.steps) > 3:
+            within = _shift_within_steps(sample, axis)
+            found.append((within, "or the light changed, from {} to {}", code.steps))
+    sizes = [float(np.hypot(*shift)) for shift, _, _ in found]
+    if sizes and max(sizes) > MOVED_PX:
+        size = max(sizes)
+        _, when, pictures = found[sizes.index(size)]
+        when = when.format(sample.names[pictures[0]], sample.names[pictures[-1]])
+        yield Doubt(
+            size > FAR_MOVED_PX,
+            f"the picture moved by about {size:.1f} px {when}; camera and monitor must "
+            "be at rest: take the pictures again",
+        )
+
+
+def _without_pattern(sample):
+    """(pictures, their mean without pattern, half of what the pattern adds or None)"""
+    for axis, code in enumerate(sample.codes):
+        for light, dark in code.bits:
+            if dark is not None:
+                a, b = sample.pictures[light], sample.pictures[dark]
+                yield (light, dark), (a + b) / 2, (a - b) / 4
+        if code.steps:
+            yield code.steps, sample.wave(axis)[1], None
+
+
+def _shifts(plain, reference, pattern):
+    """Shift (2,) px against the reference, and of a picture against its inverse."""
+    columns = [reference, np.ones_like(reference), *_slopes(reference)]
+    if pattern is not None:
+        columns += list(_slopes(pattern))
+    found = _fitted(plain, columns)
+    return found[2:4], found[4:6] if pattern is not None else np.zeros(2)
+
+
+def _slopes(picture):
+    """Changes per pixel along u and v within each band."""
+    if picture.shape[1] < 2:
+        return np.gradient(picture, axis=2), np.zeros_like(picture)
+    return np.gradient(picture, axis=2), np.gradient(picture, axis=1)
+
+
+def _fitted(values, columns):
+    """Coefficients of the columns, 0 for those that are not SURE."""
+    basis = np.stack([column.ravel() for column in columns], axis=1).astype(float)
+    used = basis.any(axis=0)
+    scale = np.where(used, np.sqrt(np.mean(basis**2, axis=0)), 1)
+    basis = basis / scale
+    normal = basis.T @ basis + 1e-9 * len(basis) * np.eye(len(scale))
+    inverse = np.linalg.inv(normal)
+    found = inverse @ (basis.T @ values.ravel())
+    left = values.ravel() - basis @ found
+    spread = np.sqrt(np.mean(left**2) * np.diag(inverse))
+    return np.where(used & (np.abs(found) > SURE * spread), found / scale, 0)
+
+
+def _shift_within_steps(sample, axis):
+    """The largest shift (2,) px of two opposite steps against the others.
+
+    What the fitted sine leaves of a step, against its slopes. Of N steps, N - 3 of
+    N parts of an error are left.
+    """
+    code = sample.codes[axis]
+    count = len(code.steps)
+    wave, mean = sample.wave(axis)
+    found = []
+    for k, picture in enumerate(code.steps):
+        fitted = mean + (wave * np.exp(2j * np.pi * k / count)).imag
+        left = sample.pictures[picture] - fitted
+        columns = [fitted, np.ones_like(fitted), *_slopes(fitted)]
+        found.append(_fitted(left, columns)[2:] * count / (count - 3))
+    return max(found, key=lambda shift: np.hypot(*shift))

@@ -1,0 +1,107 @@
+"""A view of an image set, from its files to what each pixel sees."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.features.active_grid.decode import Decoded, decode
+from raxel.features.active_grid.doubts import clipped_at, doubts
+from raxel.sets import ActiveGrid, read_colour
+
+LEVELS = "white", "black"
+
+
+class DecodedView(NamedTuple):
+    """What was decoded, and what to know of it.
+
+    warnings: lines on what it suffers from; picture: (H, W) uint8 or uint16, what the
+    camera saw, with the pattern white where there is one; as_in_a_mirror: whether the
+    grid is seen as in a mirror, None where that cannot be told.
+    """
+
+    decoded: Decoded
+    warnings: tuple[str, ...]
+    picture: np.ndarray
+    as_in_a_mirror: bool | None
+
+
+def decode_view(image_set, view, **options):
+    """Read and decode the pictures of one view of a set; options as of `decode`.
+
+    Colour is made grey; a pixel of which one colour is clipped counts as clipped.
+    Raises InputError, naming set, view and file, where a picture cannot be read, where
+    nothing can be decoded, and where the pictures contradict each other so that what
+    is decoded would be wrong.
+    """
+    if not isinstance(image_set.target, ActiveGrid):
+        raise InputError(
+            f"{image_set.description}: target.kind: found no active_grid; chessboards "
+            "are for raxel corners"
+        )
+    where = f"{image_set.description}: views: {view.label}"
+    images = np.array(_pictures(image_set, view))
+    levels = dict(zip(_levels(view), images[len(view.patterns) :], strict=True))
+    images, warnings = images[: len(view.patterns)], []
+    clipped = clipped_at(images, view.patterns)
+    if clipped:
+        options = {"saturated": clipped.level, **options}
+    try:
+        found = decode(images, view.patterns, image_set.target, **levels, **options)
+        told = doubts(images, view.patterns, image_set.target, found, **levels)
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}") from fault
+    for doubt in told:
+        if doubt.spoils:
+            raise InputError(f"{where}: {doubt.text}")
+        warnings.append(f"{view.label}: {doubt.text}")
+    if not found.mask.any():
+        reasons = (f"{n} {reason}" for reason, n in found.counts().items() if n)
+        raise InputError(
+            f"{where}: no pixel could be decoded ({', '.join(reasons)}); check "
+            "exposure and order of its pictures"
+        )
+    picture = levels.get("white", images[0])
+    mirrored = _as_in_a_mirror(found.location)
+    return DecodedView(found, tuple(warnings), picture, mirrored)
+
+
+def _levels(view):
+    return [name for name in LEVELS if getattr(view, name)]
+
+
+def _pictures(image_set, view):
+    """All pictures of a view in grey, of one depth: patterns first, then its levels."""
+    names = [p.image for p in view.patterns]
+    names += [getattr(view, level) for level in _levels(view)]
+    found = []
+    for name in names:
+        picture = _grey(read_colour(image_set, name))
+        if found and picture.dtype != found[0].dtype:
+            bits = [one.dtype.itemsize * 8 for one in (picture, found[0])]
+            raise InputError(
+                f"{image_set.folder / name}: found {bits[0]} bit, but {bits[1]} in "
+                f"{names[0]}; save all pictures of {view.label} in one depth"
+            )
+        found.append(picture)
+    return found
+
+
+def _grey(picture):
+    if picture.ndim == 2:
+        return picture
+    import cv2
+
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    top = np.iinfo(picture.dtype).max
+    grey[(picture == top).any(axis=2)] = top
+    return grey
+
+
+def _as_in_a_mirror(location):
+    """Whether x turns into y the other way round than in the picture."""
+    corner = location[:-1, :-1]
+    right, below = location[:-1, 1:] - corner, location[1:, :-1] - corner
+    turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
+    sides = np.count_nonzero(turn > 0), np.count_nonzero(turn < 0)
+    return bool(sides[1] > sides[0]) if any(sides) else None

@@ -1,0 +1,144 @@
+"""raxel decode on sets that are not as they should be: one line, and nothing kept."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.cli import main
+from raxel.sets import load_set
+from tests.active_grids import drawn
+from tests.test_cli_active_grid import recorded, refused
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return recorded(tmp_path / "set", drawn(noise=2.0, blur=0.8))
+
+
+def again(folder, name, change):
+    """Another picture in place of one of the set."""
+    path = str(folder / name)
+    cv2.imwrite(path, change(cv2.imread(path, cv2.IMREAD_UNCHANGED)))
+
+
+def test_pictures_exchanged(tmp_path, capsys, folder):
+    first, second = folder / "phase-x-1.png", folder / "phase-x-2.png"
+    aside = first.read_bytes()
+    first.write_bytes(second.read_bytes())
+    second.write_bytes(aside)
+    line = refused(capsys, "decode", folder, "--out", tmp_path / "points")
+    assert "set.yaml: views: pose: the phase steps along x are not in order: " in line
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda i: i[:-1], "gray-y-01.png: found 160 x 119 px, but resolution in"),
+        (
+            lambda i: i.astype(np.uint16) * 257,
+            "gray-y-01.png: found 16 bit, but 8 in gray-x-00.png; save all pictures",
+        ),
+    ],
+)
+def test_a_picture_of_another_size_or_depth(tmp_path, capsys, folder, change, message):
+    again(folder, "gray-y-01.png", change)
+    assert message in refused(capsys, "decode", folder, "--out", tmp_path / "points")
+    assert not (tmp_path / "points").exists()
+
+
+def test_a_white_picture_of_another_depth(tmp_path, capsys, folder):
+    cv2.imwrite(str(folder / "white.png"), np.full((120, 160), 9000, np.uint16))
+    text = (folder / "set.yaml").read_text()
+    text = text.replace("- name: pose", "- name: pose\n  white: white.png")
+    (folder / "set.yaml").write_text(text)
+    line = refused(capsys, "decode", folder, "--out", tmp_path / "points")
+    assert "white.png: found 16 bit, but 8 in gray-x-00.png" in line
+
+
+def test_a_change_of_light_is_a_warning(tmp_path, capsys, folder):
+    again(folder, "gray-x-00.png", lambda i: np.rint(0.88 * i).astype(np.uint8))
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1].startswith("warning: pose: gray-x-00.png is 1")
+    (warning,) = json.loads((out / "decoded.json").read_text())["warnings"]
+    assert lines[-1] == f"warning: {warning}"
+
+
+def test_a_colour_clipped_is_no_sine(tmp_path, capsys, folder):
+    """Blue at its end where grey is far from it."""
+    for pattern in load_set(folder).views[0].patterns:
+
+        def coloured(i):
+            grey = i.astype(float)
+            parts = [1.35 * grey, 0.9 * grey, grey]
+            return np.clip(np.stack(parts, axis=-1), 0, 255).astype(np.uint8)
+
+        again(folder, pattern.image, coloured)
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    assert "are overexposed and left out; expose less" in capsys.readouterr().out
+    with np.load(out / "pose.npz") as found:
+        crest = cv2.imread(str(folder / "phase-x-0.png"))[..., 0] == 255
+        assert not found["mask"][crest].any()
+        assert found["mask"].mean() > 0.1
+
+
+def test_a_grid_as_in_a_mirror_is_told(tmp_path, capsys):
+    scene = drawn(noise=2.0)
+    scene.images = scene.images[:, :, ::-1]
+    folder = recorded(tmp_path / "set", scene)
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    assert "seen as in a mirror" in capsys.readouterr().out
+    (view,) = json.loads((out / "decoded.json").read_text())["views"]
+    assert view["as_in_a_mirror"] is True
+
+
+def test_only_some_views_as_in_a_mirror(tmp_path, capsys):
+    scene, text = drawn(noise=2.0), ""
+    folder = recorded(tmp_path / "set", scene)
+    text = (folder / "set.yaml").read_text()
+    _, views = text.split("views:\n")
+    for pattern, image in zip(scene.patterns, scene.images, strict=True):
+        cv2.imwrite(str(folder / f"2-{pattern.image}"), image[:, ::-1])
+    views = views.replace("pose", "pose-2").replace("image: ", "image: 2-")
+    (folder / "set.yaml").write_text(text + views)
+    out = str(tmp_path / "points")
+    assert main(["decode", str(folder), "--out", out]) == 0
+    told = capsys.readouterr().out
+    assert "warning: pose-2 shows the grid as in a mirror, and pose does not" in told
+
+
+def test_a_monitor_partly_outside_is_no_fault(tmp_path, capsys):
+    folder = recorded(tmp_path / "set", drawn(noise=2.0, share=1.7))
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    assert "warning" not in capsys.readouterr().out
+    (view,) = json.loads((out / "decoded.json").read_text())["views"]
+    assert view["pixels"]["decoded"] > 0.9 * 160 * 120
+    assert sum(view["pixels"].values()) == 160 * 120
+
+
+def test_a_full_disk_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", full)
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 1
+    assert "No space left on device; nothing written" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_an_interruption_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("raxel.cli.decode.decoded_picture", stopped)
+    assert main(["decode", str(folder), "--out", str(tmp_path / "points")]) == 130
+    assert "interrupted; nothing written" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
