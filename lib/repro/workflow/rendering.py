@@ -72,7 +72,8 @@ def main(argv: list[str] | None = None) -> int:
     name = f"{rig}/{seed}"
     folder = Path(FOLDER) / name
     room = folder.with_name(f".{seed}")
-    shutil.rmtree(room, ignore_errors=True)  # of a job that was killed
+    for left in (folder, room):  # by an older rig, by a job that was killed
+        shutil.rmtree(left, ignore_errors=True)
     room.mkdir(parents=True)
     made = room / seed
     try:
@@ -80,7 +81,6 @@ def main(argv: list[str] | None = None) -> int:
         words = ["render", rig_file(name), "--out", str(made), "--seed", seed]
         status = render(words)
         if not status:
-            shutil.rmtree(folder, ignore_errors=True)
             os.rename(made, folder)
     finally:
         shutil.rmtree(room)
