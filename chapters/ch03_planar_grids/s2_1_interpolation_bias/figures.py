@@ -1,0 +1,218 @@
+"""Figs. 3.6 and 3.7, and what belongs beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
+    LENS,
+    READINGS,
+    SMOOTHING,
+    Method,
+    formula_mm,
+    swept,
+    trials_of_vectors,
+)
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
+    METHODS,
+)
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
+    CORNER_NOISE_PX,
+    SIDE_MM,
+)
+from repro.judge.statistics import median_interval
+from repro.page.style import figure as new_figure
+from repro.page.style import plot_interval, series
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+MAGNIFIED = 300
+INK = "#1b1f24"
+RIDGE_NAMES = {
+    "unknown": "interpolation, ridge unknown",
+    "7 x 7": "decoding, 7 × 7 filter",
+    "none": "decoding, no filter",
+}
+
+
+@figure("fig_3_6", needs=("fig_3_6_vectors",), evidence="synthetic")
+def fig_3_6(results):
+    """Error vectors of 500 points, in both readings."""
+    result = results["fig_3_6_vectors"]
+    pitch = result.conditions[0]["pitch_mm"]
+    drawn, axes = new_figure(1, 2, height_in=3.9, sharex=True, sharey=True)
+    rows, asked = [], len(result.arrays("points")[0])
+    for panel, reading, letter in zip(axes, READINGS, "ab", strict=True):
+        points, errors = trials_of_vectors(result, reading)[0]
+        ends = points + MAGNIFIED * errors
+        rows += [
+            (reading, *p, *e) for p, e in zip(points, errors, strict=True)
+        ]
+        lines = np.stack([points, ends, np.full_like(ends, np.nan)], 1)
+        panel.plot(*lines.reshape(-1, 2).T, "-", color=INK, lw=0.8)
+        panel.plot(*points.T, ".", color=series(0)["color"], ms=2.5)
+        panel.set_title(f"({letter}) {reading}")
+        panel.set_aspect("equal")
+        ticks = np.arange(0, SIDE_MM + 1, 60)
+        panel.set(xticks=ticks, yticks=ticks, xlabel="x (mm)")
+        panel.invert_yaxis()
+    axes[0].set_ylabel("y (mm)")
+    shown = [sum(row[0] == reading for row in rows) for reading in READINGS]
+    names = ("corners", "x_mm", "y_mm", "error_x_mm", "error_y_mm")
+    return Drawing(
+        drawn,
+        columns(names, rows),
+        f"Errors of {asked} random points, interpolated from the corners of a "
+        f"grid with a pitch of {pitch} mm; vectors are {MAGNIFIED} times as "
+        "long as they are. Dots: the points, in grid coordinates, with y "
+        "downwards as in images. (a) The four nearest corners, no three on a "
+        "line of the grid, as the thesis has it; (b) those of the "
+        "enclosing square.",
+        Check(
+            shown[0] == asked and 0.95 * asked <= shown[1] <= asked,
+            f"{shown[0]} and {shown[1]} of {asked} points are drawn; beside "
+            "the outermost corners a point can lie in no square of the image",
+        ),
+    )
+
+
+@figure("fig_3_7", needs=("fig_3_7_pitches",), evidence="synthetic")
+def fig_3_7(results):
+    """RMS against the pitch, in both readings, beside the formula."""
+    result = results["fig_3_7_pitches"]
+    pitch = swept(result, "pitch_mm")
+    drawn, axes = new_figure(1, 2, height_in=3.3)
+    rows = []
+    for k, reading in enumerate(READINGS):
+        found = [
+            median_interval(result.column(f"{reading}.rms_mm", **c))
+            for c in result.conditions
+        ]
+        middle, low, high = (
+            np.array([getattr(one, end) for one in found])
+            for end in ("value", "low", "high")
+        )
+        for panel in axes:
+            plot_interval(
+                panel, pitch, middle, low, high, index=k, label=reading
+            )
+        rows += [
+            (reading, *row)
+            for row in zip(pitch, middle, low, high, strict=True)
+        ]
+    fine = np.linspace(pitch[0], pitch[-1], 60)
+    for panel in axes:
+        panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
+        panel.set_xlabel("Grid pitch (mm)")
+    axes[0].set_ylabel("RMS error (mm)")
+    axes[0].legend()
+    axes[1].set(xscale="log", yscale="log")
+    shown = [p for p in pitch if p in (5, 10, 20, 30, 60)]
+    axes[1].set_xticks(shown, [f"{p:g}" for p in shown])
+    axes[1].minorticks_off()
+    axes[0].set_title("linear axes")
+    axes[1].set_title("logarithmic axes")
+    names = ("corners", "pitch_mm", "rms_mm", "low", "high")
+    return Drawing(
+        drawn,
+        columns(names, rows),
+        "RMS error of the interpolated points against the pitch of the grid. "
+        f"Medians over {result.trials_per_condition} trials of 500 points, "
+        "with 95 % intervals (bands, hardly wider than the lines). Dotted: "
+        "the formula of the Model, with $k_1$ alone.",
+    )
+
+
+@figure(
+    "ext_interpolation_methods",
+    needs=("ext_interpolation_methods", "ext_interpolation_active"),
+    evidence="synthetic",
+)
+def ext_interpolation_methods(results):
+    """Bias of four methods over the pitch, and with noise of the corners."""
+    result = results["ext_interpolation_methods"]
+    active = results["ext_interpolation_active"]
+    drawn, axes = new_figure(1, 2, height_in=3.6, sharex=True, sharey=True)
+    rows = []
+    for k, name in enumerate(METHODS):
+        one = Method(result, LENS, name)
+        both = np.hypot(one.bias_px, one.noise_px)
+        look = series(k)
+        axes[0].plot(one.pitch, one.bias_px, label=name, **look)
+        axes[1].plot(one.pitch, both, label=name, **look)
+        rows += [
+            (name, *row)
+            for row in zip(
+                one.pitch, one.bias_px, one.noise_px, both, strict=True
+            )
+        ]
+    scale = Method(result, LENS, "smooth").px_per_mm
+    for smoothing, style in zip(SMOOTHING, ("-", "--"), strict=True):
+        rms_px = scale * np.median(active.column(f"{smoothing}.rms_mm"))
+        label = f"active grid, filter {smoothing.replace('x', '×')}"
+        axes[1].axhline(rms_px, color=INK, ls=style, lw=1, label=label)
+        rows.append((label, None, None, None, float(rms_px)))
+    axes[0].set_title("exact corners")
+    axes[1].set_title(f"corners with {CORNER_NOISE_PX} px of noise")
+    axes[0].set(
+        xscale="log",
+        yscale="log",
+        ylabel="RMS error (px)",
+        ylim=(1e-3, 1.5),
+    )
+    ticks = [10, 20, 30, 60]
+    axes[0].set_xticks(ticks, [str(t) for t in ticks])
+    axes[0].minorticks_off()
+    for panel in axes:
+        panel.set_xlabel("Grid pitch (mm)")
+    axes[1].legend(loc="lower right", fontsize=7.5)
+    names = ("method", "pitch_mm", "bias_px", "noise_px", "rms_px")
+    return Drawing(
+        drawn,
+        columns(names, rows),
+        "Straight lines and a smooth surface take most of the bias away, and "
+        "pass hardly more noise on. Lens and grid of Fig. 3.6 in a picture of "
+        f"1000 px; medians over {result.trials_per_condition} trials. Right: "
+        "bias and noise together, and beside them a decoded active grid, "
+        "photographed with a noise of its own. The smooth surface is laid "
+        "out in cells that bend by no more than 0.015 px: a floor of our own.",
+    )
+
+
+@figure(
+    "ext_two_facets",
+    needs=("exp_c3_interp_discontinuous",),
+    evidence="rendered",
+)
+def ext_two_facets(results):
+    """RMS error over the distance from the ridge."""
+    result = results["exp_c3_interp_discontinuous"]
+    drawn, axes = new_figure(height_in=3.2)
+    rows, places = [], result.arrays("from_ridge_px")
+    for k, (name, label) in enumerate(RIDGE_NAMES.items()):
+        place, size = _over_trials(
+            places, result.arrays(f"{name}.by_column_mm")
+        )
+        axes.semilogy(place, size, label=label, **series(k))
+        rows += [(label, *row) for row in zip(place, size, strict=True)]
+    axes.set_xlabel("Distance from the ridge (px)")
+    axes.set_ylabel("RMS error (mm)")
+    axes.legend()
+    return Drawing(
+        drawn,
+        columns(("method", "from_ridge_px", "rms_mm"), rows),
+        "Interpolation is wrong as far as the corners of the other facet are "
+        "among the nearest four; decoding only where blur, or its filter, "
+        "mixes both sides. RMS over the trusted pixels of a column, medians over "
+        f"{result.trials_per_condition} trials. With the ridge known, "
+        "interpolation is exact here: a flat mirror before a pinhole is a "
+        "homography.",
+    )
+
+
+def _over_trials(places, sizes):
+    """Median over trials of what they have at each place (n,), (n,)."""
+    place, size = np.concatenate(places), np.concatenate(sizes)
+    each = np.unique(place)
+    return each, np.array([np.median(size[place == p]) for p in each])

@@ -1,0 +1,205 @@
+"""What the results of section 3.2.1 say: errors, slopes, balances, the ridge."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
+    FOUR,
+    METHODS,
+)
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
+    CORNER_NOISE_PX,
+    FOCAL_MM,
+    MIDDLE_MM,
+    RADIAL,
+    SCENES,
+    SIDE_MM,
+)
+from repro.judge.statistics import loglog_slope, median_interval
+from repro.page.reader import value
+
+READINGS = tuple(FOUR)
+PRIMARY = READINGS[0]
+LENS = next(iter(SCENES))
+STATED_MM = 20
+BIN_EDGES_MM = np.linspace(0, MIDDLE_MM * np.sqrt(2), 5)
+# Options of two questions: is the ridge known, are the sines smoothed.
+KNOWN = ("unknown", "known")
+SMOOTHING = ("7 x 7", "none")
+# Longer than what rounding does to the choice of corners, mm.
+OTHER_CORNERS_MM = 1e-9
+
+Vectors = namedtuple("Vectors", "points errors")
+
+
+def trials_of_vectors(result, reading):
+    """Vectors of every trial, (n, 2) and (n, 2) mm, without the left-out points."""
+    found = []
+    for points, errors in zip(
+        result.arrays("points"), result.arrays(reading), strict=True
+    ):
+        seen = np.isfinite(errors[:, 0])
+        found.append(Vectors(points[seen], errors[seen]))
+    return found
+
+
+def radii(points):
+    """Distance (n,) mm from the image centre."""
+    return np.linalg.norm(points - MIDDLE_MM, axis=1)
+
+
+def rank_of_growth(vectors):
+    """Spearman's correlation of the size of the error with the radius."""
+    from scipy.stats import spearmanr
+
+    size = np.linalg.norm(vectors.errors, axis=1)
+    return float(spearmanr(radii(vectors.points), size).statistic)
+
+
+def means_in_bins(vectors):
+    """Mean size (4,) mm of the errors between BIN_EDGES_MM."""
+    size = np.linalg.norm(vectors.errors, axis=1)
+    place = np.digitize(radii(vectors.points), BIN_EDGES_MM[1:-1])
+    return np.array(
+        [size[place == k].mean() for k in range(len(BIN_EDGES_MM) - 1)]
+    )
+
+
+def radial_share(vectors):
+    """Share of the squared errors that is along the radius."""
+    out = (vectors.points - MIDDLE_MM) / radii(vectors.points)[:, None]
+    along = np.sum(out * vectors.errors, axis=1)
+    return float(np.sum(along**2) / np.sum(vectors.errors**2))
+
+
+def parallelograms(result):
+    """Share of the points of all trials for which the two choices of corners differ."""
+    apart = [
+        np.abs(a - b).max(axis=1)
+        for a, b in zip(
+            *(result.arrays(name) for name in READINGS), strict=True
+        )
+    ]
+    return float(np.mean(np.concatenate(apart) > OTHER_CORNERS_MM))
+
+
+def swept(result, name):
+    """(levels,) of a condition, in the order of the sweep."""
+    return np.array([c[name] for c in result.conditions], float)
+
+
+def formula_mm(pitch_mm):
+    """RMS of the bias over the grid with k1 alone, in mm."""
+    strength = abs(RADIAL[0]) / FOCAL_MM**2
+    return (
+        strength
+        * np.square(pitch_mm)
+        * np.sqrt(11 / 90)
+        * SIDE_MM
+        / np.sqrt(6)
+    )
+
+
+class Method:
+    """One way to interpolate before one camera, over the pitch; medians over trials.
+
+    bias_px, noise_px, bias_mm, noise_mm: (pitches,). noise: of corners with a noise of
+    CORNER_NOISE_PX.
+    """
+
+    def __init__(self, result, camera, name):
+        conditions = [c for c in result.conditions if c["camera"] == camera]
+        self.pitch = np.array([c["pitch_mm"] for c in conditions], float)
+        self.px_per_mm = self._of(result, conditions, "px_per_mm").mean()
+        for key in ("bias_px", "noise_px", "bias_mm", "noise_mm"):
+            setattr(
+                self, key, self._of(result, conditions, f"{name}.{key}")
+            )
+
+    @staticmethod
+    def _of(result, conditions, key):
+        return np.array(
+            [np.median(result.column(key, **c)) for c in conditions]
+        )
+
+    @property
+    def slope(self):
+        """Of log bias over log pitch."""
+        return loglog_slope(self.pitch, self.bias_px)
+
+    @property
+    def balance_mm(self):
+        """Pitch at which bias and noise are as large; None outside the sweep."""
+        excess = np.log(self.bias_px / self.noise_px)
+        if excess[0] > 0 or excess[-1] < 0:
+            return None
+        place = np.interp(0, excess, np.log(self.pitch))
+        return float(np.exp(place))
+
+
+def at_stated_pitch(method, key):
+    """A number of a Method at the pitch of Fig. 3.6."""
+    return float(getattr(method, key)[list(method.pitch).index(STATED_MM)])
+
+
+def gain_of_decoding(result, known, smoothing):
+    """Interpolation's RMS over decoding's (trials,), near the ridge."""
+    wrong = result.column(f"{known}.rms_mm")
+    return wrong / result.column(f"{smoothing}.rms_mm")
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    vectors = open_results("fig_3_6_vectors")
+    for short, name in (("nearest", PRIMARY), ("enclosing", READINGS[1])):
+        shares = [radial_share(v) for v in trials_of_vectors(vectors, name)]
+        value(f"radial.{short}", 100 * float(np.median(shares)))
+    value("parallelograms", 100 * parallelograms(vectors))
+    pitches = open_results("fig_3_7_pitches")
+    levels = swept(pitches, "pitch_mm")
+    medians = [
+        np.median(pitches.column(f"{PRIMARY}.rms_mm", **c))
+        for c in pitches.conditions
+    ]
+    value("slope", loglog_slope(levels, np.array(medians)))
+    at_20 = {"pitch_mm": STATED_MM}
+    inner = pitches.column(f"{READINGS[1]}.rms_mm", **at_20)
+    value("at_20", float(np.median(inner)))
+    value("formula_20", float(formula_mm(STATED_MM)))
+    methods = open_results("ext_interpolation_methods")
+    value("noise_px", CORNER_NOISE_PX)
+    name_methods(methods)
+    ridge = open_results("exp_c3_interp_discontinuous")
+    for name in (*KNOWN, *SMOOTHING):
+        short = {"7 x 7": "smoothed", "none": "plain"}.get(name, name)
+        for key in ("rms", "median"):
+            found = ridge.column(f"{name}.{key}_mm")
+            suffix = "" if key == "rms" else "_median"
+            value(f"break.{short}{suffix}", median_interval(found).value)
+    value("break.jump", float(np.median(ridge.column("jump_mm"))))
+
+
+def name_methods(result):
+    """Where noise and bias balance, what lines leave, and what an active grid does."""
+    nearest = Method(result, LENS, PRIMARY)
+    balance = nearest.balance_mm or STATED_MM
+    value("balance_mm", balance)
+    value("balance_px", balance * nearest.px_per_mm)
+    value(
+        "noise_gain", at_stated_pitch(nearest, "noise_px") / CORNER_NOISE_PX
+    )
+    value("bias_px", at_stated_pitch(nearest, "bias_px"))
+    for short, name in zip(
+        ("nearest", "enclosing", "straight", "smooth"), METHODS, strict=True
+    ):
+        method = Method(result, LENS, name)
+        value(f"{short}.bias_px", at_stated_pitch(method, "bias_px"))
+        value(f"{short}.noise_px", at_stated_pitch(method, "noise_px"))
+    lines = Method(result, LENS, "straight lines")
+    enclosing = Method(result, LENS, READINGS[1])
+    left = at_stated_pitch(lines, "bias_px")
+    left /= at_stated_pitch(enclosing, "bias_px")
+    value("straight_share", 100 * left)
