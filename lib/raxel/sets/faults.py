@@ -5,7 +5,7 @@ from pathlib import PureWindowsPath
 import numpy as np
 
 from raxel.documents import shown
-from raxel.sets.model import Charuco, Chessboard
+from raxel.sets.model import ActiveGrid, Charuco, Chessboard
 from raxel.sets.pattern_faults import pattern_faults
 
 # Of those whose name does not say it.
@@ -29,6 +29,8 @@ def faults(image_set):
         yield ("target", unknown), fault
     if isinstance(target, Charuco):
         yield from _marker_faults(target)
+    if isinstance(target, ActiveGrid):
+        yield from _monitor_chessboard_faults(image_set)
     yield from _repeated_labels(image_set.views)
     yield from _file_faults(image_set)
     yield from _repeated_photographs(image_set)
@@ -55,6 +57,24 @@ def _marker_faults(target):
         fault = f"found {target.dictionary}, which has {most} markers; the board's"
         fault = f"{fault} {target.marker_count} white squares need as many"
         yield ("target", "dictionary"), f"{fault}; mend it, or columns and rows"
+
+
+def _monitor_chessboard_faults(image_set):
+    target = image_set.target
+    board, shown = target.chessboard, [view.chessboard for view in image_set.views]
+    if board is None:
+        index = next((i for i, name in enumerate(shown) if name), None)
+        if index is not None:
+            fault = "found, but no target.chessboard; say there what it shows"
+            yield ("views", index, "chessboard"), fault
+        return
+    squares = np.array([board.columns, board.rows]) * board.pitch_px
+    low, high = np.array(board.origin_px) - board.pitch_px, board.origin_px + squares
+    if np.any(low < 0) or np.any(high > target.monitor_px):
+        width, height = target.monitor_px
+        fault = f"its squares reach from {low.tolist()} to {high.tolist()}, beyond the"
+        fault = f"{fault} monitor of {width} x {height} px; mend origin_px or pitch_px"
+        yield ("target", "chessboard"), fault
 
 
 def _repeated_labels(views):
@@ -92,7 +112,7 @@ def _repeated_photographs(image_set):
 def _photographs(views):
     """(path of the field, name of the file) of all photographs."""
     for index, view in enumerate(views):
-        for key in ("image", "white", "black"):
+        for key in ("image", "white", "black", "chessboard"):
             if getattr(view, key):
                 yield ("views", index, key), getattr(view, key)
         for number, pattern in enumerate(view.patterns):

@@ -14,6 +14,7 @@ from raxel.sets.model import (
     Charuco,
     Chessboard,
     ImageSet,
+    MonitorChessboard,
     Motion,
     Pattern,
     View,
@@ -93,10 +94,18 @@ def _target(data):
             return Chessboard(*board)
         markers = data["dictionary"], float(data["marker_mm"])
         return Charuco(*board, *markers, data.get("legacy", False))
-    size_mm = data.get("monitor_mm")
+    size_mm, board = data.get("monitor_mm"), data.get("chessboard")
     return ActiveGrid(
-        tuple(map(int, data["monitor_px"])), size_mm and tuple(map(float, size_mm))
+        tuple(map(int, data["monitor_px"])),
+        size_mm and tuple(map(float, size_mm)),
+        board and _monitor_chessboard(board),
     )
+
+
+def _monitor_chessboard(data):
+    origin = tuple(map(float, data["origin_px"]))
+    counts = int(data["columns"]), int(data["rows"])
+    return MonitorChessboard(*counts, float(data["pitch_px"]), origin)
 
 
 def _view(data):
@@ -156,13 +165,25 @@ def _plain_target(target):
         return {"kind": "charuco", **board, **markers, "legacy": bool(target.legacy)}
     size_mm = target.monitor_mm and [float(length) for length in target.monitor_mm]
     size_px = [int(count) for count in target.monitor_px]
-    return {"kind": "active_grid", "monitor_px": size_px, "monitor_mm": size_mm}
+    data = {"kind": "active_grid", "monitor_px": size_px, "monitor_mm": size_mm}
+    if target.chessboard:
+        data["chessboard"] = _plain_monitor_chessboard(target.chessboard)
+    return data
+
+
+def _plain_monitor_chessboard(board):
+    return {
+        "columns": int(board.columns),
+        "rows": int(board.rows),
+        "pitch_px": float(board.pitch_px),
+        "origin_px": [float(c) for c in board.origin_px],
+    }
 
 
 def _plain_view(view):
     data = {
         key: getattr(view, key)
-        for key in ("image", "name", "white", "black")
+        for key in ("image", "name", "white", "black", "chessboard")
         if getattr(view, key)
     }
     if view.patterns:

@@ -55,11 +55,47 @@ class Charuco(Chessboard):
 
 
 @dataclass(frozen=True)
+class MonitorChessboard:
+    """A chessboard that a monitor shows in the place of its patterns, in monitor px.
+
+    `columns` x `rows` interior corners, squares `pitch_px` wide; the first corner is at
+    `origin_px` (x, y) from the upper left corner of the lit area. The square before it
+    is white, and so is what the squares leave free.
+    """
+
+    columns: int
+    rows: int
+    pitch_px: float
+    origin_px: tuple[float, float]
+
+    def points_px(self):
+        """The corners, (rows * columns, 2) monitor px, row by row."""
+        board = Chessboard(self.columns, self.rows, self.pitch_px)
+        return self.origin_px + board.points()
+
+
+@dataclass(frozen=True)
 class ActiveGrid:
-    """A monitor that shows coded patterns; sizes are (width, height)."""
+    """A monitor that shows coded patterns; sizes are (width, height).
+
+    `chessboard`: what it shows beside them, in the same pose; None: nothing.
+    """
 
     monitor_px: tuple[int, int]
     monitor_mm: tuple[float, float] | None = None
+    chessboard: MonitorChessboard | None = None
+
+    @property
+    def unit(self):
+        """The unit of points on it: 'mm', or 'px' where its size in mm is unknown."""
+        return "mm" if self.monitor_mm else "px"
+
+    def chessboard_points(self):
+        """The chessboard's corners, (rows * columns, 2) in `unit`, row by row."""
+        points = self.chessboard.points_px()
+        if self.monitor_mm is None:
+            return points
+        return points * np.divide(self.monitor_mm, self.monitor_px)
 
     @property
     def unit(self):
@@ -100,6 +136,8 @@ class Motion:
 class View:
     """One pose of the target: one `image` (chessboard) or `patterns` (active grid).
 
+    `white`, `black`, `chessboard`: pictures of a monitor that shows these instead.
+
     `outer_corners` are four pixels (u, v), clockwise from the first corner; `contours`
     corners by hand, (name, ((u, v), ...)) pairs, where CELECT lost a contour.
     """
@@ -108,6 +146,7 @@ class View:
     name: str | None = None
     white: str | None = None
     black: str | None = None
+    chessboard: str | None = None
     patterns: tuple[Pattern, ...] = ()
     outer_corners: tuple[tuple[float, float], ...] | None = None
     contours: tuple[tuple[str, tuple[tuple[float, float], ...]], ...] = ()
@@ -127,7 +166,7 @@ class View:
     @property
     def files(self):
         """The names of all images of this view."""
-        single = (self.image, self.white, self.black)
+        single = (self.image, self.white, self.black, self.chessboard)
         return tuple(f for f in single if f) + tuple(p.image for p in self.patterns)
 
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.sets.model import Pattern
+from raxel.sets.model import MonitorChessboard, Pattern
 
-WHITE, BLACK = "white.png", "black.png"
+WHITE, BLACK, CHESSBOARD = "white.png", "black.png", "chessboard.png"
 LEAST_CELL_PX = 4  # narrower ones leave nothing of a sine
 MOST_STEPS = 64
+LEAST_SQUARE_PX = 4
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,40 @@ def patterns_of(plan):
                 name = f"phase-{axis}-{step}.png"
                 patterns.append(Pattern(name, axis, "phase", **code))
     return patterns
+
+
+def chessboard_of_corners(monitor_px, columns, rows):
+    """The largest chessboard of so many corners, in the middle of the monitor.
+
+    monitor_px: (width, height). Squares are whole pixels wide and as many around the
+    corners as between them, so 15 x 15 corners take 16 x 16 squares. Raises InputError
+    for too few corners, and for squares of less than LEAST_SQUARE_PX.
+    """
+    squares = np.array([columns, rows]) + 1
+    pitch = int(min(np.array(monitor_px) // squares))
+    if min(columns, rows) < 3 or pitch < LEAST_SQUARE_PX:
+        raise InputError(
+            f"chessboard: found {columns} x {rows} corners on a monitor of "
+            f"{monitor_px[0]} x {monitor_px[1]} px; give 3 or more each way, and "
+            f"squares of {LEAST_SQUARE_PX} px or more"
+        )
+    origin = (np.array(monitor_px) - pitch * squares) // 2 + pitch
+    return MonitorChessboard(columns, rows, float(pitch), tuple(map(float, origin)))
+
+
+def chessboard_picture(board, monitor_px):
+    """What the monitor is sent for a MonitorChessboard: (height, width) uint8."""
+    place = [
+        np.floor((np.arange(size) + 0.5 - first) / board.pitch_px).astype(int) + 1
+        for size, first in zip(monitor_px, board.origin_px, strict=True)
+    ]
+    on = [
+        (number >= 0) & (number <= count)
+        for number, count in zip(place, (board.columns, board.rows), strict=True)
+    ]
+    black = np.add.outer(place[1], place[0]) % 2 == 1
+    black &= np.logical_and.outer(on[1], on[0])
+    return np.where(black, 0, 255).astype(np.uint8)
 
 
 def cell_width(pattern, monitor_px):
