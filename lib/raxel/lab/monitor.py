@@ -39,9 +39,14 @@ class Monitor:
 
         Arrays of one shape, or numbers. From behind (cosine < 0) it is dark.
         """
+        return self.light(value) * self.falloff(cosine)
+
+    def light(self, value):
+        """Radiance straight on of pixels of `value`, an array or a number."""
         value = np.clip(value, 0, 1)
-        light = self.black_level + (1 - self.black_level) * value**self.gamma
-        side = np.asarray(cosine) > 0
-        return (
-            self.white * light * side * np.maximum(cosine, 0) ** self.falloff_exponent
-        )
+        share = self.black_level + (1 - self.black_level) * value**self.gamma
+        return self.white * share
+
+    def falloff(self, cosine):
+        """Share of `light` that is left at an angle of this cosine."""
+        return (np.asarray(cosine) > 0) * np.maximum(cosine, 0) ** self.falloff_exponent

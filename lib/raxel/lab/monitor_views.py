@@ -7,11 +7,13 @@ import numpy as np
 
 from raxel.cameras.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
-from raxel.lab.patterns import MonitorLevel, MonitorPattern, monitor_scene
-from raxel.lab.render import trace
+from raxel.lab.monitor_sight import MonitorSight
+from raxel.lab.patterns import MonitorBoard, monitor_scene
 from raxel.sets.patterns import BLACK, WHITE, patterns_of
 
 PIXELS_AT_ONCE = 1 << 18
+# Stream of random numbers of the chessboard, behind those of any patterns.
+BOARD = 1 << 16
 
 
 def photograph_patterns(rig, T_camera_target, seed):
@@ -19,16 +21,24 @@ def photograph_patterns(rig, T_camera_target, seed):
 
     seed: list of whole numbers; each picture has a noise of its own.
     """
-    laboratory, response = rig.laboratory(), rig.monitor.radiance
-    scene = monitor_scene(rig.target, T_camera_target, **rig.radiances)
-    traced = trace(rig.camera, np.eye(4), scene)
-    shown = [(WHITE, MonitorLevel(1.0, response)), (BLACK, MonitorLevel(0.0, response))]
-    size = rig.target.monitor_px, rig.target.monitor_mm
-    for pattern in patterns_of(rig.patterns):
-        shown.append((pattern, MonitorPattern(*size, pattern, response)))
-    for number, (what, texture) in enumerate(shown):
+    laboratory, sight = rig.laboratory(), MonitorSight(rig, T_camera_target)
+    shown = [WHITE, BLACK, *patterns_of(rig.patterns)]
+    for number, what in enumerate(shown):
         rng = np.random.default_rng([*seed, number])
-        yield what, laboratory.develop(traced.shade({0: texture}), rng)
+        if isinstance(what, str):
+            radiance = sight.level(float(what == WHITE))
+        else:
+            radiance = sight.pattern(what)
+        yield what, laboratory.develop(radiance, rng)
+
+
+def photograph_chessboard(rig, T_camera_target, seed):
+    """The picture of the chessboard that the rig's monitor shows in the same pose."""
+    target, size = rig.target, (rig.target.monitor_px, rig.target.monitor_mm)
+    board = MonitorBoard(*size, target.chessboard, rig.monitor.radiance)
+    scene = monitor_scene(target, T_camera_target, board, **rig.radiances)
+    rng = np.random.default_rng([*seed, BOARD])
+    return rig.laboratory().photograph(scene, np.eye(4), rng)
 
 
 def points_seen(camera, T_camera_target, size_mm):
@@ -37,7 +47,7 @@ def points_seen(camera, T_camera_target, size_mm):
     T_camera_target: (4, 4); size_mm: (width, height) of the lit area, whose upper left
     corner is the origin.
     """
-    points = np.full((camera.height * camera.width, 2), np.nan)
+    points = np.full((camera.height * camera.width, 2), np.nan, np.float32)
     pixels = pixel_grid(camera.width, camera.height)
     for first in range(0, len(pixels), PIXELS_AT_ONCE):
         part = slice(first, first + PIXELS_AT_ONCE)

@@ -14,7 +14,7 @@ from raxel.errors import InputError
 from raxel.geometry import pose
 from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Rectangle
-from raxel.lab.textures import Plain, Texture, share_in_bars
+from raxel.lab.textures import GridTexture, Plain, Texture, share_in_bars
 from raxel.sets.patterns import cell_width
 
 
@@ -36,6 +36,34 @@ class MonitorLevel(Texture):
         return self.radiance(uv, cosine)
 
 
+class MonitorBoard(GridTexture):
+    """The chessboard of a monitor (`raxel.sets.MonitorChessboard`)."""
+
+    regional = False  # its radiance changes with the viewing angle
+
+    def __init__(self, monitor_px, monitor_mm, board, response=None):
+        pixel = np.divide(monitor_mm or monitor_px, monitor_px)
+        counts = board.columns, board.rows
+        lines = [
+            mm * (first + board.pitch_px * np.arange(-1, count + 1))
+            for mm, first, count in zip(pixel, board.origin_px, counts, strict=True)
+        ]
+        white = np.add.outer(np.arange(counts[1] + 1), np.arange(counts[0] + 1)) % 2 < 1
+        super().__init__(lines, np.pad(white, 1, constant_values=True).ravel() * 1.0)
+        self.response = response or _linear
+
+    def radiance(self, uv, cosine):
+        """At points."""
+        return _two_levels(self.response, self.colours[self.label(uv)], cosine)
+
+    def average(self, uv, across, down, cosine):
+        """Exact where at most one line crosses the parallelogram, else NaN."""
+        if not len(uv):
+            return np.empty(0)
+        white = super().average(uv, across, down, cosine)
+        return _two_levels(self.response, white, cosine)
+
+
 class MonitorPattern(Texture):
     """One pattern of an active grid (`raxel.sets.Pattern`), Gray code or phase step.
 
@@ -47,6 +75,9 @@ class MonitorPattern(Texture):
     Means over a pixel's footprint are exact for Gray code, whose edges are parallel,
     if the map is affine within the pixel. Of a phase pattern the mean value is exact;
     `response` is applied to it, as the value hardly changes within a pixel.
+
+    frequency: (1 / mm) periods of a phase pattern along `axis` (0 or 1), and for Gray
+    code a half of its stripes: the brightness changes where frequency x + 1/2 is whole.
     """
 
     averages = True
@@ -66,26 +97,24 @@ class MonitorPattern(Texture):
             # twice that, shifted by a half, it is whether the whole part is odd.
             code_px = cell_width(pattern, monitor_px) * 2.0**pattern.of
             code_mm = code_px * size_mm[self.axis] / monitor_px[self.axis]
-            self._frequency = 2.0**pattern.bit / code_mm
+            self.frequency = 2.0**pattern.bit / code_mm
         else:
-            self._frequency = pattern.periods / size_mm[self.axis]
+            self.frequency = pattern.periods / size_mm[self.axis]
 
     def radiance(self, uv, cosine):
         """At points."""
-        x = uv[:, self.axis] * self._frequency
+        x = uv[:, self.axis] * self.frequency
         if self.pattern.kind == "gray":
             return self._two_levels(np.floor(x + 0.5) % 2, cosine)
         return self.response(0.5 + 0.5 * self._sine(x), cosine)
 
     def average(self, uv, across, down, cosine):
         """Means over footprints."""
-        x = uv[:, self.axis] * self._frequency
-        a = across[:, self.axis] * self._frequency
-        b = down[:, self.axis] * self._frequency
+        x = uv[:, self.axis] * self.frequency
+        a = across[:, self.axis] * self.frequency
+        b = down[:, self.axis] * self.frequency
         if self.pattern.kind == "gray":
-            # Cells with an odd whole part, as bars of half a period.
-            bars = share_in_bars((x - 0.5) / 2, a / 2, b / 2, 0.5)
-            return self._two_levels(bars, cosine)
+            return self._two_levels(odd_share(x, a, b), cosine)
         swing = 0.5 * np.sinc(a) * np.sinc(b)
         return self.response(0.5 + swing * self._sine(x), cosine)
 
@@ -96,8 +125,15 @@ class MonitorPattern(Texture):
     def _two_levels(self, share, cosine):
         if self.pattern.inverse:
             share = 1 - share
-        low = self.response(np.zeros_like(share), cosine)
-        return low + share * (self.response(np.ones_like(share), cosine) - low)
+        return _two_levels(self.response, share, cosine)
+
+
+def odd_share(x, across, down):
+    """Share of a parallelogram where floor(x + 1/2) is odd: the bright of a Gray code.
+
+    x: (N,) its middle; across, down: (N,) how far its sides reach, all as `frequency`.
+    """
+    return share_in_bars((x - 0.5) / 2, across / 2, down / 2, 0.5)
 
 
 def monitor_scene(
@@ -117,6 +153,11 @@ def monitor_scene(
         rim = Rectangle(behind, *(size + 2 * frame_mm), (-frame_mm, -frame_mm))
         parts.append((rim, Plain(frame)))
     return TexturedScene(tuple(parts), background)
+
+
+def _two_levels(response, share, cosine):
+    low = response(np.zeros_like(share), cosine)
+    return low + share * (response(np.ones_like(share), cosine) - low)
 
 
 def _linear(value, cosine):

@@ -100,6 +100,20 @@ class Traced:
             image[rows.start : rows.stop] = _shade(block, self.means, used, colour)
         return image
 
+    def mixed_pixels(self, number, lit):
+        """Pixels that see part `number` and something else, or that see it unevenly.
+
+        lit: flat indices of those that see it alone. Returns pairs (flat indices,
+        function: texture of the part -> their mean radiance), a block of rows each.
+        """
+        seen = np.zeros(self.viewer.raster.height * self.viewer.raster.width, bool)
+        seen[lit] = True
+        return [
+            pair
+            for block in self.blocks
+            for pair in _mixed_pixels(block, self, number, seen)
+        ]
+
 
 @dataclass
 class _Block:
@@ -155,6 +169,64 @@ def _shade(block, means, textures, colour):
     _shade_borders(block, border, means, textures, colour, image)
     _shade_edges(block, edge & ~border, means, textures, colour, image)
     return image
+
+
+def lit_pixels(traced, number):
+    """Pixels that see one region of part `number` alone, and where on it they look.
+
+    For textures of one region that know their means (`Texture.averages`). Returns flat
+    indices (N,) in the picture; uv, across, down (N, 2) mm, middle and sides of their
+    footprints; cosine (N,).
+    """
+    width = traced.viewer.raster.width
+    found = []
+    for block in traced.blocks:
+        v, u = np.nonzero(_alone(block, number) & _even(block))
+        across, down = _footprint(block.corners.uv)
+        centres = block.centres
+        found.append(
+            (
+                (v + block.rows.start) * width + u,
+                *(part[v, u] for part in (centres.uv, across, down, centres.cosine)),
+            )
+        )
+    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+
+
+def _alone(block, number):
+    """Pixels (h, w) that see part `number` at their corners and centre."""
+    here = block.corners.part == number
+    alone = here[:-1, :-1] & here[:-1, 1:] & here[1:, :-1] & here[1:, 1:]
+    return alone & (block.centres.part == number)
+
+
+def _mixed_pixels(block, traced, number, lit):
+    here = block.corners.part == number
+    some = here[:-1, :-1] | here[:-1, 1:] | here[1:, :-1] | here[1:, 1:]
+    some |= block.centres.part == number
+    width, means = traced.viewer.raster.width, traced.means
+    first = block.rows.start * width
+    some &= ~lit[first : first + some.size].reshape(some.shape)
+    v, u = np.nonzero(some)
+    step = means.pixels_at_once
+    for i in range(0, len(v), step):
+        row, column = v[i : i + step] + block.rows.start, u[i : i + step]
+        sight = means.look(np.column_stack([column, row]).astype(float))
+        yield row * width + column, _Mixed(sight, traced, number)
+
+
+@dataclass(frozen=True)
+class _Mixed:
+    """Pixels by all their positions, `Sight` (n, S)."""
+
+    sight: Sight
+    traced: Traced
+    number: int
+
+    def __call__(self, texture):
+        textures = list(self.traced.viewer.scene.textures)
+        textures[self.number] = texture
+        return self.traced.means.mean(self.sight, textures, False)
 
 
 def _shade_borders(block, border, means, textures, colour, image):

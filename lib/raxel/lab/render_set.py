@@ -16,9 +16,14 @@ from raxel.errors import InputError
 from raxel.files import check_can_be_written, write_json
 from raxel.geometry.poses import transform
 from raxel.lab.board_photograph import photograph_board
-from raxel.lab.monitor_views import photograph_patterns, points_seen
+from raxel.lab.monitor_views import (
+    photograph_chessboard,
+    photograph_patterns,
+    points_seen,
+)
 from raxel.sets.image_set import load_set, write_set
 from raxel.sets.model import ActiveGrid, ImageSet, View
+from raxel.sets.patterns import CHESSBOARD
 
 TRUTH = "truth"
 # Streams of random numbers, so that no draw depends on how many came before.
@@ -75,10 +80,14 @@ def _board_view(rig, T_camera_target, index, use, folder, seed):
 
 
 def _monitor_view(rig, T_camera_target, index, use, folder, seed):
-    name = f"pose-{index:03d}"
+    name = rig.view_name(index)
     (folder / name).mkdir()
     pictures = photograph_patterns(rig, T_camera_target, [seed, NOISE, index])
     files, patterns = {}, []
+    if rig.shows_chessboard(index):
+        picture = photograph_chessboard(rig, T_camera_target, [seed, NOISE, index])
+        files["chessboard"] = f"{name}/{CHESSBOARD}"
+        write_picture(folder / files["chessboard"], picture)
     for key, picture in pictures:
         label = key if isinstance(key, str) else key.image
         write_picture(folder / name / label, picture)
@@ -112,21 +121,32 @@ def _write_truth(rig, poses, views, folder):
     if isinstance(rig.target, ActiveGrid):
         for label, T in zip(labels, poses, strict=True):
             points = points_seen(rig.camera, T, rig.target.monitor_mm)
-            np.savez_compressed(folder / f"{label}.npz", points_mm=points)
+            np.savez(folder / f"{label}.npz", points_mm=points)
+        if rig.target.chessboard:
+            shown = {v.chessboard: T for v, T in zip(views, poses, strict=True)}
+            shown.pop(None, None)
+            write_json(folder / "corners.json", true_corners(rig, shown))
     else:
-        write_json(folder / "corners.json", true_corners(rig, poses, labels))
+        seen = dict(zip(labels, poses, strict=True))
+        write_json(folder / "corners.json", true_corners(rig, seen))
 
 
-def true_corners(rig, poses, labels):
-    """The projected corners in the form of a set's reference corners (corners.json)."""
-    flat = np.pad(rig.target.points(), ((0, 0), (0, 1)))
+def true_corners(rig, poses):
+    """The projected corners in the form of a set's reference corners (corners.json).
+
+    poses: {label of the picture: T_camera_target (4, 4)}.
+    """
+    is_monitor = isinstance(rig.target, ActiveGrid)
+    board = rig.target.chessboard if is_monitor else rig.target
+    points = rig.target.chessboard_points() if is_monitor else board.points()
+    flat = np.pad(points, ((0, 0), (0, 1)))
     images = {
         label: {
             "corners": rig.camera.project(transform(T, flat)).pixels.tolist(),
             "sd": 0.0,
         }
-        for label, T in zip(labels, poses, strict=True)
+        for label, T in poses.items()
     }
     note = "true projections of the board's corners; the first is the frame's origin"
-    counts = {"columns": rig.target.columns, "rows": rig.target.rows}
+    counts = {"columns": board.columns, "rows": board.rows}
     return counts | {"note": note, "images": images}

@@ -12,7 +12,6 @@ import numpy as np
 from raxel.cameras.base import Camera
 from raxel.documents import read_yaml, validate
 from raxel.errors import InputError
-from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.lighting import Lighting
@@ -20,6 +19,14 @@ from raxel.lab.monitor import Monitor
 from raxel.lab.optics import Optics
 from raxel.lab.rig_camera import named, rig_camera
 from raxel.lab.rig_limits import check_limits, check_memory
+from raxel.lab.rig_target import (
+    pattern_plan,
+    read_active_grid,
+    read_chessboard,
+    read_monitor,
+    read_poses,
+    read_radiances,
+)
 from raxel.lab.sensor import Sensor
 from raxel.lab.target_poses import (
     AroundPoses,
@@ -34,10 +41,6 @@ from raxel.sets.patterns import PatternPlan
 SCHEMA = Path(__file__).with_name("rig.schema.json")
 # A monitor is taken as seen where this many lines each way keep their distance.
 MONITOR_LINES = 9
-RADIANCES = {
-    "chessboard": {"black": 0.05, "white": 0.9, "background": 0.4},
-    "active_grid": {"background": 0.05},
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +96,16 @@ class Rig:
         except InputError as fault:
             raise InputError(named(self.path, "poses", fault)) from fault
 
+    def view_name(self, index):
+        """What the view of a monitor's pose of this number is called."""
+        names = getattr(self.poses, "names", ())
+        return (names[index] if index < len(names) else None) or f"pose-{index:03d}"
+
+    def shows_chessboard(self, index):
+        """Whether a monitor shows its chessboard at the pose of this number."""
+        left_out = getattr(self.poses, "patterns_only", ())
+        return bool(self.target.chessboard) and not any(left_out[index : index + 1])
+
     def shows(self, T_camera_target):
         """Whether a pose (4, 4) has the whole target in view, as `draw_poses` asks."""
         return not self._fault(T_camera_target)
@@ -126,7 +139,7 @@ def load_rig(path):
     _built(path, None, lambda sensor: check_memory(camera, sensor), data["sensor"])
     plain = {key: _values(data.get(key, {})) for key in ("sensor", "target", "poses")}
     target, sensor = plain["target"], plain["sensor"]
-    poses, count = _poses(path, plain["poses"])
+    poses, count = _built(path, "poses", read_poses, plain["poses"])
     is_board = target["kind"] == "chessboard"
     _check_monitor_is_plain(path, data, is_board)
     _check_board_is_whole(path, camera, is_board)
@@ -147,14 +160,16 @@ def load_rig(path):
         light=_ranges(path, data, "light", Lighting),
         blemishes=blemishes,
         sensor=_built(path, "sensor", _sensor, sensor),
-        target=_chessboard(target) if is_board else _active_grid(target),
+        target=read_chessboard(target) if is_board else read_active_grid(target),
         border_mm=float(target["border"]) if is_board else 0.0,
-        radiances=_radiances(target),
-        monitor=None if is_board else _built(path, "target", _monitor, target),
-        patterns=None if is_board else _patterns(path, target),
+        radiances=read_radiances(target),
+        monitor=None if is_board else _built(path, "target", read_monitor, target),
+        patterns=None if is_board else _built(path, "target", pattern_plan, target),
         poses=poses,
         visibility=Visibility(
-            plain["poses"]["margin"], plain["poses"]["least_spacing"]
+            plain["poses"]["margin"],
+            plain["poses"]["least_spacing"],
+            plain["poses"].get("whole", True),
         ),
         count=count,
         evaluate=plain["poses"].get("evaluate", 0),
@@ -228,66 +243,6 @@ def _sensor(values):
         bayer=values.get("bayer"),
         jpeg=values.get("jpeg"),
     )
-
-
-def _chessboard(values):
-    return Chessboard(values["columns"], values["rows"], float(values["pitch"]))
-
-
-def _active_grid(values):
-    return ActiveGrid(values["monitor_px"], tuple(map(float, values["monitor_mm"])))
-
-
-def _monitor(values):
-    names = ("gamma", "black_level", "falloff_exponent", "white")
-    return Monitor(**{name: values[name] for name in names if name in values})
-
-
-def _radiances(values):
-    usual = RADIANCES[values["kind"]]
-    return {name: values.get(name, value) for name, value in usual.items()}
-
-
-def _patterns(path, values):
-    names = ("gray_bits", "gray_inverse", "phase_steps", "phase_periods")
-    plan = PatternPlan(**{name: values[name] for name in names if name in values})
-    if not any(plan.gray_bits) and not any(plan.phase_periods):
-        raise InputError(
-            f"{path}: target.gray_bits: no pattern asked for; give gray_bits or "
-            "phase_periods"
-        )
-    return plan
-
-
-def _poses(path, values):
-    """(DrawnPoses, AroundPoses or ListedPoses; how many views)"""
-    if values["kind"] == "listed":
-        vectors = np.radians([entry["rotation"] for entry in values["list"]])
-        shifts = np.array([entry["translation"] for entry in values["list"]], float)
-        evaluate = values.get("evaluate", 0)
-        if evaluate >= len(shifts):
-            raise InputError(
-                f"{path}: poses.evaluate.value: found {evaluate} of {len(shifts)} "
-                "poses; leave some to calibrate with"
-            )
-        listed = ListedPoses(pose(rotation_from_vector(vectors), shifts))
-        return listed, len(shifts) - evaluate
-    around = values["kind"] == "around"
-    names = ("polar", "subtense") if around else ("distance", "off_axis")
-    ranges = {}
-    for name in (*names, "tilt", "turn"):
-        low, high = values[name]
-        if low > high:
-            raise InputError(
-                f"{path}: poses.{name}.value: found [{low}, {high}]; give the least "
-                "first, then the greatest"
-            )
-        ranges[name] = (low, high) if name == "distance" else np.radians((low, high))
-    if around:
-        place = AroundPoses(values["centre"], values["axis"], **ranges)
-        return place, values["count"]
-    distance = ranges.pop("distance")
-    return DrawnPoses(distance, **ranges), values["count"]
 
 
 def _built(path, section, build, values):

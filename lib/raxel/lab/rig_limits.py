@@ -113,6 +113,7 @@ def _check_patterns(target):
                 f"{2**bits} cells on {pixels} px of the monitor; give at most "
                 f"{int(math.log2(pixels))}"
             )
+    _check_monitor_chessboard(target)
     periods = target.get("phase_periods", (0, 0))
     for axis, count, pixels in zip("xy", periods, size, strict=True):
         if count * LEAST_PX > pixels:
@@ -120,6 +121,26 @@ def _check_patterns(target):
                 f"field 'target.phase_periods.value': {count:g} periods along {axis} "
                 f"are narrower than {LEAST_PX} of the monitor's {pixels} px; give at "
                 f"most {pixels // LEAST_PX}"
+            )
+
+
+def _check_monitor_chessboard(target):
+    board = target.get("chessboard")
+    if not board:
+        return
+    for axis, count, first, pixels in zip(
+        "xy",
+        (board["columns"], board["rows"]),
+        board["origin"],
+        target["monitor_px"],
+        strict=True,
+    ):
+        low, high = first - board["pitch"], first + count * board["pitch"]
+        if low < 0 or high > pixels:
+            raise InputError(
+                f"field 'target.chessboard.origin.value': squares from {low:g} to "
+                f"{high:g} along {axis} on {pixels} px of the monitor; give a smaller "
+                "pitch, or another origin"
             )
 
 

@@ -39,11 +39,13 @@ class Visibility:
     """When a target counts as seen.
 
     margin_px: least distance of its whole outline from the image's border;
-    least_spacing_px: least distance between neighbours of its lattice in the image.
+    least_spacing_px: least distance between neighbours of its lattice in the image;
+    whole: False where a piece of it is enough.
     """
 
     margin_px: float = 0.0
     least_spacing_px: float = 0.0
+    whole: bool = True
 
     def fault(self, camera, T_camera_target, outline, lattice):
         """Why the target is not seen whole at this pose; '' where it is.
@@ -54,7 +56,7 @@ class Visibility:
         """
         if _hides_mirror(camera, T_camera_target, outline):
             return "between viewer and mirror"
-        if not camera.continuous:
+        if not (self.whole and camera.continuous):
             seen = _shows_a_piece(camera, T_camera_target, outline)
             return IN_VIEW if seen else BESIDE
         # The four corners first, then the last rows: they tell most poses that will
@@ -132,9 +134,19 @@ def _hides_mirror(camera, T_camera_target, outline):
 
 @dataclass(frozen=True)
 class ListedPoses:
-    """Poses T_camera_target (n, 4, 4), in the order they are used."""
+    """Poses T_camera_target (n, 4, 4), in the order they are used.
+
+    names: what the views of them are called, None for a number; patterns_only: where a
+    monitor's chessboard is not shown. shift_mm, turn: how exactly a target is set up by
+    hand, standard deviations of its middle along each axis and of its orientation about
+    each (radians).
+    """
 
     poses: np.ndarray
+    names: tuple[str | None, ...]
+    patterns_only: tuple[bool, ...]
+    shift_mm: float = 0.0
+    turn: float = 0.0
 
     def draw(self, rng, count, extent, fault):
         """The first `count` poses; InputError where one is missing or not in view."""
@@ -142,13 +154,22 @@ class ListedPoses:
             raise InputError(
                 f"field 'list': {len(self.poses)} poses found, {count} needed; add some"
             )
-        for index, T in enumerate(self.poses[:count]):
+        poses = np.stack([self._set_up(T, rng, extent) for T in self.poses[:count]])
+        for index, T in enumerate(poses):
             reason = fault(T)
             if reason:
                 raise InputError(
                     f"field 'list[{index}]': the target is {reason}; mend the pose"
                 )
-        return self.poses[:count].copy()
+        return poses
+
+    def _set_up(self, T, rng, extent):
+        if not self.shift_mm and not self.turn:
+            return T
+        shift, turn = rng.normal(size=(2, 3)) * [[self.shift_mm], [self.turn]]
+        middle = np.array([*(extent[0] + extent[1] / 2), 0])
+        R = rotation_from_vector(turn) @ T[:3, :3]
+        return pose(R, transform(T, middle) + shift - R @ middle)
 
 
 class _RandomPoses:

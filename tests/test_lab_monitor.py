@@ -1,0 +1,239 @@
+"""A rig's monitor: fast pictures of patterns, its chessboard, poses set up by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from raxel.cameras import load_camera
+from raxel.errors import InputError
+from raxel.features.active_grid import decode
+from raxel.features.localise import saddle_point
+from raxel.files import read_json
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.lab import MonitorLevel, MonitorPattern, monitor_scene, trace
+from raxel.lab.monitor_sight import MonitorSight
+from raxel.lab.render_set import render_set
+from raxel.lab.rig import load_rig
+from raxel.lab.sensor import Sensor
+from raxel.sets import (
+    ActiveGrid,
+    ImageSet,
+    MonitorChessboard,
+    Pattern,
+    View,
+    chessboard_of_corners,
+    chessboard_picture,
+    load_set,
+    patterns_of,
+    read_image,
+    write_set,
+)
+
+
+def leaf(value, unit):
+    return {"value": value, "unit": unit, "origin": "choice", "reason": "a test"}
+
+
+def small_rig(**target):
+    """Plain data of a webcam before a monitor with 8 x 8 cells and 7 x 7 corners."""
+    place = {"translation": leaf([-60, -60, 210], "mm")}
+    return {
+        "raxel_rig": 1,
+        "name": "small-monitor",
+        "camera": {
+            "kind": "perspective",
+            "K": leaf([[190, 0, 95.5], [0, 190, 71.2], [0, 0, 1]], "px"),
+            "radial": leaf([0, 0], "1"),
+            "width": leaf(192, "px"),
+            "height": leaf(144, "px"),
+        },
+        "sensor": {
+            "white": leaf(240000, "e"),
+            "full_well": leaf(270000, "e"),
+            "bits": leaf(8, "bit"),
+        },
+        "target": {
+            "kind": "active_grid",
+            "monitor_px": leaf([160, 160], "px"),
+            "monitor_mm": leaf([120, 120], "mm"),
+            "gamma": leaf(2.2, "1"),
+            "black_level": leaf(0.01, "1"),
+            "falloff_exponent": leaf(2, "1"),
+            **target,
+        },
+        "poses": {
+            "kind": "listed",
+            "margin": leaf(0, "px"),
+            "least_spacing": leaf(0, "px"),
+            "whole": False,
+            "list": [
+                {**place, "name": "near", "rotation": leaf([0, 20, 0], "deg")},
+                {**place, "patterns_only": True, "rotation": leaf([0, 0, 0], "deg")},
+            ],
+        },
+    }
+
+
+BOARD = {
+    "columns": leaf(7, "1"),
+    "rows": leaf(7, "1"),
+    "pitch": leaf(20, "px"),
+    "origin": leaf([20, 20], "px"),
+}
+CELLS = {"cells": leaf([8, 8], "1"), "chessboard": BOARD}
+
+
+def rig_of(tmp_path, data):
+    path = tmp_path / "rig.yaml"
+    path.write_text(yaml.safe_dump(data), "utf-8")
+    return load_rig(path)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_patterns_shaded_fast_are_those_of_the_renderer(tmp_path, turn):
+    """Every pixel: inside, across edges of the code, at the rim, beside the monitor."""
+    rig = rig_of(tmp_path, small_rig(**CELLS))
+    T = pose(rotation_from_vector([0.2, turn, 0.1]), [-55, -62, 150])
+    sight = MonitorSight(rig, T)
+    scene = monitor_scene(rig.target, T, **rig.radiances)
+    traced = trace(rig.camera, np.eye(4), scene)
+    respond, size = rig.monitor.radiance, (rig.target.monitor_px, rig.target.monitor_mm)
+    for pattern in patterns_of(rig.patterns):
+        texture = MonitorPattern(*size, pattern, respond)
+        exact = traced.shade({0: texture})
+        np.testing.assert_allclose(sight.pattern(pattern), exact, atol=2e-6)
+    exact = traced.shade({0: MonitorLevel(0.5, respond)})
+    np.testing.assert_allclose(sight.level(0.5), exact, atol=2e-6)
+    assert 0 < np.count_nonzero(exact == exact[0, 0]) < exact.size
+
+
+def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
+    """Corners found in its picture, looked up in the decoded grid, are its points."""
+    rig = rig_of(tmp_path, small_rig(**CELLS))
+    rendered = render_set(rig, tmp_path / "set", 3)
+    assert [view.label for view in rendered.views] == ["near", "pose-001"]
+    assert [view.chessboard for view in rendered.views] == ["near/chessboard.png", None]
+    assert len(rendered.views[0].files) == len(rendered.views[1].files) + 1
+    view = rendered.views[0]
+    true = read_json(tmp_path / "set" / "truth" / "corners.json")["images"]
+    assert list(true) == [view.chessboard]
+    true = np.array(true[view.chessboard]["corners"])
+    camera = load_camera(tmp_path / "set" / "truth" / "camera.npz")
+    poses = read_json(tmp_path / "set" / "truth" / "poses.json")["T_camera_target"]
+    points = rendered.target.chessboard_points()
+    np.testing.assert_allclose(points[[0, -1]], [[15, 15], [105, 105]])
+    seen = camera.project(
+        transform(np.array(poses["near"]), np.pad(points, [[0, 0], [0, 1]]))
+    )
+    np.testing.assert_allclose(true, seen.pixels, atol=1e-9)
+    board = read_image(rendered, view.chessboard)
+    found = saddle_point(board, true + 0.7, window=9, blur_sd=1.0)
+    assert found.converged.all()
+    # Squares of 12 px without blur.
+    assert np.sqrt(np.mean((found.corners - true) ** 2)) < 0.08
+    images = np.stack([read_image(rendered, p.image) for p in view.patterns])
+    decoded = decode(images, view.patterns, rendered.target)
+    nearest = np.rint(true).astype(int)
+    there = decoded.location[nearest[:, 1], nearest[:, 0]]
+    # Half a pixel away at most, and a pixel sees some 0.8 mm.
+    assert np.nanmax(np.abs(there - points)) < 0.8
+    assert np.isfinite(there).all(axis=1).mean() > 0.9
+
+
+def test_cells_are_the_plan_of_so_many_and_their_width_may_be_stated(tmp_path):
+    rig = rig_of(tmp_path, small_rig(cells=leaf([8, 5], "1")))
+    assert len(patterns_of(rig.patterns)) == 20
+    assert rig.patterns.cell_px == (20, 32)
+    stated = small_rig(
+        gray_bits=leaf([4, 4], "1"),
+        phase_periods=leaf([6.4, 6.4], "1"),
+        cell_px=leaf([25, 25], "px"),
+    )
+    rig = rig_of(tmp_path, stated)
+    assert {p.cell_px for p in patterns_of(rig.patterns) if p.kind == "gray"} == {25}
+
+
+def test_poses_set_up_by_hand_differ_with_the_seed(tmp_path):
+    data = small_rig(**CELLS)
+    data["poses"]["list"] = [
+        {
+            "translation": leaf([-60, -60, 150], "mm"),
+            "rotation": leaf([0, 20, 0], "deg"),
+        }
+    ] * 400
+    exact = rig_of(tmp_path, data).draw_poses(np.random.default_rng(0), 400)
+    assert np.all(exact == exact[0])
+    data["poses"]["set_up"] = {"shift": leaf(2, "mm"), "turn": leaf(1, "deg")}
+    drawn = rig_of(tmp_path, data).draw_poses(np.random.default_rng(0), 400)
+    again = rig_of(tmp_path, data).draw_poses(np.random.default_rng(0), 400)
+    np.testing.assert_array_equal(drawn, again)
+    middle = np.array([60.0, 60.0, 0.0])
+    off = np.array([transform(T, middle) - transform(exact[0], middle) for T in drawn])
+    np.testing.assert_allclose(off.std(axis=0), 2, rtol=0.15)
+    turned = np.arccos(
+        [(np.trace(T[:3, :3] @ exact[0][:3, :3].T) - 1) / 2 for T in drawn]
+    )
+    expected = np.sqrt(3) * np.radians(1)
+    np.testing.assert_allclose(np.sqrt(np.mean(turned**2)), expected, rtol=0.15)
+
+
+def test_large_wells_have_the_noise_of_photons():
+    """Drawn as one Gaussian, with the mean and variance of shot and read noise."""
+    sensor = Sensor(white_e=2e5, full_well_e=4e5, read_noise_e=300, bits=16)
+    for light in (0.01, 0.5):
+        share = sensor.read_out(np.full((300, 300), light), np.random.default_rng(0))
+        charge, mean = share * 4e5, light * 2e5
+        assert abs(charge.mean() - mean) < 4 * np.sqrt((mean + 9e4) / 9e4)
+        np.testing.assert_allclose(charge.var(), mean + 300**2, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"cells": leaf([80, 8], "1")}, "target: cells: found 80 along x"),
+        ({**CELLS, "gray_bits": leaf([3, 3], "1")}, "gray_bits: found beside cells"),
+        (
+            {**CELLS, "chessboard": BOARD | {"origin": leaf([10, 20], "px")}},
+            r"target\.chessboard\.origin\.value: squares from -10 to 150 along x",
+        ),
+    ],
+)
+def test_targets_that_no_monitor_shows_are_refused(tmp_path, change, message):
+    with pytest.raises(InputError, match=message) as told:
+        rig_of(tmp_path, small_rig(**change))
+    assert "\n" not in str(told.value)
+
+
+def test_a_set_with_a_monitor_chessboard_is_read_back_equal(tmp_path):
+    phases = [
+        Pattern(f"{k}.png", "x", "phase", 3, step=k, periods=8.0) for k in range(3)
+    ]
+    for name in ("board.png", *(phase.image for phase in phases)):
+        (tmp_path / name).write_bytes(b"")
+    view = View(name="a", chessboard="board.png", patterns=tuple(phases))
+    board = MonitorChessboard(15, 15, 64.0, (64.0, 64.0))
+    grid = ActiveGrid((1024, 1024), None, board)
+    written = ImageSet("a-set", 64, 48, grid, (view,), tmp_path)
+    write_set(written)
+    assert load_set(tmp_path) == written
+    with pytest.raises(InputError, match=r"views\[0\]\.chessboard: found, but no"):
+        write_set(replace(written, target=ActiveGrid((1024, 1024))))
+    too_wide = replace(board, pitch_px=70.0)
+    with pytest.raises(InputError, match=r"target\.chessboard: .* beyond the monitor"):
+        write_set(replace(written, target=ActiveGrid((1024, 1024), None, too_wide)))
+
+
+def test_the_picture_of_a_chessboard_has_its_corners():
+    board = chessboard_of_corners((1280, 1024), 15, 15)
+    assert board == MonitorChessboard(15, 15, 64.0, (192.0, 64.0))
+    picture = chessboard_picture(board, (1280, 1024))
+    assert picture.shape == (1024, 1280)
+    for x, y in board.points_px().astype(int):
+        four = picture[y - 1 : y + 1, x - 1 : x + 1]
+        assert four[0, 0] == four[1, 1] != four[0, 1] == four[1, 0]
+    assert np.all(picture[:, :128] == 255)
+    assert picture[100, 200] == 255
+    with pytest.raises(InputError, match="2 x 15 corners"):
+        chessboard_of_corners((1280, 1024), 2, 15)
