@@ -185,14 +185,21 @@ def settled(good, z, bits, code, turn, sd, most, edges):
     doubt = good & seen & (even | (gap < 0.3))
     near, far = np.where(low, code, code + 1), np.where(low, code + 1, code)
 
-    def contrast(edge):
+    def contrast(edge, values, full):
         bit = len(bits) - 1 - (np.log2((edge & -edge).clip(1))).astype(int)
-        value = np.take_along_axis(around, bit.clip(0)[None], 0)[0]
-        return np.where((edge > 0) & (edge < edges), 2 * value, count * most)
+        value = np.take_along_axis(values, bit.clip(0)[None], 0)[0]
+        return np.where((edge > 0) & (edge < edges), 2 * value, full)
 
-    at_near, at_far = np.abs(contrast(near)), contrast(far)
-    moved = doubt & (at_far < count * most) & (at_far < at_near)
-    lost = even & ~moved & (~seen | (at_near >= count * most))
+    def is_seen(edge):
+        beyond = np.any([(other >= edge) != (code >= edge) for other in others], axis=0)
+        inside = (edge > 0) & (edge < edges)
+        return inside & (beyond | (contrast(edge, np.abs(bits), most) < most))
+
+    at_near = np.abs(contrast(near, around, count * most))
+    at_far = contrast(far, around, count * most)
+    moved = doubt & is_seen(far) & (at_far < count * most) & (at_far < at_near)
+    near_seen = np.where(is_seen(far), at_near < count * most, is_seen(near))
+    lost = even & ~moved & ~(seen & near_seen)
     return np.where(moved, np.where(low, 1, -1), 0), lost
 
 

@@ -12,8 +12,8 @@ DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM = range(8)
 
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
-ROWS_A_CALL = 24
-KEPT = 32  # rows in a ring: those of a call, REACH before them and AHEAD behind
+ROWS_A_CALL = 8
+KEPT = 16  # rows in a ring: those of a call, REACH before them and AHEAD behind
 
 
 class CodePlan(NamedTuple):

@@ -41,8 +41,8 @@ def estimate_noise(images, white):
         clipped = clipped[:, :-2] | clipped[:, 1:-1] | clipped[:, 2:]
         down = three[0] - 2 * three[1] + three[2]
         response = down[:, :-2] - 2 * down[:, 1:-1] + down[:, 2:]
-        level = (three[0] + three[2])[:, 1:-1] / 2
-        levels.append(level[~clipped])
+        level = (three[0] + three[2])[:, 1:-1] // 2
+        levels.append(level[~clipped].astype(np.uint16))  # sorted in linear time
         responses.append(np.abs(response[~clipped]))
     return _fitted(np.concatenate(levels), np.concatenate(responses))
 
@@ -65,7 +65,8 @@ def _fitted(levels, responses):
 
 def _median(whole):
     """The median of whole numbers, each taken as spread over its unit."""
-    below, at = np.sort(whole), int(np.median(whole))
+    below = np.sort(whole)
+    at = int(below[len(below) // 2])
     low, high = np.searchsorted(below, (at, at + 1))
     share = (len(whole) / 2 - low) / max(high - low, 1)
     return max(at - 0.5 + share, 0.0) if at else max(share / 2, 0.0)

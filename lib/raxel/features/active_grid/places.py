@@ -150,7 +150,7 @@ def _mark_seen(least, most, seen):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_doubt(gap, reach, sigma, share, seen, doubt, lost):
+def _mark_doubt(gap, reach, sigma, share, seen, bad, doubt, lost):
     """Where the next period is near, and where noise could turn one into the other.
 
     If no edge is seen there, nothing says which one it is.
@@ -158,43 +158,47 @@ def _mark_doubt(gap, reach, sigma, share, seen, doubt, lost):
     for x in range(len(gap)):
         even = gap[x] < share * sigma[x]
         doubt[x] = EVEN if even else (POSSIBLE if gap[x] < reach else 0)
-        doubt[x] = doubt[x] if seen[x] else 0
+        doubt[x] = doubt[x] if (seen[x] != 0) & (bad[x] == DECODED) else 0
     for x in range(len(gap)):
         even = gap[x] < share * sigma[x]
         lost[x] = 1 if even & (seen[x] == 0) else lost[x]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _surroundings(y, x, height, rows, axis, out):
-    """Which of 3 x 3 pixels (their rows and columns) see the same surface; how many.
+@njit(inline="always", error_model="numpy")
+def _surroundings(y, x, height, rows, axis):
+    """Which of 3 x 3 pixels see the same surface, as bits of a number; how many.
 
     Not those that are bad, outside, or on the other side of a break.
     """
-    sine, cosine, code = rows.sine[axis], rows.cosine[axis], rows.code[axis]
-    bad, kept = rows.bad, len(rows.bad)
-    width, count, k = code.shape[1], 0, y % kept
-    own = np.int64(code[k, x])
-    for v in range(max(y - 1, 0), min(y + 2, height)):
-        i = v % kept
-        for u in range(max(x - 1, 0), min(x + 2, width)):
-            along = sine[k, x] * sine[i, u] + cosine[k, x] * cosine[i, u]
-            same = abs(np.int64(code[i, u]) - own) <= 1
+    # Indexed in one step: a row taken out counts as a reference, which takes time.
+    sine, cosine, code, bad = rows.sine, rows.cosine, rows.code, rows.bad
+    kept, width, count, around = len(bad), bad.shape[1], 0, 0
+    k = y % kept
+    own, s, c = np.int64(code[axis, k, x]), sine[axis, k, x], cosine[axis, k, x]
+    for place in range(9):
+        v, u = y + place // 3 - 1, x + place % 3 - 1
+        if 0 <= v < height and 0 <= u < width:
+            i = v % kept
+            along = s * sine[axis, i, u] + c * cosine[axis, i, u]
+            same = abs(np.int64(code[axis, i, u]) - own) <= 1
             if same and bad[i, u] == DECODED and along >= SAME:
-                out[count, 0], out[count, 1] = v, u
+                around |= 1 << place
                 count += 1
-    return count
+    return around, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(inline="always", error_model="numpy")
 def _bit_around(images, y, x, around, light, dark):
     """Sum of picture less inverse over pixels around, positive if they agree."""
     total = 0
-    for v, u in around:
-        total += np.int64(images[light, v, u]) - np.int64(images[dark, v, u])
+    for place in range(9):
+        if around >> place & 1:
+            v, u = y + place // 3 - 1, x + place % 3 - 1
+            total += np.int64(images[light, v, u]) - np.int64(images[dark, v, u])
     return total if images[light, y, x] > images[dark, y, x] else -total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(inline="always", error_model="numpy")
 def _bit_of_edge(edge, bits):
     """Which bit changes between cells edge - 1 and edge; bit 0 is the coarsest."""
     bit = bits - 1
@@ -204,32 +208,56 @@ def _bit_of_edge(edge, bits):
     return bit
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _settled(images, y, x, pairs, edges, is_even, axis, rows, below, places):
+@njit(inline="always", error_model="numpy")
+def _is_seen(images, y, x, pairs, edge, axis, rows):
+    """Whether a pixel is at an edge of its cell, by itself or one of four neighbours.
+
+    Its own bit has lost contrast there, or a neighbour is read beyond it.
+    """
+    code, kept, height = rows.code, len(rows.bad), images.shape[1]
+    k, above = y % kept, max(y - 1, 0) % kept
+    under, left = min(y + 1, height - 1) % kept, max(x - 1, 0)
+    right, behind = min(x + 1, code.shape[2] - 1), code[axis, k, x] >= edge
+    beyond = (code[axis, above, x] >= edge) != behind
+    beyond |= (code[axis, under, x] >= edge) != behind
+    beyond |= (code[axis, k, left] >= edge) != behind
+    beyond |= (code[axis, k, right] >= edge) != behind
+    bit = _bit_of_edge(edge, len(pairs))
+    light, dark = images[pairs[bit, 0], y, x], images[pairs[bit, 1], y, x]
+    contrast = abs(np.int64(light) - np.int64(dark))
+    return beyond or 2 * contrast < np.int64(rows.most[k, x])
+
+
+@njit(inline="always", error_model="numpy")
+def _settled(images, y, x, pairs, edges, is_even, axis, rows, below):
     """The wrap rule: at an edge of cells the phase says on which side a pixel is.
 
     A pixel whose phase is near the start or end of its period is at one edge of its
-    cell, or beyond the other one, with that edge's bit misread. The bit of the edge at
-    which it is has lost its contrast, so the bits of both edges decide, each as a mean
-    of the 3 x 3 pixels that see the same surface. edges: the first edge behind the last
-    cell that is shown; neither there nor at the monitor's other border is anything to
-    be seen. below: whether the place is below the middle of the cell.
+    cell, or beyond the other one, with that edge's bit misread. Where something is to
+    be seen of that other edge, the bits of both decide, each as a mean of the 3 x 3
+    pixels that see the same surface: the bit of the edge at which a pixel is has lost
+    its contrast. edges: the first edge behind the last cell that is shown; neither
+    there nor at the monitor's other border is anything to be seen. below: whether the
+    place is below the middle of the cell.
 
-    Returns STAYS, MOVES, or LOST where neither bit has lost contrast and noise could
-    turn the phase around (is_even).
+    Returns STAYS, MOVES, or LOST where neither edge is seen and noise could turn the
+    phase around (is_even).
     """
     kept = y % len(rows.bad)
     cell = np.int64(rows.code[axis, kept, x])
     near, far = (cell, cell + 1) if below else (cell + 1, cell)
-    count = _surroundings(y, x, images.shape[1], rows, axis, places)
-    around, half = places[:count], count * np.int64(rows.most[kept, x])
-    at_near = at_far = half
-    if 0 < far < edges:
-        k = _bit_of_edge(far, len(pairs))
-        at_far = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
-    if at_far >= half and not is_even:
-        return STAYS
-    if 0 < near < edges:
+    has_near, has_far = 0 < near < edges, 0 < far < edges
+    if not has_far or not _is_seen(images, y, x, pairs, far, axis, rows):
+        if not is_even:
+            return STAYS
+        seen = has_near and _is_seen(images, y, x, pairs, near, axis, rows)
+        return STAYS if seen else LOST
+    around, count = _surroundings(y, x, images.shape[1], rows, axis)
+    half = count * np.int64(rows.most[kept, x])
+    k = _bit_of_edge(far, len(pairs))
+    at_far = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
+    at_near = half
+    if has_near:
         k = _bit_of_edge(near, len(pairs))
         at_near = 2 * abs(_bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1]))
     if at_far < min(half, at_near):
@@ -242,20 +270,18 @@ def _settle(images, y, axis, plan, rows, turn, doubt, period, lost):
     """Settle the pixels in doubt: period moves by one, or lost is set."""
     pairs, edges = plan.pairs[axis, : plan.bits[axis]], plan.edges[axis]
     ratio, kept = plan.ratio[axis], y % len(rows.bad)
-    code, bad = rows.code[axis, kept], rows.bad[kept]
-    places, eight = np.empty((9, 2), np.int64), doubt.view(np.uint64)
+    code = rows.code[axis, kept]
+    eight = doubt.view(np.uint64)
     # Few are in doubt: eight pixels at a time are passed over.
     for k in range(len(eight)):
         if not eight[k]:
             continue
         for x in range(8 * k, min(8 * k + 8, len(turn))):
-            if not doubt[x] or bad[x] != DECODED:
+            if not doubt[x]:
                 continue
             middle = (np.float32(code[x]) + _HALF) * ratio
             below, is_even = np.float32(period[x]) + turn[x] < middle, doubt[x] == EVEN
-            verdict = _settled(
-                images, y, x, pairs, edges, is_even, axis, rows, below, places
-            )
+            verdict = _settled(images, y, x, pairs, edges, is_even, axis, rows, below)
             if verdict == MOVES:
                 period[x] += 1 if below else -1
             elif verdict == LOST:
@@ -330,7 +356,7 @@ def _find_period(images, y, axis, plan, rows, turn, sigma, doubt, period, lost):
     _distance_to_next(code[k], turn, period, ratio, gap)
     _mark_seen(rows.least[axis, k], rows.most[k], seen)
     near, even = BLURRED * ratio, BEYOND / plan.length[axis]
-    _mark_doubt(gap, near, sigma, even, seen, doubt, lost)
+    _mark_doubt(gap, near, sigma, even, seen, rows.bad[k], doubt, lost)
     _settle(images, y, axis, plan, rows, turn, doubt, period, lost)
 
 
