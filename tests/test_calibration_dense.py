@@ -192,6 +192,7 @@ def test_through_a_mirror_the_grid_is_its_image():
     wanted = seen.points[found, 1] - SIZE_MM[1]
     assert np.allclose(view.points[found, 1], wanted, atol=1e-4)
     assert np.array_equal(view.points[:, 0], seen.points[:, 0])
+    assert (view.mirrored, seen.mirrored) == (True, False)
 
 
 @pytest.mark.parametrize(

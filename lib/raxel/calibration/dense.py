@@ -31,7 +31,8 @@ class DenseView(NamedTuple):
     location: (H, W, 2) float32, the point of each pixel, NaN where there is none;
     sigma: alike, its standard deviations, in the same unit; whole: (H - 1, W - 1) bool,
     squares of four pixels that see one piece of surface, between which may be
-    interpolated.
+    interpolated; step: px; mirrored: whether y is counted upwards, since the grid is
+    seen as in a mirror.
 
     Where sigma counts: the ray table weights the points of a pixel with 1/sigma^2, and
     sd is what a misfit is compared with. Fits of formulas, poses and centre, and all
@@ -48,6 +49,7 @@ class DenseView(NamedTuple):
     sigma: np.ndarray
     whole: np.ndarray
     step: int
+    mirrored: bool
 
     every_pixel = True
 
@@ -145,7 +147,8 @@ def dense_view(location, sigma=None, mask=None, name=""):
     u, v = pixels[found].astype(int).T
     slopes = _slopes(location, u, v)
     turns = _turns(slopes)
-    if np.count_nonzero(turns < 0) > np.count_nonzero(turns > 0):
+    mirrored = bool(np.count_nonzero(turns < 0) > np.count_nonzero(turns > 0))
+    if mirrored:
         location[..., 1] *= -1
     points = np.zeros(pixels.shape)
     points[found] = location[v, u]
@@ -154,8 +157,9 @@ def dense_view(location, sigma=None, mask=None, name=""):
         sd = np.full(len(pixels), np.nan)
         sd[found] = _in_pixels(deviations[v, u], slopes)
     return DenseView(
-        pixels, points, columns, rows, name, sd, location, deviations, whole, step
-    )
+        pixels, points, columns, rows, name, sd,
+        location, deviations, whole, step, mirrored,
+    )  # fmt: skip
 
 
 def _fitting(name, field, array, shape):

@@ -1,9 +1,11 @@
 """`raxel check SET`"""
 
+import math
 from collections import Counter
 
 from raxel.cli.terminal import on_one_line
 from raxel.sets import ActiveGrid, Charuco, load_reference, load_set, read_image
+from raxel.sets.patterns import cell_width
 
 
 def check(options, say):
@@ -23,8 +25,8 @@ def check(options, say):
     print(f"target     {_target(image_set.target)}")
     print(f"views      {', '.join(f'{n} to {use}' for use, n in uses.items())}")
     if isinstance(image_set.target, ActiveGrid):
-        for view in image_set.views:
-            print(f"patterns   {on_one_line(view.name)}: {_patterns(view)}")
+        for line in _shown(image_set):
+            print(f"patterns   {line}")
     if reference:
         print(f"reference  corners of {len(reference)} images")
     if image_set.truth:
@@ -34,7 +36,13 @@ def check(options, say):
 def _target(target):
     if isinstance(target, ActiveGrid):
         size = f"{target.monitor_px[0]} x {target.monitor_px[1]} px"
-        return f"active grid on a monitor of {size}"
+        if target.monitor_mm is None:
+            return (
+                f"active grid on a monitor of {size}, size in mm unknown (lengths come "
+                "out in pitches of its pixels, taken for square)"
+            )
+        width, height = target.monitor_mm
+        return f"active grid on a monitor of {size}, {width:g} x {height:g} mm"
     pitch = f"pitch {target.pitch_mm} mm"
     if target.pitch_mm is None:
         pitch = "pitch unknown (lengths come out in pitches)"
@@ -47,14 +55,44 @@ def _target(target):
     return f"chessboard, {counts}, {pitch}"
 
 
-def _patterns(view):
+def _shown(image_set):
+    """A line for the views whose patterns are alike, in the order of the set."""
+    views = {}
+    for view in image_set.views:
+        told = _patterns(view, image_set.target.monitor_px)
+        views.setdefault(told, []).append(on_one_line(view.name))
+    for told, names in views.items():
+        those = names[0]
+        if len(names) > 1:
+            those = f"{names[0]} and {len(names) - 1} more"
+        yield f"{those}: {told}"
+
+
+def _patterns(view, monitor_px):
     present = {}
     for pattern in view.patterns:
-        number = pattern.bit if pattern.kind == "gray" else pattern.step
-        code = pattern.axis, pattern.kind, pattern.of
-        present.setdefault(code, set()).add(number)
-    names = {"gray": "bits", "phase": "steps"}
-    return ", ".join(
-        f"{axis} {kind} {len(numbers)} of {of} {names[kind]}"
-        for (axis, kind, of), numbers in present.items()
+        code = pattern.axis, pattern.kind, pattern.of, pattern.periods, pattern.cell_px
+        present.setdefault(code, []).append(pattern)
+    levels = [name for name in ("white", "black") if getattr(view, name)]
+    return ", ".join([*(_code(p, monitor_px) for p in present.values()), *levels])
+
+
+def _code(patterns, monitor_px):
+    """What the pictures of one code along one axis show."""
+    first = patterns[0]
+    size = monitor_px["xy".index(first.axis)]
+    if first.kind == "gray":
+        bits = len({pattern.bit for pattern in patterns})
+        inverses = sum(pattern.inverse for pattern in patterns)
+        width = cell_width(first, monitor_px)
+        count = min(math.ceil(size / width - 1e-9), 2**first.of)
+        return (
+            f"{first.axis} gray {bits} of {first.of} bits"
+            f"{f' and {inverses} inverses' if inverses else ''} "
+            f"({count} cells of {width:g} px)"
+        )
+    steps = len({pattern.step for pattern in patterns})
+    return (
+        f"{first.axis} phase {steps} of {first.of} steps "
+        f"({first.periods:.4g} periods of {size / first.periods:.4g} px)"
     )

@@ -59,14 +59,18 @@ class Seen(NamedTuple):
         """What to say of grids, for people."""
         if not self.grids:
             return
+        count = len(self.grids)
         steps, pixels, points = (
             _range([grid[key] for grid in self.grids])
             for key in ("step", "pixels", "points")
         )
         yield (
-            f"{len(self.grids)} grids of {pixels} pixels each; formulas, poses and "
-            f"scores take a pixel every {steps} px each way, {points} of them"
+            f"{count} {'grids' if count > 1 else 'grid'} of {pixels} pixels; formulas, "
+            f"poses and scores take a pixel every {steps} px each way, {points} of them"
         )
+        mirrored = [view.name for view in self.views if view.mirrored]
+        if len(mirrored) == count:
+            yield "grids are seen as in a mirror: their y is taken with a minus sign"
 
 
 def check_options(image_set, options):
@@ -115,13 +119,24 @@ def _grids(image_set, views, options, say):
         }
         for view in seen
     ]
-    warnings = []
+    warnings = _handedness(seen)
     if image_set.target.monitor_mm is None:
         warnings.append(
             "target.monitor_mm: null: lengths are in pitches of the monitor's pixels, "
             "which are taken for square"
         )
     return Seen(entries, seen, told, warnings)
+
+
+def _handedness(views):
+    """A warning where some views are seen in a mirror and others are not."""
+    names = {view.mirrored: view.name for view in reversed(views)}
+    if len(names) < 2:
+        return []
+    return [
+        f"{names[True]}: shows the grid as in a mirror, and {names[False]} does not; "
+        "one camera sees all or none so: check axis and inverse of its patterns"
+    ]
 
 
 def _range(numbers):
