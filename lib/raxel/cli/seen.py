@@ -21,7 +21,7 @@ class Entry(NamedTuple):
     reason: str
 
 
-class Seen(NamedTuple):
+class SeenViews(NamedTuple):
     """entries: an Entry for each view; views: what calibrations take of those found, in
     their order; grids: of each grid, for the results; warnings: what a reader must know
     of the units."""
@@ -88,12 +88,12 @@ def check_options(image_set, options):
 
 
 def seen_in(image_set, views, options, say):
-    """Seen of these views, as the options --corners, --points and --detector say."""
+    """SeenViews of these views, as --corners, --points and --detector say."""
     if isinstance(image_set.target, ActiveGrid):
         return _grids(image_set, views, options, say)
     boards = boards_for(image_set, views, options, say)
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
-    return Seen(entries, board_views(image_set, boards), [], [])
+    return SeenViews(entries, board_views(image_set, boards), [], [])
 
 
 def _grids(image_set, views, options, say):
@@ -125,7 +125,7 @@ def _grids(image_set, views, options, say):
             "target.monitor_mm: null: lengths are in pitches of the monitor's pixels, "
             "which are taken for square"
         )
-    return Seen(entries, seen, told, warnings)
+    return SeenViews(entries, seen, told, warnings)
 
 
 def _handedness(views):

@@ -85,13 +85,9 @@ class ActiveGrid:
     monitor_mm: tuple[float, float] | None = None
     chessboard: MonitorChessboard | None = None
 
-    @property
-    def unit(self):
-        """The unit of points on it: 'mm', or 'px' where its size in mm is unknown."""
-        return "mm" if self.monitor_mm else "px"
-
     def chessboard_points(self):
-        """The chessboard's corners, (rows * columns, 2) in `unit`, row by row."""
+        """The chessboard's corners, (rows * columns, 2), row by row: in mm, or in px of
+        the monitor where its size in mm is unknown."""
         points = self.chessboard.points_px()
         if self.monitor_mm is None:
             return points
