@@ -1,0 +1,192 @@
+"""Active grids from the command line: rendered, decoded, calibrated, scored."""
+
+import json
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cli import main
+from tests.active_grids import drawn
+from tests.image_sets import write_drawn_set
+from tests.test_cli_active_grid import recorded, refused
+
+RIG = Path(__file__).parents[1] / "data/rigs/active-grid-demo.yaml"
+FITTED = 3
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory):
+    """The demonstration's monitor before a camera of half the size, in more poses; and
+    the folder of its points."""
+    folder = tmp_path_factory.mktemp("grids")
+    rig = yaml.safe_load(RIG.read_text("utf-8"))
+    camera, target, poses = rig["camera"], rig["target"], rig["poses"]
+    camera["K"]["value"] = [[310, 0, 160.5], [0, 310, 118.25], [0, 0, 1]]
+    camera["width"]["value"], camera["height"]["value"] = 320, 240
+    rig["optics"]["exit_pupil"]["value"] = 310
+    target["gray_bits"]["value"] = [4, 4]
+    target["phase_periods"]["value"] = [16, 16]
+    poses["count"]["value"], poses["evaluate"]["value"] = FITTED, 1
+    poses["tilt"]["value"] = [20, 25]  # few poses tell a focal length only if tilted
+    (folder / "rig.yaml").write_text(yaml.safe_dump(rig), "utf-8")
+    done = folder / "set", folder / "points"
+    order = ["render", folder / "rig.yaml", "--out", done[0], "--seed", 1]
+    assert main([*map(str, order)]) == 0
+    assert main(["decode", str(done[0]), "--out", str(done[1])]) == 0
+    return done
+
+
+def calibrated(image_set, out, *options):
+    """The JSON of a calibration whose camera goes to out / camera.npz."""
+    files = ["--out", out / "camera.npz", "--json", out / "result.json"]
+    assert main([*map(str, ["calibrate", image_set, *files, *options])]) == 0
+    return json.loads((out / "result.json").read_text())
+
+
+# rms over all pixels of the formula, and over those that the table has.
+@pytest.mark.parametrize(("model", "most_deg"), [("zhang", 6e-3), ("generic", 1e-2)])
+def test_the_rendered_camera_is_recovered(rendered, tmp_path, capsys, model, most_deg):
+    image_set, points = rendered
+    options = "--points", points, "--model", model
+    result = calibrated(image_set, tmp_path, *options)
+    printed = capsys.readouterr().out
+    assert f"set: {model}, fitted grids" in printed.replace("active-grid-demo", "set")
+    assert result["warnings"] == []
+    assert [grid["file"] for grid in result["grids"]] == [f"pose-00{k}" for k in "012"]
+    for image, grid in zip(result["images"], result["grids"], strict=True):
+        assert image["n_corners"] == grid["points"]
+        assert 900 < grid["points"] < 1600
+        assert grid["pixels"] > 0.4 * 320 * 240
+    # Points are sure to about 0.03 px.
+    assert result["rms_px"] < 0.05
+    scores = tmp_path / "scores.json"
+    order = ["score", image_set, "--camera", tmp_path / "camera.npz", "--json", scores]
+    assert main([*map(str, order)]) == 0
+    assert json.loads(scores.read_text())["camera"]["rms_deg"] < most_deg
+    order = ["evaluate", tmp_path / "camera.npz", image_set, "--points", points]
+    assert main([*map(str, order), "--json", str(scores)]) == 0
+    evaluated = json.loads(scores.read_text())
+    assert [image["file"] for image in evaluated["images"]] == ["pose-003"]
+    assert evaluated["rms_px"] < 0.06
+    assert evaluated["misfit"]["fits"]
+
+
+def test_a_set_without_points_is_decoded_and_drawn(rendered, tmp_path):
+    image_set, points = rendered
+    options = "--model", "zhang"
+    then = calibrated(image_set, tmp_path, *options, "--points", points)
+    now = calibrated(image_set, tmp_path, *options, "--report", tmp_path / "report")
+    assert now == then
+    page = (tmp_path / "report" / "index.html").read_text("utf-8")
+    assert "fitted grids" in page
+    assert "<th>Points</th>" in page
+    assert len(list((tmp_path / "report").glob("points-*.jpg"))) == FITTED
+
+
+@pytest.fixture
+def copied(rendered, tmp_path):
+    """The rendered set and its points, to be changed."""
+    return [
+        shutil.copytree(folder, tmp_path / folder.name, dirs_exist_ok=True)
+        for folder in rendered
+    ]
+
+
+def test_what_could_not_be_decoded_is_left_out_and_told(copied, tmp_path, capsys):
+    image_set, points = copied
+    (points / "pose-001.npz").unlink()
+    result = calibrated(image_set, tmp_path, "--points", points, "--model", "zhang")
+    assert [entry["file"] for entry in result["left_out"]] == ["pose-001"]
+    printed = capsys.readouterr().out
+    assert f"warning: pose-001: left out: {points} has no file for it" in printed
+    with np.load(points / "pose-002.npz") as found:
+        arrays = {**found, "mask": np.zeros((240, 320), bool)}
+    np.savez(points / "pose-002.npz", **arrays)
+    out = tmp_path / "other.npz"
+    order = ["calibrate", image_set, "--points", points, "--out", out]
+    told = refused(capsys, *order)
+    assert "grid decoded in 1 of 3 views, --model auto needs 3 (pose-001: " in told
+    assert "check exposure and order of the pictures" in told
+    assert not out.exists()
+
+
+def test_without_mm_lengths_are_in_pitches(copied, tmp_path, capsys):
+    image_set, points = copied
+    file = image_set / "set.yaml"
+    data = yaml.safe_load(file.read_text("utf-8"))
+    data["target"]["monitor_mm"] = None
+    file.write_text(yaml.safe_dump(data), "utf-8")
+    order = ["calibrate", image_set, "--points", points, "--out", tmp_path / "a.npz"]
+    assert "field 'points_px': missing" in refused(capsys, *order)
+    result = calibrated(image_set, tmp_path, "--model", "zhang")
+    assert result["unit"] == "pitch"
+    assert any("lengths are in pitches of the mon" in w for w in result["warnings"])
+    assert main(["check", str(image_set)]) == 0
+    assert "size in mm unknown (lengths come out in pitches" in capsys.readouterr().out
+
+
+def test_check_says_what_the_monitor_shows(rendered, capsys):
+    assert main(["check", str(rendered[0])]) == 0
+    printed = capsys.readouterr().out
+    assert "active grid on a monitor of 1024 x 768 px, 304 x 228 mm" in printed
+    assert "pose-000 and 3 more: x gray 4 of 4 bits (16 cells of 64 px), " in printed
+    assert "y phase 4 of 4 steps (16 periods of 48 px), white, black" in printed
+
+
+def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
+    image_set, points = copied
+    order = "calibrate", image_set, "--out", tmp_path / "camera.npz", "--points"
+    assert "no such folder; give one that" in refused(capsys, *order, tmp_path / "no")
+    told = refused(
+        capsys, *order[:2], "--out", points / "pose-000.npz", *order[4:], points
+    )
+    assert "the command reads this file" in told
+    order = *order, points
+    (points / "decoded.json").write_text('{"set": "another"}')
+    assert "set: found 'another'" in refused(capsys, *order)
+    (points / "decoded.json").unlink()
+    with np.load(points / "pose-000.npz") as found:
+        arrays = dict(found)
+    for name, wrong, said in (
+        ("mask", np.ones((240, 320)), "mask: found float64; give truth values"),
+        ("sigma_mm", np.ones((240, 320)), "sigma_mm: shape (240, 320); give (240, 320"),
+    ):
+        np.savez(points / "pose-000.npz", **{**arrays, name: wrong})
+        assert f"pose-000.npz: {said}" in refused(capsys, *order)
+    assert not (tmp_path / "camera.npz").exists()
+
+
+def test_options_of_the_other_target_are_refused(rendered, tmp_path, capsys):
+    order = "calibrate", rendered[0], "--out", tmp_path / "camera.npz"
+    for option in (("--corners", "corners.json"), ("--detector", "opencv")):
+        told = refused(capsys, *order, *option)
+        assert told.endswith(
+            "whose target is an active grid; leave it out, or give --points"
+        )
+    write_drawn_set(tmp_path / "boards")
+    order = "calibrate", tmp_path / "boards", "--out", tmp_path / "camera.npz"
+    told = refused(capsys, *order, "--points", rendered[1])
+    assert told.endswith(
+        "whose target is a chessboard; leave it out, or give --corners"
+    )
+    told = refused(capsys, "corners", rendered[0])
+    assert "raxel decode finds the points of an active grid" in told
+
+
+def test_the_pictures_of_a_grid_are_undistorted(tmp_path):
+    scene = drawn()
+    folder = recorded(tmp_path / "set", scene)
+    K = np.array([[150.0, 0, 79.5], [0, 150.0, 59.5], [0, 0, 1]])
+    PerspectiveCamera(K, [0.0, 0.0], 160, 120).save(tmp_path / "camera.npz")
+    out = tmp_path / "straight"
+    order = ["undistort", tmp_path / "camera.npz", folder, "--out", out]
+    assert main([*map(str, order)]) == 0
+    assert {path.name for path in out.iterdir()} == {p.image for p in scene.patterns}
+    for pattern, image in zip(scene.patterns, scene.images, strict=True):
+        straight = cv2.imread(str(out / pattern.image), -1)
+        assert np.abs(straight[2:-2, 2:-2].astype(int) - image[2:-2, 2:-2]).max() <= 1
