@@ -1,0 +1,218 @@
+"""Which cells and how many steps to take, and all numbers behind it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
+    BY_PIXEL,
+    SMOOTHED,
+    best_cells,
+    grid_of,
+    grids,
+    measured,
+    middle,
+    sigma_px,
+    swept,
+    width_of,
+)
+from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
+    LIGHTS,
+    LINEAR,
+    OUR_BLUR_PX,
+    OUR_CELLS,
+    OUR_NOISE,
+    OUR_STEPS,
+    name_of,
+    period_px,
+    pictures_of,
+)
+from repro.run.columns import columns
+from repro.run.experiment import table
+from repro.run.outcomes import Check, Table
+
+
+@table("ext_cells_advice", needs=("ext_cells_runs",), evidence="rendered")
+def ext_cells_advice(results):
+    """The best cells for each blur and noise, and what the thesis's eight cost."""
+    result = results["ext_cells_runs"]
+    width, rows = width_of(result), []
+    for blur in swept(result, "blurs_px"):
+        for noise in swept(result, "noises"):
+            cells = [blur, noise, 2 * np.pi * blur]
+            name = name_of(LINEAR, blur, noise)
+            for way in (SMOOTHED, BY_PIXEL):
+                ours = middle(
+                    result,
+                    name,
+                    f"{way}.rms_px",
+                    grid_of(OUR_CELLS, OUR_STEPS),
+                )
+                best = best_cells(result, blur, noise, way)
+                if best is None:
+                    cells += [None] * 4
+                    continue
+                count, error = best
+                period = period_px(count, width)
+                cells += [count, period, error, ours / error]
+            rows.append(cells)
+    heads = ["Blur SD (px)", "Noise SD (grey levels)", "2π blur (px)"]
+    for way in ("smoothed", "by pixel"):
+        heads += [
+            f"{way}: best cells",
+            f"{way}: width of a cell (px)",
+            f"{way}: RMS error (px)",
+            f"{way}: error of 8 cells / this",
+        ]
+    return Table(
+        columns(heads, rows),
+        "The best of the tested numbers of cells, with four steps: least "
+        "median RMS error of those that decode 99 % of the pixels and none "
+        "into a wrong cell. The width of a cell, in px of the camera, is "
+        "what carries over to another picture.",
+    )
+
+
+@table("ext_cells_scores", needs=("ext_cells_runs",), evidence="rendered")
+def ext_cells_scores(results):
+    """Every grid at one noise: errors, stated SD, pixels decoded."""
+    result = results["ext_cells_runs"]
+    rows = []
+    for blur in swept(result, "blurs_px"):
+        name = name_of(LINEAR, blur, OUR_NOISE)
+        for cells, steps in grids(result):
+            grid = grid_of(cells, steps)
+            for way in (SMOOTHED, BY_PIXEL):
+                rows.append(
+                    [blur, cells, pictures_of(cells, steps), way]
+                    + _scores(result, f"{name}.{way}", grid)
+                )
+    heads = (
+        "Blur SD (px)",
+        "Cells",
+        "Pictures",
+        "Decoded",
+        "RMS error (px)",
+        "Median error (px)",
+        "95 % below (px)",
+        "Stated SD, RMS (px)",
+        "Within one stated SD (%)",
+        "Pixels with a place (%)",
+        "Wrong cell (pixels)",
+    )
+    return Table(
+        columns(heads, rows),
+        f"All grids with four steps under noise of SD {OUR_NOISE:g}, medians "
+        "over the views; errors are of one coordinate. Wrong cell: pixels, "
+        "over all views, that are off by half a cell or more. A normal error "
+        "is within one SD in 68 %.",
+        Check(
+            all(row[-1] == 0 for row in rows if row[-2] and row[-2] > 99),
+            "no grid that decodes 99 % has a pixel in a wrong cell",
+        ),
+    )
+
+
+def _scores(result, name, grid):
+    found = [
+        measured(result, name, key, grid)
+        for key in ("rms_px", "median_px", "p95_px", "sigma_px")
+    ]
+    within = middle(result, name, "within", grid)
+    return [
+        found[0],
+        *(one and one.value for one in found[1:]),
+        100 * within if np.isfinite(within) else None,
+        100 * middle(result, name, "decoded", grid),
+        int(result.column(f"{name}.gross", **grid).sum()),
+    ]
+
+
+@table(
+    "ext_steps_advice",
+    needs=("ext_steps_runs",),
+    evidence="rendered",
+)
+def ext_steps_advice(results):
+    """The error of each number of steps by gamma, and the steps that suffice."""
+    result = results["ext_steps_runs"]
+    period = period_px(OUR_CELLS, width_of(result))
+    counts = [steps for _, steps in grids(result)]
+    rows = []
+    for gamma in swept(result, "gammas"):
+        name = f"{name_of(gamma, OUR_BLUR_PX, 0.0)}.{BY_PIXEL}"
+        found = [
+            measured(result, name, "rms_px", grid_of(OUR_CELLS, n))
+            for n in counts
+        ]
+        gross = [
+            result.column(f"{name}.gross", **grid_of(OUR_CELLS, n)).sum()
+            for n in counts
+        ]
+        enough = [
+            _enough(period, n, e, g)
+            for n, e, g in zip(counts, found, gross, strict=True)
+        ]
+        rows.append([gamma, *found, *_first(counts, enough)])
+    heads = [
+        "Gamma",
+        *(f"{n} steps (px)" for n in counts),
+        *(f"steps for noise {noise:g}" for noise in NOISES),
+    ]
+    return Table(
+        columns(heads, rows),
+        f"RMS error (px) that the response makes without noise, with "
+        f"{OUR_CELLS} cells of {period:.0f} px, by pixel; and the fewest of "
+        "the tested steps with which it is less than half of the error that "
+        "noise of that SD makes, so that it adds less than 12 %.",
+    )
+
+
+NOISES = (1.0, 3.0, 8.0)
+
+
+def _enough(period, steps, error, gross):
+    """For each of NOISES: whether the response adds little to what noise does."""
+    return [
+        gross == 0
+        and error.value < sigma_px(period, OUR_BLUR_PX, noise, steps) / 2
+        for noise in NOISES
+    ]
+
+
+def _first(counts, enough):
+    """The fewest steps that are enough, for each noise."""
+    return [
+        next(
+            (n for n, good in zip(counts, column, strict=True) if good),
+            None,
+        )
+        for column in zip(*enough, strict=True)
+    ]
+
+
+@table("ext_steps_light", needs=("ext_light_runs",), evidence="rendered")
+def ext_steps_light(results):
+    """Steps compared with the same exposure each, the same pictures, the same light."""
+    result = results["ext_light_runs"]
+    rows = []
+    for cells, steps in grids(result):
+        grid = grid_of(cells, steps)
+        rows.append(
+            [steps]
+            + [
+                measured(result, f"{which}.{BY_PIXEL}", "rms_px", grid)
+                for which in LIGHTS
+            ]
+        )
+    heads = [
+        "Steps",
+        "one picture a step, each exposed alike (px)",
+        "24 pictures of sines an axis (px)",
+        "light of four steps in all (px)",
+    ]
+    return Table(
+        columns(heads, rows),
+        "RMS error of a coordinate with a linear response and the noise of "
+        "a sensor of 15 000 electrons: only the pictures and the light count.",
+    )
