@@ -10,6 +10,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     SMOOTHING,
     Method,
     formula_mm,
+    of_other_corners,
     swept,
     trials_of_vectors,
 )
@@ -28,6 +29,7 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
 MAGNIFIED = 300
+SHOWN_MM = (1e-2, 1e2)
 INK = "#1b1f24"
 RIDGE_NAMES = {
     "unknown": "interpolation, ridge unknown",
@@ -45,18 +47,16 @@ def fig_3_6(results):
     rows, asked = [], len(result.arrays("points")[0])
     for panel, reading, letter in zip(axes, READINGS, "ab", strict=True):
         points, errors = trials_of_vectors(result, reading)[0]
-        ends = points + MAGNIFIED * errors
         rows += [
             (reading, *p, *e) for p, e in zip(points, errors, strict=True)
         ]
-        lines = np.stack([points, ends, np.full_like(ends, np.nan)], 1)
-        panel.plot(*lines.reshape(-1, 2).T, "-", color=INK, lw=0.8)
-        panel.plot(*points.T, ".", color=series(0)["color"], ms=2.5)
+        _arrows(panel, points, errors, series(0)["color"])
         panel.set_title(f"({letter}) {reading}")
         panel.set_aspect("equal")
         ticks = np.arange(0, SIDE_MM + 1, 60)
         panel.set(xticks=ticks, yticks=ticks, xlabel="x (mm)")
-        panel.invert_yaxis()
+    _arrows(axes[0], *of_other_corners(result), series(1)["color"])
+    axes[0].invert_yaxis()
     axes[0].set_ylabel("y (mm)")
     shown = [sum(row[0] == reading for row in rows) for reading in READINGS]
     names = ("corners", "x_mm", "y_mm", "error_x_mm", "error_y_mm")
@@ -67,14 +67,22 @@ def fig_3_6(results):
         f"grid with a pitch of {pitch} mm; vectors are {MAGNIFIED} times as "
         "long as they are. Dots: the points, in grid coordinates, with y "
         "downwards as in images. (a) The four nearest corners, no three on a "
-        "line of the grid, as the thesis has it; (b) those of the "
-        "enclosing square.",
+        "line of the grid, as the thesis has it; orange where these are not "
+        "those of the enclosing square, which (b) has.",
         Check(
             shown[0] == asked and 0.95 * asked <= shown[1] <= asked,
             f"{shown[0]} and {shown[1]} of {asked} points are drawn; beside "
             "the outermost corners a point can lie in no square of the image",
         ),
     )
+
+
+def _arrows(panel, points, errors, colour):
+    """Points (n, 2), and their errors (n, 2) from there, magnified."""
+    ends = points + MAGNIFIED * errors
+    lines = np.stack([points, ends, np.full_like(ends, np.nan)], 1)
+    panel.plot(*lines.reshape(-1, 2).T, "-", color=colour, lw=0.9)
+    panel.plot(*points.T, ".", color=colour, ms=2.5)
 
 
 @figure("fig_3_7", needs=("fig_3_7_pitches",), evidence="synthetic")
@@ -105,7 +113,7 @@ def fig_3_7(results):
     for panel in axes:
         panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
         panel.set_xlabel("Grid pitch (mm)")
-    axes[0].set_ylabel("RMS error (mm)")
+        panel.set_ylabel("RMS error (mm)")
     axes[0].legend()
     axes[1].set(xscale="log", yscale="log")
     shown = [p for p in pitch if p in (5, 10, 20, 30, 60)]
@@ -198,6 +206,7 @@ def ext_two_facets(results):
         rows += [(label, *row) for row in zip(place, size, strict=True)]
     axes.set_xlabel("Distance from the ridge (px)")
     axes.set_ylabel("RMS error (mm)")
+    axes.set_ylim(*SHOWN_MM)
     axes.legend()
     return Drawing(
         drawn,
@@ -206,8 +215,8 @@ def ext_two_facets(results):
         "among the nearest four; decoding only where blur, or its filter, "
         "mixes both sides. RMS over the trusted pixels of a column, medians over "
         f"{result.trials_per_condition} trials. With the ridge known, "
-        "interpolation is exact here: a flat mirror before a pinhole is a "
-        "homography.",
+        "interpolation is exact here, as it is left and right of the curve: a "
+        "flat mirror before a pinhole is a homography.",
     )
 
 

@@ -75,15 +75,21 @@ def radial_share(vectors):
     return float(np.sum(along**2) / np.sum(vectors.errors**2))
 
 
-def parallelograms(result):
-    """Share of the points of all trials for which the two choices of corners differ."""
-    apart = [
-        np.abs(a - b).max(axis=1)
+def with_other_corners(result):
+    """Trial by trial, which points (n,) have other corners in the other reading."""
+    return [
+        np.abs(a - b).max(axis=1) > OTHER_CORNERS_MM
         for a, b in zip(
             *(result.arrays(name) for name in READINGS), strict=True
         )
     ]
-    return float(np.mean(np.concatenate(apart) > OTHER_CORNERS_MM))
+
+
+def of_other_corners(result):
+    """Vectors of those points of the first trial, with the nearest four."""
+    other = with_other_corners(result)[0]
+    points, errors = result.arrays("points"), result.arrays(PRIMARY)
+    return Vectors(points[0][other], errors[0][other])
 
 
 def swept(result, name):
@@ -157,7 +163,9 @@ def name_values(open_results):
     for short, name in (("nearest", PRIMARY), ("enclosing", READINGS[1])):
         shares = [radial_share(v) for v in trials_of_vectors(vectors, name)]
         value(f"radial.{short}", 100 * float(np.median(shares)))
-    value("parallelograms", 100 * parallelograms(vectors))
+    value(
+        "parallelograms", 100 * float(np.mean(with_other_corners(vectors)))
+    )
     pitches = open_results("fig_3_7_pitches")
     levels = swept(pitches, "pitch_mm")
     medians = [
@@ -173,12 +181,15 @@ def name_values(open_results):
     value("noise_px", CORNER_NOISE_PX)
     name_methods(methods)
     ridge = open_results("exp_c3_interp_discontinuous")
-    for name in (*KNOWN, *SMOOTHING):
-        short = {"7 x 7": "smoothed", "none": "plain"}.get(name, name)
-        for key in ("rms", "median"):
-            found = ridge.column(f"{name}.{key}_mm")
-            suffix = "" if key == "rms" else "_median"
-            value(f"break.{short}{suffix}", median_interval(found).value)
+    shorts = {"unknown": "unknown", "7 x 7": "smoothed", "none": "plain"}
+    for name, short in shorts.items():
+        for key in ("rms_mm", "median_mm", "gross"):
+            found = np.median(ridge.column(f"{name}.{key}"))
+            scale = 100 if key == "gross" else 1
+            value(f"break.{short}.{key}", scale * float(found))
+    gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
+    for end in ("value", "low", "high"):
+        value(f"gain.{end}", getattr(gain, end))
     value("break.jump", float(np.median(ridge.column("jump_mm"))))
 
 

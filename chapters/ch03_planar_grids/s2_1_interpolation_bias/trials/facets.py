@@ -23,6 +23,7 @@ OTHER_FACETS_DEG = (0.5, 3.0)
 RIDGE_PX = (WIDTH_PX - 1) / 2  # column of the ridge, which is upright
 TILT_DEG, SHIFT_MM = 10.0, 20.0
 PITCH_MM = 20.0
+GROSS_MM = 1.0
 GRID = ActiveGrid((1920, 1200), (518.0, 324.0))
 
 
@@ -81,6 +82,12 @@ def chessboard_corners(camera, T_camera_monitor):
         own = np.full(len(here), facet)
         found.append((seen.pixels[here], points[here], places[here], own))
     return [np.concatenate(part) for part in zip(*found, strict=True)]
+
+
+def with_noise(corners, sd_px, rng):
+    """The corners with noise of sd_px on each axis of the picture."""
+    seen, *rest = corners
+    return [seen + rng.normal(0, sd_px, seen.shape), *rest]
 
 
 def interpolated(pixels, corners, facets=None):
