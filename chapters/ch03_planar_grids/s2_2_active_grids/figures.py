@@ -1,0 +1,249 @@
+"""The active grid of section 3.2.2 at work, its patterns, and the imaged sine."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.ticker import FixedFormatter, FixedLocator
+
+from chapters.ch03_planar_grids.s2_2_active_grids.results import (
+    QUESTIONS,
+    profile_column,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
+    PIXEL_SHARE,
+    SHOWN_EVERY,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
+    DATA_SHEET_GAMMA,
+    HARMONICS,
+)
+from chapters.shared.phase_steps import power_law_orders
+from raxel.sets import patterns_of, plan_of_cells
+from raxel.sets.patterns import pattern_picture
+from repro.page.style import figure as new_figure
+from repro.page.style import series
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+SHOWN_PX = (512, 384)
+NAMES = ("bit 0", "bit 1", "bit 2")
+MODELS = ("one sine", "one harmonic", "two harmonics")
+
+
+@figure("ext_active_grid", needs=("ext_active_grid",), evidence="rendered")
+def ext_active_grid(results):
+    """Patterns along a row, what they decode to, and how far that is off."""
+    view = results["ext_active_grid"]
+    strip = view.arrays("strip")[0]
+    row = view.arrays("decoded_row")[0]
+    place, error = view.arrays("location")[0], view.arrays("error")[0]
+    drawn, axes = new_figure(2, 2, height_in=5.2)
+    (top, along), (where, wrong) = axes
+    height, width = np.array(place.shape) * SHOWN_EVERY
+    at = int(PIXEL_SHARE[1] * height)
+    top.grid(False)
+    top.imshow(
+        strip,
+        cmap="gray",
+        vmin=0,
+        vmax=255,
+        aspect="auto",
+        extent=(-0.5, width - 0.5, len(strip) - 0.5, -0.5),
+        interpolation="nearest",
+    )
+    labels = [f"{n}{end}" for n in NAMES for end in ("", ", inverse")]
+    labels += [f"sine, {90 * k}°" for k in range(4)]
+    top.yaxis.set_major_locator(FixedLocator(range(len(labels))))
+    top.yaxis.set_major_formatter(FixedFormatter(labels))
+    top.tick_params(axis="y", labelsize=7)
+    top.set_title("(a) one row of ten pictures")
+    top.set_xlabel("Column u (px)")
+    along.plot(np.arange(len(row)), row, **series(0) | {"marker": ""})
+    along.set_title("(b) decoded from it")
+    along.set_xlabel("Column u (px)")
+    along.set_ylabel("Location along x (mm)")
+    extent = (-0.5, width - 0.5, height - 0.5, -0.5)
+    for axis, picture, title, name, look in (
+        (where, place, "(c) location along x", "mm", {"cmap": "cividis"}),
+        (
+            wrong,
+            1000 * error,
+            "(d) distance from the truth",
+            "µm",
+            {"cmap": "magma", "vmin": 0, "vmax": 80},
+        ),
+    ):
+        axis.grid(False)
+        shown = axis.imshow(
+            np.ma.masked_invalid(picture),
+            extent=extent,
+            interpolation="nearest",
+            **look,
+        )
+        axis.set_facecolor("#bbbbbb")
+        axis.set_title(title)
+        axis.set_xlabel("Column u (px)")
+        axis.set_ylabel("Row v (px)")
+        bar = drawn.colorbar(shown, ax=axis, shrink=0.85)
+        bar.set_label(f"({name})")
+    where.axhline(at, color="white", linewidth=1, linestyle="--")
+    columns = np.arange(len(row))
+    data = {"u": columns.tolist(), "x (mm)": row.tolist()}
+    data |= {
+        label: line.tolist()
+        for label, line in zip(labels, strip, strict=True)
+    }
+    return Drawing(
+        drawn,
+        data,
+        "Ten pictures tell every pixel where on the monitor it looks. (a) One row of "
+        "the pictures that encode x; (b) what the decoder makes of it; (c) the whole "
+        "view, with that row dashed; (d) what is left wrong, whose ripple is that of "
+        "the monitor's gamma. Grey: masked.",
+    )
+
+
+@figure("fig_3_8", needs=("exp_c3_20_patterns",), evidence="analytic")
+def fig_3_8(results):
+    """The patterns of the vertical axis, as the monitor is sent them."""
+    counted = results["exp_c3_20_patterns"]
+    patterns = [
+        p for p in patterns_of(plan_of_cells(SHOWN_PX)) if p.axis == "y"
+    ]
+    drawn, axes = new_figure(2, 6, height_in=2.9)
+    binary = [p for p in patterns if p.kind == "gray"]
+    sines = [p for p in patterns if p.kind == "phase"]
+    data = {"row": list(range(SHOWN_PX[1]))}
+    for cells in axes.ravel():
+        cells.axis("off")
+    for panel, row, group in (
+        ("a", axes[0], binary),
+        ("b", axes[1], sines),
+    ):
+        for cell, pattern in zip(row, group, strict=False):
+            picture = pattern_picture(pattern, SHOWN_PX)
+            cell.imshow(picture, cmap="gray", vmin=0, vmax=255)
+            name = (
+                f"bit {pattern.bit}"
+                + ("\ninverse" if pattern.inverse else "")
+                if pattern.kind == "gray"
+                else f"sine\n{360 * pattern.step // pattern.of}°"
+            )
+            cell.set_title(
+                name, fontsize=8, loc="center", fontweight="normal"
+            )
+            data[name.replace("\n", ", ")] = picture[:, 0].tolist()
+        row[0].text(
+            -0.25, 0.5, f"({panel})", transform=row[0].transAxes, ha="right"
+        )
+    both = counted.column("patterns", **counted.conditions[0])[0]
+    right = (len(binary), len(sines)) == (6, 4) and both == 2 * len(
+        patterns
+    )
+    return Drawing(
+        drawn,
+        data,
+        "The ten patterns that encode the vertical location: (a) three bits of a Gray "
+        "code for eight cells, each with its inverse; (b) the sine, moved by 90° from "
+        "one to the next.",
+        Check(
+            bool(right),
+            f"{len(binary)} binary and {len(sines)} sinusoidal patterns along one "
+            f"axis, {both:.0f} along both",
+        ),
+    )
+
+
+@figure("fig_3_9", needs=("fig_3_9",), evidence="rendered")
+def fig_3_9(results):
+    """A period of the rectified picture with its fits, and misfits over gamma."""
+    ran = results["fig_3_9"]
+    profile = ran.arrays("linear.profile")[0]
+    place = (np.arange(len(profile)) + 0.5) / len(profile)
+    drawn, (left, right) = new_figure(1, 2, height_in=3.4)
+    left.plot(
+        place[::3],
+        profile[::3],
+        linestyle="",
+        marker=".",
+        color="#4a4a4a",
+        label="column means",
+    )
+    data = {"place": place.tolist(), "profile": profile.tolist()}
+    for k, name in zip(HARMONICS, MODELS, strict=True):
+        fit = ran.arrays(f"linear.fit_{k}")[0]
+        left.plot(place, fit, **series(k) | {"marker": ""}, label=name)
+        data[name] = fit.tolist()
+    left.set_xlabel("Place in the period (periods)")
+    left.set_ylabel("Mean grey level (grey levels)")
+    left.set_title(f"(a) gamma {DATA_SHEET_GAMMA}")
+    left.legend(fontsize=8)
+    gammas = ran.conditions[0]["gammas"]
+    for k, name in zip(HARMONICS, MODELS, strict=True):
+        rms = [
+            np.median(profile_column(ran, "linear", g, f"rms_{k}"))
+            for g in gammas
+        ]
+        right.plot(gammas, rms, **series(k), label=name)
+    right.set_yscale("log")
+    right.set_xlabel("Gamma of the monitor (1)")
+    right.set_ylabel("RMS misfit (grey levels)")
+    right.set_title("(b) misfit against gamma")
+    return Drawing(
+        drawn,
+        data,
+        "One sine does not fit the imaged profile, one harmonic more does. (a) One of "
+        "eight periods: means over the columns of a rendered picture, undistorted and "
+        "rectified, with a camera that answers in proportion; (b) RMS misfit of the "
+        "same models for other gammas, medians over the views.",
+    )
+
+
+@figure("ext_harmonics_gamma", needs=("fig_3_9",), evidence="rendered")
+def ext_harmonics_gamma(results):
+    """Orders 2 and 3 in the picture, beside those of a power law."""
+    ran = results["fig_3_9"]
+    gammas = ran.conditions[0]["gammas"]
+    drawn, both = new_figure(1, 2, height_in=3.0, sharey=True)
+    data = {"gamma": list(gammas)}
+    fine = np.linspace(gammas[0], gammas[-1], 81)
+    law = np.abs([power_law_orders(g, 3) for g in fine])
+    for axes, camera in zip(
+        both, QUESTIONS["camera_response"], strict=True
+    ):
+        for k, n in enumerate((2, 3)):
+            size = [
+                np.median(
+                    profile_column(ran, camera, g, f"order_{n}")
+                    / profile_column(ran, camera, g, "order_1")
+                )
+                for g in gammas
+            ]
+            look = series(k)
+            axes.plot(
+                gammas,
+                100 * np.array(size),
+                **look | {"linestyle": ""},
+                label=f"order {n}, imaged",
+            )
+            if camera == "linear":
+                axes.plot(
+                    fine,
+                    100 * law[:, n - 1],
+                    **look | {"marker": ""},
+                    label=f"order {n}, power law",
+                )
+            data[f"{camera}, order {n} (%)"] = (
+                100 * np.array(size)
+            ).tolist()
+        axes.set_title(f"camera: {camera}")
+        axes.set_xlabel("Gamma of the monitor (1)")
+    both[0].set_ylabel("Amplitude (% of order 1)")
+    both[0].legend(fontsize=8)
+    return Drawing(
+        drawn,
+        data,
+        "Order 3 of a power law vanishes at gammas of 1 and 2, where order 2 grows. "
+        "Orders in the imaged period for two cameras, beside the closed form of "
+        "Appendix A.",
+    )

@@ -1,0 +1,346 @@
+# %% [markdown]
+# # 3.2.2 Active grids
+#
+# **Question.** A chessboard gives a camera a few dozen points, and
+# everything between them must be interpolated. A monitor can do better: it
+# shows a series of patterns, and every pixel of the camera reads from its
+# own grey values which point of the monitor it sees. How does that work,
+# how sure is it, and what does the monitor's response do to it?
+
+# %% tags=["hide-cell"]
+import numpy as np
+
+from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (
+    cell_task,
+    place_task,
+    sigma_task,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.results import (
+    name_values,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
+    bloom_trial,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
+    bits_trial,
+    wrong_bit_trial,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
+    NOISE_GREY,
+    printed_rule,
+    smoothing_trial,
+    view_trial,
+    wrap_trial,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import (
+    response_trial,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
+    AMPLITUDE_GREY,
+    GAMMAS,
+    fitted,
+    profile_trial,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
+    COARSENESS,
+    RIGS,
+)
+from raxel.features.active_grid import decode
+from raxel.sets import plan_of_cells
+from repro.page.exercise import check
+from repro.page.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+)
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+# %% tags=["active-ipynb"]
+# show("ext_active_grid")
+
+# %% tags=["active-ipynb", "remove-input"]
+# name_values(open_results)
+
+# %% [markdown]
+# **Findings.**
+#
+# - Twenty patterns locate {glue:text}`view.share:.0f` % of the pixels that
+#   see the monitor, with an RMS error of {glue:text}`view.rms:.3f` mm along
+#   either axis; the rest are masked, most of them at the rim.
+# - That error is not noise: noise leaves {glue:text}`view.sigma:.3f` mm, and
+#   what is above it comes from the monitor's gamma. It was not removed by
+#   averaging, and the stated standard deviation leaves it out.
+# - One sine fits the imaged profile badly and one harmonic more fits it well,
+#   as the thesis says; order 3, with a gamma of 2.2, is still
+#   {glue:text}`linear.third:.0f` % of the misfit that is left.
+# - With the sizes of the thesis's own fits a phase is wrong by at most
+#   {glue:text}`response.three:.3f` % of a period. If what its fits leave
+#   over were order 5, it would be {glue:text}`response.five:.2f` %.
+# - Comparing a pattern with its inverse makes fewer wrong bits near edges
+#   than a threshold, but not half as many; and in light that overflows the
+#   sensor a chessboard's corners are found better than an active grid.
+
+# %% [markdown]
+# ## What the thesis claims
+#
+# An active grid is a flat monitor that shows patterns one after the other.
+# A pixel sees one point of it, and the grey values of that pixel over the
+# series encode where the point lies. Twenty patterns do it, ten for each
+# axis (Fig. 3.8):
+#
+# - a **Gray code**: black and white stripes, which number eight *cells* along
+#   the axis with three bits, each pattern followed by its inverse;
+# - **sines**, one period to a cell, moved by a quarter of a period from one
+#   picture to the next. They say where in the cell the point lies.
+#
+# Section 3.2.2 claims that wrong bits cost one cell at most; that neither an
+# offset of the grey values nor vignetting changes a place; that the response
+# of monitor and camera bends the sine without harm (Fig. 3.9); and that
+# blooming, charge that runs from overfull pixels into their neighbours,
+# troubles active grids less than chessboards.
+
+# %% tags=["active-ipynb"]
+# show("fig_3_8")
+
+# %% [markdown]
+# ## Model
+#
+# **The cell.** A pixel has a 1 where a pattern is lighter than its inverse.
+# Three bits $g_0 g_1 g_2$ of Gray code become the number $b$ of the cell: a
+# binary digit is the exclusive or of all Gray bits up to it. In Gray code
+# two neighbouring cells differ in one bit, so at their edge only that bit
+# can be misread, and the pixel lands in the one cell or the other. In plain
+# binary, cells 3 and 4 (011 and 100) differ in all three.
+#
+# **The place in it.** $I_1$ to $I_4$ are the grey values under the four
+# sines. With $m$ the mean, $B$ the *modulation* and $\phi$ the phase, $I_k =
+# m + B\sin(\phi + (k - 1)\,\pi/2)$, and
+#
+# $$\phi = \operatorname{atan2}(I_1 - I_3,\ I_2 - I_4), \qquad
+# d = \frac{\phi \bmod 2\pi}{2\pi}, \qquad
+# B = \tfrac12\sqrt{(I_1 - I_3)^2 + (I_2 - I_4)^2} . \tag{3.23}$$
+#
+# The thesis prints a plain arctan of the ratio, which knows half a period
+# only; atan2 takes the signs of both differences (E-3.08). An offset
+# cancels in the differences, and a gain of the pixel in their ratio.
+#
+# **The location** along the axis, with $w$ the width of a cell:
+#
+# $$l_x = (b + d)\,w . \tag{3.24}$$
+#
+# **How sure?** If each grey value has noise with a standard deviation $s$,
+# the phase from $N$ steps has $\sqrt{2/N}\,s/B$ rad, so that
+#
+# $$\sigma = \frac{w}{2\pi}\sqrt{\frac{2}{N}}\,\frac{s}{B} .$$
+#
+# The decoder measures $s$ in the pictures, as a variance that rises with
+# the grey level, since photons arrive at random. Every pixel gets its own
+# $\sigma$.
+#
+# **One pixel by hand.** Column {glue:text}`pixel.u`, row
+# {glue:text}`pixel.v` of the first view:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_one_pixel")
+
+# %% [markdown]
+# **At the edge of a cell** $b$ and $d$ come from different pictures and need
+# not change in the same pixel. Where $d$ has jumped from 1 to 0 and $b$ has
+# not followed, (3.24) is off by a whole cell (E-3.20); the thesis smooths it
+# away. The decoder has a rule instead. A phase near 0 or 1 says: this is
+# an edge. The bit that changes there has lost its contrast to its inverse,
+# so it is not asked; the cell becomes the one in which that phase lies next
+# to the edge. Of the two edges that a cell has, the right one is that whose
+# bit has lost contrast, as a mean over the 3 × 3 pixels around.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_wrap_rule")
+
+# %% [markdown]
+# **Midpoint of edges.** A bright stripe looks too wide, by blooming or by a
+# response that lifts grey. In the inverse the other side is bright, and the
+# edge is off by as much the other way. The two pictures are equally light
+# midway, and that is where the comparison changes sign.
+#
+# **7 × 7.** The sines are averaged over 49 pixels; the decoder averages
+# the two differences of (3.23), each pixel scaled to the same $B$, so that a
+# bright pixel has no more say. Independent noise shrinks to a seventh.
+# Across a straight ramp of phase the average is that of its middle; only a
+# bent ramp leaves a bias, of 2 px² times the sum of the second derivatives of
+# the location along $u$ and $v$. A window that holds a masked pixel, a
+# jump, or nearly half a period is not averaged.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_window", digits=3)
+
+# %% [markdown]
+# **The mask** says which pixels have no answer: too little modulation or
+# contrast beside the noise ($B$ below 5 standard deviations of its own), a
+# sine that is clipped, two bits without contrast at one place, a phase that
+# disagrees with all neighbours, or the rim of the lit area, where blur
+# mixes in what is beside it.
+#
+# **Harmonics.** The thesis fits a mean and the orders 1 to $h + 1$ of a
+# Fourier series to a period of the profile, $h = 0, 1, 2$ further
+# harmonics. [Appendix A](../appendix_a/phase_and_harmonics.ipynb) derives
+# which orders move a phase: with four steps 3, 5, 7 and so on, but not 2,
+# 4, 6. The thesis calls order 2 the first harmonic, and the even orders
+# odd harmonics (E-3.09).
+
+# %% tags=["active-ipynb"]
+# show_code(decode, printed_rule, fitted)
+
+# %% [markdown]
+# ## Experiment
+#
+# The camera and the monitor are the laboratory's: a rendered picture has
+# lens, noise and rounding, and its truth is known. What the thesis does not
+# state was written into the ledger before the runs (`active_grid` and
+# `radiometric` in the settings).
+
+# %%
+SEEDS = {"quick": 1, "full": 3}
+
+
+@experiment(
+    "ext_active_grid",
+    artefact="ext_active_grid",
+    shards={"quick": 1, "full": 1},
+    inputs=RIGS,
+)
+def views(effort):
+    """Views of an 8 x 8 grid, decoded with the decoder's defaults."""
+    condition = {"coarseness": COARSENESS[effort]}
+    return Plan(view_trial, [condition], SEEDS[effort])
+
+
+@experiment(
+    "ext_wrap_rule",
+    artefact="ext_wrap_rule",
+    shards={"quick": 1, "full": 1},
+    inputs=RIGS,
+)
+def edges_of_cells(effort):
+    """Gross errors at the edges of cells, under four blurs."""
+    condition = {"coarseness": COARSENESS[effort]}
+    settings = {"noise_grey": NOISE_GREY}
+    return Plan(wrap_trial, [condition], SEEDS[effort], settings)
+
+
+GRIDS = {
+    "quick": ((8, 4),),
+    "full": ((8, 4), (8, 6), (16, 4), (32, 4)),
+}
+
+
+@experiment(
+    "ext_window",
+    artefact="ext_window",
+    shards={"quick": 1, "full": 1},
+    inputs=RIGS,
+)
+def windows(effort):
+    """The 7 x 7 window on wide and on narrow cells, with four and six steps."""
+    conditions = [
+        {"cells": cells, "steps": steps, "coarseness": COARSENESS[effort]}
+        for cells, steps in GRIDS[effort]
+    ]
+    return Plan(smoothing_trial, conditions, 1)
+
+
+# %%
+@experiment(
+    "fig_3_9",
+    artefact="fig_3_9",
+    shards={"quick": 1, "full": 1},
+    inputs=RIGS,
+)
+def profiles(effort):
+    """One period of the imaged sine for a range of gammas and two cameras."""
+    condition = {"coarseness": COARSENESS[effort], "gammas": GAMMAS[effort]}
+    settings = {"amplitude_grey": AMPLITUDE_GREY}
+    return Plan(profile_trial, [condition], SEEDS[effort], settings)
+
+
+# %% tags=["active-ipynb"]
+# show_code(profile_trial, response_trial, bits_trial, bloom_trial)
+
+# %% [markdown]
+# ## Further figures
+
+# %% tags=["active-ipynb"]
+# show("fig_3_9")
+
+# %% tags=["active-ipynb"]
+# show("ext_harmonics_gamma")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_bits", digits=3)
+
+# %% tags=["active-ipynb"]
+# show_table("ext_blooming", digits=3)
+
+# %% [markdown]
+# ## Reading and limits
+#
+# - **Order 3 and gamma.** For a monitor whose light is a power of the value
+#   sent, order 3 vanishes at gammas of exactly 1 and 2, and nowhere between
+#   1 and 3. The published fits find next to none, so the thesis's monitor
+#   and camera were together no power law, or very near to one of 2.
+# - **What is left over.** The published fits leave 1.308 grey levels
+#   whether there are one or two harmonics. Means over hundreds of rows have
+#   little noise. What the rest was, the text does not say, and on that hangs
+#   how well four steps were decoded; six steps would have settled it.
+# - **Camera.** A camera with the sRGB standard's curve undoes most of the
+#   gamma: at 2.2 the misfit of one sine is {glue:text}`sRGB.rms_0:.1f` grey
+#   levels in place of {glue:text}`linear.rms_0:.1f`, and no harmonic
+#   improves it much.
+# - **Inverse or threshold.** The comparison has twice the contrast and
+#   $\sqrt 2$ times the noise of a threshold that is exactly right, so with
+#   even light it gains a factor of about 1.4 where edges fall anywhere:
+#   {glue:text}`bits.anywhere:.2f` here. Where they fall between pixels
+#   wrong bits are rare, and the factor is {glue:text}`bits.between:.1f`.
+#   Its real use is another: no threshold has to be known at all.
+# - **Blooming.** A corner looks the same after half a turn, and so does the
+#   charge that spills around it; the saddle point stays where it was. A sine
+#   that is cut off has lost its phase, and the decoder masks it: at 1.2 full
+#   wells {glue:text}`bloom.left:.2f` % of the pixels are left. Both targets
+#   are given the same light; who can choose should choose less.
+# - **Wrong bits.** Gray code keeps a wrong bit to one cell at *its* edge. A
+#   bit misread elsewhere can send a pixel across the whole monitor; that
+#   takes noise of half the contrast, and the mask looks for it.
+
+# %% [markdown]
+# ## Compared with the published numbers
+
+# %% tags=["active-ipynb"]
+# compared()
+
+# %% [markdown]
+# ## Try it yourself
+#
+# Open this page as a notebook (`make lab`) and run all cells. Then put an
+# answer in place of `None`, and run that cell again.
+#
+# **1.** A pixel has the Gray bits 1, 1, 0, the first being the coarsest. In
+# which cell is it? Cells count from 0.
+
+# %% tags=["active-ipynb"]
+# check(None, **cell_task())
+
+# %% [markdown]
+# **2.** The same pixel has $I_1 = 60$, $I_2 = 150$, $I_3 = 140$ and $I_4 =
+# 50$ grey levels. Cells are 30 mm wide. Where is it, in mm?
+
+# %% tags=["active-ipynb"]
+# check(None, **place_task())
+
+# %% [markdown]
+# **3.** Its noise is 2 grey levels. What is the standard deviation of the
+# location in mm after averaging over 7 × 7 pixels like it?
+
+# %% tags=["active-ipynb"]
+# check(None, **sigma_task())

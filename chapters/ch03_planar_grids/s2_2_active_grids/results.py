@@ -1,0 +1,238 @@
+"""Results of section 3.2.2, as its figures, tables, claims and prose need them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
+    CORNER_METHODS,
+    EXPOSURES,
+    SHARES,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
+    SLANT_PX,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
+    BLURS_PX,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
+    DATA_SHEET_GAMMA,
+)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
+    CELLS,
+    STEPS,
+)
+from repro.judge.statistics import median_interval
+from repro.page.reader import value
+
+PERCENT_OF_PERIOD = 100 / (2 * np.pi)
+# What the text leaves open here; the option that decides comes first.
+QUESTIONS = {
+    "camera_response": ("linear", "sRGB"),
+    "profile_rest": ("noise", "order 5"),
+    "bit_edges": ("anywhere", "between pixels"),
+    "bit_threshold": (
+        "one grey value",
+        "white and black",
+        "mean of the sines",
+    ),
+}
+METHODS = (*CORNER_METHODS, "active grid")
+
+
+def profile_column(result, camera, gamma, name):
+    """A value (seeds,) of the imaged period."""
+    return result.column(f"{camera}.{gamma}.{name}")
+
+
+def misfit_ratio(result, camera, gamma=DATA_SHEET_GAMMA):
+    """RMS misfit (seeds,) without further harmonics over that with one."""
+    rms = [
+        profile_column(result, camera, gamma, f"rms_{k}") for k in (0, 1)
+    ]
+    return rms[0] / rms[1]
+
+
+def third_gain(result, camera, gamma=DATA_SHEET_GAMMA):
+    """Share (seeds,) of the misfit that order 3 takes away."""
+    rms = [
+        profile_column(result, camera, gamma, f"rms_{k}") for k in (1, 2)
+    ]
+    return (rms[0] - rms[1]) / rms[0]
+
+
+def bit_counts(result, edges, threshold):
+    """(wrong by the threshold, wrong by the inverse, pixels): (trials,) each,
+    summed over blur and noise; and the pixels that only one of the two has wrong.
+    """
+    slant = SLANT_PX[edges]
+    ones = [c for c in result.conditions if c["slant_px"] == slant]
+
+    def total(name):
+        return sum(result.column(name, **c) for c in ones)
+
+    return (
+        total(f"{threshold}.wrong"),
+        total("inverse.wrong"),
+        total("pixels"),
+        int(total(f"{threshold}.only_threshold").sum()),
+        int(total(f"{threshold}.only_inverse").sum()),
+    )
+
+
+def bloom_errors(result, method, exposure, share, name="rms_px"):
+    """RMS errors (trials,) in px, or shares, of a method."""
+    return result.column(f"{method}.{exposure}.{share}.{name}")
+
+
+def bloom_growth(result, method, exposure):
+    """Growth (trials,) of the error by spilling, px."""
+    with_spill, without = (
+        bloom_errors(result, method, exposure, share)
+        for share in reversed(SHARES)
+    )
+    return with_spill - without
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    of_view(open_results("ext_active_grid"))
+    of_pixel(open_results("ext_active_grid"))
+    of_profile(open_results("fig_3_9"))
+    of_light(open_results)
+    of_codes(open_results)
+    of_blooming(open_results("exp_c3_blooming"))
+
+
+def of_view(view):
+    """How well the views were decoded."""
+    value("view.share", 100 * np.median(view.column("smooth.share")))
+    value("view.rms", np.median(view.column("smooth.rms_mm")))
+    value("view.rms_raw", np.median(view.column("raw.rms_mm")))
+    value("view.sigma", np.median(view.column("smooth.sigma_mm")))
+    value("view.sigma_raw", np.median(view.column("raw.sigma_mm")))
+
+
+def of_pixel(view):
+    """The worked pixel, of the first view."""
+    value("pixel.u", int(view.column("pixel.u")[0]))
+    value("pixel.v", int(view.column("pixel.v")[0]))
+
+
+def of_profile(profile):
+    """Misfits at the data-sheet gamma."""
+    for camera in QUESTIONS["camera_response"]:
+        for k in range(3):
+            rms = profile_column(
+                profile, camera, DATA_SHEET_GAMMA, f"rms_{k}"
+            )
+            value(f"{camera}.rms_{k}", float(np.median(rms)))
+        gain = np.median(third_gain(profile, camera))
+        value(f"{camera}.third", 100 * float(gain))
+
+
+def of_light(open_results):
+    """What offset, gain and the published orders do to a phase."""
+    offset = open_results("exp_c3_offset_cancels")
+    value("offset.formula", offset.column("formula_rad").max())
+    gain = open_results("exp_c3_vignetting")
+    value(
+        "gain.eight", gain.column("decoder_8_rad").max() * PERCENT_OF_PERIOD
+    )
+    response = open_results("exp_c3_radiometric_ok")
+    for rest, name in (("noise", "three"), ("order 5", "five")):
+        error = response.column("largest_rad", rest=rest)[0]
+        value(f"response.{name}", PERCENT_OF_PERIOD * error)
+    value(
+        "response.two_grey",
+        response.column("order_2_grey", rest="noise")[0],
+    )
+    value(
+        "response.three_grey",
+        response.column("order_3_grey", rest="noise")[0],
+    )
+
+
+def of_codes(open_results):
+    """Bits and the rule at edges."""
+    bits = open_results("exp_c3_inverse_helps")
+    for edges in QUESTIONS["bit_edges"]:
+        wrong, paired, *_ = bit_counts(bits, edges, "one grey value")
+        value(
+            f"bits.{edges.split()[0]}", wrong.sum() / max(paired.sum(), 1)
+        )
+    wrap = open_results("ext_wrap_rule")
+    printed = sum(wrap.column(f"{b}.printed").sum() for b in BLURS_PX)
+    ours = sum(wrap.column(f"{b}.decoder").sum() for b in BLURS_PX)
+    pixels = sum(wrap.column(f"{b}.pixels").sum() for b in BLURS_PX)
+    value("wrap.printed", int(printed))
+    value("wrap.decoder", int(ours))
+    value("wrap.pixels", int(pixels))
+
+
+def of_blooming(bloom):
+    """Errors in a little too much light that spills."""
+    for method in METHODS:
+        found = median_interval(
+            bloom_errors(bloom, method, EXPOSURES[0], 1.0)
+        )
+        value(f"bloom.{method.split()[0]}", found.value)
+    share = bloom_errors(bloom, "active grid", EXPOSURES[1], 1.0, "share")
+    value("bloom.left", 100 * float(np.median(share)))
+
+
+def pixel_rows(view, steps=STEPS):
+    """The worked pixel's numbers along x and y: [(what, x, y)], of the first view."""
+
+    def told(axis, name):
+        return float(view.column(f"pixel.{axis}.{name}")[0])
+
+    bits = int(np.log2(CELLS))
+    rows = []
+    for bit in range(bits):
+        pair = [
+            told(a, f"bit_{bit}") - told(a, f"bit_{bit}_inverse")
+            for a in "xy"
+        ]
+        rows.append(
+            (f"bit {bit}: pattern less inverse (grey levels)", *pair)
+        )
+    for k in range(steps):
+        rows.append(
+            (f"step {k + 1}, $I_{k + 1}$ (grey levels)",)
+            + tuple(told(a, f"step_{k}") for a in "xy")
+        )
+    return rows
+
+
+def worked(view, axis, width_mm):
+    """What a reader works out for one axis of the pixel, step by step."""
+
+    def told(name):
+        return float(view.column(f"pixel.{axis}.{name}")[0])
+
+    bits = int(np.log2(CELLS))
+    gray = [
+        told(f"bit_{b}") > told(f"bit_{b}_inverse") for b in range(bits)
+    ]
+    binary = np.cumsum(gray) % 2
+    cell = int("".join(str(int(b)) for b in binary), 2)
+    i1, i2, i3, i4 = (told(f"step_{k}") for k in range(STEPS))
+    phi = np.arctan2(i1 - i3, i2 - i4) % (2 * np.pi)
+    level = (i1 + i2 + i3 + i4) / STEPS
+    swing = 0.5 * np.hypot(i1 - i3, i2 - i4)
+    floor, slope = (
+        float(view.column(f"pixel.noise_{n}")[0])
+        for n in ("floor", "slope")
+    )
+    noise = np.sqrt(floor + slope * level)
+    spread = np.sqrt(2 / STEPS) * noise / swing
+    return {
+        "gray": "".join("1" if b else "0" for b in gray),
+        "cell": cell,
+        "phi": phi,
+        "swing": swing,
+        "noise": noise,
+        "location": (cell + phi / (2 * np.pi)) * width_mm,
+        "sigma": spread / (2 * np.pi) * width_mm,
+    }

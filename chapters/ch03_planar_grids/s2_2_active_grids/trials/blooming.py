@@ -1,0 +1,168 @@
+"""A chessboard and an active grid in too much light, on a sensor that spills."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from raxel.cameras import PerspectiveCamera
+from raxel.features.active_grid import decode
+from raxel.features.localise import derivative, saddle_point
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.lab import (
+    Laboratory,
+    Monitor,
+    Optics,
+    Sensor,
+    board_scene,
+    monitor_scene,
+    trace,
+)
+from raxel.lab.monitor_views import points_seen
+from raxel.lab.patterns import MonitorPattern
+from raxel.sets import ActiveGrid, Chessboard, patterns_of, plan_of_cells
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+SIZE_PX = 144
+FOCAL_PX = 400.0
+DISTANCE_MM = 400.0
+LIT_MM = 120.0
+LIT_PX = 480
+SQUARES = 6
+CELLS = 6
+MOST_TILT_DEG = 20.0
+START_SD_PX = 1.0
+BLUR_PX = (0.7, 0.7)
+WELL_E = 20000.0
+BLACK = 0.004
+EXPOSURES = (1.05, 1.2)
+SHARES = (0.0, 1.0)
+CORNER_METHODS = {"saddle point": saddle_point, "derivative": derivative}
+
+
+def sensor(exposure, share):
+    """A sensor that white fills `exposure` times, and that runs over by `share`."""
+    return Sensor(
+        white_e=exposure * WELL_E,
+        full_well_e=WELL_E,
+        read_noise_e=20.0,
+        blooming=share,
+    )
+
+
+def drawn_pose(rng):
+    """T_camera_target (4, 4) of the lit area, tilted about a random axis."""
+    around = rng.uniform(0, 2 * np.pi)
+    angle = np.radians(rng.uniform(0, MOST_TILT_DEG))
+    R = rotation_from_vector(
+        angle * np.array([np.cos(around), np.sin(around), 0.0])
+    )
+    middle = R @ np.array([LIT_MM / 2, LIT_MM / 2, 0.0])
+    aside = rng.uniform(-2, 2, 2)
+    return pose(R, np.array([*aside, DISTANCE_MM]) - middle)
+
+
+def grid_error(found, truth):
+    """(RMS distance in px of what was decoded, share of the pixels on the monitor)."""
+    on = np.isfinite(truth).all(axis=-1)
+    known = on & found.mask
+    off = (found.location - truth)[known]
+    if not known.any():
+        return {"rms_px": np.nan, "share": 0.0}
+    rms = np.sqrt(np.mean(np.sum(off**2, axis=1))) * FOCAL_PX / DISTANCE_MM
+    return {"rms_px": float(rms), "share": float(known.sum() / on.sum())}
+
+
+def corner_error(method, picture, start, truth):
+    """(RMS distance in px of corners that converged, their share)."""
+    found = method(picture, start)
+    if not found.converged.any():
+        return {"rms_px": np.nan, "share": 0.0}
+    off = (found.corners - truth)[found.converged]
+    rms = np.sqrt(np.mean(np.sum(off**2, axis=1)))
+    return {"rms_px": float(rms), "share": float(found.converged.mean())}
+
+
+@dataclass(frozen=True)
+class Light:
+    """What reaches the sensor from both targets in one pose, and where all of it is.
+
+    board: (H, W); grid: (20, H, W) with its patterns; corners: (N, 2) px; points:
+    (H, W, 2) mm.
+    """
+
+    board: np.ndarray
+    grid: np.ndarray
+    patterns: list
+    monitor: ActiveGrid
+    corners: np.ndarray
+    points: np.ndarray
+
+
+def light_of(T):
+    """The Light of a pose T_camera_target (4, 4) of the lit area."""
+    middle = (SIZE_PX - 1) / 2
+    K = [[FOCAL_PX, 0, middle], [0, FOCAL_PX, middle], [0, 0, 1]]
+    camera = PerspectiveCamera(K, [], SIZE_PX, SIZE_PX)
+    lab = Laboratory(camera, sensor(1, 0), Optics(blur_sd_px=BLUR_PX))
+    monitor = ActiveGrid((LIT_PX, LIT_PX), (LIT_MM, LIT_MM))
+    size = monitor.monitor_px, monitor.monitor_mm
+    patterns = patterns_of(plan_of_cells(monitor.monitor_px, CELLS))
+    response = Monitor(black_level=BLACK).radiance
+    traced = trace(camera, np.eye(4), monitor_scene(monitor, T))
+    shown = [
+        traced.shade({0: MonitorPattern(*size, one, response)})
+        for one in patterns
+    ]
+    pitch = LIT_MM / SQUARES
+    board = Chessboard(SQUARES - 1, SQUARES - 1, pitch)
+    T_board = T @ pose(np.eye(3), [pitch, pitch, 0.0])
+    scene = board_scene(
+        board, T_board, border_mm=0, black=BLACK, white=1.0, background=0.2
+    )
+    flat = np.pad(board.points(), ((0, 0), (0, 1)))
+    return Light(
+        lab.irradiance(scene, np.eye(4)),
+        np.array([lab.optics.apply(one) for one in shown]),
+        patterns,
+        monitor,
+        camera.project(transform(T_board, flat)).pixels,
+        points_seen(camera, T, monitor.monitor_mm),
+    )
+
+
+def bloom_trial(condition, rng):
+    """Errors of both corner methods and of the active grid, spilling and not."""
+    light = light_of(drawn_pose(rng))
+    start = light.corners + rng.normal(0, START_SD_PX, light.corners.shape)
+    found = {}
+    for exposure in EXPOSURES:
+        for share in SHARES:
+            spilling, name = sensor(exposure, share), f"{exposure}.{share}"
+            picture = spilling.expose(light.board, rng)
+            for corner, method in CORNER_METHODS.items():
+                found[f"{corner}.{name}"] = corner_error(
+                    method, picture, start, light.corners
+                )
+            pictures = [spilling.expose(one, rng) for one in light.grid]
+            decoded = decode(
+                np.array(pictures), light.patterns, light.monitor, threads=1
+            )
+            found[f"active grid.{name}"] = grid_error(decoded, light.points)
+    return found
+
+
+BLOOM_TRIALS = {"quick": 2, "full": 50}
+
+
+@experiment(
+    "exp_c3_blooming",
+    artefact="sec_3_2_2",
+    shards={"quick": 1, "full": 1},
+)
+def too_much_light(effort):
+    """A chessboard and an active grid on a sensor that overflows."""
+    settings = {"exposures": list(EXPOSURES), "shares": list(SHARES)}
+    return Plan(bloom_trial, [{}], BLOOM_TRIALS[effort], settings)

@@ -1,0 +1,234 @@
+"""Bits: what one wrong one does, how they are told, and the whole display decoded."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.layout import REACH
+from raxel.sets import (
+    ActiveGrid,
+    Pattern,
+    PatternPlan,
+    patterns_of,
+    plan_of_cells,
+)
+from raxel.sets.patterns import pattern_picture
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+ROWS = 64
+EDGE_PX = 32
+NEAR_PX = 2
+LEVELS_GREY = (40.0, 200.0)
+SINE_STEPS = 4
+# How far edges shift over the rows: anywhere in a pixel, or between two of them.
+SLANT_PX = {"anywhere": 1.0, "between pixels": 0.0}
+# Wide enough for a window of cells on either side of an edge.
+CELL_PX = 4
+STRIP_ROWS = 8
+
+
+def displayed(plan, monitor_px):
+    """(patterns, pictures (n, H, W) uint16): what the monitor is sent, unseen."""
+    patterns = patterns_of(plan)
+    pictures = [pattern_picture(p, monitor_px) for p in patterns]
+    return patterns, np.array(pictures).astype(np.uint16)
+
+
+def whole_display_trial(condition, rng):
+    """Whether every monitor pixel is found at its own place, from what is sent."""
+    size = tuple(condition["monitor_px"])
+    plan = plan_of_cells(size)
+    patterns, pictures = displayed(plan, size)
+    found = decode(
+        pictures, patterns, ActiveGrid(size), smooth=False, margin_px=0,
+        noise=0.3, threads=1,
+    )  # fmt: skip
+    v, u = np.indices(size[::-1])
+    place = np.stack([u, v], axis=-1)
+    own = np.all(np.floor(found.location) == place, axis=-1)
+    off = found.location - (place + 0.5)
+    kinds = [(p.kind, p.axis) for p in patterns]
+    return {
+        "patterns": len(patterns),
+        "binary": sum(kind == "gray" for kind, _ in kinds),
+        "sinusoidal": sum(kind == "phase" for kind, _ in kinds),
+        "bits": plan.gray_bits[0],
+        "phase_step_deg": 360 / plan.phase_steps,
+        "window_px": 2 * REACH + 1,
+        "pixels": own.size,
+        "not_own": int((~own).sum()),
+        "largest_px": float(np.nanmax(np.abs(off))),
+    }
+
+
+def wrong_bit_trial(condition, rng):
+    """How far a cell is off by one wrong bit beside an edge: Gray and plain binary.
+
+    At every edge the picture of each bit in turn is exchanged with its inverse in the
+    pixel left of it; the decoder reads the cells.
+    """
+    bits = condition["bits"]
+    cells = 2**bits
+    size = (CELL_PX * cells, STRIP_ROWS)
+    patterns, pictures = displayed(PatternPlan((bits, 0), True), size)
+    edges = CELL_PX * np.arange(1, cells)
+    beside = edges - 1
+    cell = np.arange(cells)
+    changed = (cell ^ cell >> 1)[1:] ^ (cell ^ cell >> 1)[:-1]
+    at_edge, elsewhere = [], []
+    for bit in range(bits):
+        wrong = pictures.copy()
+        pair = [2 * bit, 2 * bit + 1]
+        wrong[np.ix_(pair, range(STRIP_ROWS), beside)] = pictures[
+            np.ix_(pair[::-1], range(STRIP_ROWS), beside)
+        ]
+        found = decode(
+            wrong,
+            patterns,
+            ActiveGrid(size),
+            margin_px=0,
+            noise=1.0,
+            threads=1,
+        )
+        shift = np.abs(found.cells[STRIP_ROWS // 2, beside, 0] - cell[:-1])
+        changes = changed >> (bits - 1 - bit) & 1
+        at_edge += shift[changes == 1].tolist()
+        elsewhere += shift[changes == 0].tolist()
+    plain = cell[1:] ^ cell[:-1]
+    return {
+        "bits_changed": max(int(c).bit_count() for c in changed),
+        "shift": max(at_edge),
+        "shift_elsewhere": max(elsewhere, default=0),
+        "binary_bits_changed": max(int(c).bit_count() for c in plain),
+        "binary_shift": 2 ** (bits - 1),
+        "tested": len(at_edge),
+    }
+
+
+def bit_pictures(condition, rng):
+    """(place (ROWS, W) from the first edge in cells, picture, inverse, white, black,
+    mean of sines): noisy, 8 bits.
+
+    Edges fall between pixels, or anywhere: then they cross the rows at a slant.
+    """
+    width = 8 * EDGE_PX
+    slant = np.arange(ROWS)[:, None] / ROWS * condition["slant_px"]
+    border = (np.arange(width + 1) - slant) / EDGE_PX
+    low, high = LEVELS_GREY
+    sharp = low + (high - low) * EDGE_PX * np.diff(
+        _lit_length(border), axis=1
+    )
+    place = (np.arange(width) + 0.5 - slant) / EDGE_PX
+
+    def taken(picture):
+        soft = cv2.GaussianBlur(
+            picture, (0, 0), condition["blur_px"],
+            borderType=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
+        noisy = soft + rng.normal(0, condition["noise_grey"], soft.shape)
+        return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+    even = np.ones((ROWS, width))
+    pair = taken(sharp), taken(low + high - sharp)
+    white, black = taken(high * even), taken(low * even)
+    flat = 0.5 * (low + high) * even
+    sines = np.mean([taken(flat) for _ in range(SINE_STEPS)], axis=0)
+    return place, *pair, white, black, sines
+
+
+def _lit_length(x):
+    """Length of odd cells from 0 to x, in cells."""
+    whole = np.floor(x / 2)
+    return whole + np.maximum(x - 2 * whole - 1, 0)
+
+
+def wrong_bits(pictures, patterns, bit, white=None, black=None):
+    """Which pixels (ROWS, W) the decoder reads wrong."""
+    monitor = ActiveGrid(bit.shape[::-1])
+    found = decode(
+        pictures, patterns, monitor, white=white, black=black, margin_px=0,
+        noise=1.0, threads=1,
+    )  # fmt: skip
+    return found.cells[..., 0] != bit
+
+
+def bits_trial(condition, rng):
+    """Wrong bits within 2 px of edges: with an inverse, and with three thresholds."""
+    place, picture, inverse, white, black, sines = bit_pictures(
+        condition, rng
+    )
+    bit = np.floor(place).astype(int) % 2 == 1
+    inner = (place > 0.5) & (place < place.max() - 0.5)
+    near = inner & (EDGE_PX * np.abs(place - np.rint(place)) < NEAR_PX)
+    patterns = [
+        Pattern("", "x", "gray", of=1, bit=0, inverse=i)
+        for i in (False, True)
+    ]
+    levels = [np.full_like(picture, level) for level in LEVELS_GREY]
+    thresholds = {
+        "one grey value": levels,
+        "white and black": (white, black),
+        "mean of the sines": (sines, sines),
+    }
+    pair = np.array([picture, inverse])
+    paired = wrong_bits(pair, patterns, bit)[near]
+    found = {"pixels": paired.size, "inverse.wrong": int(paired.sum())}
+    for name, (light, dark) in thresholds.items():
+        wrong = wrong_bits(picture[None], patterns[:1], bit, light, dark)
+        wrong = wrong[near]
+        found[name] = {
+            "wrong": int(wrong.sum()),
+            "only_threshold": int((wrong & ~paired).sum()),
+            "only_inverse": int((paired & ~wrong).sum()),
+        }
+    return found
+
+
+MONITORS_PX = {
+    "quick": ((1024, 768),),
+    "full": ((1024, 768), (1280, 1024), (1920, 1080)),
+}
+
+
+@experiment(
+    "exp_c3_20_patterns",
+    artefact="fig_3_8",
+    shards={"quick": 1, "full": 1},
+)
+def whole_displays(effort):
+    """Every pixel of a monitor, decoded from what it is sent."""
+    conditions = [{"monitor_px": list(m)} for m in MONITORS_PX[effort]]
+    return Plan(whole_display_trial, conditions, 1)
+
+
+@experiment(
+    "exp_c3_gray_single",
+    artefact="sec_3_2_2",
+    shards={"quick": 1, "full": 1},
+)
+def wrong_bits_at_edges(effort):
+    """One wrong bit beside every edge of codes of 1 to 8 bits."""
+    conditions = [{"bits": bits} for bits in range(1, 9)]
+    return Plan(wrong_bit_trial, conditions, 1)
+
+
+BIT_TRIALS = {"quick": 2, "full": 20}
+
+
+@experiment(
+    "exp_c3_inverse_helps",
+    artefact="sec_3_2_2",
+    shards={"quick": 1, "full": 1},
+)
+def bits_near_edges(effort):
+    """Bits near edges, by an inverse and by three thresholds."""
+    conditions = [
+        {"slant_px": slant, "blur_px": blur, "noise_grey": noise}
+        for slant in SLANT_PX.values()
+        for blur in (1, 2, 3)
+        for noise in (4, 8)
+    ]
+    return Plan(bits_trial, conditions, BIT_TRIALS[effort])

@@ -1,0 +1,177 @@
+"""What an offset, a gain and a bent response do to a decoded phase."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
+    AMPLITUDE_GREY,
+    fitted,
+)
+from chapters.shared.phase_steps import (
+    decoder_error,
+    formula_error,
+    largest,
+    phase_of,
+    stepped,
+    sum_of_orders,
+    wrapped,
+)
+from raxel.features.active_grid import decode
+from raxel.sets import ActiveGrid, PatternPlan, patterns_of
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+MOST_OFFSET_GREY = 50
+LEAST_GAIN = 0.2
+STEPS = 4
+ROWS = 8
+# The misfits of Fig. 3.9 with orders up to 1, 2 and 3, grey levels (thesis lines 1010
+# to 1015). They set the sizes of the orders here; nothing is compared with them.
+MISFITS_GREY = (9.839, 1.309, 1.308)
+POSITIONS = np.radians(np.arange(0, 360, 45))
+MEAN_GREY = 120.0
+
+
+def some_profile(rng):
+    """A profile with orders up to 5, within 40 to 160 grey levels."""
+    sines = dict(enumerate(rng.uniform(-1, 1, 5) * [40, 8, 4, 4, 4], 1))
+    sines[1] = 40.0
+    return sum_of_orders(sines, mean=100.0)
+
+
+def _phases(count):
+    return 2 * np.pi * (np.arange(count) + 0.5) / count
+
+
+def _found(lines):
+    """Locations (n,) by the decoder of one period's steps (4, n)."""
+    count = lines.shape[1]
+    plan = PatternPlan(phase_steps=STEPS, phase_periods=(1.0, 0.0))
+    pictures = np.repeat(lines[:, None], ROWS, axis=1)
+    found = decode(
+        pictures, patterns_of(plan), ActiveGrid((count, ROWS)), smooth=False,
+        margin_px=0, noise=0.3, threads=1,
+    )  # fmt: skip
+    return found.location[ROWS // 2, :, 0].astype(float)
+
+
+def _turned(lines, others):
+    """Largest change of the decoded phase, rad, from steps to other steps."""
+    count = lines.shape[1]
+    return largest(
+        wrapped(2 * np.pi * (_found(others) - _found(lines)) / count)
+    )
+
+
+def offset_trial(condition, rng):
+    """Largest phase change by an offset, by (3.23) and by the decoder, rad."""
+    steps = stepped(some_profile(rng), STEPS, _phases(condition["phases"]))
+    grey = np.rint(steps).astype(np.uint8)
+    formula, decoder = [], []
+    for offset in range(1, MOST_OFFSET_GREY + 1):
+        change = phase_of(steps + offset) - phase_of(steps)
+        formula.append(largest(wrapped(change)))
+        decoder.append(_turned(grey, grey + np.uint8(offset)))
+    return {"formula_rad": max(formula), "decoder_rad": max(decoder)}
+
+
+def gain_trial(condition, rng):
+    """Largest phase change by a gain of each pixel, by (3.23) and decoded, rad."""
+    steps = stepped(some_profile(rng), STEPS, _phases(condition["phases"]))
+    gain = rng.uniform(LEAST_GAIN, 1, steps.shape[1])
+    change = wrapped(phase_of(gain * steps) - phase_of(steps))
+
+    def rounded(factor, depth):
+        return np.rint(factor * gain * steps).astype(depth)
+
+    whole = np.rint(250 * steps).astype(np.uint16)
+    return {
+        "formula_rad": largest(change),
+        "decoder_16_rad": _turned(whole, rounded(250, np.uint16)),
+        "decoder_8_rad": _turned(
+            np.rint(steps).astype(np.uint8), rounded(1, np.uint8)
+        ),
+    }
+
+
+def order_sizes():
+    """Amplitudes of orders 2, 3, and of one that is all the rest, grey levels.
+
+    An order takes half its squared amplitude off the squared misfit.
+    """
+    squares = np.square([*MISFITS_GREY, 0.0])
+    return np.sqrt(2 * -np.diff(squares))
+
+
+def response_trial(condition, rng):
+    """Largest error of the decoder on a profile with the sizes of Fig. 3.9."""
+    two, three, rest = order_sizes()
+    five = rest if condition["rest"] == "order 5" else 0.0
+    worst, misfit = 0.0, []
+    positions = POSITIONS if five else POSITIONS[:1]
+    for p2, p3, p5 in itertools.product(POSITIONS, POSITIONS, positions):
+        profile = _shifted({2: (two, p2), 3: (three, p3), 5: (five, p5)})
+        _, error = decoder_error(profile, STEPS, condition["phases"])
+        worst = max(worst, largest(error))
+        misfit.append(fitted(profile(_phases(360)), 0)[1])
+    plain = largest(
+        formula_error(_shifted({3: (three, 0.0)}), STEPS, _phases(360))
+    )
+    return {
+        "largest_rad": worst,
+        "misfit_grey": float(np.median(misfit)),
+        "order_3_alone_rad": plain,
+        "order_2_grey": float(two),
+        "order_3_grey": float(three),
+        "rest_grey": float(rest),
+    }
+
+
+def _shifted(sizes):
+    """Order 1 with AMPLITUDE_GREY, and orders {n: (amplitude, position rad)}."""
+    sines = {n: size * np.cos(at) for n, (size, at) in sizes.items()}
+    cosines = {n: size * np.sin(at) for n, (size, at) in sizes.items()}
+    return sum_of_orders({1: AMPLITUDE_GREY} | sines, cosines, MEAN_GREY)
+
+
+PHASES = {"quick": 90, "full": 360}
+
+
+@experiment(
+    "exp_c3_radiometric_ok",
+    artefact="fig_3_9",
+    shards={"quick": 1, "full": 1},
+)
+def published_orders(effort):
+    """The decoder on profiles with the orders that Fig. 3.9's misfits imply."""
+    conditions = [
+        {"rest": rest, "phases": PHASES[effort]}
+        for rest in ("noise", "order 5")
+    ]
+    settings = {"misfits_grey": list(MISFITS_GREY)}
+    return Plan(response_trial, conditions, 1, settings)
+
+
+@experiment(
+    "exp_c3_offset_cancels",
+    artefact="sec_3_2_2",
+    shards={"quick": 1, "full": 1},
+)
+def offsets(effort):
+    """Offsets of up to 50 grey levels."""
+    conditions = [{"phases": PHASES[effort]}]
+    return Plan(offset_trial, conditions, 10)
+
+
+@experiment(
+    "exp_c3_vignetting",
+    artefact="sec_3_2_2",
+    shards={"quick": 1, "full": 1},
+)
+def gains(effort):
+    """A gain of 0.2 to 1 for every pixel."""
+    conditions = [{"phases": PHASES[effort]}]
+    return Plan(gain_trial, conditions, 10)

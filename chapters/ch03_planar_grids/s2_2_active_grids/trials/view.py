@@ -1,0 +1,129 @@
+"""One view of an active grid through the laboratory's small camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from raxel.cameras import PerspectiveCamera
+from raxel.features.active_grid import decode
+from raxel.lab import Optics, load_rig, monitor_scene, trace
+from raxel.lab.monitor_views import points_seen
+from raxel.lab.patterns import MonitorLevel, MonitorPattern
+from raxel.sets import patterns_of, plan_of_cells
+
+RIGS = ("data/rigs/active-grid-demo.yaml",)
+ROOT = Path(__file__).resolve().parents[4]
+CELLS, STEPS = 8, 4
+# Pixels of the rig's camera that one of a picture stands for, each way.
+COARSENESS = {"quick": 2, "full": 1}
+# So many electrons that neither noise nor rounding of 16 bits is seen.
+MANY_E = 1e12
+
+
+@lru_cache(maxsize=2)
+def rig(coarseness):
+    """The rig, with larger pixels where time is short."""
+    plain = load_rig(ROOT / RIGS[0])
+    camera, scale = (
+        plain.camera,
+        np.diag([1 / coarseness, 1 / coarseness, 1]),
+    )
+    scale[:2, 2] = (1 / coarseness - 1) / 2
+    camera = PerspectiveCamera(
+        scale @ camera.K,
+        camera.radial,
+        camera.width // coarseness,
+        camera.height // coarseness,
+    )
+    optics = replace(
+        plain.optics,
+        exit_pupil_px=plain.optics.exit_pupil_px / coarseness,
+    )
+    return replace(plain, camera=camera, optics=optics)
+
+
+@dataclass
+class View:
+    """A pose of the monitor before the camera, and what there is to see in it."""
+
+    T_camera_target: np.ndarray
+    coarseness: int = 1
+
+    @classmethod
+    def drawn(cls, rng, coarseness):
+        """From the rig's poses."""
+        return cls(rig(coarseness).draw_poses(rng, 1)[0], coarseness)
+
+    @property
+    def rig(self):
+        """The rig that looks."""
+        return rig(self.coarseness)
+
+    @cached_property
+    def traced(self):
+        """Rays and intersections of every pixel."""
+        scene = monitor_scene(
+            self.rig.target, self.T_camera_target, **self.rig.radiances
+        )
+        return trace(self.rig.camera, np.eye(4), scene)
+
+    @cached_property
+    def truth(self):
+        """Points (H, W, 2) mm that the pixels see; NaN beside the monitor."""
+        size = self.rig.target.monitor_mm
+        return points_seen(self.rig.camera, self.T_camera_target, size)
+
+    def white(self):
+        """Radiance (H, W) of the monitor at full light."""
+        level = MonitorLevel(1.0, self.rig.monitor.radiance)
+        return self.traced.shade({0: level})
+
+    def radiance(self, pattern, monitor):
+        """Radiance (H, W) of one pattern on a monitor."""
+        target = self.rig.target
+        size = target.monitor_px, target.monitor_mm
+        texture = MonitorPattern(*size, pattern, monitor.radiance)
+        return self.traced.shade({0: texture})
+
+    def radiances(self, cells=CELLS, steps=STEPS):
+        """(patterns, their radiance (n, H, W)), all of a grid."""
+        patterns = self.patterns(cells, steps)
+        shown = [self.radiance(p, self.rig.monitor) for p in patterns]
+        return patterns, np.array(shown)
+
+    def patterns(self, cells=CELLS, steps=STEPS):
+        """The patterns of a grid."""
+        size = self.rig.target.monitor_px
+        return patterns_of(plan_of_cells(size, cells, steps))
+
+    def photographed(
+        self, radiances, rng, sensor=None, optics: Optics | None = None
+    ):
+        """The pictures (n, H, W), by the rig's sensor and lens or by others."""
+        lab = self.rig.laboratory()
+        lab = replace(
+            lab, sensor=sensor or lab.sensor, optics=optics or lab.optics
+        )
+        return np.array([lab.develop(one, rng) for one in radiances])
+
+    def decoded(self, pictures, patterns, **given):
+        """`decode` of pictures of the rig's monitor."""
+        return decode(
+            pictures, patterns, self.rig.target, threads=1, **given
+        )
+
+
+def noiseless(sensor):
+    """A sensor without noise, in 16 bits, with the same response."""
+    share = sensor.white_e / sensor.full_well_e
+    return replace(
+        sensor,
+        white_e=share * MANY_E,
+        full_well_e=MANY_E,
+        read_noise_e=0.0,
+        bits=16,
+    )
