@@ -5,6 +5,7 @@ inverse (3.24), which puts an edge midway between where both show it; the phase 
 sines gives the place in it, in four quadrants (3.23).
 """
 
+import threading
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -27,7 +28,11 @@ from raxel.features.active_grid.layout import (
     UNREADABLE,
     empty_rows,
 )
-from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
+from raxel.features.active_grid.neighbours import (
+    fill_holes,
+    mark_rim,
+    smooth_neighbours,
+)
 from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.places import decode_rows
 from raxel.features.active_grid.reading import read_rows
@@ -80,7 +85,7 @@ class Decoded:
 def decode(
     images, patterns, monitor, *,
     white=None, black=None, smooth=True, neighbours=False, fill=False,
-    margin_px=MARGIN_PX, noise=None, saturated=None, threads=None,
+    margin_px=MARGIN_PX, noise=None, saturated=None, threads=None, into=None,
 ):  # fmt: skip
     """Decode the pictures of one view of an active grid.
 
@@ -100,7 +105,9 @@ def decode(
     margin_px: pixels so close to the rim of the lit area are left out, as a blurred one
     sees what is beside it. noise: standard deviation of a grey value, or a `Noise`;
     None: estimated from the pictures. saturated: the value from which a sine counts as
-    clipped, by default the largest one. threads: by default one per processor.
+    clipped, by default the largest one. threads: by default one per processor. into: a
+    Decoded of an earlier view of this size and these patterns, whose arrays are written
+    over and handed back: new memory takes as long as some of the arithmetic.
 
     Returns Decoded. Its sigma says what noise does to a pixel; neighbours that share a
     window share it. A response that is not linear is no noise: with four steps its
@@ -120,32 +127,24 @@ def decode(
         noise = Noise(float(noise) ** 2)
     height, width = stack.shape
     plan = plan_arrays(stack.codes, monitor.monitor_px, unit)
-    shape = len(codes), height, width
-    out = (
-        *(np.empty(shape, np.float32), np.empty(shape, np.float32)),
-        *(np.empty(shape, np.int16), np.empty((height, width), np.uint8)),
-    )
+    out = _arrays((len(codes), height, width), into)
     variance = np.float32(noise.floor), np.float32(noise.slope)
     limit = stack.dtype.type(limit)
 
-    def decode_part(first):
-        stop = min(first + ROWS_AT_ONCE, height)
-        pictures, start = stack.rows(first, stop)
-        rows = empty_rows(len(codes), width, stack.dtype)
-        known, end = max(first - start - REACH, 0), pictures.shape[1]
-        for y in range(first - start, stop - start, ROWS_A_CALL):
-            after = min(y + ROWS_A_CALL, stop - start)
-            ahead = min(after + AHEAD, end)
-            read_rows(pictures, known, ahead, plan, limit, variance, rows)
-            part, known = (y, after, y + start), ahead
-            decode_rows(pictures, part, plan, smooth, variance, rows, out)
-
-    def trim_part(first):
-        _trim(first, min(first + ROWS_AT_ONCE, height), margin_px, out)
-
+    parts = range(0, height, ROWS_AT_ONCE)
     with ThreadPoolExecutor(threads or _processors()) as pool:
+        kept = threading.local()
+
+        def decode_part(first):
+            if not hasattr(kept, "rows"):
+                kept.rows = empty_rows(len(codes), width, stack.dtype)
+            _decode_part(stack, first, plan, smooth, limit, variance, kept.rows, out)
+
+        def trim_part(first):
+            _trim(first, min(first + ROWS_AT_ONCE, height), margin_px, out)
+
         for task in (decode_part, trim_part) if margin_px else (decode_part,):
-            list(pool.map(task, range(0, height, ROWS_AT_ONCE)))
+            list(pool.map(task, parts))
     location, sigma, cells, status = out
     if neighbours:
         smooth_neighbours(location, sigma, status, plan.reach, smooth)
@@ -157,6 +156,28 @@ def decode(
         "mm" if monitor.monitor_mm else "px",
         noise,
     )
+
+
+def _arrays(shape, into):
+    """location, sigma, cells (A, H, W) and status (H, W) to write to."""
+    if into is not None and shape[0] == 2 and into.status.shape == shape[1:]:
+        both = (into.location, into.sigma, into.cells)
+        return *(np.moveaxis(array, 2, 0) for array in both), into.status
+    kinds = np.float32, np.float32, np.int16
+    return *(np.empty(shape, kind) for kind in kinds), np.empty(shape[1:], np.uint8)
+
+
+def _decode_part(stack, first, plan, smooth, limit, variance, rows, out):
+    """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
+    stop = min(first + ROWS_AT_ONCE, stack.shape[0])
+    pictures, start = stack.rows(first, stop)
+    known, end = max(first - start - REACH, 0), pictures.shape[1]
+    for y in range(first - start, stop - start, ROWS_A_CALL):
+        after = min(y + ROWS_A_CALL, stop - start)
+        ahead = min(after + AHEAD, end)
+        read_rows(pictures, known, ahead, plan, limit, variance, rows)
+        part, known = (y, after, y + start), ahead
+        decode_rows(pictures, part, plan, smooth, variance, rows, out)
 
 
 def _checked(images, patterns):
@@ -243,23 +264,19 @@ def _trim(first, stop, margin, out):
     import cv2
 
     location, sigma, _, status = out
-    height, size = len(status), 2 * margin + 1
     around = SPECK + margin
-    start, end = max(0, first - around), min(height, stop + around)
+    start, end = max(0, first - around), min(len(status), stop + around)
     unlit = cv2.LUT(status[start:end], _table(DARK, BESIDE))
-    # Beyond the picture it goes on as at its border, where strips are no specks.
-    unlit = cv2.copyMakeBorder(unlit, *(SPECK,) * 4, cv2.BORDER_REPLICATE)
-    unlit = cv2.morphologyEx(unlit, cv2.MORPH_OPEN, np.ones((SPECK + 1,) * 2, np.uint8))
-    unlit = unlit[SPECK:-SPECK, SPECK:-SPECK]
     if not unlit.any():
         return
-    near = cv2.dilate(unlit, np.ones((size, size), np.uint8))[first - start :]
-    own = status[first:stop]
-    rim = near[: stop - first] & cv2.LUT(own, _table(DECODED))
-    v, u = np.divmod(np.flatnonzero(rim.view(bool)), own.shape[1])
-    own[v, u] = RIM
-    location[:, first + v, u] = np.nan
-    sigma[:, first + v, u] = np.nan
+    # Beyond the picture it goes on as at its border, where strips are no specks.
+    unlit = cv2.copyMakeBorder(unlit, *(SPECK,) * 4, cv2.BORDER_REPLICATE)
+    unlit = cv2.erode(unlit, np.ones((SPECK + 1,) * 2, np.uint8))
+    # What is left of a spot grows by what it lost, and by the margin.
+    size = 2 * margin + SPECK + 1
+    near = cv2.dilate(unlit, np.ones((size, size), np.uint8))
+    near = near[SPECK + first - start :, SPECK:-SPECK]
+    mark_rim(near, location[:, first:stop], sigma[:, first:stop], status[first:stop])
 
 
 def _table(*members):

@@ -12,8 +12,8 @@ DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM = range(8)
 
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
-ROWS_A_CALL = 8
-KEPT = 16  # rows in a ring: those of a call, REACH before them and AHEAD behind
+ROWS_A_CALL = 16
+KEPT = 24  # rows in a ring: those of a call, REACH before them and AHEAD behind
 
 
 class CodePlan(NamedTuple):
@@ -69,15 +69,13 @@ class Rows(NamedTuple):
 
 
 def empty_rows(axes, width, dtype):
-    """Rows for pictures of this width and type; beyond the first row is a break."""
+    """Rows for pictures of this width and type."""
     ring, three = (KEPT, width), (axes, KEPT, width)
     return Rows(
         *(np.zeros(three, np.float32) for _ in range(4)),
         np.zeros(three, np.uint16),
         *(np.zeros(three, dtype) for _ in range(2)),
         np.zeros(ring, dtype),
-        *(np.zeros(ring, np.uint8) for _ in range(2)),
-        np.ones(ring, np.uint8),
-        np.zeros(ring, np.uint8),
+        *(np.zeros(ring, np.uint8) for _ in range(4)),
         np.zeros(width, dtype),
     )

@@ -7,7 +7,7 @@ and agree, a hole is filled from neighbours on opposite sides that agree.
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid.layout import DECODED, FILLED
+from raxel.features.active_grid.layout import DECODED, FILLED, RIM
 
 # Standard deviation of a mean of 3 x 3 independent values, and of 3 x 3 means over
 # 7 x 7 pixels, which overlap: (1 + 4 + 9 + 9 + 9 + 9 + 9 + 4 + 1) / 21^2 along each
@@ -108,3 +108,23 @@ def fill_holes(location, sigma, cells, status, reach, length):
                     location[axis, y, x] = mean[0, axis] / (2 * pairs)
                     sigma[axis, y, x] = mean[1, axis] / (2 * pairs)
                     cells[axis, y, x] = np.floor(location[axis, y, x] / length[axis])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_rim(near, location, sigma, status):
+    """Take away the locations (A, H, W) of decoded pixels where `near` is not 0."""
+    width = status.shape[1]
+    rim = np.zeros(-(-width // 8) * 8, np.uint8)
+    eight = rim.view(np.uint64)
+    for y in range(len(status)):
+        marked, own = near[y], status[y]
+        for x in range(width):
+            rim[x] = (marked[x] != 0) & (own[x] == DECODED)
+        # Few are: eight pixels at a time are passed over.
+        for k in range(len(eight)):
+            if eight[k]:
+                for x in range(8 * k, min(8 * k + 8, width)):
+                    if rim[x]:
+                        status[y, x] = RIM
+                        location[:, y, x] = np.nan
+                        sigma[:, y, x] = np.nan

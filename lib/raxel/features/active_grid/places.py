@@ -9,7 +9,7 @@ from numba import njit
 
 from raxel.features.active_grid.layout import ALONE, BESIDE, DECODED, REACH, UNREADABLE
 
-# Kinds of doubt about the period.
+# Kinds of doubt about the period, and what becomes of it.
 POSSIBLE, EVEN = 1, 2
 STAYS, MOVES, LOST = range(3)
 # A window whose mean is shorter (its square) holds more than one slope.
@@ -91,18 +91,18 @@ def _any_in_window(rows, y, column, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_incoherent(sine_sum, cosine_sum, mixed, crossed):
-    """Set as mixed is, and where the mean of a window of unit vectors is short."""
+def _mean_of_window(mixed, own_sine, own_cosine, sine, cosine, crossed):
+    """Sums of unit vectors become means, or a pixel's own where they are no mean.
+
+    crossed: set where mixed is, and where the mean is short.
+    """
     for x in range(len(crossed)):
-        s, c = _SHARE * sine_sum[x], _SHARE * cosine_sum[x]
+        s, c = _SHARE * sine[x], _SHARE * cosine[x]
         crossed[x] = 1 if s * s + c * c < COHERENT else mixed[x]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _choose(crossed, value, window_sum):
-    """window_sum becomes the mean of the window, or the value where that is crossed."""
-    for x in range(len(value)):
-        window_sum[x] = value[x] if crossed[x] else _SHARE * window_sum[x]
+    for x in range(len(crossed)):
+        sine[x] = own_sine[x] if crossed[x] else _SHARE * sine[x]
+    for x in range(len(crossed)):
+        cosine[x] = own_cosine[x] if crossed[x] else _SHARE * cosine[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,29 +112,26 @@ def _turn_row(sine, cosine, turn):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _nearest_period(code, turn, ratio, period):
-    """The period whose place with this phase is nearest to the middle of the cell."""
+def _nearest_period(code, turn, ratio, period, off):
+    """The period whose place with this phase is nearest to the middle of the cell.
+
+    off: by how much it is beyond the middle, in periods.
+    """
     for x in range(len(turn)):
         middle = (np.float32(code[x]) + _HALF) * ratio
-        period[x] = np.int16(np.ceil(middle - turn[x] - _HALF))
+        nearest = np.ceil(middle - turn[x] - _HALF)
+        period[x] = np.int16(nearest)
+        off[x] = nearest + turn[x] - middle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _distance_to_next(code, turn, period, ratio, out):
-    """How far the next period's place with this phase is from the cell, in periods."""
-    for x in range(len(turn)):
-        middle = (np.float32(code[x]) + _HALF) * ratio
-        off = np.float32(period[x]) + turn[x] - middle
-        out[x] = (_ONE - abs(off)) - _HALF * ratio
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _near_edges(code, above, under, out):
-    """Set where one of four neighbours is in another cell."""
-    for x in range(len(out)):
-        out[x] = (code[x] != above[x]) | (code[x] != under[x])
+def _mark_seen(code, above, under, least, most, seen):
+    """Set beside an edge: one of four neighbours is elsewhere, or a bit is weak."""
+    for x in range(len(seen)):
+        weak = 2 * np.int32(least[x]) < np.int32(most[x])
+        seen[x] = (code[x] != above[x]) | (code[x] != under[x]) | weak
     left, right = code[:-1], code[1:]
-    at_left, at_right = out[:-1], out[1:]
+    at_left, at_right = seen[:-1], seen[1:]
     for x in range(len(left)):
         at_left[x] |= left[x] != right[x]
     for x in range(len(left)):
@@ -142,63 +139,23 @@ def _near_edges(code, above, under, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_seen(least, most, seen):
-    """seen, set beside an edge, is set as well where a bit has lost its contrast."""
-    for x in range(len(seen)):
-        weak = 2 * np.int32(least[x]) < np.int32(most[x])
-        seen[x] = seen[x] | weak
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_doubt(gap, reach, sigma, share, seen, bad, doubt, lost):
+def _mark_doubt(off, ratio, sigma, share, seen, bad, doubt, lost):
     """Where the next period is near, and where noise could turn one into the other.
 
     If no edge is seen there, nothing says which one it is.
     """
-    for x in range(len(gap)):
-        even = gap[x] < share * sigma[x]
-        doubt[x] = EVEN if even else (POSSIBLE if gap[x] < reach else 0)
+    farthest, reach = _ONE - _HALF * ratio, BLURRED * ratio
+    for x in range(len(off)):
+        gap = farthest - abs(off[x])
+        even = gap < share * sigma[x]
+        doubt[x] = EVEN if even else (POSSIBLE if gap < reach else 0)
         doubt[x] = doubt[x] if (seen[x] != 0) & (bad[x] == DECODED) else 0
-    for x in range(len(gap)):
-        even = gap[x] < share * sigma[x]
+    for x in range(len(off)):
+        even = farthest - abs(off[x]) < share * sigma[x]
         lost[x] = 1 if even & (seen[x] == 0) else lost[x]
 
 
-@njit(inline="always", error_model="numpy")
-def _surroundings(y, x, height, rows, axis):
-    """Which of 3 x 3 pixels see the same surface, as bits of a number; how many.
-
-    Not those that are bad, outside, or on the other side of a break.
-    """
-    # Indexed in one step: a row taken out counts as a reference, which takes time.
-    sine, cosine, code, bad = rows.sine, rows.cosine, rows.code, rows.bad
-    kept, width, count, around = len(bad), bad.shape[1], 0, 0
-    k = y % kept
-    own, s, c = np.int64(code[axis, k, x]), sine[axis, k, x], cosine[axis, k, x]
-    for place in range(9):
-        v, u = y + place // 3 - 1, x + place % 3 - 1
-        if 0 <= v < height and 0 <= u < width:
-            i = v % kept
-            along = s * sine[axis, i, u] + c * cosine[axis, i, u]
-            same = abs(np.int64(code[axis, i, u]) - own) <= 1
-            if same and bad[i, u] == DECODED and along >= SAME:
-                around |= 1 << place
-                count += 1
-    return around, count
-
-
-@njit(inline="always", error_model="numpy")
-def _bit_around(images, y, x, around, light, dark):
-    """Sum of picture less inverse over pixels around, positive if they agree."""
-    total = 0
-    for place in range(9):
-        if around >> place & 1:
-            v, u = y + place // 3 - 1, x + place % 3 - 1
-            total += np.int64(images[light, v, u]) - np.int64(images[dark, v, u])
-    return total if images[light, y, x] > images[dark, y, x] else -total
-
-
-@njit(inline="always", error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _bit_of_edge(edge, bits):
     """Which bit changes between cells edge - 1 and edge; bit 0 is the coarsest."""
     bit = bits - 1
@@ -208,80 +165,125 @@ def _bit_of_edge(edge, bits):
     return bit
 
 
-@njit(inline="always", error_model="numpy")
-def _is_seen(images, y, x, pairs, edge, axis, rows):
-    """Whether a pixel is at an edge of its cell, by itself or one of four neighbours.
-
-    Its own bit has lost contrast there, or a neighbour is read beyond it.
-    """
-    code, kept, height = rows.code, len(rows.bad), images.shape[1]
-    k, above = y % kept, max(y - 1, 0) % kept
-    under, left = min(y + 1, height - 1) % kept, max(x - 1, 0)
-    right, behind = min(x + 1, code.shape[2] - 1), code[axis, k, x] >= edge
-    beyond = (code[axis, above, x] >= edge) != behind
-    beyond |= (code[axis, under, x] >= edge) != behind
-    beyond |= (code[axis, k, left] >= edge) != behind
-    beyond |= (code[axis, k, right] >= edge) != behind
-    bit = _bit_of_edge(edge, len(pairs))
-    light, dark = images[pairs[bit, 0], y, x], images[pairs[bit, 1], y, x]
-    contrast = abs(np.int64(light) - np.int64(dark))
-    return beyond or 2 * contrast < np.int64(rows.most[k, x])
-
-
-@njit(inline="always", error_model="numpy")
-def _settled(images, y, x, pairs, edges, is_even, axis, rows, below):
-    """The wrap rule: at an edge of cells the phase says on which side a pixel is.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
+    """Done with where nothing is seen of the edge that lies across the cell.
 
     A pixel whose phase is near the start or end of its period is at one edge of its
-    cell, or beyond the other one, with that edge's bit misread. Where something is to
-    be seen of that other edge, the bits of both decide, each as a mean of the 3 x 3
-    pixels that see the same surface: the bit of the edge at which a pixel is has lost
-    its contrast. edges: the first edge behind the last cell that is shown; neither
-    there nor at the monitor's other border is anything to be seen. below: whether the
-    place is below the middle of the cell.
+    cell, or beyond the other one, with that edge's bit misread. An edge is seen where
+    a pixel's own bit has lost contrast there, or one of four neighbours is read beyond
+    it. Where noise could turn the phase around, one of the two must be seen.
 
-    Returns STAYS, MOVES, or LOST where neither edge is seen and noise could turn the
-    phase around (is_even).
+    edges: the first edge behind the last cell that is shown; neither there nor at the
+    monitor's other border is anything to be seen. codes: of the rows above, here and
+    below. doubt becomes 0, and stays where the edge across is seen.
+    """
+    above, code, under = codes
+    last, eight = len(off) - 1, doubt.view(np.uint64)
+    # Few are in doubt: eight pixels at a time are passed over. Nothing called here
+    # takes arrays, as counting their references would take longer than all else.
+    for k in range(len(eight)):
+        if not eight[k]:
+            continue
+        for x in range(8 * k, min(8 * k + 8, len(off))):
+            if not doubt[x]:
+                continue
+            cell, below = np.int64(code[x]), off[x] < _ZERO
+            near = across = False
+            for edge in range(max(cell, 1), min(cell + 2, edges)):
+                behind = cell >= edge
+                seen = (above[x] >= edge) != behind
+                seen |= (under[x] >= edge) != behind
+                seen |= (code[max(x - 1, 0)] >= edge) != behind
+                seen |= (code[min(x + 1, last)] >= edge) != behind
+                bit = _bit_of_edge(edge, len(pairs))
+                light = np.int64(images[pairs[bit, 0], y, x])
+                dark = np.int64(images[pairs[bit, 1], y, x])
+                seen |= 2 * abs(light - dark) < np.int64(most[x])
+                if behind == below:
+                    near = seen
+                else:
+                    across = seen
+            if not across:
+                lost[x] = 1 if (doubt[x] == EVEN) & (not near) else lost[x]
+                doubt[x] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _surroundings(y, x, height, rows, axis, out):
+    """Which of 3 x 3 pixels (their rows and columns) see the same surface; how many.
+
+    Not those that are bad, outside, or on the other side of a break.
+    """
+    sine, cosine, code = rows.sine[axis], rows.cosine[axis], rows.code[axis]
+    bad, kept = rows.bad, len(rows.bad)
+    width, count, k = code.shape[1], 0, y % kept
+    own = np.int64(code[k, x])
+    for v in range(max(y - 1, 0), min(y + 2, height)):
+        i = v % kept
+        for u in range(max(x - 1, 0), min(x + 2, width)):
+            along = sine[k, x] * sine[i, u] + cosine[k, x] * cosine[i, u]
+            same = abs(np.int64(code[i, u]) - own) <= 1
+            if same and bad[i, u] == DECODED and along >= SAME:
+                out[count, 0], out[count, 1] = v, u
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bit_around(images, y, x, around, light, dark):
+    """Sum of picture less inverse over pixels around, positive if they agree."""
+    total = 0
+    for v, u in around:
+        total += np.int64(images[light, v, u]) - np.int64(images[dark, v, u])
+    return total if images[light, y, x] > images[dark, y, x] else -total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _settled(images, y, x, pairs, edges, is_even, axis, rows, below, places):
+    """The wrap rule: at an edge of cells the phase says on which side a pixel is.
+
+    The bit of the edge at which a pixel is has lost its contrast, so the bits of both
+    edges of its cell decide, each as a mean of the 3 x 3 pixels that see the same
+    surface. below: whether the place is below the middle of the cell.
+
+    Returns STAYS, MOVES, or LOST where neither bit has lost contrast and noise could
+    turn the phase around (is_even).
     """
     kept = y % len(rows.bad)
     cell = np.int64(rows.code[axis, kept, x])
-    near, far = (cell, cell + 1) if below else (cell + 1, cell)
-    has_near, has_far = 0 < near < edges, 0 < far < edges
-    if not has_far or not _is_seen(images, y, x, pairs, far, axis, rows):
-        if not is_even:
-            return STAYS
-        seen = has_near and _is_seen(images, y, x, pairs, near, axis, rows)
-        return STAYS if seen else LOST
-    around, count = _surroundings(y, x, images.shape[1], rows, axis)
-    half = count * np.int64(rows.most[kept, x])
-    k = _bit_of_edge(far, len(pairs))
-    at_far = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
-    at_near = half
-    if has_near:
+    near, across = (cell, cell + 1) if below else (cell + 1, cell)
+    count = _surroundings(y, x, images.shape[1], rows, axis, places)
+    around, half = places[:count], count * np.int64(rows.most[kept, x])
+    k, at_near = _bit_of_edge(across, len(pairs)), half
+    at_across = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
+    if 0 < near < edges:
         k = _bit_of_edge(near, len(pairs))
         at_near = 2 * abs(_bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1]))
-    if at_far < min(half, at_near):
+    if at_across < min(half, at_near):
         return MOVES
     return LOST if is_even and at_near >= half else STAYS
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _settle(images, y, axis, plan, rows, turn, doubt, period, lost):
+def _settle(images, y, axis, plan, rows, off, doubt, period, lost):
     """Settle the pixels in doubt: period moves by one, or lost is set."""
     pairs, edges = plan.pairs[axis, : plan.bits[axis]], plan.edges[axis]
-    ratio, kept = plan.ratio[axis], y % len(rows.bad)
-    code = rows.code[axis, kept]
-    eight = doubt.view(np.uint64)
-    # Few are in doubt: eight pixels at a time are passed over.
+    height, kept, code = images.shape[1], len(rows.bad), rows.code[axis]
+    above, under = code[max(y - 1, 0) % kept], code[min(y + 1, height - 1) % kept]
+    codes, most = (above, code[y % kept], under), rows.most[y % kept]
+    _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost)
+    places, eight = np.empty((9, 2), np.int64), doubt.view(np.uint64)
     for k in range(len(eight)):
         if not eight[k]:
             continue
-        for x in range(8 * k, min(8 * k + 8, len(turn))):
+        for x in range(8 * k, min(8 * k + 8, len(off))):
             if not doubt[x]:
                 continue
-            middle = (np.float32(code[x]) + _HALF) * ratio
-            below, is_even = np.float32(period[x]) + turn[x] < middle, doubt[x] == EVEN
-            verdict = _settled(images, y, x, pairs, edges, is_even, axis, rows, below)
+            below, even = off[x] < _ZERO, doubt[x] == EVEN
+            verdict = _settled(
+                images, y, x, pairs, edges, even, axis, rows, below, places
+            )
             if verdict == MOVES:
                 period[x] += 1 if below else -1
             elif verdict == LOST:
@@ -337,27 +339,25 @@ def _smooth(rows, y, axis, mixed, spare, crossed, sine, cosine):
     own = y % len(rows.bad)
     _sum_of_window(rows.sine[axis], y, spare, sine)
     _sum_of_window(rows.cosine[axis], y, spare, cosine)
-    _mark_incoherent(sine, cosine, mixed, crossed)
-    _choose(crossed, rows.sine[axis, own], sine)
-    _choose(crossed, rows.cosine[axis, own], cosine)
+    alone = rows.sine[axis, own], rows.cosine[axis, own]
+    _mean_of_window(mixed, *alone, sine, cosine, crossed)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_period(images, y, axis, plan, rows, turn, sigma, doubt, period, lost):
     """The period of each pixel of a row, from its code, and settled where in doubt."""
-    n, gap = len(rows.bad), np.empty(len(turn), np.float32)
+    n, off = len(rows.bad), np.empty(len(turn), np.float32)
     k, code, ratio = y % n, rows.code[axis], plan.ratio[axis]
-    _nearest_period(code[k], turn, ratio, period)
+    _nearest_period(code[k], turn, ratio, period, off)
     if not plan.bits[axis]:
         return
     above, under = max(y - 1, 0) % n, min(y + 1, images.shape[1] - 1) % n
     seen = np.empty(len(turn), np.uint8)
-    _near_edges(code[k], code[above], code[under], seen)
-    _distance_to_next(code[k], turn, period, ratio, gap)
-    _mark_seen(rows.least[axis, k], rows.most[k], seen)
-    near, even = BLURRED * ratio, BEYOND / plan.length[axis]
-    _mark_doubt(gap, near, sigma, even, seen, rows.bad[k], doubt, lost)
-    _settle(images, y, axis, plan, rows, turn, doubt, period, lost)
+    far = rows.least[axis, k], rows.most[k]
+    _mark_seen(code[k], code[above], code[under], *far, seen)
+    even = BEYOND / plan.length[axis]
+    _mark_doubt(off, ratio, sigma, even, seen, rows.bad[k], doubt, lost)
+    _settle(images, y, axis, plan, rows, off, doubt, period, lost)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

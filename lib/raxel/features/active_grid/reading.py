@@ -203,6 +203,8 @@ def read_rows(images, first, stop, plan, white, noise, rows):
     in grey levels; rows: Rows.
     """
     height = images.shape[1]
+    if first == 0:
+        rows.below[-1] = 1  # above the first row is a break
     for y in range(first, stop):
         _read_row(images, y, plan, white, noise, rows)
         if y:
