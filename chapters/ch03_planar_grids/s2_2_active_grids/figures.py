@@ -60,17 +60,24 @@ def ext_active_grid(results):
     top.set_xlabel("Column u (px)")
     along.plot(np.arange(len(row)), row, **series(0) | {"marker": ""})
     along.set_title("(b) decoded from it")
+    along.set_xlim(-0.5, width - 0.5)
     along.set_xlabel("Column u (px)")
     along.set_ylabel("Location along x (mm)")
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
     for axis, picture, title, name, look in (
-        (where, place, "(c) location along x", "mm", {"cmap": "cividis"}),
+        (
+            where,
+            place,
+            "(c) location along x",
+            "x (mm)",
+            {"cmap": "cividis"},
+        ),
         (
             wrong,
             1000 * error,
             "(d) distance from the truth",
-            "µm",
-            {"cmap": "magma", "vmin": 0, "vmax": 80},
+            "error (µm)",
+            {"cmap": "magma", "vmin": 0, "vmax": 100},
         ),
     ):
         axis.grid(False)
@@ -85,7 +92,7 @@ def ext_active_grid(results):
         axis.set_xlabel("Column u (px)")
         axis.set_ylabel("Row v (px)")
         bar = drawn.colorbar(shown, ax=axis, shrink=0.85)
-        bar.set_label(f"({name})")
+        bar.set_label(name)
     where.axhline(at, color="white", linewidth=1, linestyle="--")
     columns = np.arange(len(row))
     data = {"u": columns.tolist(), "x (mm)": row.tolist()}

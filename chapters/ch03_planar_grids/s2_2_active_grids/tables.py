@@ -85,8 +85,8 @@ def ext_window(results):
         "RMS error of a pixel (mm)": "raw.rms_mm",
         "σ, 7 × 7 (mm)": "smooth.sigma_mm",
         "RMS error, 7 × 7 (mm)": "smooth.rms_mm",
-        "RMS error without noise (mm)": "bias_mm",
-        "moved by the window without noise (mm)": "moved_mm",
+        "without noise: a pixel (mm)": "raw.bias_mm",
+        "without noise: 7 × 7 (mm)": "smooth.bias_mm",
     }
     columns |= {name: [] for name in names}
     for condition in ran.conditions:
@@ -97,9 +97,10 @@ def ext_window(results):
             columns[name].append(float(ran.column(key, **given)[0]))
     return Table(
         columns,
-        "Averaging over 7 × 7 pixels divides the scatter by seven, and leaves the "
-        "error of the response as it is. Views of a monitor with a gamma of 2.2. "
-        "Errors are per axis, over all pixels that the decoder keeps.",
+        "Averaging over 7 × 7 pixels divides the scatter by seven, and takes the "
+        "ripple of the gamma away where a cell is about four windows wide. One view of "
+        "a monitor with a gamma of 2.2; RMS errors per axis over all pixels that the "
+        "decoder keeps.",
     )
 
 

@@ -149,12 +149,7 @@ def smoothing_trial(condition, rng):
         found = view.decoded(pictures, patterns, smooth=smooth)
         both[name] = scored(found, view.truth)
         both[name + "_exact"] = view.decoded(exact, patterns, smooth=smooth)
-    raw, smooth = both.pop("raw_exact"), both.pop("smooth_exact")
-    known = raw.mask & smooth.mask & np.isfinite(view.truth).all(axis=-1)
-    moved = (smooth.location - raw.location)[known]
-    off = (raw.location - view.truth)[known]
-    return {
-        **both,
-        "moved_mm": float(np.sqrt(np.mean(moved**2))),
-        "bias_mm": float(np.sqrt(np.mean(off**2))),
-    }
+    for name in ("raw", "smooth"):
+        exactly = scored(both.pop(f"{name}_exact"), view.truth)
+        both[name]["bias_mm"] = exactly["rms_mm"]
+    return both
