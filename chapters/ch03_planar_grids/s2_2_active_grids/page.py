@@ -70,9 +70,10 @@ from repro.run.outcomes import Plan
 # - Twenty patterns locate {glue:text}`view.share:.0f` % of the pixels that
 #   see the monitor, with an RMS error of {glue:text}`view.rms:.3f` mm along
 #   either axis; the rest are masked, most of them at the rim.
-# - That error is not noise: noise leaves {glue:text}`view.sigma:.3f` mm, and
-#   what is above it comes from the monitor's gamma. It was not removed by
-#   averaging, and the stated standard deviation leaves it out.
+# - Most of that error is not noise, which leaves
+#   {glue:text}`view.sigma:.3f` mm: the monitor's gamma makes a ripple of four
+#   waves to a cell. The stated standard deviation does not hold it; six
+#   steps remove it, and so does a window as wide as the wave.
 # - One sine fits the imaged profile badly and one harmonic more fits it well,
 #   as the thesis says; order 3, with a gamma of 2.2, is still
 #   {glue:text}`linear.third:.0f` % of the misfit that is left.
@@ -80,7 +81,7 @@ from repro.run.outcomes import Plan
 #   {glue:text}`response.three:.3f` % of a period. If what its fits leave
 #   over were order 5, it would be {glue:text}`response.five:.2f` %.
 # - Comparing a pattern with its inverse makes fewer wrong bits near edges
-#   than a threshold, but not half as many; and in light that overflows the
+#   than a threshold, but not half as many. In light that overflows the
 #   sensor a chessboard's corners are found better than an active grid.
 
 # %% [markdown]
@@ -165,13 +166,16 @@ from repro.run.outcomes import Plan
 # edge is off by as much the other way. The two pictures are equally light
 # midway, and that is where the comparison changes sign.
 #
-# **7 × 7.** The sines are averaged over 49 pixels; the decoder averages
-# the two differences of (3.23), each pixel scaled to the same $B$, so that a
-# bright pixel has no more say. Independent noise shrinks to a seventh.
-# Across a straight ramp of phase the average is that of its middle; only a
-# bent ramp leaves a bias, of 2 px² times the sum of the second derivatives of
-# the location along $u$ and $v$. A window that holds a masked pixel, a
-# jump, or nearly half a period is not averaged.
+# **7 × 7.** The thesis smooths the pictures of the sines. The decoder
+# averages the two differences of (3.23), each pixel scaled to the same $B$,
+# so that a bright pixel has no more say. Noise that is independent from
+# pixel to pixel shrinks to a seventh. Across a straight ramp of phase the
+# average is that of its middle; a bent ramp leaves a bias of about 2 px²
+# times the sum of the second derivatives of the location along $u$ and $v$.
+# A window that holds a masked pixel, a jump, or nearly half a period is not
+# averaged, and its pixels keep their own values. The ripple of a gamma has
+# waves a quarter of a cell long, and averages out in a window that is as
+# wide.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_window", digits=3)
@@ -305,10 +309,15 @@ def profiles(effort):
 #   wrong bits are rare, and the factor is {glue:text}`bits.between:.1f`.
 #   Its real use is another: no threshold has to be known at all.
 # - **Blooming.** A corner looks the same after half a turn, and so does the
-#   charge that spills around it; the saddle point stays where it was. A sine
-#   that is cut off has lost its phase, and the decoder masks it: at 1.2 full
-#   wells {glue:text}`bloom.left:.2f` % of the pixels are left. Both targets
-#   are given the same light; who can choose should choose less.
+#   charge that spills around it: with light of 1.05 full wells the saddle
+#   point is off by {glue:text}`bloom.saddle:.3f` px and the derivative method
+#   by {glue:text}`bloom.derivative:.3f` px. The active grid is off by
+#   {glue:text}`bloom.active:.3f` px, nearly all of it ripple of the gamma;
+#   spilling adds less to it than to the derivative method, and more than to
+#   the saddle point. Its weakness is another: a sine that is cut off has lost
+#   its phase and is masked, and at 1.2 full wells {glue:text}`bloom.left:.2f`
+#   % of the pixels are left. Both targets had the same light; who can
+#   choose should choose less.
 # - **Wrong bits.** Gray code keeps a wrong bit to one cell at *its* edge. A
 #   bit misread elsewhere can send a pixel across the whole monitor; that
 #   takes noise of half the contrast, and the mask looks for it.
