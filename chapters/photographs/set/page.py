@@ -42,7 +42,7 @@ from chapters.shared.grid_detectors import (
     OPENCV_SB,
     returned,
 )
-from chapters.shared.photographs.reading import ALL_NAMES, Study
+from chapters.shared.photographs.reading import ALL_NAMES, BOARDS, Study
 from raxel.features.detector import as_8_bit
 from raxel.sets import Chessboard, load_set, read_image
 from raxel.sets.reference import load_reference
@@ -78,7 +78,7 @@ def study_trial(folder, size, condition, rng):
     "photograph_study",
     artefact="ext_models",
     shards={"quick": 2, "full": 4},
-    per_set=True,
+    per_set=BOARDS,
 )
 def photograph_study(effort, folder):
     """Every image, the calibration from all, and every part kept out."""
@@ -287,7 +287,7 @@ def detector_trial(folder, condition, rng):
     "photograph_detectors",
     artefact="ext_detectors",
     shards={"quick": 1, "full": 4},
-    per_set=True,
+    per_set=BOARDS,
 )
 def photograph_detectors(effort, folder):
     """Every detector on every image of the set."""

@@ -15,6 +15,7 @@ from chapters.shared.grid_detectors import (
 )
 from chapters.shared.photographs.reading import (
     ALL_NAMES,
+    BOARDS,
     PEER,
     column,
     pooled_rms,
@@ -173,7 +174,7 @@ def _whole(number):
     "ext_images",
     needs=("photograph_study",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_images(results):
     """Every photograph: corners found, errors, remarks."""
@@ -184,7 +185,7 @@ def ext_images(results):
     "ext_models",
     needs=("photograph_study",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_models(results):
     """Every model: parameters, fit, prediction, coverage."""
@@ -274,7 +275,7 @@ def _caption(result, trials):
     "ext_detectors",
     needs=("photograph_detectors",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_detectors(results):
     """Detectors side by side: boards returned and right, errors."""

@@ -10,6 +10,8 @@ import numpy as np
 
 from repro.judge.statistics import LEAST_RATIO, SIGNIFICANCE
 
+# The kinds of target of the sets that the study is of.
+BOARDS = ("chessboard", "charuco")
 NAMES = {"zhang": "Zhang", "general": "General camera"}
 
 MODELS = ("zhang", "general")

@@ -40,6 +40,11 @@ class Producer:
         """Rendered sets, ``RIG/SEED``, that an experiment of this size opens."""
         return tuple(self.details.get("rendered", {}).get(effort, ()))
 
+    def takes(self, kind: str) -> bool:
+        """Whether one of ``per_set`` stands for a set whose target is of this kind."""
+        per_set = self.details.get("per_set")
+        return per_set is True or kind in (per_set or ())
+
     @property
     def published(self) -> tuple[str, ...]:
         """Printed numbers that a figure or table shows beside the results."""

@@ -19,6 +19,8 @@ from repro.run.outcomes import Plan
 
 ROOT_SEED = 2009
 Producer = TypeVar("Producer", bound=Callable)
+# Of no image set, of every one, or of those with a target of one of these kinds.
+PerSet = bool | Sequence[str]
 
 
 def _mark(
@@ -40,16 +42,18 @@ def experiment(
     inputs: Sequence[str] = (),
     needs: Sequence[str] = (),
     rendered: Mapping[str, Sequence[str]] | None = None,
-    per_set: bool = False,
+    per_set: PerSet = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs.
 
     With ``per_set`` (here and below) the producer stands once for every image set of
-    the report, and an experiment is called as ``function(effort, folder)``. With
-    ``needs`` it reads other experiments, as ``function(effort, results)``: for trials
-    that redraw a measuring error from the one found in rendered images. ``rendered``
-    declares the image sets that it opens by `repro.run.rendered.rendered_set`, as
-    {"quick": ("RIG/SEED", ...), "full": (...)}; each is made by a job of its own.
+    the report, or for those whose target is of one of the kinds that it names, the
+    same for all producers of a page; an experiment is called as ``function(effort,
+    folder)``. With ``needs`` it reads other experiments, as ``function(effort,
+    results)``: for trials that redraw a measuring error from the one found in rendered
+    images. ``rendered`` declares the image sets that it opens by
+    `repro.run.rendered.rendered_set`, as {"quick": ("RIG/SEED", ...), "full": (...)};
+    each is made by a job of its own.
     """
     return _mark(
         "experiment",
@@ -68,7 +72,7 @@ def figure(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: bool = False,
+    per_set: PerSet = False,
     scene: bool = False,
     published: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
@@ -95,7 +99,7 @@ def table(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: bool = False,
+    per_set: PerSet = False,
     published: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Table`` as the producer of a table.
@@ -117,7 +121,7 @@ def claim(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: bool = False,
+    per_set: PerSet = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> list[Reading]`` as the test of a claim."""
     return _mark("claim", identifier, needs=needs, evidence=evidence, per_set=per_set)
@@ -128,7 +132,7 @@ def numbers(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: bool = False,
+    per_set: PerSet = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> {number id: Value}`` for an artefact's numbers."""
     return _mark("numbers", identifier, needs=needs, evidence=evidence, per_set=per_set)

@@ -39,6 +39,14 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
     return found
 
 
+def target_kind(folder: Path) -> str:
+    """The kind of a set's target, as its set.yaml names it; empty where it cannot."""
+    try:
+        return str(read_yaml(folder / "set.yaml")["target"]["kind"])
+    except (InputError, KeyError, TypeError):
+        return ""
+
+
 def faulty_sets(root: Path) -> dict[Path, str]:
     """Folder -> one line, for the faulty sets below data/recorded."""
     return {folder: fault for _, folder, fault in _looked_at(root) if fault}

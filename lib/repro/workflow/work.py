@@ -18,6 +18,7 @@ from repro.run.deciding import judged_with
 from repro.run.jobs import CODE, input_hashes
 from repro.run.reach import Reach
 from repro.run.rendered import manifest
+from repro.run.sets_of_report import target_kind
 from repro.workflow.rendering import RenderedSets
 
 DRAW_CODE = (("repro.page.draw", "draw"),)
@@ -70,7 +71,16 @@ class Work:
     def _expanded(self, producer: discover.Producer) -> list[str]:
         if not producer.details.get("per_set"):
             return [producer.id]
-        return [f"{producer.id}@{name}" for name in self.sets]
+        return [f"{producer.id}@{name}" for name in self._sets_of(producer)]
+
+    def _sets_of(self, producer: discover.Producer) -> list[str]:
+        """The sets that a producer stands for: all, or those of its kinds of target."""
+        return [n for n, kind in self.target_kinds.items() if producer.takes(kind)]
+
+    @cached_property
+    def target_kinds(self) -> dict[str, str]:
+        """Set name -> kind of its target."""
+        return {n: target_kind(self.root / path) for n, path in self.sets.items()}
 
     @cached_property
     def rendered(self) -> RenderedSets:
@@ -83,7 +93,9 @@ class Work:
     def pages(self) -> dict[str, Page]:
         """Page id -> page; a chapter file with per-set producers makes one per set."""
         per_set = {
-            p.page for p in discover.producers(self.root) if p.details.get("per_set")
+            p.page: self._sets_of(p)
+            for p in discover.producers(self.root)
+            if p.details.get("per_set")
         }
         pages = {}
         for path in discover.page_files(self.root):
@@ -91,7 +103,7 @@ class Work:
             if stem not in per_set:
                 pages[stem] = Page(path, stem, "")
                 continue
-            for name in self.sets:
+            for name in per_set[stem]:
                 pages[f"{Path(stem).parent.as_posix()}/{name}"] = Page(path, stem, name)
         return pages
 
@@ -195,7 +207,7 @@ class Work:
         name = identifier.partition("@")[2]
         needs = self.producers[kind, identifier].needs
         return discover.result_ids(
-            discover.results_read(needs, self.per_set, name, self.sets)
+            discover.results_read(needs, self.per_set, name, self._sets_read(needs))
         )
 
     def _result_files(self, kind: str, identifier: str) -> list[str]:
@@ -225,13 +237,28 @@ class Work:
         return self._sets_option([(k, i) for k in kinds for i in self.of_page(page, k)])
 
     def _sets_option(self, made: list[tuple[str, str]]) -> str:
-        whole = any(
-            need in self.per_set
+        needs = [
+            need
             for kind, identifier in made
             if "@" not in identifier
             for need in self.producers[kind, identifier].needs
-        )
-        return f"--sets {shlex.join(self.sets)}".strip() if whole else ""
+            if need in self.per_set
+        ]
+        return f"--sets {shlex.join(self._sets_read(needs))}".strip() if needs else ""
+
+    def _sets_read(self, needs: Iterable[str]) -> list[str]:
+        """The sets that all of these experiments stand for."""
+        made = [
+            producer
+            for producer in discover.producers(self.root)
+            if producer.kind == "experiment"
+            and producer.id in set(needs) & self.per_set
+        ]
+        return [
+            name
+            for name, kind in self.target_kinds.items()
+            if all(producer.takes(kind) for producer in made)
+        ]
 
     def scene_inputs(self, wildcards) -> list[str]:
         """What a figure with a scene is made from: results, and the viewer's files."""

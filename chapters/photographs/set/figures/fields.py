@@ -18,6 +18,7 @@ from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
 from chapters.shared.photographs.reading import (
     ALL_NAMES,
+    BOARDS,
     MODELS,
     NAMES,
     column,
@@ -325,7 +326,7 @@ def _error_data(rows):
     "ext_residuals",
     needs=("photograph_study",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_residuals(results):
     """Residual vectors of corners kept out, both models on one scale."""
@@ -336,7 +337,7 @@ def ext_residuals(results):
     "ext_cross_validation",
     needs=("photograph_study",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_cross_validation(results):
     """Error of every model in every photograph kept out."""

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
-from chapters.shared.photographs.reading import MODELS, NAMES
+from chapters.shared.photographs.reading import BOARDS, MODELS, NAMES
 from repro.page.style import WIDTH_IN
 from repro.page.style import figure as new_figure
 from repro.page.wording import literal
@@ -239,7 +239,7 @@ def _add(data, panel, corners):
     "ext_corners",
     needs=("photograph_study",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_corners(results):
     """Every photograph with its corners in order."""
@@ -250,7 +250,7 @@ def ext_corners(results):
     "ext_undistorted",
     needs=("photograph_study",),
     evidence="photograph",
-    per_set=True,
+    per_set=BOARDS,
 )
 def ext_undistorted(results):
     """One photograph as taken, and undistorted through both models."""
