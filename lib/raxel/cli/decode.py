@@ -7,12 +7,11 @@ from raxel.cli.terminal import on_one_line
 from raxel.cli.warnings import print_warnings
 from raxel.errors import InputError
 from raxel.features.active_grid.view import decode_view
+from raxel.features.grids import SUMMARY, write_points
 from raxel.files import write_json
 from raxel.report.active_grid import decoded_picture
 from raxel.report.canvas import encoded
 from raxel.sets import load_set
-
-SUMMARY = "decoded.json"
 
 
 def decode(options, say):
@@ -27,6 +26,9 @@ def decode(options, say):
                 smooth=not options.raw, neighbours=options.neighbours,
                 fill=options.fill, margin_px=options.margin,
             )  # fmt: skip
+            if found.reason:
+                where = f"{image_set.description}: views: {view.label}"
+                raise InputError(f"{where}: {found.reason}")
             _write(folder, view.label, found, image_set.target)
             summaries.append(_summary(view.label, found))
             warnings += found.warnings
@@ -42,13 +44,7 @@ def decode(options, say):
 
 def _write(folder, label, found, target):
     decoded, picture = found.decoded, found.picture
-    unit = decoded.unit
-    np.savez_compressed(
-        folder / f"{label}.npz",
-        **{f"points_{unit}": decoded.location, f"sigma_{unit}": decoded.sigma},
-        mask=decoded.mask,
-        status=decoded.status,
-    )
+    write_points(folder / f"{label}.npz", decoded)
     if picture.dtype == np.uint16:
         picture = (picture >> 8).astype(np.uint8)
     drawn = decoded_picture(decoded, picture, target.monitor_mm or target.monitor_px)

@@ -8,10 +8,9 @@ import numpy as np
 
 from raxel.archives import Archive
 from raxel.errors import InputError
-from raxel.features.active_grid import decode
+from raxel.features.active_grid.view import check_active_grid, decode_view
 from raxel.files import read_json
-from raxel.sets.image_files import read_image
-from raxel.sets.model import ActiveGrid, View
+from raxel.sets.model import View
 
 SUMMARY = "decoded.json"
 
@@ -33,52 +32,17 @@ class Grid(NamedTuple):
         return self.location is not None
 
 
-def check_active_grid(image_set):
-    """Raise InputError unless the target of the set is an active grid."""
-    if not isinstance(image_set.target, ActiveGrid):
-        raise InputError(
-            f"{image_set.description}: target.kind: found no active_grid; chessboards "
-            "are for raxel corners"
-        )
-
-
-def decode_view(image_set, view, **options):
-    """(Decoded, photograph of the lit monitor (H, W)) of one view of an active grid.
-
-    options: of `raxel.features.active_grid.decode`. Raises InputError, naming set and
-    view, for pictures that do not fit each other.
-    """
-    images = np.array([read_image(image_set, p.image) for p in view.patterns])
-    levels = {
-        name: read_image(image_set, getattr(view, name))
-        for name in ("white", "black")
-        if getattr(view, name)
-    }
-    try:
-        found = decode(images, view.patterns, image_set.target, **levels, **options)
-    except InputError as fault:
-        where = f"{image_set.description}: views: {view.label}"
-        raise InputError(f"{where}: {fault}") from fault
-    return found, levels.get("white", images[0])
-
-
-def nothing_decoded(counts):
-    """Why no pixel could be decoded, in words; counts: of Decoded."""
-    reasons = ", ".join(f"{n} {reason}" for reason, n in counts.items() if n)
-    return f"no pixel could be decoded ({reasons})"
-
-
 def decode_grids(image_set, views, say=None):
     """Yield a Grid for each view; say: a callable told one line per view."""
     check_active_grid(image_set)
     for number, view in enumerate(views, 1):
-        found, _ = decode_view(image_set, view)
-        if found.mask.any():
-            yield Grid(view, found.location, found.sigma, found.mask)
+        found, reason, *_ = decode_view(image_set, view)
+        if reason:
+            yield Grid(view, reason=reason)
         else:
-            yield Grid(view, reason=nothing_decoded(found.counts()))
+            yield Grid(view, found.location, found.sigma, found.mask)
         if say:
-            share = 100 * np.mean(found.mask)
+            share = 0.0 if reason else 100 * np.mean(found.mask)
             say(f"{number}/{len(views)} {view.label}: {share:.1f} % of the pixels")
 
 

@@ -15,34 +15,41 @@ LEVELS = "white", "black"
 class DecodedView(NamedTuple):
     """What was decoded, and what to know of it.
 
-    warnings: lines on what it suffers from; picture: (H, W) uint8 or uint16, what the
-    camera saw, with the pattern white where there is one; as_in_a_mirror: whether the
-    grid is seen as in a mirror, None where that cannot be told.
+    reason: why nothing of it can be used, empty where it can; warnings: lines on what
+    it suffers from; picture: (H, W) uint8 or uint16, what the camera saw, with the
+    pattern white where there is one; as_in_a_mirror: whether the grid is seen as in a
+    mirror, None where that cannot be told.
     """
 
     decoded: Decoded
+    reason: str
     warnings: tuple[str, ...]
     picture: np.ndarray
     as_in_a_mirror: bool | None
+
+
+def check_active_grid(image_set):
+    """Raise InputError unless the target of the set is an active grid."""
+    if not isinstance(image_set.target, ActiveGrid):
+        raise InputError(
+            f"{image_set.description}: target.kind: found no active_grid; chessboards "
+            "are for raxel corners"
+        )
 
 
 def decode_view(image_set, view, **options):
     """Read and decode the pictures of one view of a set; options as of `decode`.
 
     Colour is made grey; a pixel of which one colour is clipped counts as clipped.
-    Raises InputError, naming set, view and file, where a picture cannot be read, where
-    nothing can be decoded, and where the pictures contradict each other so that what
-    is decoded would be wrong.
+    Where nothing could be decoded, or the pictures contradict each other so that what
+    was decoded is wrong, the result's `reason` says so. Raises InputError, naming set,
+    view and file, where a picture cannot be read or does not fit the others.
     """
-    if not isinstance(image_set.target, ActiveGrid):
-        raise InputError(
-            f"{image_set.description}: target.kind: found no active_grid; chessboards "
-            "are for raxel corners"
-        )
+    check_active_grid(image_set)
     where = f"{image_set.description}: views: {view.label}"
     images = np.array(_pictures(image_set, view))
     levels = dict(zip(_levels(view), images[len(view.patterns) :], strict=True))
-    images, warnings = images[: len(view.patterns)], []
+    images = images[: len(view.patterns)]
     clipped = clipped_at(images, view.patterns)
     if clipped:
         options = {"saturated": clipped.level, **options}
@@ -51,19 +58,14 @@ def decode_view(image_set, view, **options):
         told = doubts(images, view.patterns, image_set.target, found, **levels)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
-    for doubt in told:
-        if doubt.spoils:
-            raise InputError(f"{where}: {doubt.text}")
-        warnings.append(f"{view.label}: {doubt.text}")
-    if not found.mask.any():
-        reasons = (f"{n} {reason}" for reason, n in found.counts().items() if n)
-        raise InputError(
-            f"{where}: no pixel could be decoded ({', '.join(reasons)}); check "
-            "exposure and order of its pictures"
-        )
+    reason = next((doubt.text for doubt in told if doubt.spoils), "")
+    if not reason and not found.mask.any():
+        reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
+        reason = f"no pixel could be decoded ({', '.join(reasons)})"
+    warnings = tuple(f"{view.label}: {d.text}" for d in told if not d.spoils)
     picture = levels.get("white", images[0])
     mirrored = _as_in_a_mirror(found.location)
-    return DecodedView(found, tuple(warnings), picture, mirrored)
+    return DecodedView(found, reason, warnings, picture, mirrored)
 
 
 def _levels(view):
