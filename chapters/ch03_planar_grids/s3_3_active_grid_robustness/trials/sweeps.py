@@ -1,0 +1,294 @@
+"""How 3.3.3 measures: corners in one grid, and where a second one is seen."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from chapters.shared.rigs import rig_named
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.lookup import pixels_of, points_at
+from raxel.features.localise import derivative, saddle_point
+from raxel.files import read_json
+from raxel.geometry.homography import (
+    apply_homography,
+    homography_dlt,
+    refine_homography,
+)
+from raxel.lab.sensor import bloom
+from raxel.sets import load_set, read_image
+from repro.run.rendered import rendered_set
+
+# RIG/SEED of the pictures, as the marks of the experiments name them.
+SETS = {
+    "quick": ("monitor-d200-small/0",),
+    "full": ("monitor-d200/0", "monitor-d200/1", "monitor-d200/2"),
+}
+# Levels of the sweeps; the first one of blur and noise is none.
+LEVELS = {
+    "distance": {
+        "quick": (200, 360),
+        "full": (150, 200, 270, 360, 480, 640),
+    },
+    "orientation": {"quick": (0, 28), "full": (0, 7, 14, 21, 28, 35)},
+    "blur": {"quick": (0, 2), "full": (0, 0.5, 1, 2, 3, 4)},
+    "noise": {"quick": (0, 8), "full": (0, 1, 2, 4, 8, 16)},
+}
+DEFAULT_MM = 200
+# Where a sweep meets the default condition. At 0 deg the first grid is the same,
+# but the second one is that of all orientations.
+DEFAULT_LEVEL = {"distance": DEFAULT_MM, "blur": 0, "noise": 0}
+
+ACTIVE, DERIVATIVE, SADDLE = "active grid", "derivative", "saddle point"
+STATIC = (DERIVATIVE, SADDLE)
+METHODS = (*STATIC, ACTIVE)
+TRUE = "true corners"
+START_SD_PX = 1.0
+# The readings of 3.3.3; the option that decides comes first.
+ONE_WINDOW, BY_SQUARE = "one window", "half a square"
+WINDOWS = (ONE_WINDOW, BY_SQUARE)
+AS_TAKEN, AS_FIRST = "as taken", "as the first"
+SECOND_GRIDS = (AS_TAKEN, AS_FIRST)
+WITHIN, OVER = "no full well", "a fifth above full"
+EXPOSURES = (WITHIN, OVER)
+# From the rig's exposure, white at 0.9 of a well, to 1.2 of it.
+GAIN = 4 / 3
+WINDOW_PX, BLUR_SHARE, LEAST_WINDOW_PX = 15, 2 / 15, 5
+# Fewer corners than this share, and a method has failed.
+LEAST_FOUND = 0.9
+SETTINGS = {
+    "corners": [15, 15],
+    "grid_mm": 301.5,
+    "distance_mm": DEFAULT_MM,
+    "orientation_deg": 0,
+    "blur_px": 0,
+    "noise_grey": 0,
+    "start_sd_px": START_SD_PX,
+    "window_px": WINDOW_PX,
+    "saddle_blur_of_window": BLUR_SHARE,
+    "least_found": LEAST_FOUND,
+}
+
+
+def conditions(effort):
+    """Every level of every sweep with every set; the default level once."""
+    swept = [("default", DEFAULT_MM)]
+    for name, levels in LEVELS.items():
+        swept += [
+            (name, level)
+            for level in levels[effort]
+            if level != DEFAULT_LEVEL.get(name)
+        ]
+    return [
+        condition_of(name, level, pictures)
+        for pictures in SETS[effort]
+        for name, level in swept
+    ]
+
+
+def condition_of(name, level, pictures):
+    """One level: which views are opened, and what is done to their pictures."""
+    first, second = (
+        f"distance-{DEFAULT_MM}",
+        f"distance-{DEFAULT_MM}-second",
+    )
+    if name == "distance":
+        first, second = f"distance-{level}", f"distance-{level}-second"
+    if name == "orientation":
+        first = f"tilt-{level}" if level else first
+        second = "tilt-second"
+    return {
+        "sweep": name,
+        "level": level,
+        "set": pictures,
+        "first": first,
+        "second": second,
+        "blur_px": level if name == "blur" else 0,
+        "noise_grey": level if name == "noise" else 0,
+    }
+
+
+def degraded(picture, condition, rng):
+    """The picture (H, W) uint8 blurred and with noise added, in whole numbers."""
+    if condition["blur_px"]:
+        soft = picture.astype(np.float32)
+        soft = cv2.GaussianBlur(soft, (0, 0), condition["blur_px"])
+        picture = np.rint(soft).astype(np.uint8)
+    if condition["noise_grey"]:
+        noise = rng.standard_normal(picture.shape, np.float32)
+        noise *= condition["noise_grey"]
+        picture = np.clip(np.rint(picture + noise), 0, 255).astype(np.uint8)
+    return picture
+
+
+def brighter(picture, sensor):
+    """The picture (H, W) uint8 of GAIN times the light, with overflowing wells.
+
+    Charges come back from the grey values by the tone curve of the sensor.
+    """
+    table = (np.arange(256) / 255) ** sensor.gamma * GAIN
+    charge = bloom(table.astype(np.float32)[picture], 1.0, sensor.blooming)
+    return sensor.develop(charge)
+
+
+def robustness_trial(condition, rng):
+    """Corners by three methods, and what the second grid says of each.
+
+    Residuals are in mm on the chessboard; what the true corners leave is the
+    second grid's own error. With every exposure, from the same pictures.
+    """
+    image_set = opened(condition["set"])
+    views = {view.name: view for view in image_set.views}
+    first, second = views[condition["first"]], views[condition["second"]]
+    sensor = rig_named(image_set.name).sensor
+
+    def worse(picture):
+        return degraded(picture, condition, rng)
+
+    def bright(picture):
+        return degraded(brighter(picture, sensor), condition, rng)
+
+    true = corners_of(image_set)[first.chessboard]
+    starts = true + rng.normal(0, START_SD_PX, true.shape)
+    seen = {AS_TAKEN: decoded(image_set, second, lambda picture: picture)}
+    seen[AS_FIRST] = seen[AS_TAKEN]
+    if condition["blur_px"] or condition["noise_grey"]:
+        seen[AS_FIRST] = decoded(image_set, second, worse)
+    points = image_set.target.chessboard_points()
+    said = {"least_square_px": least_step(true)}
+    for exposure, change in ((WITHIN, worse), (OVER, bright)):
+        board = change(read_image(image_set, first.chessboard))
+        location = decoded(image_set, first, change)
+        found = by_methods(board, location, starts, true, points)
+        said[exposure] = scores(found, seen, true, points)
+    return said
+
+
+def opened(name):
+    """The ImageSet RIG/SEED."""
+    rig, _, seed = name.partition("/")
+    return load_set(rendered_set(rig, int(seed)))
+
+
+def by_methods(board, location, starts, true, points):
+    """(method, window) -> corners (N, 2) px, NaN where a method gave up.
+
+    board: (H, W), the chessboard; location: (H, W, 2) mm of the grid in its
+    place; starts, true: (N, 2) px, clicks and corners; points: (N, 2) mm.
+    """
+    pixels = pixels_of(location, points)
+    found = by_static_methods(board, starts)
+    for window in WINDOWS:
+        found |= {(ACTIVE, window): pixels, (TRUE, window): true}
+    return found
+
+
+def scores(found, seen, true, points):
+    """Residuals (mm) and errors (px) of corners, by window and second grid.
+
+    found: as of `by_methods`; seen: {reading: location of the second grid}.
+    """
+    said = {}
+    for (method, window), corners in found.items():
+        off = np.linalg.norm(corners - true, axis=1)
+        said[f"{window}.off_px.{method}"] = rms(off)
+        said[f"{window}.lost.{method}"] = int(np.isnan(off).sum())
+        for again, second in seen.items():
+            residual = residual_mm(corners, second, points)
+            said[f"{window}.{again}.{method}"] = residual
+    return said
+
+
+def corners_of(image_set):
+    """Picture of a chessboard -> its true corners (N, 2), px."""
+    truth = read_json(image_set.folder / "truth" / "corners.json")["images"]
+    return {name: np.array(said["corners"]) for name, said in truth.items()}
+
+
+def decoded(image_set, view, change):
+    """The point of the grid that each pixel of a view sees, (H, W, 2) mm.
+
+    change: function of a picture (H, W) that is applied to each.
+    """
+    pictures = [
+        change(read_image(image_set, pattern.image))
+        for pattern in view.patterns
+    ]
+    return location_of(pictures, view.patterns, image_set.target)
+
+
+def location_of(pictures, patterns, target):
+    """As the thesis decodes: its filters, and no mask for clipped sines.
+
+    The filters of 3.2.2 are 7 x 7 pixels of the sines, the eight neighbours
+    of each location, and the filling of holes. As 16 bit no value of 8 bit
+    counts as clipped.
+    """
+    return decode(
+        np.stack(pictures).astype(np.uint16),
+        patterns,
+        target,
+        neighbours=True,
+        fill=True,
+        threads=1,
+    ).location
+
+
+def by_static_methods(board, starts):
+    """(method, window) -> corners (N, 2), NaN where a method gave up."""
+    found = {}
+    for name, window in (
+        (ONE_WINDOW, WINDOW_PX),
+        (BY_SQUARE, window_of(starts)),
+    ):
+        blur = BLUR_SHARE * window
+        for method, result in (
+            (DERIVATIVE, derivative(board, starts, window=window)),
+            (
+                SADDLE,
+                saddle_point(board, starts, window=window, blur_sd=blur),
+            ),
+        ):
+            kept = result.converged[:, None]
+            found[method, name] = np.where(kept, result.corners, np.nan)
+    return found
+
+
+def window_of(corners):
+    """The odd window (px) of half the least step between corners."""
+    half = int(least_step(corners) / 2)
+    return max(half - 1 + half % 2, LEAST_WINDOW_PX)
+
+
+def least_step(corners):
+    """Least distance (px) between neighbours among 15 x 15 corners (N, 2)."""
+    side = round(np.sqrt(len(corners)))
+    lattice = corners.reshape(side, side, 2)
+    return float(
+        min(
+            np.linalg.norm(np.diff(lattice, axis=k), axis=2).min()
+            for k in (0, 1)
+        )
+    )
+
+
+def residual_mm(corners, location, points):
+    """RMS (mm) of a homography from the second grid to the chessboard.
+
+    corners: (N, 2) px; location: (H, W, 2) mm of the second grid; points:
+    (N, 2) mm, where the chessboard's corners are. NaN if too few are seen.
+    """
+    seen = points_at(location, corners)
+    known = np.isfinite(seen).all(axis=1)
+    if known.mean() < LEAST_FOUND:
+        return float("nan")
+    seen, points = seen[known], points[known]
+    H = refine_homography(homography_dlt(seen, points), seen, points)
+    return rms(np.linalg.norm(apply_homography(H, seen) - points, axis=1))
+
+
+def rms(lengths):
+    """Root mean square of those that are known; NaN if none is."""
+    if not np.isfinite(lengths).any():
+        return float("nan")
+    return float(np.sqrt(np.nanmean(lengths**2)))

@@ -1,0 +1,92 @@
+"""How much of a turned monitor can be decoded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from chapters.shared.rigs import rig_named
+from raxel.features.active_grid import REASONS, decode
+from raxel.geometry import pose, rotation_from_vector
+from raxel.lab.monitor_views import photograph_patterns, points_seen
+
+RIG = "monitor-d200-small"
+FILES = ("data/rigs/monitor-d200-small.yaml",)
+TURNS_DEG = {"quick": (0, 60), "full": (0, 10, 20, 30, 40, 50, 60, 70)}
+# Exponents of the cosine by which light falls off; the first is the rig's.
+FALLOFFS = {"quick": (2,), "full": (2, 0, 4)}
+SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+DISTANCE_MM = 200
+SHIFT_MM, TURN_DEG = 2, 1
+DECODED = ("decoded", "filled from neighbours")
+RIM = "at the rim of the lit area"
+SETTINGS = {
+    "rig": RIG,
+    "distance_mm": DISTANCE_MM,
+    "set_up": {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG},
+}
+
+
+def viewing_trial(condition, rng):
+    """Shares of the visible area of the grid that are decoded.
+
+    With the rim: what a pixel next to the rim sees is left out for its blur,
+    not for its light.
+    """
+    rig = rig_named(RIG)
+    falloff = condition["falloff_exponent"]
+    monitor = replace(rig.monitor, falloff_exponent=falloff)
+    sensor = replace(rig.sensor, gamma=condition["camera_gamma"])
+    rig = replace(rig, monitor=monitor, sensor=sensor)
+    T = turned_monitor(condition["turn_deg"], rig.target.monitor_mm, rng)
+    area = areas_seen(rig, T)
+    pictures, patterns = [], []
+    for what, picture in photograph_patterns(rig, T, [condition["seed"]]):
+        if not isinstance(what, str):
+            pictures.append(picture)
+            patterns.append(what)
+    found = decode(
+        np.stack(pictures), patterns, rig.target,
+        neighbours=True, fill=True, threads=1,
+    )  # fmt: skip
+    names = np.array([REASONS[k] for k in sorted(REASONS)])[found.status]
+    whole = np.isin(names, DECODED)
+    return {
+        "share": shared(area, whole | (names == RIM)),
+        "without_rim": shared(area, whole),
+        "dark": shared(area, names == "too little contrast"),
+        "largest_angle_deg": farthest_angle(rig, T),
+    }
+
+
+def turned_monitor(turn_deg, size_mm, rng):
+    """T_camera_target of a monitor turned about the vertical, set up by hand."""
+    shift, by_hand = rng.normal(size=(2, 3)) * [[SHIFT_MM], [TURN_DEG]]
+    R = rotation_from_vector(np.radians(by_hand)) @ rotation_from_vector(
+        np.radians([0.0, turn_deg, 0.0])
+    )
+    middle = np.array([*size_mm, 0]) / 2
+    return pose(R, np.array([0, 0, DISTANCE_MM]) + shift - R @ middle)
+
+
+def areas_seen(rig, T):
+    """Area (H, W) of the grid that each pixel sees, mm^2; 0 beside it."""
+    points = points_seen(rig.camera, T, rig.target.monitor_mm).astype(float)
+    down, across = np.gradient(points, axis=(0, 1))
+    area = across[..., 0] * down[..., 1] - across[..., 1] * down[..., 0]
+    return np.nan_to_num(np.abs(area))
+
+
+def shared(area, where):
+    """Share of an area (H, W) that lies where a mask is True."""
+    return float(area[where].sum() / area.sum())
+
+
+def farthest_angle(rig, T):
+    """Largest angle (deg) to the monitor's normal under which it is seen."""
+    points = points_seen(rig.camera, T, rig.target.monitor_mm).astype(float)
+    v, u = np.nonzero(np.isfinite(points[..., 0]))
+    rays = rig.camera.rays(np.column_stack([u, v]).astype(float))
+    cosines = rays.directions @ T[:3, 2]
+    return float(np.degrees(np.arccos(cosines.min())))
