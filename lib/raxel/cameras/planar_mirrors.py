@@ -20,9 +20,7 @@ from raxel.geometry.poses import transform
 # Along a leaving ray, mm: nearer hits are the facet it leaves.
 LEAVING = 1e-9
 # Of a squared distance to a facet, in telling whether a ray passes it by.
-ROUNDING = 1e-12
-# Facets that share a sphere, which most rays miss.
-GROUP = 6
+ROUNDING = 1e-11
 
 
 class PlanarMirrorsCamera(Camera):
@@ -98,8 +96,9 @@ class PlanarMirrorsCamera(Camera):
             origins = seen.origins + distance[:, None] * seen.directions
             towards = np.sum(seen.directions * normals, axis=1)
             directions = seen.directions - 2 * towards[:, None] * normals
-        again, _ = self._first_facet(origins, directions, other_than=facet)
-        valid &= again < 0
+        valid &= ~_meets_another(
+            origins, directions, facet, *self._polygons, *self._ahead
+        )
         keep = valid[:, None]
         return Rays(
             np.where(keep, origins, np.nan), np.where(keep, directions, np.nan), valid
@@ -131,36 +130,44 @@ class PlanarMirrorsCamera(Camera):
         T = self.T_viewer_facets[k]
         return np.sign(-T[2, 2] if self._parallel else -T[:3, 3] @ T[:3, 2])
 
-    def _first_facet(self, origins, directions, other_than=None):
+    def _first_facet(self, origins, directions):
         """Facet (N,) that rays meet first, distance to it; -1 and NaN for none."""
-        if other_than is None:
-            other_than = np.full(len(directions), -1)
-        origins = np.broadcast_to(origins, directions.shape)
-        return _nearest_facet(
-            np.ascontiguousarray(origins, float),
-            np.ascontiguousarray(directions, float),
-            other_than.astype(np.int64),
-            *self._bounds,
-        )
+        origins = np.ascontiguousarray(np.broadcast_to(origins, directions.shape))
+        directions = np.ascontiguousarray(directions)
+        return _nearest_facet(origins, directions, *self._polygons, *self._spheres)
 
     @cached_property
-    def _bounds(self):
-        """What `_nearest_facet` asks: facets, their outlines, spheres about groups."""
-        counts = np.array([len(outline) for outline in self.outlines])
-        corners, ends = np.vstack(self.outlines), np.cumsum(counts)
-        of = np.repeat(np.arange(self.facets), counts)
-        T = self.T_viewer_facets
-        places = T[of, :3, 3] + np.einsum("kij,kj->ki", T[of, :3, :2], corners)
-        middles = np.add.reduceat(places, ends - counts) / counts[:, None]
-        groups = _near_ones(middles)
-        spheres = []
-        for group in groups:
-            inside = places[np.isin(of, group)]
-            middle = inside.mean(axis=0)
-            square = ((inside - middle) ** 2).sum(axis=1).max()
-            spheres.append([*middle, square * (1 + ROUNDING)])
-        stops = np.cumsum(list(map(len, groups)))
-        return T, corners, ends, np.array(spheres), np.concatenate(groups), stops
+    def _polygons(self):
+        """Poses of the facets, corners (C, 2) of all outlines, where each stops."""
+        counts = [len(outline) for outline in self.outlines]
+        return self.T_viewer_facets, np.vstack(self.outlines), np.cumsum(counts)
+
+    @cached_property
+    def _pieces(self):
+        """The corners of each facet, (n, 3), in the viewer's frame."""
+        return [
+            transform(T, np.pad(outline, ((0, 0), (0, 1))))
+            for T, outline in zip(self.T_viewer_facets, self.outlines, strict=True)
+        ]
+
+    @cached_property
+    def _spheres(self):
+        return _tree_of_spheres(self._pieces)
+
+    @cached_property
+    def _ahead(self):
+        """Of each facet, those others that a ray leaving it may meet; where each stops.
+
+        A facet that is nowhere before the plane of another is not met from there.
+        """
+        corners = np.vstack(self._pieces)
+        starts = np.append(0, self._polygons[2][:-1])
+        found = []
+        for k, T in enumerate(self.T_viewer_facets):
+            height = (corners - T[:3, 3]) @ T[:3, 2] * self._side_of_viewer(k)
+            others = np.flatnonzero(np.maximum.reduceat(height, starts) > LEAVING)
+            found.append(others[others != k])
+        return np.concatenate(found), np.cumsum([len(others) for others in found])
 
     def _check_facet(self, k):
         T, outline = self.T_viewer_facets[k], self.outlines[k]
@@ -209,74 +216,108 @@ class PlanarMirrorsCamera(Camera):
         )
 
 
-def _near_ones(places):
-    """Groups of numbers of places (F, 3): halved along the longest side until small."""
-    groups, open_ones = [], [np.arange(len(places))]
-    while open_ones:
-        group = open_ones.pop()
-        if len(group) <= GROUP:
-            groups.append(group)
-            continue
-        axis = np.argmax(np.ptp(places[group], axis=0))
-        group = group[np.argsort(places[group, axis], kind="stable")]
-        open_ones += [group[: len(group) // 2], group[len(group) // 2 :]]
-    return groups
+def _tree_of_spheres(pieces):
+    """Spheres about the corners of F facets, each (n, 3), halved down to one facet.
+
+    Returns spheres (S, 4), middle and squared radius, the first about all; after each
+    come those inside it. beyond (S,): the next one that is not inside; only (S,): its
+    facet if it holds one alone, else -1.
+    """
+    middles = np.array([piece.mean(axis=0) for piece in pieces])
+    spheres, beyond, only = [], [], []
+
+    def add(group):
+        inside = np.vstack([pieces[k] for k in group])
+        middle = inside.mean(axis=0)
+        number = len(spheres)
+        spheres.append([*middle, ((inside - middle) ** 2).sum(axis=1).max()])
+        beyond.append(None)
+        only.append(group[0] if len(group) == 1 else -1)
+        if len(group) > 1:
+            axis = np.argmax(np.ptp(middles[group], axis=0))
+            group = group[np.argsort(middles[group, axis], kind="stable")]
+            add(group[: len(group) // 2])
+            add(group[len(group) // 2 :])
+        beyond[number] = len(spheres)
+
+    add(np.arange(len(pieces)))
+    return np.array(spheres), np.array(beyond), np.array(only)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _nearest_facet(
-    origins, directions, other_than, T, corners, ends, spheres, members, stops
-):
+def _nearest_facet(origins, directions, T, corners, ends, spheres, beyond, only):
     """(facet (N,), distance (N,)) of the first facet on each ray; -1 and NaN for none.
 
-    corners (C, 2) of all outlines, ends (F,): where each stops. spheres (G, 4): middle
-    and squared radius of a sphere around each group of facets; members (F,): facets by
-    group, stops (G,): where each stops. Of facets equally far the first by number.
+    T, corners, ends: `PlanarMirrorsCamera._polygons`; spheres, beyond, only: as
+    `_tree_of_spheres`. Of facets equally far the first by number counts.
     """
     count = len(directions)
     facet, distance = np.full(count, -1), np.full(count, np.nan)
     for n in range(count):
-        o, d = origins[n], directions[n]
-        nearest = np.inf
-        for g in range(len(stops)):
-            x, y, z = spheres[g, 0] - o[0], spheres[g, 1] - o[1], spheres[g, 2] - o[2]
-            along = x * d[0] + y * d[1] + z * d[2]
-            square = x * x + y * y + z * z
+        nearest, s = np.inf, 0
+        while s < len(spheres):
+            square, along = 0.0, 0.0
+            for i in range(3):
+                way = spheres[s, i] - origins[n, i]
+                square += way * way
+                along += way * directions[n, i]
             # So written that NaN does not pass.
-            if not square - along * along <= spheres[g, 3] + ROUNDING * square:
+            if not square - along * along <= spheres[s, 3] + ROUNDING * square:
+                s = beyond[s]
                 continue
-            for m in range(stops[g - 1] if g else 0, stops[g]):
-                k = members[m]
-                if k == other_than[n]:
-                    continue
-                R, t = T[k, :3, :3], T[k, :3, 3]
-                height, slope = 0.0, 0.0
-                for i in range(3):
-                    height += (o[i] - t[i]) * R[i, 2]
-                    slope += d[i] * R[i, 2]
-                far = -height / slope
-                if not LEAVING < far <= nearest or (far == nearest and k > facet[n]):
-                    continue
-                u, v = 0.0, 0.0
-                for i in range(3):
-                    place = o[i] + far * d[i] - t[i]
-                    u += place * R[i, 0]
-                    v += place * R[i, 1]
-                if _encloses(corners[ends[k - 1] if k else 0 : ends[k]], u, v):
+            k = only[s]
+            if k >= 0:
+                far = _distance(origins[n], directions[n], k, T, corners, ends)
+                if far < nearest or (far == nearest < np.inf and k < facet[n]):
                     nearest, facet[n], distance[n] = far, k, far
+            s += 1
     return facet, distance
 
 
+@numba.njit(cache=True, error_model="numpy")
+def _meets_another(origins, directions, facet, T, corners, ends, ahead, stops):
+    """Whether rays (N, 3) that leave a facet (N,) meet any of those ahead of it."""
+    met = np.zeros(len(directions), np.bool_)
+    for n in range(len(directions)):
+        k = facet[n]
+        if k < 0:
+            continue
+        for m in range(stops[k - 1] if k else 0, stops[k]):
+            far = _distance(origins[n], directions[n], ahead[m], T, corners, ends)
+            if far < np.inf:
+                met[n] = True
+                break
+    return met
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _distance(o, d, k, T, corners, ends):
+    """How far along a ray facet k is met, infinite where it is not."""
+    x, y, z = o[0] - T[k, 0, 3], o[1] - T[k, 1, 3], o[2] - T[k, 2, 3]
+    height = x * T[k, 0, 2] + y * T[k, 1, 2] + z * T[k, 2, 2]
+    slope = d[0] * T[k, 0, 2] + d[1] * T[k, 1, 2] + d[2] * T[k, 2, 2]
+    far = -height / slope
+    if not far > LEAVING:
+        return np.inf
+    x, y, z = x + far * d[0], y + far * d[1], z + far * d[2]
+    u = x * T[k, 0, 0] + y * T[k, 1, 0] + z * T[k, 2, 0]
+    v = x * T[k, 0, 1] + y * T[k, 1, 1] + z * T[k, 2, 1]
+    inside = _encloses(corners, ends[k - 1] if k else 0, ends[k], u, v)
+    return far if inside else np.inf
+
+
 @numba.njit(cache=True)
-def _encloses(outline, x, y):
-    """Whether a polygon (n, 2) encloses a point: odd edges to its right.
+def _encloses(corners, first, end, x, y):
+    """Whether the polygon corners[first:end] holds a point: odd edges to its right.
 
     A point on an edge belongs to one of the polygons that share it.
     """
     inside = False
-    x0, y0 = outline[-1]
-    for x1, y1 in outline:
+    before = end - 1
+    for i in range(first, end):
+        x0, y0 = corners[before, 0], corners[before, 1]
+        x1, y1 = corners[i, 0], corners[i, 1]
         if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
             inside = not inside
-        x0, y0 = x1, y1
+        before = i
     return inside

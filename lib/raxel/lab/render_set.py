@@ -122,7 +122,7 @@ def _write_truth(rig, poses, views, folder):
         for label, T in zip(labels, poses, strict=True):
             points = points_seen(rig.camera, T, rig.target.monitor_mm)
             np.savez(folder / f"{label}.npz", points_mm=points)
-        if rig.target.chessboard:
+        if rig.target.chessboard and rig.camera.continuous:
             shown = {v.chessboard: T for v, T in zip(views, poses, strict=True)}
             shown.pop(None, None)
             write_json(folder / "corners.json", true_corners(rig, shown))
