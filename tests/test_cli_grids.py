@@ -1,6 +1,7 @@
 """Active grids from the command line: rendered, decoded, calibrated, scored."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -10,12 +11,14 @@ import pytest
 import yaml
 
 from raxel.cameras.perspective import PerspectiveCamera
-from raxel.cli import main
+from raxel.cli import main, parser
 from tests.active_grids import drawn
 from tests.image_sets import write_drawn_set
 from tests.test_cli_active_grid import recorded, refused
 
-RIG = Path(__file__).parents[1] / "data/rigs/active-grid-demo.yaml"
+ROOT = Path(__file__).parents[1]
+RIG = ROOT / "data/rigs/active-grid-demo.yaml"
+README = ROOT / "README.md"
 FITTED = 3
 
 
@@ -190,3 +193,16 @@ def test_the_pictures_of_a_grid_are_undistorted(tmp_path):
     for pattern, image in zip(scene.patterns, scene.images, strict=True):
         straight = cv2.imread(str(out / pattern.image), -1)
         assert np.abs(straight[2:-2, 2:-2].astype(int) - image[2:-2, 2:-2]).max() <= 1
+
+
+def test_the_readme_gives_orders_that_can_be_carried_out():
+    section = README.read_text("utf-8").split("## A monitor as target\n")[1]
+    orders = re.findall(r"(?m)^\$ raxel (.+)$", section.split("\n## ")[0])
+    assert [order.split()[0] for order in orders] == [
+        "patterns", "check", "decode", "calibrate", "evaluate", "undistort",
+    ]  # fmt: skip
+    read = [parser().parse_args(order.split()) for order in orders]
+    _, _, decoded, calibrated, evaluated, undistorted = read
+    assert calibrated.points == evaluated.points == decoded.out
+    assert evaluated.camera == undistorted.camera == calibrated.out
+    assert {one.set for one in read[1:]} == {"my-monitor"}
