@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.calibration.moments import add_points
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.pixel_cells import whole_cells
+from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
 
 SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
 FEWEST_PIXELS = 100
@@ -146,8 +146,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
     found = np.isfinite(pixels[:, 0])
     u, v = pixels[found].astype(int).T
     slopes = _slopes(location, u, v)
-    turns = _turns(slopes)
-    mirrored = bool(np.count_nonzero(turns < 0) > np.count_nonzero(turns > 0))
+    mirrored = bool(as_in_a_mirror(location))
     if mirrored:
         location[..., 1] *= -1
     points = np.zeros(pixels.shape)
@@ -187,18 +186,13 @@ def _slopes(location, u, v):
     return slopes / (2 * REACH)
 
 
-def _turns(slopes):
-    """Determinants (N,): below zero where x turns anticlockwise into y."""
-    (a, b), (c, d) = np.moveaxis(slopes, 0, 2)
-    return a * d - b * c
-
-
 def _in_pixels(sigma, slopes):
     """Standard deviation (N,) px along an axis of points known to sigma (N, 2)."""
     variance = sigma[:, ::-1].astype(float) ** 2
     across = np.sum(np.sum(slopes**2, axis=2) * variance, axis=1)
+    (a, b), (c, d) = np.moveaxis(slopes, 0, 2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = np.sqrt(across / 2) / np.abs(_turns(slopes))
+        sd = np.sqrt(across / 2) / np.abs(a * d - b * c)
     return np.where(np.isfinite(sd), sd, np.nan)
 
 

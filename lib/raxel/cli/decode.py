@@ -4,7 +4,7 @@ import numpy as np
 
 from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
-from raxel.cli.warnings import print_warnings
+from raxel.cli.warnings import of_handedness, print_warnings
 from raxel.errors import InputError
 from raxel.features.active_grid.view import decode_view
 from raxel.features.grids import SUMMARY, write_points
@@ -33,7 +33,8 @@ def decode(options, say):
             summaries.append(_summary(view.label, found))
             warnings += found.warnings
             say(f"{number}/{len(image_set.views)} {view.label}")
-        warnings += _handedness(summaries)
+        told = [(view["view"], view["as_in_a_mirror"]) for view in summaries]
+        warnings += of_handedness(told)
         summary = {"set": image_set.name, "views": summaries, "warnings": warnings}
         write_json(folder / SUMMARY, summary)
     for view in summaries:
@@ -63,17 +64,6 @@ def _summary(label, found):
         "noise_slope": decoded.noise.slope,
         "as_in_a_mirror": found.as_in_a_mirror,
     }
-
-
-def _handedness(summaries):
-    """A warning where some views are seen in a mirror and others are not."""
-    told = {view["as_in_a_mirror"]: view["view"] for view in summaries}
-    if not {True, False} <= set(told):
-        return
-    yield (
-        f"{told[True]} shows the grid as in a mirror, and {told[False]} does not; one "
-        "of them has an axis reversed: check axis, and inverse of bit 0"
-    )
 
 
 def _median(sigma):

@@ -7,6 +7,7 @@ import numpy as np
 from raxel.calibration.board_views import board_views
 from raxel.calibration.dense import dense_view
 from raxel.cli.boards import boards_for
+from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
 from raxel.features.grids import decode_grids, read_grids
 from raxel.sets import ActiveGrid, View
@@ -101,10 +102,11 @@ def _grids(image_set, views, options, say):
         grids = read_grids(options.points, image_set, views)
     else:
         grids = decode_grids(image_set, views, say)
-    entries, seen = [], []
+    entries, seen, warnings = [], [], []
     for grid in grids:
         name, reason = grid.view.label, grid.reason
-        if grid.found:
+        warnings += grid.warnings
+        if not reason:
             try:
                 seen.append(dense_view(grid.location, grid.sigma, grid.mask, name))
             except CalibrationError as fault:
@@ -119,24 +121,13 @@ def _grids(image_set, views, options, say):
         }
         for view in seen
     ]
-    warnings = _handedness(seen)
+    warnings += of_handedness([(view.name, view.mirrored) for view in seen])
     if image_set.target.monitor_mm is None:
         warnings.append(
             "target.monitor_mm: null: lengths are in pitches of the monitor's pixels, "
             "which are taken for square"
         )
     return SeenViews(entries, seen, told, warnings)
-
-
-def _handedness(views):
-    """A warning where some views are seen in a mirror and others are not."""
-    names = {view.mirrored: view.name for view in reversed(views)}
-    if len(names) < 2:
-        return []
-    return [
-        f"{names[True]}: shows the grid as in a mirror, and {names[False]} does not; "
-        "one camera sees all or none so: check axis and inverse of its patterns"
-    ]
 
 
 def _range(numbers):

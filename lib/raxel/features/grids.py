@@ -15,35 +15,36 @@ from raxel.sets.model import View
 SUMMARY = "decoded.json"
 
 
-class Grid(NamedTuple):
-    """What the pixels of one view see: location, sigma and mask as `decode` gives them,
-    None where nothing could be decoded, for `reason`. Read from a file, sigma and mask
-    may be None."""
+class SeenGrid(NamedTuple):
+    """What the pixels of one view see: location, sigma and mask as `decode` gives them;
+    None where there is nothing, for `reason`. Read from a file, sigma and mask may be
+    None. warnings: lines on what the view suffers from."""
 
     view: View
     location: np.ndarray | None = None
     sigma: np.ndarray | None = None
     mask: np.ndarray | None = None
     reason: str = ""
-
-    @property
-    def found(self):
-        """Whether any pixel found its point."""
-        return self.location is not None
+    warnings: tuple[str, ...] = ()
 
 
 def decode_grids(image_set, views, say=None):
-    """Yield a Grid for each view; say: a callable told one line per view."""
+    """Yield a SeenGrid for each view; say: a callable told one line per view.
+
+    A view whose pictures contradict each other counts as not seen, with that reason.
+    Raises InputError as `raxel.features.active_grid.view.decode_view` does.
+    """
     check_active_grid(image_set)
     for number, view in enumerate(views, 1):
-        found, reason, *_ = decode_view(image_set, view)
-        if reason:
-            yield Grid(view, reason=reason)
-        else:
-            yield Grid(view, found.location, found.sigma, found.mask)
+        found, reason, warnings, *_ = decode_view(image_set, view)
         if say:
             share = 0.0 if reason else 100 * np.mean(found.mask)
             say(f"{number}/{len(views)} {view.label}: {share:.1f} % of the pixels")
+        if reason:
+            yield SeenGrid(view, reason=reason)
+        else:
+            seen = found.location, found.sigma, found.mask
+            yield SeenGrid(view, *seen, warnings=warnings)
 
 
 def write_points(path, decoded):
@@ -60,7 +61,7 @@ def write_points(path, decoded):
 
 
 def read_grids(folder, image_set, views=None):
-    """Yield a Grid for each view from the files that `raxel decode` wrote.
+    """Yield a SeenGrid for each view from the files that `raxel decode` wrote.
 
     A view without a file counts as not decoded, with that reason. Raises InputError
     (file, field, found, what to do) for what is no decoded view of this set.
@@ -85,7 +86,7 @@ def read_grids(folder, image_set, views=None):
         if path.exists():
             yield _read(path, view, unit, shape)
         else:
-            yield Grid(view, reason=f"{folder} has no file for it")
+            yield SeenGrid(view, reason=f"{folder} has no file for it")
 
 
 def read_points(path, shape, unit="mm"):
@@ -103,7 +104,7 @@ def _read(path, view, unit, shape):
             sigma = _numbers(path, archive, f"sigma_{unit}", shape)
         if archive.has("mask"):
             mask = _array(path, archive, "mask", shape[:2], "b", "truth values")
-    return Grid(view, points, sigma, mask)
+    return SeenGrid(view, points, sigma, mask)
 
 
 def _numbers(path, archive, name, shape):

@@ -31,6 +31,16 @@ def usual_step(location):
     return float(np.median(steps)) if len(steps) else np.nan
 
 
+def as_in_a_mirror(location):
+    """Whether x turns into y the other way round than in the picture, for most pixels;
+    None where that cannot be told. location: as above."""
+    corner = location[:-1, :-1]
+    right, below = location[:-1, 1:] - corner, location[1:, :-1] - corner
+    turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
+    sides = np.count_nonzero(turn > 0), np.count_nonzero(turn < 0)
+    return bool(sides[1] > sides[0]) if any(sides) else None
+
+
 def _near(location, sigma, axis):
     """Whether each pixel and the next one along an axis see one surface."""
     steps = _lengths(location, axis)

@@ -7,6 +7,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.active_grid.decode import Decoded, decode
 from raxel.features.active_grid.doubts import clipped_at, doubts
+from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
 
 LEVELS = "white", "black"
@@ -64,7 +65,7 @@ def decode_view(image_set, view, **options):
         reason = f"no pixel could be decoded ({', '.join(reasons)})"
     warnings = tuple(f"{view.label}: {d.text}" for d in told if not d.spoils)
     picture = levels.get("white", images[0])
-    mirrored = _as_in_a_mirror(found.location)
+    mirrored = as_in_a_mirror(found.location)
     return DecodedView(found, reason, warnings, picture, mirrored)
 
 
@@ -98,12 +99,3 @@ def _grey(picture):
     top = np.iinfo(picture.dtype).max
     grey[(picture == top).any(axis=2)] = top
     return grey
-
-
-def _as_in_a_mirror(location):
-    """Whether x turns into y the other way round than in the picture."""
-    corner = location[:-1, :-1]
-    right, below = location[:-1, 1:] - corner, location[1:, :-1] - corner
-    turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
-    sides = np.count_nonzero(turn > 0), np.count_nonzero(turn < 0)
-    return bool(sides[1] > sides[0]) if any(sides) else None
