@@ -16,12 +16,14 @@ import numpy as np
 import yaml
 
 from raxel.calibration.board_views import board_views
+from raxel.calibration.dense import dense_view
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cameras import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_corners, score_points
 from raxel.features.boards import read_boards
 from raxel.features.detector import Detection
+from raxel.features.grids import read_grids
 from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
 from raxel.sets import load_reference, load_set, read_colour, read_image
@@ -74,15 +76,16 @@ def _sets():
     gray = {"axis": "x", "kind": "gray", "of": 2}
     phase = {"axis": "y", "kind": "phase", "of": 3, "periods": 4}
     codes = [gray | {"image": f"view{bit}.png", "bit": bit} for bit in range(2)]
-    codes += [phase | {"image": "view0.png", "step": step} for step in range(3)]
+    codes += [phase | {"image": f"view{step + 2}.png", "step": step} for step in range(3)]
     monitor = {"kind": "active_grid", "monitor_px": [64, 48], "monitor_mm": [30, 20]}
-    pose = {"name": "pose", "white": "view0.png", "patterns": codes}
+    pose = {"name": "pose", "white": "view5.png", "patterns": codes}
     return [board, description(0, target=monitor, views=[pose])]
 
 
-def _two_pictures(folder):
-    for name in ("view0.png", "view1.png"):
-        cv2.imwrite(str(folder / name), np.zeros((240, 320), np.uint8))
+def _six_pictures(folder):
+    for number in range(6):
+        picture = np.zeros((240, 320), np.uint8)
+        cv2.imwrite(str(folder / f"view{number}.png"), picture)
 
 
 def _read_set(folder, number):
@@ -159,7 +162,7 @@ def _shows_little(rig):
 
 def _views(folder):
     folder.mkdir(exist_ok=True)
-    _two_pictures(folder)
+    _six_pictures(folder)
     for index in range(4):
         (folder / f"view{index}.png").touch()
     write_description(folder, description(4))
@@ -214,7 +217,7 @@ def _reference():
 
 
 def _reference_set(folder):
-    _two_pictures(folder)
+    _six_pictures(folder)
     (folder / "truth").mkdir(exist_ok=True)
     (folder / "corners.json").touch()
     data = description(2, reference="corners.json", truth="truth")
@@ -243,16 +246,18 @@ def _points():
     found = []
     for array in (points, points.astype(np.float32), np.asfortranarray(points)):
         stream = io.BytesIO()
-        np.savez_compressed(stream, points_mm=array)
+        more = {"sigma_mm": np.full_like(array, 0.1), "mask": array[..., 0] < 20}
+        np.savez_compressed(stream, points_mm=array, **more)
         found.append((stream.getvalue(), None))
     return found
 
 
 def _monitor_set(folder):
-    cv2.imwrite(str(folder / "white.png"), np.zeros((40, 48), np.uint8))
     (folder / "truth").mkdir(exist_ok=True)
-    code = {"image": "white.png", "axis": "x", "kind": "gray", "bit": 0, "of": 1}
-    views = [{"name": name, "patterns": [code]} for name in NAMES]
+    code, views = {"axis": "x", "kind": "gray", "bit": 0, "of": 1}, []
+    for name in NAMES:
+        cv2.imwrite(str(folder / f"{name}.png"), np.zeros((40, 48), np.uint8))
+        views.append({"name": name, "patterns": [code | {"image": f"{name}.png"}]})
     target = {"kind": "active_grid", "monitor_px": [64, 48], "monitor_mm": [30, 20]}
     data = description(0, resolution=[48, 40], target=target, views=views)
     write_description(folder, data | {"truth": "truth"})
@@ -263,8 +268,11 @@ def _monitor_set(folder):
 
 def _use_points(folder, number):
     shutil.copy(folder / "points.npz", folder / f"{NAMES[number % 2]}.npz")
-    scored = score_points(load_set(folder), folder)
+    image_set = load_set(folder)
+    scored = score_points(image_set, folder)
     json.dumps(scored, allow_nan=False)
+    for grid in read_grids(folder, image_set):
+        dense_view(grid.location, grid.sigma, grid.mask, grid.view.label)
 
 
 def _nothing(folder):
@@ -273,7 +281,7 @@ def _nothing(folder):
 
 READERS = {
     "set.yaml": Reader(
-        *("set.yaml", _documents(_sets, yaml.safe_dump), _two_pictures),
+        *("set.yaml", _documents(_sets, yaml.safe_dump), _six_pictures),
         *(mutated_bytes, mutated_yaml, _read_set),
     ),
     "images": Reader(

@@ -18,6 +18,7 @@ SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
 FEWEST_PIXELS = 100
 REACH = 3  # px to either side, for how a point moves with its pixel
 LEAST_SIGMA = 1e-6  # mm: no point is known better
+FARTHEST = 1e6  # mm: no monitor is larger, and no point less certain
 
 
 class DenseView(NamedTuple):
@@ -105,10 +106,11 @@ class DenseView(NamedTuple):
 def dense_view(location, sigma=None, mask=None, name=""):
     """The DenseView of decoded points.
 
-    location: (H, W, 2), the point of the grid that each pixel sees, NaN where none is
-    known; sigma: alike, standard deviations in the same unit, None where nobody states
-    any; mask: (H, W) bool, where a location counts, None for all that are finite; name:
-    for messages. All three are what `raxel.features.active_grid.decode` gives.
+    location: (H, W, 2), the point of the grid that each pixel sees, NaN (or beyond
+    FARTHEST) where none is known; sigma: alike, standard deviations in the same unit,
+    None where nobody states any; mask: (H, W) bool, where a location counts, None for
+    all that are finite; name: for messages. All three are what
+    `raxel.features.active_grid.decode` gives.
 
     Seen in the image, x should turn clockwise into y. Where it turns the other way for
     most pixels, as through a mirror, the grid's image is the grid: y is counted
@@ -116,7 +118,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
     CalibrationError for fewer than FEWEST_PIXELS pixels with a point.
     """
     name = name or "grid"
-    location = np.array(location, np.float32)
+    location = _single(location)
     if location.ndim != 3 or location.shape[2] != 2:
         raise InputError(
             f"{name}: location: found shape {location.shape}; give (height, width, 2)"
@@ -127,9 +129,8 @@ def dense_view(location, sigma=None, mask=None, name=""):
     if sigma is None:
         deviations = np.ones_like(location)
     else:
-        deviations = np.array(sigma, np.float32)
-        _fitting(name, "sigma", deviations, location.shape)
-        seen &= (deviations >= 0).all(axis=2) & np.isfinite(deviations).all(axis=2)
+        deviations = _fitting(name, "sigma", _single(sigma), location.shape)
+        seen &= (deviations >= 0).all(axis=2)
         deviations = np.maximum(deviations, LEAST_SIGMA)
     count = np.count_nonzero(seen)
     if count < FEWEST_PIXELS:
@@ -159,6 +160,13 @@ def dense_view(location, sigma=None, mask=None, name=""):
         pixels, points, columns, rows, name, sd,
         location, deviations, whole, step, mirrored,
     )  # fmt: skip
+
+
+def _single(values):
+    """In single precision, NaN where they are beyond FARTHEST."""
+    values = np.asarray(values)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(values) <= FARTHEST, values, np.nan).astype(np.float32)
 
 
 def _fitting(name, field, array, shape):
