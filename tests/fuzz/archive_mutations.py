@@ -112,7 +112,7 @@ def _bomb(rng, members, name):
 
 def _header_text(rng, members, name):
     """A byte of the array's own header changed."""
-    content = bytearray(members[name])
+    content = bytearray(members[name] or b"?")  # an earlier change may have emptied it
     at = int(rng.integers(0, min(len(content), 128)))
     content[at] = int(rng.integers(256))
     members[name] = bytes(content)

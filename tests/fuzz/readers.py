@@ -4,6 +4,7 @@ What is read is also used as the next step would use it: rays of a camera, a sma
 picture of a rig, a calibration on corners.
 """
 
+import contextlib
 import dataclasses
 import io
 import json
@@ -19,7 +20,7 @@ from raxel.calibration.board_views import board_views
 from raxel.calibration.dense import dense_view
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cameras import load_camera
-from raxel.errors import InputError
+from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.benchmark import score_corners, score_points
 from raxel.features.boards import read_boards
 from raxel.features.detector import Detection
@@ -76,7 +77,9 @@ def _sets():
     gray = {"axis": "x", "kind": "gray", "of": 2}
     phase = {"axis": "y", "kind": "phase", "of": 3, "periods": 4}
     codes = [gray | {"image": f"view{bit}.png", "bit": bit} for bit in range(2)]
-    codes += [phase | {"image": f"view{step + 2}.png", "step": step} for step in range(3)]
+    codes += [
+        phase | {"image": f"view{step + 2}.png", "step": step} for step in range(3)
+    ]
     monitor = {"kind": "active_grid", "monitor_px": [64, 48], "monitor_mm": [30, 20]}
     pose = {"name": "pose", "white": "view5.png", "patterns": codes}
     return [board, description(0, target=monitor, views=[pose])]
@@ -272,7 +275,9 @@ def _use_points(folder, number):
     scored = score_points(image_set, folder)
     json.dumps(scored, allow_nan=False)
     for grid in read_grids(folder, image_set):
-        dense_view(grid.location, grid.sigma, grid.mask, grid.view.label)
+        # Where next to nothing is left of a view, it is left out.
+        with contextlib.suppress(CalibrationError):
+            dense_view(grid.location, grid.sigma, grid.mask, grid.view.label)
 
 
 def _nothing(folder):
