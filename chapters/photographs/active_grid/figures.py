@@ -1,0 +1,207 @@
+"""What the pixels of an active grid's views see, drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
+
+from chapters.photographs.active_grid.results import (
+    MOST_SHOWN,
+    study_of,
+)
+from chapters.shared.photographs.notes import note
+from raxel.features.active_grid import REASONS
+from repro.page.style import WIDTH_IN
+from repro.page.style import figure as new_figure
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+NEEDS = ("active_grid_study",)
+KINDS = ("active_grid",)
+NOWHERE = "#dcd5cc"
+# By the decoder's codes; first those that have a place.
+COLOURS = (
+    *("#4477aa", "#88ccee", "#3b3b3b", "#cc3311"),
+    *("#aa3377", "#ee7733", "#ccbb44", "#bbbbbb"),
+)
+
+
+def _rows(study, columns):
+    """A figure of one row for each of the views, and these."""
+    views = [
+        study.view(k) for k in range(min(len(study.names), MOST_SHOWN))
+    ]
+    shape = study.settings["height_px"] / study.settings["width_px"]
+    height = len(views) * (WIDTH_IN / columns * 0.92 * shape + 0.3) + 0.75
+    drawn, axes = new_figure(
+        len(views), columns, height_in=height, squeeze=False
+    )
+    for place in axes.ravel():
+        place.set_xticks([])
+        place.set_yticks([])
+        place.grid(False)
+        for side in place.spines.values():
+            side.set_visible(False)
+    return drawn, axes, views
+
+
+def _not_all(study):
+    count = len(study.names)
+    return (
+        f" The first {MOST_SHOWN} of {count} views are shown."
+        if count > MOST_SHOWN
+        else ""
+    )
+
+
+def _named(axes, views):
+    for place, view in zip(axes[:, 0], views, strict=True):
+        place.set_ylabel(view.name, fontsize=8, parse_math=False)
+
+
+@figure(
+    "ext_grid_places", needs=NEEDS, evidence="photograph", per_set=KINDS
+)
+def ext_grid_places(results):
+    """Where on the monitor each pixel looks, view by view."""
+    study = study_of(results)
+    names = study.axes
+    drawn, axes, views = _rows(study, 1 + len(names))
+    _named(axes, views)
+    unit = study.settings["unit"]
+    for column, axis in enumerate(names, 1):
+        k = "xy".index(axis)
+        extent = study.extent[k]
+        for row, view in enumerate(views):
+            place = axes[row, column]
+            if view.location is None:
+                note(place, view.reason, 30)
+                continue
+            place.set_facecolor(NOWHERE)
+            shown = place.imshow(
+                view.location[..., k], vmin=0, vmax=extent, cmap="viridis"
+            )
+            place.contour(
+                view.location[..., k],
+                levels=np.linspace(0, extent, 17)[1:-1],
+                colors="white",
+                linewidths=0.4,
+            )
+        if any(view.location is not None for view in views):
+            bar = drawn.colorbar(
+                shown, ax=axes[:, column], location="bottom", aspect=30
+            )
+            bar.set_label(f"{axis} on the monitor ({unit})")
+    for place, view in zip(axes[:, 0], views, strict=True):
+        place.imshow(view.picture, cmap="gray", vmin=0, vmax=255)
+    data = _numbers(study)
+    return Drawing(
+        drawn,
+        data,
+        "Where on the monitor each pixel looks, beside the photograph; lines "
+        f"every sixteenth of the monitor; pale: no place.{_not_all(study)}",
+    )
+
+
+def _numbers(study):
+    """The table beside the pictures: view, share decoded, median sigma."""
+    every = range(len(study.names))
+    data = {
+        "view": list(study.names),
+        "decoded_share": [study.number("share.decoded", k) for k in every],
+    }
+    for axis in "xy":
+        data[f"median_sigma_{axis}_{study.settings['unit']}"] = [
+            study.number(f"spread.{axis}.median", k) for k in every
+        ]
+    return data
+
+
+@figure("ext_grid_mask", needs=NEEDS, evidence="photograph", per_set=KINDS)
+def ext_grid_mask(results):
+    """Why pixels have a place or none, view by view."""
+    study = study_of(results)
+    count = min(len(study.names), MOST_SHOWN)
+    columns = min(count, 3)
+    rows = -(-count // columns)
+    shape = study.settings["height_px"] / study.settings["width_px"]
+    height = rows * (WIDTH_IN / max(columns, 2) * shape + 0.3) + 0.7
+    drawn, axes = new_figure(rows, columns, height_in=height, squeeze=False)
+    colours = ListedColormap(COLOURS)
+    norm = BoundaryNorm(np.arange(-0.5, len(COLOURS)), len(COLOURS))
+    present = set()
+    for place in axes.ravel():
+        place.set_axis_off()
+    for k, place in zip(range(count), axes.ravel(), strict=False):
+        view = study.view(k)
+        place.imshow(
+            view.status, cmap=colours, norm=norm, interpolation="none"
+        )
+        place.set_title(
+            view.name, fontsize=8, fontweight="normal", parse_math=False
+        )
+        present |= set(np.unique(view.status).tolist())
+    handles = [
+        Patch(color=COLOURS[code], label=REASONS[code])
+        for code in sorted(present)
+    ]
+    drawn.legend(handles=handles, loc="outside lower center", ncols=3)
+    data = {"view": list(study.names)}
+    for why in REASONS.values():
+        data[why] = [
+            study.number(f"share.{why}", k) for k in range(len(study.names))
+        ]
+    return Drawing(
+        drawn,
+        data,
+        "What became of each pixel: places are kept only where the code can be "
+        f"read, light is enough, and a neighbour agrees.{_not_all(study)}",
+    )
+
+
+@figure("ext_grid_sigma", needs=NEEDS, evidence="photograph", per_set=KINDS)
+def ext_grid_sigma(results):
+    """The standard deviation of each pixel's place, view by view."""
+    study = study_of(results)
+    names = study.axes
+    drawn, axes, views = _rows(study, 2)
+    _named(axes, views)
+    known = [
+        view.sigma[np.isfinite(view.sigma)]
+        for view in views
+        if view.sigma is not None
+    ]
+    known = np.concatenate(known) if known else np.array([1.0])
+    low, high = np.quantile(known, (0.02, 0.98))
+    low, high = max(low / 1.2, 1e-9), high * 1.2
+    for column, axis in enumerate(names):
+        for row, view in enumerate(views):
+            place = axes[row, column]
+            if view.sigma is None:
+                note(place, view.reason)
+                continue
+            place.set_facecolor(NOWHERE)
+            shown = place.imshow(
+                view.sigma[..., "xy".index(axis)],
+                norm=LogNorm(low, high),
+                cmap="cividis",
+            )
+            if row == 0:
+                place.set_title(f"along {axis}", fontsize=9)
+    for place in axes[:, len(names) :].ravel():
+        place.set_axis_off()
+    if any(view.sigma is not None for view in views):
+        bar = drawn.colorbar(shown, ax=axes, location="bottom", aspect=40)
+        bar.locator, bar.minorlocator = MaxNLocator(6), NullLocator()
+        bar.formatter = FuncFormatter(lambda value, _: f"{value:.3g}")
+        bar.set_label(
+            f"Standard deviation of the place ({study.settings['unit']})"
+        )
+    return Drawing(
+        drawn,
+        _numbers(study),
+        "How sure each place is, from the noise of the pictures and the contrast "
+        f"of the pixel; pale: no place.{_not_all(study)}",
+    )

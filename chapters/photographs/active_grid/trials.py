@@ -1,0 +1,138 @@
+"""What is found out about an image set of an active grid: each view, and a camera."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from raxel.calibration import calibrate_generic, calibrate_zhang
+from raxel.calibration.dense import dense_view
+from raxel.errors import InputError
+from raxel.evaluation.comparison import compare_models
+from raxel.features.active_grid.layout import DARK
+from raxel.features.active_grid.view import decode_view
+from raxel.features.detector import as_8_bit
+from raxel.sets import load_set
+
+FEWEST_VIEWS = 3
+FOLDS = 4
+SEED = 0
+
+
+@cache
+def decoded(folder, index):
+    """The library's DecodedView of one view; each is decoded once per job."""
+    image_set = load_set(folder)
+    return decode_view(image_set, image_set.views[index])
+
+
+def settings_of(image_set):
+    """What a reader has to know about the set."""
+    target = image_set.target
+    return {
+        "set": image_set.name,
+        "camera": image_set.camera,
+        "width_px": image_set.width,
+        "height_px": image_set.height,
+        "monitor_px": list(target.monitor_px),
+        "monitor_mm": list(target.monitor_mm or ()),
+        "unit": "mm" if target.monitor_mm else "px",
+        "views": [view.label for view in image_set.views],
+        "patterns": [_shown(view) for view in image_set.views],
+        "licence": str(image_set.origin.get("licence", "")),
+        "source": str(image_set.origin.get("source", "")),
+    }
+
+
+def _shown(view):
+    """Counts of patterns by axis and kind, as ('x gray', 20)."""
+    counts = {}
+    for pattern in view.patterns:
+        name = f"{pattern.axis} {pattern.kind}"
+        counts[name] = counts.get(name, 0) + 1
+    return counts
+
+
+def view_part(folder, index, width_px):
+    """One view: counts, noise, sigma, and small pictures of what was decoded."""
+    found, reason, warnings, picture, mirrored = decoded(folder, index)
+    step = max(1, int(np.ceil(picture.shape[1] / width_px)))
+    counts = found.counts()
+    every = found.mask.size
+    seen = every - np.count_nonzero(found.status == DARK)
+    result = {
+        "reason": reason,
+        "warnings": "; ".join(warnings),
+        "mirrored": "" if mirrored is None else str(mirrored),
+        "share": {name: n / every for name, n in counts.items()},
+        "decoded_of_lit": counts["decoded"] / max(seen, 1),
+        "noise": {"floor": found.noise.floor, "slope": found.noise.slope},
+        "picture": as_8_bit(picture)[::step, ::step],
+        "status": found.status[::step, ::step],
+    }
+    if reason:
+        return result
+    result["step"] = step
+    result["location"] = found.location[::step, ::step]
+    result["sigma"] = found.sigma[::step, ::step]
+    result["spread"] = {
+        name: _spread(found.sigma[..., axis])
+        for axis, name in enumerate("xy")
+    }
+    return result
+
+
+def _spread(sigma):
+    """Median and 90th percentile over the pixels that have a location."""
+    known = sigma[np.isfinite(sigma)]
+    if not len(known):
+        return {}
+    median, high = np.quantile(known, (0.5, 0.9))
+    return {"median": float(median), "high": float(high)}
+
+
+def calibration_part(folder):
+    """Both cameras from all views, and what they say of views kept out."""
+    image_set = load_set(folder)
+    views = []
+    for index, view in enumerate(image_set.views):
+        found, reason, *_ = decoded(folder, index)
+        both = np.isfinite(found.location).all(axis=2).any()
+        if view.use == "calibrate" and not reason and both:
+            views.append(
+                dense_view(found.location, found.sigma, None, view.label)
+            )
+    if len(views) < FEWEST_VIEWS:
+        return {
+            "reason": f"{len(views)} views with both axes; a calibration "
+            f"needs {FEWEST_VIEWS}, better eight, at other tilts"
+        }
+    size = image_set.width, image_set.height
+    unit = image_set.target.unit
+
+    def general(chosen):
+        rng = np.random.default_rng(SEED)
+        return calibrate_generic(chosen, *size, rng=rng, units=unit).camera
+
+    def zhang(chosen):
+        return calibrate_zhang(chosen, *size).camera
+
+    builders = {"zhang": zhang, "general": general}
+    try:
+        compared = compare_models(builders, views, min(FOLDS, len(views)))
+    except InputError as refusal:
+        return {"reason": str(refusal)}
+    return {
+        "reason": "",
+        "views": len(views),
+        **{name: {"reason": why} for name, why in compared.refused.items()},
+        **{
+            name: {
+                "rms_px": kept_out.rms_px,
+                "median_px": kept_out.median_px,
+                "mean_deg": kept_out.mean_deg,
+            }
+            for name, kept_out in compared.own.items()
+        },
+    }
