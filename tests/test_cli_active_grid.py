@@ -99,6 +99,33 @@ def test_the_patterns_of_a_monitor(tmp_path, capsys):
     assert np.abs(points - true)[mask].max() < 0.5
 
 
+def test_a_stub_for_several_poses(tmp_path, capsys):
+    """Each in a folder of its own; six steps need no word of the third harmonic."""
+    words = ["--width", "203", "--height", "151", "--cells", "2"]
+    four, six = tmp_path / "four", tmp_path / "six"
+    assert main(["patterns", *words, "--out", str(four)]) == 0
+    more = ["--size-mm", "406", "302", "--poses", "2", "--phases", "6"]
+    assert main(["patterns", *words, *more, "--out", str(six)]) == 0
+    texts = [(folder / "set.yaml").read_text() for folder in (four, six)]
+    assert ["third harmonic" in text for text in texts] == [True, False]
+    stub = yaml.safe_load(texts[1])
+    assert stub["target"]["monitor_mm"] == [406.0, 302.0]
+    photographed = tmp_path / "photographs"
+    photographed.mkdir()
+    stub["resolution"] = [203, 151]
+    (photographed / "set.yaml").write_text(yaml.safe_dump(stub))
+    for view in stub["views"]:
+        (photographed / view["name"]).mkdir()
+        for name in [view["white"], view["black"]] + [
+            entry["image"] for entry in view["patterns"]
+        ]:
+            path = six / name.partition("/")[2]
+            (photographed / name).write_bytes(path.read_bytes())
+    assert [view.name for view in load_set(photographed).views] == ["pose-1", "pose-2"]
+    assert main(["patterns", *words, "--size-mm", "1", "x", "--out", "y"]) == 2
+    assert "--size-mm: found 'x'; give a length in mm" in capsys.readouterr().err
+
+
 def test_a_set_in_px_with_one_axis(tmp_path, capsys):
     scene = drawn(noise=1.0)
     own = [k for k, p in enumerate(scene.patterns) if p.axis == "y"]

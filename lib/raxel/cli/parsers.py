@@ -123,10 +123,21 @@ def _add_patterns(commands):
     )
     parser.add_argument(
         "--steps",
+        "--phases",
         type=_count,
         default=4,
         help="of the sines: 4 (default) leave out even orders of a monitor's response, "
         "6 or more the third as well",
+    )
+    parser.add_argument(
+        "--size-mm",
+        metavar=("W", "H"),
+        nargs=2,
+        type=_length,
+        help="of the lit area, for set.yaml",
+    )
+    parser.add_argument(
+        "--poses", type=_count, default=1, help="that set.yaml lists (default 1)"
     )
     parser.add_argument("--out", metavar="FOLDER", required=True, help="a new folder")
     parser.set_defaults(command=_patterns)
@@ -212,6 +223,16 @@ def _seed(text):
     if not text.isascii() or not text.isdigit() or len(text) > 18:
         raise argparse.ArgumentTypeError(f"found {text!r}; give a whole number from 0")
     return int(text)
+
+
+def _length(text):
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number <= 1e6:
+        raise argparse.ArgumentTypeError(f"found {text!r}; give a length in mm")
+    return number
 
 
 def _count(text):

@@ -1,5 +1,7 @@
 """`raxel patterns --width W --height H --out FOLDER`"""
 
+from dataclasses import replace
+
 from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
 from raxel.report.active_grid import pattern_sheet
@@ -11,12 +13,18 @@ from raxel.sets.patterns import BLACK, WHITE
 
 PREVIEW = "preview.png"
 HEADER = """\
-# Show each picture of this folder on the whole monitor, one pixel on one pixel, and
-# photograph it, camera and monitor at rest and nothing overexposed. Give the photos
-# the pictures' names, put them into a folder of their own with this file, and fill in:
-# - resolution: width and height of the photos in px
-# - monitor_mm: width and height of the lit area in mm, [w, h]
+# Show each picture of this folder on the whole monitor, one pixel on one pixel, in a
+# dark room, and photograph it: camera and monitor at rest, focus and exposure by hand,
+# the same for all, nothing overexposed. Give the photographs the pictures' names, put
+# them into a folder of their own with this file (each pose into its folder, as below),
+# and fill in:
+# - resolution: width and height of the photographs in px
+# - monitor_mm: width and height of the lit area in mm, [w, h], if it is null
 # Further poses are further entries of views, with other names for their files.
+"""
+STEPS = """\
+# Four steps of the sines are enough where monitor and camera answer in proportion. The
+# third harmonic of an answer that does not shifts places; --steps 6 is blind to it.
 """
 
 
@@ -35,7 +43,7 @@ def patterns(options, say):
             (folder / name).write_bytes(encoded(picture, ".png"))
         sheet = encoded(pattern_sheet(shown, size), ".png")
         (folder / PREVIEW).write_bytes(sheet)
-        (folder / DESCRIPTION).write_text(HEADER + _stub(shown, size), "utf-8")
+        (folder / DESCRIPTION).write_text(_stub(shown, size, options), "utf-8")
     cells = " x ".join(f"{width:g}" for width in plan.cell_px)
     print(
         f"{len(shown)} patterns with cells of {cells} px, {WHITE}, {BLACK} and "
@@ -43,7 +51,19 @@ def patterns(options, say):
     )
 
 
-def _stub(shown, size):
-    view = View(name="pose-1", white=WHITE, black=BLACK, patterns=tuple(shown))
-    grid = ActiveGrid(size)
-    return set_text(ImageSet("my-active-grid", 0, 0, grid, (view,), None))
+def _stub(shown, size, options):
+    """A set.yaml for one pose, or for several in folders of their own."""
+    names = [f"pose-{k}" for k in range(1, options.poses + 1)]
+    folders = [f"{name}/" for name in names] if options.poses > 1 else [""]
+    views = tuple(
+        View(
+            name=name,
+            white=folder + WHITE,
+            black=folder + BLACK,
+            patterns=tuple(replace(p, image=folder + p.image) for p in shown),
+        )
+        for name, folder in zip(names, folders, strict=True)
+    )
+    grid = ActiveGrid(size, options.size_mm and tuple(options.size_mm))
+    text = set_text(ImageSet("my-active-grid", 0, 0, grid, views, None))
+    return HEADER + (STEPS if options.steps < 6 else "") + text

@@ -87,30 +87,34 @@ class Canvas:
     def with_legend(self, entries):
         """The picture, framed, above a strip with marks: [(mark, words)].
 
-        mark: a colour, shown as a square, or the length in px of an arrow.
+        mark: a colour, shown as a square, or the length in px of an arrow. What does
+        not fit beside the others begins another strip.
         """
         import cv2
 
-        strip = np.full((STRIP, self.picture.shape[1], 3), 255, np.uint8)
-        x, y = 10, STRIP // 2
+        h, w = self.picture.shape[:2]
+        cv2.rectangle(self.picture, (0, 0), (w - 1, h - 1), QUIET, 1)
+        strips, x = [], w
         for mark, words in entries:
-            if isinstance(mark, tuple):
-                cv2.rectangle(strip, (x, y - 7), (x + 14, y + 7), mark, -1)
-                cv2.rectangle(strip, (x, y - 7), (x + 14, y + 7), QUIET, 1)
-                x += 22
-            else:
+            (wide, _), _ = cv2.getTextSize(words, FONT, 0.45, 1)
+            arrow = not isinstance(mark, tuple)
+            first = round(mark) + 8 if arrow else 22
+            if x + first + wide > w:
+                strips.append(np.full((STRIP, w, 3), 255, np.uint8))
+                x = 10
+            strip, y = strips[-1], STRIP // 2
+            if arrow:
                 length = round(mark)
                 tip = min(0.35, 6 / max(length, 1))
                 cv2.arrowedLine(
                     strip, (x, y), (x + length, y), INK, 1, cv2.LINE_AA, 0, tip
                 )
-                x += length + 8
-            _write(strip, (x, y + 5), words, INK, 0.45)
-            (wide, _), _ = cv2.getTextSize(words, FONT, 0.45, 1)
-            x += wide + 24
-        h, w = self.picture.shape[:2]
-        cv2.rectangle(self.picture, (0, 0), (w - 1, h - 1), QUIET, 1)
-        return np.vstack([self.picture, strip])
+            else:
+                cv2.rectangle(strip, (x, y - 7), (x + 14, y + 7), mark, -1)
+                cv2.rectangle(strip, (x, y - 7), (x + 14, y + 7), QUIET, 1)
+            _write(strip, (x + first, y + 5), words, INK, 0.45)
+            x += first + wide + 24
+        return np.vstack([self.picture, *strips])
 
 
 def encoded(picture, suffix):
