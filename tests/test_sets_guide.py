@@ -14,7 +14,7 @@ from raxel.sets.image_set import SCHEMA
 from tests.image_sets import write_description
 
 GUIDE = (Path(__file__).parents[1] / "data/recorded/README.md").read_text("utf-8")
-DESCRIPTION, CHARUCO, BY_HAND = map(
+DESCRIPTION, CHARUCO, GRID, BY_HAND = map(
     yaml.safe_load, re.findall(r"```yaml\n(.*?)```", GUIDE, re.DOTALL)
 )
 
@@ -22,6 +22,7 @@ DESCRIPTION, CHARUCO, BY_HAND = map(
 def test_every_key_of_a_set_of_photographs_is_named():
     schema = json.loads(SCHEMA.read_text("utf-8"))
     names = "chessboard", "chessboard_view", "charuco", "charuco_view"
+    names += "active_grid", "active_grid_view", "gray_pattern", "phase_pattern"
     parts = [schema["$defs"][name] for name in names]
     keys = {key for part in (schema, *parts) for key in part["properties"]}
     # The truth stands beside rendered sets only.
@@ -43,3 +44,13 @@ def test_the_examples_are_sets_without_fault(tmp_path, change):
     image_set = load_set(tmp_path)
     assert len(image_set.views) == len(views)
     assert read_image(image_set, image_set.views[0]).shape == (height, width)
+
+
+def test_the_example_of_a_monitor_is_a_set_without_fault(tmp_path):
+    (view,) = GRID["views"]
+    for name in [view["white"], view["black"], *(p["image"] for p in view["patterns"])]:
+        (tmp_path / name).write_bytes(b"")
+    write_description(tmp_path, DESCRIPTION | GRID)
+    image_set = load_set(tmp_path)
+    assert len(image_set.views[0].patterns) == len(view["patterns"])
+    assert image_set.target.monitor_mm == (527, 296)
