@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+from matplotlib.ticker import (
+    FixedFormatter,
+    FixedLocator,
+    FuncFormatter,
+    LogLocator,
+    NullLocator,
+)
 
 from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     BY_PIXEL,
@@ -19,15 +25,12 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     width_of,
 )
 from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
-    BUDGETS,
     LINEAR,
-    ORDINARY,
     OUR_BLUR_PX,
     OUR_CELLS,
     OUR_NOISE,
     name_of,
     period_px,
-    pictures_of,
 )
 from repro.page.style import figure as new_figure
 from repro.page.style import series
@@ -35,7 +38,7 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
 CURVE_POINTS = 120
-HIGHEST_PX = 2.0
+HIGHEST_PX = 1.0
 ENDS = ("median", "low", "high")
 
 
@@ -54,17 +57,31 @@ def _errorbar(axes, x, found, index, **more):
     axes.errorbar(at, middle, yerr=bars, capsize=3, **look, **more)
 
 
+def _curve(axes, x, line, index):
+    """The theory of a series."""
+    axes.plot(x, line, **dict(series(index), marker="", linewidth=1))
+
+
+def _plain_numbers(axis):
+    """Labels 0.02 instead of powers of ten."""
+    for place in (axis.set_major_formatter, axis.set_minor_formatter):
+        place(FuncFormatter(lambda number, _: f"{number:g}"))
+
+
 def _note(data, *cells):
     for column, cell in zip(data, cells, strict=True):
         data[column].append(cell)
 
 
-def _cells_axis(axes, ticks):
+def _cells_axis(axes, ticks, whole):
+    """Cells, and below each the width of one in px; `whole`: that of the monitor."""
     axes.set_xscale("log", base=2)
     axes.xaxis.set_major_locator(FixedLocator(ticks))
-    axes.xaxis.set_major_formatter(FixedFormatter([str(n) for n in ticks]))
+    axes.xaxis.set_major_formatter(
+        FixedFormatter([f"{n}\n{whole / n:.0f}" for n in ticks])
+    )
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel("Cells across the monitor (1)")
+    axes.set_xlabel("Cells (1), and their width in the picture (px)")
 
 
 @figure("ext_cells", needs=("ext_cells_runs",), evidence="rendered")
@@ -100,15 +117,15 @@ def ext_cells(results):
                     off.append(abs(found[-1].value / theory - 1))
             periods = period_px(1, width) / curve
             line = sigma_px(periods, blur, OUR_NOISE, grid["steps"], way)
-            axes.plot(
-                curve, line, color=series(index)["color"], lw=1, alpha=0.8
-            )
+            _curve(axes, curve, line, index)
             _errorbar(axes, ticks, found, index, label=f"blur {blur:g} px")
         axes.set_title("7 × 7 smoothing" if way == SMOOTHED else way)
         axes.set_yscale("log")
-        _cells_axis(axes, ticks)
+        _cells_axis(axes, ticks, period_px(1, width))
     panels[0].set_ylabel("RMS error of a coordinate (px)")
     panels[0].set_ylim(top=HIGHEST_PX)
+    _plain_numbers(panels[0].yaxis)
+    panels[0].yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
     handles, labels = panels[1].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=4)
     return Drawing(
@@ -153,14 +170,14 @@ def ext_steps(results):
             np.hypot(bias_px(period, OUR_BLUR_PX, g, steps), floor)
             for g in curve
         ]
-        axes.plot(curve, line, color=series(index)["color"], lw=1)
+        _curve(axes, curve, line, index)
         _errorbar(axes, gammas, found, index, label=f"{steps} steps")
     noise = float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, 4))
     axes.axhline(noise, color="#4a4a4a", ls=":", lw=1.2)
     axes.annotate(
         f"noise of {OUR_NOISE:g} grey levels, 4 steps",
-        (curve[-1], noise),
-        ha="right",
+        (1.7, noise),
+        ha="center",
         va="bottom",
         fontsize=9,
     )
@@ -176,62 +193,4 @@ def ext_steps(results):
         "the theory, with the rounding to whole grey levels added as noise. "
         "Markers with 3 steps lie above the line where the error leads some "
         "pixels into a wrong cell.",
-    )
-
-
-@figure(
-    "ext_equal_pictures", needs=("ext_pictures_runs",), evidence="rendered"
-)
-def ext_equal_pictures(results):
-    """Errors of grids that take the same number of pictures."""
-    result = results["ext_pictures_runs"]
-    ordered = [
-        (total, grid) for total in BUDGETS for grid in BUDGETS[total]
-    ]
-    places = np.arange(len(ordered)) + np.repeat(
-        np.arange(len(BUDGETS)), [len(BUDGETS[n]) for n in BUDGETS]
-    )
-    names = ("pictures", "cells", "steps", "way", "blur_px", *ENDS)
-    data = {name: [] for name in names}
-    drawn, panels = new_figure(1, 2, height_in=4.2, sharey=True)
-    for axes, way in zip(panels, (SMOOTHED, BY_PIXEL), strict=True):
-        for index, blur in enumerate(swept(result, "blurs_px")):
-            name, found = name_of(ORDINARY, blur, OUR_NOISE), []
-            for total, (cells, steps) in ordered:
-                grid = grid_of(cells, steps)
-                good = is_readable(result, name, way, grid)
-                one = measured(result, name, f"{way}.rms_px", grid)
-                one = one if good else None
-                found.append(one)
-                ends = (
-                    [one.value, one.low, one.high] if one else [np.nan] * 3
-                )
-                _note(data, total, cells, steps, way, blur, *ends)
-            shift = 0.16 * (index - 1)
-            label = f"blur {blur:g} px"
-            _errorbar(axes, places + shift, found, index, label=label)
-        axes.set_yscale("log")
-        axes.set_title("7 × 7 smoothing" if way == SMOOTHED else way)
-        axes.set_xticks(places)
-        labels = [
-            f"{cells} cells\n{steps} st." for _, (cells, steps) in ordered
-        ]
-        axes.xaxis.set_major_formatter(FixedFormatter(labels))
-        axes.tick_params(axis="x", labelsize=7.5)
-        first = len(BUDGETS[min(BUDGETS)])
-        axes.axvline(first, color="#4a4a4a", lw=1)
-    panels[0].set_ylabel("RMS error of a coordinate (px)")
-    handles, labels = panels[1].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=3)
-    same = all(pictures_of(*grid) == total for total, grid in ordered)
-    few, many = sorted(BUDGETS)
-    return Drawing(
-        drawn,
-        data,
-        f"Grids that take {few} pictures (left of the line) and {many} "
-        "(right), for both axes with all inverses: finer cells against more "
-        f"steps. Monitor of gamma {ORDINARY:g}, noise of SD {OUR_NOISE:g} "
-        "grey levels. No marker: fewer than 99 % of the pixels are decoded, "
-        "or some into a wrong cell.",
-        Check(same, "the pictures of every grid add up"),
     )

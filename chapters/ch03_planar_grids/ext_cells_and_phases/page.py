@@ -112,11 +112,16 @@ from repro.run.outcomes import Plan
 # The noise is not in it. It only decides where a grid cannot be read any
 # more, for a swing below a few $\sigma_I$ is taken for dark.
 #
-# Averaging the sines over 7 × 7 px divides the noise by 7, and the swing
-# takes one more factor, $\sin x/x$ with $x = 7\pi/P$. The decoder does not
-# average where the mean sine of a window has less than 70 % of its length,
-# since such a window may hold the edge of an object: below
-# {glue:text}`narrowest:.1f` px a period.
+# **Smoothing.** The decoder takes each pixel's phase $\varphi$ as a unit
+# vector $(\sin\varphi, \cos\varphi)$, and averages these over 7 × 7 px.
+# With $c_k$ the mean of $\cos k(\varphi - \varphi_0)$ over the window,
+# $\varphi_0$ the phase in its middle, that divides $\sigma$ by
+#
+# $$7\,c_1 \Big/ \sqrt{\tfrac12 (1 + c_2)},$$
+#
+# little less than 7. Where the mean vector is shorter than 0.7 the decoder
+# does not average, for such a window may hold the edge of an object: that
+# is so for periods below {glue:text}`narrowest:.1f` px.
 
 # %% tags=["active-ipynb"]
 # show_code(sigma_px)
@@ -147,7 +152,7 @@ from repro.run.outcomes import Plan
 # | cells | 4 to 32 | the question; 12 and 24 between powers of two |
 # | steps | 3, 4, 5, 6, 8 | three are the fewest that give a phase |
 # | monitor | 301.5 mm, tilted by 0 to 12° | size from the thesis |
-# | picture | {glue:text}`width` × {glue:text}`height` px | a larger one shows the same, px by px |
+# | picture | {glue:text}`width` × {glue:text}`height` px | small, for speed |
 # | blur | SD 0.5 to 4 px | a sharp lens, to out of focus |
 # | noise | SD 1, 3, 8 grey levels, added as in 3.3.3 | the decoder's tests have these |
 # | black, white | 20, 220 grey levels | nothing clips |
@@ -300,7 +305,7 @@ def light_runs(effort):
 # 1 do not fall with $N$.
 
 # %% tags=["active-ipynb"]
-# show("ext_equal_pictures")
+# show_table("ext_equal_pictures", digits=2)
 
 # %% [markdown]
 # **Equal pictures.** Twice the cells halve the error, and cost four

@@ -86,8 +86,15 @@ def sigma_px(period, blur, noise, steps, way=BY_PIXEL):
     each = period * grey * np.sqrt(2 / steps) / (2 * np.pi * swing)
     if way == BY_PIXEL:
         return each
-    mean = np.sinc(WINDOW_PX / period)
-    return np.where(mean >= WEAKEST_MEAN, each / (WINDOW_PX * mean), each)
+    mean = window_mean(1, period)
+    spread = np.sqrt((1 + window_mean(2, period)) / 2)
+    smooth = each * spread / (WINDOW_PX * mean)
+    return np.where(mean >= WEAKEST_MEAN, smooth, each)
+
+
+def window_mean(order, period):
+    """Mean over a window of the cosine of `order` times the phase from its middle."""
+    return np.sinc(order * WINDOW_PX / period) / np.sinc(order / period)
 
 
 def bias_px(period, blur, gamma, steps):
@@ -244,8 +251,8 @@ def _theory_and_gross(result):
 
 def _narrowest_smoothed():
     """The narrowest period, px, whose windows are smoothed."""
-    periods = np.linspace(WINDOW_PX, 4 * WINDOW_PX, 2101)
-    return float(periods[np.sinc(WINDOW_PX / periods) >= WEAKEST_MEAN][0])
+    periods = np.linspace(WINDOW_PX + 1, 4 * WINDOW_PX, 2101)
+    return float(periods[window_mean(1, periods) >= WEAKEST_MEAN][0])
 
 
 def _coverage(result):

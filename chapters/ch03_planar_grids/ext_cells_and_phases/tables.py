@@ -10,6 +10,7 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     best_cells,
     grid_of,
     grids,
+    is_readable,
     measured,
     middle,
     sigma_px,
@@ -17,8 +18,10 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     width_of,
 )
 from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
+    BUDGETS,
     LIGHTS,
     LINEAR,
+    ORDINARY,
     OUR_BLUR_PX,
     OUR_CELLS,
     OUR_NOISE,
@@ -189,6 +192,45 @@ def _first(counts, enough):
         )
         for column in zip(*enough, strict=True)
     ]
+
+
+@table(
+    "ext_equal_pictures", needs=("ext_pictures_runs",), evidence="rendered"
+)
+def ext_equal_pictures(results):
+    """Errors of grids that take the same number of pictures."""
+    result = results["ext_pictures_runs"]
+    blurs = swept(result, "blurs_px")
+    rows = [
+        [total, *grid, *_errors(result, blurs, grid_of(*grid))]
+        for total in BUDGETS
+        for grid in BUDGETS[total]
+    ]
+    heads = ["Pictures", "Cells", "Steps"]
+    for way in (SMOOTHED, BY_PIXEL):
+        heads += [f"{way}, blur {blur:g} px (px)" for blur in blurs]
+    taken = all(pictures_of(*row[1:3]) == row[0] for row in rows)
+    return Table(
+        columns(heads, rows),
+        "RMS error of grids that take equally many pictures, for both axes "
+        "with all inverses: finer cells against more steps. Monitor of gamma "
+        f"{ORDINARY:g}, noise of SD {OUR_NOISE:g} grey levels. No number: "
+        "fewer than 99 % of the pixels are decoded, or some into a wrong "
+        "cell.",
+        Check(taken, "the pictures of every grid add up"),
+    )
+
+
+def _errors(result, blurs, grid):
+    """RMS errors of a readable grid, smoothed and then by pixel, over the blurs."""
+    found = []
+    for way in (SMOOTHED, BY_PIXEL):
+        for blur in blurs:
+            name = name_of(ORDINARY, blur, OUR_NOISE)
+            good = is_readable(result, name, way, grid)
+            one = measured(result, name, f"{way}.rms_px", grid)
+            found.append(one if good else None)
+    return found
 
 
 @table("ext_steps_light", needs=("ext_light_runs",), evidence="rendered")

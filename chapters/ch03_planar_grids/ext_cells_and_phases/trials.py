@@ -29,6 +29,9 @@ BLACK, WHITE = 20, 220  # grey levels
 LINEAR, ORDINARY = 1.0, 2.2
 # Around the picture: no blur can reach into it from beyond what was rendered.
 BORDER_PX = 20
+# Not scored: no window of the smoothing fits there, and in a small picture its pixels
+# would weigh more than in a large one.
+RING_PX = 4
 WIDTH_PX = {"quick": 128, "full": 256}
 CELLS = {"quick": (4, 8, 32), "full": (4, 8, 12, 16, 24, 32)}
 BLURS_PX = {"quick": (0.5, 4.0), "full": (0.5, 1.0, 2.0, 4.0)}
@@ -38,7 +41,7 @@ GAMMAS = {
     "quick": (LINEAR, ORDINARY),
     "full": (LINEAR, 1.4, 1.8, ORDINARY, 2.6),
 }
-SHARED_BLURS_PX = {"quick": (0.5, 4.0), "full": (0.5, 2.0, 4.0)}
+SHARED_BLURS_PX = {"quick": (0.5,), "full": (0.5, 2.0, 4.0)}
 # (cells, steps) of grids with the same number of pictures.
 BUDGETS = {
     20: ((4, 6), (8, 4)),
@@ -63,6 +66,7 @@ SETTINGS = {
     "shift_mm": SHIFT_MM,
     "grey_levels": (BLACK, WHITE),
     "border_px": BORDER_PX,
+    "ring_px": RING_PX,
     "full_well_e": FULL_WELL_E,
     "read_noise_e": READ_NOISE_E,
 }
@@ -70,7 +74,10 @@ SETTINGS = {
 
 @dataclass(frozen=True)
 class View:
-    """A monitor that fills the picture: its rays, and the point of each pixel, mm."""
+    """A monitor that fills the picture: its rays, and the point of each pixel, mm.
+
+    points: (H, W, 2) of the pixels inside the ring that is not scored.
+    """
 
     traced: object
     points: np.ndarray
@@ -110,19 +117,21 @@ def drawn_view(width, rng):
     T = pose(R, centre + R @ corner)
     scene = monitor_scene(MONITOR, T)
     traced = trace(camera, np.eye(4), scene)
-    points = _inside(points_seen(camera, T, MONITOR.monitor_mm))
+    points = _inside(
+        points_seen(camera, T, MONITOR.monitor_mm), BORDER_PX + RING_PX
+    )
     return View(traced, points, DISTANCE_MM / focal)
 
 
-def _inside(picture):
+def _inside(picture, border):
     """A picture (H, W, ...) without its border."""
-    return picture[BORDER_PX:-BORDER_PX, BORDER_PX:-BORDER_PX]
+    return picture[border:-border, border:-border]
 
 
 def through_lens(light, blur_px):
     """The patterns' light (n, H, W) on the sensor, behind a Gaussian blur."""
     lens = Optics(blur_sd_px=(blur_px, blur_px))
-    return np.stack([_inside(lens.apply(one)) for one in light])
+    return np.stack([_inside(lens.apply(one), BORDER_PX) for one in light])
 
 
 def photographs(light, noise, rng):
@@ -157,12 +166,16 @@ def scores(view, plan, pictures):
 
 
 def _scored(view, plan, decoded):
-    seen = decoded.mask & np.isfinite(view.points[..., 0])
+    mask, location, sigma = (
+        _inside(one, RING_PX)
+        for one in (decoded.mask, decoded.location, decoded.sigma)
+    )
+    seen = mask & np.isfinite(view.points[..., 0])
     values = {"decoded": float(seen.mean()), "gross": 0}
     if not seen.any():
         return values
-    error = np.abs(decoded.location[seen] - view.points[seen])
-    sigma = decoded.sigma[seen]
+    error = np.abs(location[seen] - view.points[seen])
+    sigma = sigma[seen]
     pitch = np.divide(MONITOR.monitor_mm, MONITOR.monitor_px)
     gross = np.any(error >= np.multiply(plan.cell_px, pitch) / 2, axis=1)
     px = error / view.mm_per_px
