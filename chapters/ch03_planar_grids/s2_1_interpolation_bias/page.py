@@ -17,31 +17,28 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.exercises import (
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     name_values,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials import (
-    facets,
-)
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.active import (
     decoding_errors,
 )
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
+    interpolated,
+    two_facets,
+)
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
     FOUR,
-    METHODS,
     by_nearest_four,
     by_straight_lines,
     nearest_four,
 )
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
-    CORNER_NOISE_PX,
-    PIXEL_MM,
+    POINTS,
+    SETTINGS,
     SIDE_MM,
     derivatives,
     lens,
     predicted_bias,
     rms,
-    scene_named,
 )
-from raxel.cameras.base import pixel_grid
-from raxel.sets import ActiveGrid
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -67,16 +64,15 @@ from repro.run.outcomes import Plan
 #   nearest corners, {glue:text}`radial.enclosing:.2f` % with those of the
 #   enclosing square.
 # - It is a second derivative of the distortion times the square of the
-#   pitch: the slope of Fig. 3.7 is {glue:text}`slope:.2f`, and the size at
-#   20 mm is {glue:text}`at_20:.4f` mm where the formula says
-#   {glue:text}`formula_20:.4f`.
+#   pitch: Fig. 3.7 has a slope of {glue:text}`slope:.2f`, and at 20 mm the
+#   corners of the enclosing square leave {glue:text}`at_20:.4f` mm where the
+#   formula says {glue:text}`formula_20:.4f`.
 # - In a picture 1000 px wide, corners with a noise of
 #   {glue:text}`noise_px:.1f` px err as much as the interpolation between them
-#   at a pitch of {glue:text}`balance_mm:.0f` mm, which is squares of
-#   {glue:text}`balance_px:.0f` px. Noise differs from picture to picture; the
-#   bias stays.
+#   at squares of {glue:text}`balance_px:.0f` px; noise differs from picture
+#   to picture, and the bias stays.
 # - Straight lines help: rows, columns and diagonals through the cell hold
-#   just the four numbers that a homography misses. At 20 mm they leave
+#   just the four numbers that a homography misses, and at 20 mm they leave
 #   {glue:text}`straight_share:.0f` % of the bias.
 # - At a break of the camera, {glue:text}`break.unknown.gross:.0f` % of the
 #   pixels nearby are more than 1 mm off when their points are interpolated,
@@ -188,18 +184,10 @@ from repro.run.outcomes import Plan
 # was chosen before the first run (`syn_interp` in the ledger).
 
 # %%
-POINTS = 500
 PITCHES_MM = (5, 10, 15, 20, 25, 30, 37.5, 50, 60)
 QUICK_PITCHES_MM = (15, 20, 30, 60)
 SHARES = (0, 0.1, 0.2, 0.4, 0.7, 1)
 TRIALS = {"quick": 2, "full": 20}
-SETTINGS = {
-    "points": POINTS,
-    "grid_mm": SIDE_MM,
-    "f_mm": 680,
-    "k": [-0.8, 0.4],
-    "pixel_mm": PIXEL_MM,
-}
 
 
 def errors_between_corners(condition, rng, methods):
@@ -266,98 +254,13 @@ def distortions(effort):
 # hyperboloidal mirror of [3.3.2](s3_2_grid_sets.ipynb) the same grid stands
 # upright, 300 mm away.
 
-
-# %%
-METHOD_PITCHES_MM = {
-    "lens of 3.2.1": (10, 15, 20, 30, 50, 60),
-    "fisheye": (10, 20, 30, 60),
-    "hyperboloidal mirror": (10, 20, 30, 60),
-}
-
-
-def method_trial(condition, rng):
-    """Bias, and what noise of the corners adds, of every method: mm and px.
-
-    In px: the error on the grid, taken to the picture by the first derivative.
-    """
-    scene = scene_named(condition["camera"])
-    points = rng.uniform(0, SIDE_MM, (POINTS, 2))
-    pixels, exact = scene.pixels(points), scene.view(condition["pitch_mm"])
-    noise = rng.normal(0, CORNER_NOISE_PX, exact.pixels.shape)
-    noisy = exact._replace(pixels=exact.pixels + noise)
-    J = derivatives(scene, points)[0]
-    found = {
-        "predicted_mm": rms(
-            predicted_bias(scene, points, condition["pitch_mm"])
-        ),
-        "px_per_mm": float(np.sqrt(np.abs(np.linalg.det(J))).mean()),
-    }
-    for name, find in METHODS.items():
-        bias = find(pixels, exact) - points
-        added = find(pixels, noisy) - points - bias
-        in_px = (np.einsum("nij,nj->ni", J, e) for e in (bias, added))
-        keys = ("bias_px", "noise_px")
-        found[name] = dict(zip(keys, map(rms, in_px), strict=True))
-        found[name] |= {"bias_mm": rms(bias), "noise_mm": rms(added)}
-    return found
-
-
-@experiment(
-    "ext_interpolation_methods",
-    artefact="ext_interpolation_methods",
-    shards={"quick": 1, "full": 1},
-    inputs=("data/rigs/hyperboloidal.yaml",),
-)
-def methods(effort):
-    """Four ways to interpolate, three cameras, with and without noise."""
-    pitches = METHOD_PITCHES_MM
-    if effort == "quick":
-        pitches = {"lens of 3.2.1": (20, 30)}
-    conditions = [
-        {"camera": camera, "pitch_mm": pitch}
-        for camera, swept in pitches.items()
-        for pitch in swept
-    ]
-    trials = {"quick": 1, "full": 2}[effort]
-    settings = SETTINGS | {"corner_noise_px": CORNER_NOISE_PX}
-    return Plan(method_trial, conditions, trials, settings)
-
-
 # %% [markdown]
 # An **active grid** in the place of the grid, photographed by the laboratory
 # through the same lens and decoded ([3.2.2](s2_2_active_grids.ipynb)), needs no
 # neighbours: its error is noise, and what monitor and camera do to a sine.
 
-# %%
-BESIDE = ActiveGrid((1000, 1000), (SIDE_MM, SIDE_MM))
-
-
-def active_trial(condition, rng):
-    """RMS error in mm of the decoded pixels, with and without the 7 x 7 filter."""
-    scene = lens(1, condition["width_px"])
-    errors, seen = decoding_errors(
-        scene.camera, BESIDE, scene.T_camera_grid, rng
-    )
-    on = np.isfinite(seen[..., 0])
-    return {
-        name: {
-            "rms_mm": rms(e),
-            "trusted": float(np.isfinite(e[on][:, 0]).mean()),
-        }
-        for name, e in errors.items()
-    }
-
-
-@experiment(
-    "ext_interpolation_active",
-    artefact="ext_interpolation_methods",
-    shards={"quick": 1, "full": 1},
-)
-def active_beside(effort):
-    """An active grid where the grid of Fig. 3.6 stood."""
-    width, trials = {"quick": (100, 1), "full": (300, 2)}[effort]
-    return Plan(active_trial, [{"width_px": width}], trials, SETTINGS)
-
+# %% tags=["active-ipynb"]
+# show_code(decoding_errors)
 
 # %% [markdown]
 # **A camera that breaks.** Two flat mirrors meet in an upright ridge before a
@@ -368,90 +271,8 @@ def active_beside(effort):
 # those within one square of the ridge that the decoder trusts.
 
 
-# %%
-def ridge_trial(condition, rng):
-    """Interpolation and decoding near the ridge of two mirrors, RMS in mm."""
-    camera = facets.two_facets(
-        condition["facet_deg"], condition["height_px"]
-    )
-    T_camera_monitor = facets.monitor_pose(rng)
-    corners = facets.chessboard_corners(camera, T_camera_monitor)
-    errors, seen = decoding_errors(
-        camera, facets.GRID, T_camera_monitor, rng
-    )
-    pixels, seen = (
-        pixel_grid(camera.width, camera.height),
-        seen.reshape(-1, 2),
-    )
-    errors = {k: e.reshape(-1, 2).astype(float) for k, e in errors.items()}
-    near = facets.ridge_distance(pixels) <= facets.square_px(corners)
-    near &= np.isfinite(seen[:, 0])
-    trusted = near.copy()
-    for error in errors.values():
-        trusted &= np.isfinite(error[:, 0])
-    pixels, seen = pixels[trusted], seen[trusted]
-    own = camera.facet_of(pixels)
-    noisy = facets.with_noise(corners, CORNER_NOISE_PX, rng)
-    errors = {k: e[trusted] for k, e in errors.items()} | {
-        "unknown": facets.interpolated(pixels, corners) - seen,
-        "known": facets.interpolated(pixels, corners, own) - seen,
-        "known, noisy": facets.interpolated(pixels, noisy, own) - seen,
-    }
-    column, of_column = np.unique(pixels[:, 0], return_inverse=True)
-    found = {
-        "jump_mm": facets.jump_mm(camera, T_camera_monitor),
-        "trusted": float(trusted.sum() / near.sum()),
-        "from_ridge_px": column - facets.RIDGE_PX,
-    }
-    for name, error in errors.items():
-        size = np.linalg.norm(error, axis=1)
-        found[name] = {
-            "rms_mm": rms(error),
-            "median_mm": float(np.nanmedian(size)),
-            "left_out": int(np.isnan(size).sum()),
-            "gross": float(np.mean(size > facets.GROSS_MM)),
-            "by_column_mm": np.array(
-                [rms(error[of_column == k]) for k in range(len(column))]
-            ),
-        }
-    return found
-
-
-HEIGHT_PX = {"quick": 60, "full": 360}
-
-
-@experiment(
-    "exp_c3_interp_discontinuous",
-    artefact="sec_3_2_1",
-    shards={"quick": 1, "full": 1},
-)
-def ridge(effort):
-    """The camera of two facets."""
-    stated = {"facet_deg": facets.FACET_DEG, "height_px": HEIGHT_PX[effort]}
-    trials = {"quick": 1, "full": 8}[effort]
-    return Plan(ridge_trial, [stated], trials, SETTINGS)
-
-
-@experiment(
-    "ext_interpolation_breaks",
-    artefact="ext_breaks",
-    shards={"quick": 1, "full": 1},
-)
-def breaks(effort):
-    """Smaller and larger breaks, beside the stated one."""
-    others = facets.OTHER_FACETS_DEG
-    if effort == "quick":
-        others = others[:1]
-    return Plan(
-        ridge_trial,
-        [{"facet_deg": d, "height_px": HEIGHT_PX[effort]} for d in others],
-        {"quick": 1, "full": 2}[effort],
-        SETTINGS,
-    )
-
-
 # %% tags=["active-ipynb"]
-# show_code(facets.two_facets, facets.interpolated)
+# show_code(two_facets, interpolated)
 
 # %% [markdown]
 # ## Further figures
@@ -476,8 +297,8 @@ def breaks(effort):
 #
 # - **What is judged.** Claims only: the data of both plots are lost. Which
 #   four corners was a question of the ledger before the run; both answers
-#   stand in the table below. They differ for few points, and there by up to
-#   twice the bias, sideways.
+#   stand in the table below. They differ for few points, near the edges of
+#   squares (orange in Fig. 3.6).
 # - **What it takes in a real camera.** The bias is a share of the picture.
 #   With {glue:text}`bias_px:.2f` px at 15 squares across 1000 px it is four
 #   times as much across 4000 px, while corners are found as well as before. It
@@ -489,7 +310,9 @@ def breaks(effort):
 #   surface are the better way: they pass on {glue:text}`straight.noise_px:.3f`
 #   and {glue:text}`smooth.noise_px:.3f` px of
 #   {glue:text}`noise_px:.1f` px, the nearest four
-#   {glue:text}`nearest.noise_px:.3f`.
+#   {glue:text}`nearest.noise_px:.3f`. The library's own choice, *by
+#   need*, asks the corners of each board whether its cells bend more than they
+#   are uncertain.
 # - **Fisheyes and mirrors** bend more, and their squares have to be smaller
 #   for the same bias (see the table).
 # - **Second order only.** The formula leaves $k_2$ and all higher

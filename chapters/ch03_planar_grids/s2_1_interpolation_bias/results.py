@@ -112,15 +112,15 @@ def formula_mm(pitch_mm):
 class Method:
     """One way to interpolate before one camera, over the pitch; medians over trials.
 
-    bias_px, noise_px, bias_mm, noise_mm: (pitches,). noise: of corners with a noise of
-    CORNER_NOISE_PX.
+    bias_px, bias_mm: (pitches,), with exact corners; noise_px: what a noise of
+    CORNER_NOISE_PX adds to it; total_px: both together.
     """
 
     def __init__(self, result, camera, name):
         conditions = [c for c in result.conditions if c["camera"] == camera]
         self.pitch = np.array([c["pitch_mm"] for c in conditions], float)
         self.px_per_mm = self._of(result, conditions, "px_per_mm").mean()
-        for key in ("bias_px", "noise_px", "bias_mm", "noise_mm"):
+        for key in ("bias_px", "bias_mm", "noise_px", "total_px"):
             setattr(
                 self, key, self._of(result, conditions, f"{name}.{key}")
             )
@@ -197,11 +197,7 @@ def name_methods(result):
     """Where noise and bias balance, what lines leave, and what an active grid does."""
     nearest = Method(result, LENS, PRIMARY)
     balance = nearest.balance_mm or STATED_MM
-    value("balance_mm", balance)
     value("balance_px", balance * nearest.px_per_mm)
-    value(
-        "noise_gain", at_stated_pitch(nearest, "noise_px") / CORNER_NOISE_PX
-    )
     value("bias_px", at_stated_pitch(nearest, "bias_px"))
     for short, name in zip(
         ("nearest", "enclosing", "straight", "smooth"), METHODS, strict=True

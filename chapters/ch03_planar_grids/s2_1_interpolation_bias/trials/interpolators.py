@@ -69,6 +69,11 @@ def by_surface(pixels, view):
     return locate_pixels(pixels, interpolated_view(view, "smooth")[0])[0]
 
 
+def by_need(pixels, view):
+    """Whichever of cell and surface errs less, as far as the corners tell."""
+    return locate_pixels(pixels, interpolated_view(view, "by need")[0])[0]
+
+
 def by_straight_lines(pixels, view):
     """The enclosing cell, in a picture bent until lines of the grid are straight.
 

@@ -17,6 +17,14 @@ SIDE_MM, MIDDLE_MM = 300.0, 150.0
 FOCAL_MM, RADIAL = 680.0, (-0.8, 0.4)
 PIXEL_MM = 0.3
 CORNER_NOISE_PX = 0.1
+POINTS = 500
+SETTINGS = {
+    "points": POINTS,
+    "grid_mm": SIDE_MM,
+    "f_mm": FOCAL_MM,
+    "k": list(RADIAL),
+    "pixel_mm": PIXEL_MM,
+}
 MIRROR_DISTANCE_MM = 300.0
 # Of the square's side, between the points of a derivative.
 STEP = 1e-3
