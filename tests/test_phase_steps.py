@@ -1,0 +1,170 @@
+"""Phase steps of 3.2.2 and Appendix A: orders, what they do to a phase, and claims."""
+
+import numpy as np
+import pytest
+
+from chapters.appendix_a.phase_and_harmonics import claims as appendix
+from chapters.ch03_planar_grids.s2_2_active_grids import claims
+from chapters.ch03_planar_grids.s2_2_active_grids.results import bit_counts, worked
+from chapters.ch03_planar_grids.s2_2_active_grids.trials import codes
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import order_sizes
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import fitted
+from chapters.shared import phase_steps as steps
+
+PHASE = 2 * np.pi * (np.arange(240) + 0.5) / 240
+
+
+class Found:
+    """A result that a test makes up: {name: value}, for one condition or for each."""
+
+    def __init__(self, values, conditions=({},)):
+        self.values, self.conditions = values, list(conditions)
+
+    def column(self, name, **condition):
+        value = self.values[name]
+        return np.atleast_1d(value(condition) if callable(value) else value)
+
+
+@pytest.mark.parametrize("gamma", [1.0, 1.4, 2.0, 2.2, 2.6])
+def test_orders_of_a_power_law_have_a_closed_form(gamma):
+    a, b = steps.orders(steps.power_law(gamma), 6)
+    share = np.hypot(a, b)[1:] / np.hypot(a[1], b[1])
+    np.testing.assert_allclose(
+        np.abs(steps.power_law_orders(gamma, 6)), share, atol=1e-7
+    )
+    # Odd orders are sines and even ones cosines.
+    assert max(np.abs(a[1::2]).max(), np.abs(b[2::2]).max()) < 1e-12
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6, 8])
+def test_only_orders_beside_multiples_of_the_steps_move_a_phase(count):
+    # As many as no order divides; the decoder rounds its weights to 12 digits.
+    fine = 2 * np.pi * np.arange(997) / 997
+    for order in range(2, 20):
+        for parts in (({1: 1.0, order: 0.01}, {}), ({1: 1.0}, {order: 0.01})):
+            error = steps.formula_error(steps.sum_of_orders(*parts), count, PHASE)
+            moves = order % count in (1, count - 1)
+            size = steps.largest(error)
+            assert size == pytest.approx(0.01, abs=1e-4) if moves else size < 1e-12
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6, 8])
+def test_prediction_formula_and_decoder_agree(count):
+    rng = np.random.default_rng(count)
+    sines = {1: 1.0} | dict(enumerate(rng.uniform(-0.05, 0.05, 9), 2))
+    cosines = dict(enumerate(rng.uniform(-0.05, 0.05, 9), 2))
+    profile = steps.sum_of_orders(sines, cosines, 2.0)
+    a, b = steps.orders(profile, 40)
+    formula = steps.formula_error(profile, count, PHASE)
+    predicted = steps.predicted_error(a, b, count, PHASE)
+    np.testing.assert_allclose(predicted, formula, atol=1e-12)
+    phase, decoded = steps.decoder_error(profile, count, len(PHASE))
+    np.testing.assert_allclose(phase, PHASE)
+    # Rounding to 16 bits over 0.8 of their range.
+    np.testing.assert_allclose(decoded, formula, atol=5e-5)
+
+
+def test_the_error_of_four_steps_has_the_sign_of_the_derivation():
+    profile = steps.sum_of_orders({1: 1.0, 3: 0.01, 5: 0.004}, {3: 0.002})
+    error = steps.formula_error(profile, 4, PHASE)
+    first = 0.014 * np.sin(4 * PHASE) + 0.002 * np.cos(4 * PHASE)
+    np.testing.assert_allclose(error, first, atol=3e-4)
+
+
+def test_fits_find_the_orders_and_leave_the_rest():
+    profile = steps.sum_of_orders({1: 80.0, 3: 2.0}, {2: 10.0}, 100.0)(PHASE)
+    for further, rms in ((0, np.sqrt(52)), (1, np.sqrt(2)), (2, 0.0)):
+        fit, misfit, sizes = fitted(profile, further)
+        assert misfit == pytest.approx(rms, abs=1e-9)
+        np.testing.assert_allclose(sizes, [80, 10, 2][: further + 1], atol=1e-9)
+        np.testing.assert_allclose(fit.mean(), 100)
+
+
+def test_sizes_of_orders_follow_from_misfits():
+    two, three, rest = order_sizes()
+    assert np.sqrt((two**2 + three**2 + rest**2) / 2) == pytest.approx(9.839)
+    assert np.sqrt((three**2 + rest**2) / 2) == pytest.approx(1.309)
+
+
+@pytest.mark.parametrize("slant", [0.0, 1.0])
+def test_slanted_edges_cover_the_share_of_a_pixel(slant):
+    condition = {"blur_px": 1e-3, "noise_grey": 0.0, "slant_px": slant}
+    place, picture, inverse, *_ = codes.bit_pictures(
+        condition, np.random.default_rng(0)
+    )
+    low, high = codes.LEVELS_GREY
+    # A pixel whose middle is on the lit side is lit by half or more.
+    lit = (picture - low) / (high - low) > 0.5
+    off = np.abs(place - np.rint(place)) * codes.EDGE_PX
+    inner = off > 0.01
+    np.testing.assert_array_equal(lit[inner], (np.floor(place) % 2 == 1)[inner])
+    assert np.abs(picture.astype(float) + inverse - low - high).max() <= 1
+    shares = np.unique(picture)
+    assert len(shares) == 2 if slant == 0 else len(shares) > 40
+
+
+def test_one_pixel_by_hand():
+    # Gray 110 is cell 4; a phase of a quarter of a turn.
+    told = {"bit_0": 9, "bit_1": 9, "bit_2": 1, "step_0": 90, "step_1": 50}
+    told |= {"bit_0_inverse": 1, "bit_1_inverse": 1, "bit_2_inverse": 9}
+    told |= {"step_2": 10, "step_3": 50}
+    values = {f"pixel.x.{k}": v for k, v in told.items()}
+    values |= {"pixel.noise_floor": 1.0, "pixel.noise_slope": 0.06}
+    found = worked(Found(values), "x", 20.0)
+    assert (found["gray"], found["cell"]) == ("110", 4)
+    assert found["location"] == pytest.approx(4.25 * 20)
+    assert found["swing"] == pytest.approx(40)
+    assert found["sigma"] == pytest.approx(2 / 40 * np.sqrt(0.5) * 20 / (2 * np.pi))
+
+
+def test_a_wrong_bit_at_its_edge_costs_one_cell_and_elsewhere_more():
+    found = codes.wrong_bit_trial({"bits": 4}, None)
+    assert (found["bits_changed"], found["shift"]) == (1, 1)
+    assert found["shift_elsewhere"] == 15
+    assert (found["binary_bits_changed"], found["binary_shift"]) == (4, 8)
+
+
+def test_claims_of_appendix_a_can_fail():
+    even = {"formula_rad": 1e-3, "decoder_rad": 1e-3}
+    assert _verdict(appendix.judge_even_cancels, "exp_c3_even_cancels", even) == (
+        "differs"
+    )
+    pairs = [{"b3": 0.01, "b5": 0.01}]
+    odd = {"amplitude_rad": 0.02, "strongest_order": 4}
+    judge, name = appendix.judge_odd_orders, "exp_c3_odd_orders_matter"
+    assert _verdict(judge, name, odd, pairs) == "reproduced"
+    assert _verdict(judge, name, odd | {"strongest_order": 2}, pairs) == "differs"
+    assert _verdict(judge, name, odd | {"amplitude_rad": 0.017}, pairs) == "differs"
+
+
+@pytest.mark.parametrize(("rms_1", "rms_2", "first", "third"), [
+    ([1, 1, 1], [0.99, 0.99, 0.99], "reproduced", "reproduced"),
+    ([1, 1, 9], [0.99, 0.99, 8], "differs", "differs"),
+])  # fmt: skip
+def test_claims_of_the_profile_go_by_the_share_of_views(rms_1, rms_2, first, third):
+    rms = {"rms_0": [8, 8, 8], "rms_1": rms_1, "rms_2": rms_2, "order_3": [1, 1, 1]}
+    values = {f"{c}.2.2.{k}": v for c in ("linear", "sRGB") for k, v in rms.items()}
+    assert _verdict(claims.judge_single_sine, "fig_3_9", values) == first
+    assert _verdict(claims.judge_third_marginal, "fig_3_9", values) == third
+
+
+def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
+    conditions = [{"slant_px": s, "noise_grey": n} for s in (1.0, 0.0) for n in (4, 8)]
+    values = {
+        "white and black.wrong": lambda c: [c["noise_grey"] * (1 + c["slant_px"])] * 3,
+        "inverse.wrong": [1, 1, 1],
+        "pixels": [10, 10, 10],
+        "white and black.only_threshold": [5, 5, 5],
+        "white and black.only_inverse": [0, 0, 0],
+    }
+    result = Found(values, conditions)
+    wrong, paired, pixels, only, other = bit_counts(
+        result, "anywhere", "white and black"
+    )
+    np.testing.assert_array_equal(wrong, [24, 24, 24])
+    assert (paired.sum(), pixels.sum(), only, other) == (6, 60, 30, 0)
+    assert bit_counts(result, "between pixels", "white and black")[0].sum() == 36
+
+
+def _verdict(judge, name, values, conditions=({},)):
+    return judge({name: Found(values, conditions)})[0].verdict
