@@ -42,7 +42,7 @@ def test_only_orders_beside_multiples_of_the_steps_move_a_phase(count):
     fine = 2 * np.pi * np.arange(997) / 997
     for order in range(2, 20):
         for parts in (({1: 1.0, order: 0.01}, {}), ({1: 1.0}, {order: 0.01})):
-            error = steps.formula_error(steps.sum_of_orders(*parts), count, PHASE)
+            error = steps.formula_error(steps.sum_of_orders(*parts), count, fine)
             moves = order % count in (1, count - 1)
             size = steps.largest(error)
             assert size == pytest.approx(0.01, abs=1e-4) if moves else size < 1e-12
