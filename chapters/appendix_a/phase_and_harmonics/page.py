@@ -105,7 +105,9 @@ from repro.run.outcomes import Plan
 # $$I_1 - I_3 = 2\sum_{n\ \mathrm{odd}} a_n \cos n\phi + b_n \sin n\phi ,
 # \tag{A.7}$$
 #
-# and with $n\pi/2$ put in,
+# The second pair is a quarter of a period further on. For odd $n$ that
+# makes a cosine of a sine, $\sin(n\phi + n\pi/2) = (-1)^{(n-1)/2}\cos
+# n\phi$, and a sine of opposite sign of a cosine, so that
 #
 # $$I_2 - I_4 = 2\sum_{n\ \mathrm{odd}} (-1)^{\frac{n-1}{2}}
 # \left(b_n \cos n\phi - a_n \sin n\phi\right) . \tag{A.8}$$
@@ -139,18 +141,30 @@ from repro.run.outcomes import Plan
 #
 # $$\text{phase error} \approx \frac{b_3 + b_5}{b_1} \sin 4\phi .$$
 #
-# **Any number of steps.** $N$ pictures, advanced by $2\pi k/N$ each, are
-# weighted by $\sin$ and $\cos$ of their advance. That is a discrete Fourier
-# transform, which hears order $n$ as order 1 if $n$ differs from 1 or $-1$
-# by a multiple of $N$. So only the orders $mN - 1$ and $mN + 1$, $m = 1, 2,
-# \dots$, disturb:
+# **Any number of steps.** The decoder adds up $N$ pictures, advanced by
+# $2\pi k/N$ each, with weights $e^{-2\pi i k/N}$; for four steps this is the
+# point above. What a term $e^{in\phi}$ of the profile leaves is
+#
+# $$\sum_{k=0}^{N-1} e^{in(\phi + 2\pi k/N)}\, e^{-2\pi i k/N} = \begin{cases}
+# N e^{in\phi} & n - 1 \text{ a multiple of } N \\ 0 & \text{else.}
+# \end{cases}$$
+#
+# A sine or cosine of order $n$ is made of $e^{in\phi}$ and $e^{-in\phi}$. So
+# only the orders $mN - 1$ and $mN + 1$, $m = 1, 2, \dots$, disturb:
 #
 # $$\text{phase error} \approx \sum_m \frac{b_{mN-1} + b_{mN+1}}{b_1} \sin
 # mN\phi + \frac{a_{mN-1} + a_{mN+1}}{b_1} \cos mN\phi .$$
 #
 # **What a gamma makes.** Light is value to the power $\gamma$, and the
-# value is $\tfrac12 + \tfrac12\sin\phi$. The amplitudes $A_n$ of the orders
-# then follow one from the other,
+# value is $\tfrac12 + \tfrac12\sin\phi = \cos^2(\psi/2)$ with $\psi = \phi -
+# \pi/2$, counted from where it is brightest. The light is even in $\psi$, a
+# sum of $A_n \cos n\psi$. These are sines of $n\phi$ for odd $n$ and cosines
+# for even $n$. Its slope obeys $(1 + \cos\psi)\, I' = -\gamma \sin\psi\, I$,
+# and the parts of this with $\sin n\psi$ say
+#
+# $$2 n A_n = (\gamma - n + 1) A_{n-1} - (\gamma + n + 1) A_{n+1} . $$
+#
+# The amplitudes that solve it follow one from the other,
 #
 # $$\frac{A_{n+1}}{A_n} = \frac{\gamma - n}{\gamma + n + 1} .$$
 #
@@ -301,15 +315,15 @@ def response_sweep(effort):
 #
 # - **Amplitudes add with their signs.** Orders 3 and 5 of opposite signs
 #   work against each other. The test of the claim takes both positive, so
-#   that their sum cannot vanish; a sign is a choice of where $\phi$ starts.
+#   that their sum cannot vanish.
 # - **The error is not noise.** It has the same sign at the same place of
 #   every cell. Averaging over neighbours removes none of it unless the
 #   average spans a good part of its wave, a quarter of a period for four
 #   steps. The decoder's standard deviation leaves it out.
-# - **More steps are not always better.** Three steps hear orders 2 and 4,
-#   the strongest that a monitor has. Five steps hear 4 and 6, and do better
-#   than four at a gamma of 2.2 by a factor of
-#   {glue:text}`gamma.four_over_five:.0f`.
+# - **Odd or even.** An even number of steps hears odd orders only. Three
+#   steps hear orders 2 and 4, and order 2 is the strongest that a monitor
+#   has. Five hear 4 and 6, and at a gamma of 2.2 do better than four by a
+#   factor of {glue:text}`gamma.four_over_five:.0f`.
 # - **Cut-off values** have corners, and corners have orders that fall off
 #   slowly, so that every number of steps meets some of them. The cure is
 #   not more steps but less contrast.

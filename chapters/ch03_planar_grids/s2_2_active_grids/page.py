@@ -17,6 +17,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.results import (
     name_values,
+    worked,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
     bloom_trial,
@@ -27,7 +28,6 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
     NOISE_GREY,
-    printed_rule,
     smoothing_trial,
     view_trial,
     wrap_trial,
@@ -45,8 +45,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
     COARSENESS,
     RIGS,
 )
-from raxel.features.active_grid import decode
-from raxel.sets import plan_of_cells
+from chapters.shared.phase_steps import phase_of
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -121,9 +120,10 @@ from repro.run.outcomes import Plan
 # m + B\sin(\phi + (k - 1)\,\pi/2)$, and
 #
 # $$\phi = \operatorname{atan2}(I_1 - I_3,\ I_2 - I_4), \qquad
-# d = \frac{\phi \bmod 2\pi}{2\pi}, \qquad
-# B = \tfrac12\sqrt{(I_1 - I_3)^2 + (I_2 - I_4)^2} . \tag{3.23}$$
+# d = \frac{\phi \bmod 2\pi}{2\pi} . \tag{3.23}$$
 #
+# The modulation is half the length of the two differences together, $B =
+# \tfrac12\sqrt{(I_1 - I_3)^2 + (I_2 - I_4)^2}$.
 # The thesis prints a plain arctan of the ratio, which knows half a period
 # only; atan2 takes the signs of both differences (E-3.08). An offset
 # cancels in the differences, and a gain of the pixel in their ratio.
@@ -181,11 +181,19 @@ from repro.run.outcomes import Plan
 # show_table("ext_window", digits=3)
 
 # %% [markdown]
-# **The mask** says which pixels have no answer: too little modulation or
-# contrast beside the noise ($B$ below 5 standard deviations of its own), a
-# sine that is clipped, two bits without contrast at one place, a phase that
-# disagrees with all neighbours, or the rim of the lit area, where blur
-# mixes in what is beside it.
+# **The mask** says which pixels have no answer, and why:
+#
+# - too little contrast of the bits, or a modulation below five times its
+#   own standard deviation;
+# - a sine that is clipped, for lack of a phase;
+# - two bits without contrast at one place, which no Gray code has;
+# - a phase more than a quarter of a period from that of every neighbour;
+# - the rim of the lit area, 6 px wide, where blur mixes in what is beside.
+#
+# No average and no filled hole reaches across a mask or a jump, so a camera
+# may show neighbouring pixels different parts of the monitor. The thesis's
+# last steps, a mean over 3 × 3 locations and the filling of holes from
+# their neighbours, are options of the decoder that this page leaves off.
 #
 # **Harmonics.** The thesis fits a mean and the orders 1 to $h + 1$ of a
 # Fourier series to a period of the profile, $h = 0, 1, 2$ further
@@ -195,7 +203,7 @@ from repro.run.outcomes import Plan
 # odd harmonics (E-3.09).
 
 # %% tags=["active-ipynb"]
-# show_code(decode, printed_rule, fitted)
+# show_code(worked, phase_of, fitted)
 
 # %% [markdown]
 # ## Experiment

@@ -46,6 +46,7 @@ def ext_one_pixel(results):
         "location (b + d) w (mm)": "location",
         "σ (mm)": "sigma",
     }
+    rows.append(("width of a cell w (mm)", *CELL_MM))
     for name, key in steps.items():
         scale = np.degrees(1) if key == "phi" else 1
         pair = [f[key] if key == "gray" else scale * f[key] for f in found]
