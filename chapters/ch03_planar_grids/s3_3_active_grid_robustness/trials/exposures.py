@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
     START_SD_PX,
     by_methods,
     corners_of,
-    decoded,
+    location_as_taken,
     location_of,
     opened,
     scores,
@@ -24,17 +24,20 @@ from raxel.lab.monitor_views import (
     photograph_patterns,
     points_seen,
 )
-from raxel.sets.patterns import plan_of_cells
+from raxel.sets.patterns import CHESSBOARD, plan_of_cells
 
 FILES = (
     "data/rigs/monitor-d200.yaml",
     "data/rigs/monitor-d200-small.yaml",
 )
+# One set: how the monitor was set up is in the sweeps.
+SETS = {"quick": ("monitor-d200-small/0",), "full": ("monitor-d200/0",)}
 # White on the sensor, as a share of a full well; the rig's own is 0.9.
 EXPOSURES = {"quick": (0.9, 1.5), "full": (0.45, 0.9, 1.2, 1.5, 2.0)}
 GAMMAS = (2.2, 1.0)
 STEPS = (4, 6)
 NEAR_MM = 0.3
+DEFAULT = f"distance-{DEFAULT_MM}"
 
 
 def exposure_trial(condition, rng):
@@ -44,13 +47,13 @@ def exposure_trial(condition, rng):
     rig = replace(rig, sensor=replace(rig.sensor, white_e=white))
     seed = [int(rng.integers(1 << 31))]
     board = photograph_chessboard(rig, T, seed)
-    views = {view.name: view for view in image_set.views}
-    name = f"distance-{DEFAULT_MM}"
-    second = decoded(image_set, views[f"{name}-second"], lambda taken: taken)
-    true = corners_of(image_set)[views[name].chessboard]
+    second = location_as_taken(condition["set"], f"{DEFAULT}-second")
+    true = corners_of(image_set)[f"{DEFAULT}/{CHESSBOARD}"]
     starts = true + rng.normal(0, START_SD_PX, true.shape)
     points = image_set.target.chessboard_points()
-    found = by_methods(board, decoded_now(rig, T, seed), starts, true, points)
+    found = by_methods(
+        board, decoded_now(rig, T, seed), starts, true, points
+    )
     said = scores(found, {AS_TAKEN: second}, true, points)
     return said | {"full_wells": float(np.mean(board == board.max()))}
 
@@ -77,11 +80,10 @@ def pixel_trial(condition, rng):
 
 def default_view(name):
     """(ImageSet, its Rig, T_camera_target) of the default condition."""
-    image_set = opened(name)
+    image_set, _ = opened(name)
     rig = rig_named(name.partition("/")[0])
     poses = read_json(image_set.folder / "truth" / "poses.json")
-    T = poses["T_camera_target"][f"distance-{DEFAULT_MM}"]
-    return image_set, rig, np.array(T)
+    return image_set, rig, np.array(poses["T_camera_target"][DEFAULT])
 
 
 def decoded_now(rig, T, seed):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
@@ -108,17 +110,72 @@ def condition_of(name, level, pictures):
     }
 
 
-def degraded(picture, condition, rng):
-    """The picture (H, W) uint8 blurred and with noise added, in whole numbers."""
-    if condition["blur_px"]:
-        soft = picture.astype(np.float32)
-        soft = cv2.GaussianBlur(soft, (0, 0), condition["blur_px"])
-        picture = np.rint(soft).astype(np.uint8)
-    if condition["noise_grey"]:
-        noise = rng.standard_normal(picture.shape, np.float32)
-        noise *= condition["noise_grey"]
-        picture = np.clip(np.rint(picture + noise), 0, 255).astype(np.uint8)
-    return picture
+def robustness_trial(condition, rng):
+    """Corners by three methods, and what the second grid says of each.
+
+    Residuals are in mm on the chessboard; what the true corners leave is the
+    second grid's own error. With every exposure, from the same pictures.
+    """
+    name, changed = (
+        condition["set"],
+        condition["sweep"] in ("blur", "noise"),
+    )
+    image_set, views = opened(name)
+    target, patterns = image_set.target, views[condition["first"]].patterns
+    points = target.chessboard_points()
+    true = corners_of(image_set)[views[condition["first"]].chessboard]
+    starts = true + rng.normal(0, START_SD_PX, true.shape)
+    seen = {AS_TAKEN: location_as_taken(name, condition["second"])}
+    seen[AS_FIRST] = seen[AS_TAKEN]
+    if changed:
+        second = pictures_of(name, condition["second"])
+        second = degraded([second], condition, rng)[0]
+        seen[AS_FIRST] = location_of(second, patterns, target)
+    first = [
+        bright_pictures_of(name, condition["first"], e) for e in EXPOSURES
+    ]
+    first = degraded(first, condition, rng) if changed else first
+    said = {"least_square_px": least_step(true)}
+    for exposure, (board, *shown) in zip(EXPOSURES, first, strict=True):
+        location = location_of(shown, patterns, target)
+        found = by_methods(board, location, starts, true, points)
+        said[exposure] = scores(found, seen, true, points)
+    return said
+
+
+@lru_cache(maxsize=4)
+def opened(name):
+    """(ImageSet RIG/SEED, {name of the view: View})."""
+    rig, _, seed = name.partition("/")
+    image_set = load_set(rendered_set(rig, int(seed)))
+    return image_set, {view.name: view for view in image_set.views}
+
+
+@lru_cache(maxsize=2)
+def pictures_of(name, view):
+    """Pictures (n, H, W) uint8 of a view: chessboard if any, then patterns."""
+    image_set, views = opened(name)
+    files = [pattern.image for pattern in views[view].patterns]
+    board = [views[view].chessboard] if views[view].chessboard else []
+    return np.stack([read_image(image_set, file) for file in board + files])
+
+
+@lru_cache(maxsize=4)
+def bright_pictures_of(name, view, exposure):
+    """`pictures_of` a view with an exposure, (n, H, W) uint8."""
+    pictures = pictures_of(name, view)
+    if exposure == WITHIN:
+        return pictures
+    sensor = rig_named(name.partition("/")[0]).sensor
+    return np.stack([brighter(picture, sensor) for picture in pictures])
+
+
+@lru_cache(maxsize=2)
+def location_as_taken(name, view):
+    """The point of the grid that each pixel of a view sees, (H, W, 2) mm."""
+    image_set, views = opened(name)
+    pictures = pictures_of(name, view)
+    return location_of(pictures, views[view].patterns, image_set.target)
 
 
 def brighter(picture, sensor):
@@ -131,43 +188,37 @@ def brighter(picture, sensor):
     return sensor.develop(charge)
 
 
-def robustness_trial(condition, rng):
-    """Corners by three methods, and what the second grid says of each.
+def degraded(stacks, condition, rng):
+    """Stacks of pictures (n, H, W) uint8 blurred and with noise, all alike."""
+    stacks = [stack.copy() for stack in stacks]
+    for pictures in zip(*stacks, strict=True):
+        noise = np.float32(0)
+        if condition["noise_grey"]:
+            noise = rng.standard_normal(pictures[0].shape, np.float32)
+            noise *= condition["noise_grey"]
+        for picture in pictures:
+            soft = picture.astype(np.float32)
+            if condition["blur_px"]:
+                soft = cv2.GaussianBlur(soft, (0, 0), condition["blur_px"])
+            picture[:] = np.clip(np.rint(soft + noise), 0, 255)
+    return stacks
 
-    Residuals are in mm on the chessboard; what the true corners leave is the
-    second grid's own error. With every exposure, from the same pictures.
+
+def location_of(pictures, patterns, target):
+    """As the thesis decodes: its filters, and no mask for clipped sines.
+
+    The filters of 3.2.2 are 7 x 7 pixels of the sines, the eight neighbours
+    of each location, and the filling of holes. As 16 bit no value of 8 bit
+    counts as clipped.
     """
-    image_set = opened(condition["set"])
-    views = {view.name: view for view in image_set.views}
-    first, second = views[condition["first"]], views[condition["second"]]
-    sensor = rig_named(image_set.name).sensor
-
-    def worse(picture):
-        return degraded(picture, condition, rng)
-
-    def bright(picture):
-        return degraded(brighter(picture, sensor), condition, rng)
-
-    true = corners_of(image_set)[first.chessboard]
-    starts = true + rng.normal(0, START_SD_PX, true.shape)
-    seen = {AS_TAKEN: decoded(image_set, second, lambda picture: picture)}
-    seen[AS_FIRST] = seen[AS_TAKEN]
-    if condition["blur_px"] or condition["noise_grey"]:
-        seen[AS_FIRST] = decoded(image_set, second, worse)
-    points = image_set.target.chessboard_points()
-    said = {"least_square_px": least_step(true)}
-    for exposure, change in ((WITHIN, worse), (OVER, bright)):
-        board = change(read_image(image_set, first.chessboard))
-        location = decoded(image_set, first, change)
-        found = by_methods(board, location, starts, true, points)
-        said[exposure] = scores(found, seen, true, points)
-    return said
-
-
-def opened(name):
-    """The ImageSet RIG/SEED."""
-    rig, _, seed = name.partition("/")
-    return load_set(rendered_set(rig, int(seed)))
+    return decode(
+        np.asarray(pictures, np.uint16),
+        patterns,
+        target,
+        neighbours=True,
+        fill=True,
+        threads=1,
+    ).location
 
 
 def by_methods(board, location, starts, true, points):
@@ -203,35 +254,6 @@ def corners_of(image_set):
     """Picture of a chessboard -> its true corners (N, 2), px."""
     truth = read_json(image_set.folder / "truth" / "corners.json")["images"]
     return {name: np.array(said["corners"]) for name, said in truth.items()}
-
-
-def decoded(image_set, view, change):
-    """The point of the grid that each pixel of a view sees, (H, W, 2) mm.
-
-    change: function of a picture (H, W) that is applied to each.
-    """
-    pictures = [
-        change(read_image(image_set, pattern.image))
-        for pattern in view.patterns
-    ]
-    return location_of(pictures, view.patterns, image_set.target)
-
-
-def location_of(pictures, patterns, target):
-    """As the thesis decodes: its filters, and no mask for clipped sines.
-
-    The filters of 3.2.2 are 7 x 7 pixels of the sines, the eight neighbours
-    of each location, and the filling of holes. As 16 bit no value of 8 bit
-    counts as clipped.
-    """
-    return decode(
-        np.stack(pictures).astype(np.uint16),
-        patterns,
-        target,
-        neighbours=True,
-        fill=True,
-        threads=1,
-    ).location
 
 
 def by_static_methods(board, starts):

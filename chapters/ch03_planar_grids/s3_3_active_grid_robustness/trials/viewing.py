@@ -13,10 +13,13 @@ from raxel.lab.monitor_views import photograph_patterns, points_seen
 
 RIG = "monitor-d200-small"
 FILES = ("data/rigs/monitor-d200-small.yaml",)
-TURNS_DEG = {"quick": (0, 60), "full": (0, 10, 20, 30, 40, 50, 60, 70)}
-# Exponents of the cosine by which light falls off; the first is the rig's.
-FALLOFFS = {"quick": (2,), "full": (2, 0, 4)}
-SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+TURNS_DEG = {"quick": (0, 60), "full": (0, 14, 28, 42, 56, 70)}
+# Exponent of the cosine by which light falls off, gamma of the camera, seeds. The
+# first is the rig's.
+VARIED = {
+    "quick": ((2, 2.2, 1), (0, 2.2, 1), (2, 1.0, 1)),
+    "full": ((2, 2.2, 3), (2, 1.0, 3), (0, 2.2, 3), (4, 2.2, 1)),
+}
 DISTANCE_MM = 200
 SHIFT_MM, TURN_DEG = 2, 1
 DECODED = ("decoded", "filled from neighbours")
@@ -26,6 +29,21 @@ SETTINGS = {
     "distance_mm": DISTANCE_MM,
     "set_up": {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG},
 }
+
+
+def conditions(effort):
+    """Every turn with every monitor and camera, and their seeds."""
+    return [
+        {
+            "turn_deg": turn,
+            "falloff_exponent": falloff,
+            "camera_gamma": gamma,
+            "seed": seed,
+        }
+        for falloff, gamma, seeds in VARIED[effort]
+        for seed in range(seeds)
+        for turn in TURNS_DEG[effort]
+    ]
 
 
 def viewing_trial(condition, rng):

@@ -24,9 +24,7 @@ def points_at(location, pixels):
     right, down = (pixels[inside] - first[inside]).T[..., None]
     points[inside] = (1 - down) * (
         (1 - right) * location[v, u] + right * location[v, u + 1]
-    ) + down * (
-        (1 - right) * location[v + 1, u] + right * location[v + 1, u + 1]
-    )
+    ) + down * ((1 - right) * location[v + 1, u] + right * location[v + 1, u + 1])
     return points
 
 

@@ -1,0 +1,201 @@
+"""Fig. 3.15, and what lies behind it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (
+    SWEEPS,
+    SWEPT,
+    errors,
+    levels_of,
+    residuals,
+    shares,
+    swept,
+)
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import (
+    EXPOSURES,
+    METHODS,
+    OVER,
+    TRUE,
+    WITHIN,
+)
+from repro.page.style import figure as new_figure
+from repro.page.style import plot_interval, series
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+AXES = {
+    "distance": "Distance of camera and grid (mm)",
+    "orientation": "Orientation of the grid (deg)",
+    "blur": "Gaussian blur, SD (px)",
+    "noise": "Gaussian noise, SD (grey levels)",
+}
+FLOOR = {"color": "#777777", "linestyle": ":", "marker": ""}
+
+
+def _along(panel, result, sweep, values, look, label):
+    """Median and range over sets of values(level) (sets,), and rows of data."""
+    levels = levels_of(result, sweep)
+    found = np.array([values(level) for level in levels])
+    found[~np.isfinite(found)] = np.nan
+    low, middle, high = (
+        np.array([of(row) for row in found])
+        for of in (np.min, np.median, np.max)
+    )
+    plot_interval(panel, levels, middle, low, high, label=label, **look)
+    return list(zip(levels, middle, low, high, strict=True))
+
+
+@figure("fig_3_15", needs=SWEPT, evidence="rendered")
+def fig_3_15(results):
+    """Residuals of three methods along four sweeps."""
+    result = swept(results)
+    drawn, panels = new_figure(2, 2, height_in=6.4)
+    rows = []
+    for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
+        for method in (*METHODS, TRUE):
+            look = (
+                FLOOR if method == TRUE else series(METHODS.index(method))
+            )
+            found = _along(
+                panel,
+                result,
+                sweep,
+                lambda level, s=sweep, m=method: residuals(
+                    result, s, level, m
+                ),
+                look,
+                method,
+            )
+            rows += [
+                (sweep, level, method, *rest) for level, *rest in found
+            ]
+        panel.set_xlabel(AXES[sweep])
+        panel.set_ylabel("RMS residual (mm)")
+        panel.set_ylim(bottom=0)
+    panels[0, 0].legend(loc="lower left", fontsize=8)
+    return Drawing(
+        drawn,
+        columns(
+            ("sweep", "level", "method", "rms_mm", "low_mm", "high_mm"),
+            rows,
+        ),
+        "RMS residual of the chessboard's corners after a homography from a "
+        "second active grid, in mm on the chessboard: median and range over "
+        f"{_sets(result)}. Dotted: the true corners, whose residual is the "
+        "second grid's own error. Exposure below a full well, one window.",
+    )
+
+
+@figure("ext_active_errors", needs=SWEPT, evidence="rendered")
+def ext_active_errors(results):
+    """Errors against the true corners along the sweeps, with both exposures."""
+    result = swept(results)
+    drawn, panels = new_figure(2, 2, height_in=6.4)
+    rows = []
+    for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
+        for exposure in EXPOSURES:
+            for number, method in enumerate(METHODS):
+                look = series(number) | {
+                    "linestyle": "-" if exposure == WITHIN else "--"
+                }
+                label = f"{method}{', overexposed' * (exposure == OVER)}"
+                found = _along(
+                    panel,
+                    result,
+                    sweep,
+                    lambda level, s=sweep, m=method, e=exposure: errors(
+                        result, s, level, m, e
+                    ),
+                    look,
+                    label,
+                )
+                rows += [
+                    (sweep, level, exposure, method, *rest)
+                    for level, *rest in found
+                ]
+        panel.set_xlabel(AXES[sweep])
+        panel.set_ylabel("RMS error (px)")
+        panel.set_yscale("log")
+    panels[0, 0].legend(loc="lower left", fontsize=7)
+    return Drawing(
+        drawn,
+        columns(
+            (
+                "sweep", "level", "exposure", "method",
+                "rms_px", "low_px", "high_px",
+            ),
+            rows,
+        ),
+        "Distance of the localised corners from the true ones, RMS in px of "
+        f"the picture: median and range over {_sets(result)}. Dashed: with "
+        "a fifth more light than white's wells hold.",
+    )  # fmt: skip
+
+
+@figure(
+    "ext_active_viewing",
+    needs=("exp_c3_active_viewing_angle",),
+    evidence="rendered",
+)
+def ext_active_viewing(results):
+    """The decoded share of the visible area over the turn of the monitor."""
+    result = results["exp_c3_active_viewing_angle"]
+    drawn, panels = new_figure(1, 2, height_in=3.4)
+    turns = sorted({c["turn_deg"] for c in result.conditions})
+    shown = sorted(
+        {
+            (c["falloff_exponent"], c["camera_gamma"])
+            for c in result.conditions
+        },
+        key=lambda pair: (-pair[1], pair[0]),
+    )
+    rows = []
+    for panel, name, title in zip(
+        panels,
+        ("share", "without_rim"),
+        ("with the rim", "without the rim"),
+        strict=True,
+    ):
+        for number, (falloff, gamma) in enumerate(shown):
+            found = [
+                shares(result, turn, name, falloff=falloff, gamma=gamma)
+                for turn in turns
+            ]
+            middle = [100 * np.median(share) for share in found]
+            label = f"cos$^{falloff:g}$" + ", linear file" * (gamma == 1)
+            panel.plot(turns, middle, label=label, **series(number))
+            rows += [
+                (title, turn, falloff, gamma, share)
+                for turn, share in zip(turns, middle, strict=True)
+            ]
+        panel.set_title(title)
+        panel.set_xlabel("Turn of the monitor (deg)")
+        panel.set_ylabel("Decoded share of the area (%)")
+        panel.set_ylim(0, 105)
+    panels[0].legend(loc="lower left", fontsize=8)
+    return Drawing(
+        drawn,
+        columns(
+            (
+                "rim",
+                "turn_deg",
+                "falloff_exponent",
+                "camera_gamma",
+                "percent",
+            ),
+            rows,
+        ),
+        "Share of the visible area of the grid that is decoded, at 200 mm, "
+        "for monitors whose light falls off with a power of the cosine of "
+        "the viewing angle; the rig has the second.",
+    )
+
+
+def _sets(result):
+    count = len({condition["set"] for condition in result.conditions})
+    return (
+        "one set of pictures" if count == 1 else f"{count} sets of pictures"
+    )
