@@ -12,6 +12,8 @@ import yaml
 
 from raxel.cameras.perspective import PerspectiveCamera
 from raxel.cli import main, parser
+from raxel.multiview.plane_view import plane_scale
+from raxel.sets import pattern_picture
 from tests.active_grids import drawn
 from tests.image_sets import write_drawn_set
 from tests.test_cli_active_grid import recorded, refused
@@ -206,3 +208,43 @@ def test_the_readme_gives_orders_that_can_be_carried_out():
     assert calibrated.points == evaluated.points == decoded.out
     assert evaluated.camera == undistorted.camera == calibrated.out
     assert {one.set for one in read[1:]} == {"my-monitor"}
+
+
+def test_pictures_are_laid_out_on_a_grids_plane_without_a_camera(tmp_path, capsys):
+    scene = drawn(vignetting=0.0)
+    folder = recorded(tmp_path / "set", scene)
+    points, out = tmp_path / "points", tmp_path / "plane"
+    assert main(["decode", str(folder), "--out", str(points)]) == 0
+    order = ["undistort", points / "pose.npz", folder, "--out", out]
+    assert main([*map(str, order)]) == 0
+    assert "the grid's points cover" in capsys.readouterr().out
+    with np.load(points / "pose.npz") as found:
+        _, mm_per_px = plane_scale(found["points_mm"], found["mask"])
+    finest = "x", 2, False
+    (code,) = (p for p in scene.patterns if (p.axis, p.bit, p.inverse) == finest)
+    shown = cv2.imread(str(out / code.image), -1)
+    places = (np.arange(shown.shape[1]) + 0.5) * mm_per_px / 1.5
+    sent = pattern_picture(code, scene.grid.monitor_px)[0, places.astype(int)]
+    # Two pixels from the edges of stripes and the rim; every row is the same.
+    apart = np.abs(places / 25 - np.rint(places / 25)) * 25 * 1.5 > 2 * mm_per_px
+    rows, columns = slice(10, -10), apart & (places > 15) & (places < 180)
+    assert columns.sum() > 50
+    for value, grey in ((255, 200), (0, 30)):
+        stripes = shown[rows, columns & (sent == value)].astype(int)
+        assert np.abs(stripes - grey).max() <= 2
+
+
+def test_a_file_of_points_from_elsewhere_lays_nothing_out(tmp_path, capsys):
+    folder = recorded(tmp_path / "set", drawn())
+    path = tmp_path / "points.npz"
+    order = "undistort", path, folder, "--out", tmp_path / "out"
+    for points, told in (
+        (np.zeros((9, 9, 2)), "points_mm: shape (9, 9, 2); give (120, 160, 2)"),
+        (np.full((120, 160, 2), 2e9), "points_mm: found 2e+09; no monitor is so large"),
+        (np.zeros((120, 160, 2)), "no two neighbouring pixels see different places"),
+        (-np.indices((120, 160)).T.swapaxes(0, 1), "all of it is left of the grid"),
+    ):
+        np.savez(path, points_mm=points)
+        line = refused(capsys, *order)
+        assert f"points.npz: {told}" in line.replace("location: ", "")
+    assert not (tmp_path / "out").exists()

@@ -5,7 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.geometry.pixel_cells import whole_cells
-from raxel.multiview.plane_view import remap_to_plane
+from raxel.multiview.plane_view import plane_scale, remap_to_plane
 
 SIZE_MM = 60.0, 40.0
 FINE, COARSE = 0.5, 4.0  # mm per px of the picture
@@ -68,6 +68,18 @@ def test_nothing_is_filled_in_beside_or_between_what_was_seen():
     assert np.array_equal(
         seen, remap_to_plane(image, masked, None, None, (90.0, 40.0), FINE)[1]
     )
+
+
+def test_a_picture_of_all_is_as_fine_as_the_image_and_no_larger_than_it_may_be():
+    location = facets()
+    size, mm_per_px = plane_scale(location)
+    assert size == pytest.approx((24 + 0.6 * 49, 39.6))
+    assert mm_per_px == pytest.approx(0.55, abs=0.051)  # 0.6 along u, 0.5 along v
+    mask = np.arange(100) < 50
+    assert plane_scale(location, np.tile(mask, (80, 1)))[0][0] == pytest.approx(29.7)
+    far = location * [1, 1e4]
+    size, mm_per_px = plane_scale(far)
+    assert np.prod(size) / mm_per_px**2 == pytest.approx(4 * 80 * 100)
 
 
 def facets():

@@ -9,7 +9,9 @@
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
   [--detector NAME]` scores a camera; only the targets' poses are fitted.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
-  them: new files, or in place of those of an earlier undistort, never of others.
+  them: new files, or in place of those of an earlier undistort, never of others. CAMERA
+  may be a view's file of points from `raxel decode`: then no camera is needed, and the
+  images are laid out on the plane that the active grid lay in.
 - `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
   laboratory.
 - `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]

@@ -69,7 +69,11 @@ def _add_calibrate(commands):
 
 def _add_evaluate(commands):
     parser = _command(
-        commands, "evaluate", "score a camera; only poses are fitted", _evaluate, True
+        commands,
+        "evaluate",
+        "score a camera; only poses are fitted",
+        _evaluate,
+        camera="an .npz camera file",
     )
     parser.add_argument("--json", metavar="FILE", help="write the scores here")
     _add_corners_file(parser)
@@ -79,7 +83,11 @@ def _add_evaluate(commands):
 
 def _add_undistort(commands):
     parser = _command(
-        commands, "undistort", "images as a pinhole would see them", _undistort, True
+        commands,
+        "undistort",
+        "images as a pinhole would see them, or on the plane of an active grid",
+        _undistort,
+        camera="an .npz camera file, or an .npz file of points from raxel decode",
     )
     parser.add_argument(
         "--out",
@@ -242,10 +250,10 @@ def _count(text):
     return number
 
 
-def _command(commands, name, summary, run, takes_camera=False):
+def _command(commands, name, summary, run, camera=None):
     parser = commands.add_parser(name, help=summary, description=summary)
-    if takes_camera:
-        parser.add_argument("camera", metavar="CAMERA", help="an .npz camera file")
+    if camera:
+        parser.add_argument("camera", metavar="CAMERA", help=camera)
     parser.add_argument("set", metavar="SET", help="the folder of an image set")
     parser.set_defaults(command=run)
     return parser

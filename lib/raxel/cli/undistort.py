@@ -9,18 +9,11 @@ from collections import Counter
 from itertools import count
 from pathlib import Path, PurePath
 
-from raxel.cameras.io import load_camera
-from raxel.cli.evaluate import check_size
 from raxel.cli.outputs import check_written
+from raxel.cli.straight import straightener
 from raxel.cli.terminal import on_one_line
 from raxel.errors import InputError
 from raxel.files import check_can_be_written, move_into
-from raxel.multiview.perspective_view import (
-    perspective_view,
-    resample,
-    share_seen,
-    source_pixels,
-)
 from raxel.sets import load_set, read_colour
 
 LEAST_SHARE = 0.5  # of the pixels: below it, the picture is mostly black
@@ -30,40 +23,30 @@ MADE_BY = b"Software\0raxel undistort"
 
 
 def undistort(options, say):
-    """Write every image of the set as a pinhole at the camera's centre would see it."""
+    """Write every image of the set as a pinhole at the camera's centre would see it, or
+    laid out on the plane of an active grid."""
     out = Path(options.out)
     image_set = load_set(options.set)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
     targets = _targets(files)
     _check_folder(out, image_set)
     _check_places([out / target for target in targets], image_set, options.camera)
-    camera = load_camera(options.camera)
-    check_size(options.camera, camera, image_set)
-    try:
-        view = perspective_view(camera)
-    except InputError as fault:
-        raise InputError(f"{options.camera}: {fault}") from fault
-    sources = source_pixels(camera, view)
-    share = share_seen(sources, camera)
+    straight = straightener(options.camera, image_set)
     disk = out if out.is_dir() else out.parent
     with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
         folder = Path(room) / "images"
         for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
-            image = resample(read_colour(image_set, name), sources)
+            image = straight.picture(read_colour(image_set, name))
             _write_png(folder / target, image)
             renamed = target != _plain(name)
             say(f"{number}/{len(files)} {name}{f' as {target}' if renamed else ''}")
         move_into(folder, out)
     print(
-        f"{image_set.name}: {len(files)} images in {on_one_line(out)}; the camera sees "
-        f"{100 * share:.0f} % of their pixels"
+        f"{image_set.name}: {len(files)} images in {on_one_line(out)}; {straight.sees} "
+        f"{100 * straight.share:.0f} % of their pixels"
     )
-    if share < LEAST_SHARE:
-        print(
-            "the rest is black: a pinhole's picture cannot hold what this camera sees, "
-            "or the boards covered little of the image; a camera that looks all around "
-            "is unrolled by raxel.multiview.cylindrical_view"
-        )
+    if straight.share < LEAST_SHARE:
+        print(f"the rest is black: {straight.rest}")
 
 
 def _check_folder(out, image_set):

@@ -13,6 +13,7 @@ from raxel.files import read_json
 from raxel.sets.model import View
 
 SUMMARY = "decoded.json"
+FARTHEST = 1e6  # mm or px, of points and their deviations
 
 
 class SeenGrid(NamedTuple):
@@ -96,6 +97,21 @@ def read_points(path, shape, unit="mm"):
     return np.asarray(points, float)
 
 
+def holds_points(path):
+    """Whether an .npz file is one of a decoded view. Raises InputError if it is none of
+    arrays."""
+    with Archive(path, "camera file or file of points") as archive:
+        return archive.has("points_mm") or archive.has("points_px")
+
+
+def read_grid(path, shape):
+    """(location, sigma, mask) of such a file; shape: (height, width, 2). sigma and mask
+    None where it has none."""
+    with Archive(path, "file of points") as archive:
+        unit = "mm" if archive.has("points_mm") else "px"
+    return _read(path, None, unit, shape)[1:4]
+
+
 def _read(path, view, unit, shape):
     with Archive(path, "file of points") as archive:
         points = _numbers(path, archive, f"points_{unit}", shape)
@@ -108,7 +124,14 @@ def _read(path, view, unit, shape):
 
 
 def _numbers(path, archive, name, shape):
-    return _array(path, archive, name, shape, "iuf", "numbers")
+    values = _array(path, archive, name, shape, "iuf", "numbers")
+    beyond = np.abs(values) > FARTHEST  # NaN is not
+    if beyond.any():
+        raise InputError(
+            f"{path}: {name}: found {values[beyond][0]:g}; no monitor is so large: "
+            "decode the view again"
+        )
+    return values
 
 
 def _array(path, archive, name, shape, kinds, what):

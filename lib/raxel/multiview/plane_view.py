@@ -15,8 +15,28 @@ from raxel.errors import InputError
 from raxel.geometry.pixel_cells import usual_step, whole_cells
 
 MOST_SAMPLES = 8  # along each axis of a pixel of the picture
+MOST_PIXELS = 4  # of a picture to one of the image
 EDGE = 1e-9  # of a triangle: so little outside counts as inside
 LEAST_VARIANCE = 1e-12  # of a point that is said to be exact
+
+
+def plane_scale(location, mask=None):
+    """(size, length per px) of a picture of all that `remap_to_plane` can show.
+
+    In the unit of the locations: the size from the grid's corner to the last place that
+    is seen; a pixel of the picture is as long as the median step between neighbouring
+    pixels of the image, or longer where the picture would have more than MOST_PIXELS
+    times the image's pixels. Raises InputError where no neighbours see anything.
+    """
+    location, _ = _checked(location[..., 0], location, None, mask)
+    step = usual_step(location)
+    if not step > 0:
+        raise InputError("location: no two neighbouring pixels see different places")
+    size = np.nanmax(location.reshape(-1, 2), axis=0)
+    if not (size > 0).all():
+        raise InputError("location: all of it is left of the grid or above it")
+    most = MOST_PIXELS * location[..., 0].size
+    return tuple(size), max(step, float(np.sqrt(np.prod(size) / most)))
 
 
 def remap_to_plane(image, location, sigma, mask, size_mm, mm_per_px):
@@ -68,6 +88,7 @@ def remap_to_plane(image, location, sigma, mask, size_mm, mm_per_px):
 def _checked(image, location, sigma, mask):
     """location and sigma as float arrays, NaN where they do not count."""
     location = np.array(location, float)
+    location[~np.isfinite(location)] = np.nan
     shape = (*image.shape[:2], 2)
     found = {"location": location.shape}
     if sigma is not None:
