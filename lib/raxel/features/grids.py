@@ -114,17 +114,22 @@ def read_grid(path, shape):
 
 def _read(path, view, unit, shape):
     with Archive(path, "file of points") as archive:
-        points = _numbers(path, archive, f"points_{unit}", shape)
+        points = _lengths(path, archive, f"points_{unit}", shape)
         sigma = mask = None
         if archive.has(f"sigma_{unit}"):
-            sigma = _numbers(path, archive, f"sigma_{unit}", shape)
+            sigma = _lengths(path, archive, f"sigma_{unit}", shape)
         if archive.has("mask"):
             mask = _array(path, archive, "mask", shape[:2], "b", "truth values")
     return SeenGrid(view, points, sigma, mask)
 
 
 def _numbers(path, archive, name, shape):
-    values = _array(path, archive, name, shape, "iuf", "numbers")
+    return _array(path, archive, name, shape, "iuf", "numbers")
+
+
+def _lengths(path, archive, name, shape):
+    """Numbers that may be lengths on a monitor."""
+    values = _numbers(path, archive, name, shape)
     beyond = np.abs(values) > FARTHEST  # NaN is not
     if beyond.any():
         raise InputError(
