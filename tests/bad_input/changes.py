@@ -5,6 +5,7 @@ import yaml
 ACTIVE_GRID = {"kind": "active_grid", "monitor_px": [1024, 768], "monitor_mm": None}
 
 
+NEXT = {"image": "view1.png"}  # each photograph shows one pattern
 GRAY = {"image": "view0.png", "axis": "x", "kind": "gray", "bit": 0, "of": 4}
 
 

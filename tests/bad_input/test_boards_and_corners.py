@@ -9,7 +9,7 @@ import pytest
 from raxel.cli import main
 from raxel.evaluation import detector_bench
 from raxel.features import DETECTORS
-from tests.bad_input.changes import ACTIVE_GRID, GRAY, edit, reference, setting
+from tests.bad_input.changes import ACTIVE_GRID, GRAY, NEXT, edit, reference, setting
 from tests.image_sets import write_drawn_set
 
 
@@ -98,13 +98,11 @@ def test_a_benchmark_with_a_faulty_last_image(broken, fails, good_set, monkeypat
 
 
 def test_an_active_grid_has_no_corners(broken, calibration_fails, fails):
-    view = {"name": "a", "patterns": [GRAY]}
-    edit(
-        broken,
-        lambda data: data.update(
-            target=ACTIVE_GRID, views=[view, {**view, "name": "b"}]
-        ),
-    )
+    views = [
+        {"name": "a", "patterns": [GRAY]},
+        {"name": "b", "patterns": [{**GRAY, **NEXT}]},
+    ]
+    edit(broken, lambda data: data.update(target=ACTIVE_GRID, views=views))
     told = fails("corners", broken)
     assert "set.yaml: target.kind: found active_grid" in told
     assert "raxel decode finds the points of an active grid" in told

@@ -9,6 +9,7 @@ from raxel.sets import load_set
 from tests.bad_input.changes import (
     ACTIVE_GRID,
     GRAY,
+    NEXT,
     PHASE,
     edit,
     removing,
@@ -192,18 +193,23 @@ FAULTS = {
         r"views\[0\]\.patterns\[0\]\.bit: key missing; give the bit",
     ),
     "bit beyond the code": (
-        active_grid(GRAY, {**GRAY, "bit": 4}),
+        active_grid(GRAY, {**GRAY, **NEXT, "bit": 4}),
         r"patterns\[1\]\.bit: found 4, but there are 4 \(0 to 3\)",
     ),
     "missing bit": (
-        active_grid(GRAY, {**GRAY, "bit": 2}),
+        active_grid(GRAY, {**GRAY, **NEXT, "bit": 2}),
         r"views\[0\]\.patterns: gray code of axis x lacks bit 1 of 4",
     ),
     "missing step": (
-        active_grid({**PHASE, "periods": 8}, {**PHASE, "periods": 8, "step": 2}),
+        active_grid(
+            {**PHASE, "periods": 8}, {**PHASE, **NEXT, "periods": 8, "step": 2}
+        ),
         r"views\[0\]\.patterns: phase code of axis x lacks step 1 of 3",
     ),
-    "bit twice": (active_grid(GRAY, GRAY), r"patterns\[1\]: the same pattern as"),
+    "bit twice": (
+        active_grid(GRAY, {**GRAY, **NEXT}),
+        r"patterns\[1\]: the same pattern as",
+    ),
     "bit of a phase": (
         active_grid({**PHASE, "periods": 8, "bit": 1}),
         r"patterns\[0\]\.bit: unknown key",
