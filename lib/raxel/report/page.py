@@ -26,9 +26,13 @@ figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 NUMBERS = (("rms_px", ".3f"), ("median_px", ".3f"), ("mean_deg", ".4f"))
 NAMES = {"rms": "RMS", "median": "Median", "mean": "Mean angle"}
 HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
+# (what was found, what residuals are drawn)
 SHOWN = {
-    "board": "Corners, numbered row by row.",
-    "grid": "What was decoded: red grows along x of the grid, green along y.",
+    "board": ("Corners, numbered row by row.", "Residuals"),
+    "grid": (
+        "What was decoded: red grows along x of the grid, green along y.",
+        "Residuals of every second row and column of points",
+    ),
 }
 
 
@@ -156,12 +160,13 @@ def _row(photograph):
 def _photograph(photograph, words):
     name = escape(photograph.name)
     note = f" {photograph.reason}." if photograph.reason else ""
+    found, residuals = SHOWN[words.target]
     scale = f"on one scale for all {words.target}s"
     return "\n".join(
         [
             f"<h3>{name}</h3>",
-            _figure(photograph.seen, f"{SHOWN[words.target]}{note}"),
-            _figure(photograph.residuals, f"Residuals, {scale}."),
+            _figure(photograph.seen, f"{found}{note}"),
+            _figure(photograph.residuals, f"{residuals}, {scale}."),
         ]
     )
 

@@ -46,16 +46,13 @@ def write_report(folder, image_set, entries, views, camera, evaluation, result):
         else:
             predicted = _predicted(camera, view, score)
             seen, kind = corner_picture(image, view, predicted), "corners"
-        residuals = residual_picture(image, view.pixels, score.residuals_px, scale)
+        residuals = residual_picture(image, *_arrows(view, score), scale)
         names = f"{kind}-{number:03}.jpg", f"residuals-{number:03}.jpg"
         for name, picture in zip(names, (seen, residuals), strict=True):
             (folder / name).write_bytes(encoded(picture, ".jpg"))
         photographs.append(Photograph(view.name, score, *names, score.reason))
     size = image_set.width, image_set.height
-    at = [
-        (view.pixels, score.residuals_px)
-        for view, score in zip(views, evaluation.images, strict=True)
-    ]
+    at = [_arrows(*pair) for pair in zip(views, evaluation.images, strict=True)]
     mask = camera.mask if camera.kind == "general" else None
     drawn = {
         "residuals.png": pooled_picture(*size, at, scale),
@@ -65,6 +62,16 @@ def write_report(folder, image_set, entries, views, camera, evaluation, result):
         (folder / name).write_bytes(encoded(picture, ".png"))
     text = page(image_set, result, photographs)
     (folder / PAGE).write_text(text, "utf-8")
+
+
+def _arrows(view, score):
+    """Pixels and residuals (N, 2) to draw: of a grid every second row and column, so
+    that its many arrows can be told apart."""
+    of_view = view.pixels, score.residuals_px
+    if not view.every_pixel:
+        return of_view
+    lattices = (array.reshape(view.rows, view.columns, 2) for array in of_view)
+    return [lattice[1::2, 1::2].reshape(-1, 2) for lattice in lattices]
 
 
 def _predicted(camera, view, score):
