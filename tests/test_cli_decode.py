@@ -142,3 +142,18 @@ def test_an_interruption_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
     assert main(["decode", str(folder), "--out", str(tmp_path / "points")]) == 130
     assert "interrupted; nothing written" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_twelve_bits_in_files_of_sixteen(tmp_path, capsys):
+    """What the camera clipped is left out, though the file could hold more."""
+    scene = drawn(noise=2.0, dtype=np.uint16)
+    scene.images = np.minimum(scene.images // 12, 4095).astype(np.uint16)
+    folder = recorded(tmp_path / "set", scene)
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    sines = [k for k, p in enumerate(scene.patterns) if p.kind == "phase"]
+    crest = scene.images[sines].max(axis=0)
+    with np.load(out / "pose.npz") as found:
+        assert (crest == 4095).mean() > 0.02
+        assert not found["mask"][crest == 4095].any()
+        assert found["mask"].mean() > 0.1

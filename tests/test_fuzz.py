@@ -4,13 +4,15 @@ import copy
 import json
 import struct
 
+import numpy as np
 import pytest
 
+from tests.fuzz.grids import HEIGHT, WIDTH
 from tests.fuzz.outcome import READ, REFUSED, outcome
 from tests.fuzz.readers import READERS, write_mutant
 
 FEW = {"set.yaml": 40, "images": 60, "camera.npz": 40, "rig": 12}
-FEW |= {"corners.json": 15, "reference": 30, "points": 30}
+FEW |= {"corners.json": 15, "reference": 30, "points": 30, "grid set": 40}
 
 
 @pytest.mark.parametrize("name", READERS)
@@ -77,3 +79,13 @@ def test_strange_lines_of_a_description(line, tmp_path):
     whole = reader.samples()[0][0]
     (tmp_path / reader.name).write_bytes(whole + line.encode())
     assert outcome(reader, tmp_path, 0)[0] == REFUSED
+
+
+def test_points_beyond_all_monitors(tmp_path):
+    reader = READERS["points"]
+    reader.prepare(tmp_path)
+    far = np.full((HEIGHT, WIDTH, 2), 1e300)
+    np.savez(tmp_path / reader.name, points_mm=far)
+    kind, told = outcome(reader, tmp_path, 0)
+    assert kind == REFUSED
+    assert "points_mm: found 1e+300; give numbers up to 1e+09" in told

@@ -4,7 +4,6 @@ What is read is also used as the next step would use it: rays of a camera, a sma
 picture of a rig, a calibration on corners.
 """
 
-import contextlib
 import dataclasses
 import io
 import json
@@ -17,20 +16,26 @@ import numpy as np
 import yaml
 
 from raxel.calibration.board_views import board_views
-from raxel.calibration.dense import dense_view
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cameras import load_camera
-from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.benchmark import score_corners, score_points
+from raxel.errors import InputError
+from raxel.evaluation.benchmark import score_corners
 from raxel.features.boards import read_boards
 from raxel.features.detector import Detection
-from raxel.features.grids import read_grids
 from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
 from raxel.sets import load_reference, load_set, read_colour, read_image
 from tests.fuzz.archive_mutations import mutated_archive
 from tests.fuzz.byte_mutations import mutated_bytes
 from tests.fuzz.document_mutations import mutated_json, mutated_yaml
+from tests.fuzz.grids import (
+    grid_pictures,
+    grid_sets,
+    points,
+    points_set,
+    use_grid_set,
+    use_points,
+)
 from tests.fuzz.image_mutations import HEIGHT, WIDTH, mutated_picture, pictures
 from tests.fuzz.rigs import rigs
 from tests.image_sets import COLUMNS, ROWS, boards, description, write_description
@@ -41,7 +46,6 @@ CALIBRATED, RENDERED = 5, 4
 # No larger pictures are rendered here.
 MOST_PIXELS = 200_000
 CLICKS = [[10, 20], [200, 25], [190, 200], [15, 210]]
-NAMES = ("pose-a", "pose-b")
 
 
 class Reader(NamedTuple):
@@ -77,9 +81,7 @@ def _sets():
     gray = {"axis": "x", "kind": "gray", "of": 2}
     phase = {"axis": "y", "kind": "phase", "of": 3, "periods": 4}
     codes = [gray | {"image": f"view{bit}.png", "bit": bit} for bit in range(2)]
-    codes += [
-        phase | {"image": f"view{step + 2}.png", "step": step} for step in range(3)
-    ]
+    codes += [phase | {"image": f"view{2 + k}.png", "step": k} for k in range(3)]
     monitor = {"kind": "active_grid", "monitor_px": [64, 48], "monitor_mm": [30, 20]}
     pose = {"name": "pose", "white": "view5.png", "patterns": codes}
     return [board, description(0, target=monitor, views=[pose])]
@@ -166,8 +168,6 @@ def _shows_little(rig):
 def _views(folder):
     folder.mkdir(exist_ok=True)
     _six_pictures(folder)
-    for index in range(4):
-        (folder / f"view{index}.png").touch()
     write_description(folder, description(4))
 
 
@@ -242,44 +242,6 @@ class _Found(NamedTuple):
     detection: Detection
 
 
-def _points():
-    v, u = np.mgrid[:40, :48]
-    points = np.stack([u / 2.0, v / 2.0], axis=-1)
-    points[:9] = np.nan
-    found = []
-    for array in (points, points.astype(np.float32), np.asfortranarray(points)):
-        stream = io.BytesIO()
-        more = {"sigma_mm": np.full_like(array, 0.1), "mask": array[..., 0] < 20}
-        np.savez_compressed(stream, points_mm=array, **more)
-        found.append((stream.getvalue(), None))
-    return found
-
-
-def _monitor_set(folder):
-    (folder / "truth").mkdir(exist_ok=True)
-    code, views = {"axis": "x", "kind": "gray", "bit": 0, "of": 1}, []
-    for name in NAMES:
-        cv2.imwrite(str(folder / f"{name}.png"), np.zeros((40, 48), np.uint8))
-        views.append({"name": name, "patterns": [code | {"image": f"{name}.png"}]})
-    target = {"kind": "active_grid", "monitor_px": [64, 48], "monitor_mm": [30, 20]}
-    data = description(0, resolution=[48, 40], target=target, views=views)
-    write_description(folder, data | {"truth": "truth"})
-    for place in (folder, folder / "truth"):
-        for name in NAMES:
-            (place / f"{name}.npz").write_bytes(_points()[0][0])
-
-
-def _use_points(folder, number):
-    shutil.copy(folder / "points.npz", folder / f"{NAMES[number % 2]}.npz")
-    image_set = load_set(folder)
-    scored = score_points(image_set, folder)
-    json.dumps(scored, allow_nan=False)
-    for grid in read_grids(folder, image_set):
-        # Where next to nothing is left of a view, it is left out.
-        with contextlib.suppress(CalibrationError):
-            dense_view(grid.location, grid.sigma, grid.mask, grid.view.label)
-
-
 def _nothing(folder):
     pass
 
@@ -310,8 +272,12 @@ READERS = {
         *(mutated_bytes, mutated_json, _use_reference),
     ),
     "points": Reader(
-        *("points.npz", _points, _monitor_set),
-        *(lambda *given: _either(mutated_archive, *given), None, _use_points),
+        *("points.npz", points, points_set),
+        *(lambda *given: _either(mutated_archive, *given), None, use_points),
+    ),
+    "grid set": Reader(
+        *("set.yaml", _documents(grid_sets, yaml.safe_dump), grid_pictures),
+        *(mutated_bytes, mutated_yaml, use_grid_set),
     ),
 }
 
