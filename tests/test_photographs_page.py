@@ -320,18 +320,6 @@ def test_few_boards_give_reasons(drawn, tmp_path, found):
     assert texts[6].startswith("No photograph could be judged")
 
 
-def test_an_active_grid_is_named_and_nothing_breaks(tmp_path):
-    folder = tmp_path / "drawn"
-    folder.mkdir()
-    blank(folder, 0)
-    grid = {"kind": "active_grid", "monitor_px": [640, 480], "monitor_mm": None}
-    pattern = {"image": "view0.png", "axis": "x", "kind": "gray", "bit": 0, "of": 4}
-    views = [{"name": "pose", "patterns": [pattern | {"inverse": False}]}]
-    write_description(folder, description(1) | {"target": grid, "views": views})
-    _, texts = produce(run(folder, tmp_path / "out"))
-    assert "active grid" in texts[4]
-
-
 def test_undistortion_is_the_identity_without_distortion(drawn):
     folder, _ = drawn
     image_set = load_set(folder)

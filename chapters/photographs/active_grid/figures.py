@@ -199,9 +199,11 @@ def ext_grid_sigma(results):
         bar.set_label(
             f"Standard deviation of the place ({study.settings['unit']})"
         )
+    why = "from the noise of the pictures and the contrast of the pixel"
+    if not study.has_sines:
+        why = "without sines as good as a cell is wide"
     return Drawing(
         drawn,
         _numbers(study),
-        "How sure each place is, from the noise of the pictures and the contrast "
-        f"of the pixel; pale: no place.{_not_all(study)}",
+        f"How sure each place is, {why}; pale: no place.{_not_all(study)}",
     )

@@ -118,7 +118,7 @@ def active_grid_study(effort, folder):
 #
 # 1. **The cell.** A Gray code numbers the cells of the monitor. Each of its
 #    patterns is shown with its inverse, and a pixel's bit says in which of
-#    the two it is brighter. Neither lamp nor lens has a say in that.
+#    the two it is brighter. What dims both does not matter.
 # 2. **The place in the cell.** Sines that are moved on by equal steps tell
 #    the phase, and with it the place between the edges of the cell. Without
 #    sines the middle of the cell is the best guess.

@@ -80,6 +80,12 @@ class GridStudy:
         names = [name for p in self.settings["patterns"] for name in p]
         return "".join(a for a in "xy" if any(n[0] == a for n in names))
 
+    @property
+    def has_sines(self):
+        """Whether any view shows sines."""
+        shown = self.settings["patterns"]
+        return any("phase" in name for one in shown for name in one)
+
     def calibrated(self, name):
         """A number of the calibration; nan where there is none."""
         return float(self.result.column(name, part="camera")[0])
@@ -123,7 +129,7 @@ def shown(study):
     counts = study.settings["patterns"]
     first = counts[0]
     text = ", ".join(
-        f"{n} {'of Gray code' if name[2:] == 'gray' else 'phase steps'} "
+        f"{n} {'pictures of Gray code' if name[2:] == 'gray' else 'steps of a sine'} "
         f"along {name[0]}"
         for name, n in first.items()
     )
@@ -194,10 +200,11 @@ def precision(study):
             parts.append(f"{np.median(values):.2g} {unit} along {axis}")
     if not parts:
         return "No standard deviation is known."
-    steps = any(
-        "phase" in name for p in study.settings["patterns"] for name in p
+    how = (
+        ""
+        if study.has_sines
+        else "; without sines it is that of a cell's width"
     )
-    how = "" if steps else "; without sines it is that of a cell's width"
     return (
         f"The median standard deviation of a place is {' and '.join(parts)}"
         f"{how}."

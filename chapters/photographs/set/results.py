@@ -37,11 +37,6 @@ def about(study):
     camera = literal(s["camera"])
     text = f"The camera: {camera}. " if camera else ""
     text += f"Its images are {s['width_px']} × {s['height_px']} px. "
-    if s["target"] != "chessboard":
-        return (
-            text
-            + "The target of this set is an active grid, not a chessboard."
-        )
     counted = s["columns"] and s["rows"]
     size = (
         f"{s['columns']} × {s['rows']}"
@@ -69,10 +64,6 @@ def origin(study):
 
 def found(study):
     """How many boards were found, and why the others were not."""
-    if not study.images:
-        return (
-            "No photograph could be searched: the target is no chessboard."
-        )
     count = len(study.images)
     text = (
         f"The detector {study.settings['detector']} found the board in "

@@ -96,8 +96,6 @@ class Study:
     @cached_property
     def images(self) -> list[Image]:
         """Every photograph of the set, in its order."""
-        if "image" not in self.parts:
-            return []
         return [
             self._image(index, name)
             for index, name in enumerate(self.settings["images"])

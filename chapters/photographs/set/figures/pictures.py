@@ -39,7 +39,6 @@ def contact_sheet(study):
     rows = max(1, int(np.ceil(len(images) / columns)))
     shape = study.settings["height_px"] / study.settings["width_px"]
     height = rows * (WIDTH_IN / columns * shape + 0.17) + 0.4
-    height = height if images else EMPTY_IN
     drawn, grid = new_figure(rows, columns, height_in=height, squeeze=False)
     drawn.get_layout_engine().set(
         w_pad=0.03, h_pad=0.02, wspace=0, hspace=0
@@ -53,21 +52,16 @@ def contact_sheet(study):
         _one_photograph(
             axes, image, study.settings["width_px"], size, characters
         )
-    if images:
-        drawn.legend(
-            handles=_corner_legend(study),
-            loc="outside lower center",
-            ncols=4,
-        )
-    else:
-        note(grid[0, 1], study.refusal("zhang"))
+    drawn.legend(
+        handles=_corner_legend(study),
+        loc="outside lower center",
+        ncols=4,
+    )
     return Drawing(drawn, _corner_data(study.found), _sheet_caption(study))
 
 
 def _sheet_caption(study):
     count, found = len(study.images), len(study.found)
-    if not count:
-        return "No photograph of a chessboard."
     return (
         f"The detector found the board in {found} of {count} photographs. Lines run "
         "through its corners row by row."

@@ -31,7 +31,7 @@ from raxel.evaluation.benchmark import scoring_grid
 from raxel.features import DEFAULT_DETECTOR, charuco
 from raxel.features.boards import detect_boards
 from raxel.features.detector import as_8_bit
-from raxel.sets import Charuco, Chessboard, load_set, read_image
+from raxel.sets import Charuco, load_set, read_image
 
 COVERAGE_PX = 160
 
@@ -68,8 +68,6 @@ class Found(NamedTuple):
 
 def conditions_of(image_set, size):
     """Every image, the calibration from all of them, and every part kept out."""
-    if not isinstance(image_set.target, Chessboard):
-        return [{"part": "fit"}]
     images = [
         {"part": "image", "view": index, "image": view.label}
         for index, view in enumerate(image_set.views)
@@ -84,18 +82,16 @@ def conditions_of(image_set, size):
 def settings_of(image_set):
     """What a reader has to know about the set."""
     target = image_set.target
-    chessboard = isinstance(target, Chessboard)
     return {
         "set": image_set.name,
         "camera": image_set.camera,
         "width_px": image_set.width,
         "height_px": image_set.height,
-        "target": "chessboard" if chessboard else "active grid",
-        "columns": target.columns if chessboard else None,
-        "rows": target.rows if chessboard else None,
-        "pitch_mm": target.pitch_mm if chessboard else None,
-        "unit": target.unit if chessboard else None,
-        "detector": detector_of(target) if chessboard else None,
+        "columns": target.columns,
+        "rows": target.rows,
+        "pitch_mm": target.pitch_mm,
+        "unit": target.unit,
+        "detector": detector_of(target),
         "images": [view.label for view in image_set.views],
         "uses": [view.use for view in image_set.views],
         "licence": str(image_set.origin.get("licence", "")),
