@@ -73,7 +73,7 @@ SETTINGS = {
 
 
 @dataclass(frozen=True)
-class View:
+class FilledView:
     """A monitor that fills the picture: its rays, and the point of each pixel, mm.
 
     points: (H, W, 2) of the pixels inside the ring that is not scored.
@@ -99,7 +99,7 @@ def light_of(values, plan, gamma):
 
 
 def drawn_view(width, rng):
-    """A View before a pinhole camera, tilted, turned and shifted at random."""
+    """A FilledView before a pinhole camera, tilted, turned and shifted at random."""
     focal = FOCAL_SHARE * width
     width, height = width + 2 * BORDER_PX, width // 2 + 2 * BORDER_PX
     middle = (width - 1) / 2, (height - 1) / 2
@@ -120,7 +120,7 @@ def drawn_view(width, rng):
     points = _inside(
         points_seen(camera, T, MONITOR.monitor_mm), BORDER_PX + RING_PX
     )
-    return View(traced, points, DISTANCE_MM / focal)
+    return FilledView(traced, points, DISTANCE_MM / focal)
 
 
 def _inside(picture, border):
