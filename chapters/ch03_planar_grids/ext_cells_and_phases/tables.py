@@ -19,6 +19,7 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
 )
 from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
     BUDGETS,
+    FULL_WELL_E,
     LIGHTS,
     LINEAR,
     ORDINARY,
@@ -256,5 +257,6 @@ def ext_steps_light(results):
     return Table(
         columns(heads, rows),
         "RMS error of a coordinate with a linear response and the noise of "
-        "a sensor of 15 000 electrons: only the pictures and the light count.",
+        f"a sensor of {FULL_WELL_E:.0f} electrons: only the pictures and the "
+        "light count.",
     )
