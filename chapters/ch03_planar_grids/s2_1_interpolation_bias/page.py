@@ -328,8 +328,9 @@ def distortions(effort):
 #   neighbours in it are more than a quarter of a period, or more than a cell,
 #   apart. The lens spreads this break of {glue:text}`break.jump:.0f` mm, some
 #   0.6 periods, over three pixels, with steps that can stay below. The
-#   thesis's filter looks for no breaks at all. Without it only the pixels that
-#   the lens mixes are wrong.
+#   thesis's filter looks for no breaks at all, and averages grey values where
+#   the decoder averages the directions of the phases. Without a filter only
+#   the pixels that the lens mixes are wrong.
 # - **A ridge that is known** costs interpolation nothing here, and the claim
 #   fails in that reading: each flat mirror before a pinhole is one more
 #   pinhole. Corners with noise then do as well as decoding without a filter
