@@ -18,6 +18,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 HEIGHT_PX = {"quick": 60, "full": 360}
+LOW_PX = {"quick": 60, "full": 160}
 
 
 def ridge_trial(condition, rng):
@@ -92,7 +93,7 @@ def breaks(effort):
         others = others[:1]
     return Plan(
         ridge_trial,
-        [{"facet_deg": d, "height_px": HEIGHT_PX[effort]} for d in others],
+        [{"facet_deg": d, "height_px": LOW_PX[effort]} for d in others],
         {"quick": 1, "full": 2}[effort],
         SETTINGS,
     )
