@@ -19,12 +19,8 @@ from chapters.ch03_planar_grids.s2_2_active_grids.results import (
     name_values,
     worked,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
-    bloom_trial,
-)
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
     bits_trial,
-    wrong_bit_trial,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
     NOISE_GREY,
@@ -40,6 +36,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     GAMMAS,
     fitted,
     profile_trial,
+    rectifying_map,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
     COARSENESS,
@@ -124,6 +121,7 @@ from repro.run.outcomes import Plan
 #
 # The modulation is half the length of the two differences together, $B =
 # \tfrac12\sqrt{(I_1 - I_3)^2 + (I_2 - I_4)^2}$.
+#
 # The thesis prints a plain arctan of the ratio, which knows half a period
 # only; atan2 takes the signs of both differences (E-3.08). An offset
 # cancels in the differences, and a gain of the pixel in their ratio.
@@ -148,24 +146,27 @@ from repro.run.outcomes import Plan
 # show_table("ext_one_pixel")
 
 # %% [markdown]
+# **Midpoint of edges.** A bright stripe looks too wide, by blooming or by a
+# response that lifts grey. In the inverse the other side is bright, and the
+# edge is off by as much the other way. The two pictures are equally light
+# midway, and that is where the comparison changes sign.
+#
 # **At the edge of a cell** $b$ and $d$ come from different pictures and need
-# not change in the same pixel. Where $d$ has jumped from 1 to 0 and $b$ has
-# not followed, (3.24) is off by a whole cell (E-3.20); the thesis smooths it
-# away. The decoder has a rule instead. A phase near 0 or 1 says: this is
+# not change in the same pixel. Where one has moved on to the next cell and
+# the other has not, (3.24) is off by a whole cell (E-3.20); the thesis
+# smooths it away. The decoder has a rule instead. A phase near 0 or 1 says: this is
 # an edge. The bit that changes there has lost its contrast to its inverse,
 # so it is not asked; the cell becomes the one in which that phase lies next
 # to the edge. Of the two edges that a cell has, the right one is that whose
 # bit has lost contrast, as a mean over the 3 × 3 pixels around.
 
 # %% tags=["active-ipynb"]
+# show("ext_cell_edge")
+
+# %% tags=["active-ipynb"]
 # show_table("ext_wrap_rule")
 
 # %% [markdown]
-# **Midpoint of edges.** A bright stripe looks too wide, by blooming or by a
-# response that lifts grey. In the inverse the other side is bright, and the
-# edge is off by as much the other way. The two pictures are equally light
-# midway, and that is where the comparison changes sign.
-#
 # **7 × 7.** The thesis smooths the pictures of the sines. The decoder
 # averages the two differences of (3.23), each pixel scaled to the same $B$,
 # so that a bright pixel has no more say. Noise that is independent from
@@ -278,7 +279,7 @@ def profiles(effort):
 
 
 # %% tags=["active-ipynb"]
-# show_code(profile_trial, response_trial, bits_trial, bloom_trial)
+# show_code(rectifying_map, response_trial, bits_trial)
 
 # %% [markdown]
 # ## Further figures

@@ -19,6 +19,7 @@ BLURS_PX = (0.5, 1.0, 2.0, 3.0)
 NOISE_GREY = 4.0
 WHITE_GREY = 190.0
 SHOWN_EVERY = 2
+SHOWN_BLUR_PX, AROUND_PX = 2.0, 12
 
 
 def scored(found, truth):
@@ -130,7 +131,42 @@ def wrap_trial(condition, rng):
             "printed": _gross(printed, view.truth, w, known),
             "decoder": _gross(found.location, view.truth, w, known),
         }
+        if blur == SHOWN_BLUR_PX:
+            off = np.abs(printed - view.truth)[..., 0] > NEAR * w[0]
+            row, at = worst_place(off & known)
+            near = slice(at - AROUND_PX, at + AROUND_PX + 1)
+            pair = bit_at(pictures, patterns, row, at)
+            told["edge"] = {
+                "u": np.arange(near.start, near.stop),
+                "pattern": pair[0, row, near],
+                "inverse": pair[1, row, near],
+                "printed": printed[row, near, 0],
+                "decoder": found.location[row, near, 0],
+                "true": view.truth[row, near, 0],
+                "d": found.location[row, near, 0] / w[0] % 1,
+                "width_mm": float(w[0]),
+            }
     return told
+
+
+def worst_place(off):
+    """(row, column) of a pixel of (H, W) bool, in the row with most of them."""
+    inner = off.copy()
+    inner[:, :AROUND_PX] = inner[:, -AROUND_PX:] = False
+    row = int(inner.sum(axis=1).argmax())
+    return row, int(inner[row].argmax())
+
+
+def bit_at(pictures, patterns, row, at):
+    """Picture and inverse (2, H, W) of the bit along x with least contrast there."""
+    own = [
+        k
+        for k, p in enumerate(patterns)
+        if p.kind == "gray" and p.axis == "x"
+    ]
+    pairs = pictures[own].reshape(-1, 2, *pictures.shape[1:]).astype(float)
+    contrast = np.abs(pairs[:, 0, row, at] - pairs[:, 1, row, at])
+    return pairs[contrast.argmin()]
 
 
 def _gross(location, truth, w, known):
