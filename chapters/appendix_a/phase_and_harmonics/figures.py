@@ -11,7 +11,6 @@ from chapters.appendix_a.phase_and_harmonics.results import (
 )
 from chapters.appendix_a.phase_and_harmonics.trials import (
     GAIN,
-    GAMMAS,
     MOST_ORDER,
     SMALL,
     STEPS,
@@ -40,6 +39,9 @@ AGREE = 5e-3
 def ext_phase_error_gamma(results):
     """Largest error of the decoder against gamma, beside the prediction."""
     ran = results["ext_phase_error_gamma"]
+    gammas = sorted(
+        {c["gamma"] for c in ran.conditions if c["law"] == "power"}
+    )
     drawn, both = new_figure(1, 2, height_in=3.6, sharey=True)
     data = {"law": [], "steps": [], "gamma": []}
     data |= {"decoder (%)": [], "predicted (%)": []}
@@ -52,16 +54,15 @@ def ext_phase_error_gamma(results):
                     [
                         PERCENT_OF_PERIOD
                         * one(ran, name, law=law, gamma=g, steps=steps)
-                        for g in GAMMAS
+                        for g in gammas
                     ]
                 )
                 for name in ("decoder_rad", "predicted_rad", "apart_rad")
             }
             apart = max(apart, found["apart_rad"].max())
             line = look | {"marker": ""}
-            axes.plot(GAMMAS, found["predicted_rad"], **line)
+            axes.plot(gammas, found["predicted_rad"], **line)
             axes.plot(
-                GAMMAS,
                 found["decoder_rad"],
                 color=look["color"],
                 marker=look["marker"],
@@ -69,9 +70,9 @@ def ext_phase_error_gamma(results):
                 markersize=4,
             )
             axes.plot([], [], label=f"{steps} steps", **look)
-            data["law"] += [law] * len(GAMMAS)
-            data["steps"] += [steps] * len(GAMMAS)
-            data["gamma"] += GAMMAS
+            data["law"] += [law] * len(gammas)
+            data["steps"] += [steps] * len(gammas)
+            data["gamma"] += gammas
             data["decoder (%)"] += found["decoder_rad"].tolist()
             data["predicted (%)"] += found["predicted_rad"].tolist()
         axes.set_yscale("log")

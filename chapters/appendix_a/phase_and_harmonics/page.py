@@ -282,7 +282,7 @@ def response_sweep(effort):
     laws = [
         {"law": law, "gamma": gamma}
         for law in ("power", "clipped")
-        for gamma in GAMMAS
+        for gamma in GAMMAS[effort]
     ]
     conditions = [
         {**law, "steps": n, "phases": PHASES[effort]}

@@ -17,10 +17,13 @@ from chapters.shared.phase_steps import (
 )
 
 STEPS = (3, 4, 5, 6, 8)
-GAMMAS = [round(1.0 + 0.1 * k, 1) for k in range(17)]
+GAMMAS = {
+    "quick": [1.0, 1.5, 1.8, 2.2, 2.6],
+    "full": [round(1.0 + 0.1 * k, 1) for k in range(17)],
+}
 # The contrast is set too high, about the middle: both ends are cut off.
 GAIN = 1.15
-PHASES = {"quick": 360, "full": 1440}
+PHASES = {"quick": 120, "full": 1440}
 AMPLITUDES = (0.05, 0.1, 0.2, 0.3)
 ODD_AMPLITUDES = (0.0, 0.005, 0.01, 0.02, 0.05)
 # Up to this order no two of them that are looked at fall together in the error.

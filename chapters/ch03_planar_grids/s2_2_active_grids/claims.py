@@ -281,7 +281,7 @@ def judge_blooming(results):
             unit="1",
             reason="smallest ratio of medians, corner over active grid; ratios "
             + ", ".join(f"{r:.2g}" for r in ratios)
-            + " (saddle point, derivative; white 1.05 and 1.2 full wells); "
+            + " (saddle point at 1.05 and 1.2 full wells, then derivative); "
             "growth by spilling, corner less active grid: "
             + ", ".join(grown)
             + " px",

@@ -290,9 +290,9 @@ def ext_cell_edge(results):
         drawn,
         {name: values.tolist() for name, values in row.items()},
         "At the edge of a cell the bit and the phase need not change in one pixel; "
-        "then (3.24) alone jumps by a cell. (a) A pattern and its inverse cross midway, "
-        "however blurred; (b) the phase has an edge of its own; (c) the decoder goes "
-        "by the phase. Blur of 2 px.",
+        "then (3.24) alone jumps by a cell. (a) A pattern and its inverse cross in the "
+        "middle, however blurred; (b) the phase has an edge of its own; (c) the "
+        "decoder goes by the phase. Blur of 2 px.",
         Check(
             bool(off < width / 4),
             f"along this row the decoder is off by {off:.2f} mm at most, where a cell "

@@ -71,8 +71,9 @@ from repro.run.outcomes import Plan
 #   waves to a cell. The stated standard deviation does not hold it; six
 #   steps remove it, and so does a window as wide as the wave.
 # - One sine fits the imaged profile badly and one harmonic more fits it well,
-#   as the thesis says; order 3, with a gamma of 2.2, is still
-#   {glue:text}`linear.third:.0f` % of the misfit that is left.
+#   as the thesis says; but with a gamma of 2.2 order 3 takes away another
+#   {glue:text}`linear.third:.0f` % of the misfit, where the thesis found
+#   nothing.
 # - With the sizes of the thesis's own fits a phase is wrong by at most
 #   {glue:text}`response.three:.3f` % of a period. If what its fits leave
 #   over were order 5, it would be {glue:text}`response.five:.2f` %.
@@ -305,8 +306,9 @@ def profiles(effort):
 #   and camera were together no power law, or very near to one of 2.
 # - **What is left over.** The published fits leave 1.308 grey levels
 #   whether there are one or two harmonics. Means over hundreds of rows have
-#   little noise. What the rest was, the text does not say, and on that hangs
-#   how well four steps were decoded; six steps would have settled it.
+#   little noise. What the rest was, the text does not say, and on that
+#   hangs how well four steps were decoded; a fit of two harmonics more
+#   would have told.
 # - **Camera.** A camera with the sRGB standard's curve undoes most of the
 #   gamma: at 2.2 the misfit of one sine is {glue:text}`sRGB.rms_0:.1f` grey
 #   levels in place of {glue:text}`linear.rms_0:.1f`, and no harmonic
@@ -323,10 +325,10 @@ def profiles(effort):
 #   by {glue:text}`bloom.derivative:.3f` px. The active grid is off by
 #   {glue:text}`bloom.active:.3f` px, nearly all of it ripple of the gamma;
 #   spilling adds less to it than to the derivative method, and more than to
-#   the saddle point. Its weakness is another: a sine that is cut off has lost
-#   its phase and is masked, and at 1.2 full wells {glue:text}`bloom.left:.2f`
-#   % of the pixels are left. Both targets had the same light; who can
-#   choose should choose less.
+#   the saddle point. Its weakness is another: a sine that is cut off has
+#   lost its phase and is masked. At 1.2 full wells
+#   {glue:text}`bloom.left:.2f` % of the pixels are left. Both targets had
+#   the same light; who can choose should choose less.
 # - **Wrong bits.** Gray code keeps a wrong bit to one cell at *its* edge. A
 #   bit misread elsewhere can send a pixel across the whole monitor; that
 #   takes noise of half the contrast, and the mask looks for it.

@@ -154,7 +154,7 @@ def bloom_trial(condition, rng):
     return found
 
 
-BLOOM_TRIALS = {"quick": 2, "full": 50}
+BLOOM_TRIALS = {"quick": 1, "full": 50}
 
 
 @experiment(

@@ -154,7 +154,7 @@ def worst_place(off):
     inner = off.copy()
     inner[:, :AROUND_PX] = inner[:, -AROUND_PX:] = False
     row = int(inner.sum(axis=1).argmax())
-    return row, int(inner[row].argmax())
+    return row, max(int(inner[row].argmax()), AROUND_PX)
 
 
 def bit_at(pictures, patterns, row, at):

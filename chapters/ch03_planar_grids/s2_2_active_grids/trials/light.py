@@ -31,7 +31,6 @@ ROWS = 8
 # The misfits of Fig. 3.9 with orders up to 1, 2 and 3, grey levels (thesis lines 1010
 # to 1015). They set the sizes of the orders here; nothing is compared with them.
 MISFITS_GREY = (9.839, 1.309, 1.308)
-POSITIONS = np.radians(np.arange(0, 360, 45))
 MEAN_GREY = 120.0
 
 
@@ -58,23 +57,21 @@ def _found(lines):
     return found.location[ROWS // 2, :, 0].astype(float)
 
 
-def _turned(lines, others):
-    """Largest change of the decoded phase, rad, from steps to other steps."""
-    count = lines.shape[1]
-    return largest(
-        wrapped(2 * np.pi * (_found(others) - _found(lines)) / count)
-    )
+def _turned(found, others):
+    """Largest change of the decoded phase, rad, between locations (n,)."""
+    return largest(wrapped(2 * np.pi * (others - found) / len(found)))
 
 
 def offset_trial(condition, rng):
     """Largest phase change by an offset, by (3.23) and by the decoder, rad."""
     steps = stepped(some_profile(rng), STEPS, _phases(condition["phases"]))
     grey = np.rint(steps).astype(np.uint8)
+    found = _found(grey)
     formula, decoder = [], []
     for offset in range(1, MOST_OFFSET_GREY + 1):
         change = phase_of(steps + offset) - phase_of(steps)
         formula.append(largest(wrapped(change)))
-        decoder.append(_turned(grey, grey + np.uint8(offset)))
+        decoder.append(_turned(found, _found(grey + np.uint8(offset))))
     return {"formula_rad": max(formula), "decoder_rad": max(decoder)}
 
 
@@ -87,12 +84,15 @@ def gain_trial(condition, rng):
     def rounded(factor, depth):
         return np.rint(factor * gain * steps).astype(depth)
 
-    whole = np.rint(250 * steps).astype(np.uint16)
     return {
         "formula_rad": largest(change),
-        "decoder_16_rad": _turned(whole, rounded(250, np.uint16)),
+        "decoder_16_rad": _turned(
+            _found(np.rint(250 * steps).astype(np.uint16)),
+            _found(rounded(250, np.uint16)),
+        ),
         "decoder_8_rad": _turned(
-            np.rint(steps).astype(np.uint8), rounded(1, np.uint8)
+            _found(np.rint(steps).astype(np.uint8)),
+            _found(rounded(1, np.uint8)),
         ),
     }
 
@@ -111,8 +111,14 @@ def response_trial(condition, rng):
     two, three, rest = order_sizes()
     five = rest if condition["rest"] == "order 5" else 0.0
     worst, misfit = 0.0, []
-    positions = POSITIONS if five else POSITIONS[:1]
-    for p2, p3, p5 in itertools.product(POSITIONS, POSITIONS, positions):
+    around = (
+        2
+        * np.pi
+        * np.arange(condition["positions"])
+        / condition["positions"]
+    )
+    alone = around if five else around[:1]
+    for p2, p3, p5 in itertools.product(around, around, alone):
         profile = _shifted({2: (two, p2), 3: (three, p3), 5: (five, p5)})
         _, error = decoder_error(profile, STEPS, condition["phases"])
         worst = max(worst, largest(error))
@@ -138,6 +144,9 @@ def _shifted(sizes):
 
 
 PHASES = {"quick": 90, "full": 360}
+# Of an order within the period.
+POSITIONS = {"quick": 4, "full": 8}
+DRAWS = {"quick": 2, "full": 10}
 
 
 @experiment(
@@ -147,10 +156,8 @@ PHASES = {"quick": 90, "full": 360}
 )
 def published_orders(effort):
     """The decoder on profiles with the orders that Fig. 3.9's misfits imply."""
-    conditions = [
-        {"rest": rest, "phases": PHASES[effort]}
-        for rest in ("noise", "order 5")
-    ]
+    given = {"phases": PHASES[effort], "positions": POSITIONS[effort]}
+    conditions = [{"rest": rest, **given} for rest in ("noise", "order 5")]
     settings = {"misfits_grey": list(MISFITS_GREY)}
     return Plan(response_trial, conditions, 1, settings)
 
@@ -163,7 +170,7 @@ def published_orders(effort):
 def offsets(effort):
     """Offsets of up to 50 grey levels."""
     conditions = [{"phases": PHASES[effort]}]
-    return Plan(offset_trial, conditions, 10)
+    return Plan(offset_trial, conditions, DRAWS[effort])
 
 
 @experiment(
@@ -174,4 +181,4 @@ def offsets(effort):
 def gains(effort):
     """A gain of 0.2 to 1 for every pixel."""
     conditions = [{"phases": PHASES[effort]}]
-    return Plan(gain_trial, conditions, 10)
+    return Plan(gain_trial, conditions, DRAWS[effort])
