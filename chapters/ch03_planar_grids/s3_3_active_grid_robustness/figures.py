@@ -21,7 +21,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
     WITHIN,
 )
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval, series
+from repro.page.style import series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -44,7 +44,9 @@ def _along(panel, result, sweep, values, look, label):
         np.array([of(row) for row in found])
         for of in (np.min, np.median, np.max)
     )
-    plot_interval(panel, levels, middle, low, high, label=label, **look)
+    panel.plot(levels, middle, label=label, **look)
+    band = {"color": look["color"], "alpha": 0.18, "linewidth": 0}
+    panel.fill_between(levels, low, high, **band)
     return list(zip(levels, middle, low, high, strict=True))
 
 

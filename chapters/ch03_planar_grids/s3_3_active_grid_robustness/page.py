@@ -167,6 +167,7 @@ def all_sweeps(effort):
 
 @experiment(
     "exp_c3_active_viewing_angle",
+    artefact="sec_3_3_3",
     shards={"quick": 1, "full": 1},
     inputs=viewing.FILES,
 )
@@ -265,13 +266,13 @@ def over_all_pixels(effort):
 # masks nothing.
 #
 # **Viewing angle.** At {glue:text}`largest_angle:.0f`°, the largest angle to
-# the monitor's normal, {glue:text}`light_there:.0f` % of the light is left. In a file for
-# monitors (gamma 2.2) that is a fifth of the grey levels, and enough. Without
-# the rim the share falls from {glue:text}`without_rim.straight:.0f` to
-# {glue:text}`without_rim.turned:.0f` %, and to {glue:text}`without_rim.even:.0f` %
-# on a monitor without fall-off: the rim of 6 px is more of a narrower image.
-# Real panels of that time also lose contrast at an angle, and some invert it;
-# the rig's does not.
+# the monitor's normal, {glue:text}`light_there:.0f` % of the light is left. In
+# a file for monitors (gamma 2.2) that is a fifth of the grey levels, and
+# enough. Without the rim the share falls from
+# {glue:text}`without_rim.straight:.0f` to {glue:text}`without_rim.turned:.0f` %,
+# and to {glue:text}`without_rim.even:.0f` % on a monitor without fall-off: the
+# rim of 6 px is more of a narrower image. Real panels of that time also lose
+# contrast at an angle, and some invert it; the rig's does not.
 #
 # **Limits.** One camera, one monitor, no lines of pixels on it. The
 # camera's rays meet in one point; those of a real fisheye nearly do, and

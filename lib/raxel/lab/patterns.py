@@ -40,6 +40,7 @@ class MonitorBoard(GridTexture):
     """The chessboard of a monitor (`raxel.sets.MonitorChessboard`)."""
 
     regional = False  # its radiance changes with the viewing angle
+    even_inside = True
 
     def __init__(self, monitor_px, monitor_mm, board, response=None):
         pixel = np.divide(monitor_mm or monitor_px, monitor_px)
@@ -54,12 +55,10 @@ class MonitorBoard(GridTexture):
 
     def radiance(self, uv, cosine):
         """At points."""
-        return _two_levels(self.response, self.colours[self.label(uv)], cosine)
+        return self.response(self.colours[self.label(uv)], cosine)
 
     def average(self, uv, across, down, cosine):
         """Exact where at most one line crosses the parallelogram, else NaN."""
-        if not len(uv):
-            return np.empty(0)
         white = super().average(uv, across, down, cosine)
         return _two_levels(self.response, white, cosine)
 

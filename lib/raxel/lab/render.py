@@ -160,7 +160,7 @@ def _shade(block, means, textures, colour):
             _paint(image.reshape(height, width, -1), edge, part, keys, number, colours)
             continue
         inside = ~edge & (part[:-1, :-1] == number)
-        if texture.averages and not texture.regional:
+        if texture.averages and not (texture.regional or texture.even_inside):
             uneven = inside & ~_even(block)
             edge |= uneven
             inside &= ~uneven
@@ -314,7 +314,7 @@ def _inside_radiance(block, inside, texture, keys):
         colours = texture.colours[keys.ravel()[corner] & ((1 << REGION_BITS) - 1)]
         return texture.lit(colours, (uv[corner] + uv[corner + keys.shape[1] + 1]) / 2)
     uv, cosine = block.centres.uv[inside], block.centres.cosine[inside]
-    if not texture.averages:
+    if not texture.averages or texture.even_inside:
         return texture.radiance(uv, cosine)
     across, down = _footprint(block.corners.uv)
     return texture.average(uv, across[inside], down[inside], cosine)

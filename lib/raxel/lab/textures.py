@@ -27,6 +27,8 @@ class Texture(abc.ABC):
     averages = False
     # True where radiance is constant in each region.
     regional = False
+    # True where only the cosine changes radiance in a region.
+    even_inside = False
 
     @abc.abstractmethod
     def radiance(self, uv, cosine):
