@@ -159,7 +159,7 @@ def judge_active_viewing_angle(results):
             Reading(
                 decided(holds),
                 float(np.median(fall)),
-                reading={"decodable": rim, "camera_response": response},
+                reading={"decodable": rim, "camera_file": response},
                 interval=(float(fall.min()), float(fall.max())),
                 unit="1",
                 reason=f"fall of the share from 0 to {turns[-1]} deg, median "

@@ -77,7 +77,7 @@ def fig_3_15(results):
         panel.set_xlabel(AXES[sweep])
         panel.set_ylabel("RMS residual (mm)")
         panel.set_ylim(bottom=0)
-    panels[0, 0].legend(loc="lower left", fontsize=8)
+    _legend(drawn, panels[0, 0], 4)
     return Drawing(
         drawn,
         columns(
@@ -95,7 +95,7 @@ def fig_3_15(results):
 def ext_active_errors(results):
     """Errors against the true corners along the sweeps, with both exposures."""
     result = swept(results)
-    drawn, panels = new_figure(2, 2, height_in=6.4)
+    drawn, panels = new_figure(2, 2, height_in=6.6, sharey=True)
     rows = []
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
         for exposure in EXPOSURES:
@@ -121,7 +121,7 @@ def ext_active_errors(results):
         panel.set_xlabel(AXES[sweep])
         panel.set_ylabel("RMS error (px)")
         panel.set_yscale("log")
-    panels[0, 0].legend(loc="lower left", fontsize=7)
+    _legend(drawn, panels[0, 0], 3)
     return Drawing(
         drawn,
         columns(
@@ -194,6 +194,15 @@ def ext_active_viewing(results):
         "for monitors whose light falls off with a power of the cosine of "
         "the viewing angle; the rig has the second.",
     )
+
+
+def _legend(drawn, panel, columns_in_it):
+    """One legend above all panels."""
+    handles, labels = panel.get_legend_handles_labels()
+    drawn.legend(
+        handles, labels, loc="outside upper center", ncols=columns_in_it,
+        fontsize=8,
+    )  # fmt: skip
 
 
 def _sets(result):

@@ -27,6 +27,8 @@ ASKS = {
     "hyperboloidal": "detector: glare and dirt on a mirror",
     "large-fisheye": "detector: a large grid without a border",
     "large-hyperboloidal": "detector: a large grid without a border",
+    "monitor-d200": "decoder: grids near, far, turned; localiser of corners",
+    "monitor-d200-small": "the same, with fewer pixels",
     "ordinary-lens": "the easy case, which nothing should fail",
     "panorama-hyperboloid": "detector: small, mirrored, bent boards",
     "spherical": "detector: dim light and flaws in a ball",

@@ -49,7 +49,9 @@ def drawn_rig(results, name):
             zip(uses, middles, distances, tilts, strict=True), 1
         )
     ]
-    whole = int(ran.column("whole", rig=name)[0])
+    seen, whole = (
+        int(ran.column(n, rig=name)[0]) for n in ("seen", "whole")
+    )
     caption = f"{rig.summary[0].upper()}{rig.summary[1:]}. {FRAME}"
     caption += MIRROR if hasattr(rig.camera, "viewer") else ""
     caption += TWO_USES if rig.evaluate else ""
@@ -58,9 +60,9 @@ def drawn_rig(results, name):
         columns(HEAD, rows),
         caption,
         Check(
-            whole == len(poses),
-            f"in {whole} of {len(poses)} poses the whole target is in the "
-            "picture",
+            seen == len(poses),
+            f"in {seen} of {len(poses)} poses the target is in the picture, "
+            f"whole in {whole}",
         ),
         scene,
     )
@@ -196,6 +198,28 @@ def ext_rig_large_hyperboloidal(results):
 def ext_rig_mirror_ball(results):
     """The rig mirror-ball."""
     return drawn_rig(results, "mirror-ball")
+
+
+@figure(
+    "ext_rig_monitor_d200",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_monitor_d200(results):
+    """The rig monitor-d200."""
+    return drawn_rig(results, "monitor-d200")
+
+
+@figure(
+    "ext_rig_monitor_d200_small",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_monitor_d200_small(results):
+    """The rig monitor-d200-small."""
+    return drawn_rig(results, "monitor-d200-small")
 
 
 @figure(

@@ -168,6 +168,25 @@ def ext_rigs(effort):
 # show("ext_rig_d200_fisheye")
 
 # %% [markdown]
+# ### `monitor-d200`: a chessboard and an active grid in one place
+#
+# {glue:text}`monitor_d200.summary`. {glue:text}`monitor_d200.sizes`. Used by
+# [section 3.3.3](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_monitor_d200")
+
+# %% [markdown]
+# ### `monitor-d200-small`: the same with fewer pixels
+#
+# {glue:text}`monitor_d200_small.summary`.
+# {glue:text}`monitor_d200_small.sizes`. Used by
+# [section 3.3.3](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_monitor_d200_small")
+
+# %% [markdown]
 # ### `mirror-ball`: a monitor in pieces
 #
 # {glue:text}`mirror_ball.summary`. {glue:text}`mirror_ball.sizes`. Used

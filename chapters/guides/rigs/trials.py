@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 import numpy as np
@@ -26,6 +27,8 @@ FILES = (
     "data/rigs/large-fisheye.yaml",
     "data/rigs/large-hyperboloidal.yaml",
     "data/rigs/mirror-ball.yaml",
+    "data/rigs/monitor-d200-small.yaml",
+    "data/rigs/monitor-d200.yaml",
     "data/rigs/ordinary-lens.yaml",
     "data/rigs/panorama-hyperboloid.yaml",
     "data/rigs/spherical.yaml",
@@ -47,6 +50,7 @@ def rig_trial(condition, rng):
     seen = rig.camera.rays(spread_pixels(rig.camera, MEASURED))
     sight = middles - closest_point(seen)
     distance = np.linalg.norm(sight, axis=1)
+    whole = replace(rig, visibility=replace(rig.visibility, whole=True))
     along = (poses[:, :3, 2] * sight).sum(axis=1) / distance
     return {
         "T_camera_target": poses,
@@ -54,7 +58,8 @@ def rig_trial(condition, rng):
         "distance_mm": distance,
         "tilt_deg": np.degrees(np.arccos(np.clip(along, -1, 1))),
         "evaluate": rig.evaluate,
-        "whole": sum(bool(rig.shows(T)) for T in poses),
+        "seen": sum(bool(rig.shows(T)) for T in poses),
+        "whole": sum(bool(whole.shows(T)) for T in poses),
         "summary": rig.summary,
         "kind": rig.camera.kind,
         "width_px": rig.camera.width,
