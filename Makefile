@@ -53,8 +53,9 @@ answers: notebooks ## the exercises with their answers, a sheet per route, for t
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.site.archive --effort $(EFFORT)
 
-bench: setup ## detectors without clicks side by side on image sets: counts, times as ratios (RECORDED="set another-set")
-	@$(RUN) .venv/bin/raxel bench $(or $(RECORDED),data/recorded/opencv-left)
+bench: setup ## detectors without clicks and the decoder of active grids beside others: speed, counts, memory (RECORDED="set another-set")
+	@$(PYTHON) lib/repro/bootstrap.py --bench
+	@$(RUN) .venv/bin/python -m tests.bench $(RECORDED)
 
 fuzz: setup ## every reader of files against damaged ones: counts; no part of `make test` (MUTANTS=2000 of each)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \

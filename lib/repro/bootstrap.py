@@ -17,6 +17,7 @@ VENV = Path(".venv")
 PYTHON = VENV / "bin" / "python"
 PACKAGES, PACKAGES_DONE = Path("environment.txt"), VENV / "packages-installed"
 LAB, LAB_DONE = Path("lib/repro/lab.txt"), VENV / "lab-installed"
+BENCH, BENCH_DONE = Path("lib/repro/bench.txt"), VENV / "bench-installed"
 PROJECT, PROJECT_DONE = Path("pyproject.toml"), VENV / "project-installed"
 RENDERING = VENV / "rendering"
 GL_PACKAGES = ("libegl1", "libgl1", "libxrender1")
@@ -36,11 +37,14 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rendering", action="store_true", help="probe 3-D as well")
     parser.add_argument("--lab", action="store_true", help="install JupyterLab as well")
+    parser.add_argument("--bench", action="store_true", help="install peers as well")
     options = parser.parse_args(arguments)
     try:
         set_up()
         if options.lab:
-            install_lab()
+            add("JupyterLab", LAB, LAB_DONE)
+        if options.bench:
+            add_peers()
         if options.rendering:
             probe_rendering()
     except SetUpError as error:
@@ -79,16 +83,24 @@ def install_packages():
     pip("install", "--require-hashes", "--no-deps", "-r", str(PACKAGES))
 
 
-def install_lab():
-    """Add JupyterLab to .venv as lab.txt pins it, unless that is done.
+def add(what, pins, done):
+    """Add what a file pins to .venv, unless that is done.
 
     Its pins agree with those of environment.txt, so nothing else changes.
     """
-    lab = fingerprint(LAB)
-    if recorded(LAB_DONE) != lab:
-        say("JupyterLab from lib/repro/lab.txt (half a minute, once)")
-        pip("install", "--require-hashes", "--no-deps", "-r", str(LAB))
-        LAB_DONE.write_text(lab)
+    wanted = fingerprint(pins)
+    if recorded(done) != wanted:
+        say(f"{what} from {pins} (half a minute, once)")
+        pip("install", "--require-hashes", "--no-deps", "-r", str(pins))
+        done.write_text(wanted)
+
+
+def add_peers():
+    """Add what `make bench` compares with; without it, it compares with the others."""
+    try:
+        add("decoders to compare with", BENCH, BENCH_DONE)
+    except SetUpError as error:
+        say(f"no fringes to compare with: {error}")
 
 
 def compile_loops():

@@ -1,0 +1,56 @@
+"""`python -m tests.bench [SET ...]`: detectors and decoders beside others.
+
+Sets of boards are for the detectors, those of active grids for the decoder; without
+any, the photographs of the repository and a drawn grid are taken.
+"""
+
+import sys
+from pathlib import Path
+
+from raxel.cli import main as raxel
+from raxel.errors import InputError
+from raxel.sets import ActiveGrid, load_set
+from tests.bench.decoders import (
+    agreement,
+    bench_decoders,
+    scene_of_set,
+    scene_to_bench,
+    table,
+)
+
+BOARDS = Path("data/recorded/opencv-left")
+
+
+def main(folders):
+    """Print the tables; return the exit status."""
+    try:
+        grids, boards = [], []
+        for folder in folders:
+            kind = load_set(folder).target
+            (grids if isinstance(kind, ActiveGrid) else boards).append(folder)
+        failed = raxel(["bench", *boards]) if boards else 0
+        for folder in grids:
+            image_set = load_set(folder)
+            _bench(image_set.name, scene_of_set(image_set))
+    except InputError as fault:
+        print(fault, file=sys.stderr)
+        return 2
+    if not folders:
+        failed = raxel(["bench", str(BOARDS)])
+        _bench("a drawn active grid", scene_to_bench())
+    return failed
+
+
+def _bench(name, scene):
+    height, width = scene.images[0].shape
+    print(f"\n{name}: {len(scene.images)} pictures of {width} x {height}, best of five")
+    print("\n".join(table(bench_decoders(scene))))
+    found = agreement(scene)
+    print(
+        f"against plain array arithmetic, {found.pixels} pixels: {found.masks} masks "
+        f"and {found.cells} cells differ, places by {found.location:.1e} cells at most"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
