@@ -42,10 +42,8 @@ def with_numpy(images, axes, noise):
         light, dark = images[pairs[0][0]].astype(np.int16), images[pairs[0][1]]
         mask &= np.abs(light - dark) > LEAST_CONTRAST * noise
         sine, cosine = (
-            _mean_of_window(
-                sum(w * images[k] for w, k in zip(weights, steps, strict=True))
-            )
-            for weights in _weights(len(steps))
+            _mean_of_window(sum(w * images[k] for w, k in used))
+            for used in _weighed_steps(steps)
         )
         modulation = np.hypot(sine, cosine)
         mask &= modulation > LEAST_MODULATION * np.sqrt(2 / len(steps)) * noise
