@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.features.active_grid.bias import OF_NEIGHBOURS, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.coding import plan_arrays, read_coding
 from raxel.features.active_grid.layout import (
     AHEAD,
@@ -35,7 +36,7 @@ from raxel.features.active_grid.neighbours import (
 )
 from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.places import decode_rows
-from raxel.features.active_grid.reading import read_rows
+from raxel.features.active_grid.reading import LEAST_MODULATION, read_rows
 
 ROWS_AT_ONCE = 128
 SPECK = 2  # px; so small, a spot without light is no rim
@@ -85,7 +86,8 @@ class Decoded:
 def decode(
     images, patterns, monitor, *,
     white=None, black=None, smooth=True, neighbours=False, fill=False,
-    margin_px=MARGIN_PX, noise=None, saturated=None, threads=None, into=None,
+    margin_px=MARGIN_PX, noise=None, saturated=None, blur_px=0.0, threads=None,
+    into=None,
 ):  # fmt: skip
     """Decode the pictures of one view of an active grid.
 
@@ -105,14 +107,15 @@ def decode(
     margin_px: pixels so close to the rim of the lit area are left out, as a blurred one
     sees what is beside it. noise: standard deviation of a grey value, or a `Noise`;
     None: estimated from the pictures. saturated: the value from which a sine counts as
-    clipped, by default the largest one. threads: by default one per processor. into: a
-    Decoded of an earlier view of this size and these patterns, whose arrays are written
-    over and handed back: new memory takes as long as some of the arithmetic.
+    clipped, by default the largest one. blur_px: standard deviation of the blur of lens
+    and monitor, where it is known, for its part in sigma. threads: by default one per
+    processor. into: a Decoded of an earlier view of this size and these patterns, whose
+    arrays are written over and handed back: to get new memory takes its time.
 
-    Returns Decoded. Its sigma says what noise does to a pixel; neighbours that share a
-    window share it. A response that is not linear is no noise: with four steps its
-    third order shifts the phase. Raises InputError for pictures and patterns that do
-    not fit together.
+    Returns Decoded. Its sigma says what noise does to a pixel, and the bias of windows
+    and blur where phases bend (`bias`); neighbours that share a window share both. A
+    response that is not linear is not in it: with four steps its third order shifts
+    the phase. Raises InputError for pictures and patterns that do not fit together.
     """
     stack = _checked(images, patterns)
     codes = read_coding(patterns, monitor.monitor_px)
@@ -130,6 +133,10 @@ def decode(
     out = _arrays((len(codes), height, width), into)
     variance = np.float32(noise.floor), np.float32(noise.slope)
     limit = stack.dtype.type(limit)
+    averaged = blur_px**2 + OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
+    least = LEAST_MODULATION * np.sqrt(noise.floor)
+    bias = squared_bias(images, codes, averaged, least)
+    settings = plan, smooth, neighbours, limit, variance, bias
 
     parts = range(0, height, ROWS_AT_ONCE)
     with ThreadPoolExecutor(threads or _processors()) as pool:
@@ -138,7 +145,7 @@ def decode(
         def decode_part(first):
             if not hasattr(kept, "rows"):
                 kept.rows = empty_rows(len(codes), width, stack.dtype)
-            _decode_part(stack, first, plan, smooth, limit, variance, kept.rows, out)
+            _decode_part(stack, first, settings, kept.rows, out)
 
         def trim_part(first):
             _trim(first, min(first + ROWS_AT_ONCE, height), margin_px, out)
@@ -147,7 +154,7 @@ def decode(
             list(pool.map(task, parts))
     location, sigma, cells, status = out
     if neighbours:
-        smooth_neighbours(location, sigma, status, plan.reach, smooth)
+        smooth_neighbours(location, sigma, status, plan.reach)
     if fill:
         fill_holes(location, sigma, cells, status, plan.reach, plan.length)
     return Decoded(
@@ -167,8 +174,9 @@ def _arrays(shape, into):
     return *(np.empty(shape, kind) for kind in kinds), np.empty(shape[1:], np.uint8)
 
 
-def _decode_part(stack, first, plan, smooth, limit, variance, rows, out):
+def _decode_part(stack, first, settings, rows, out):
     """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
+    plan, smooth, mark, limit, variance, bias = settings
     stop = min(first + ROWS_AT_ONCE, stack.shape[0])
     pictures, start = stack.rows(first, stop)
     known, end = max(first - start - REACH, 0), pictures.shape[1]
@@ -177,7 +185,8 @@ def _decode_part(stack, first, plan, smooth, limit, variance, rows, out):
         ahead = min(after + AHEAD, end)
         read_rows(pictures, known, ahead, plan, limit, variance, rows)
         part, known = (y, after, y + start), ahead
-        decode_rows(pictures, part, plan, smooth, variance, rows, out)
+        found = pictures, part, plan, smooth, mark
+        decode_rows(*found, variance, bias, rows, out)
 
 
 def _checked(images, patterns):

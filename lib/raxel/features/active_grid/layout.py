@@ -12,6 +12,7 @@ DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM = range(8)
 
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
+SQUARE = 32  # px; in each such square of the picture a bias is taken as the same
 ROWS_A_CALL = 16
 KEPT = 24  # rows in a ring: those of a call, REACH before them and AHEAD behind
 

@@ -13,20 +13,18 @@ from raxel.features.active_grid.layout import DECODED, FILLED, RIM
 # 7 x 7 pixels, which overlap: (1 + 4 + 9 + 9 + 9 + 9 + 9 + 4 + 1) / 21^2 along each
 # axis, where one mean over 7 x 7 has 1 / 7.
 OF_PIXELS, OF_WINDOWS = np.float32(1 / 3), np.float32(55 / 441 * 7)
-# The largest sigma of nine over the smallest where only some were averaged.
-MIXED = np.float32(3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def smooth_neighbours(location, sigma, status, reach, windows):
+def smooth_neighbours(location, sigma, status, reach):
     """Average locations over 3 x 3 pixels, in place.
 
     location, sigma: (A, H, W) float32; status: (H, W) uint8; reach: (A,), how far
-    neighbours on one surface may be apart; windows: whether the sines were averaged
-    over 7 x 7 already. Where only some of the nine were, a pixel is left as it is.
+    neighbours on one surface may be apart. sigma is negative where the sines of a pixel
+    were not averaged over 7 x 7 before, and positive afterwards; where that is so of
+    only some of the nine, a pixel is left as it is.
     """
     count, height, width = location.shape
-    share = OF_WINDOWS if windows else OF_PIXELS
     ninth = np.float32(1 / 9)
     # Rows as they were, since those written are read again.
     before = np.empty((2, 2, count, width), np.float32)
@@ -49,7 +47,7 @@ def smooth_neighbours(location, sigma, status, reach, windows):
                 if not agree:
                     break
                 own = before[0, here, axis, x]
-                least = most = before[1, here, axis, x]
+                alone = before[1, here, axis, x] < 0
                 for u in range(x - 1, x + 2):
                     for place, spread in (
                         (before[0, above, axis, u], before[1, above, axis, u]),
@@ -57,8 +55,7 @@ def smooth_neighbours(location, sigma, status, reach, windows):
                         (location[axis, y + 1, u], sigma[axis, y + 1, u]),
                     ):
                         agree = agree and abs(place - own) < reach[axis]
-                        least, most = min(least, spread), max(most, spread)
-                agree = agree and most < MIXED * least
+                        agree = agree and (spread < 0) == alone
             if not agree:
                 continue
             for axis in range(count):
@@ -69,7 +66,12 @@ def smooth_neighbours(location, sigma, status, reach, windows):
                     spread += before[1, above, axis, u] + before[1, here, axis, u]
                     spread += sigma[axis, y + 1, u]
                 location[axis, y, x] = ninth * place
+                share = OF_PIXELS if spread < 0 else OF_WINDOWS
                 sigma[axis, y, x] = share * (ninth * spread)
+    for axis in range(count):
+        for y in range(height):
+            for x in range(width):
+                sigma[axis, y, x] = abs(sigma[axis, y, x])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

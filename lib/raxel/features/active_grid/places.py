@@ -7,7 +7,14 @@ in this file.
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid.layout import ALONE, BESIDE, DECODED, REACH, UNREADABLE
+from raxel.features.active_grid.layout import (
+    ALONE,
+    BESIDE,
+    DECODED,
+    REACH,
+    SQUARE,
+    UNREADABLE,
+)
 
 # Kinds of doubt about the period, and what becomes of it.
 POSSIBLE, EVEN = 1, 2
@@ -210,37 +217,33 @@ def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _surroundings(y, x, height, rows, axis, out):
-    """Which of 3 x 3 pixels (their rows and columns) see the same surface; how many.
+def _sums_around(images, y, x, first, second, axis, rows):
+    """How many of 3 x 3 pixels see the same surface, and two bits' sums over them.
 
-    Not those that are bad, outside, or on the other side of a break.
+    Not those that are bad, outside, or on the other side of a break. The sums are of
+    picture less inverse, positive where the pixel in the middle agrees.
     """
     sine, cosine, code = rows.sine[axis], rows.cosine[axis], rows.code[axis]
-    bad, kept = rows.bad, len(rows.bad)
-    width, count, k = code.shape[1], 0, y % kept
-    own = np.int64(code[k, x])
-    for v in range(max(y - 1, 0), min(y + 2, height)):
+    bad, kept, k = rows.bad, len(rows.bad), y % len(rows.bad)
+    count, sums, own = 0, np.zeros(2, np.int64), np.int64(code[k, x])
+    for v in range(max(y - 1, 0), min(y + 2, images.shape[1])):
         i = v % kept
-        for u in range(max(x - 1, 0), min(x + 2, width)):
+        for u in range(max(x - 1, 0), min(x + 2, images.shape[2])):
             along = sine[k, x] * sine[i, u] + cosine[k, x] * cosine[i, u]
             same = abs(np.int64(code[i, u]) - own) <= 1
             if same and bad[i, u] == DECODED and along >= SAME:
-                out[count, 0], out[count, 1] = v, u
                 count += 1
-    return count
+                for n, pair in enumerate((first, second)):
+                    sums[n] += np.int64(images[pair[0], v, u])
+                    sums[n] -= np.int64(images[pair[1], v, u])
+    for n, pair in enumerate((first, second)):
+        if images[pair[0], y, x] <= images[pair[1], y, x]:
+            sums[n] = -sums[n]
+    return count, sums
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bit_around(images, y, x, around, light, dark):
-    """Sum of picture less inverse over pixels around, positive if they agree."""
-    total = 0
-    for v, u in around:
-        total += np.int64(images[light, v, u]) - np.int64(images[dark, v, u])
-    return total if images[light, y, x] > images[dark, y, x] else -total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _settled(images, y, x, pairs, edges, is_even, axis, rows, below, places):
+def _settled(images, y, x, pairs, edges, is_even, axis, rows, below):
     """The wrap rule: at an edge of cells the phase says on which side a pixel is.
 
     The bit of the edge at which a pixel is has lost its contrast, so the bits of both
@@ -250,16 +253,16 @@ def _settled(images, y, x, pairs, edges, is_even, axis, rows, below, places):
     Returns STAYS, MOVES, or LOST where neither bit has lost contrast and noise could
     turn the phase around (is_even).
     """
-    kept = y % len(rows.bad)
-    cell = np.int64(rows.code[axis, kept, x])
+    k = y % len(rows.bad)
+    cell, most = np.int64(rows.code[axis, k, x]), np.int64(rows.most[k, x])
     near, across = (cell, cell + 1) if below else (cell + 1, cell)
-    count = _surroundings(y, x, images.shape[1], rows, axis, places)
-    around, half = places[:count], count * np.int64(rows.most[kept, x])
-    k, at_near = _bit_of_edge(across, len(pairs)), half
-    at_across = 2 * _bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1])
+    second = first = pairs[_bit_of_edge(across, len(pairs))]
     if 0 < near < edges:
-        k = _bit_of_edge(near, len(pairs))
-        at_near = 2 * abs(_bit_around(images, y, x, around, pairs[k, 0], pairs[k, 1]))
+        second = pairs[_bit_of_edge(near, len(pairs))]
+    count, sums = _sums_around(images, y, x, first, second, axis, rows)
+    half = count * most
+    at_across = 2 * sums[0]
+    at_near = 2 * abs(sums[1]) if 0 < near < edges else half
     if at_across < min(half, at_near):
         return MOVES
     return LOST if is_even and at_near >= half else STAYS
@@ -273,7 +276,7 @@ def _settle(images, y, axis, plan, rows, off, doubt, period, lost):
     above, under = code[max(y - 1, 0) % kept], code[min(y + 1, height - 1) % kept]
     codes, most = (above, code[y % kept], under), rows.most[y % kept]
     _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost)
-    places, eight = np.empty((9, 2), np.int64), doubt.view(np.uint64)
+    eight = doubt.view(np.uint64)
     for k in range(len(eight)):
         if not eight[k]:
             continue
@@ -281,9 +284,7 @@ def _settle(images, y, axis, plan, rows, off, doubt, period, lost):
             if not doubt[x]:
                 continue
             below, even = off[x] < _ZERO, doubt[x] == EVEN
-            verdict = _settled(
-                images, y, x, pairs, edges, even, axis, rows, below, places
-            )
+            verdict = _settled(images, y, x, pairs, edges, even, axis, rows, below)
             if verdict == MOVES:
                 period[x] += 1 if below else -1
             elif verdict == LOST:
@@ -326,11 +327,20 @@ def _mark_alone(bad, beside, below, above, lost, status):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _blank(status, location, sigma):
+def _finish(status, length, bias, crossed, mark, location, sigma):
+    """NaN where nothing is decoded; the square of a bias in turns goes into sigma.
+
+    mark: sigma becomes negative where crossed is set.
+    """
     for x in range(len(status)):
-        good = status[x] == DECODED
-        location[x] = location[x] if good else _NOWHERE
-        sigma[x] = sigma[x] if good else _NOWHERE
+        location[x] = location[x] if status[x] == DECODED else _NOWHERE
+    square = length * length
+    for x in range(len(status)):
+        spread = np.sqrt(sigma[x] * sigma[x] + square * bias[x])
+        sigma[x] = spread if status[x] == DECODED else _NOWHERE
+    if mark:
+        for x in range(len(status)):
+            sigma[x] = -sigma[x] if crossed[x] else sigma[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -361,19 +371,19 @@ def _find_period(images, y, axis, plan, rows, turn, sigma, doubt, period, lost):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def decode_rows(images, part, plan, smooth, noise, rows, out):
+def decode_rows(images, part, plan, smooth, mark, noise, bias, rows, out):
     """Decode rows that were read (`reading.read_rows`), REACH before, AHEAD behind.
 
     images: (n, H, W) uint8 or uint16; part: (first, stop, place): the rows to decode,
-    and the row of `out` at which the first one goes; plan: CodePlan; noise: (floor,
-    slope) float32 of the variance in grey levels; rows: Rows. out:
-    location (A, h, W) float32, sigma alike, cells (A, h, W) int16 and status (h, W)
-    uint8.
+    and the row of `out` at which the first one goes; plan: CodePlan; smooth: over
+    windows; mark: negative sigma for those that are not; noise: (floor, slope) float32
+    of the variance in grey levels; bias: `bias.squared_bias`; rows: Rows. out: location
+    (A, h, W) float32, sigma alike, cells (A, h, W) int16 and status (h, W) uint8.
     """
     location, sigma, cells, statuses = out
     height, width = images.shape[1:]
-    mixed, crossed = np.empty(width, np.uint8), np.empty(width, np.uint8)
-    column, lost = np.empty(width, np.uint8), np.empty(width, np.uint8)
+    crossed = np.zeros((len(plan.bits), width), np.uint8)
+    mixed, column, lost = np.empty((3, width), np.uint8)
     doubt = np.zeros(-(-width // 8) * 8, np.uint8)
     s, c = np.empty(width, np.float32), np.empty(width, np.float32)
     turn, spare = np.empty(width, np.float32), np.empty(width, np.float32)
@@ -389,15 +399,15 @@ def decode_rows(images, part, plan, smooth, noise, rows, out):
             period = cells[axis, i]
             if plan.used[axis]:
                 if windows:
-                    _smooth(rows, y, axis, mixed, spare, crossed, s, c)
+                    _smooth(rows, y, axis, mixed, spare, crossed[axis], s, c)
                     _turn_row(s, c, turn)
                 else:
-                    crossed[:] = 1
+                    crossed[axis] = 1
                     _turn_row(rows.sine[axis, k], rows.cosine[axis, k], turn)
                 limit = (length / _CIRCLE) ** 2 * plan.spread[axis]
                 lit = rows.strength[axis, k], rows.level[axis, k]
                 noises = limit * noise[0], limit * noise[1]
-                _sigma_row(*lit, crossed, *noises, _SEVENTH, spread)
+                _sigma_row(*lit, crossed[axis], *noises, _SEVENTH, spread)
                 _find_period(
                     images, y, axis, plan, rows, turn, spread, doubt, period, lost
                 )
@@ -412,4 +422,6 @@ def decode_rows(images, part, plan, smooth, noise, rows, out):
         for axis in range(len(plan.bits)):
             _mark_beside(location[axis, i], sigma[axis, i], plan.extent[axis], status)
         for axis in range(len(plan.bits)):
-            _blank(status, location[axis, i], sigma[axis, i])
+            bent = bias[axis, i // SQUARE]
+            places = location[axis, i], sigma[axis, i]
+            _finish(status, plan.length[axis], bent, crossed[axis], mark, *places)
