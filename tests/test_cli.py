@@ -349,7 +349,7 @@ def test_the_reference_lists_every_command_with_its_options():
             for action in commands[name]._actions
             for word in action.option_strings or [action.metavar]
         }
-        told = set(re.findall(r"--\w+|\b[A-Z]+\b", arguments))
+        told = set(re.findall(r"--[\w-]+|\b[A-Z]+\b", arguments))
         assert asked - {"-h", "--help"} <= told, name
 
 

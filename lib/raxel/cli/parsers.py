@@ -131,7 +131,6 @@ def _add_patterns(commands):
     )
     parser.add_argument(
         "--steps",
-        "--phases",
         type=_count,
         default=4,
         help="of the sines: 4 (default) leave out even orders of a monitor's response, "
