@@ -104,7 +104,7 @@ def test_a_stub_for_several_poses(tmp_path, capsys):
     words = ["--width", "203", "--height", "151", "--cells", "2"]
     four, six = tmp_path / "four", tmp_path / "six"
     assert main(["patterns", *words, "--out", str(four)]) == 0
-    more = ["--size-mm", "406", "302", "--poses", "2", "--phases", "6"]
+    more = ["--size-mm", "406", "302", "--poses", "2", "--steps", "6"]
     assert main(["patterns", *words, *more, "--out", str(six)]) == 0
     texts = [(folder / "set.yaml").read_text() for folder in (four, six)]
     assert ["third harmonic" in text for text in texts] == [True, False]
