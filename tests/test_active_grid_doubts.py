@@ -92,6 +92,15 @@ def test_good_pictures_raise_no_doubt(changes):
         assert told(one.images, one.patterns, one.grid, **levels) == []
 
 
+@pytest.mark.parametrize("power", [0.45, 2.2])
+@pytest.mark.parametrize("changes", [{}, {"cells": 2}, {"share": 2.5, "steps": 6}])
+def test_tone_curves_raise_no_doubt(power, changes):
+    """They leave harmonics in the sines, and lines along the edges of the code."""
+    one = drawn(**{**USUAL, "noise": 1.0, "blur": 1.5, "tilt": 0.4, **changes})
+    images = np.rint(255 * (one.images / 255) ** power).astype(np.uint8)
+    assert told(images, one.patterns, one.grid) == []
+
+
 def test_other_orders_and_subsets_raise_no_doubt():
     one = scene(6)
     for keep in (

@@ -10,11 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from raxel.features.active_grid.code_doubts import LEAST_SPACING_PX, STRONG, spacing
+from raxel.features.active_grid.code_doubts import LEAST_SPACING_PX, spacing
 from raxel.features.active_grid.doubt_sample import Doubt
 
+CLEAR = 0.75  # of the contrast: beyond what is blurred
 BRIGHTER, FAR_BRIGHTER = 0.06, 0.2  # shares of the light: a word, and too much
-MOVED_PX, FAR_MOVED_PX = 0.3, 1.0
+MOVED_PX, FAR_MOVED_PX = 0.7, 1.2
+EDGE = 0.2  # of the steepest slope
 SURE = 8  # standard deviations of the estimated motion
 PHASE_BINS = 16
 LEAST_IN_BIN = 30
@@ -52,9 +54,9 @@ def _light_of_bits(sample):
             apart = sample.apart(axis, bit)
             if spacing(apart > 0, sample.lit) < 2 * LEAST_SPACING_PX:
                 continue  # blurred stripes are darker
-            bright[light] = sample.lit & (apart > 2 * STRONG)
+            bright[light] = sample.lit & (apart > CLEAR)
             if dark is not None:
-                bright[dark] = sample.lit & (apart < -2 * STRONG)
+                bright[dark] = sample.lit & (apart < -CLEAR)
     if not bright:
         return
     level = _usual_level(sample, bright)
@@ -136,7 +138,9 @@ def _shifts(plain, reference, pattern):
     """Shift (2,) px against the reference, and of a picture against its inverse."""
     columns = [reference, np.ones_like(reference), *_slopes(reference)]
     if pattern is not None:
-        columns += list(_slopes(pattern))
+        # At an edge a tone curve makes both together brighter or darker.
+        slopes = [_edges(slope) for slope in _slopes(pattern)]
+        columns += [*slopes, *map(np.abs, slopes)]
     found = _fitted(plain, columns)
     return found[2:4], found[4:6] if pattern is not None else np.zeros(2)
 
@@ -146,6 +150,12 @@ def _slopes(picture):
     if picture.shape[1] < 2:
         return np.gradient(picture, axis=2), np.zeros_like(picture)
     return np.gradient(picture, axis=2), np.gradient(picture, axis=1)
+
+
+def _edges(slope):
+    """The slope where there is an edge, 0 where there is noise."""
+    size = np.abs(slope)
+    return np.where(size > EDGE * size.max(), slope, 0)
 
 
 def _fitted(values, columns):
@@ -176,5 +186,8 @@ def _shift_within_steps(sample, axis):
         fitted = mean + (wave * np.exp(2j * np.pi * k / count)).imag
         left = sample.pictures[picture] - fitted
         columns = [fitted, np.ones_like(fitted), *_slopes(fitted)]
-        found.append(_fitted(left, columns)[2:] * count / (count - 3))
+        # A tone curve leaves the second harmonic, whatever its phase.
+        second = (wave * np.exp(2j * np.pi * k / count)) ** 2 / np.abs(wave).clip(1e-6)
+        columns += [second.real, second.imag]
+        found.append(_fitted(left, columns)[2:4] * count / (count - 3))
     return max(found, key=lambda shift: np.hypot(*shift))
