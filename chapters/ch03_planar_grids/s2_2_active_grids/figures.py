@@ -280,8 +280,10 @@ def ext_cell_edge(results):
         right.plot(row["u"], row[name], **look, markersize=3, label=shown)
     right.set_title("(c) location")
     right.set_ylabel("Location along x (mm)")
-    left.legend(fontsize=8, loc="center left")
-    right.legend(fontsize=8, loc="upper left")
+    for axes in (left, right):
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.4 * (high - low))
+        axes.legend(fontsize=8, loc="upper left")
     for axes in (left, middle, right):
         axes.set_xlabel("Column u (px)")
     off = np.abs(row["decoder"] - row["true"]).max()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
-    View,
+    MonitorView,
     noiseless,
 )
 from raxel.features.active_grid import REASONS
@@ -84,7 +84,7 @@ def printed_rule(view, pictures, patterns, found):
 
 def view_trial(condition, rng):
     """A view decoded with the decoder's defaults, and one pixel of it alone."""
-    view = View.drawn(rng, condition["coarseness"])
+    view = MonitorView.drawn(rng, condition["coarseness"])
     patterns, light = view.radiances()
     pictures = view.photographed(light, rng)
     found = view.decoded(pictures, patterns)
@@ -112,7 +112,7 @@ def view_trial(condition, rng):
 
 def wrap_trial(condition, rng):
     """Gross errors at cell edges, as printed and with the decoder's rule."""
-    view = View.drawn(rng, condition["coarseness"])
+    view = MonitorView.drawn(rng, condition["coarseness"])
     patterns, light = view.radiances()
     told = {}
     for blur in BLURS_PX:
@@ -176,7 +176,7 @@ def _gross(location, truth, w, known):
 
 def smoothing_trial(condition, rng):
     """Scores of a view with and without the 7 x 7 window, and its own bias."""
-    view = View.drawn(rng, condition["coarseness"])
+    view = MonitorView.drawn(rng, condition["coarseness"])
     patterns, light = view.radiances(condition["cells"], condition["steps"])
     pictures = view.photographed(light, rng)
     exact = view.photographed(light, rng, sensor=noiseless(view.rig.sensor))

@@ -9,7 +9,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
     CELLS,
-    View,
+    MonitorView,
 )
 from chapters.shared.phase_steps import orders, power_law, srgb
 
@@ -109,7 +109,7 @@ def exposed(sensor, gamma, response, share):
 
 def profile_trial(condition, rng):
     """Misfits of a period of the rectified picture, for every gamma and camera."""
-    view = View.drawn(rng, condition["coarseness"])
+    view = MonitorView.drawn(rng, condition["coarseness"])
     seen = rectifying_map(view, rng)
     lit = view.rig.optics.apply(view.white())
     share = np.array_split(column_means(lit, seen), CELLS)[PERIOD].mean()

@@ -47,7 +47,7 @@ def rig(coarseness):
 
 
 @dataclass
-class View:
+class MonitorView:
     """A pose of the monitor before the camera, and what there is to see in it."""
 
     T_camera_target: np.ndarray
