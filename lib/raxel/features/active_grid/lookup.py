@@ -5,6 +5,7 @@ import numpy as np
 
 from raxel.geometry.homography import apply_homography, homography_dlt
 
+ANYWHERE = 1e9  # side of a cell that holds all there is
 REACH = 2  # px about the nearest pixel, where the four are looked for
 
 
@@ -51,8 +52,8 @@ def _nearest(location, points):
     Points are sorted into as many square cells as there are points, and a pixel is
     compared with those in its own cell and the eight around it.
     """
-    low = points.min(axis=0)
-    side = max(np.ptp(points, axis=0).max() / np.sqrt(len(points)), 1e-9)
+    low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
+    side = extent / np.sqrt(len(points)) or ANYWHERE
     cells = ((points - low) / side).astype(int) + 1
     shape = cells.max(axis=0) + 2
     number = cells @ [1, shape[0]]

@@ -1,0 +1,72 @@
+"""Points of a decoded grid at sub-pixel places, and where given points are seen."""
+
+import numpy as np
+import pytest
+
+from raxel.features.active_grid.lookup import pixels_of, points_at
+from raxel.geometry.homography import apply_homography
+
+H = np.array([[0.5, 0.03, 12.0], [-0.02, 0.55, 7.0], [2e-4, -1e-4, 1.0]])
+
+
+def seen_by(width=120, height=90, noise=0.0, seed=0):
+    """A decoded plane (height, width, 2) that a pinhole sees, and its pixels."""
+    v, u = np.indices((height, width))
+    pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
+    points = apply_homography(H, pixels).reshape(height, width, 2)
+    rng = np.random.default_rng(seed)
+    return (points + rng.normal(0, noise, points.shape)).astype(np.float32)
+
+
+PLACES = np.random.default_rng(1).uniform([2, 2], [117, 87], (200, 2))
+
+
+def test_a_point_is_found_where_it_is_seen():
+    found = pixels_of(seen_by(), apply_homography(H, PLACES))
+    np.testing.assert_allclose(found, PLACES, atol=2e-4)
+    back = points_at(seen_by(), found)
+    # Bilinear, where the true map has a little perspective.
+    np.testing.assert_allclose(back, apply_homography(H, PLACES), atol=1e-3)
+
+
+def test_noise_of_the_locations_comes_through_once():
+    """Four pixels are interpolated: the error is about that of one of them."""
+    found = pixels_of(seen_by(noise=0.02), apply_homography(H, PLACES))
+    error = (found - PLACES).std()
+    assert 0.4 * 0.02 / 0.5 < error < 1.2 * 0.02 / 0.5
+
+
+def test_holes_are_bridged_by_the_nearest_that_are_left():
+    location = seen_by()
+    rng = np.random.default_rng(2)
+    location[rng.random(location.shape[:2]) < 0.2] = np.nan
+    found = pixels_of(location, apply_homography(H, PLACES))
+    known = np.isfinite(found).all(axis=1)
+    assert known.mean() > 0.9
+    np.testing.assert_allclose(found[known], PLACES[known], atol=1e-3)
+    # Bilinear between the four around, and one of these may be a hole.
+    assert 0.2 < np.isfinite(points_at(location, PLACES)[:, 0]).mean() < 0.7
+
+
+def test_what_is_not_seen_is_not_found():
+    location = seen_by()
+    outside = apply_homography(H, np.array([[-20.0, 40.0], [150.0, 40.0], [60, 130]]))
+    assert np.isnan(pixels_of(location, outside)).all()
+    beside = np.array([[-0.2, 5.0], [119.5, 5.0], [5.0, 89.1], [np.nan, 3.0]])
+    assert np.isnan(points_at(location, beside)).all()
+    location[:] = np.nan
+    assert np.isnan(pixels_of(location, apply_homography(H, PLACES))).all()
+
+
+def test_a_camera_in_pieces_answers_from_one_piece():
+    """A facet further right that sees other points does not disturb the search."""
+    left, right = seen_by(), seen_by() + np.float32(500)
+    both = np.concatenate([left, right], axis=1)
+    found = pixels_of(both, apply_homography(H, PLACES) + [[500, 500]])
+    np.testing.assert_allclose(found, PLACES + [120, 0], atol=1e-3)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_few_points_are_found_too(count):
+    found = pixels_of(seen_by(), apply_homography(H, PLACES[:count]))
+    np.testing.assert_allclose(found, PLACES[:count], atol=1e-3)

@@ -1,0 +1,207 @@
+"""3.3.3: pictures made worse, residuals measured, claims that can fail."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import (
+    claims,
+    exercises,
+    results,
+)
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
+    exposures,
+    sweeps,
+    viewing,
+)
+from chapters.shared.rigs import rig_named
+from raxel.geometry.homography import apply_homography
+from raxel.lab.sensor import Sensor
+
+H = np.array([[0.5, 0.03, 12.0], [-0.02, 0.55, 7.0], [2e-4, -1e-4, 1.0]])
+SQUARE = np.stack(np.meshgrid(np.arange(15.0), np.arange(15.0)), axis=-1)
+POINTS = 4 * SQUARE.reshape(-1, 2)
+
+
+def second_grid(noise=0.0):
+    """A second grid (90, 120, 2) mm that a pinhole sees."""
+    v, u = np.indices((90, 120))
+    points = apply_homography(H, np.column_stack([u.ravel(), v.ravel()]) * 1.0)
+    points += np.random.default_rng(0).normal(0, noise, points.shape)
+    return points.reshape(90, 120, 2)
+
+
+def test_a_residual_is_the_rms_of_what_a_homography_leaves():
+    corners = 15 + POINTS
+    assert sweeps.residual_mm(corners, second_grid(), POINTS) < 1e-3
+    off = corners + np.random.default_rng(1).normal(0, 0.1, corners.shape)
+    left = sweeps.residual_mm(off, second_grid(), POINTS)
+    # Both axes, less the eight numbers of the homography; a px is a mm here.
+    assert left == pytest.approx(0.1 * np.sqrt(2 - 8 / 225), rel=0.12)
+    own = sweeps.residual_mm(corners, second_grid(noise=0.05), POINTS)
+    assert own > 0.03
+    off[:30] = np.nan
+    assert np.isnan(sweeps.residual_mm(off, second_grid(), POINTS))
+
+
+def test_windows_follow_the_least_square():
+    assert sweeps.least_step(POINTS) == pytest.approx(4)
+    for step, window in ((60, 29), (36, 17), (20, 9), (4, 5)):
+        assert sweeps.window_of(step / 4 * POINTS) == window
+
+
+def test_noise_is_one_draw_for_all_exposures_and_blur_comes_first():
+    flat = np.full((1, 80, 80), 100, np.uint8)
+    asked = {"blur_px": 0, "noise_grey": 4}
+    rng = np.random.default_rng(0)
+    one, other = sweeps.degraded([flat, flat + 50], asked, rng)
+    np.testing.assert_array_equal(other.astype(int) - one, 50)
+    assert one.std() == pytest.approx(np.sqrt(16 + 1 / 12), rel=0.05)
+    edge = np.zeros((1, 80, 80), np.uint8)
+    edge[..., 40:] = 200
+    soft = sweeps.degraded([edge], {"blur_px": 3, "noise_grey": 0}, rng)[0][0]
+    slope = np.diff(soft[40].astype(float))
+    spread = np.average((np.arange(79) - 39) ** 2, weights=slope)
+    assert np.sqrt(spread) == pytest.approx(3, rel=0.05)
+    assert edge[0, 0, 39] == 0
+
+
+def test_a_brighter_picture_is_the_file_of_more_light():
+    """As the sensor itself would have made it, overflow along columns included."""
+    rng = np.random.default_rng(0)
+    light = rng.uniform(0.05, 0.6, (60, 40))
+    light[20:25, 10:15] = 0.95
+    sensor = Sensor(9e6, 1e7, blooming=0.5, gamma=2.2)
+    more = replace(sensor, white_e=9e6 * sweeps.GAIN)
+    taken = sensor.expose(light, rng)
+    made = sweeps.brighter(taken, sensor).astype(int)
+    assert np.abs(made - more.expose(light, rng)).max() <= 3
+    dry = sweeps.brighter(taken, replace(sensor, blooming=0))
+    assert (made > dry)[[19, 25], 10:15].all()
+    np.testing.assert_array_equal(made[:, 20], dry[:, 20])
+
+
+def test_each_level_is_run_once_and_the_sweeps_meet():
+    conditions = sweeps.conditions("full")
+    assert len(conditions) == 3 * 22
+    assert len({(c["sweep"], c["level"], c["set"]) for c in conditions}) == 66
+    views = {entry for c in conditions for entry in (c["first"], c["second"])}
+    rig = rig_named("monitor-d200")
+    assert views <= set(rig.poses.names)
+    assert all(len(levels["full"]) >= 6 for levels in sweeps.LEVELS.values())
+
+
+def test_the_second_grid_lies_behind_all_corners():
+    """Of every level, though each was set up by hand."""
+    rig = rig_named("monitor-d200")
+    names = list(rig.poses.names)
+    for seed in range(3):
+        poses = rig.draw_poses(np.random.default_rng([seed, 0]), len(names))
+        for condition in sweeps.conditions("full"):
+            first, second = (
+                poses[names.index(condition[key])] for key in ("first", "second")
+            )
+            flat = np.pad(rig.target.chessboard_points(), ((0, 0), (0, 1)))
+            rays = flat @ first[:3, :3].T + first[:3, 3]
+            normal, origin = second[:3, 2], second[:3, 3]
+            met = rays * ((normal @ origin) / (rays @ normal))[:, None]
+            there = (met - origin) @ second[:3, :2]
+            assert there.min() > 2
+            assert there.max() < 299.5
+
+
+class Swept:
+    """A result of the sweeps: residual(sweep, level, method) for three sets."""
+
+    def __init__(self, residual):
+        self.conditions = sweeps.conditions("full")
+        self.residual = residual
+
+    def column(self, name, **asked):
+        method = name.split(".")[-1]
+        found = self.residual(asked["sweep"], asked["level"], method)
+        return np.full(3, found, float)
+
+
+def judged(judge, residual):
+    readings = judge({"fig_3_15_sweeps": Swept(residual)})
+    questions = [tuple(sorted(r.reading.items())) for r in readings]
+    assert len(set(questions)) == len(readings)
+    return {reading.verdict for reading in readings}
+
+
+def ahead(sweep, level, method):
+    return 1.0 if method == sweeps.ACTIVE else 1.1
+
+
+def behind_in_noise(sweep, level, method):
+    return ahead(sweep, level, method) + (sweep == "noise" and method == sweeps.ACTIVE)
+
+
+def test_claims_hold_and_fail_with_the_residuals():
+    judges = claims.judge_active_distance, claims.judge_active_orientation
+    for judge in (*judges, claims.judge_active_noise, claims.judge_active_best):
+        assert judged(judge, ahead) == {"reproduced"}
+        assert judged(judge, lambda *asked: -ahead(*asked)) == {"differs"}
+        assert judged(judge, lambda *asked: np.nan) == {"differs"}
+    # Five levels of noise of 22 conditions: best in 77 %.
+    assert judged(claims.judge_active_best, behind_in_noise) == {"differs"}
+    assert judged(claims.judge_active_noise, behind_in_noise) == {"differs"}
+    assert judged(claims.judge_active_distance, behind_in_noise) == {"reproduced"}
+
+
+def test_blur_is_judged_by_ratios():
+    def rising(sweep, level, method):
+        grown = sweep == "blur" and level == 4
+        return 1 + grown * {"active grid": 0.2}.get(method, 0.3)
+
+    assert judged(claims.judge_active_blur, rising) == {"reproduced"}
+
+    def steep(sweep, level, method):
+        return 1 + (sweep == "blur") * (0.6 if method == sweeps.ACTIVE else 3)
+
+    assert judged(claims.judge_active_blur, steep) == {"differs"}
+    assert judged(claims.judge_active_blur, ahead) == {"differs"}
+
+
+def test_readings_are_those_that_the_ledger_asks_for():
+    asked = results.readings_of(("corner_window", "second_grid_pictures", "exposure"))
+    crossed = [
+        {"corner_window": w, "second_grid_pictures": s, "exposure": sweeps.WITHIN}
+        for w, s in product(sweeps.WINDOWS, sweeps.SECOND_GRIDS)
+    ]
+    assert asked[:-1] == crossed
+    assert asked[-1] == results.PRIMARY | {"exposure": sweeps.OVER}
+
+
+def test_a_turned_monitor_has_less_area_and_larger_angles():
+    rig = rig_named(viewing.RIG)
+    size = rig.target.monitor_mm
+    straight, turned = (
+        viewing.turned_monitor(turn, size, np.random.default_rng(0)) for turn in (0, 60)
+    )
+    area = viewing.areas_seen(rig, straight)
+    # All of it is in the picture, but for pixels on its rim, 1 mm wide.
+    assert 0.97 < area.sum() / (size[0] * size[1]) < 1
+    assert viewing.areas_seen(rig, turned).sum() < area.sum()
+    assert viewing.farthest_angle(rig, straight) == pytest.approx(47, abs=2)
+    assert viewing.farthest_angle(rig, turned) > 70
+    assert viewing.shared(area, area > 0) == 1
+
+
+def test_pixels_near_corners_are_told_by_their_points():
+    points = 20 * POINTS / 4
+    location = np.full((1, 4, 2), np.nan)
+    location[0, :3] = [[20.1, 40.1], [30.0, 40.0], [-0.2, 0.1]]
+    near = exposures.near_points(location, points)
+    np.testing.assert_array_equal(near, [[True, False, True, False]])
+
+
+@pytest.mark.parametrize("name", ["lens_task", "noise_task", "floor_task"])
+def test_slips_are_not_the_answer(name):
+    task = getattr(exercises, name)()
+    answer = task["expected"]()
+    for slip in task["slips"].values():
+        assert abs(slip() / answer - 1) > 0.02
