@@ -32,6 +32,12 @@ AXES = {
     "blur": "Gaussian blur, SD (px)",
     "noise": "Gaussian noise, SD (grey levels)",
 }
+# Value of a trial, its factor, title and label.
+VIEWED = (
+    ("share", 100, "with the rim", "Decoded share (%)"),
+    ("without_rim", 100, "without the rim", "Decoded share (%)"),
+    ("sigma_um", 1, "SD of a coordinate", "SD (um)"),
+)
 FLOOR = {"color": "#777777", "linestyle": ":", "marker": ""}
 
 
@@ -143,9 +149,9 @@ def ext_active_errors(results):
     evidence="rendered",
 )
 def ext_active_viewing(results):
-    """The decoded share of the visible area over the turn of the monitor."""
+    """What is decoded of a turned monitor, and how surely."""
     result = results["exp_c3_active_viewing_angle"]
-    drawn, panels = new_figure(1, 2, height_in=3.4)
+    drawn, panels = new_figure(1, 3, height_in=3.2)
     turns = sorted({c["turn_deg"] for c in result.conditions})
     shown = sorted(
         {
@@ -155,44 +161,43 @@ def ext_active_viewing(results):
         key=lambda pair: (-pair[1], pair[0]),
     )
     rows = []
-    for panel, name, title in zip(
-        panels,
-        ("share", "without_rim"),
-        ("with the rim", "without the rim"),
-        strict=True,
+    for panel, (name, factor, title, label) in zip(
+        panels, VIEWED, strict=True
     ):
         for number, (falloff, gamma) in enumerate(shown):
             found = [
-                shares(result, turn, name, falloff=falloff, gamma=gamma)
+                factor
+                * shares(result, turn, name, falloff=falloff, gamma=gamma)
                 for turn in turns
             ]
-            middle = [100 * np.median(share) for share in found]
-            label = f"cos$^{falloff:g}$" + ", linear file" * (gamma == 1)
-            panel.plot(turns, middle, label=label, **series(number))
+            middle = [float(np.median(seeds)) for seeds in found]
+            which = f"cos$^{falloff:g}$" + ", linear file" * (gamma == 1)
+            panel.plot(turns, middle, label=which, **series(number))
             rows += [
-                (title, turn, falloff, gamma, share)
-                for turn, share in zip(turns, middle, strict=True)
+                (title, turn, falloff, gamma, number)
+                for turn, number in zip(turns, middle, strict=True)
             ]
         panel.set_title(title)
-        panel.set_xlabel("Turn of the monitor (deg)")
-        panel.set_ylabel("Decoded share of the area (%)")
-        panel.set_ylim(0, 105)
-    panels[0].legend(loc="lower left", fontsize=8)
+        panel.set_xlabel("Turn (deg)")
+        panel.set_ylabel(label)
+        panel.set_ylim(0, 105 if factor > 1 else None)
+    _legend(drawn, panels[0], len(shown))
     return Drawing(
         drawn,
         columns(
             (
-                "rim",
+                "panel",
                 "turn_deg",
                 "falloff_exponent",
                 "camera_gamma",
-                "percent",
+                "value",
             ),
             rows,
         ),
         "Share of the visible area of the grid that is decoded, at 200 mm, "
         "for monitors whose light falls off with a power of the cosine of "
-        "the viewing angle; the rig has the second.",
+        "the viewing angle (the rig: 2), and the median standard deviation "
+        "that the decoder states. Medians over seeds.",
     )
 
 

@@ -167,7 +167,7 @@ def all_sweeps(effort):
 
 @experiment(
     "exp_c3_active_viewing_angle",
-    artefact="sec_3_3_3",
+    artefact="fig_3_15",
     shards={"quick": 1, "full": 1},
     inputs=viewing.FILES,
 )
@@ -271,7 +271,9 @@ def over_all_pixels(effort):
 # enough. Without the rim the share falls from
 # {glue:text}`without_rim.straight:.0f` to {glue:text}`without_rim.turned:.0f` %,
 # and to {glue:text}`without_rim.even:.0f` % on a monitor without fall-off: the
-# rim of 6 px is more of a narrower image. Real panels of that time also lose
+# rim of 6 px is more of a narrower image. What fall-off costs is precision:
+# the SD of a coordinate goes from {glue:text}`sigma.straight:.0f` to
+# {glue:text}`sigma.turned:.0f` µm. Real panels of that time also lose
 # contrast at an angle, and some invert it; the rig's does not.
 #
 # **Limits.** One camera, one monitor, no lines of pixels on it. The

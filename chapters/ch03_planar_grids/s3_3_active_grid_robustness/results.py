@@ -212,13 +212,19 @@ def _name_viewing(result):
             value(f"{name}.{short}", 100 * float(np.median(found)))
         plain = shares(result, turns[-1], name, falloff=0)
         value(f"{name}.even", 100 * float(np.median(plain)))
+    for short, turn in (("straight", turns[0]), ("turned", turns[-1])):
+        found = shares(result, turn, "sigma_um")
+        value(f"sigma.{short}", float(np.median(found)))
     angles = result.column("largest_angle_deg", turn_deg=turns[-1])
     value("largest_angle", float(np.max(angles)))
     value("light_there", 100 * float(np.cos(np.radians(angles.max())) ** 2))
 
 
 def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
-    """Shares (seeds,) of the visible area that are decoded at a turn."""
+    """Shares (seeds,) of the visible area that are decoded at a turn.
+
+    Or another value of the trials, by its name.
+    """
     return result.column(
         name, turn_deg=turn, falloff_exponent=falloff, camera_gamma=gamma
     )

@@ -47,7 +47,7 @@ def conditions(effort):
 
 
 def viewing_trial(condition, rng):
-    """Shares of the visible area of the grid that are decoded.
+    """Shares of the visible area that are decoded, and how surely.
 
     With the rim: what a pixel next to the rim sees is left out for its blur,
     not for its light.
@@ -73,7 +73,7 @@ def viewing_trial(condition, rng):
     return {
         "share": shared(area, whole | (names == RIM)),
         "without_rim": shared(area, whole),
-        "dark": shared(area, names == "too little contrast"),
+        "sigma_um": 1000 * float(np.median(found.sigma[whole])),
         "largest_angle_deg": farthest_angle(rig, T),
     }
 
