@@ -7,14 +7,8 @@ in this file.
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid.layout import (
-    ALONE,
-    BESIDE,
-    DECODED,
-    REACH,
-    SQUARE,
-    UNREADABLE,
-)
+from raxel.features.active_grid import layout
+from raxel.features.active_grid.layout import ALONE, BESIDE, DECODED, REACH, UNREADABLE
 
 # Kinds of doubt about the period, and what becomes of it.
 POSSIBLE, EVEN = 1, 2
@@ -33,13 +27,9 @@ _SHARE, _SEVENTH = np.float32(1 / 49), np.float32(1 / 7)
 _CIRCLE = np.float32(2 * np.pi)
 _EVEN, _NOWHERE = np.float32(1 / np.sqrt(12)), np.float32(np.nan)
 # arctan(q) / (2 pi q) as a polynomial in q^2 on [0, 1], right to 3e-8 turns.
-_ARCTAN = tuple(
-    np.float32(c)
-    for c in (
-        *(0.159154837, -0.0530461211, 0.0317459458, -0.0221362732),
-        *(0.015346036, -0.00889872415, 0.00347959743, -0.000645304089),
-    )
-)
+_TERMS = (0.159154837, -0.0530461211, 0.0317459458, -0.0221362732)
+_TERMS += (0.015346036, -0.00889872415, 0.00347959743, -0.000645304089)
+_ARCTAN = tuple(map(np.float32, _TERMS))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -78,23 +68,6 @@ def _sum_of_window(rows, y, column, out):
     middle = out[3 : n + 3]
     for x in range(n):
         middle[x] = (a[x] + b[x]) + (c[x] + d[x]) + (e[x] + f[x]) + g[x]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _any_in_window(rows, y, column, out):
-    """As `_sum_of_window`, of flags: whether any is set; set at the borders."""
-    out[:] = 1
-    n = len(rows)
-    a, b, c = rows[(y - 3) % n], rows[(y - 2) % n], rows[(y - 1) % n]
-    d, e, f, g = rows[y % n], rows[(y + 1) % n], rows[(y + 2) % n], rows[(y + 3) % n]
-    for x in range(len(column)):
-        column[x] = a[x] | b[x] | c[x] | d[x] | e[x] | f[x] | g[x]
-    n = len(out) - 6
-    a, b, c, d = column[0:n], column[1 : n + 1], column[2 : n + 2], column[3 : n + 3]
-    e, f, g = column[4 : n + 4], column[5 : n + 5], column[6 : n + 6]
-    middle = out[3 : n + 3]
-    for x in range(n):
-        middle[x] = a[x] | b[x] | c[x] | d[x] | e[x] | f[x] | g[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -261,9 +234,8 @@ def _settled(images, y, x, pairs, edges, is_even, axis, rows, below):
         second = pairs[_bit_of_edge(near, len(pairs))]
     count, sums = _sums_around(images, y, x, first, second, axis, rows)
     half = count * most
-    at_across = 2 * sums[0]
     at_near = 2 * abs(sums[1]) if 0 < near < edges else half
-    if at_across < min(half, at_near):
+    if 2 * sums[0] < min(half, at_near):
         return MOVES
     return LOST if is_even and at_near >= half else STAYS
 
@@ -393,7 +365,8 @@ def decode_rows(images, part, plan, smooth, mark, noise, bias, rows, out):
         windows = smooth and y >= REACH and y + REACH < height and width > 2 * REACH
         lost[:] = 0
         if windows:
-            _any_in_window(rows.crossed, y, column, mixed)
+            mixed[:] = 1  # at the borders, where there are no windows
+            _sum_of_window(rows.crossed, y, column, mixed)
         for axis in range(len(plan.bits)):
             length, spread = plan.length[axis], sigma[axis, i]
             period = cells[axis, i]
@@ -422,6 +395,6 @@ def decode_rows(images, part, plan, smooth, mark, noise, bias, rows, out):
         for axis in range(len(plan.bits)):
             _mark_beside(location[axis, i], sigma[axis, i], plan.extent[axis], status)
         for axis in range(len(plan.bits)):
-            bent = bias[axis, i // SQUARE]
+            bent = bias[axis, i // layout.SQUARE]
             places = location[axis, i], sigma[axis, i]
             _finish(status, plan.length[axis], bent, crossed[axis], mark, *places)
