@@ -69,7 +69,7 @@ from repro.run.outcomes import Plan
 #   $2\pi$ blur SDs wide in the picture, whatever the noise, and a curve with
 #   nothing fitted predicts the error to {glue:text}`theory:.1f` % (median).
 # - The 7 × 7 smoothing of the thesis needs cells of at least
-#   {glue:text}`narrowest:.0f` px; the narrowest that it takes are best with
+#   {glue:text}`narrowest:.1f` px; the narrowest that it takes are best with
 #   little blur, {glue:text}`gain:.1f` times better than eight cells here,
 #   for {glue:text}`more` pictures more.
 # - Four steps leave the third order of the response: up to
@@ -258,8 +258,9 @@ def light_runs(effort):
 # ## Which to take
 #
 # Find your blur and noise; what carries over to your camera is the width of
-# a cell in its picture. Blur is that of the picture of the monitor, out of
-# focus as it may be.
+# a cell in its picture. The blur is that of the monitor's picture, which may
+# be out of focus. Each time the error of the best grid stands beside that
+# of the thesis's eight cells.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_cells_advice", digits=3)
@@ -330,7 +331,7 @@ def light_runs(effort):
 # **Limits.** One thing was changed after a first run: the outermost 4 px of
 # the picture are not scored. No window of the smoothing fits there, and in
 # so small a picture these pixels decided the RMS error of all. Cells just
-# below {glue:text}`narrowest:.0f` px lose the smoothing, and with it all
+# below {glue:text}`narrowest:.1f` px lose the smoothing, and with it all
 # that it gains; a rule that knows an edge from a fine grid would do better.
 #
 # The blur is the same everywhere, the monitor has no raster, and

@@ -48,6 +48,24 @@ def middle(result, name, key, grid):
     return np.nan if found is None else found.value
 
 
+def widest(result, names):
+    """How far, in %, an end of an interval lies from its median RMS error at most.
+
+    names: of values, as `measured` takes them; for every grid that decodes anything.
+    """
+    found = [
+        measured(result, name, "rms_px", grid_of(*grid))
+        for name in names
+        for grid in grids(result)
+    ]
+    ends = [
+        max(one.high / one.value, one.value / one.low)
+        for one in found
+        if one
+    ]
+    return 100 * (max(ends) - 1)
+
+
 def swept(result, name):
     """The different values of a list that conditions have, in order."""
     return sorted({x for c in result.conditions for x in c[name]})

@@ -6,15 +6,16 @@ import numpy as np
 
 from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     BY_PIXEL,
+    ENOUGH,
     SMOOTHED,
     best_cells,
     grid_of,
     grids,
     is_readable,
-    measured,
     middle,
     sigma_px,
     swept,
+    widest,
     width_of,
 )
 from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
@@ -43,7 +44,7 @@ def ext_cells_advice(results):
     width, rows = width_of(result), []
     for blur in swept(result, "blurs_px"):
         for noise in swept(result, "noises"):
-            cells = [blur, noise, 2 * np.pi * blur]
+            cells = [blur, noise]
             name = name_of(LINEAR, blur, noise)
             for way in (SMOOTHED, BY_PIXEL):
                 ours = middle(
@@ -60,13 +61,13 @@ def ext_cells_advice(results):
                 period = period_px(count, width)
                 cells += [count, period, error, ours / error]
             rows.append(cells)
-    heads = ["Blur SD (px)", "Noise SD (grey levels)", "2π blur (px)"]
+    heads = ["Blur SD (px)", "Noise SD (grey levels)"]
     for way in ("smoothed", "by pixel"):
         heads += [
-            f"{way}: best cells",
-            f"{way}: width of a cell (px)",
+            f"{way}: cells",
+            f"{way}: width of one (px)",
             f"{way}: RMS error (px)",
-            f"{way}: error of 8 cells / this",
+            f"{way}: that of 8 cells / this",
         ]
     return Table(
         columns(heads, rows),
@@ -81,53 +82,62 @@ def ext_cells_advice(results):
 def ext_cells_scores(results):
     """Every grid at one noise: errors, stated SD, pixels decoded."""
     result = results["ext_cells_runs"]
-    rows = []
-    for blur in swept(result, "blurs_px"):
-        name = name_of(LINEAR, blur, OUR_NOISE)
-        for cells, steps in grids(result):
-            grid = grid_of(cells, steps)
-            for way in (SMOOTHED, BY_PIXEL):
-                rows.append(
-                    [blur, cells, pictures_of(cells, steps), way]
-                    + _scores(result, f"{name}.{way}", grid)
-                )
+    rows = [
+        [
+            blur,
+            cells,
+            way,
+            *_scores(result, blur, way, grid_of(cells, steps)),
+        ]
+        for blur in swept(result, "blurs_px")
+        for cells, steps in grids(result)
+        for way in (SMOOTHED, BY_PIXEL)
+    ]
+    names = [
+        f"{name_of(LINEAR, blur, OUR_NOISE)}.{way}"
+        for blur in swept(result, "blurs_px")
+        for way in (SMOOTHED, BY_PIXEL)
+    ]
     heads = (
         "Blur SD (px)",
         "Cells",
-        "Pictures",
         "Decoded",
         "RMS error (px)",
-        "Median error (px)",
+        "Median (px)",
         "95 % below (px)",
-        "Stated SD, RMS (px)",
-        "Within one stated SD (%)",
-        "Pixels with a place (%)",
-        "Wrong cell (pixels)",
+        "Stated SD (px)",
+        "Within it (%)",
+        "Pixels read (%)",
+        "In a wrong cell (pixels)",
     )
     return Table(
         columns(heads, rows),
         f"All grids with four steps under noise of SD {OUR_NOISE:g}, medians "
-        "over the views; errors are of one coordinate. Wrong cell: pixels, "
-        "over all views, that are off by half a cell or more. A normal error "
-        "is within one SD in 68 %.",
+        "over the views; errors are of one coordinate. Within it: errors of "
+        "at most one stated SD, 68 % if they are normal. In a wrong cell: "
+        "off by half a cell or more, over all views. The 95 % intervals of "
+        f"the RMS errors end within {widest(result, names):.0f} % of them.",
         Check(
-            all(row[-1] == 0 for row in rows if row[-2] and row[-2] > 99),
-            "no grid that decodes 99 % has a pixel in a wrong cell",
+            all(row[-1] == 0 for row in rows if row[-2] >= 100 * ENOUGH),
+            "no grid that reads 99 % has a pixel in a wrong cell",
         ),
     )
 
 
-def _scores(result, name, grid):
-    found = [
-        measured(result, name, key, grid)
-        for key in ("rms_px", "median_px", "p95_px", "sigma_px")
-    ]
-    within = middle(result, name, "within", grid)
+def _scores(result, blur, way, grid):
+    name = f"{name_of(LINEAR, blur, OUR_NOISE)}.{way}"
+    keys = (
+        "rms_px",
+        "median_px",
+        "p95_px",
+        "sigma_px",
+        "within",
+        "decoded",
+    )
+    *found, within, read = (middle(result, name, key, grid) for key in keys)
+    cells = [*found, 100 * within, 100 * read]
     return [
-        found[0],
-        *(one and one.value for one in found[1:]),
-        100 * within if np.isfinite(within) else None,
-        100 * middle(result, name, "decoded", grid),
+        *(x if np.isfinite(x) else None for x in cells),
         int(result.column(f"{name}.gross", **grid).sum()),
     ]
 
@@ -146,7 +156,7 @@ def ext_steps_advice(results):
     for gamma in swept(result, "gammas"):
         name = f"{name_of(gamma, OUR_BLUR_PX, 0.0)}.{BY_PIXEL}"
         found = [
-            measured(result, name, "rms_px", grid_of(OUR_CELLS, n))
+            middle(result, name, "rms_px", grid_of(OUR_CELLS, n))
             for n in counts
         ]
         gross = [
@@ -165,7 +175,7 @@ def ext_steps_advice(results):
     ]
     return Table(
         columns(heads, rows),
-        f"RMS error (px) that the response makes without noise, with "
+        f"Median RMS error (px) that the response makes without noise, with "
         f"{OUR_CELLS} cells of {period:.0f} px, by pixel; and the fewest of "
         "the tested steps with which it is less than half of the error that "
         "noise of that SD makes, so that it adds less than 12 %.",
@@ -179,7 +189,7 @@ def _enough(period, steps, error, gross):
     """For each of NOISES: whether the response adds little to what noise does."""
     return [
         gross == 0
-        and error.value < sigma_px(period, OUR_BLUR_PX, noise, steps) / 2
+        and error < sigma_px(period, OUR_BLUR_PX, noise, steps) / 2
         for noise in NOISES
     ]
 
@@ -210,14 +220,20 @@ def ext_equal_pictures(results):
     heads = ["Pictures", "Cells", "Steps"]
     for way in (SMOOTHED, BY_PIXEL):
         heads += [f"{way}, blur {blur:g} px (px)" for blur in blurs]
+    names = [
+        f"{name_of(ORDINARY, blur, OUR_NOISE)}.{way}"
+        for blur in blurs
+        for way in (SMOOTHED, BY_PIXEL)
+    ]
     taken = all(pictures_of(*row[1:3]) == row[0] for row in rows)
     return Table(
         columns(heads, rows),
-        "RMS error of grids that take equally many pictures, for both axes "
+        "Median RMS error of grids that take equally many pictures, for both axes "
         "with all inverses: finer cells against more steps. Monitor of gamma "
         f"{ORDINARY:g}, noise of SD {OUR_NOISE:g} grey levels. No number: "
         "fewer than 99 % of the pixels are decoded, or some into a wrong "
-        "cell.",
+        f"cell. The 95 % intervals end within {widest(result, names):.0f} % "
+        "of the medians.",
         Check(taken, "the pictures of every grid add up"),
     )
 
@@ -229,7 +245,7 @@ def _errors(result, blurs, grid):
         for blur in blurs:
             name = name_of(ORDINARY, blur, OUR_NOISE)
             good = is_readable(result, name, way, grid)
-            one = measured(result, name, f"{way}.rms_px", grid)
+            one = middle(result, name, f"{way}.rms_px", grid)
             found.append(one if good else None)
     return found
 
@@ -244,7 +260,7 @@ def ext_steps_light(results):
         rows.append(
             [steps]
             + [
-                measured(result, f"{which}.{BY_PIXEL}", "rms_px", grid)
+                middle(result, f"{which}.{BY_PIXEL}", "rms_px", grid)
                 for which in LIGHTS
             ]
         )
@@ -256,7 +272,7 @@ def ext_steps_light(results):
     ]
     return Table(
         columns(heads, rows),
-        "RMS error of a coordinate with a linear response and the noise of "
+        "Median RMS error of a coordinate with a linear response and the noise of "
         f"a sensor of {FULL_WELL_E:.0f} electrons: only the pictures and the "
         "light count.",
     )
