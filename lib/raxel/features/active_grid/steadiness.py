@@ -135,14 +135,19 @@ def _without_pattern(sample):
 
 
 def _shifts(plain, reference, pattern):
-    """Shift (2,) px against the reference, and of a picture against its inverse."""
+    """Shift (2,) px against the reference, and of a picture against its inverse.
+
+    At an edge of the pattern a tone curve makes both together brighter or darker,
+    whichever side is bright. What a shift leaves turns with the side; unless it is far
+    more, it is the tone curve's as well.
+    """
     columns = [reference, np.ones_like(reference), *_slopes(reference)]
-    if pattern is not None:
-        # At an edge a tone curve makes both together brighter or darker.
-        slopes = [_edges(slope) for slope in _slopes(pattern)]
-        columns += [*slopes, *map(np.abs, slopes)]
-    found = _fitted(plain, columns)
-    return found[2:4], found[4:6] if pattern is not None else np.zeros(2)
+    if pattern is None:
+        return _fitted(plain, columns)[2:], np.zeros(2)
+    slopes = [_edges(slope) for slope in _slopes(pattern)]
+    found = _fitted(plain, [*columns, *slopes, *map(np.abs, slopes)])
+    within, tone = found[4:6], found[6:]
+    return found[2:4], within * (np.hypot(*within) > 2 * np.hypot(*tone))
 
 
 def _slopes(picture):
