@@ -13,7 +13,7 @@ from raxel.calibration import BoardView, dense_view
 from raxel.calibration.board_rays import ray_table
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
-from raxel.features.active_grid import decode
+from raxel.features.active_grid import decode, locate
 from raxel.features.celect import celect
 from raxel.geometry import transform
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
@@ -56,6 +56,7 @@ def compile_ahead():
     place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
+    locate(shown, patterns, ActiveGrid(MONITOR_PX))
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 

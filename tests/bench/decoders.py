@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from raxel.features.active_grid import Noise, decode, estimate_noise
+from raxel.features.active_grid import Noise, decode, estimate_noise, locate
 from raxel.sets import ActiveGrid
 from tests.active_grids import Scene, drawn, plainly_decoded
 from tests.bench import peers
@@ -84,10 +84,14 @@ def contenders(scene, cores):
     axes = peers.read_plan(patterns, grid.monitor_px)
     noise = float(np.sqrt(noise_of(scene).floor))
     kept = decode(images, patterns, grid)
-    out = np.empty((4, *images[0].shape), np.float32)
+    out = np.empty((2, *images[0].shape), np.float32)
+    located = locate(images, patterns, grid)
 
     def raxel(threads, **options):
         return lambda: decode(images, patterns, grid, threads=threads, **options)
+
+    def places(threads):
+        return lambda: locate(images, patterns, grid, threads=threads, into=located)
 
     raw = {"smooth": False, "margin_px": 0, "into": kept}
     runs = {
@@ -96,6 +100,8 @@ def contenders(scene, cores):
         "raxel, one core": (raxel(1), 1),
         "raxel, one core, arrays kept": (raxel(1, into=kept), 1),
         "raxel, unsmoothed, arrays kept": (raxel(cores, **raw), cores),
+        "raxel, locations alone": (places(cores), cores),
+        "raxel, locations alone, one core": (places(1), 1),
         PLAIN: (lambda: peers.with_opencv(images, axes, noise), 1),
         "plain numpy": (lambda: peers.with_numpy(images, axes, noise), 1),
         "bandwidth bound": (lambda: peers.read_and_write(images, out, cores), cores),
@@ -141,7 +147,10 @@ def agreement(scene, rows=CROP):
 
 
 def table(timings):
-    """Lines to print: Mpx/s of wall time, CPU ns a pixel, ratios, bytes a pixel."""
+    """Lines to print: Mpx/s of wall time, CPU ns a pixel, ratios, bytes a pixel.
+
+    The bound is what it takes to read the pictures and write both coordinates.
+    """
     plain = next(t for t in timings if t.name == PLAIN)
     bound = min(t.wall_ns for t in timings if t.name.startswith("bandwidth"))
     lines = [

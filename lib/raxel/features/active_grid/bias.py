@@ -6,6 +6,7 @@ perspective or a curved mirror bends the phases, that is no noise, and smoothing
 not take it away.
 """
 
+import cv2
 import numpy as np
 
 from raxel.features.active_grid.coding import phase_weights
@@ -38,8 +39,10 @@ def _seen_places(images, code, shape, least):
     The phase is of 3 x 3 pixels; bits without an inverse are left out.
     """
     height, width = images[0].shape
-    y = np.minimum(SQUARE // 2 + SQUARE * np.arange(shape[0]), height - 2)
-    x = np.minimum(SQUARE // 2 + SQUARE * np.arange(shape[1]), width - 2)
+    y = SQUARE // 2 + SQUARE * np.arange(shape[0])
+    x = SQUARE // 2 + SQUARE * np.arange(shape[1])
+    whole = np.ix_(y < height - 1, x < width - 1)
+    y, x = np.minimum(y, height - 2), np.minimum(x, width - 2)
     wave = np.zeros(shape, complex)
     sine, cosine, _ = phase_weights(len(code.steps))
     for k, weight in zip(code.steps, cosine + 1j * sine, strict=True):
@@ -52,7 +55,9 @@ def _seen_places(images, code, shape, least):
             value = value ^ (images[picture][middle] > images[inverse][middle])
             cell = 2 * cell + value
     of_cell = (cell + 0.5) * code.cell / code.period
-    return np.ceil(of_cell - turn - 0.5) + turn, np.abs(wave) > least
+    known = np.zeros(shape, bool)
+    known[whole] = np.abs(wave[whole]) > least
+    return np.ceil(of_cell - turn - 0.5) + turn, known
 
 
 def _bending(place, known):
@@ -66,11 +71,12 @@ def _bending(place, known):
 
 
 def _filled(values, known):
-    """Squares that are not known get the mean of neighbours that are, or 0."""
-    height, width = values.shape
-    sums, count = np.zeros(values.shape), np.zeros(values.shape)
-    framed, there = np.pad(values * known, 1), np.pad(known, 1)
-    for v, u in np.ndindex(3, 3):
-        sums += framed[v : v + height, u : u + width]
-        count += there[v : v + height, u : u + width]
-    return np.where(known, values, sums / count.clip(1))
+    """Squares that are not known get the mean of neighbours that are, twice; or 0."""
+    for _ in range(2):
+        count, sums = (
+            9 * cv2.blur(array.astype(float), (3, 3), borderType=cv2.BORDER_CONSTANT)
+            for array in (known, np.where(known, values, 0))
+        )
+        values = np.where(known, values, sums / count.clip(1))
+        known = count > 0.5
+    return values

@@ -117,7 +117,7 @@ def decode(
     response that is not linear is not in it: with four steps its third order shifts
     the phase. Raises InputError for pictures and patterns that do not fit together.
     """
-    stack = _checked(images, patterns)
+    stack = checked_pictures(images, patterns)
     codes = read_coding(patterns, monitor.monitor_px)
     unit = np.ones(2)
     if monitor.monitor_mm:
@@ -139,7 +139,7 @@ def decode(
     settings = plan, smooth, neighbours, limit, variance, bias
 
     parts = range(0, height, ROWS_AT_ONCE)
-    with ThreadPoolExecutor(threads or _processors()) as pool:
+    with ThreadPoolExecutor(threads or processors()) as pool:
         kept = threading.local()
 
         def decode_part(first):
@@ -189,7 +189,7 @@ def _decode_part(stack, first, settings, rows, out):
         decode_rows(*found, variance, bias, rows, out)
 
 
-def _checked(images, patterns):
+def checked_pictures(images, patterns):
     """The pictures, if they fit each other and the patterns."""
     if not len(images) or len(images) != len(patterns):
         raise InputError(
@@ -305,7 +305,7 @@ def _both_axes(array, codes):
     return np.moveaxis(array, 0, 2)
 
 
-def _processors():
+def processors():
     import os
 
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
