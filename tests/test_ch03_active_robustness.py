@@ -121,8 +121,9 @@ class Swept:
 
     def column(self, name, **asked):
         method = name.split(".")[-1]
+        assert asked in self.conditions
         found = self.residual(asked["sweep"], asked["level"], method)
-        return np.full(3, found, float)
+        return np.array([float(found)])
 
 
 def judged(judge, residual):

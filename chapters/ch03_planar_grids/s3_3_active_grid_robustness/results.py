@@ -53,7 +53,18 @@ def at(result, sweep, level, name):
     """Values (sets,) of a level."""
     if DEFAULT_LEVEL.get(sweep) == level:
         sweep, level = "default", DEFAULT_MM
-    return result.column(name, sweep=sweep, level=level)
+    return along(result, name, sweep=sweep, level=level)
+
+
+def along(result, name, **asked):
+    """A value (n,) of all conditions that fit, such as every set or seed."""
+    return np.concatenate(
+        [
+            result.column(name, **condition)
+            for condition in result.conditions
+            if asked.items() <= condition.items()
+        ]
+    )
 
 
 def points_of(result):
@@ -215,7 +226,7 @@ def _name_viewing(result):
     for short, turn in (("straight", turns[0]), ("turned", turns[-1])):
         found = shares(result, turn, "sigma_um")
         value(f"sigma.{short}", float(np.median(found)))
-    angles = result.column("largest_angle_deg", turn_deg=turns[-1])
+    angles = along(result, "largest_angle_deg", turn_deg=turns[-1])
     value("largest_angle", float(np.max(angles)))
     value("light_there", 100 * float(np.cos(np.radians(angles.max())) ** 2))
 
@@ -225,6 +236,10 @@ def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
 
     Or another value of the trials, by its name.
     """
-    return result.column(
-        name, turn_deg=turn, falloff_exponent=falloff, camera_gamma=gamma
+    return along(
+        result,
+        name,
+        turn_deg=turn,
+        falloff_exponent=falloff,
+        camera_gamma=gamma,
     )
