@@ -78,7 +78,7 @@ def test_rigs_of_the_repository_are_complete(path):
     rig = load_rig(path)
     assert rig.name == path.stem
     assert rig.laboratory().camera is rig.camera
-    assert rig.camera.width >= 640
+    assert rig.camera.width >= 640 or path.stem.endswith("-small")
     leaves = list(quantities(yaml.safe_load(path.read_text(encoding="utf-8"))))
     assert len(leaves) > 20
     for quantity in leaves:

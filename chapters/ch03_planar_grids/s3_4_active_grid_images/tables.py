@@ -1,0 +1,120 @@
+"""Table 3.8, and the same in other readings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
+    CORNERS,
+    FACETS,
+    METHODS,
+    QUESTIONS,
+    Corners,
+    seeds_of,
+)
+from repro.run.experiment import table
+from repro.run.outcomes import Measured, Table
+
+OTHERS = (
+    ("as in Table 3.8", {}),
+    ("half window", {"opencv_window": "half window"}),
+    ("local fit", {"active_corner": "local fit"}),
+    ("true lens", {"lens_left": "true lens"}),
+    ("16 bits", {"undistorted_bits": "16 bits"}),
+    ("sharper edges", {"edge_blur": "as on larger pixels"}),
+)
+
+
+def of_seeds(values):
+    """Median and range over seeds."""
+    return Measured(
+        float(np.median(values)),
+        float(np.min(values)),
+        float(np.max(values)),
+    )
+
+
+@table("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
+def table_3_8(results):
+    """Errors of four methods with their best settings."""
+    case = Corners(results[CORNERS], {})
+    windows = [of_seeds(case.best_window(m)) for m in METHODS[:3]]
+    blur = of_seeds(case.best_blur())
+    return Table(
+        {
+            "Method": list(METHODS),
+            "Mean (px)": [
+                of_seeds(case.statistic(m, "mean")) for m in METHODS
+            ],
+            "SD (px)": [of_seeds(case.statistic(m, "sd")) for m in METHODS],
+            "Best window (px)": [*windows, None],
+            "Best blur SD (px)": [None, None, blur, None],
+        },
+        "Residuals of the corners of one chessboard after the homography from the metric "
+        "grid, with the window and blur of the least mean residual: medians, and ranges "
+        f"over {len(case.seeds)} seeds. Pictures undistorted with Zhang's calibration.",
+    )
+
+
+@table(
+    "ext_table_3_8_readings",
+    needs=("table_3_8_corners",),
+    evidence="rendered",
+)
+def ext_table_3_8_readings(results):
+    """The means of Table 3.8 in every reading."""
+    rows = {"Reading": [word for word, _ in OTHERS]}
+    for method in METHODS:
+        rows[f"{method} (px)"] = [
+            of_seeds(
+                Corners(results[CORNERS], options).statistic(method, "mean")
+            )
+            for _, options in OTHERS
+        ]
+    return Table(
+        rows,
+        "Mean residuals in every reading: medians, and ranges over the seeds. One option "
+        "differs from Table 3.8 in each row.",
+    )
+
+
+@table(
+    "ext_fig_3_18_numbers", needs=("fig_3_18_facets",), evidence="rendered"
+)
+def ext_fig_3_18_numbers(results):
+    """The mirror ball by seed."""
+    ran = results[FACETS]
+    seeds = seeds_of(ran)
+    off = [ran.arrays("corner_squares", seed=s)[0] for s in seeds]
+    count = {
+        name: [int(ran.column(name, seed=s)[0]) for s in seeds]
+        for name in ("facets", "corners", "detector_found")
+    }
+    failed = {
+        option: [
+            float(100 * np.mean(ran.arrays(name, seed=s)[0] < 0.5))
+            for s in seeds
+        ]
+        for option, name in zip(
+            QUESTIONS["static_grid"], ("across", "within"), strict=True
+        )
+    }
+    return Table(
+        {
+            "Seed": list(seeds),
+            "Facets with the monitor": count["facets"],
+            "Corners of the board": count["corners"],
+            "Corners measured": [int(np.isfinite(e).sum()) for e in off],
+            "Median error (squares)": [float(np.nanmedian(e)) for e in off],
+            "Largest error (squares)": [float(np.nanmax(e)) for e in off],
+            "Static grid fails, all facets (%)": failed[
+                QUESTIONS["static_grid"][0]
+            ],
+            "Static grid fails, each alone (%)": failed[
+                QUESTIONS["static_grid"][1]
+            ],
+            "Boards found by a detector": count["detector_found"],
+        },
+        "Corners of the chessboard put together from the facets, and facets on which a "
+        "static grid gives less than half of the pixels a place within 0.1 square.",
+    )

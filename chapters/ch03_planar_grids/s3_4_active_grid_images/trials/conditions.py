@@ -1,0 +1,96 @@
+"""What section 3.3.4 runs: rigs, seeds, settings, and the sets that they are made of."""
+
+from __future__ import annotations
+
+SMALL = {"quick": "-small", "full": ""}
+SEEDS = {"quick": (1,), "full": (1, 2, 3)}
+# Full widths (px) and SDs (px): of the sweep, and of the coarser one for other readings.
+WINDOWS = {"quick": (5, 13, 21), "full": tuple(range(5, 58, 4))}
+COARSE = {"quick": (5, 21), "full": tuple(range(5, 58, 8))}
+BLURS = {
+    "quick": (0.5, 2.0),
+    "full": (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0),
+}
+COARSE_BLURS = {"quick": (0.5,), "full": (0.5, 2.0, 4.0, 8.0)}
+VIEWS = ("long wall", "corner")
+PITCHES = ("pitched", "half pitched")
+
+# Literals, which the workflow reads without running them.
+CORNER_SETS = {
+    "quick": ("d200-boards-small/1", "d200-lens-small/1", "d200-lens-sharp-small/1"),
+    "full": (
+        "d200-boards/1", "d200-boards/2", "d200-boards/3",
+        "d200-lens/1", "d200-lens/2", "d200-lens/3",
+        "d200-lens-sharp/1", "d200-lens-sharp/2", "d200-lens-sharp/3",
+    ),
+}  # fmt: skip
+FISHEYE_SETS = {
+    "quick": ("d200-fisheye-small/1",),
+    "full": ("d200-fisheye/1", "d200-fisheye/2", "d200-fisheye/3"),
+}
+BALL_SETS = {
+    "quick": ("mirror-ball-small/1",),
+    "full": ("mirror-ball/1", "mirror-ball/2", "mirror-ball/3"),
+}
+CORNER_RIGS = (
+    "data/rigs/d200-lens.yaml",
+    "data/rigs/d200-lens-small.yaml",
+    "data/rigs/d200-lens-sharp.yaml",
+    "data/rigs/d200-lens-sharp-small.yaml",
+)
+FISHEYE_RIGS = (
+    "data/rigs/d200-fisheye.yaml",
+    "data/rigs/d200-fisheye-small.yaml",
+)
+BALL_RIGS = (
+    "data/rigs/mirror-ball.yaml",
+    "data/rigs/mirror-ball-small.yaml",
+)
+
+
+def corner_conditions(effort, cases):
+    """A condition for each seed of the cases of Table 3.8, by name."""
+    found = []
+    for case in cases:
+        sharp = "-sharp" if case == "sharp" else ""
+        coarse = case in ("sharp", "16 bits")
+        found += [
+            {
+                "case": case,
+                "seed": seed,
+                "rig": f"d200-lens{sharp}{SMALL[effort]}",
+                "boards": f"d200-boards{SMALL[effort]}",
+                "pose": int(case == "far"),
+                "bits": 16 if case == "16 bits" else 8,
+                "windows": list((COARSE if coarse else WINDOWS)[effort]),
+                "blurs": list((COARSE_BLURS if coarse else BLURS)[effort]),
+            }
+            for seed in SEEDS[effort]
+        ]
+    return found
+
+
+def line_conditions(effort, pitches, views):
+    """A condition for each seed, pitch of the grid and view of the room."""
+    return [
+        {
+            "rig": f"d200-fisheye{SMALL[effort]}",
+            "seed": seed,
+            "pose": PITCHES.index(pitch),
+            "pitch": pitch,
+            "view": view,
+            "drawn": (seed, pitch, view) == (1, PITCHES[0], VIEWS[0]),
+        }
+        for view in views
+        for pitch in pitches
+        for seed in SEEDS[effort]
+    ]
+
+
+def ball_conditions(effort):
+    """A condition for each seed of the mirror ball."""
+    rig = f"mirror-ball{SMALL[effort]}"
+    return [
+        {"rig": rig, "seed": seed, "drawn": seed == 1}
+        for seed in SEEDS[effort]
+    ]

@@ -1,0 +1,204 @@
+"""Table 3.8: corners of one board by four methods, in pictures without distortion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
+    capture_of,
+    decoded,
+    rig_of,
+)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.metric_search import (
+    at_four_pixels,
+    by_local_fit,
+)
+from raxel.calibration.board_views import board_views
+from raxel.calibration.zhang import calibrate_zhang
+from raxel.features import DEFAULT_DETECTOR
+from raxel.features.boards import detect_boards
+from raxel.features.localise.ridges import fit_ridges, gradient
+from raxel.features.localise.saddle import blurred, fit_saddles
+from raxel.features.localise.subpix import opencv_subpix
+from raxel.geometry.homography import (
+    apply_homography,
+    homography_dlt,
+    refine_homography,
+)
+from raxel.multiview.perspective_view import (
+    perspective_view,
+    resample,
+    source_pixels,
+)
+from raxel.sets import load_set
+from repro.run.rendered import rendered_set
+# In pictures of 16 bits the rounding to 8 by the camera is what noise there is.
+NOISE = {8: {}, 16: {"noise": 257 / np.sqrt(12)}}
+
+
+def corner_trial(condition, rng):
+    """Residuals of every corner by every method and setting, at one pose.
+
+    condition: rig, boards (the rig whose pictures calibrate the camera), seed, pose
+    (its number), bits (of the undistorted pictures), windows: full widths, px; blurs:
+    SD, px. Returns mean and SD of the residuals (px) by method, window and blur,
+    infinite where a corner was not found; and with the best setting of each method the
+    corners and their residuals, once as they are and once (`true_lens`) as though the
+    true lens had taken the distortion out.
+    """
+    camera = calibrated(condition)
+    sources = source_pixels(camera, perspective_view(camera))
+    image_set, view = capture_of(
+        condition["rig"], condition["seed"], condition["pose"]
+    )
+    grid, picture = decoded(
+        image_set,
+        view,
+        lambda taken: resample(in_bits(taken, condition["bits"]), sources),
+        neighbours=True,
+        fill=True,
+        **NOISE[condition["bits"]],
+    )
+    metric = image_set.target.chessboard_points()
+    found = {
+        "four nearest pixels": at_four_pixels(grid, metric)[None],
+        "local fit": by_local_fit(grid, metric)[None],
+    }
+    # A corner detector says which pixel it is.
+    start = np.rint(found["local fit"][0])
+    found |= sweep(picture, start, condition["windows"], condition["blurs"])
+    truth = rig_of(condition["rig"]).camera
+    out = {
+        name: best_of(corners, metric) for name, corners in found.items()
+    }
+    for name, corners in found.items():
+        best = corners.reshape(-1, *metric.shape)[out[name]["best"]]
+        moved = residual_of(through(camera, truth, best), metric)
+        out[name]["true_lens"] = {key: moved[key] for key in ("mean", "sd")}
+    return out | {
+        "metric": metric,
+        "largest_window_px": largest_window(start, picture.shape),
+        "square_px": square_px(start, metric),
+        "middle": camera.K[:2, 2],
+        "radial": camera.radial,
+        "views": len(image_set.views),
+    }
+
+
+def in_bits(picture, bits):
+    """A picture of 8 bits as it is, or in 16, which rounds less when it is resampled."""
+    return picture if bits == 8 else picture.astype(np.uint16) * 257
+
+
+def calibrated(condition):
+    """The camera that Zhang's method finds in pictures of a board."""
+    boards = load_set(rendered_set(condition["boards"], condition["seed"]))
+    found = detect_boards(
+        boards, DEFAULT_DETECTOR, boards.views, lambda line: None
+    )
+    size = boards.width, boards.height
+    return calibrate_zhang(board_views(boards, found), *size).camera
+
+
+def through(camera, truth, corners):
+    """Corners (n, 2) undistorted with one camera, as another would have done it."""
+    as_taken = camera.project(
+        perspective_view(camera).directions(corners)
+    ).pixels
+    rays = truth.rays(as_taken).directions
+    return rays[:, :2] / rays[:, 2:] @ truth.K[:2, :2].T + truth.K[:2, 2]
+
+
+def sweep(picture, start, windows, blurs):
+    """{method: corners (settings..., n, 2)} at every setting, NaN where not found."""
+    if picture.dtype == np.uint16:
+        picture = (picture / 257).astype(np.float32)
+    slopes = gradient(picture.astype(float))
+    reach = [w // 2 for w in windows]
+    derivative, saddle, opencv = [], [], []
+    for window, half in zip(windows, reach, strict=True):
+        fits = inside(start, picture.shape, half)
+        ridges, settled = fit_ridges(slopes, start, window)
+        derivative.append(kept(ridges[:, :2], settled & fits))
+        moved = opencv_subpix(picture, start, half)
+        opencv.append(kept(moved, fits & (moved != start).any(axis=1)))
+    for blur in blurs:
+        soft = blurred(picture.astype(float), blur)
+        row = [fit_saddles(soft, start, window) for window in windows]
+        saddle.append([kept(*pair) for pair in row])
+    # As many half windows, which a full one of twice as many px holds.
+    halves = [opencv_subpix(picture, start, window) for window in windows]
+    halves = [kept(at, (at != start).any(axis=1)) for at in halves]
+    return {
+        "derivative": np.array(derivative),
+        "OpenCV": np.array(opencv),
+        "OpenCV half": np.array(halves),
+        "saddle point": np.array(saddle),
+    }
+
+
+def kept(corners, good):
+    """Corners (n, 2), NaN where they are not good."""
+    return np.where(good[:, None], corners, np.nan)
+
+
+def inside(corners, shape, half):
+    """Which corners (n, 2) have a window of this half width inside the picture."""
+    size = np.array(shape[::-1])
+    return ((corners >= half) & (corners <= size - 1 - half)).all(axis=1)
+
+
+def largest_window(corners, shape):
+    """Full width (px) of the largest window that fits about all corners."""
+    size = np.array(shape[::-1])
+    room = min(corners.min(), (size - 1 - corners).min())
+    return 2 * int(room) + 1
+
+
+def residual_of(corners, metric):
+    """Residual vectors (px) after the homography from the metric grid (n, 2)."""
+    found = np.isfinite(corners[:, 0])
+    H = refine_homography(
+        homography_dlt(metric[found], corners[found]),
+        metric[found],
+        corners[found],
+    )
+    vectors = corners - apply_homography(H, metric)
+    size = np.linalg.norm(vectors[found], axis=1)
+    return {
+        "corners": corners,
+        "vectors": vectors,
+        "mean": float(size.mean()),
+        "sd": float(size.std(ddof=1)),
+        "lost": int((~found).sum()),
+    }
+
+
+def best_of(settings, metric):
+    """Mean and SD of the residuals at each setting, and the best one's residuals.
+
+    settings: corners (..., n, 2). The mean is infinite where a setting loses a corner.
+    """
+    shape = settings.shape[:-2]
+    flat = settings.reshape(-1, *settings.shape[-2:])
+    mean, sd = np.full((2, len(flat)), np.inf)
+    lost = np.isnan(flat[..., 0]).sum(axis=1)
+    for k in np.flatnonzero(lost == 0):
+        one = residual_of(flat[k], metric)
+        mean[k], sd[k] = one["mean"], one["sd"]
+    best = int(mean.argmin()) if (lost == 0).any() else int(lost.argmin())
+    return residual_of(flat[best], metric) | {
+        "means": mean.reshape(shape),
+        "sds": sd.reshape(shape),
+        "losses": lost.reshape(shape),
+        "best": best,
+    }
+
+
+def square_px(corners, metric):
+    """Median side (px) of a square of the board."""
+    side = int(np.sqrt(len(metric)))
+    lattice = corners.reshape(side, side, 2)
+    return float(
+        np.nanmedian(np.linalg.norm(np.diff(lattice, axis=1), axis=2))
+    )

@@ -1,0 +1,179 @@
+"""Fig. 3.18: a chessboard in a ball of flat mirrors, put together by an active grid."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
+    capture_of,
+    decoded,
+    rig_of,
+)
+from raxel.features import find_board
+from raxel.features.localise.subpix import opencv_subpix
+from raxel.geometry.homography import apply_homography, homography_dlt
+from raxel.multiview.plane_view import remap_to_plane
+
+MM_PER_PX = 0.3
+# Of the window about a corner that is localised, mm: so far every pixel must be seen.
+HALF_MM = 2.4
+# Of a square: nearer counts as right.
+NEAR = 0.1
+LEAST_PIXELS = 100  # of a facet that shows the monitor
+
+
+def facet_trial(condition, rng):
+    """The monitor's chessboard put together from facets, and by a static grid alone.
+
+    condition: rig, seed; drawn: whether the pictures are kept. Returns, in squares, how
+    far each corner of the remapped chessboard that can be localised is from its true
+    place; and facet by facet the share of pixels whose place a static grid gives to
+    NEAR squares, by corners of the same facet, or of all facets taken together.
+    """
+    image_set, view = capture_of(condition["rig"], condition["seed"])
+    grid, picture = decoded(image_set, view, smooth=False)
+    target = image_set.target
+    laid, seen = remap_to_plane(
+        picture,
+        grid.location,
+        grid.sigma,
+        grid.mask,
+        target.monitor_mm,
+        MM_PER_PX,
+    )
+    metric = target.chessboard_points()
+    square = float(np.linalg.norm(metric[1] - metric[0]))
+    camera = rig_of(condition["rig"]).camera
+    truth = np.load(image_set.folder / f"truth/{view.label}.npz")[
+        "points_mm"
+    ]
+    facet = facets_of(camera)
+    shown, count = np.unique(
+        facet[np.isfinite(truth[..., 0])], return_counts=True
+    )
+    shown = shown[count >= LEAST_PIXELS]
+    within, across = [], []
+    everywhere = corners_seen(truth, metric, np.ones(facet.shape, bool))
+    for k in shown:
+        mine = (facet == k) & np.isfinite(truth[..., 0])
+        own = corners_seen(truth, metric, mine)
+        within.append(share_right(own, metric, truth, mine, NEAR * square))
+        across.append(
+            share_right(everywhere, metric, truth, mine, NEAR * square)
+        )
+    off = grid.location - truth
+    known = grid.mask & np.isfinite(truth[..., 0])
+    board = target.chessboard
+    drawn = (
+        {"picture": picture, "laid": laid, "seen": seen}
+        if condition["drawn"]
+        else {}
+    )
+    return drawn | {
+        "corner_squares": corner_errors(laid, seen, metric) / square,
+        "corners": len(metric),
+        "metric": metric,
+        "facets": len(shown),
+        "within": np.array(within),
+        "across": np.array(across),
+        "detector_found": bool(
+            find_board(picture, board.columns, board.rows).found
+        ),
+        "decoded_off_mm": float(
+            np.median(np.linalg.norm(off[known], axis=1))
+        ),
+        "decoded": int(known.sum()),
+        "decoded_of": int(np.isfinite(truth[..., 0]).sum()),
+        "decoded_elsewhere": int((grid.mask & ~known).sum()),
+        "share_of_grid": float(seen.mean()),
+    }
+
+
+def facets_of(camera):
+    """The facet (H, W) that each pixel's centre shows, -1 for none."""
+    v, u = np.mgrid[: camera.height, : camera.width]
+    pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
+    return camera.facet_of(pixels).reshape(u.shape)
+
+
+def corner_errors(laid, seen, metric):
+    """How far (mm) corners localised in the remapped picture are from their places.
+
+    Where the window about the place is not wholly seen, or OpenCV leaves the corner
+    where it was put, NaN.
+    """
+    half = round(HALF_MM / MM_PER_PX)
+    places = metric / MM_PER_PX - 0.5
+    found = opencv_subpix(laid, places, half)
+    off = np.linalg.norm(found - places, axis=1) * MM_PER_PX
+    for k, (x, y) in enumerate(np.rint(places).astype(int)):
+        window = seen[y - half : y + half + 1, x - half : x + half + 1]
+        if (
+            not window.all()
+            or (found[k] == places[k].astype(np.float32)).all()
+        ):
+            off[k] = np.nan
+    return off
+
+
+def corners_seen(truth, metric, where):
+    """Pixels (n, 2) that show the corners of a board, NaN for those that none shows.
+
+    truth: (H, W, 2) mm, what pixels see; where: which of them to search.
+    """
+    v, u = np.nonzero(where & np.isfinite(truth[..., 0]))
+    out = np.full((len(metric), 2), np.nan)
+    if not len(v):
+        return out
+    location = truth[v, u]
+    step = np.nanmedian(np.linalg.norm(np.diff(truth, axis=1), axis=2))
+    for k, place in enumerate(metric):
+        away = np.linalg.norm(location - place, axis=1)
+        nearest = away.argmin()
+        if away[nearest] < step:
+            out[k] = u[nearest], v[nearest]
+    return out
+
+
+def share_right(corners, metric, truth, mine, near):
+    """Share of the pixels of a facet whose place a static grid gives to `near` mm.
+
+    corners: pixels (n, 2) of the corners, as a detector without fault would give them,
+    in order; NaN for those that are not seen. Each pixel takes the homography of a
+    square of the board around it whose four corners are all seen.
+    """
+    side = int(np.sqrt(len(metric)))
+    v, u = np.nonzero(mine)
+    pixels = np.column_stack([u, v]).astype(float)
+    error = np.full(len(pixels), np.inf)
+    order = np.arange(len(metric)).reshape(side, side)
+    for row in range(side - 1):
+        for column in range(side - 1):
+            four = order[row : row + 2, column : column + 2].ravel()[
+                [0, 1, 3, 2]
+            ]
+            if not np.isfinite(corners[four, 0]).all():
+                continue
+            inside = in_quadrilateral(pixels, corners[four])
+            if inside.any():
+                H = homography_dlt(corners[four], metric[four])
+                off = (
+                    apply_homography(H, pixels[inside])
+                    - truth[v, u][inside]
+                )
+                error[inside] = np.minimum(
+                    error[inside], np.linalg.norm(off, axis=1)
+                )
+    return float(np.mean(error <= near))
+
+
+def in_quadrilateral(points, corners):
+    """Which points (n, 2) a convex quadrilateral (4, 2) holds; none if it is none."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    turns = sides[:, 0] * np.roll(sides, -1, axis=0)[:, 1]
+    turns = turns - sides[:, 1] * np.roll(sides, -1, axis=0)[:, 0]
+    if not (np.all(turns > 0) or np.all(turns < 0)):
+        return np.zeros(len(points), bool)
+    away = points[:, None] - corners
+    across = sides[:, 0] * away[..., 1] - sides[:, 1] * away[..., 0]
+    return np.all(across * np.sign(turns[0]) >= 0, axis=1)

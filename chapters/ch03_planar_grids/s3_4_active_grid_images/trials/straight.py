@@ -1,0 +1,317 @@
+"""Fig. 3.17: a room through a fisheye, laid out on an active grid's plane."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+import numpy as np
+
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
+    capture_of,
+    decoded,
+    rig_of,
+)
+from raxel.geometry import (
+    inverse_pose,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+from raxel.lab import room
+from raxel.multiview.plane_view import remap_to_plane
+
+# The camera stands in the middle of the room, level, and looks so far to the right.
+HEADING_DEG = {"long wall": 90.0, "corner": 45.0}
+COLOURED = "long wall"
+MM_PER_PX = 0.25
+# Along an edge a point is looked for so far, to both sides.
+STEP_PX, SEARCH_PX, FINE_PX = 4.0, 3.0, 0.25
+LEAST_SLOPE = 3.0  # grey levels a px
+LEAST_POINTS, LEAST_LENGTH_PX = 20, 100.0
+HIDDEN_MM = 5.0
+# Off a cubic curve by more robust standard deviations, a point is of another edge.
+MOST_SD, LEAST_SD_PX = 4.0, 0.05
+DOWN = np.array([0.0, 1.0, 0.0])
+
+
+def T_world_camera(view):
+    """The camera's pose in the room, (4, 4) mm."""
+    turn = np.array([0.0, np.radians(HEADING_DEG[view]), 0.0])
+    return pose(rotation_from_vector(turn), np.zeros(3))
+
+
+@cache
+def room_light(rig, view):
+    """Light of the room on the sensor, (H, W, 3) of the view that is coloured."""
+    laboratory = rig_of(rig).laboratory()
+    return laboratory.irradiance(
+        room(), T_world_camera(view), colour=view == COLOURED
+    )
+
+
+def straight_trial(condition, rng):
+    """Bends of the room's edges before and after, and where verticals meet.
+
+    condition: rig, seed, pose (its number), view of the room; drawn: whether the
+    pictures are kept. Returns by edge: how far its points lie from
+    their best line as a share of its length, before and after, found in the
+    pictures and projected from truth; of verticals the angle to the picture's columns,
+    and the one that the grid's pose predicts; where the edge lies (px) in the remapped
+    picture.
+    """
+    rig = rig_of(condition["rig"])
+    image_set, view = capture_of(
+        condition["rig"], condition["seed"], condition["pose"]
+    )
+    grid, _ = decoded(image_set, view)
+    light = room_light(condition["rig"], condition["view"])
+    if not condition["drawn"]:
+        light = grey(light)
+    taken = rig.sensor.expose(light, rng, colour=light.ndim == 3)
+    size = image_set.target.monitor_mm
+    laid, seen = remap_to_plane(
+        taken, grid.location, grid.sigma, grid.mask, size, MM_PER_PX
+    )
+    truth = true_pose(image_set, view)
+    as_taken, straight = grey(taken), np.where(seen, grey(laid), np.nan)
+    before, after, found_before, found_after = [], [], [], []
+    vertical, angle, predicted, number, place = [], [], [], [], []
+    paths = visible_paths(condition["rig"], condition["view"])
+    for k, (edge, pixels) in enumerate(
+        zip(room_edges(), paths, strict=True)
+    ):
+        places = location_at(grid, pixels)
+        known = np.isfinite(places[:, 0])
+        if known.sum() < LEAST_POINTS:
+            continue
+        pixels, places = pixels[known], places[known] / MM_PER_PX - 0.5
+        at, on = (
+            edge_points(as_taken, pixels),
+            edge_points(straight, places),
+        )
+        both = smooth_run(at) & smooth_run(on)
+        if (
+            both.sum() < LEAST_POINTS
+            or length(places[both]) < LEAST_LENGTH_PX
+        ):
+            continue
+        number.append(k)
+        place.append(places[both].mean(axis=0))
+        before.append(bend(pixels[both]))
+        after.append(bend(places[both]))
+        found_before.append(bend(at[both]))
+        found_after.append(bend(on[both]))
+        vertical.append(is_vertical(edge))
+        angle.append(lean(on[both]))
+        predicted.append(predicted_lean(truth, places[both]))
+    drawn = {"taken": taken, "laid": laid} if condition["drawn"] else {}
+    return drawn | {
+        "edge": np.array(number),
+        "place": np.array(place),
+        "before": {
+            "found": np.array(found_before),
+            "projected": np.array(before),
+        },
+        "after": {
+            "found": np.array(found_after),
+            "projected": np.array(after),
+        },
+        "vertical": np.array(vertical),
+        "lean_deg": np.array(angle),
+        "predicted_deg": np.array(predicted),
+        "pitch_deg": pitch_of(truth),
+        "share_seen": float(grid.mask.mean()),
+        "share_of_grid": float(seen.mean()),
+        "half_angles_deg": half_angles(rig.camera, grid.mask),
+    }
+
+
+def true_pose(image_set, view):
+    """T_camera_grid of a view from the truth of its set."""
+    poses = json.loads(
+        (image_set.folder / "truth/poses.json").read_text("utf-8")
+    )
+    return np.array(poses["T_camera_target"][view.label])
+
+
+def room_edges():
+    """The room's straight edges that are longer than half a metre, (n, 2, 3) mm."""
+    edges = room().straight_edges
+    return edges[np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) > 500]
+
+
+def is_vertical(edge):
+    """Whether an edge (2, 3) is upright."""
+    return bool(np.abs(edge[1] - edge[0])[[0, 2]].max() < 1e-6)
+
+
+@cache
+def visible_paths(rig, view):
+    """Of each of the room's edges the pixels (n, 2) that show it, a few px apart."""
+    camera = rig_of(rig).camera
+    return [visible_pixels(camera, edge, view) for edge in room_edges()]
+
+
+def visible_pixels(camera, edge, view):
+    """Pixels (n, 2), a few px apart, of the points of an edge that nothing hides."""
+    T = T_world_camera(view)
+    share = np.linspace(0, 1, 2001)[:, None]
+    points = edge[0] + share * (edge[1] - edge[0])
+    pixels, valid = camera.project(transform(inverse_pose(T), points))
+    valid &= camera.in_image(pixels)
+    valid[valid] = not_hidden(T[:3, 3], points[valid])
+    points, pixels = points[valid], pixels[valid]
+    if len(pixels) < 2:
+        return np.empty((0, 2))
+    steps = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
+    along = np.append(0, np.cumsum(steps))
+    at = np.arange(0, along[-1], STEP_PX)
+    return pixels[np.searchsorted(along, at)]
+
+
+def not_hidden(eye, points):
+    """Which points (n, 3) of the room's walls nothing stands before."""
+    lines = points - eye
+    far = np.linalg.norm(lines, axis=1)
+    nearest = np.min(
+        [
+            part.hit(eye[None], lines / far[:, None]).distance
+            for part in room().surfaces
+        ],
+        axis=0,
+    )
+    return nearest > far - HIDDEN_MM
+
+
+def location_at(grid, pixels):
+    """Places (n, 2) mm that pixels between pixel centres see; NaN where unknown."""
+    first = np.floor(pixels).astype(int)
+    height, width = grid.mask.shape
+    inside = ((first >= 0) & (first + 1 < [width, height])).all(axis=1)
+    u, v = np.where(inside[:, None], first, 0).T
+    across, down = np.moveaxis(pixels - first, 1, 0)[..., None]
+    places = np.where(grid.mask[..., None], grid.location, np.nan)
+    upper = (1 - across) * places[v, u] + across * places[v, u + 1]
+    lower = (1 - across) * places[v + 1, u] + across * places[v + 1, u + 1]
+    mixed = (1 - down) * upper + down * lower
+    return np.where(inside[:, None], mixed, np.nan)
+
+
+def grey(picture):
+    """A picture in grey, float."""
+    if picture.ndim == 2:
+        return picture.astype(float)
+    return picture @ np.array([0.299, 0.587, 0.114])
+
+
+def edge_points(picture, path):
+    """Points (n, 2) of the steepest grey values across a path (n, 2); NaN for none."""
+    from scipy.ndimage import map_coordinates
+
+    ahead = np.gradient(path, axis=0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
+    across = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+    reach = SEARCH_PX + FINE_PX
+    offsets = np.arange(-reach, reach + FINE_PX / 2, FINE_PX)
+    spots = path[:, None] + offsets[:, None] * across[:, None]
+    values = map_coordinates(
+        picture, [spots[..., 1], spots[..., 0]], order=1, cval=np.nan
+    )
+    slopes = np.abs(np.diff(values, axis=1)) / FINE_PX
+    slopes = slopes[:, :-2] + slopes[:, 1:-1] + slopes[:, 2:]
+    slopes[~np.isfinite(slopes)] = 0
+    k = slopes.argmax(axis=1)
+    inner = (k > 0) & (k < slopes.shape[1] - 1)
+    rows, k = np.arange(len(k)), np.clip(k, 1, slopes.shape[1] - 2)
+    left, top, right = (slopes[rows, k + i] for i in (-1, 0, 1))
+    curve = left - 2 * top + right
+    steep = inner & (top > 3 * LEAST_SLOPE) & (curve < 0)
+    shift = np.where(
+        steep, (left - right) / np.where(steep, 2 * curve, 1), np.nan
+    )
+    at = offsets[0] + FINE_PX * (k + 1.5 + shift)
+    return path + at[:, None] * across
+
+
+def smooth_run(points):
+    """Which points (n, 2) in a row lie near a cubic curve through them all."""
+    found = np.isfinite(points[:, 0])
+    if found.sum() < LEAST_POINTS:
+        return np.zeros(len(points), bool)
+    centre, along = best_line(points[found])
+    s = (points - centre) @ along
+    off = (points - centre) @ [-along[1], along[0]]
+    rows = np.vander(s / np.ptp(s[found]), 4)
+    for _ in range(3):
+        fit, *_ = np.linalg.lstsq(rows[found], off[found], rcond=None)
+        left = np.abs(off - rows @ fit)
+        robust_sd = 1.4826 * np.median(left[found])
+        with np.errstate(invalid="ignore"):
+            found = left <= MOST_SD * max(robust_sd, LEAST_SD_PX)
+    return found
+
+
+def length(points):
+    """Distance between the ends of points (n, 2) in a row."""
+    return float(np.linalg.norm(points[-1] - points[0]))
+
+
+def best_line(points):
+    """A point and the direction of the best line (total least squares)."""
+    centre = points.mean(axis=0)
+    return centre, np.linalg.svd(points - centre)[2][0]
+
+
+def bend(points):
+    """Largest distance of points (n, 2) from their best line, as share of its length."""
+    centre, along = best_line(points)
+    away = np.abs((points - centre) @ [-along[1], along[0]])
+    return float(away.max() / length(points))
+
+
+def lean(points):
+    """Angle (deg) from the columns of a picture to the best line of points (n, 2)."""
+    _, along = best_line(points)
+    return angle_from_columns(along)
+
+
+def angle_from_columns(along):
+    """Angle (deg), -90 to 90, of a direction (2,): above 0 leans right going down."""
+    x, y = along if along[1] > 0 else -along
+    return float(np.degrees(np.arctan2(x, y)))
+
+
+def predicted_lean(T_camera_grid, places):
+    """Lean (deg), in the grid's plane, of the vertical through the middle of `places`.
+
+    The camera stands level. Every vertical's line in the plane passes the point where
+    the vertical through the centre of the camera meets it; at right angles to the
+    plane's pitch this point is infinitely far.
+    """
+    T_grid_camera = inverse_pose(T_camera_grid)
+    eye, down = T_grid_camera[:3, 3], T_grid_camera[:3, :3] @ DOWN
+    middle = (np.median(places, axis=0) + 0.5) * MM_PER_PX
+    # From a point of the plane, towards eye + t down with z = 0, without dividing.
+    towards = eye[:2] * down[2] - down[:2] * eye[2] - middle * down[2]
+    return angle_from_columns(towards)
+
+
+def pitch_of(T_camera_grid):
+    """Angle (deg) of the grid's normal above the camera's axis."""
+    x, y, z = T_camera_grid[:3, 2]
+    return float(np.degrees(np.arctan2(-y, np.hypot(x, z))))
+
+
+def half_angles(camera, mask):
+    """Angles (deg) from the axis: largest decoded one along rows, columns, at all."""
+    v, u = np.nonzero(mask)
+    rays = camera.rays(np.column_stack([u, v]).astype(float)).directions
+    x, y, z = rays.T
+    return np.degrees(
+        [
+            np.abs(np.arctan2(x, z)).max(),
+            np.abs(np.arctan2(y, z)).max(),
+            np.arccos(z).max(),
+        ]
+    )
