@@ -16,7 +16,7 @@ MOST_SHOWN = 6
 
 
 @dataclass(frozen=True)
-class SeenGrid:
+class GridOfSet:
     """One view; pictures are (h, w), location and sigma (h, w, 2) or None."""
 
     name: str
@@ -60,7 +60,7 @@ class GridStudy:
 
     def view(self, index):
         """What is to be drawn of a view."""
-        return SeenGrid(
+        return GridOfSet(
             self.names[index],
             self.text("reason", index),
             *(

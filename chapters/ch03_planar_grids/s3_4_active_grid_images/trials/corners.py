@@ -32,6 +32,7 @@ from raxel.multiview.perspective_view import (
 )
 from raxel.sets import load_set
 from repro.run.rendered import rendered_set
+
 # In pictures of 16 bits the rounding to 8 by the camera is what noise there is.
 NOISE = {8: {}, 16: {"noise": 257 / np.sqrt(12)}}
 
