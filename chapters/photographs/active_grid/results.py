@@ -16,7 +16,7 @@ MOST_SHOWN = 6
 
 
 @dataclass(frozen=True)
-class GridOfSet:
+class GridPictures:
     """One view; pictures are (h, w), location and sigma (h, w, 2) or None."""
 
     name: str
@@ -60,7 +60,7 @@ class GridStudy:
 
     def view(self, index):
         """What is to be drawn of a view."""
-        return GridOfSet(
+        return GridPictures(
             self.names[index],
             self.text("reason", index),
             *(
