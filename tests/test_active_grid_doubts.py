@@ -12,7 +12,7 @@ from raxel.features.active_grid.doubts import clipped_at, doubts
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
-USUAL = {"size": (240, 180), "noise": 2.0, "blur": 1.0, "share": 0.9}
+USUAL = {"size": (200, 150), "noise": 2.0, "blur": 1.0, "share": 0.9}
 FINE = PatternPlan((5, 5), False, 4, (16.0, 16.0))
 
 

@@ -19,6 +19,7 @@ LEAST_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
 HEALED = 0.4  # of it is left by an order that explains the pictures
 LEAST_EDGES = 100  # pixels
 SMOOTH = 3  # times the usual change from pixel to pixel
+BREAK = 1.0  # rad
 TOGETHER = 0.7  # length of the mean of unit vectors
 OFF_CODE = 0.08  # periods
 OFF_STEP = 0.45  # of a step: less is no exchange of steps
@@ -127,16 +128,17 @@ def _beside_code(sample, axis):
         _at_edges(sample, code, apart, phase, cells, *slices)
         for slices in neighbours(1)
     ]
-    off, along = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    if len(off) >= LEAST_EDGES:
+    off, along, breaks = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    # Among many breaks between surfaces, some look like edges.
+    if len(off) >= max(LEAST_EDGES, breaks.sum()):
         yield from _told_of_edges(sample, code, off, along)
 
 
 def _at_edges(sample, code, apart, phase, cells, first, second):
-    """Where one bit changes between two pixels on one surface: complex (E,), (E,).
+    """Where one bit changes from pixel to pixel of one surface: complex (E,), (E,), (1,).
 
     The phase there, interpolated to where picture and inverse are equal, less what the
-    cells make it; and how much it grows towards higher cells, rad.
+    cells make it; how much it grows towards higher cells, rad; how often it breaks.
     """
     turn = np.angle(phase[second] * np.conj(phase[first]))
     lit = sample.lit[first] & sample.lit[second]
@@ -145,6 +147,7 @@ def _at_edges(sample, code, apart, phase, cells, first, second):
     usual = np.median(np.abs(turn[lit])) if lit.any() else 0.0
     edge = lit & (np.abs(up) == 1) & (changed.sum(axis=0) == 1)
     edge &= np.abs(turn) < SMOOTH * max(usual, 0.01)
+    breaks = np.count_nonzero(lit & (np.abs(turn) > max(SMOOTH * usual, BREAK)))
     bit = np.argmax(changed, axis=0)[None]
     before = np.take_along_axis(apart[(slice(None), *first)], bit, 0)[0][edge]
     after = np.take_along_axis(apart[(slice(None), *second)], bit, 0)[0][edge]
@@ -152,7 +155,7 @@ def _at_edges(sample, code, apart, phase, cells, first, second):
     there = (1 - share) * phase[first][edge] + share * phase[second][edge]
     number = np.maximum(cells[first], cells[second])[edge]
     due = np.exp(-2j * np.pi * number * code.cell / code.period)
-    return there * due / np.abs(there).clip(1e-9), turn[edge] * up[edge]
+    return there * due / np.abs(there).clip(1e-9), turn[edge] * up[edge], [breaks]
 
 
 def _cells(apart):
