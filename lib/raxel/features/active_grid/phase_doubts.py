@@ -135,7 +135,7 @@ def _beside_code(sample, axis):
 
 
 def _at_edges(sample, code, apart, phase, cells, first, second):
-    """Where one bit changes from pixel to pixel of one surface: complex (E,), (E,), (1,).
+    """Where one bit changes on one surface: complex (E,), (E,) and a count (1,).
 
     The phase there, interpolated to where picture and inverse are equal, less what the
     cells make it; how much it grows towards higher cells, rad; how often it breaks.
