@@ -100,7 +100,9 @@ class Whereabouts:
         if mine:
             return mine
         given = [e["artefact"] for e in self.ledger["numbers"] if e["id"] == identifier]
-        return [p for p in self.made if p.kind == "numbers" and p.id in given]
+        of_it = [p for p in self.made if p.id in given]
+        # A setting has no producer of its own: it stands where its artefact is made.
+        return [p for p in of_it if p.kind == "numbers"] or of_it
 
     def _experiments(self, mine: Iterable[Producer]) -> list[Producer]:
         """The experiments among ``mine`` and all that they read, and theirs."""
