@@ -117,6 +117,18 @@ def test_smoothing_takes_away_what_it_says():
     assert spread["windows"] / spread["both"] == pytest.approx(441 / 55 / 7, rel=0.05)
 
 
+@pytest.mark.parametrize("cells", [8, 32])
+@pytest.mark.parametrize("share", [1.0, 1.05, 1.3])
+def test_no_pixel_beyond_the_monitor_is_decoded(share, cells):
+    """The monitor's border leaves the picture, so that a wedge beyond it is narrow."""
+    kind = {"tilt": 0.3, "share": share, "seed": 3}
+    scene = drawn(size=(400, 300), cells=cells, noise=4.0, blur=2.0, **kind)
+    found = decoded(scene)
+    assert not found.mask[np.isnan(scene.true[..., 0])].any()
+    assert np.abs(errors(scene, found)).max() < 0.2 * 300 / cells
+    assert share_of_lit(scene, found) > 0.85
+
+
 @pytest.mark.parametrize("shift", [0.0, 0.02, -0.02])
 def test_no_cell_is_wrong_at_a_blurred_edge(shift):
     """200 000 pixels, blur 2 px, noise 4; sines and code may be a little apart."""

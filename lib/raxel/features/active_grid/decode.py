@@ -152,6 +152,8 @@ def decode(
 
         for task in (decode_part, trim_part) if margin_px else (decode_part,):
             list(pool.map(task, parts))
+    if margin_px:
+        _trim_sides(margin_px, plan.extent[:, None, None], out)
     location, sigma, cells, status = out
     if neighbours:
         smooth_neighbours(location, sigma, status, plan.reach)
@@ -286,6 +288,30 @@ def _trim(first, stop, margin, out):
     near = cv2.dilate(unlit, np.ones((size, size), np.uint8))
     near = near[SPECK + first - start :, SPECK:-SPECK]
     mark_rim(near, location[:, first:stop], sigma[:, first:stop], status[first:stop])
+
+
+def _trim_sides(margin, extent, out):
+    """Leave out pixels at the picture's border whose surroundings end beyond it.
+
+    What lies `margin` px further out is not in the picture. It is where the surface
+    seen there goes on; a blurred pixel sees the monitor's border if that is beyond.
+    """
+    location, sigma, _, status = out
+    if min(status.shape) <= 2 * margin:
+        return
+    for turned in (False, True):
+        for step in (1, -1):
+            place, spread, own = (
+                (np.swapaxes(a, -1, -2) if turned else a)[..., ::step, :]
+                for a in (location, sigma, status)
+            )
+            outwards = place[:, margin] - place[:, 2 * margin]
+            beyond = place[:, :margin] + outwards[:, None]
+            inside = np.all((beyond >= 0) & (beyond <= extent), axis=0)
+            rim = np.nonzero(~inside & (own[:margin] == DECODED))
+            own[rim] = RIM
+            place[:, *rim] = np.nan
+            spread[:, *rim] = np.nan
 
 
 def _table(*members):
