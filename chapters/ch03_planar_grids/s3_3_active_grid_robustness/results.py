@@ -162,8 +162,9 @@ def name_values(open_results):
     result = open_results(SWEPT[0])
     for short, exposure in (("", WITHIN), ("over.", OVER)):
         reading = PRIMARY | {"exposure": exposure}
-        won = wins(result, points_of(result), reading)
-        value(f"{short}won", 100 * float(np.median(won.mean(axis=0))))
+        share = wins(result, points_of(result), reading).mean(axis=0)
+        value(f"{short}won", 100 * float(np.median(share)))
+        value(f"{short}won.least", 100 * float(share.min()))
         for sweep in SWEEPS:
             along = wins(result, points_along(result, sweep), reading)
             value(
