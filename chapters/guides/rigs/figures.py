@@ -113,6 +113,17 @@ def ext_rig_coolpix_fce8_zoom_3(results):
 
 
 @figure(
+    "ext_rig_d200_boards",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_d200_boards(results):
+    """The rig d200-boards."""
+    return drawn_rig(results, "d200-boards")
+
+
+@figure(
     "ext_rig_d200_fisheye",
     needs=("ext_rigs",),
     evidence="analytic",
@@ -121,6 +132,28 @@ def ext_rig_coolpix_fce8_zoom_3(results):
 def ext_rig_d200_fisheye(results):
     """The rig d200-fisheye."""
     return drawn_rig(results, "d200-fisheye")
+
+
+@figure(
+    "ext_rig_d200_lens",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_d200_lens(results):
+    """The rig d200-lens."""
+    return drawn_rig(results, "d200-lens")
+
+
+@figure(
+    "ext_rig_d200_lens_sharp",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_d200_lens_sharp(results):
+    """The rig d200-lens-sharp."""
+    return drawn_rig(results, "d200-lens-sharp")
 
 
 @figure(
@@ -209,17 +242,6 @@ def ext_rig_mirror_ball(results):
 def ext_rig_monitor_d200(results):
     """The rig monitor-d200."""
     return drawn_rig(results, "monitor-d200")
-
-
-@figure(
-    "ext_rig_monitor_d200_small",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
-def ext_rig_monitor_d200_small(results):
-    """The rig monitor-d200-small."""
-    return drawn_rig(results, "monitor-d200-small")
 
 
 @figure(

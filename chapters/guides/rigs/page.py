@@ -177,14 +177,31 @@ def ext_rigs(effort):
 # show("ext_rig_monitor_d200")
 
 # %% [markdown]
-# ### `monitor-d200-small`: the same with fewer pixels
+# ### `d200-lens`: an ordinary lens before a monitor
 #
-# {glue:text}`monitor_d200_small.summary`.
-# {glue:text}`monitor_d200_small.sizes`. Used by
-# [section 3.3.3](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb).
+# {glue:text}`d200_lens.summary`. {glue:text}`d200_lens.sizes`. Used
+# by [section 3.3.4](../ch03_planar_grids/s3_4_active_grid_images.ipynb).
 
 # %% tags=["active-ipynb"]
-# show("ext_rig_monitor_d200_small")
+# show("ext_rig_d200_lens")
+
+# %% [markdown]
+# ### `d200-lens-sharp`: the same with sharper edges
+#
+# {glue:text}`d200_lens_sharp.summary`. {glue:text}`d200_lens_sharp.sizes`. Used
+# by [section 3.3.4](../ch03_planar_grids/s3_4_active_grid_images.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_d200_lens_sharp")
+
+# %% [markdown]
+# ### `d200-boards`: its calibration
+#
+# {glue:text}`d200_boards.summary`. {glue:text}`d200_boards.sizes`. Used
+# by [section 3.3.4](../ch03_planar_grids/s3_4_active_grid_images.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_d200_boards")
 
 # %% [markdown]
 # ### `mirror-ball`: a monitor in pieces

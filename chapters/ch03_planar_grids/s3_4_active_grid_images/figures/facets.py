@@ -143,7 +143,7 @@ def ext_fig_3_18_facets(results):
         )
     )
     parts.append(Labels([[0, 60.0, 0]], ["camera"], INK))
-    scene = framed(parts, (-0.55, 0.35, 0.75), note="The rig mirror-ball.")
+    scene = framed(parts, (-0.7, 0.5, 0.25), note="The rig mirror-ball.")
     drawn, axes = new_figure(height_in=HEIGHT_IN)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])
