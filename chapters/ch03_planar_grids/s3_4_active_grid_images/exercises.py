@@ -28,8 +28,8 @@ def vertical_task():
 
 
 def facet_task():
-    """A flat mirror shows the camera's mirror image behind it, so lines of sight through
-    its ends go on to spread: s (c + m) / c."""
+    """A flat mirror shows what a camera behind it would see, so lines of sight
+    through its ends go on to spread: s (c + m) / c."""
     return {
         "expected": lambda: (
             FACET_MM * (TO_CAMERA_MM + TO_MONITOR_MM) / TO_CAMERA_MM

@@ -50,9 +50,9 @@ def table_3_8(results):
             "Best window (px)": [*windows, None],
             "Best blur SD (px)": [None, None, blur, None],
         },
-        "Residuals of the corners of one chessboard after the homography from the metric "
-        "grid, with the window and blur of the least mean residual: medians, and ranges "
-        f"over {len(case.seeds)} seeds. Pictures undistorted with Zhang's calibration.",
+        "Residuals of the corners of one chessboard after the homography from the "
+        "metric grid, with the window and blur of the least mean residual: medians, and "
+        f"ranges over {len(case.seeds)} seeds. Pictures undistorted with Zhang's calibration.",
     )
 
 
@@ -73,8 +73,8 @@ def ext_table_3_8_readings(results):
         ]
     return Table(
         rows,
-        "Mean residuals in every reading: medians, and ranges over the seeds. One option "
-        "differs from Table 3.8 in each row.",
+        "Mean residuals in every reading: medians, and ranges over the seeds. One "
+        "option differs from Table 3.8 in each row.",
     )
 
 

@@ -113,9 +113,9 @@ def ext_fig_3_16_windows(results):
     return Drawing(
         drawn,
         columns(("pose", "method", "window_px", "mean_px"), rows),
-        "Mean residual over the window, medians over the seeds; the saddle point method "
-        "with its best blur. A line ends where a window leaves the picture, or a corner "
-        "is lost. The active grid has no window.",
+        "Mean residual over the window, medians over the seeds; the saddle point "
+        "method with its best blur. A line ends where a window leaves the picture, or a "
+        "corner is lost. The active grid has no window.",
     )
 
 

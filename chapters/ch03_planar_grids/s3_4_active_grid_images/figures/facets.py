@@ -158,8 +158,8 @@ def ext_fig_3_18_facets(results):
         drawn,
         columns(HEAD, rows),
         "The ball of flat mirrors of Fig. 3.18, the monitor beside the camera, and in "
-        "orange the piece of the monitor that each facet shows whole. Between the pieces "
-        "the camera sees nothing of it.",
+        "orange the piece of the monitor that each facet shows whole. Between the "
+        "pieces the camera sees nothing of it.",
         Check(
             all(back),
             "the middle of each piece is projected into its facet",

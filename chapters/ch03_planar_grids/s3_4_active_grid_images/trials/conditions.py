@@ -1,10 +1,10 @@
-"""What section 3.3.4 runs: rigs, seeds, settings, and the sets that they are made of."""
+"""What section 3.3.4 runs: rigs, seeds, settings, and the sets they read."""
 
 from __future__ import annotations
 
 SMALL = {"quick": "-small", "full": ""}
 SEEDS = {"quick": (1,), "full": (1, 2, 3)}
-# Full widths (px) and SDs (px): of the sweep, and of the coarser one for other readings.
+# Full widths and SDs (px): of the sweep, and of the coarser one of other readings.
 WINDOWS = {"quick": (5, 13, 21), "full": tuple(range(5, 58, 4))}
 COARSE = {"quick": (5, 21), "full": tuple(range(5, 58, 8))}
 BLURS = {

@@ -103,7 +103,7 @@ def windows_about(grid, places):
 
 
 def first_four(pixels):
-    """The first four of pixels (n, 2), by their order, of which no three are in a row."""
+    """The first four of pixels (n, 2), in their order, no three of them in a row."""
     for last in range(3, len(pixels)):
         for others in combinations(range(last), 3):
             four = (*others, last)

@@ -26,7 +26,8 @@ HEADING_DEG = {"long wall": 90.0, "corner": 45.0}
 COLOURED = "long wall"
 MM_PER_PX = 0.25
 # Along an edge a point is looked for so far, to both sides.
-STEP_PX, SEARCH_PX, FINE_PX = 4.0, 3.0, 0.25
+STEP_PX, SEARCH_PX, FINE_PX = 4.0, 4.0, 0.25
+HALF_EDGE_PX, WIDTH = 1.5, 9
 LEAST_SLOPE = 3.0  # grey levels a px
 LEAST_POINTS, LEAST_LENGTH_PX = 20, 100.0
 HIDDEN_MM = 5.0
@@ -207,31 +208,30 @@ def grey(picture):
 
 def edge_points(picture, path):
     """Points (n, 2) of the steepest grey values across a path (n, 2); NaN for none."""
-    from scipy.ndimage import map_coordinates
+    from scipy.ndimage import map_coordinates, uniform_filter1d
 
     ahead = np.gradient(path, axis=0)
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
     across = np.column_stack([-ahead[:, 1], ahead[:, 0]])
-    reach = SEARCH_PX + FINE_PX
-    offsets = np.arange(-reach, reach + FINE_PX / 2, FINE_PX)
+    offsets = np.arange(-SEARCH_PX, SEARCH_PX + FINE_PX / 2, FINE_PX)
     spots = path[:, None] + offsets[:, None] * across[:, None]
     values = map_coordinates(
         picture, [spots[..., 1], spots[..., 0]], order=1, cval=np.nan
     )
     slopes = np.abs(np.diff(values, axis=1)) / FINE_PX
-    slopes = slopes[:, :-2] + slopes[:, 1:-1] + slopes[:, 2:]
     slopes[~np.isfinite(slopes)] = 0
-    k = slopes.argmax(axis=1)
-    inner = (k > 0) & (k < slopes.shape[1] - 1)
-    rows, k = np.arange(len(k)), np.clip(k, 1, slopes.shape[1] - 2)
-    left, top, right = (slopes[rows, k + i] for i in (-1, 0, 1))
-    curve = left - 2 * top + right
-    steep = inner & (top > 3 * LEAST_SLOPE) & (curve < 0)
-    shift = np.where(
-        steep, (left - right) / np.where(steep, 2 * curve, 1), np.nan
-    )
-    at = offsets[0] + FINE_PX * (k + 1.5 + shift)
-    return path + at[:, None] * across
+    smooth = uniform_filter1d(slopes, WIDTH, axis=1)
+    k = smooth.argmax(axis=1)
+    at = (offsets[1:] + offsets[:-1]) / 2
+    # The middle of the steep part: between pixels bilinear slopes are steps.
+    place = at[k]
+    for _ in range(5):
+        inside = HALF_EDGE_PX - np.abs(at - place[:, None])
+        weight = np.clip(inside / FINE_PX + 0.5, 0, 1) * slopes
+        place = weight @ at / np.maximum(weight.sum(axis=1), 1e-9)
+    inner = np.abs(at[k]) <= SEARCH_PX - HALF_EDGE_PX
+    steep = inner & (smooth[np.arange(len(k)), k] > LEAST_SLOPE)
+    return path + np.where(steep, place, np.nan)[:, None] * across
 
 
 def smooth_run(points):
@@ -264,7 +264,7 @@ def best_line(points):
 
 
 def bend(points):
-    """Largest distance of points (n, 2) from their best line, as share of its length."""
+    """Largest distance of points (n, 2) from their line, as a share of its length."""
     centre, along = best_line(points)
     away = np.abs((points - centre) @ [-along[1], along[0]])
     return float(away.max() / length(points))

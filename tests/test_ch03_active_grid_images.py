@@ -1,0 +1,142 @@
+"""Section 3.3.4: corners in decoded data, straight lines, verticals, facets, claims."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.s3_4_active_grid_images import claims, results
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials import (
+    facets,
+    metric_search,
+    straight,
+)
+from raxel.geometry import pose, rotation_from_vector
+from raxel.geometry.homography import apply_homography
+from raxel.geometry.planes import intersect_rays_plane
+
+H_MM_PX = np.array([[0.3, 0.02, 5.0], [-0.01, 0.28, 8.0], [1e-4, -5e-5, 1.0]])
+
+
+def grid_of(location, sd=0.01):
+    """What decoding gives, for places (H, W, 2) that are known."""
+    return SimpleNamespace(
+        location=location,
+        mask=np.isfinite(location[..., 0]),
+        sigma=np.full(location.shape, sd),
+    )
+
+
+def pixels_of(height, width):
+    return np.moveaxis(np.indices((height, width), float)[::-1], 0, 2)
+
+
+@pytest.mark.parametrize(
+    "search", [metric_search.at_four_pixels, metric_search.by_local_fit]
+)
+def test_a_place_is_found_between_pixels(search):
+    pixels = pixels_of(60, 80)
+    location = apply_homography(H_MM_PX, pixels.reshape(-1, 2)).reshape(60, 80, 2)
+    wanted = np.array([[20.3, 30.8], [55.5, 12.25], [40.0, 41.7]])
+    places = apply_homography(H_MM_PX, wanted)
+    # One pixel is lost, so that the nearest four are not those of a square.
+    location[31, 20] = np.nan
+    found = search(grid_of(location), places)
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
+    nowhere = search(grid_of(location), np.array([[-50.0, -50.0]]))
+    assert np.isnan(nowhere).all()
+
+
+def test_no_three_of_four_pixels_are_in_a_row():
+    row = [[0, 0], [1, 0], [2, 0], [3, 0], [0, 1], [1, 1]]
+    assert metric_search.first_four(np.array(row, float)) == (0, 1, 4, 5)
+    assert metric_search.first_four(np.array(row[:4], float)) is None
+
+
+def test_an_edge_is_found_where_it_is_steepest():
+    v, u = np.mgrid[:80, :120]
+    normal = np.array([np.sin(0.2), np.cos(0.2)])
+    away = (u - 60.3) * normal[0] + (v - 40.2) * normal[1]
+    picture = 40 + 160 / (1 + np.exp(-away / 0.6))
+    path = np.column_stack([np.arange(20.0, 100, 4), np.full(20, 40.2)])
+    path[:, 1] -= np.tan(0.2) * (path[:, 0] - 60.3)
+    found = straight.edge_points(picture, path + [0.0, 1.3])
+    assert np.abs((found - [60.3, 40.2]) @ normal).max() < 0.1
+    even = straight.edge_points(np.full((80, 120), 90.0), path)
+    assert np.isnan(even).all()
+    assert straight.bend(found) < 0.001
+
+
+def test_points_of_another_edge_are_left_out_of_a_curve():
+    x = np.linspace(0, 200, 51)
+    points = np.column_stack([x, 0.001 * (x - 100) ** 2])
+    points[[7, 30], 1] += 2.0
+    kept = straight.smooth_run(points)
+    assert not kept[[7, 30]].any()
+    assert kept.sum() == 49
+    # An arc of sagitta s is a third and two thirds of s from its best line.
+    assert straight.bend(points[kept]) == pytest.approx(10 * 2 / 3 / 200, rel=0.05)
+
+
+def test_the_lean_of_a_vertical_follows_from_the_pose():
+    turn = rotation_from_vector(np.array([np.radians(-8.0), 0.03, 0.02]))
+    T = pose(turn, [-180, -140, 130])
+    ends = np.array([[600.0, -900, 2500], [600.0, 700, 2500]])
+    rays = ends / np.linalg.norm(ends, axis=1, keepdims=True)
+    met = intersect_rays_plane(np.zeros((1, 3)), rays, T).points
+    wanted = straight.angle_from_columns(met[1] - met[0])
+    places = met / straight.MM_PER_PX - 0.5
+    assert straight.predicted_lean(T, places) == pytest.approx(wanted, abs=1e-9)
+    assert straight.pitch_of(T) == pytest.approx(-8.0, abs=0.1)
+    # Without a pitch all verticals are upright.
+    level = pose(np.eye(3), [-180, -140, 130])
+    assert straight.predicted_lean(level, places) == pytest.approx(0, abs=1e-9)
+
+
+def test_a_static_grid_serves_a_camera_without_jumps_and_no_other():
+    truth = apply_homography(H_MM_PX, pixels_of(60, 80).reshape(-1, 2))
+    truth = truth.reshape(60, 80, 2)
+    metric = np.stack(np.meshgrid([10.0, 16, 22], [12.0, 18, 24]), axis=-1)
+    metric = metric.reshape(-1, 2)
+    everywhere = np.ones((60, 80), bool)
+    corners = facets.corners_seen(truth, metric, everywhere)
+    assert np.isfinite(corners).all()
+    inside = (truth > metric[0] + 1) & (truth < metric[-1] - 1)
+    inside = inside.all(axis=2)
+    assert facets.share_right(corners, metric, truth, inside, 0.6) > 0.95
+    corners[4] = np.nan  # all squares have this corner
+    assert facets.share_right(corners, metric, truth, inside, 0.6) == 0
+
+
+def test_corners_that_are_cut_off_are_not_measured():
+    metric = np.stack(np.meshgrid([12.0, 24, 36], [12.0, 24]), axis=-1).reshape(-1, 2)
+    v, u = (facets.MM_PER_PX * (np.mgrid[:120, :160] + 0.5) - 12) / 12
+    value = np.clip(8 * np.sin(np.pi * u) * np.sin(np.pi * v), -1, 1)
+    laid = np.rint(128 + 100 * value).astype(np.uint8)
+    seen = np.ones(laid.shape, bool)
+    assert facets.corner_errors(laid, seen, metric + 0.05).max() < 0.12
+    seen[:, 90:] = False
+    off = facets.corner_errors(laid, seen, metric + 0.05)
+    np.testing.assert_array_equal(np.isfinite(off), [True, True, False] * 2)
+
+
+def test_options_stand_alone_where_the_ledger_says_so():
+    taken = list(results.options_of(claims.OF_TABLE))
+    assert len(taken) == 2 * 2 + 3
+    assert taken[0] == {q: results.QUESTIONS[q][0] for q in claims.OF_TABLE}
+
+
+def test_a_counterpart_needs_nine_seeds_of_ten():
+    assert claims.decided([True] * 3, [1.0, 2, 3], {}, "px", "").verdict == "reproduced"
+    mixed = claims.decided([True, True, False], [1.0, 2, 3], {}, "px", "")
+    assert mixed.verdict == "differs"
+    assert mixed.interval == (1, 3)
+    assert "2 of 3 seeds" in mixed.reason
+
+
+def test_verticals_are_compared_from_the_outermost_left_to_the_outermost_right():
+    lines = SimpleNamespace(
+        vertical=np.array([True, False, True, True]),
+        place=np.array([[30.0, 0], [5, 0], [10, 0], [90, 0]]),
+    )
+    assert results.spread_between(lines, np.array([1.0, 50, -4, 7])) == 11
