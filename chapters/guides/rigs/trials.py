@@ -30,7 +30,6 @@ FILES = (
     "data/rigs/large-fisheye.yaml",
     "data/rigs/large-hyperboloidal.yaml",
     "data/rigs/mirror-ball.yaml",
-    "data/rigs/monitor-d200-small.yaml",
     "data/rigs/monitor-d200.yaml",
     "data/rigs/ordinary-lens.yaml",
     "data/rigs/panorama-hyperboloid.yaml",

@@ -173,7 +173,7 @@ def _add_decode(commands):
         metavar="PX",
         type=_seed,
         default=6,
-        help="leave out so much at the rim of the lit area (default 6)",
+        help="leave out so much at the rim of the lit area and at jumps (default 6)",
     )
 
 

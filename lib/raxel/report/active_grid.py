@@ -6,6 +6,7 @@ from raxel.features.active_grid import REASONS
 from raxel.features.active_grid.layout import (
     ALONE,
     BESIDE,
+    BREAK,
     DARK,
     FILLED,
     RIM,
@@ -26,6 +27,7 @@ COLOURS = {
     ALONE: (0, 120, 255),
     BESIDE: (180, 170, 60),
     RIM: (170, 170, 170),
+    BREAK: (90, 200, 90),
 }
 STRENGTH = 0.6  # of the colours over the photograph
 PALENESS = 0.25

@@ -14,11 +14,13 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.bias import OF_NEIGHBOURS, OF_WINDOWS, squared_bias
+from raxel.features.active_grid.breaks import EVERY, HALF, find_breaks, mark_breaks
 from raxel.features.active_grid.coding import plan_arrays, read_coding
 from raxel.features.active_grid.layout import (
     AHEAD,
     ALONE,
     BESIDE,
+    BREAK,
     DARK,
     DECODED,
     FILLED,
@@ -50,6 +52,7 @@ REASONS = {
     ALONE: "no neighbour agrees",
     BESIDE: "beside the monitor",
     RIM: "at the rim of the lit area",
+    BREAK: "at a break of the surface",
 }
 
 
@@ -105,12 +108,13 @@ def decode(
     3 x 3 pixels under the same condition; fill: give pixels without a location the mean
     of their neighbours, where these lie on opposite sides and agree (both 3.2.2).
     margin_px: pixels so close to the rim of the lit area are left out, as a blurred one
-    sees what is beside it. noise: standard deviation of a grey value, or a `Noise`;
-    None: estimated from the pictures. saturated: the value from which a sine counts as
-    clipped, by default the largest one. blur_px: standard deviation of the blur of lens
-    and monitor, where it is known, for its part in sigma. threads: by default one per
-    processor. into: a Decoded of an earlier view of this size and these patterns, whose
-    arrays are written over and handed back: to get new memory takes its time.
+    sees what is beside it, and those about so close to a jump of the surface that is
+    seen. noise: standard deviation of a grey value, or a `Noise`; None: estimated from
+    the pictures. saturated: the value from which a sine counts as clipped, by default
+    the largest one. blur_px: standard deviation of the blur of lens and monitor, where
+    it is known, for its part in sigma. threads: by default one per processor. into: a
+    Decoded of an earlier view of this size and these patterns, whose arrays are written
+    over and handed back: to get new memory takes its time.
 
     Returns Decoded. Its sigma says what noise does to a pixel, and the bias of windows
     and blur where phases bend (`bias`); neighbours that share a window share both. A
@@ -150,7 +154,17 @@ def decode(
         def trim_part(first):
             _trim(first, min(first + ROWS_AT_ONCE, height), margin_px, out)
 
-        for task in (decode_part, trim_part) if margin_px else (decode_part,):
+        def find_part(first):
+            stop = min(first + ROWS_AT_ONCE, height)
+            find_breaks(*out[:2], plan.used, first, stop, broken)
+
+        def break_part(first):
+            stop = min(first + ROWS_AT_ONCE, height)
+            _leave_out(first, stop, margin_px, broken, out)
+
+        tasks = (decode_part, trim_part, find_part, break_part)
+        broken = np.empty((-(-height // EVERY), width), np.uint8)
+        for task in tasks if margin_px else tasks[:1]:
             list(pool.map(task, parts))
     if margin_px:
         _trim_sides(margin_px, plan.extent[:, None, None], out)
@@ -312,6 +326,24 @@ def _trim_sides(margin, extent, out):
             own[rim] = RIM
             place[:, *rim] = np.nan
             spread[:, *rim] = np.nan
+
+
+def _leave_out(first, stop, margin, broken, out):
+    """Leave out what is within `margin` px of a jump; broken: every EVERY-th row."""
+    import cv2
+
+    location, sigma, _, status = out
+    # A jump was found HALF to either side of it, or in rows passed over a little less.
+    grow = max(margin - HALF + EVERY, 0)
+    start = max(0, first - grow) // EVERY
+    end = -(-min(len(status), stop + grow) // EVERY)
+    if not broken[start:end].any():
+        return
+    near = np.zeros(((end - start) * EVERY, status.shape[1]), np.uint8)
+    near[::EVERY] = broken[start:end]
+    near = cv2.dilate(near, np.ones((2 * grow + 1,) * 2, np.uint8))
+    near, part = near[first - start * EVERY :], slice(first, stop)
+    mark_breaks(near, location[:, part], sigma[:, part], status[part])
 
 
 def _table(*members):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM = range(8)
+DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM, BREAK = range(9)
 
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more

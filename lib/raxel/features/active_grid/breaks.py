@@ -1,0 +1,83 @@
+"""Where a blurred break of the camera or of what it sees goes through decoded pixels.
+
+Two facets of a mirror, or two surfaces, show places far apart side by side, and a lens
+spreads the jump over several pixels: no two of them need be far apart, and what they
+show is a mixture of the two. On one surface, however bent, the step over some pixels
+lies between the steps before and behind it. A jump does not.
+"""
+
+import numpy as np
+from numba import njit
+
+from raxel.features.active_grid.layout import BREAK, DECODED
+
+# px; half of a step. It holds more than half of a jump from where this far away.
+HALF = 4
+# Every other row is enough: what is marked is wider.
+EVERY = 2
+# Five standard deviations of the difference of two steps that share an end.
+BEYOND = np.float32(5 * np.sqrt(6))
+# Of a step; so little does a smooth surface depart where its bending turns round.
+BENT = np.float32(0.1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_steps(places, spreads, found):
+    """Set where the middle step of (4, n) places, evenly apart, is beyond both others.
+
+    spreads: (4, n), their standard deviations. Nothing is set where one of them is NaN.
+    """
+    a, b, c, d = places
+    sa, sb, sc, sd = spreads
+    for x in range(len(found)):
+        first, middle, last = b[x] - a[x], c[x] - b[x], d[x] - c[x]
+        low = first if first < last else last
+        high = last if first < last else first
+        above, under = middle - high, low - middle
+        beyond = above if above > under else under
+        outer = sa[x] if sa[x] > sd[x] else sd[x]
+        inner = sb[x] if sb[x] > sc[x] else sc[x]
+        spread = outer if outer > inner else inner
+        limit = BEYOND * spread + BENT * abs(np.float32(0.5) * (first + last))
+        found[x] |= beyond > limit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_breaks(location, sigma, used, start, stop, found):
+    """Set found[y // EVERY, x], for rows from start to before stop, within a jump.
+
+    location, sigma: (A, H, W) float32, NaN where not decoded; used: (A,), 0 where there
+    are no phases, so that places are in steps as they should be; start: a multiple of
+    EVERY. A jump nearer than 3 HALF px to what is not decoded is not seen across it.
+    """
+    height, width = location.shape[1:]
+    reach = 3 * HALF
+    for y in range(start, stop, EVERY):
+        row = found[y // EVERY]
+        row[:] = 0
+        for axis in range(len(location)):
+            if not used[axis]:
+                continue
+            at, sd = location[axis], sigma[axis]
+            n = width - 2 * reach
+            if n > 0:
+                i, j, k = 2 * HALF, 4 * HALF, 6 * HALF
+                p, s = at[y], sd[y]
+                places = p[:n], p[i : i + n], p[j : j + n], p[k:]
+                spreads = s[:n], s[i : i + n], s[j : j + n], s[k:]
+                _mark_steps(places, spreads, row[reach : reach + n])
+            if reach <= y < height - reach:
+                i, j, k, m = y - reach, y - HALF, y + HALF, y + reach
+                places = at[i], at[j], at[k], at[m]
+                _mark_steps(places, (sd[i], sd[j], sd[k], sd[m]), row)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_breaks(near, location, sigma, status):
+    """Take away the locations (A, H, W) of decoded pixels where `near` is not 0."""
+    for y in range(len(status)):
+        for x in range(len(status[y])):
+            if near[y, x] and status[y, x] == DECODED:
+                status[y, x] = BREAK
+                location[:, y, x] = np.nan
+                sigma[:, y, x] = np.nan

@@ -1,0 +1,136 @@
+"""Blurred breaks of a surface: what is left is right, and smooth views lose none."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import breaks, decode
+from raxel.sets import PatternPlan
+from tests.active_grids import drawn
+
+BROKEN = "at a break of the surface"
+SIZE = 240, 160
+JUMPS = (0.1, 0.3, 0.6, 1.0, 1.6)
+
+
+def from_ridge(axis):
+    """Signed px from a ridge that is a little slanted, across `axis` of the picture."""
+    v, u = np.indices(SIZE[::-1])
+    u, v = u - SIZE[0] / 2, v - SIZE[1] / 2
+    return (u, v)[axis] + 0.05 * (v, u)[axis] - 0.4
+
+
+def facets(jump, axis):
+    """Two facets, so many periods apart along x and less along y."""
+
+    def place(u, v, monitor):
+        apart = jump * (from_ridge(axis) > 0) * monitor[0] / 8
+        x = (0.4 + 0.45 * u + 0.1 * v) * monitor[0] + apart
+        return x, (0.5 + 0.6 * v) * monitor[1] + 0.4 * apart
+
+    return place
+
+
+def bent(u, v, monitor):
+    """As through a fisheye that looks at the monitor to 70 degrees."""
+    r = np.hypot(u, v) + 1e-9
+    grown = 0.18 * np.tan(1.95 * r) / r
+    return (0.5 + grown * u) * monitor[0], (0.5 + grown * v) * monitor[1]
+
+
+def scene_of(jump, axis=0, **options):
+    options = {"blur": 0.7, "noise": 1.0, "vignetting": 0.5} | options
+    return drawn(size=SIZE, place=facets(jump, axis), **options)
+
+
+def standardised(scene, found):
+    """(H, W, 2) errors in stated SD; none where the picture's border was mirrored."""
+    off = np.abs(found.location - scene.true) / found.sigma
+    within = np.zeros(SIZE[::-1], bool)
+    within[8:-8, 8:-8] = True
+    return np.where(within[..., None], off, np.nan)
+
+
+@pytest.mark.parametrize("jump", JUMPS)
+@pytest.mark.parametrize("smooth", [True, False])
+def test_what_is_left_beside_a_break_is_as_good_as_it_says(jump, smooth):
+    near, lost = [], []
+    for k, (blur, noise) in enumerate(((0.7, 1.0), (0.7, 4.0), (2.0, 1.0), (2.0, 4.0))):
+        axis, seed = k % 2, k
+        if jump == 0.3:
+            axis = 1 - axis
+        scene = scene_of(jump, axis, blur=blur, noise=noise, seed=seed)
+        found = decode(scene.images, scene.patterns, scene.grid, smooth=smooth)
+        off, away = standardised(scene, found), np.abs(from_ridge(axis))
+        assert found.counts()[BROKEN] > 6 * len(away)
+        assert not found.mask[away < 2].any()
+        near.append(off[(away < 16) & np.isfinite(off[..., 0])])
+        lost.append((found.status == breaks.BREAK)[away > 12])
+    near = np.concatenate(near)
+    assert 0.60 < np.mean(near < 1) < 0.75
+    assert np.mean(near.max(axis=1) > 6) < 0.003
+    assert np.mean(np.concatenate(lost)) < 0.001
+
+
+def test_without_it_there_are_gross_errors(monkeypatch):
+    """The mutant: nothing is found."""
+
+    def nothing(location, sigma, used, start, stop, found):
+        found[:] = 0
+
+    module = import_module("raxel.features.active_grid.decode")
+    monkeypatch.setattr(module, "find_breaks", nothing)
+    for jump in JUMPS:
+        scene = scene_of(jump)
+        found = decode(scene.images, scene.patterns, scene.grid)
+        assert found.counts()[BROKEN] == 0
+        off = standardised(scene, found)[np.abs(from_ridge(0)) < 8]
+        off = off[np.isfinite(off[:, 0])].max(axis=1)
+        assert np.mean(off > 6) > 0.03
+
+
+SMOOTH = {
+    "tilt, little noise": {"noise": 1.0, "tilt": 0.4},
+    "much noise": {"noise": 8.0, "tilt": 0.4, "vignetting": 1.2},
+    "blur": {"noise": 2.0, "blur": 4.0},
+    "32 cells": {"noise": 8.0, "cells": 32, "blur": 0.7},
+    "Gray code": {"noise": 2.0, "blur": 0.7, "plan": PatternPlan((5, 6), True)},
+    "fisheye": {"noise": 1.0, "blur": 0.7, "place": bent},
+    "fisheye, much noise": {"noise": 8.0, "blur": 0.7, "place": bent},
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("smooth", [True, False])
+def test_smooth_views_lose_nothing(name, smooth):
+    scene = drawn(size=(400, 300), **SMOOTH[name])
+    found = decode(
+        scene.images, scene.patterns, scene.grid, smooth=smooth,
+        margin_px=12 if name == "blur" else 6,
+    )  # fmt: skip
+    assert found.counts()[BROKEN] < 1e-4 * found.mask.sum()
+
+
+@pytest.mark.parametrize("along", [0, 1])
+def test_a_jump_is_no_step_between_those_before_and_behind(along):
+    """However the steps change along the row or column; NaN says nothing."""
+    x = np.arange(80.0)
+    for row in (0.5 * x, 0.004 * x**2, 10 * np.sin(x / 40)):
+        assert not len(found_in(row, along))
+        assert not len(found_in(np.where(x == 40, np.nan, row), along))
+        for jump in (4, -4):
+            broken = found_in(row + jump * (x > 40), along)
+            assert broken.min() in (36, 37, 38)
+            assert broken.max() in (42, 43, 44)
+
+
+def found_in(row, along):
+    """Where a jump is found in a picture of rows, or columns, that are all alike."""
+    location = np.tile(row, (80, 1)).astype(np.float32)
+    location = np.ascontiguousarray(location.T if along else location)[None]
+    sigma = np.full_like(location, 0.01)
+    found = np.empty((40, 80), np.uint8)
+    breaks.find_breaks(location, sigma, np.ones(1, np.int64), 0, 80, found)
+    alike = found[:, 40] if along else found[20]
+    return np.flatnonzero(alike) * (2 if along else 1)
