@@ -11,7 +11,7 @@ from numba import njit
 
 from raxel.features.active_grid.layout import BREAK, DECODED
 
-# px; half of a step. It holds more than half of a jump from where this far away.
+# px; half of a step, which holds most of a jump that is no farther away.
 HALF = 4
 # Every other row is enough: what is marked is wider.
 EVERY = 2
@@ -19,6 +19,7 @@ EVERY = 2
 BEYOND = np.float32(5 * np.sqrt(6))
 # Of a step; so little does a smooth surface depart where its bending turns round.
 BENT = np.float32(0.1)
+_HALF = np.float32(0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -38,7 +39,9 @@ def _mark_steps(places, spreads, found):
         outer = sa[x] if sa[x] > sd[x] else sd[x]
         inner = sb[x] if sb[x] > sc[x] else sc[x]
         spread = outer if outer > inner else inner
-        limit = BEYOND * spread + BENT * abs(np.float32(0.5) * (first + last))
+        limit = BEYOND * spread + BENT * abs(_HALF * (first + last))
+        # Where one of the others holds the jump, bending alone is no reason.
+        limit += _HALF * (high - low)
         found[x] |= beyond > limit
 
 
