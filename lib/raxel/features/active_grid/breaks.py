@@ -26,7 +26,8 @@ _HALF = np.float32(0.5)
 def _mark_steps(places, spreads, found):
     """Set where the middle step of (4, n) places, evenly apart, is beyond both others.
 
-    spreads: (4, n), their standard deviations. Nothing is set where one of them is NaN.
+    spreads: (4, n), their standard deviations, which may be marked by a minus sign.
+    Nothing is set where one of them is NaN.
     """
     a, b, c, d = places
     sa, sb, sc, sd = spreads
@@ -36,9 +37,8 @@ def _mark_steps(places, spreads, found):
         high = last if first < last else first
         above, under = middle - high, low - middle
         beyond = above if above > under else under
-        outer = sa[x] if sa[x] > sd[x] else sd[x]
-        inner = sb[x] if sb[x] > sc[x] else sc[x]
-        spread = outer if outer > inner else inner
+        outer = max(abs(sa[x]), abs(sd[x]))
+        spread = max(outer, max(abs(sb[x]), abs(sc[x])))
         limit = BEYOND * spread + BENT * abs(_HALF * (first + last))
         # Where one of the others holds the jump, bending alone is no reason.
         limit += _HALF * (high - low)
