@@ -76,3 +76,23 @@ def test_the_bias_of_windows_is_that_of_a_bent_surface():
     expected = OF_WINDOWS / 2 * (1.2 + 0.4) * 8 / 400**2
     assert found[0, :, 32:-32] == pytest.approx(expected, rel=0.02)
     assert found[1].max() < 0.02 * expected
+
+
+def test_edges_of_cells_stay_where_they_are_whatever_the_response():
+    """A picture and its inverse are equal midway between their edges."""
+    plan = PatternPlan((4, 4), True)
+    scene = drawn(size=(240, 180), plan=plan, blur=2.0)
+    grey = np.arange(256) / 255
+    bent = np.rint(255 * grey**2.2).astype(np.uint8)[scene.images]
+    first = decode(scene.images, scene.patterns, scene.grid, noise=0.5)
+    second = decode(bent, scene.patterns, scene.grid, noise=0.5)
+    both = first.mask & second.mask
+    assert both.mean() > 0.4
+    assert np.mean(first.cells[both] != second.cells[both]) < 1e-3
+    own = [k for k, p in enumerate(scene.patterns) if not p.inverse]
+    levels = {"white": 3 * (scene.white // 4), "black": scene.black, "noise": 0.5}
+    single = decode(
+        scene.images[own], [scene.patterns[k] for k in own], scene.grid, **levels
+    )
+    both &= single.mask
+    assert np.mean(first.cells[both] != single.cells[both]) > 0.005
