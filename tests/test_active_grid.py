@@ -203,7 +203,7 @@ def test_nothing_is_smoothed_across_a_jump():
     raw = decoded(scene, smooth=False, margin_px=0).sigma
     ratio = found.sigma[90, :, 1] / raw[90, :, 1]
     assert np.all(ratio[119:121] > 0.8)
-    assert np.all(ratio[117:123] > 0.32)
+    assert np.nanmin(ratio[117:123]) > 0.32
     assert np.all(ratio[20:110] < 0.2)
 
 

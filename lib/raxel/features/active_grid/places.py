@@ -150,9 +150,9 @@ def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
     """Done with where nothing is seen of the edge that lies across the cell.
 
     A pixel whose phase is near the start or end of its period is at one edge of its
-    cell, or beyond the other one, with that edge's bit misread. An edge is seen where
-    a pixel's own bit has lost contrast there, or one of four neighbours is read beyond
-    it. Where noise could turn the phase around, one of the two must be seen.
+    cell, or beyond the other one, with that edge's bit misread: then the bit has lost
+    contrast. Where noise could turn the phase around, one of the two must be seen, the
+    near one by that or by four neighbours, of which one is read beyond it.
 
     edges: the first edge behind the last cell that is shown; neither there nor at the
     monitor's other border is anything to be seen. codes: of the rows above, here and
@@ -179,11 +179,11 @@ def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
                 bit = _bit_of_edge(edge, len(pairs))
                 light = np.int64(images[pairs[bit, 0], y, x])
                 dark = np.int64(images[pairs[bit, 1], y, x])
-                seen |= 2 * abs(light - dark) < np.int64(most[x])
+                weak = 2 * abs(light - dark) < np.int64(most[x])
                 if behind == below:
-                    near = seen
+                    near = seen | weak
                 else:
-                    across = seen
+                    across = weak
             if not across:
                 lost[x] = 1 if (doubt[x] == EVEN) & (not near) else lost[x]
                 doubt[x] = 0
