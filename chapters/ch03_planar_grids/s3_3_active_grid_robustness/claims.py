@@ -149,7 +149,7 @@ def judge_active_viewing_angle(results):
         found = np.array(
             [shares(result, t, name, gamma=gamma) for t in turns]
         )
-        fall = found[0] - found[-1]
+        fall = np.round(found[0] - found[-1], 9)
         holds = [
             drop > LEAST_FALL and spearmanr(turns, along)[0] <= LEAST_RANK
             for drop, along in zip(fall, found.T, strict=True)

@@ -165,37 +165,25 @@ def name_values(open_results):
         share = wins(result, points_of(result), reading).mean(axis=0)
         value(f"{short}won", 100 * float(np.median(share)))
         value(f"{short}won.least", 100 * float(share.min()))
-        for sweep in SWEEPS:
-            along = wins(result, points_along(result, sweep), reading)
-            value(
-                f"{short}{sweep}.won", float(np.median(along.sum(axis=0)))
-            )
-            value(f"{short}{sweep}.levels", len(along))
         for method in METHODS:
             off = errors(result, "distance", DEFAULT_MM, method, exposure)
             value(f"{short}off.{_short(method)}", float(np.median(off)))
-    for method in (*METHODS, TRUE):
-        found = residuals(result, "distance", DEFAULT_MM, method)
-        value(f"mm.{_short(method)}", float(np.median(found)))
+    floor = residuals(result, "distance", DEFAULT_MM, TRUE)
+    value("floor", float(np.median(floor)))
     most = levels_of(result, "noise")[-1]
     value("most_noise", most)
     for method in METHODS:
         off = errors(result, "noise", most, method)
         value(f"noisy.{_short(method)}", float(np.median(off)))
     value("first_lost_noise", _first_lost(result))
-    for method, ratio in blur_ratios(result).items():
-        value(f"blurred.{_short(method)}", float(np.median(ratio)))
     value("sets", len({c["set"] for c in result.conditions}))
-    value("conditions", len(points_of(result)))
     _name_pixels(open_results("ext_active_pixels"))
     _name_viewing(open_results("exp_c3_active_viewing_angle"))
 
 
 def _short(method):
-    return {
-        ACTIVE: "active", DERIVATIVE: "derivative", SADDLE: "saddle",
-        TRUE: "floor",
-    }[method]  # fmt: skip
+    names = {ACTIVE: "active", DERIVATIVE: "derivative", SADDLE: "saddle"}
+    return names[method]
 
 
 def _first_lost(result):
@@ -207,29 +195,24 @@ def _first_lost(result):
 
 
 def _name_pixels(result):
-    for gamma, steps in ((2.2, 4), (2.2, 6), (1.0, 4), (1.0, 6)):
-        asked = {"camera_gamma": gamma, "steps": steps}
-        name = f"pixels.{'file' if gamma > 1 else 'linear'}.{steps}"
-        for where in ("all", "corners"):
-            found = result.column(f"{where}_mm", **asked)
-            value(f"{name}.{where}", float(np.median(found)))
+    for steps in (4, 6):
+        found = result.column("all_mm", camera_gamma=2.2, steps=steps)
+        value(f"pixels.{steps}", float(np.median(found)))
 
 
 def _name_viewing(result):
     turns = sorted({c["turn_deg"] for c in result.conditions})
     value("turned", turns[-1])
-    for name in ("share", "without_rim"):
-        for short, turn in (("straight", turns[0]), ("turned", turns[-1])):
-            found = shares(result, turn, name)
-            value(f"{name}.{short}", 100 * float(np.median(found)))
-        plain = shares(result, turns[-1], name, falloff=0)
-        value(f"{name}.even", 100 * float(np.median(plain)))
+    found = shares(result, turns[-1])
+    value("share.turned", 100 * float(np.median(found)))
     for short, turn in (("straight", turns[0]), ("turned", turns[-1])):
         found = shares(result, turn, "sigma_um")
         value(f"sigma.{short}", float(np.median(found)))
     angles = along(result, "largest_angle_deg", turn_deg=turns[-1])
+    light = float(np.cos(np.radians(angles.max())) ** 2)
     value("largest_angle", float(np.max(angles)))
-    value("light_there", 100 * float(np.cos(np.radians(angles.max())) ** 2))
+    value("light_there", 100 * light)
+    value("grey_there", 100 * light ** (1 / 2.2))
 
 
 def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
