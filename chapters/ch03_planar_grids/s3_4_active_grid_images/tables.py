@@ -51,8 +51,10 @@ def table_3_8(results):
             "Best blur SD (px)": [None, None, blur, None],
         },
         "Residuals of the corners of one chessboard after the homography from the "
-        "metric grid, with the window and blur of the least mean residual: medians, and "
-        f"ranges over {len(case.seeds)} seeds. Pictures undistorted with Zhang's calibration.",
+        "metric grid, with the window and blur of the least mean residual: "
+        "medians, and "
+        f"ranges over {len(case.seeds)} seeds. Pictures undistorted with "
+        "Zhang's calibration.",
     )
 
 

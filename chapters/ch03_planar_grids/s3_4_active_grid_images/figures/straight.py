@@ -49,7 +49,8 @@ def fig_3_17(results):
         drawn,
         columns(("bent_before", "bent_after", "vertical"), rows),
         "A room through the 10.5 mm fisheye, and the same picture laid out on the "
-        f"plane of one active grid with {MM_PER_PX:g} mm of the grid per px. Black: nothing "
+        f"plane of one active grid with {MM_PER_PX:g} mm of the grid per px. "
+        "Black: nothing "
         "decoded. The grid is pitched, so verticals converge.",
         Check(
             bool(np.any(laid > 0)) and taken.shape[1] == rig_width(ran),
@@ -103,7 +104,8 @@ def ext_fig_3_17_lines(results):
             ("view", "points", "before_percent", "after_percent"), rows
         ),
         "Every edge of the room that can be measured, all seeds: largest distance of "
-        "its points from their best line over its length. Dashed: what the claim allows "
+        "its points from their best line over its length. Dashed: what the "
+        "claim allows "
         "after, and asks for before.",
     )
 
