@@ -228,7 +228,8 @@ def judge_radial(results):
             p = [float(ttest_1samp(one, 0).pvalue) for one in found]
             worst = np.maximum(worst, p)
             told.append(
-                f"{method} {np.median([x.mean() for x in found]):+.4f}"
+                f"{method} {np.median([x.mean() for x in found]):+.4f} "
+                f"(p {np.median(p):.2g})"
             )
         readings.append(
             decided(

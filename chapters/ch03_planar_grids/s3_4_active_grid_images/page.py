@@ -279,6 +279,12 @@ def fig_3_18_facets(effort):
 #   of 10 Mpixel sees; large windows and strong blurs average it. Our
 #   laboratory draws the monitor without it. This is our guess, and not
 #   tested.
+# - **Larger windows** change next to nothing for the derivative method here:
+#   its curve is flat until a window leaves the picture. There is little
+#   noise that they could average.
+# - **What is left of the lens** points outwards in the four corners of the
+#   picture (Fig. 3.16, lower row); over the outer fifth of all corners its
+#   mean is not certain at the level of the test.
 # - **How large the lens's part is** hangs on its third radial term, which is
 #   our choice; Zhang's method here has two. With the true lens the same
 #   corners leave {glue:text}`true_lens.saddle_point:.3f` px (saddle point)
