@@ -282,12 +282,12 @@ def judge_undistort(results):
 def judge_pitch(results):
     """Verticals straight to 1 %, and converging as the pitch says to 1 deg."""
     readings = []
-    for options in options_of((VIEW, POINTS)):
+    for options in options_of((POINTS,)):
         gaps, bent, angles, holds = [], [], [], []
         for ran in (results[LINES], results[HALF_PITCH]):
-            for seed in seeds_of(ran, view=options[VIEW]):
+            for seed in seeds_of(ran, view=QUESTIONS[VIEW][0]):
                 lines = lines_of(
-                    ran, options[POINTS], seed=seed, view=options[VIEW]
+                    ran, options[POINTS], seed=seed, view=QUESTIONS[VIEW][0]
                 )
                 found = spread_between(lines, lines.lean)
                 gaps.append(

@@ -209,7 +209,7 @@ def fig_3_17_lines(effort):
 )
 def exp_c3_pitch_vertical(effort):
     """The same with a grid of half the pitch."""
-    conditions = line_conditions(effort, PITCHES[1:], VIEWS)
+    conditions = line_conditions(effort, PITCHES[1:], VIEWS[:1])
     return Plan(straight_trial, conditions, 1, WHAT)
 
 
@@ -312,9 +312,10 @@ def fig_3_18_facets(effort):
 #   monitor are seen in any facet, and {glue:text}`facets.corners` of
 #   {glue:text}`ball.corners` corners with all that is around them. Where two
 #   facets meet, blur mixes what they show: of the decoded pixels
-#   {glue:text}`ball.elsewhere:.0f` % see a gap. They lie between pieces and
-#   are mostly not filled in. Light that facets scatter to each other, which
-#   the thesis names as its noise, is left out.
+#   {glue:text}`ball.elsewhere:.0f` % see a gap. They make the ragged rims of
+#   the pieces in Fig. 3.18, and nothing is filled in between.
+#   Light that facets scatter to each other, which the thesis names as its
+#   noise, is left out.
 # - **What a static grid can do.** It is given the true pixel of every corner
 #   that any facet shows. There are so few, and so far apart, that none of a
 #   facet's pixels lies among four corners of a square that it could use.

@@ -87,7 +87,7 @@ def corner_trial(condition, rng):
 
 
 def in_bits(picture, bits):
-    """A picture of 8 bits as it is, or in 16, which rounds less when it is resampled."""
+    """A picture of 8 bits as it is, or in 16, which resampling rounds less."""
     return picture if bits == 8 else picture.astype(np.uint16) * 257
 
 
@@ -111,22 +111,34 @@ def through(camera, truth, corners):
 
 
 def sweep(picture, start, windows, blurs):
-    """{method: corners (settings..., n, 2)} at every setting, NaN where not found."""
+    """{method: corners (settings..., n, 2)} at every setting, NaN where not found.
+
+    A window that leaves the picture at any corner finds none.
+    """
     if picture.dtype == np.uint16:
         picture = (picture / 257).astype(np.float32)
     slopes = gradient(picture.astype(float))
-    reach = [w // 2 for w in windows]
-    derivative, saddle, opencv = [], [], []
-    for window, half in zip(windows, reach, strict=True):
-        fits = inside(start, picture.shape, half)
-        ridges, settled = fit_ridges(slopes, start, window)
-        derivative.append(kept(ridges[:, :2], settled & fits))
-        moved = opencv_subpix(picture, start, half)
-        opencv.append(kept(moved, fits & (moved != start).any(axis=1)))
+    nowhere = np.full_like(start, np.nan)
+    fit = [inside(start, picture.shape, w // 2).all() for w in windows]
+    derivative, opencv = [], []
+    for window, fits in zip(windows, fit, strict=True):
+        found = moved = nowhere
+        if fits:
+            ridges, settled = fit_ridges(slopes, start, window)
+            found = kept(ridges[:, :2], settled)
+            moved = opencv_subpix(picture, start, window // 2)
+            moved = kept(moved, (moved != start).any(axis=1))
+        derivative.append(found)
+        opencv.append(moved)
+    saddle = []
     for blur in blurs:
         soft = blurred(picture.astype(float), blur)
-        row = [fit_saddles(soft, start, window) for window in windows]
-        saddle.append([kept(*pair) for pair in row])
+        saddle.append(
+            [
+                kept(*fit_saddles(soft, start, window)) if fits else nowhere
+                for window, fits in zip(windows, fit, strict=True)
+            ]
+        )
     # As many half windows, which a full one of twice as many px holds.
     halves = [opencv_subpix(picture, start, window) for window in windows]
     halves = [kept(at, (at != start).any(axis=1)) for at in halves]
