@@ -88,7 +88,7 @@ def test_sizes_of_orders_follow_from_misfits():
 
 @pytest.mark.parametrize("slant", [0.0, 1.0])
 def test_slanted_edges_cover_the_share_of_a_pixel(slant):
-    condition = {"blur_px": 1e-3, "noise_grey": 0.0, "slant_px": slant}
+    condition = {"blur_px": 1e-3, "noise_grey": 0.0, "slant_px": slant, "light": "even"}
     place, picture, inverse, *_ = codes.bit_pictures(
         condition, np.random.default_rng(0)
     )
@@ -149,7 +149,11 @@ def test_claims_of_the_profile_go_by_the_share_of_views(rms_1, rms_2, first, thi
 
 
 def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
-    conditions = [{"slant_px": s, "noise_grey": n} for s in (1.0, 0.0) for n in (4, 8)]
+    conditions = [
+        {"slant_px": codes.SLANT_PX[edges], "light": light, "noise_grey": n}
+        for edges, light in codes.EDGES_AND_LIGHT
+        for n in (4, 8)
+    ]
     values = {
         "white and black.wrong": lambda c: [c["noise_grey"] * (1 + c["slant_px"])] * 3,
         "inverse.wrong": [1, 1, 1],
@@ -159,11 +163,36 @@ def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
     }
     result = Found(values, conditions)
     wrong, paired, pixels, only, other = bit_counts(
-        result, "anywhere", "white and black"
+        result, "anywhere", "even", "white and black"
     )
     np.testing.assert_array_equal(wrong, [24, 24, 24])
     assert (paired.sum(), pixels.sum(), only, other) == (6, 60, 30, 0)
-    assert bit_counts(result, "between pixels", "white and black")[0].sum() == 36
+    between = bit_counts(result, "between pixels", "even", "white and black")
+    assert between[0].sum() == 36
+
+
+def test_light_falls_off_as_lens_and_monitor_of_the_rig_have_it():
+    light = codes.light_along(9, "falls off")
+    assert light[0] == 1
+    # Half a diagonal of 304 x 228 mm is 190 mm, 375 mm away.
+    assert light[-1] == pytest.approx((1 + (190 / 375) ** 2) ** (-5.5 / 2))
+    assert (np.diff(light) < 0).all()
+    assert (codes.light_along(9, "even") == 1).all()
+
+
+def test_an_exact_threshold_has_root_two_more_wrong_bits_than_an_inverse():
+    condition = {"blur_px": 3, "noise_grey": 8, "slant_px": 1.0, "light": "even"}
+    rng = np.random.default_rng(1)
+    found = [codes.bits_trial(condition, rng) for _ in range(12)]
+    inverse = sum(one["inverse.wrong"] for one in found)
+    for name, expected in (
+        ("one grey value", np.sqrt(2)),
+        ("white and black", np.sqrt(3)),
+        ("mean of the sines", np.sqrt(2.5)),
+    ):
+        ratio = sum(one[name]["wrong"] for one in found) / inverse
+        # Three standard deviations of a ratio of two counts.
+        assert ratio == pytest.approx(expected, rel=3 * np.sqrt(2 / inverse))
 
 
 def _verdict(judge, name, values, conditions=({},)):

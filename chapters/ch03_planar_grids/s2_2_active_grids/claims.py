@@ -20,6 +20,9 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
     CORNER_METHODS,
     EXPOSURES,
 )
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
+    EDGES_AND_LIGHT,
+)
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     DATA_SHEET_GAMMA,
 )
@@ -213,11 +216,11 @@ def judge_inverse(results):
     """Half as many wrong bits as a threshold near edges, McNemar p < 0.01."""
     ran = results["exp_c3_inverse_helps"]
     readings = []
-    for edges, threshold in itertools.product(
-        QUESTIONS["bit_edges"], QUESTIONS["bit_threshold"]
+    for (edges, light), threshold in itertools.product(
+        EDGES_AND_LIGHT, QUESTIONS["bit_threshold"]
     ):
         wrong, paired, pixels, only, other = bit_counts(
-            ran, edges, threshold
+            ran, edges, light, threshold
         )
         ratio = bootstrap(
             lambda a, b: a.sum(axis=-1) / np.maximum(b.sum(axis=-1), 1),
@@ -234,7 +237,11 @@ def judge_inverse(results):
             Reading(
                 DECISIONS[decision],
                 ratio.value,
-                reading={"bit_edges": edges, "bit_threshold": threshold},
+                reading={
+                    "bit_edges": edges,
+                    "bit_light": light,
+                    "bit_threshold": threshold,
+                },
                 interval=(ratio.low, ratio.high),
                 unit="1",
                 reason=f"{wrong.sum():.0f} wrong bits against "

@@ -78,7 +78,10 @@ from repro.run.outcomes import Plan
 #   {glue:text}`response.three:.3f` % of a period. If what its fits leave
 #   over were order 5, it would be {glue:text}`response.five:.2f` %.
 # - Comparing a pattern with its inverse makes fewer wrong bits near edges
-#   than a threshold, but not half as many. In light that overflows the
+#   than an exact threshold, but theory keeps it from half as many; where the
+#   light falls off, one threshold for all makes
+#   {glue:text}`bits.anywhere.falls_off.one_grey_value:.1f` times as many. In
+#   light that overflows the
 #   sensor a chessboard's corners are found better than an active grid.
 
 # %% [markdown]
@@ -313,12 +316,25 @@ def profiles(effort):
 #   gamma: at 2.2 the misfit of one sine is {glue:text}`sRGB.rms_0:.1f` grey
 #   levels in place of {glue:text}`linear.rms_0:.1f`, and no harmonic
 #   improves it much.
-# - **Inverse or threshold.** The comparison has twice the contrast and
-#   $\sqrt 2$ times the noise of a threshold that is exactly right, so with
-#   even light it gains a factor of about 1.4 where edges fall anywhere:
-#   {glue:text}`bits.anywhere:.2f` here. Where they fall between pixels
-#   wrong bits are rare, and the factor is {glue:text}`bits.between:.1f`.
-#   Its real use is another: no threshold has to be known at all.
+# - **Inverse or threshold.** A pixel $x$ px off an edge of slope $a$ differs
+#   by $ax$ from a threshold that is exactly right. With noise $s$ it is
+#   misread with a chance of $\Phi(-ax/s)$, $\Phi$ being the normal
+#   distribution, and over edges that fall anywhere this sums up to a share in
+#   proportion to $s/a$. The inverse has slope $2a$ and noise $\sqrt2\,s$. So one
+#   grey value makes $\sqrt2$ times as many wrong bits
+#   ({glue:text}`bits.anywhere.even.one_grey_value:.2f` here); white and black,
+#   whose mean adds noise of variance $s^2/2$, $\sqrt3$
+#   ({glue:text}`bits.anywhere.even.white_and_black:.2f`); the mean of four sines,
+#   with $s^2/4$, $\sqrt{2.5}$
+#   ({glue:text}`bits.anywhere.even.mean_of_the_sines:.2f`). **The test's bound of 2
+#   cannot be reached there.** With edges between pixels wrong bits are rare,
+#   and the first factor is
+#   {glue:text}`bits.between_pixels.even.one_grey_value:.1f`.
+# - **Uneven light** is where one grey value is wrong: lens and monitor
+#   of our rig leave {glue:text}`bits.corner_light:.0f` % of the light at the
+#   monitor's corner. The two other thresholds see the same light; white and black
+#   make {glue:text}`bits.anywhere.falls_off.white_and_black:.2f` times as many
+#   wrong bits as the inverse. It needs no threshold at all.
 # - **Blooming.** A corner looks the same after half a turn, and so does the
 #   charge that spills around it: with light of 1.05 full wells the saddle
 #   point is off by {glue:text}`bloom.saddle:.3f` px and the derivative method

@@ -10,7 +10,10 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
     SHARES,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
+    EDGES_AND_LIGHT,
+    LIGHTS,
     SLANT_PX,
+    light_along,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
     BLURS_PX,
@@ -36,6 +39,7 @@ QUESTIONS = {
         "white and black",
         "mean of the sines",
     ),
+    "bit_light": LIGHTS,
 }
 METHODS = (*CORNER_METHODS, "active grid")
 
@@ -61,12 +65,14 @@ def third_gain(result, camera, gamma=DATA_SHEET_GAMMA):
     return (rms[0] - rms[1]) / rms[0]
 
 
-def bit_counts(result, edges, threshold):
+def bit_counts(result, edges, light, threshold):
     """(wrong by the threshold, wrong by the inverse, pixels): (trials,) each,
     summed over blur and noise; and the pixels that only one of the two has wrong.
     """
-    slant = SLANT_PX[edges]
-    ones = [c for c in result.conditions if c["slant_px"] == slant]
+    asked = SLANT_PX[edges], light
+    ones = [
+        c for c in result.conditions if (c["slant_px"], c["light"]) == asked
+    ]
 
     def total(name):
         return sum(result.column(name, **c) for c in ones)
@@ -156,11 +162,12 @@ def of_light(open_results):
 def of_codes(open_results):
     """Bits and the rule at edges."""
     bits = open_results("exp_c3_inverse_helps")
-    for edges in QUESTIONS["bit_edges"]:
-        wrong, paired, *_ = bit_counts(bits, edges, "one grey value")
-        value(
-            f"bits.{edges.split()[0]}", wrong.sum() / max(paired.sum(), 1)
-        )
+    for edges, light in EDGES_AND_LIGHT:
+        for threshold in QUESTIONS["bit_threshold"]:
+            wrong, paired, *_ = bit_counts(bits, edges, light, threshold)
+            name = f"bits.{edges}.{light}.{threshold}".replace(" ", "_")
+            value(name, wrong.sum() / max(paired.sum(), 1))
+    value("bits.corner_light", 100 * light_along(2, "falls off")[-1])
     wrap = open_results("ext_wrap_rule")
     printed = sum(wrap.column(f"{b}.printed").sum() for b in BLURS_PX)
     ours = sum(wrap.column(f"{b}.decoder").sum() for b in BLURS_PX)

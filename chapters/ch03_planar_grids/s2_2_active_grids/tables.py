@@ -131,12 +131,14 @@ def ext_bits(results):
     """Share of wrong bits near edges, by blur and noise."""
     ran = results["exp_c3_inverse_helps"]
     slants = {slant: name for name, slant in SLANT_PX.items()}
-    columns = {"edges": [], "blur (px)": [], "noise (grey levels)": []}
+    columns = {"edges": [], "light": []}
+    columns |= {"blur (px)": [], "noise (grey levels)": []}
     columns |= {"inverse (%)": []}
     columns |= {f"{name} (%)": [] for name in QUESTIONS["bit_threshold"]}
     for condition in ran.conditions:
         pixels = ran.column("pixels", **condition).sum()
         columns["edges"].append(slants[condition["slant_px"]])
+        columns["light"].append(condition["light"])
         columns["blur (px)"].append(condition["blur_px"])
         columns["noise (grey levels)"].append(condition["noise_grey"])
         for name in ("inverse", *QUESTIONS["bit_threshold"]):
@@ -144,7 +146,8 @@ def ext_bits(results):
             columns[f"{name} (%)"].append(float(100 * wrong / pixels))
     return Table(
         columns,
-        "An inverse makes fewer wrong bits than any threshold. Wrong bits among the "
+        "An inverse makes fewer wrong bits than any threshold, above all where the "
+        "light falls off and the threshold is one grey value. Wrong bits among the "
         "pixels within 2 px of an edge.",
     )
 

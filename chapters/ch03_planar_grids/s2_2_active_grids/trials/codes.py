@@ -5,6 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
+    RIGS,
+    rig,
+)
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.layout import REACH
 from raxel.sets import (
@@ -25,6 +29,7 @@ LEVELS_GREY = (40.0, 200.0)
 SINE_STEPS = 4
 # How far edges shift over the rows: anywhere in a pixel, or between two of them.
 SLANT_PX = {"anywhere": 1.0, "between pixels": 0.0}
+LIGHTS = ("even", "falls off")
 # Wide enough for a window of cells on either side of an edge.
 CELL_PX = 4
 STRIP_ROWS = 8
@@ -113,6 +118,7 @@ def bit_pictures(condition, rng):
     mean of sines): noisy, 8 bits.
 
     Edges fall between pixels, or anywhere: then they cross the rows at a slant.
+    Light that falls off does so along the row.
     """
     width = 8 * EDGE_PX
     slant = np.arange(ROWS)[:, None] / ROWS * condition["slant_px"]
@@ -123,9 +129,11 @@ def bit_pictures(condition, rng):
     )
     place = (np.arange(width) + 0.5 - slant) / EDGE_PX
 
+    light = light_along(width, condition["light"])
+
     def taken(picture):
         soft = cv2.GaussianBlur(
-            picture, (0, 0), condition["blur_px"],
+            picture * light, (0, 0), condition["blur_px"],
             borderType=cv2.BORDER_REPLICATE,
         )  # fmt: skip
         noisy = soft + rng.normal(0, condition["noise_grey"], soft.shape)
@@ -137,6 +145,22 @@ def bit_pictures(condition, rng):
     flat = 0.5 * (low + high) * even
     sines = np.mean([taken(flat) for _ in range(SINE_STEPS)], axis=0)
     return place, *pair, white, black, sines
+
+
+def light_along(width, light):
+    """Share of light (width,) from the middle of the rig's monitor to its corner.
+
+    The monitor stands upright at the rig's mean distance, so that the camera's field
+    angle, of which the light falls as cos^4, is the monitor's viewing angle too.
+    """
+    if light == "even":
+        return np.ones(width)
+    own = rig(1)
+    reach_mm = np.hypot(*own.target.monitor_mm) / 2
+    tangent = (
+        np.linspace(0, 1, width) * reach_mm / np.mean(own.poses.distance_mm)
+    )
+    return np.cos(np.arctan(tangent)) ** (4 + own.monitor.falloff_exponent)
 
 
 def _lit_length(x):
@@ -167,7 +191,8 @@ def bits_trial(condition, rng):
         Pattern("", "x", "gray", of=1, bit=0, inverse=i)
         for i in (False, True)
     ]
-    levels = [np.full_like(picture, level) for level in LEVELS_GREY]
+    mean = light_along(picture.shape[1], condition["light"]).mean()
+    levels = [np.full(picture.shape, mean * level) for level in LEVELS_GREY]
     thresholds = {
         "one grey value": levels,
         "white and black": (white, black),
@@ -215,6 +240,12 @@ def wrong_bits_at_edges(effort):
     return Plan(wrong_bit_trial, conditions, 1)
 
 
+# Uneven light is asked of edges anywhere only.
+EDGES_AND_LIGHT = (
+    ("anywhere", "even"),
+    ("between pixels", "even"),
+    ("anywhere", "falls off"),
+)
 BIT_TRIALS = {"quick": 2, "full": 20}
 
 
@@ -222,12 +253,18 @@ BIT_TRIALS = {"quick": 2, "full": 20}
     "exp_c3_inverse_helps",
     artefact="sec_3_2_2",
     shards={"quick": 1, "full": 1},
+    inputs=RIGS,
 )
 def bits_near_edges(effort):
     """Bits near edges, by an inverse and by three thresholds."""
     conditions = [
-        {"slant_px": slant, "blur_px": blur, "noise_grey": noise}
-        for slant in SLANT_PX.values()
+        {
+            "slant_px": SLANT_PX[edges],
+            "light": light,
+            "blur_px": blur,
+            "noise_grey": noise,
+        }
+        for edges, light in EDGES_AND_LIGHT
         for blur in (1, 2, 3)
         for noise in (4, 8)
     ]
