@@ -68,8 +68,9 @@ def fig_3_6(results):
         drawn,
         columns(names, rows),
         f"Errors of {asked} random points, interpolated from the corners of a "
-        f"grid with a pitch of {pitch} mm; vectors are {MAGNIFIED} times as "
-        "long as they are. Dots: the points, in grid coordinates, with y "
+        f"grid with a pitch of {pitch} mm. Vectors run from a point (dot) "
+        "to where it is found, found less true; they are drawn "
+        f"{MAGNIFIED} times as long as they are. In grid coordinates, with y "
         "downwards as in images. (a) The four nearest corners, no three on a "
         "line of the grid, as the thesis has it; orange where these are not "
         "those of the enclosing square, which (b) has.",
@@ -193,7 +194,8 @@ def ext_interpolation_methods(results):
         columns(names, rows),
         "Straight lines and a smooth surface take most of the bias away, and "
         "pass hardly more noise on. Lens and grid of Fig. 3.6 in a picture of "
-        f"1000 px; medians over {result.trials_per_condition} trials. Right: "
+        f"1000 px; medians over {result.trials_per_condition} trials, fewer than "
+        "in Fig. 3.7 since no claim is judged here. Right: "
         "bias and noise together, and beside them a decoded active grid, "
         "photographed with a noise of its own. The smooth surface is laid "
         "out in cells that bend by no more than 0.015 px: a floor of our own. "
@@ -216,21 +218,25 @@ def ext_two_facets(results):
         place, size = _over_trials(
             places, result.arrays(f"{name}.by_column_mm")
         )
-        axes.semilogy(place, size, label=label, **series(k))
+        # A logarithmic axis has no place for zero.
+        drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
+        axes.semilogy(place, drawn_size, label=label, **series(k))
         rows += [(label, *row) for row in zip(place, size, strict=True)]
     axes.set_xlabel("Distance from the ridge (px)")
     axes.set_ylabel("RMS error (mm)")
     axes.set_ylim(*SHOWN_MM)
-    axes.legend()
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return Drawing(
         drawn,
         columns(("method", "from_ridge_px", "rms_mm"), rows),
         "Interpolation is wrong as far as the corners of the other facet are "
         "among the nearest four; decoding only where blur, or its filter, "
-        "mixes both sides. RMS over the trusted pixels of a column, medians over "
-        f"{result.trials_per_condition} trials. With the ridge known, "
-        "interpolation is exact here, as it is left and right of the curve: a "
-        "flat mirror before a pinhole is a homography.",
+        "mixes both sides. RMS over the pixels of a column that the decoder "
+        f"gives a place, medians over {result.trials_per_condition} trials. "
+        "Where the blue curve ends, all four corners are the pixel's own facet's, "
+        "and its error is exactly zero, but for rounding: a flat mirror before a "
+        "pinhole is a homography. So interpolation is everywhere, once the ridge is "
+        "known.",
     )
 
 

@@ -60,22 +60,23 @@ from repro.run.outcomes import Plan
 # **Findings.**
 #
 # - The bias grows with the distance from the image centre and points along
-#   the radius: {glue:text}`radial.nearest:.1f` % of its energy with the four
-#   nearest corners, {glue:text}`radial.enclosing:.2f` % with those of the
-#   enclosing square.
+#   the radius: the part along it makes up {glue:text}`radial.nearest:.1f` % of
+#   the squared lengths with the four nearest corners,
+#   {glue:text}`radial.enclosing:.2f` % with those of the enclosing square.
 # - It is a second derivative of the distortion times the square of the
 #   pitch: Fig. 3.7 has a slope of {glue:text}`slope:.2f`, and at 20 mm the
 #   corners of the enclosing square leave {glue:text}`at_20:.4f` mm where the
-#   formula says {glue:text}`formula_20:.4f`.
+#   formula of the Model below says {glue:text}`formula_20:.4f`.
 # - In a picture 1000 px wide, corners with a noise of
 #   {glue:text}`noise_px:.1f` px err as much as the interpolation between them
-#   at squares of {glue:text}`balance_px:.0f` px; noise differs from picture
-#   to picture, and the bias stays.
+#   with {glue:text}`balance_squares:.0f` squares across the picture; noise
+#   differs from picture to picture, and the bias stays.
 # - Straight lines help: rows, columns and diagonals through the cell hold
 #   just the four numbers that a homography misses, and at 20 mm they leave
 #   {glue:text}`straight_share:.0f` % of the bias.
-# - At a break of the camera, {glue:text}`break.unknown.gross:.0f` % of the
-#   pixels nearby are more than 1 mm off when their points are interpolated,
+# - At a break of the camera, where neighbouring pixels see places far apart
+#   (here a ridge between two mirrors), {glue:text}`break.unknown.gross:.0f` % of
+#   the pixels nearby are more than 1 mm off when their points are interpolated,
 #   {glue:text}`break.smoothed.gross:.0f` % when they are decoded with the 7 × 7
 #   filter, which asks for continuity too, and
 #   {glue:text}`break.plain.gross:.0f` % without it.
@@ -117,16 +118,21 @@ from repro.run.outcomes import Plan
 # first corner at $s = t = 0$, and let $\mathbf{g}(s, t)$ be where the camera
 # shows its points. $J$ is the first derivative, and
 # $\mathbf{D}_{ab} = J^{-1}\,\partial_a \partial_b\,\mathbf{g}$ are the second
-# ones, taken back to the grid. To second order, a homography near the
-# square is
+# ones, taken back to the grid: six numbers, the components $D_{ss}^{(i)}$,
+# $D_{st}^{(i)}$ and $D_{tt}^{(i)}$ along $s$ ($i = 1$) and $t$ ($i = 2$). A
+# homography has two numbers for its second order, $c_1$ and $c_2$:
 #
-# $$J\,\bigl(\mathbf{x} + \mathbf{x}\,(c_1 s + c_2 t)\bigr), \qquad
-# \mathbf{x} = (s, t),$$
+# $$\text{camera:}\ \begin{bmatrix}
+# s + \frac12 D_{ss}^{(1)} s^2 + D_{st}^{(1)} st + \frac12 D_{tt}^{(1)} t^2 \\
+# t + \frac12 D_{ss}^{(2)} s^2 + D_{st}^{(2)} st + \frac12 D_{tt}^{(2)} t^2
+# \end{bmatrix}, \quad \text{homography:}\ \begin{bmatrix}
+# s + c_1 s^2 + c_2\, st \\ t + c_1\, st + c_2 t^2 \end{bmatrix}.$$
 #
-# with two free numbers $c_1$ and $c_2$. A general bend has six. Through all
-# four corners means $c_1 = D_{st}^{(2)}$ and $c_2 = D_{st}^{(1)}$, the upper
-# number naming the component, and the other terms vanish at the corners.
-# What the method finds, less the truth, is then
+# Its linear terms are free too. At the corners $s^2 = hs$ and $t^2 = ht$,
+# so they make up for any difference in the squares there, and leave
+# $s^2 - hs = -s(h - s)$ in between. Nothing linear is $st$ at all four
+# corners, so those terms have to agree: $c_1 = D_{st}^{(2)}$, $c_2 =
+# D_{st}^{(1)}$. What the method finds, less the truth, is then
 #
 # $$\mathbf{b} = \frac{1}{2}
 # \begin{bmatrix}
@@ -134,14 +140,17 @@ from repro.run.outcomes import Plan
 # (2 D_{st}^{(1)} - D_{tt}^{(2)})\, T - D_{ss}^{(2)}\, S
 # \end{bmatrix}, \qquad S = s(h - s), \quad T = t(h - t).$$
 #
-# Four numbers, each zero for every pinhole however the grid is turned, times
-# an area that grows with $h^2$: **the slope in the pitch is 2**. For the lens
-# above, with $k_1$ alone and $\mathbf{x}$ counted from the image centre,
+# Four numbers, the factors of $S$ and $T$, each zero for every pinhole however
+# the grid is turned, times an area that grows with $h^2$: **the slope in the
+# pitch is 2**. Let $\mathbf{x} = f\mathbf{p}$ be the point of the grid in mm from
+# the image centre. For the lens above with $k_1$ alone,
 #
 # $$\mathbf{b} = -\frac{k_1}{f^2}\,\mathbf{x}\,(S + T):$$
 #
-# **radial, and in proportion to the radius.** The mean of $(S + T)^2$ over a
-# square is $\tfrac{11}{90} h^4$, so the RMS over a grid of side $a$ is
+# **radial, and in proportion to the radius.** Over a square, $S$ has the mean
+# $h^2/6$ and $S^2$ the mean $h^4/30$, so $(S + T)^2$ has $\tfrac{2}{30} h^4 +
+# \tfrac{2}{36} h^4 = \tfrac{11}{90} h^4$. Over the grid, of side $a$,
+# $|\mathbf{x}|^2$ has $2\,\tfrac{a^2}{12} = \tfrac{a^2}{6}$. The RMS is
 # $\tfrac{|k_1|}{f^2}\, h^2 \sqrt{\tfrac{11}{90}}\,\tfrac{a}{\sqrt{6}}$.
 
 # %% tags=["active-ipynb"]
@@ -150,8 +159,10 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Noise.** Corners that are off by noise of SD $\sigma$ on each axis move the
 # found point, at the scale of the image, by an RMS of
-# $\sqrt{52/45}\;\sigma \approx 1.07\,\sigma$, whatever the pitch: $8/9$ under
-# the root is that of bilinear weights, the rest comes from $c_1$ and $c_2$.
+# $\sqrt{52/45}\;\sigma \approx 1.07\,\sigma$, whatever the pitch. Bilinear
+# weights have squares that sum to $(\tfrac23)^2$ in the mean, $\tfrac89$ for both
+# axes. Noise in $D_{st}$, of variance $4\sigma^2/h^4$, moves the point by $S$
+# and $T$ times as much, through $c_2$ and $c_1$: $2 \cdot \tfrac{4}{30}$ more.
 #
 # **Which four corners.** The nearest are taken one by one, by their distance
 # in the image; one that stands in line with two others *on the grid* is passed
@@ -159,7 +170,7 @@ from repro.run.outcomes import Plan
 # homography cannot bend a line.) Measured on the grid, these four are always
 # the corners of the enclosing square. In a bent image they are not for about
 # {glue:text}`parallelograms:.0f` % of the points, near the edges of squares:
-# there they are a parallelogram, as the thesis says.
+# there they are a parallelogram, as the thesis says. In code, corner by corner:
 
 # %% tags=["active-ipynb"]
 # show_code(nearest_four, by_nearest_four)
@@ -172,7 +183,14 @@ from repro.run.outcomes import Plan
 # $\tfrac12 h^2 D_{ss}^{(2)}$, a column by $\tfrac12 h^2 D_{tt}^{(1)}$, and the
 # two diagonals give the other two of the four numbers. So the image about a
 # cell is bent until these lines are straight, and then the homography of the
-# cell does the rest.
+# cell does the rest. Third derivatives stay: the slope becomes 3 or more.
+#
+# **Smooth, and by need.** *Smooth* lays a surface with continuous slopes
+# through all corners of the board. *By need*, the library's own choice,
+# takes for each board the surface where the corners show that it errs less
+# than the homographies, counting their noise, and else the homographies.
+#
+# Straight lines in code: a bend of four numbers per cell, by least squares.
 
 # %% tags=["active-ipynb"]
 # show_code(by_straight_lines)
@@ -264,11 +282,12 @@ def distortions(effort):
 
 # %% [markdown]
 # **A camera that breaks.** Two flat mirrors meet in an upright ridge before a
-# camera, each turned a little away from the other. Both show a monitor above
-# the camera; the points that they show jump at the ridge. The chessboard's
-# corners are exact. The active grid is photographed, with blur, noise and the
-# responses of monitor and camera, and decoded. Both are asked the same pixels:
-# those within one square of the ridge that the decoder trusts.
+# camera, each turned away from the other by {glue:text}`break.facet_deg:.1f`
+# degrees. Both show a monitor above the camera; the points that they show jump
+# at the ridge. The chessboard's corners are exact. The active grid is
+# photographed, with blur, noise and the responses of monitor and camera, and
+# decoded. Both are asked the same pixels: those within one square of the ridge
+# that the decoder *trusts*, which means that it gives them a place at all.
 
 
 # %% tags=["active-ipynb"]
@@ -303,16 +322,14 @@ def distortions(effort):
 #   With {glue:text}`bias_px:.2f` px at 15 squares across 1000 px it is four
 #   times as much across 4000 px, while corners are found as well as before. It
 #   is twice as small with 1.4 times as many squares.
-# - **What to take from it.** Squares narrower than
-#   {glue:text}`balance_px:.0f` px per 1000 px of picture gain nothing with
+# - **What to take from it.** More than {glue:text}`balance_squares:.0f`
+#   squares across a picture of 1000 px gain nothing with
 #   an ordinary lens if one picture is all there is. Over many pictures noise
 #   averages out and the bias does not. Then straight lines or the smooth
 #   surface are the better way: they pass on {glue:text}`straight.noise_px:.3f`
 #   and {glue:text}`smooth.noise_px:.3f` px of
 #   {glue:text}`noise_px:.1f` px, the nearest four
-#   {glue:text}`nearest.noise_px:.3f`. The library's own choice, *by
-#   need*, asks the corners of each board whether its cells bend more than they
-#   are uncertain.
+#   {glue:text}`nearest.noise_px:.3f`.
 # - **Fisheyes and mirrors** bend more, and their squares have to be smaller
 #   for the same bias (see the table).
 # - **Second order only.** The formula leaves $k_2$ and all higher
@@ -324,10 +341,14 @@ def distortions(effort):
 #   {glue:text}`gain.high:.0f` over the poses of the monitor, and a bound of 10
 #   is undecided. The large end is not decoding's merit: four corners of both
 #   facets can make a homography that sends a pixel far away.
+# - **Only that bound is undecided,** a ratio of 10 between RMS values. That
+#   interpolation fails at every size of break is not: about half of the
+#   pixels are more than 1 mm off (see the last table).
 # - **The filter across the ridge.** The decoder leaves a window alone if two
 #   neighbours in it are more than a quarter of a period, or more than a cell,
 #   apart. The lens spreads this break of {glue:text}`break.jump:.0f` mm, some
-#   0.6 periods, over three pixels, with steps that can stay below. The
+#   {glue:text}`break.periods:.1f` periods, over a few pixels, with steps that
+#   can stay below. The
 #   thesis's filter looks for no breaks at all, and averages grey values where
 #   the decoder averages the directions of the phases. Without a filter only
 #   the pixels that the lens mixes are wrong.

@@ -6,6 +6,10 @@ from collections import namedtuple
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
+    FACET_DEG,
+    GRID,
+)
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
     FOUR,
     METHODS,
@@ -18,6 +22,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     SCENES,
     SIDE_MM,
 )
+from raxel.sets import plan_of_cells
 from repro.judge.statistics import loglog_slope, median_interval
 from repro.page.reader import value
 
@@ -190,14 +195,18 @@ def name_values(open_results):
     gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
     for end in ("value", "low", "high"):
         value(f"gain.{end}", getattr(gain, end))
-    value("break.jump", float(np.median(ridge.column("jump_mm"))))
+    jump = float(np.median(ridge.column("jump_mm")))
+    value("break.jump", jump)
+    periods = plan_of_cells(GRID.monitor_px).phase_periods[0]
+    value("break.periods", jump * periods / GRID.monitor_mm[0])
+    value("break.facet_deg", FACET_DEG)
 
 
 def name_methods(result):
     """Where noise and bias balance, what lines leave, and what an active grid does."""
     nearest = Method(result, LENS, PRIMARY)
     balance = nearest.balance_mm or STATED_MM
-    value("balance_px", balance * nearest.px_per_mm)
+    value("balance_squares", SIDE_MM / balance)
     value("bias_px", at_stated_pitch(nearest, "bias_px"))
     for short, name in zip(
         ("nearest", "enclosing", "straight", "smooth"), METHODS, strict=True
