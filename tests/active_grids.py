@@ -190,16 +190,17 @@ def settled(good, z, bits, code, turn, sd, most, edges):
         value = np.take_along_axis(values, bit.clip(0)[None], 0)[0]
         return np.where((edge > 0) & (edge < edges), 2 * value, full)
 
-    def is_weak(edge):
+    def is_seen(edge, by_others):
+        beyond = np.any([(other >= edge) != (code >= edge) for other in others], axis=0)
         inside = (edge > 0) & (edge < edges)
-        return inside & (contrast(edge, np.abs(bits), most) < most)
+        weak = contrast(edge, np.abs(bits), most) < most
+        return inside & (weak | (beyond & by_others))
 
-    beyond = np.any([(other >= near) != (code >= near) for other in others], axis=0)
-    beside = is_weak(near) | (beyond & (near > 0) & (near < edges))
+    across = is_seen(far, even)
     at_near = np.abs(contrast(near, around, count * most))
     at_far = contrast(far, around, count * most)
-    moved = doubt & is_weak(far) & (at_far < count * most) & (at_far < at_near)
-    near_seen = np.where(is_weak(far), at_near < count * most, beside)
+    moved = doubt & across & (at_far < count * most) & (at_far < at_near)
+    near_seen = np.where(across, at_near < count * most, is_seen(near, True))
     lost = even & ~moved & ~(seen & near_seen)
     return np.where(moved, np.where(low, 1, -1), 0), lost
 

@@ -151,8 +151,8 @@ def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
 
     A pixel whose phase is near the start or end of its period is at one edge of its
     cell, or beyond the other one, with that edge's bit misread: then the bit has lost
-    contrast. Where noise could turn the phase around, one of the two must be seen, the
-    near one by that or by four neighbours, of which one is read beyond it.
+    contrast. Where noise could turn the phase around, one of the two must be seen, by
+    that or by four neighbours, of which one is read beyond it.
 
     edges: the first edge behind the last cell that is shown; neither there nor at the
     monitor's other border is anything to be seen. codes: of the rows above, here and
@@ -183,7 +183,7 @@ def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
                 if behind == below:
                     near = seen | weak
                 else:
-                    across = weak
+                    across = weak | (seen & (doubt[x] == EVEN))
             if not across:
                 lost[x] = 1 if (doubt[x] == EVEN) & (not near) else lost[x]
                 doubt[x] = 0
