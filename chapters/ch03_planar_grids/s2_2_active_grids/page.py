@@ -193,7 +193,9 @@ from repro.run.outcomes import Plan
 # - a sine that is clipped, for lack of a phase;
 # - two bits without contrast at one place, which no Gray code has;
 # - a phase more than a quarter of a period from that of every neighbour;
-# - the rim of the lit area, 6 px wide, where blur mixes in what is beside.
+# - the rim of the lit area, 6 px wide, where blur mixes in what is beside;
+# - about as much to either side of a jump, found where the step over eight
+#   pixels is not between the steps before and behind it.
 #
 # No average and no filled hole reaches across a mask or a jump, so a camera
 # may show neighbouring pixels different parts of the monitor. The thesis's
