@@ -220,7 +220,9 @@ def ext_two_facets(results):
         )
         # A logarithmic axis has no place for zero.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
-        axes.semilogy(place, drawn_size, label=label, **series(k))
+        masked = np.flatnonzero(np.diff(place) > 1) + 1
+        gaps = (np.insert(a, masked, np.nan) for a in (place, drawn_size))
+        axes.semilogy(*gaps, label=label, **series(k))
         rows += [(label, *row) for row in zip(place, size, strict=True)]
     axes.set_xlabel("Distance from the ridge (px)")
     axes.set_ylabel("RMS error (mm)")

@@ -195,6 +195,8 @@ def name_values(open_results):
     gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
     for end in ("value", "low", "high"):
         value(f"gain.{end}", getattr(gain, end))
+    trusted = float(np.median(ridge.column("trusted")))
+    value("break.trusted", 100 * trusted)
     jump = float(np.median(ridge.column("jump_mm")))
     value("break.jump", jump)
     periods = plan_of_cells(GRID.monitor_px).phase_periods[0]
