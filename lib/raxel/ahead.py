@@ -14,6 +14,7 @@ from raxel.calibration.board_rays import ray_table
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
+from raxel.features.active_grid.lookup import pixels_of
 from raxel.features.celect import celect
 from raxel.geometry import transform
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
@@ -52,7 +53,11 @@ def compile_ahead():
     find_board(picture)
     patterns = patterns_of(plan_of_cells(MONITOR_PX))
     shown = [pattern_picture(pattern, MONITOR_PX) for pattern in patterns]
-    decode(shown, patterns, ActiveGrid(MONITOR_PX), neighbours=True, fill=True)
+    for depth in (np.uint8, np.uint16):
+        pictures = np.array(shown, depth)
+        grid = ActiveGrid(MONITOR_PX)
+        decoded = decode(pictures, patterns, grid, neighbours=True, fill=True)
+    pixels_of(decoded.location, np.array([[9.0, 9.0]]))
     place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
