@@ -116,6 +116,7 @@ def ext_fig_3_16_windows(results):
         panel.set_title(f"({'ab'[case == 'far']}) {word} {square:.0f} px")
         panel.set_xlabel("Window, full width (px)")
     axes[0].set_yscale("log")
+    axes[0].set_ylim(0.003, 0.3)
     axes[0].set_ylabel("Mean residual (px)")
     axes[1].legend()
     return Drawing(
