@@ -31,6 +31,7 @@ HALF_EDGE_PX, WIDTH = 1.5, 9
 LEAST_SLOPE = 3.0  # grey levels a px
 LEAST_POINTS, LEAST_LENGTH_PX = 20, 100.0
 HIDDEN_MM = 5.0
+ALONG_EDGE = 801  # points, about a px apart on the longest
 # Off a cubic curve by more robust standard deviations, a point is of another edge.
 MOST_SD, LEAST_SD_PX = 4.0, 0.05
 DOWN = np.array([0.0, 1.0, 0.0])
@@ -157,7 +158,7 @@ def visible_paths(rig, view):
 def visible_pixels(camera, edge, view):
     """Pixels (n, 2), a few px apart, of the points of an edge that nothing hides."""
     T = T_world_camera(view)
-    share = np.linspace(0, 1, 2001)[:, None]
+    share = np.linspace(0, 1, ALONG_EDGE)[:, None]
     points = edge[0] + share * (edge[1] - edge[0])
     pixels, valid = camera.project(transform(inverse_pose(T), points))
     valid &= camera.in_image(pixels)
