@@ -14,6 +14,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     swept,
     trials_of_vectors,
 )
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials import facets
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
     METHODS,
 )
@@ -21,7 +22,11 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     CORNER_NOISE_PX,
     SIDE_MM,
 )
+from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry.poses import transform
+from raxel.show import Polyline, Segments, board, framed, frustum, mirrors
 from repro.judge.statistics import median_interval
+from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
 from repro.run.columns import columns
@@ -35,6 +40,11 @@ ACTIVE_NAMES = {
     "7 x 7": "active grid, 7 × 7 filter",
     "none": "active grid, no filter",
 }
+DRAWN_PX, SIDE_PX = 360, 1e-6
+DRAWN_ROWS_PX = np.linspace(40, 320, 3)
+CAMERA_MM = 60.0
+RIDGE_ENDS_MM = np.array([[0.0, -200, 0], [0, 200, 0]])
+SIGHT = (0.8, -0.1, 0.55)
 RIDGE_NAMES = {
     "unknown": "interpolation, ridge unknown",
     "7 x 7": "decoding, 7 × 7 filter",
@@ -201,6 +211,63 @@ def ext_interpolation_methods(results):
         "out in cells that bend by no more than 0.015 px: a floor of our own. "
         "By need, the library's own choice, takes the surface or the cells, "
         "whichever errs less as far as the corners of a board tell.",
+    )
+
+
+@figure("ext_two_mirrors", evidence="analytic", scene=True)
+def ext_two_mirrors(results):
+    """Camera, mirrors and monitor, and what is seen on both sides of the ridge."""
+    camera = facets.two_facets(facets.FACET_DEG, DRAWN_PX)
+    monitor = facets.monitor_pose(np.random.default_rng(0))
+    parts = board(facets.GRID, monitor, label="monitor")
+    parts += [*mirrors(camera), frustum(camera.viewer, CAMERA_MM)]
+    ends, rows = [], []
+    for k, side in enumerate(("left", "right")):
+        column = facets.RIDGE_PX + (2 * k - 1) * SIDE_PX
+        rays = camera.rays(np.array([[column, v] for v in DRAWN_ROWS_PX]))
+        length = intersect_rays_plane(*rays[:2], monitor).range
+        ends.append(rays.origins + length[:, None] * rays.directions)
+        label = f"seen just {side} of the ridge"
+        colour = series(k)["color"]
+        parts.append(Segments(rays.origins, ends[k], colour, label))
+        rows += [
+            (side, *row)
+            for row in np.column_stack(
+                [DRAWN_ROWS_PX, rays.origins, ends[k]]
+            )
+        ]
+    start = np.zeros_like(rays.origins)
+    parts.append(Segments(start, rays.origins, INK, "line of sight", 1.0))
+    ridge = transform(camera.T_viewer_facets[0], RIDGE_ENDS_MM)
+    parts.append(Polyline(ridge, INK, "ridge", 3.0))
+    scene = framed(parts, SIGHT)
+    drawn, axes = new_figure(height_in=3.6)
+    drawn.set_layout_engine("none")
+    axes.set_position([0.0, 0.0, 1.0, 1.0])
+    draw_scene(axes, scene)
+    jump = np.linalg.norm(ends[1] - ends[0], axis=1)
+    names = (
+        "side",
+        "v_px",
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "end_x",
+        "end_y",
+        "end_z",
+    )
+    return Drawing(
+        drawn,
+        columns(names, rows),
+        "Two mirrors, turned a little away from each other, split what "
+        "neighbouring pixels see: just left and just right of the ridge they see "
+        f"places {jump.mean():.0f} mm apart on the monitor above the camera "
+        "(pyramid).",
+        Check(
+            jump.min() > 1,
+            f"both sides see places at least {jump.min():.0f} mm apart",
+        ),
+        scene,
     )
 
 

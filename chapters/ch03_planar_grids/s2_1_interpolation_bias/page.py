@@ -290,6 +290,8 @@ def distortions(effort):
 # decoded. Both are asked the same pixels: those within one square of the ridge
 # that the decoder *trusts*, which means that it gives them a place at all.
 
+# %% tags=["active-ipynb"]
+# show("ext_two_mirrors")
 
 # %% tags=["active-ipynb"]
 # show_code(two_facets, interpolated)

@@ -11,7 +11,6 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
     EDGES_AND_LIGHT,
-    LIGHTS,
     SLANT_PX,
     light_along,
 )
@@ -33,13 +32,11 @@ PERCENT_OF_PERIOD = 100 / (2 * np.pi)
 QUESTIONS = {
     "camera_response": ("linear", "sRGB"),
     "profile_rest": ("noise", "order 5"),
-    "bit_edges": ("anywhere", "between pixels"),
     "bit_threshold": (
         "one grey value",
         "white and black",
         "mean of the sines",
     ),
-    "bit_light": LIGHTS,
 }
 METHODS = (*CORNER_METHODS, "active grid")
 

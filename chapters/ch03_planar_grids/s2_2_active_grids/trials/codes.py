@@ -29,7 +29,6 @@ LEVELS_GREY = (40.0, 200.0)
 SINE_STEPS = 4
 # How far edges shift over the rows: anywhere in a pixel, or between two of them.
 SLANT_PX = {"anywhere": 1.0, "between pixels": 0.0}
-LIGHTS = ("even", "falls off")
 # Wide enough for a window of cells on either side of an edge.
 CELL_PX = 4
 STRIP_ROWS = 8
