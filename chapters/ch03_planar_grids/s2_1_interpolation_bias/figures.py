@@ -264,7 +264,7 @@ def ext_two_mirrors(results):
         f"places {jump.mean():.0f} mm apart on the monitor above the camera "
         "(pyramid).",
         Check(
-            jump.min() > 1,
+            bool(jump.min() > 1),
             f"both sides see places at least {jump.min():.0f} mm apart",
         ),
         scene,
@@ -285,7 +285,7 @@ def ext_two_facets(results):
         place, size = _over_trials(
             places, result.arrays(f"{name}.by_column_mm")
         )
-        # A logarithmic axis has no place for zero.
+        # Rounding alone would only draw a line down to the axis.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
         masked = np.flatnonzero(np.diff(place) > 1) + 1
         gaps = (np.insert(a, masked, np.nan) for a in (place, drawn_size))
@@ -303,9 +303,8 @@ def ext_two_facets(results):
         "mixes both sides. RMS over the pixels of a column that the decoder "
         f"gives a place, medians over {result.trials_per_condition} trials. "
         "Where the blue curve ends, all four corners are the pixel's own facet's, "
-        "and its error is exactly zero, but for rounding: a flat mirror before a "
-        "pinhole is a homography. So interpolation is everywhere, once the ridge is "
-        "known.",
+        "and its error is rounding: a flat mirror before a "
+        "pinhole is a homography. Once the ridge is known, that is so everywhere.",
     )
 
 
