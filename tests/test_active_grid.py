@@ -280,6 +280,21 @@ def test_pictures_that_do_not_fit_are_refused_in_one_line(spoil, message):
     assert "\n" not in str(fault.value)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_sigma_holds_for_raw_pictures_whose_black_is_a_level(dtype):
+    """Photons alone, and a black level that has none: the line of the variance against
+    the level meets zero far above the level 0."""
+    depth = {np.uint8: 1, np.uint16: 257}[dtype]
+    exact = drawn(size=(560, 420), vignetting=1.2, seed=1, dtype=np.uint16)
+    light = exact.images / 257 - 20
+    spread = np.sqrt(0.02 + 0.06 * np.maximum(light, 0))
+    noisy = 20 + light + np.random.default_rng(2).normal(0, spread)
+    images = np.rint(depth * noisy).clip(0, np.iinfo(dtype).max).astype(dtype)
+    scene = replace(exact, images=images)
+    for smooth in (False, True):
+        assert_covered(scene, decoded(scene, smooth=smooth))
+
+
 def test_stated_noise_is_taken():
     scene = drawn(noise=3.0)
     found = decoded(scene, noise=3.0, smooth=False)

@@ -135,10 +135,10 @@ def decode(
     height, width = stack.shape
     plan = plan_arrays(stack.codes, monitor.monitor_px, unit)
     out = _arrays((len(codes), height, width), into)
-    variance = np.float32(noise.floor), np.float32(noise.slope)
+    variance = tuple(map(np.float32, noise))
     limit = stack.dtype.type(limit)
     averaged = blur_px**2 + OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
-    least = LEAST_MODULATION * np.sqrt(noise.floor)
+    least = LEAST_MODULATION * np.sqrt(noise.at(0))
     bias = squared_bias(images, codes, averaged, least)
     settings = plan, smooth, neighbours, limit, variance, bias
 

@@ -64,7 +64,7 @@ def sampled(images, patterns, codes, noise, white, black):
     taken = taken.reshape(len(taken), -1, min(BAND, height), width)
     high, low = taken.max(axis=0), taken.min(axis=0)
     contrast = high - low
-    spread = np.sqrt(noise.floor + noise.slope * (high + low) / 2)
+    spread = np.sqrt(noise.at((high + low) / 2))
     usual = np.quantile(contrast, 0.95)
     lit = contrast > np.maximum(LEAST_CONTRAST * spread, LEAST_SHARE * usual)
     if np.count_nonzero(lit) < LEAST_LIT:

@@ -15,10 +15,19 @@ GAIN = 36.0
 
 
 class Noise(NamedTuple):
-    """Variance of a grey value of level I: floor + slope I, grey levels squared."""
+    """Variance of a grey value of level I: floor + slope I, grey levels squared.
+
+    It is nowhere below `least`. Where black is a level above 0, as in raw pictures, the
+    floor is that much slope lower, and may be below 0.
+    """
 
     floor: float
     slope: float = 0.0
+    least: float = 0.0
+
+    def at(self, level):
+        """The variance at grey levels of any shape."""
+        return np.maximum(self.floor + self.slope * level, self.least)
 
 
 def estimate_noise(images, white):
@@ -55,12 +64,14 @@ def _fitted(levels, responses):
     level = np.array([levels[part].mean() for part in parts])
     spread = [_median(responses[part]) / MEDIAN for part in parts]
     variance = np.maximum(np.square(spread) / GAIN, QUANTISATION)
-    # Weighed by 1 / variance: the relative error of each is alike.
-    basis = np.column_stack([np.ones_like(level), level]) / variance[:, None]
-    from scipy.optimize import nnls
-
-    floor, slope = nnls(basis, np.ones_like(level))[0]
-    return Noise(max(float(floor), QUANTISATION), float(slope))
+    # The relative error of each is alike, but that of the darkest, where the edge of
+    # the lit area mixes levels.
+    weight = 1 / np.maximum(variance, variance.mean() / 8)
+    basis = np.column_stack([np.ones_like(level), level]) * weight[:, None]
+    floor, slope = np.linalg.lstsq(basis, variance * weight, rcond=None)[0]
+    if slope < 0 or len(parts) == 1:
+        floor, slope = len(level) / np.sum(1 / variance), 0.0
+    return Noise(float(floor), float(slope), QUANTISATION)
 
 
 def _median(whole):

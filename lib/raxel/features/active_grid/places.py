@@ -264,10 +264,10 @@ def _settle(images, y, axis, plan, rows, off, doubt, period, lost):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sigma_row(strength, level, crossed, floor, slope, share, out):
+def _sigma_row(strength, level, crossed, floor, slope, least, share, out):
     """Standard deviation: of the phase, times what a turn is long; less by a window."""
     for x in range(len(out)):
-        spread = np.sqrt((floor + slope * level[x]) / strength[x])
+        spread = np.sqrt(max(floor + slope * level[x], least) / strength[x])
         out[x] = spread if crossed[x] else share * spread
 
 
@@ -348,7 +348,7 @@ def decode_rows(images, part, plan, smooth, mark, noise, bias, rows, out):
 
     images: (n, H, W) uint8 or uint16; part: (first, stop, place): the rows to decode,
     and the row of `out` at which the first one goes; plan: CodePlan; smooth: over
-    windows; mark: negative sigma for those that are not; noise: (floor, slope) float32
+    windows; mark: negative sigma for those that are not; noise: a Noise in float32
     of the variance in grey levels; bias: `bias.squared_bias`; rows: Rows. out: location
     (A, h, W) float32, sigma alike, cells (A, h, W) int16 and status (h, W) uint8.
     """
@@ -379,7 +379,7 @@ def decode_rows(images, part, plan, smooth, mark, noise, bias, rows, out):
                     _turn_row(rows.sine[axis, k], rows.cosine[axis, k], turn)
                 limit = (length / _CIRCLE) ** 2 * plan.spread[axis]
                 lit = rows.strength[axis, k], rows.level[axis, k]
-                noises = limit * noise[0], limit * noise[1]
+                noises = limit * noise[0], limit * noise[1], limit * noise[2]
                 _sigma_row(*lit, crossed[axis], *noises, _SEVENTH, spread)
                 _find_period(
                     images, y, axis, plan, rows, turn, spread, doubt, period, lost

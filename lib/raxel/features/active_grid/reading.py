@@ -74,20 +74,21 @@ def _mark_saturated(images, y, steps, white, bad):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_weak(strength, level, floor, slope, bad):
+def _mark_weak(strength, level, floor, slope, least, bad):
     """Dark is where the modulation is small beside its noise of floor + slope level."""
     for x in range(len(bad)):
-        bad[x] = DARK if strength[x] < floor + slope * level[x] else bad[x]
+        limit = max(floor + slope * level[x], least)
+        bad[x] = DARK if strength[x] < limit else bad[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_code(level, second, most, floor, slope, bad):
+def _mark_code(level, second, most, floor, slope, least, bad):
     """Dark is too little contrast; two edges at one place are no Gray code."""
     for x in range(len(bad)):
         contrast = np.float32(most[x])
         bad[x] = UNREADABLE if _FOUR * second[x] < contrast else bad[x]
-        square = contrast * contrast
-        bad[x] = DARK if square < floor + slope * level[x] else bad[x]
+        limit = max(floor + slope * level[x], least)
+        bad[x] = DARK if contrast * contrast < limit else bad[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -153,12 +154,12 @@ def _read_row(images, y, plan, white, noise, rows):
         bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, k]
         if bits:
             limit = LEAST_CONTRAST * LEAST_CONTRAST
-            floor, slope = limit * noise[0], limit * noise[1]
-            _mark_code(level, rows.second[axis, k], most[k], floor, slope, bad[k])
+            noises = limit * noise[0], limit * noise[1], limit * noise[2]
+            _mark_code(level, rows.second[axis, k], most[k], *noises, bad[k])
         if used:
             limit = LEAST_MODULATION * LEAST_MODULATION * plan.spread[axis]
-            floor, slope = limit * noise[0], limit * noise[1]
-            _mark_weak(rows.strength[axis, k], level, floor, slope, bad[k])
+            noises = limit * noise[0], limit * noise[1], limit * noise[2]
+            _mark_weak(rows.strength[axis, k], level, *noises, bad[k])
             _mark_saturated(images, y, plan.steps[axis, 2, :used], white, bad[k])
     # Breaks to the right; the picture's border is one.
     beside[k, -1] = 1
@@ -199,7 +200,7 @@ def read_rows(images, first, stop, plan, white, noise, rows):
 
     first, stop: rows of the stack; the one before `first` is known, unless it is the
     first that is read. plan: CodePlan; white: the value from which a phase step counts
-    as saturated, of the pictures' type; noise: (floor, slope) float32 of the variance
+    as saturated, of the pictures' type; noise: a Noise in float32, of the variance
     in grey levels; rows: Rows.
     """
     height = images.shape[1]
