@@ -9,6 +9,7 @@ import yaml
 
 from raxel.cli import main
 from raxel.errors import InputError
+from raxel.features import find_board
 from raxel.sets import ImageSet, View, load_set, write_set
 from tests.active_grids import drawn
 from tests.test_lab_rig import changed, leaf
@@ -125,6 +126,25 @@ def test_a_stub_for_several_poses(tmp_path, capsys):
     assert [view.name for view in load_set(photographed).views] == ["pose-1", "pose-2"]
     assert main(["patterns", *words, "--size-mm", "1", "x", "--out", "y"]) == 2
     assert "--size-mm: found 'x'; give a length in mm" in capsys.readouterr().err
+
+
+def test_a_chessboard_beside_the_patterns(tmp_path, capsys):
+    """Its corners are where set.yaml says; too many for the monitor are refused."""
+    words = ["patterns", "--width", "203", "--height", "151", "--cells", "2"]
+    out = tmp_path / "shown"
+    assert main([*words, "--chessboard", "7", "5", "--out", str(out)]) == 0
+    assert "chessboard.png" in capsys.readouterr().out
+    stub = yaml.safe_load((out / "set.yaml").read_text())
+    board = stub["target"]["chessboard"]
+    assert stub["views"][0]["chessboard"] == "chessboard.png"
+    found = find_board(cv2.imread(str(out / "chessboard.png"), 0), 7, 5)
+    lattice = np.indices((5, 7))[::-1].reshape(2, -1).T
+    true = board["origin_px"] + board["pitch_px"] * lattice - 0.5
+    assert np.abs(np.sort(found.corners, axis=0) - np.sort(true, axis=0)).max() < 0.1
+    many = [*words, "--chessboard", "90", "5", "--out", str(tmp_path / "many")]
+    assert main(many) == 2
+    assert "chessboard: found 90 x 5 corners" in capsys.readouterr().err
+    assert not (tmp_path / "many").exists()
 
 
 def test_a_set_in_px_with_one_axis(tmp_path, capsys):

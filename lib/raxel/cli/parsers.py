@@ -144,6 +144,13 @@ def _add_patterns(commands):
         help="of the lit area, for set.yaml",
     )
     parser.add_argument(
+        "--chessboard",
+        metavar=("COLUMNS", "ROWS"),
+        nargs=2,
+        type=_count,
+        help="of inner corners: one more picture, to be shown in the same pose",
+    )
+    parser.add_argument(
         "--poses", type=_count, default=1, help="that set.yaml lists (default 1)"
     )
     parser.add_argument("--out", metavar="FOLDER", required=True, help="a new folder")

@@ -6,10 +6,16 @@ from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
 from raxel.report.active_grid import pattern_sheet
 from raxel.report.canvas import encoded
-from raxel.sets import pattern_picture, patterns_of, plan_of_cells
+from raxel.sets import (
+    chessboard_of_corners,
+    chessboard_picture,
+    pattern_picture,
+    patterns_of,
+    plan_of_cells,
+)
 from raxel.sets.image_set import set_text
 from raxel.sets.model import DESCRIPTION, ActiveGrid, ImageSet, View
-from raxel.sets.patterns import BLACK, WHITE
+from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE
 
 PREVIEW = "preview.png"
 HEADER = """\
@@ -33,6 +39,8 @@ def patterns(options, say):
     size = options.width, options.height
     plan = plan_of_cells(size, options.cells, options.steps)
     shown = patterns_of(plan)
+    board = options.chessboard and chessboard_of_corners(size, *options.chessboard)
+    grid = ActiveGrid(size, options.size_mm and tuple(options.size_mm), board)
     with new_folder(options.out) as folder:
         for pattern in shown:
             picture = pattern_picture(pattern, size)
@@ -41,17 +49,21 @@ def patterns(options, say):
         for name, level in ((WHITE, 255), (BLACK, 0)):
             picture[:] = level
             (folder / name).write_bytes(encoded(picture, ".png"))
+        if board:
+            picture = chessboard_picture(board, size)
+            (folder / CHESSBOARD).write_bytes(encoded(picture, ".png"))
         sheet = encoded(pattern_sheet(shown, size), ".png")
         (folder / PREVIEW).write_bytes(sheet)
-        (folder / DESCRIPTION).write_text(_stub(shown, size, options), "utf-8")
+        (folder / DESCRIPTION).write_text(_stub(shown, grid, options), "utf-8")
     cells = " x ".join(f"{width:g}" for width in plan.cell_px)
+    others = ", ".join([WHITE, BLACK] + [CHESSBOARD] * bool(board))
     print(
-        f"{len(shown)} patterns with cells of {cells} px, {WHITE}, {BLACK} and "
-        f"{PREVIEW} in {on_one_line(options.out)}; {DESCRIPTION} says what to do"
+        f"{len(shown)} patterns with cells of {cells} px, {others} and {PREVIEW} in"
+        f" {on_one_line(options.out)}; {DESCRIPTION} says what to do"
     )
 
 
-def _stub(shown, size, options):
+def _stub(shown, grid, options):
     """A set.yaml for one pose, or for several in folders of their own."""
     names = [f"pose-{k}" for k in range(1, options.poses + 1)]
     folders = [f"{name}/" for name in names] if options.poses > 1 else [""]
@@ -60,10 +72,10 @@ def _stub(shown, size, options):
             name=name,
             white=folder + WHITE,
             black=folder + BLACK,
+            chessboard=folder + CHESSBOARD if grid.chessboard else None,
             patterns=tuple(replace(p, image=folder + p.image) for p in shown),
         )
         for name, folder in zip(names, folders, strict=True)
     )
-    grid = ActiveGrid(size, options.size_mm and tuple(options.size_mm))
     text = set_text(ImageSet("my-active-grid", 0, 0, grid, views, None))
     return HEADER + (STEPS if options.steps < 6 else "") + text
