@@ -17,7 +17,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -80,7 +80,7 @@ serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick
 	@$(PYTHON) -u -m http.server --bind 127.0.0.1 --directory $(SITE) $(PORT) 2>&1 \
 	  | sed -un 's/^OSError: .*Address already in use/port $(PORT) is taken: make serve PORT=8001/p; /HTTP/p'
 
-ch%: setup ## one chapter: make ch02
+ch% appendix_%: setup ## one chapter: make ch02, make appendix_a
 	@$(BUILD) $@ $(OPTIONS)
 
 fig_% table_% alg_% ext_% app_%: setup ## one artefact: make fig_2_3 (TRIALS=500 for a what-if)

@@ -11,6 +11,7 @@ import difflib
 import fcntl
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -167,7 +168,7 @@ def _checked_trials(given: str, target: str) -> int | None:
         return None
     if not given.isdigit() or int(given) < 1:
         raise OrderError(f"TRIALS={given}: a whole number above 0 is needed")
-    if target in WHOLE or target.startswith("ch"):
+    if target in WHOLE or _is_chapter(target):
         raise OrderError(
             "TRIALS is a what-if on one artefact, kept apart from the record; "
             "name it, for example: make fig_2_3 TRIALS=500"
@@ -189,15 +190,30 @@ def _targets(work: Work, target: str) -> list[str]:
         return [work.site_done]
     if target == "notebooks":
         return ["report/notebooks/.done"]
-    if target.startswith("ch") and target[2:].isdigit():
-        pages = [p for p in work.pages if p.startswith(f"{target}_")]
+    if _is_chapter(target):
+        pages = [p for p in work.pages if _in_chapter(p, target)]
         if not pages:
-            raise OrderError(f"no page of chapter {int(target[2:])} is built yet")
+            raise OrderError(f"no page of {_chapter_name(target)} is built yet")
         return [f"{work.pages_folder}/{page}.ipynb" for page in pages]
     made = {i: kind for kind, i in work.producers if kind in ("figure", "table")}
     if target not in made:
         raise OrderError(_unknown(work, target, list(made)))
     return [work.artefact_file(made[target], target)]
+
+
+def _is_chapter(target: str) -> bool:
+    return bool(re.fullmatch(r"ch\d+|appendix_[a-z]", target))
+
+
+def _in_chapter(page: str, target: str) -> bool:
+    """Whether a page lies in ch02_some_title/ or in appendix_a/."""
+    return page.startswith((f"{target}_", f"{target}/"))
+
+
+def _chapter_name(target: str) -> str:
+    if target.startswith("ch"):
+        return f"chapter {int(target[2:])}"
+    return f"appendix {target[-1].upper()}"
 
 
 def _unknown(work: Work, target: str, made: list[str]) -> str:
@@ -218,9 +234,9 @@ def _unknown(work: Work, target: str, made: list[str]) -> str:
 
 def _built(work: Work, target: str) -> set[str]:
     """Ids of the experiments, figures and tables that an order brings up to date."""
-    if target.startswith("ch") and target[2:].isdigit():
+    if _is_chapter(target):
         wanted = {
-            i for (_, i), p in work.producers.items() if p.page.startswith(target)
+            i for (_, i), p in work.producers.items() if _in_chapter(p.page, target)
         }
     elif target in WHOLE:
         wanted = {identifier for _, identifier in work.producers}

@@ -311,7 +311,8 @@ class Work:
         if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
             return []
         files = {p.path.relative_to(self.root).as_posix() for p in self.pages.values()}
-        chapters = sorted(name for name in files if name.startswith("chapters/ch"))
+        parts = "chapters/ch", "chapters/appendix_"
+        chapters = sorted(name for name in files if name.startswith(parts))
         return [*chapters, "README.md"]
 
     def judged_with(self, page: str) -> list[str]:
