@@ -193,10 +193,10 @@ def settled(good, z, bits, code, turn, sd, most, edges):
     def is_seen(edge, by_others):
         beyond = np.any([(other >= edge) != (code >= edge) for other in others], axis=0)
         inside = (edge > 0) & (edge < edges)
-        weak = contrast(edge, np.abs(bits), most) < most
+        weak = 2 * contrast(edge, np.abs(bits), most) < 3 * most
         return inside & (weak | (beyond & by_others))
 
-    across = is_seen(far, even)
+    across = is_seen(far, even | (gap < 0.02))
     at_near = np.abs(contrast(near, around, count * most))
     at_far = contrast(far, around, count * most)
     moved = doubt & across & (at_far < count * most) & (at_far < at_near)

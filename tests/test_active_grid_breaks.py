@@ -76,7 +76,7 @@ def test_what_is_left_beside_a_break_is_as_good_as_it_says(jump, smooth):
 def test_without_it_there_are_gross_errors(monkeypatch):
     """The mutant: nothing is found."""
 
-    def nothing(location, sigma, used, start, stop, found):
+    def nothing(location, sigma, used, length, start, stop, found):
         found[:] = 0
 
     module = import_module("raxel.features.active_grid.decode")
@@ -131,6 +131,7 @@ def found_in(row, along):
     location = np.ascontiguousarray(location.T if along else location)[None]
     sigma = np.full_like(location, 0.01)
     found = np.empty((40, 80), np.uint8)
-    breaks.find_breaks(location, sigma, np.ones(1, np.int64), 0, 80, found)
+    used, length = np.ones(1, np.int64), np.ones(1, np.float32)
+    breaks.find_breaks(location, sigma, used, length, 0, 80, found)
     alike = found[:, 40] if along else found[20]
     return np.flatnonzero(alike) * (2 if along else 1)

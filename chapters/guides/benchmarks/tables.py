@@ -21,7 +21,10 @@ ASKS = {
     "coolpix-fce8-zoom-1": "calibration: wide lens, moderate distortion",
     "coolpix-fce8-zoom-2": "calibration: boards bent by the lens",
     "coolpix-fce8-zoom-3": "detector: strong bending; no pinhole fits",
+    "d200-boards": "calibration: an ordinary lens",
     "d200-fisheye": "decoder: a fisheye before a monitor",
+    "d200-lens": "localiser of corners: an ordinary lens before a monitor",
+    "d200-lens-sharp": "the same, with sharper edges",
     "fisheye-12x9": "detector: bent boards in shadow",
     "fisheye-9x7": "detector: bent boards in shadow",
     "flexible-mirror": "detector: boards bent by a mirror of no simple form",
@@ -30,7 +33,6 @@ ASKS = {
     "large-hyperboloidal": "detector: a large grid without a border",
     "mirror-ball": "decoder: a monitor in pieces",
     "monitor-d200": "decoder: grids near, far, turned; localiser of corners",
-    "monitor-d200-small": "the same, with fewer pixels",
     "ordinary-lens": "the easy case, which nothing should fail",
     "panorama-hyperboloid": "detector: small, mirrored, bent boards",
     "spherical": "detector: dim light and flaws in a ball",
@@ -118,7 +120,7 @@ def _rig_row(name):
         "Target": target,
         "Views": rig.count + rig.evaluate,
         "Size (px)": f"{rig.camera.width} x {rig.camera.height}",
-        "What it asks": ASKS[name],
+        "What it asks": ASKS.get(name, "the same, with fewer pixels"),
     }
 
 

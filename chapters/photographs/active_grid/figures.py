@@ -24,7 +24,7 @@ NOWHERE = "#dcd5cc"
 # By the decoder's codes; first those that have a place.
 COLOURS = (
     *("#4477aa", "#88ccee", "#3b3b3b", "#cc3311"),
-    *("#aa3377", "#ee7733", "#ccbb44", "#bbbbbb"),
+    *("#aa3377", "#ee7733", "#ccbb44", "#bbbbbb", "#228833"),
 )
 
 

@@ -43,6 +43,11 @@ class Larger:
         )
 
     @property
+    def continuous(self):
+        """As the camera's."""
+        return self.camera.continuous
+
+    @property
     def central(self):
         """As the camera's."""
         return self.camera.central

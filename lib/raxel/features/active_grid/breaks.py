@@ -19,11 +19,14 @@ EVERY = 2
 BEYOND = np.float32(5 * np.sqrt(6))
 # Of a step; so little does a smooth surface depart where its bending turns round.
 BENT = np.float32(0.1)
+# Of a period; the ripple that a gamma leaves is smaller, and where there is no noise,
+# rounding to whole grey levels is none that a mean takes away.
+LEAST = np.float32(0.02)
 _HALF = np.float32(0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_steps(places, spreads, found):
+def _mark_steps(places, spreads, least, found):
     """Set where the middle step of (4, n) places, evenly apart, is beyond both others.
 
     spreads: (4, n), their standard deviations, which may be marked by a minus sign.
@@ -39,19 +42,20 @@ def _mark_steps(places, spreads, found):
         beyond = above if above > under else under
         outer = max(abs(sa[x]), abs(sd[x]))
         spread = max(outer, max(abs(sb[x]), abs(sc[x])))
-        limit = BEYOND * spread + BENT * abs(_HALF * (first + last))
+        limit = least + BEYOND * spread + BENT * abs(_HALF * (first + last))
         # Where one of the others holds the jump, bending alone is no reason.
         limit += _HALF * (high - low)
         found[x] |= beyond > limit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_breaks(location, sigma, used, start, stop, found):
+def find_breaks(location, sigma, used, length, start, stop, found):
     """Set found[y // EVERY, x], for rows from start to before stop, within a jump.
 
     location, sigma: (A, H, W) float32, NaN where not decoded; used: (A,), 0 where there
-    are no phases, so that places are in steps as they should be; start: a multiple of
-    EVERY. A jump nearer than 3 HALF px to what is not decoded is not seen across it.
+    are no phases, so that places are in steps as they should be; length: (A,), of a
+    period; start: a multiple of EVERY. A jump nearer than 3 HALF px to what is not
+    decoded is not seen across it.
     """
     height, width = location.shape[1:]
     reach = 3 * HALF
@@ -61,18 +65,18 @@ def find_breaks(location, sigma, used, start, stop, found):
         for axis in range(len(location)):
             if not used[axis]:
                 continue
-            at, sd = location[axis], sigma[axis]
+            at, sd, least = location[axis], sigma[axis], LEAST * length[axis]
             n = width - 2 * reach
             if n > 0:
                 i, j, k = 2 * HALF, 4 * HALF, 6 * HALF
                 p, s = at[y], sd[y]
                 places = p[:n], p[i : i + n], p[j : j + n], p[k:]
                 spreads = s[:n], s[i : i + n], s[j : j + n], s[k:]
-                _mark_steps(places, spreads, row[reach : reach + n])
+                _mark_steps(places, spreads, least, row[reach : reach + n])
             if reach <= y < height - reach:
                 i, j, k, m = y - reach, y - HALF, y + HALF, y + reach
                 places = at[i], at[j], at[k], at[m]
-                _mark_steps(places, (sd[i], sd[j], sd[k], sd[m]), row)
+                _mark_steps(places, (sd[i], sd[j], sd[k], sd[m]), least, row)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -156,7 +156,7 @@ def decode(
 
         def find_part(first):
             stop = min(first + ROWS_AT_ONCE, height)
-            find_breaks(*out[:2], plan.used, first, stop, broken)
+            find_breaks(*out[:2], plan.used, plan.length, first, stop, broken)
 
         def break_part(first):
             stop = min(first + ROWS_AT_ONCE, height)

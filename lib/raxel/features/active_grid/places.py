@@ -11,7 +11,8 @@ from raxel.features.active_grid import layout
 from raxel.features.active_grid.layout import ALONE, BESIDE, DECODED, REACH, UNREADABLE
 
 # Kinds of doubt about the period, and what becomes of it.
-POSSIBLE, EVEN = 1, 2
+POSSIBLE, CLOSE, EVEN = 1, 2, 3
+_CLOSE = np.float32(0.02)  # of a period; what a response shifts phases by is less
 STAYS, MOVES, LOST = range(3)
 # A window whose mean is shorter (its square) holds more than one slope.
 COHERENT = np.float32(0.49)
@@ -128,10 +129,9 @@ def _mark_doubt(off, ratio, sigma, share, seen, bad, doubt, lost):
     for x in range(len(off)):
         gap = farthest - abs(off[x])
         even = gap < share * sigma[x]
-        doubt[x] = EVEN if even else (POSSIBLE if gap < reach else 0)
-        doubt[x] = doubt[x] if (seen[x] != 0) & (bad[x] == DECODED) else 0
-    for x in range(len(off)):
-        even = farthest - abs(off[x]) < share * sigma[x]
+        near = CLOSE if gap < _CLOSE else (POSSIBLE if gap < reach else 0)
+        asked = (seen[x] != 0) & (bad[x] == DECODED)
+        doubt[x] = (EVEN if even else near) if asked else 0
         lost[x] = 1 if even & (seen[x] == 0) else lost[x]
 
 
@@ -179,11 +179,11 @@ def _look_for_edges(images, y, pairs, edges, codes, most, off, doubt, lost):
                 bit = _bit_of_edge(edge, len(pairs))
                 light = np.int64(images[pairs[bit, 0], y, x])
                 dark = np.int64(images[pairs[bit, 1], y, x])
-                weak = 2 * abs(light - dark) < np.int64(most[x])
+                weak = 4 * abs(light - dark) < 3 * np.int64(most[x])
                 if behind == below:
                     near = seen | weak
                 else:
-                    across = weak | (seen & (doubt[x] == EVEN))
+                    across = weak | (seen & (doubt[x] >= CLOSE))
             if not across:
                 lost[x] = 1 if (doubt[x] == EVEN) & (not near) else lost[x]
                 doubt[x] = 0
