@@ -1,10 +1,11 @@
 # %% [markdown]
 # # For teachers: chapters 1 to 3 in class
 #
-# Eight routes of 50 minutes through the first three chapters, with pages,
-# exercises, commands, questions to ask and wrong answers to expect. Each
-# route stands alone. A to D make a short course on cameras and their
-# calibration, E to H one on finding the corners that a calibration needs.
+# Nine routes through the first three chapters, with pages, exercises,
+# commands, questions to ask and wrong answers to expect. Each route stands
+# alone, and takes 50 minutes, the last one 75. A to D make a short course on
+# cameras and their calibration, E to H one on finding the corners that a
+# calibration needs; I does without corners.
 
 # %% tags=["hide-cell"]
 from chapters.guides.for_teachers.exercises.on_pages import (
@@ -43,6 +44,9 @@ READS_PAGES = True
 # value("sweep", rounded_seconds(seconds("fig_3_11_noise")))
 
 # %% tags=["active-ipynb"]
+# value("cells", rounded_seconds(seconds("ext_cells_runs")))
+
+# %% tags=["active-ipynb"]
 # value("trials", open_results("fig_2_3_fov").trials_per_condition)
 
 # %% [markdown]
@@ -59,8 +63,8 @@ READS_PAGES = True
 # seconds. Do this at least a day before: the first run sets up everything,
 # which takes a few minutes more and needs a network, and so does the first
 # `make lab`. The quick report has all pages and few trials, so it shows
-# values and gives no verdicts. For the verdicts, with which routes C and H
-# end, use `make report` ({glue:text}`report_time`,
+# values and gives no verdicts. For the verdicts, with which routes C, H and
+# I end, use `make report` ({glue:text}`report_time`,
 # `report/site/index.html`), `make notebooks` and `make archive`.
 #
 # Either report is read from the disk, and the archive is one file of it to
@@ -78,7 +82,7 @@ READS_PAGES = True
 #
 # Students should know vectors and matrices, what a projection is, and a
 # little Python. For routes B, C and F: least squares. For route H: what a
-# significance test is.
+# significance test is. For route I: sines, and what a Fourier series is.
 #
 # ## Route A: rays instead of formulas
 #
@@ -221,9 +225,11 @@ READS_PAGES = True
 # - **15 min.** Saddle point and derivative method: windows and blur.
 #   [3.1.3](../ch03_planar_grids/s1_3_localisation.ipynb)
 # - **12 min.** Exercises. *3.1.3*
-# - **10 min.** From where does the localiser still come home?
+# - **7 min.** From where does the localiser still come home?
 #   [3.3.1](../ch03_planar_grids/s3_1_robustness.ipynb), the basin
-# - **8 min.** The winner by chance: throw a die for each setting, choose
+# - **5 min.** Between the corners: an error that is no noise.
+#   [3.2.1](../ch03_planar_grids/s2_1_interpolation_bias.ipynb), Fig. 3.7
+# - **6 min.** The winner by chance: throw a die for each setting, choose
 #   the best per corner, throw again.
 #
 # *Ask.* What does blur do to an edge that is an arc? Which error does more
@@ -281,12 +287,56 @@ READS_PAGES = True
 # *Expect.* "51 of 60 beats 26 of 60, so p is small": the pictures are the
 # same, so the pairs decide. "OpenCV is OpenCV": today's is not that of 2009.
 #
+# ## Route I: every pixel reads its place
+#
+# *Aim.* Decode one pixel by hand, see what the gamma of a monitor does to
+# its place and what six steps do about it, and judge a claim by its range
+# and its measure.
+#
+# - **5 min.** On paper: twenty pictures of a monitor. How could each pixel
+#   know where it looks?
+# - **15 min.** One pixel by hand, in pairs: bits, cell, phase, place. Fig.
+#   3.8 and the table of one pixel.
+#   [3.2.2](../ch03_planar_grids/s2_2_active_grids.ipynb)
+# - **10 min.** Exercises. *3.2.2*
+# - **15 min.** The ripple of gamma: three, four and six steps. Which orders
+#   are left, and why? [Appendix
+#   A](../appendix_a/phase_and_harmonics.ipynb)
+# - **10 min.** Exercises. *Appendix A, the second and the third*
+# - **8 min.** More cells or more steps? Groups choose for one blur each,
+#   and look it up.
+#   [Cells and steps](../ch03_planar_grids/ext_cells_and_phases.ipynb)
+# - **12 min.** "Active grids stand noise": what does the row of noise in
+#   Fig. 3.15 show, and why is the verdict what it is?
+#   [3.3.3](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb), with
+#   its third exercise
+#
+# ```console
+# $ make ext_cells TRIALS=1
+# ```
+#
+# draws the errors of the cells from that many views. In the build of this
+# page they took {glue:text}`cells`, added up over the jobs.
+#
+# *Ask.* Why is each pattern of bits shown with its inverse? What becomes of
+# the ripple when ten series are averaged? Whose error is most of the
+# residual in Fig. 3.15? The thesis's range of noise is lost: up to which
+# level would the claim hold, and who may choose the range, and when?
+#
+# *Expect.* A negative phase that is not turned into a whole period: the
+# place is one cell too low. "Six steps are better because they average
+# more": against the ripple it is the orders that count. "The standard
+# deviation holds the error": it knows noise and no ripple. "The claim
+# differs, so active grids are worse": a sine is flatter than an edge, which
+# counts where there is much noise; the other rows are claims of their own.
+#
 # ## Exercises and how long they run
 #
-# The pages of chapters 1 to 3 have {glue:text}`exercises` exercises that
-# check their answers, on {glue:text}`pages` pages. *Longest check* is the
-# time to compute the right answer, measured when this page was built,
-# without the start of the notebook and its imports.
+# The pages of chapters 1 to 3 and of Appendix A have
+# {glue:text}`exercises` exercises that check their answers, on
+# {glue:text}`pages` pages. *Longest check* is the time to compute the right
+# answer, measured when this page was built, without the start of the
+# notebook and its imports.
 
 # %% tags=["active-ipynb"]
 # exercise_list(pages)

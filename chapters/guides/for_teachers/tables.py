@@ -15,6 +15,7 @@ from repro.run.outcomes import Table
         "fig_2_3_laws",
         "fig_3_11_noise",
         "fig_3_11_blur",
+        "ext_cells_runs",
     ),
     evidence="synthetic",
 )
@@ -28,5 +29,6 @@ def ext_class_runs(results):
                 r.trials_per_condition for r in results.values()
             ],
         },
-        "Size of the experiments behind Figs 2.2, 2.3 and 3.11.",
+        "Size of the experiments behind Figs 2.2, 2.3 and 3.11, and of that "
+        "on the cells of active grids.",
     )
