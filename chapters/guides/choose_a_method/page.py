@@ -167,6 +167,17 @@ from repro.page.reader import results_behind, show_table, value
 # [Benchmarks](benchmarks.ipynb) has them set by set, and says what was
 # photographed with what.
 #
+# **Where no board is found**, or the camera shows it in pieces, a monitor
+# can be the target. It shows coded patterns, and every pixel reads its own
+# place on it ([active
+# grids](../ch03_planar_grids/s2_2_active_grids.ipynb)): no corners, but
+# twenty pictures or more for each pose, while nothing moves. Zhang's method
+# takes a spread of its pixels, the generic method all. [Against
+# chessboards](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb) it is
+# weak where there is much noise. [Your own
+# photographs](../your_photographs.md) says how to show it. No table of this
+# page was made with one.
+#
 # ## Cost
 #
 # The seconds are those of this page: {glue:text}`boards` boards of a small
@@ -191,6 +202,8 @@ from repro.page.reader import results_behind, show_table, value
 #   from unknown poses.
 # - **Parametric models other than these.** The zoo has more fisheye and
 #   mirror models, but nothing here fits them to photographs.
+# - **Boards or a monitor**: no camera of this page was calibrated from both,
+#   so which gives better rays is not said here.
 # - **Wrong boards.** No experiment uses a bent board or one of the wrong
 #   size. The equations say that a pitch wrong by a common factor scales all
 #   lengths and leaves the rays of a central camera alone. They promise

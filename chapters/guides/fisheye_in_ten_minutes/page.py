@@ -3,8 +3,7 @@
 #
 # **Question.** From a printed board to a corrected picture: what does one
 # do, what does one see on the way, and what is good? A lens of 183° is
-# calibrated here step by step. The commands are really run; below them
-# stands what they print.
+# calibrated here, by commands that are really run and what they print.
 
 # %% tags=["hide-cell"]
 from functools import partial
@@ -221,7 +220,8 @@ def ext_calibration_record(effort):
 #
 # ## 2. Photograph
 #
-# One focus, one zoom. The whole board is in each picture.
+# One focus, one zoom. The whole board is in each picture. (Where no board
+# is found, [a monitor](../your_photographs.md) can be the target.)
 #
 # - **One in the middle**, near and tilted.
 # - **A ring half way out**: {glue:text}`half_boards` boards, about
@@ -396,5 +396,4 @@ def ext_calibration_record(effort):
 #
 # - Light, focus and the flatness of the board are perfect here.
 # - The plan worked on paper for a circle of 183°. It is not the best.
-# - Pictures of other lenses have other shapes: what counts is that boards
-#   cover the picture, not the angles.
+# - Pictures of other lenses have other shapes: boards must cover them.
