@@ -47,6 +47,9 @@ READS_PAGES = True
 # value("cells", rounded_seconds(seconds("ext_cells_runs")))
 
 # %% tags=["active-ipynb"]
+# value("views", open_results("ext_cells_runs").trials_per_condition)
+
+# %% tags=["active-ipynb"]
 # value("trials", open_results("fig_2_3_fov").trials_per_condition)
 
 # %% [markdown]
@@ -304,8 +307,8 @@ READS_PAGES = True
 #   A](../appendix_a/phase_and_harmonics.ipynb)
 # - **10 min.** Exercises. *Appendix A, the second and the third*
 # - **8 min.** More cells or more steps? Groups choose for one blur each,
-#   and look it up.
-#   [Cells and steps](../ch03_planar_grids/ext_cells_and_phases.ipynb)
+#   and look it up. *command below* [Cells and
+#   steps](../ch03_planar_grids/ext_cells_and_phases.ipynb)
 # - **12 min.** "Active grids stand noise": what does the row of noise in
 #   Fig. 3.15 show, and why is the verdict what it is?
 #   [3.3.3](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb), with
@@ -315,8 +318,9 @@ READS_PAGES = True
 # $ make ext_cells TRIALS=1
 # ```
 #
-# draws the errors of the cells from that many views. In the build of this
-# page they took {glue:text}`cells`, added up over the jobs.
+# draws the errors of 4 to 32 cells from that many views of each. In the build
+# of this page, with {glue:text}`views` of each, it took {glue:text}`cells`,
+# added up over the jobs.
 #
 # *Ask.* Why is each pattern of bits shown with its inverse? What becomes of
 # the ripple when ten series are averaged? Whose error is most of the
@@ -326,9 +330,11 @@ READS_PAGES = True
 # *Expect.* A negative phase that is not turned into a whole period: the
 # place is one cell too low. "Six steps are better because they average
 # more": against the ripple it is the orders that count. "The standard
-# deviation holds the error": it knows noise and no ripple. "The claim
-# differs, so active grids are worse": a sine is flatter than an edge, which
-# counts where there is much noise; the other rows are claims of their own.
+# deviation holds the error": it knows noise and no ripple. "The curves lie
+# together, so the methods err alike": the second grid's error is in all of
+# them. "The claim differs, so active grids are worse": a sine is flatter
+# than an edge, which counts where there is much noise; the other rows are
+# claims of their own.
 #
 # ## Exercises and how long they run
 #
