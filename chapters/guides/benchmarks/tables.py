@@ -38,6 +38,7 @@ ASKS = {
     "mirror-ball": "decoder: a monitor in pieces",
     "mirror-ball-small": "the same, with fewer pixels",
     "monitor-d200": "decoder: grids near, far, turned; localiser of corners",
+    "monitor-d200-small": "the same, with fewer pixels",
     "ordinary-lens": "the easy case, which nothing should fail",
     "panorama-hyperboloid": "detector: small, mirrored, bent boards",
     "spherical": "detector: dim light and flaws in a ball",
