@@ -7,6 +7,7 @@ import pytest
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images import claims, results
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials import (
+    corners,
     facets,
     metric_search,
     straight,
@@ -45,6 +46,15 @@ def test_a_place_is_found_between_pixels(search):
     np.testing.assert_allclose(found, wanted, atol=1e-6)
     nowhere = search(grid_of(location), np.array([[-50.0, -50.0]]))
     assert np.isnan(nowhere).all()
+
+
+def test_a_corner_that_no_pixel_decoded_starts_where_the_others_say():
+    metric = pixels_of(4, 5).reshape(-1, 2) * 18.0
+    exact = apply_homography(np.linalg.inv(H_MM_PX), metric)
+    lacking = exact.copy()
+    lacking[[0, 7]] = np.nan
+    assert (corners.starts(lacking, metric) == np.rint(exact)).all()
+    assert corners.residual_of(lacking, metric)["lost"] == 2
 
 
 def test_no_three_of_four_pixels_are_in_a_row():

@@ -65,8 +65,7 @@ def corner_trial(condition, rng):
         "four nearest pixels": at_four_pixels(grid, metric)[None],
         "local fit": by_local_fit(grid, metric)[None],
     }
-    # A corner detector says which pixel it is.
-    start = np.rint(found["local fit"][0])
+    start = starts(found["local fit"][0], metric)
     found |= sweep(picture, start, condition["windows"], condition["blurs"])
     truth = rig_of(condition["rig"]).camera
     out = {
@@ -84,6 +83,26 @@ def corner_trial(condition, rng):
         "radial": camera.radial,
         "views": len(image_set.views),
     }
+
+
+def starts(corners, metric):
+    """Whole pixels (n, 2) from which corners are localised, as a detector gives them.
+
+    Where the active grid knows no corner, the others say where it is.
+    """
+    known = np.isfinite(corners[:, :1])
+    return np.rint(np.where(known, corners, mapped(corners, metric)))
+
+
+def mapped(corners, metric):
+    """The metric grid (n, 2) by the homography to the corners that were found."""
+    found = np.isfinite(corners[:, 0])
+    H = refine_homography(
+        homography_dlt(metric[found], corners[found]),
+        metric[found],
+        corners[found],
+    )
+    return apply_homography(H, metric)
 
 
 def in_bits(picture, bits):
@@ -171,12 +190,7 @@ def largest_window(corners, shape):
 def residual_of(corners, metric):
     """Residual vectors (px) after the homography from the metric grid (n, 2)."""
     found = np.isfinite(corners[:, 0])
-    H = refine_homography(
-        homography_dlt(metric[found], corners[found]),
-        metric[found],
-        corners[found],
-    )
-    vectors = corners - apply_homography(H, metric)
+    vectors = corners - mapped(corners, metric)
     size = np.linalg.norm(vectors[found], axis=1)
     return {
         "corners": corners,
