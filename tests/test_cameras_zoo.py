@@ -163,7 +163,8 @@ def test_cameras_are_made_by_name():
     cases = [
         ("unified spere", fields, r"did you mean unified sphere\?"),
         ("unified sphere", fields | {"radal": []}, r"'radal'.*did you mean radial\?"),
-        ("unified sphere", {"K": K}, "'xi': missing"),
+        ("unified sphere", {"K": K}, "'xi': missing; kind 'unified sphere' needs xi"),
+        ("axial", {}, "missing; kind 'axial' needs projection"),
         ("unified sphere", fields | {"K": [[1, 2], [3]]}, "'K': .*unequal"),
         ("unified sphere", fields | {"xi": None}, "'xi'|wrong type"),
     ]

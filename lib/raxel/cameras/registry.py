@@ -66,13 +66,13 @@ def camera_from(kind, fields):
     for name in fields:
         if name not in names:
             raise InputError(
-                f"field '{name}': no such field of a {kind} camera; "
+                f"field '{name}': no such field of kind '{kind}'; "
                 + _nearest(name, names)
             )
     for name in needed:
         if name not in fields:
             raise InputError(
-                f"field '{name}': missing; a {kind} camera needs " + ", ".join(needed)
+                f"field '{name}': missing; kind '{kind}' needs " + ", ".join(needed)
             )
     try:
         return CAMERAS[kind](**with_viewer(fields))
