@@ -140,10 +140,21 @@ def test_without_mm_lengths_are_in_pitches(copied, tmp_path, capsys):
     assert "size in mm unknown (lengths come out in pitches" in capsys.readouterr().out
 
 
+def test_check_doubts_pixels_that_are_not_square(copied, capsys):
+    image_set, _ = copied
+    file = image_set / "set.yaml"
+    data = yaml.safe_load(file.read_text("utf-8"))
+    data["target"]["monitor_mm"] = [228, 304]
+    file.write_text(yaml.safe_dump(data), "utf-8")
+    assert main(["check", str(image_set)]) == 0
+    told = "228 x 304 mm; its pixels would be 0.223 x 0.396 mm, not square: are monitor"
+    assert told in capsys.readouterr().out
+
+
 def test_check_says_what_the_monitor_shows(rendered, capsys):
     assert main(["check", str(rendered[0])]) == 0
     printed = capsys.readouterr().out
-    assert "active grid on a monitor of 1024 x 768 px, 304 x 228 mm" in printed
+    assert "active grid on a monitor of 1024 x 768 px, 304 x 228 mm\n" in printed
     assert "pose-000 and 3 more: x gray 4 of 4 bits (16 cells of 64 px), " in printed
     assert "y phase 4 of 4 steps (16 periods of 48 px), white, black" in printed
 
