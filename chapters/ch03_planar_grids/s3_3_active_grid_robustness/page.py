@@ -47,9 +47,10 @@ from repro.run.outcomes import Plan
 #   with the worst of {glue:text}`sets` sets of pictures, where the claim asks
 #   for 80 % with each; with overexposed pictures it is
 #   {glue:text}`over.won:.0f` %.
-# - The measure hides most of the difference: the second grid's own error,
-#   {glue:text}`floor:.3f` mm at 200 mm, is nearly all of every residual.
-#   Against the truth the active grid is {glue:text}`off.active:.3f` px off, the
+# - The measure hides most of the difference: true corners, which have no
+#   error, leave {glue:text}`floor:.3f` mm at 200 mm, the second grid's own.
+#   So each method's own error stands beside its residual here, as the
+#   distance to the true corners. By it the active grid is {glue:text}`off.active:.3f` px off, the
 #   derivative method {glue:text}`off.derivative:.3f` px, the saddle point
 #   {glue:text}`off.saddle:.3f` px.
 # - With noise of {glue:text}`most_noise:.0f` grey levels the active grid is
@@ -121,7 +122,7 @@ from repro.run.outcomes import Plan
 # $$\sigma_\varphi = \sqrt{\tfrac{2}{4}}\,\frac{\sigma}{B}, \qquad
 # \sigma_l = \frac{w}{2\pi}\,\frac{\sigma_\varphi}{7}$$
 #
-# for a cell of the width $w$, after the filter of 7 × 7 pixels. With cells of
+# for a cell of the width $w$, after the average over 7 × 7 pixels. With cells of
 # 37.7 mm the whole swing lies in half a cell, while an edge of the chessboard
 # has it within two pixels.
 
@@ -142,6 +143,11 @@ from repro.run.outcomes import Plan
 # - **Exposure.** White in the middle fills 0.9 of a well. A fifth above a full
 #   well is a reading: the charges behind the same files, times 4/3, overflow
 #   along their columns.
+#
+# - **Filter.** The thesis filters the pictures of the sines. The library
+#   averages the phases as unit vectors over the same 7 × 7 pixels, which
+#   damps the ripple of the response a little more. The floor is thus a
+#   little lower than with the thesis's filter.
 #
 # Blur and noise are added to the finished files, in whole numbers. Sets
 # differ in noise and in how the monitor was set up, by hand.
@@ -278,8 +284,8 @@ def over_all_pixels(effort):
 # What fall-off costs is precision: the SD that the decoder states goes from
 # {glue:text}`sigma.straight:.1f` to {glue:text}`sigma.turned:.1f` µm. Real
 # panels of that time also lose contrast at an angle, and some invert it. The
-# rig's does not, so that nothing here could have made an area unreadable but
-# darkness.
+# rig's does not: only darkness could have made an area unreadable here, and
+# this monitor does not get dark enough for this camera. Another might.
 #
 # **Limits.** One camera, one monitor, no lines of pixels on it. The
 # camera's rays meet in one point; those of a real fisheye nearly do, and
