@@ -50,7 +50,8 @@ from repro.run.outcomes import Plan
 # - The measure hides most of the difference: true corners, which have no
 #   error, leave {glue:text}`floor:.3f` mm at 200 mm, the second grid's own.
 #   So each method's own error stands beside its residual here, as the
-#   distance to the true corners. By it the active grid is {glue:text}`off.active:.3f` px off, the
+#   distance to the true corners. By it the active grid is
+#   {glue:text}`off.active:.3f` px off, the
 #   derivative method {glue:text}`off.derivative:.3f` px, the saddle point
 #   {glue:text}`off.saddle:.3f` px.
 # - With noise of {glue:text}`most_noise:.0f` grey levels the active grid is
@@ -253,8 +254,9 @@ def over_all_pixels(effort):
 # stands elsewhere, and shows it in full. With six steps the error over all
 # pixels falls from {glue:text}`pixels.4:.3f` to {glue:text}`pixels.6:.3f` mm.
 # So Fig. 3.15 can tell methods apart only where one of them errs by as much
-# as the second grid. Between the derivative method and the active grid, the
-# winner at 21° or 35° is chance, and so is the smaller ratio of blur.
+# as the second grid. Where the bands of two methods overlap in the figure,
+# the winner is chance, and so is the smaller ratio of blur where the ranges
+# of two ratios overlap in the table.
 #
 # **Noise.** The active grid is first beaten at a noise of
 # {glue:text}`first_lost_noise` grey levels. The thesis's range is lost; with
@@ -274,7 +276,10 @@ def over_all_pixels(effort):
 # their crests; corners lie half way up. The decoder that this repository
 # recommends would leave clipped pixels out; here it does not, as the thesis
 # masks nothing. The table of exposures photographs anew what the sweeps
-# reckon from finished files; both agree.
+# reckon from finished files; both agree. The test of blooming in
+# [3.2.2](s2_2_active_grids.ipynb) asks all pixels of an active grid, which
+# have the ripple of the response, and masks clipped ones; here it is asked
+# at corners alone, where the ripple does no harm.
 #
 # **Viewing angle.** At {glue:text}`largest_angle:.0f`°, the largest angle to
 # the monitor's normal, {glue:text}`light_there:.0f` % of the light is left. In

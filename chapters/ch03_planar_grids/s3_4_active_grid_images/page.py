@@ -78,8 +78,9 @@ from repro.run.outcomes import Plan
 #   {glue:text}`saddle_point.mean:.3f`, derivative
 #   {glue:text}`derivative.mean:.3f` and OpenCV {glue:text}`OpenCV.mean:.3f`:
 #   not the order of the thesis.
-# - Half of the active grid's error is rounding: undistorted pictures of 16
-#   bits bring it to {glue:text}`16_bits.active_grid:.3f` px.
+# - A large part of the active grid's error is rounding: undistorted pictures
+#   of 16 bits bring it from {glue:text}`active_grid.mean:.3f` to
+#   {glue:text}`16_bits.active_grid:.3f` px.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -282,10 +283,14 @@ def fig_3_18_facets(effort):
 # - **Larger windows** change next to nothing for the derivative method here:
 #   its curve is flat until a window leaves the picture. There is little
 #   noise that they could average.
+# - **Size of squares.** The thesis's best settings depend on how large squares
+#   look. Here the best window of each method is judged at this distance and
+#   at twice as much. Where it stays, noise and blur set it, and these are
+#   the same however large a square is.
 # - **What is left of the lens** points outwards in the four corners of the
 #   picture (Fig. 3.16, lower row); over the outer fifth of all corners its
 #   mean is not certain at the level of the test.
-# - **How large the lens's part is** hangs on its third radial term, which is
+# - **How large the lens's part is** depends on its third radial term, which is
 #   our choice; Zhang's method here has two. With the true lens the same
 #   corners leave {glue:text}`true_lens.saddle_point:.3f` px (saddle point)
 #   to {glue:text}`true_lens.OpenCV:.3f` px (OpenCV).
