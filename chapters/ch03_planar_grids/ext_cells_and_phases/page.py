@@ -68,7 +68,7 @@ from repro.run.outcomes import Plan
 # - Finer cells are better until blur takes their contrast: the best cell is
 #   $2\pi$ blur SDs wide in the picture, whatever the noise, and a curve with
 #   nothing fitted predicts the error to {glue:text}`theory:.1f` % (median).
-# - The 7 × 7 smoothing of the thesis needs cells of at least
+# - The decoder's 7 × 7 smoothing needs cells of at least
 #   {glue:text}`narrowest:.1f` px; the narrowest that it takes are best with
 #   little blur, {glue:text}`gain:.1f` times better than eight cells here,
 #   for {glue:text}`more` pictures more.
@@ -303,7 +303,7 @@ def light_runs(effort):
 # **Steps.** Three steps have the second order against them, which is large
 # with any monitor. Four have the third, which is gone at a gamma of 1 and
 # again at 2, where $(\tfrac12 + \tfrac12\sin\varphi)^2$ has no third
-# harmonic; the thesis's choice is thus a lucky one for ordinary monitors.
+# harmonic; so the thesis's choice is a lucky one where the gamma is near 2.
 # From five steps on, rounding to grey levels is all that is left here. Steps
 # that divide evenly see the same grey levels again at some phases, and their
 # rounding errors do not average out; that is why the markers at a gamma of

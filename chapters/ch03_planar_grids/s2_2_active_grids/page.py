@@ -78,11 +78,11 @@ from repro.run.outcomes import Plan
 #   {glue:text}`response.three:.3f` % of a period. If what its fits leave
 #   over were order 5, it would be {glue:text}`response.five:.2f` %.
 # - Comparing a pattern with its inverse makes fewer wrong bits near edges
-#   than an exact threshold, but theory keeps it from half as many; where the
-#   light falls off, one threshold for all makes
-#   {glue:text}`bits.anywhere.falls_off.one_grey_value:.1f` times as many. In
-#   light that overflows the
-#   sensor a chessboard's corners are found better than an active grid.
+#   than an exact threshold, but theory keeps it from half as many where edges
+#   may fall anywhere; where the light falls off, one threshold for all makes
+#   {glue:text}`bits.anywhere.falls_off.one_grey_value:.1f` times as many.
+# - In light that overflows the sensor a chessboard's corners are found better
+#   than all pixels of an active grid; most of the grid's error is the ripple.
 
 # %% [markdown]
 # ## What the thesis claims
