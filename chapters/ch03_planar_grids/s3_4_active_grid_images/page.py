@@ -276,10 +276,10 @@ def fig_3_18_facets(effort):
 #   noise, blur and rounding, so small windows lose nothing: the saddle point
 #   method is best with {glue:text}`saddle.window:.0f` px and a blur of
 #   {glue:text}`saddle.blur:.1f` px, at or near the least that were tried. The
-#   thesis found 15 and 9 best, and 49 for the derivative. A real monitor has a raster of pixels, which a camera
-#   of 10 Mpixel sees; large windows and strong blurs average it. Our
-#   laboratory draws the monitor without it. This is our guess, and not
-#   tested.
+#   thesis found 15 and 9 best, and 49 for the derivative. A real monitor has
+#   a raster of pixels, which a camera of 10 Mpixel sees; large windows and
+#   strong blurs average it. Our laboratory draws the monitor without it. This
+#   is our guess, and not tested.
 # - **Larger windows** change next to nothing for the derivative method here:
 #   its curve is flat until a window leaves the picture. There is little
 #   noise that they could average.
