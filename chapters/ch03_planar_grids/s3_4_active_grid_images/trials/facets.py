@@ -31,7 +31,9 @@ def facet_trial(condition, rng):
     NEAR squares, by corners of the same facet, or of all facets taken together.
     """
     image_set, view = capture_of(condition["rig"], condition["seed"])
-    grid, picture = decoded(image_set, view, smooth=False)
+    blur = max(rig_of(condition["rig"]).optics.blur_sd_px)
+    margin = int(np.ceil(3 + 3 * blur))
+    grid, picture = decoded(image_set, view, smooth=False, margin_px=margin)
     target = image_set.target
     laid, seen = remap_to_plane(
         picture,

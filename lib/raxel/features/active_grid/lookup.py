@@ -3,6 +3,7 @@
 import numba
 import numpy as np
 
+from raxel.errors import InputError
 from raxel.geometry.homography import apply_homography, homography_dlt
 
 ANYWHERE = 1e9  # side of a cell that holds all there is
@@ -104,7 +105,10 @@ def _between(location, pixel, point):
             break
     else:
         return np.full(2, np.nan)
-    H = homography_dlt(seen[four], around[four].astype(float))
+    try:
+        H = homography_dlt(seen[four], around[four].astype(float))
+    except InputError:  # their places are in a row, or one
+        return np.full(2, np.nan)
     found = apply_homography(H, point[None])[0]
     return found if np.abs(found - pixel).max() <= 1 else np.full(2, np.nan)
 
