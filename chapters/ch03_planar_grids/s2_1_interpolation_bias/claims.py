@@ -8,6 +8,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     KNOWN,
+    MAGNIFIED,
     READINGS,
     SMOOTHING,
     gain_of_decoding,
@@ -17,6 +18,12 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     swept,
     trials_of_vectors,
 )
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
+    FOCAL_MM,
+    MIDDLE_MM,
+    RADIAL,
+    SIDE_MM,
+)
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -25,8 +32,8 @@ from repro.judge.statistics import (
     median_interval,
     trend,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import DECISIONS, Reading, Value
 
 LEAST_RANK, LEAST_RADIAL = 0.4, 0.6
 PITCH_SLOPE, DISTORTION_SLOPE = (1.5, 2.5), (0.8, 1.2)
@@ -189,3 +196,20 @@ def judge_discontinuous(results):
                 )
             )
     return readings
+
+
+@numbers("fig_3_6", needs=("fig_3_6_vectors",), evidence="synthetic")
+def settings_of_vectors(results):
+    """What Fig. 3.6 is drawn with; the image is as large as the grid (E-3.07)."""
+    ran = results["fig_3_6_vectors"]
+    return {
+        "fig3_6_f": Value(FOCAL_MM, unit="mm"),
+        "fig3_6_pp_x": Value(MIDDLE_MM, unit="mm"),
+        "fig3_6_pp_y": Value(MIDDLE_MM, unit="mm"),
+        "fig3_6_k1": Value(RADIAL[0]),
+        "fig3_6_k2": Value(RADIAL[1]),
+        "fig3_6_pts": Value(len(ran.arrays("points")[0])),
+        "fig3_6_grid": Value(SIDE_MM, unit="mm"),
+        "fig3_6_pitch": Value(ran.conditions[0]["pitch_mm"], unit="mm"),
+        "fig3_6_scale": Value(MAGNIFIED),
+    }

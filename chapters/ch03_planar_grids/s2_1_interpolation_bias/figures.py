@@ -6,6 +6,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     LENS,
+    MAGNIFIED,
     READINGS,
     SMOOTHING,
     Method,
@@ -33,7 +34,6 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-MAGNIFIED = 300
 SHOWN_MM = (1e-2, 1e3)
 INK = "#1b1f24"
 ACTIVE_NAMES = {

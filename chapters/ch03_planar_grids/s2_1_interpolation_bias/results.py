@@ -28,6 +28,7 @@ from repro.page.reader import value
 
 READINGS = tuple(FOUR)
 PRIMARY = READINGS[0]
+MAGNIFIED = 300  # vectors of Fig. 3.6
 LENS = next(iter(SCENES))
 STATED_MM = 20
 BIN_EDGES_MM = np.linspace(0, MIDDLE_MM * np.sqrt(2), 5)

@@ -349,7 +349,9 @@ def numbers_sec_3_3_1(results):
     offsets = np.concatenate(
         [result.column("click_px", **c) for c in result.conditions]
     )
+    boards = 45 * 7 * 5 + 7 * 9 * 7 + 8 * 12 * 9  # images of 3.3.2 (E-3.14)
     return {
+        "s3_3_1_manual_n": Value(boards, unit="count"),
         "s3_3_1_click_mean": Value(
             float(offsets.mean()),
             unit="px",
@@ -359,10 +361,8 @@ def numbers_sec_3_3_1(results):
         "s3_3_1_click_sd": Value(
             float(2 * offsets.std()),
             unit="px",
-            reason="of the same simulated clicks, twice the SD of the means of "
-            "four; the printed 0.16 is the "
-            "variance, in px², of a Rayleigh law with the printed mean "
-            "(E-3.13)",
+            reason="of the same simulated clicks, twice the SD of means of four; "
+            "0.16, as printed, is the variance (px²) of its law (E-3.13)",
         ),
     }
 
