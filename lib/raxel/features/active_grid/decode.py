@@ -364,6 +364,7 @@ def _both_axes(array, codes):
 
 
 def processors():
+    """How many processors this process may use."""
     import os
 
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
