@@ -1,0 +1,1 @@
+"""Chapter 4: efficient generic calibration of central cameras."""
