@@ -70,19 +70,19 @@ def equidistance(fov_deg):
     )
 
 
-def draw_poses(rng, grids=3):
+def draw_poses(rng, grids=3, euler_deg=EULER_DEG):
     """T_base_grid (grids, 4, 4): the base itself, then others at random."""
     return np.stack(
-        [np.eye(4)] + [_draw_pose(rng) for _ in range(grids - 1)]
+        [np.eye(4)] + [_draw_pose(rng, euler_deg) for _ in range(grids - 1)]
     )
 
 
-def _draw_pose(rng):
+def _draw_pose(rng, euler_deg):
     shift = rng.uniform(-SHIFT_MM, SHIFT_MM, 3)
     R = np.eye(3)
     for axis, angle in zip(
         np.eye(3),
-        np.radians(rng.uniform(-EULER_DEG, EULER_DEG, 3)),
+        np.radians(rng.uniform(-euler_deg, euler_deg, 3)),
         strict=True,
     ):
         R = rotation_from_vector(angle * axis) @ R
@@ -110,15 +110,20 @@ def back_project(camera, pixels, T_base_grid):
     return np.stack(points), np.stack(seen)
 
 
-def draw_pixels(camera, T_base_grid, rng, rays=RAYS):
-    """Pixels (rays, 2), evenly over the circle, that see every grid."""
+def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
+    """Pixels (rays, 2), evenly over the circle, that see every grid.
+
+    half_mm: the grids reach so far from their origin along both axes.
+    """
     kept = np.empty((0, 2))
     for _ in range(1000):
         pixels = rng.uniform(-0.5, SIZE_PX - 0.5, (2 * rays, 2))
         pixels = pixels[
             np.linalg.norm(pixels - PRINCIPAL, axis=1) <= RADIUS_PX
         ]
-        seen = back_project(camera, pixels, T_base_grid)[1].all(axis=0)
+        points, seen = back_project(camera, pixels, T_base_grid)
+        on_grid = (np.abs(points) <= half_mm).all(axis=2)
+        seen = (seen & on_grid).all(axis=0)
         kept = np.concatenate([kept, pixels[seen]])
         if len(kept) >= rays:
             return kept[:rays]

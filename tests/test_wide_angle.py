@@ -1,0 +1,64 @@
+"""The simulated scene of section 4.1.5: what is drawn is what its text says."""
+
+import numpy as np
+import pytest
+
+from chapters.shared import wide_angle as scene_of
+from raxel.calibration.generic_linear import linear_well_conditioned
+from raxel.geometry import transform
+
+
+def in_base(T_base_grid, points):
+    return transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
+
+
+@pytest.mark.parametrize("camera", [scene_of.radial_lens(), scene_of.equidistance(150)])
+def test_clean_points_lie_on_the_rays_ahead_of_the_camera(camera):
+    rng = np.random.default_rng(1)
+    scene = scene_of.draw_scene(camera, 0.0, rng, grids=4)
+    reach = in_base(scene.T_base_grid, scene.points) - scene_of.CENTRE_MM
+    along = np.sum(reach * scene.directions, axis=2)
+    assert along.min() > 0
+    off = reach - along[..., None] * scene.directions
+    assert np.abs(off).max() < 1e-9 * np.abs(reach).max()
+    normals = scene.T_base_grid[:, :3, 2]
+    incidence = np.abs(scene.directions @ normals.T)
+    assert incidence.min() >= scene_of.LEAST_INCIDENCE
+
+
+def test_circle_shows_the_field_of_view():
+    rng = np.random.default_rng(2)
+    scene = scene_of.draw_scene(scene_of.radial_lens(), 0.0, rng)
+    radius = np.linalg.norm(scene.pixels - scene_of.PRINCIPAL, axis=1)
+    assert radius.max() <= scene_of.RADIUS_PX
+    angle = np.degrees(np.arccos(-scene.directions[:, 2]))
+    assert angle.max() < scene_of.FOV_DEG / 2 < 1.02 * angle.max()
+
+
+@pytest.mark.parametrize("domain", ["px", "mm"])
+def test_noise_of_the_grids_is_independent(domain):
+    rng = np.random.default_rng(3)
+    scene = scene_of.draw_scene(
+        scene_of.radial_lens(), 0.5, rng, domain=domain, rays=4000
+    )
+    error = (scene.noisy - scene.points)[..., 0]
+    assert error.std() > 0.3
+    bound = 4 / np.sqrt(error.shape[1])
+    correlation = np.corrcoef(error) - np.eye(3)
+    assert np.abs(correlation).max() < bound
+
+
+def test_grids_have_a_limited_size_when_asked():
+    rng = np.random.default_rng(4)
+    camera, poses = scene_of.radial_lens(), scene_of.draw_poses(rng, euler_deg=10)
+    pixels = scene_of.draw_pixels(camera, poses, rng, 200, half_mm=250)
+    points, seen = scene_of.back_project(camera, pixels, poses)
+    assert seen.all()
+    assert np.abs(points).max() <= 250
+
+
+def test_exact_points_give_the_centre():
+    rng = np.random.default_rng(5)
+    scene = scene_of.draw_scene(scene_of.radial_lens(), 0.0, rng)
+    found = linear_well_conditioned(scene.noisy, side=scene_of.SIDE)
+    assert np.abs(found.centre - scene_of.CENTRE_MM).max() < 1e-8
