@@ -116,34 +116,59 @@ class HomographyMoments:
 
 
 def homography_ransac(
-    source, target, threshold, rng, *, confidence=0.999, most_trials=2000
+    source,
+    target,
+    threshold,
+    rng,
+    *,
+    squared_errors=None,
+    confidence=0.999,
+    most_trials=2000,
 ):
     """Homography in the presence of wrong pairs.
 
     source, target: (N, 2), N >= 4; threshold: largest distance in the target frame, in
-    its unit, of a pair that counts as right; rng: numpy Generator. Samples of four are
-    drawn until, at the share of right pairs found so far, one sample of right pairs
-    has been met with probability `confidence`, at most `most_trials`. The best sample
-    (least truncated squared distance) is followed by linear fits to its inliers until
-    they no longer change. Returns H (3, 3) and inliers (N,) bool. Raises InputError
-    when the input is refused as in `homography_dlt`, or no sample determines H. Any
-    four points agree with some H: judge the number of inliers, not only their share.
-    See `raxel.geometry.consensus` for the sources.
+    its unit, of a pair that counts as right; rng: numpy Generator. squared_errors: what
+    is compared with threshold**2 instead, a function of homographies (m, 3, 3) that
+    gives (m, N). Samples of four are drawn until, at the share of right pairs found so
+    far, one sample of right pairs has been met with probability `confidence`, at most
+    `most_trials`. The best sample (least truncated squared distance) is followed by
+    linear fits to its inliers until they no longer change. Returns H (3, 3) and inliers
+    (N,) bool. Raises InputError when the input is refused as in `homography_dlt`, or no
+    sample determines H. Any four points agree with some H: judge the number of inliers,
+    not only their share. See `raxel.geometry.consensus` for the sources.
     """
     source, target, w = _checked(source, target, None)
     T_s = _normalising(_mean_square(source, w))
     T_t = _normalising(_mean_square(target, w))
     s, t = apply_homography(T_s, source), apply_homography(T_t, target)
-    limit = (threshold * T_t[0, 0]) ** 2
     batch = int(np.clip(BLOCK // len(s), 1, 64))
+    back = np.linalg.inv(T_t)
 
     def propose(count):
         picks = _samples(rng, len(s), count)
         return _four_point_homographies(_homogeneous(s)[picks], _homogeneous(t)[picks])
 
+    if squared_errors is None:
+        limit = (threshold * T_t[0, 0]) ** 2
+
+        def judge(H):
+            return np.sum((apply_homography(H, s) - t) ** 2, axis=-1)
+
+        def within(H):
+            return _within(H, source, target, threshold)
+    else:
+        limit = threshold**2
+
+        def judge(H):
+            return squared_errors(back @ H @ T_s)
+
+        def within(H):
+            return squared_errors(H[None])[0] < limit
+
     best = best_hypothesis(
         propose,
-        lambda H: np.sum((apply_homography(H, s) - t) ** 2, axis=-1),
+        judge,
         limit,
         sample_size=4,
         confidence=confidence,
@@ -155,7 +180,24 @@ def homography_ransac(
             "homography: no four points in general position found; the points lie on "
             "one line or are repeated"
         )
-    return _refitted(np.linalg.inv(T_t) @ best @ T_s, source, target, threshold)
+    return refit_to_inliers(back @ best @ T_s, source, target, within)
+
+
+def refit_to_inliers(H, source, target, within):
+    """Linear fits to the inliers of H, and of each fit, until they no longer change.
+
+    H: (3, 3) start; source, target: (N, 2); within: function of H that gives the
+    inliers (N,) bool. Returns H and inliers, those of the last fit. Raises InputError
+    as `homography_dlt`.
+    """
+    inliers = within(H)
+    for _ in range(20):
+        H = homography_dlt(source[inliers], target[inliers])
+        now = within(H)
+        if np.array_equal(now, inliers) or np.count_nonzero(now) < 4:
+            break
+        inliers = now
+    return H, inliers
 
 
 def transfer_jacobian(H, points):
@@ -312,17 +354,6 @@ def _four_point_homographies(s, t):
     good = np.minimum(least_s, least_t) > 1e-6
     ratio = weight_t[good] / weight_s[good]
     return np.einsum("ni,nij,nik->njk", ratio, t[good, :3], rows[good])
-
-
-def _refitted(H, source, target, threshold):
-    inliers = _within(H, source, target, threshold)
-    for _ in range(20):
-        H = homography_dlt(source[inliers], target[inliers])
-        now = _within(H, source, target, threshold)
-        if np.array_equal(now, inliers) or np.count_nonzero(now) < 4:
-            break
-        inliers = now
-    return H, inliers
 
 
 def _within(H, source, target, threshold):
