@@ -24,12 +24,14 @@ SCORED = 1000  # points that judge a trial pose
 
 class RayPose(NamedTuple):
     """T_camera_grid (4, 4), camera frame of the rays; inliers (N,) bool; rms: root
-    mean square of the error of the inliers, a length (ray-point) or radians (angle).
+    mean square of the error of the inliers, a length (ray-point) or radians (angle);
+    behind: rays left out because a synthetic plane does not meet them.
     """
 
     T_camera_grid: np.ndarray
     inliers: np.ndarray
     rms: float
+    behind: int = 0
 
 
 def pose_of_triples(directions, points):
@@ -70,7 +72,7 @@ def pose_three_point_ransac(
     `confidence`, at most `most_trials`; the least truncated squared error wins. Returns
     RayPose. Raises CalibrationError when no triple gives a pose.
     """
-    directions, points = _checked(directions, points)
+    directions, points = checked_rays(directions, points)
     judges = rng.permutation(len(points))[:SCORED]
 
     def propose(count):
@@ -101,7 +103,7 @@ def pose_of_spread_triples(directions, points, count=10):
     `count` points far apart are tried. Returns the pose (4, 4). Raises CalibrationError
     when none gives a pose.
     """
-    directions, points = _checked(directions, points)
+    directions, points = checked_rays(directions, points)
     chosen = _spread_points(points, count)
     picks = chosen[np.array(list(itertools.combinations(range(len(chosen)), 3)))]
     poses, _ = pose_of_triples(directions[picks], points[picks])
@@ -122,7 +124,7 @@ def refine_pose_ray_point(
     sine of the angle. Levenberg-Marquardt with an analytic Jacobian. Returns the pose
     (4, 4) and the final cost.
     """
-    directions, points = _checked(directions, points)
+    directions, points = checked_rays(directions, points)
     origins = np.zeros(3) if origins is None else np.asarray(origins, float)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
     T = np.array(T_camera_grid, float)
@@ -136,7 +138,7 @@ def refine_pose_ray_point(
         scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
         damped = normal / np.outer(scale, scale) + damping * np.eye(6)
         step = -np.linalg.solve(damped, gradient / scale) / scale
-        trial = _moved(T, step)
+        trial = moved_pose(T, step)
         new = ray_point_system(directions, points, trial, origins, weights)
         new_cost = new[0] @ new[0]
         if new_cost < cost:
@@ -158,7 +160,7 @@ def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):
     Arguments and errors as `pose_three_point_ransac`; with metric "angle" the refined
     error is the sine of the angle. Two rounds, as refinement may gain inliers.
     """
-    directions, points = _checked(directions, points)
+    directions, points = checked_rays(directions, points)
     found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
     for _ in range(2):
         right = found.inliers
@@ -180,14 +182,8 @@ def ray_point_system(directions, points, T_camera_grid, origins, weights):
     The residual of a point is its part at right angles to its ray. The pose moves as
     R exp([w]x), t + R s; columns: w, s.
     """
-    rotation = T_camera_grid[:3, :3]
-    x, y = points.T
-    p = points @ rotation[:, :2].T + T_camera_grid[:3, 3] - origins
-    motion = np.zeros((len(points), 3, 6))
-    motion[:, 0, 2], motion[:, 1, 2] = -y, x
-    motion[:, 2, 0], motion[:, 2, 1] = y, -x
-    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
-    motion = rotation @ motion
+    p, motion = moving_points(points, T_camera_grid)
+    p = p - origins
     along = np.einsum("ni,ni->n", directions, p)
     residual = p - along[:, None] * directions
     part = np.einsum("ni,nik->nk", directions, motion)
@@ -197,7 +193,22 @@ def ray_point_system(directions, points, T_camera_grid, origins, weights):
     return residual.ravel(), jacobian.reshape(-1, 6)
 
 
-def _moved(T, step):
+def moving_points(points, T_camera_grid):
+    """Grid points (N, 3) in the camera frame, and how they move (N, 3, 6).
+
+    points: (N, 2). The pose moves as R exp([w]x), t + R s; columns: w, s.
+    """
+    rotation = T_camera_grid[:3, :3]
+    x, y = points.T
+    motion = np.zeros((len(points), 3, 6))
+    motion[:, 0, 2], motion[:, 1, 2] = -y, x
+    motion[:, 2, 0], motion[:, 2, 1] = y, -x
+    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
+    return points @ rotation[:, :2].T + T_camera_grid[:3, 3], rotation @ motion
+
+
+def moved_pose(T, step):
+    """The pose (4, 4) after a step (w, s): R exp([w]x), t + R s."""
     rotation = T[:3, :3]
     return pose(
         rotation @ rotation_from_vector(step[:3]), T[:3, 3] + rotation @ step[3:]
@@ -243,10 +254,19 @@ def _distances(points, poses):
 
 
 def _errors(directions, points, poses, metric):
-    """Errors (K, N): ray-point distances, or angles; large for points behind."""
+    """Errors (K, N) of grid points under K poses, as `ray_errors`."""
+    p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
+    return ray_errors(directions, p, metric)
+
+
+def ray_errors(directions, p, metric):
+    """Errors (K, N) of points p (K, N, 3) that should lie ahead on their rays.
+
+    directions: (N, 3) unit, from the origin. metric: "ray-point", distances in the unit
+    of p, infinite for points behind; "angle", radians.
+    """
     if metric not in ("ray-point", "angle"):
         raise ValueError(f"metric: {metric!r}; expected 'ray-point' or 'angle'")
-    p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
     along = np.einsum("kni,ni->kn", p, directions)
     # As np.linalg.norm, which takes six times as long over an axis of three.
     squares = (p - along[..., None] * directions) ** 2
@@ -263,7 +283,8 @@ def _judged(directions, points, T, threshold, metric):
     return RayPose(T, inliers, float(rms))
 
 
-def _checked(directions, points):
+def checked_rays(directions, points):
+    """Rays (N, 3) and points (N, 2) as float arrays, or CalibrationError."""
     directions, points = np.asarray(directions, float), np.asarray(points, float)
     if directions.shape != (len(points), 3) or points.shape[1:] != (2,):
         raise CalibrationError(
