@@ -24,6 +24,13 @@ from raxel.calibration.generic_linear import (
     linear_as_printed,
     linear_well_conditioned,
 )
+from raxel.calibration.grid_pose import (
+    AngularPose,
+    grid_pose_ransac,
+    linear_grid_pose,
+    refine_pose_angular,
+    synthetic_plane_normal,
+)
 from raxel.calibration.grunert import three_point_depths
 from raxel.calibration.interpolation import interpolated_view
 from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
@@ -36,6 +43,7 @@ from raxel.calibration.three_point import (
 from raxel.calibration.zhang import ZhangCalibration, calibrate_zhang
 
 __all__ = [
+    "AngularPose",
     "BoardView",
     "BundleResult",
     "DenseView",
@@ -50,8 +58,10 @@ __all__ = [
     "calibrate_zhang",
     "coefficient_vectors",
     "dense_view",
+    "grid_pose_ransac",
     "interpolated_view",
     "linear_as_printed",
+    "linear_grid_pose",
     "linear_well_conditioned",
     "locate_pixels",
     "pixels_on_board",
@@ -60,8 +70,10 @@ __all__ = [
     "ray_directions",
     "ray_point_residuals",
     "rays_from_known_motion",
+    "refine_pose_angular",
     "refine_pose_ray_point",
     "solve_coefficients",
+    "synthetic_plane_normal",
     "table_2_1",
     "three_point_depths",
 ]

@@ -1,0 +1,226 @@
+"""Pose of a grid from rays on a synthetic plane: linear, RANSAC, angles."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.calibration.grid_pose import (
+    angular_system,
+    grid_pose_ransac,
+    linear_grid_pose,
+    refine_pose_angular,
+    synthetic_plane_normal,
+    tangent_bases,
+)
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import (
+    angle_between_rotations,
+    pose,
+    rotation_from_vector,
+    transform,
+    vector_from_rotation,
+)
+
+T_TRUE = pose(rotation_from_vector([0.35, -0.3, 0.4]), [30.0, -40.0, 500.0])
+
+
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def lifted(points):
+    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
+
+
+def exact(seed, count=200, T=T_TRUE, half=300.0):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-half, half, (count, 2))
+    return unit(transform(T, lifted(points))), points, rng
+
+
+def shaken(directions, sigma, rng):
+    """Directions with Gaussian noise of standard deviation sigma, both ways."""
+    noise = sigma * rng.standard_normal((len(directions), 2, 1))
+    return unit(directions + (tangent_bases(directions) @ noise)[..., 0])
+
+
+def turn_and_shift(found, T=T_TRUE):
+    turn = angle_between_rotations(found[:3, :3], T[:3, :3])
+    return turn, np.linalg.norm(found[:3, 3] - T[:3, 3])
+
+
+def tilted(normal, degrees, about):
+    axis = unit(np.cross(normal, about))
+    return rotation_from_vector(np.radians(degrees) * axis) @ normal
+
+
+@pytest.mark.parametrize("degrees", [0, 20, 40, 60])
+def test_without_noise_every_plane_gives_the_pose(degrees):
+    directions, points, rng = exact(1)
+    normal = tilted(synthetic_plane_normal(directions), degrees, [0.3, 1.0, 0.2])
+    found = linear_grid_pose(directions, points, normal=normal)
+    assert np.abs(found.T_camera_grid - T_TRUE).max() < 1e-9
+    assert found.behind == np.count_nonzero(directions @ normal <= 0.01)
+    again = grid_pose_ransac(directions, points, rng, 1e-6, normal=normal)
+    assert np.abs(again.T_camera_grid - T_TRUE).max() < 1e-9
+    assert np.count_nonzero(again.inliers) == len(points) - again.behind
+
+
+def test_the_normal_minimises_the_squared_sines_and_looks_ahead():
+    directions, _, rng = exact(2)
+    normal = synthetic_plane_normal(-directions)
+
+    def sines(n):
+        return np.sum(np.cross(directions, n) ** 2)
+
+    for other in unit(normal + 0.1 * rng.standard_normal((20, 3))):
+        assert sines(normal) < sines(other)
+    assert np.all(-directions @ normal > 0)
+
+
+def test_a_wide_camera_close_to_the_grid_leaves_out_rays_behind_the_plane():
+    # The grid reaches from one side of the camera almost to the other: 165 degrees.
+    near = pose(np.eye(3), [0.0, 0.0, 40.0])
+    rng = np.random.default_rng(3)
+    points = rng.uniform([-300, -20], [300, 20], (400, 2))
+    directions = unit(transform(near, lifted(points)))
+    spread = np.degrees(np.arccos((directions @ directions.T).min()))
+    assert spread > 160
+    found = linear_grid_pose(directions, points, normal=[1.0, 0.0, 0.3])
+    assert 0 < found.behind < 300
+    assert np.abs(found.T_camera_grid - near).max() < 1e-8
+
+
+def test_a_camera_that_looks_along_minus_z_has_its_grids_there():
+    flip = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+    directions, points, rng = exact(4, T=flip @ T_TRUE)
+    found = grid_pose_ransac(directions, points, rng, 1e-6)
+    assert found.T_camera_grid[2, 3] < 0
+    assert np.abs(found.T_camera_grid - flip @ T_TRUE).max() < 1e-9
+
+
+@pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 2.0), ("angle", 4e-3)])
+def test_ransac_leaves_out_wrong_pairs_and_fits_all_right_ones(metric, threshold):
+    directions, points, rng = exact(5, count=1500)
+    points += 0.3 * rng.standard_normal(points.shape)
+    points[:300] = rng.uniform(-300, 300, (300, 2))
+    found = grid_pose_ransac(directions, points, rng, threshold, metric=metric)
+    assert found.inliers[300:].mean() > 0.99
+    assert found.inliers[:300].mean() < 0.02
+    right = found.inliers
+    linear = linear_grid_pose(directions[right], points[right])
+    # The plane of all rays is not quite that of the right ones.
+    assert np.abs(linear.T_camera_grid - found.T_camera_grid).max() < 0.05
+    everything = linear_grid_pose(directions, points).T_camera_grid
+    assert turn_and_shift(found.T_camera_grid)[0] < turn_and_shift(everything)[0] / 20
+
+
+def test_the_threshold_is_a_length_or_an_angle():
+    directions, points, rng = exact(6, count=60)
+    side = np.cross(directions, [0.0, 0.0, 1.0])
+    for k, wrong in ((0, 1e-3), (1, 3e-3)):
+        directions[k] = unit(directions[k] + wrong * unit(side[k]))
+    for metric, size in (("angle", 1.0), ("ray-point", 500.0)):
+        # The first is off by 1e-3 rad, about 0.5 mm at 500 mm; the other by 3e-3.
+        found = grid_pose_ransac(directions, points, rng, 2e-3 * size, metric=metric)
+        assert found.inliers[0]
+        assert not found.inliers[1]
+
+
+def test_a_solver_of_perspective_cameras_agrees():
+    rng = np.random.default_rng(7)
+    far = pose(rotation_from_vector([0.9, 0.6, 0.2]), [20.0, 10.0, 8000.0])
+    points = rng.uniform(-200, 200, (300, 2))
+    sigma = 1e-4
+    # Over three degrees, distances on the image plane are angles.
+    directions = shaken(unit(transform(far, lifted(points))), sigma, rng)
+    K = np.diag([1e4, 1e4, 1.0])
+    image = 1e4 * directions[:, :2] / directions[:, 2:]
+    ours = refine_pose_angular(
+        directions, points, linear_grid_pose(directions, points).T_camera_grid
+    )
+    _, turn, shift = cv2.solvePnP(lifted(points), image, K, None)
+    cv2.solvePnPRefineLM(
+        lifted(points), image, K, None, turn, shift,
+        (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 100, 1e-15),
+    )  # fmt: skip
+    off = turn_and_shift(
+        ours.T_camera_grid, pose(cv2.Rodrigues(turn)[0], shift.ravel())
+    )
+    noise = turn_and_shift(ours.T_camera_grid, far)
+    assert off[0] < 0.02 * noise[0]
+    assert off[1] < 0.02 * noise[1]
+    # Root mean square over both directions.
+    assert ours.rms == pytest.approx(np.sqrt(2) * sigma, rel=0.1)
+
+
+def test_jacobian_of_the_angles_equals_differences():
+    directions, points, rng = exact(8, count=40)
+    directions[:20] = shaken(directions[:20], 0.5, rng)
+    directions[20:30] = shaken(directions[20:30], 1e-5, rng)
+    across = tangent_bases(directions)
+    residual, jacobian = angular_system(directions, across, points, T_TRUE)
+    p = unit(transform(T_TRUE, lifted(points)))
+    chord = np.linalg.norm(p - directions, axis=1)
+    np.testing.assert_allclose(
+        np.linalg.norm(residual, axis=1), 2 * np.arcsin(chord / 2), atol=1e-12
+    )
+    h = 1e-5
+    for column in range(6):
+        step = np.zeros(6)
+        step[column] = h
+        ends = []
+        for s in (step, -step):
+            moved = T_TRUE @ pose(rotation_from_vector(s[:3]), s[3:])
+            ends.append(angular_system(directions, across, points, moved)[0])
+        numeric = (ends[0] - ends[1]) / (2 * h)
+        gap = np.abs(numeric - jacobian[:, :, column]).max()
+        assert gap < 1e-6 * np.abs(jacobian).max()
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_angles_beat_the_linear_pose_and_know_their_error(known):
+    sigma, squared, linear, angular = 2e-3, [], [], []
+    for seed in range(200):
+        directions, points, rng = exact(seed, count=60)
+        directions = shaken(directions, sigma, rng)
+        start = linear_grid_pose(directions, points).T_camera_grid
+        fine = refine_pose_angular(
+            directions, points, start, sigma=sigma if known else None
+        )
+        T = fine.T_camera_grid
+        error = np.concatenate(
+            [
+                vector_from_rotation(T[:3, :3].T @ T_TRUE[:3, :3]),
+                T[:3, :3].T @ (T_TRUE[:3, 3] - T[:3, 3]),
+            ]
+        )
+        squared.append(error @ np.linalg.solve(fine.covariance, error) / 6)
+        linear.append(turn_and_shift(start)[0])
+        angular.append(turn_and_shift(T)[0])
+    assert 0.8 < np.mean(squared) < 1.25
+    assert np.median(angular) < 0.95 * np.median(linear)
+
+
+def test_bad_input_is_refused_in_one_line():
+    directions, points, rng = exact(9, count=20)
+    line = np.column_stack([points[:, 0], 2 * points[:, 0]])
+    on_line = unit(transform(T_TRUE, lifted(line)))
+    refused = [
+        ("four or more", lambda: linear_grid_pose(directions[:3], points[:3])),
+        ("(?s)normal.*not all zero", lambda: linear_grid_pose(
+            directions, points, normal=[0.0, 0.0, 0.0])),
+        ("0 of 20 rays meet", lambda: linear_grid_pose(
+            directions, points, normal=[0.0, 0.0, -1.0])),
+        ("one line", lambda: linear_grid_pose(on_line, line)),
+        ("one line", lambda: grid_pose_ransac(on_line, line, rng, 1.0)),
+        ("one line", lambda: refine_pose_angular(on_line, line, T_TRUE)),
+        ("not finite", lambda: grid_pose_ransac(
+            directions, np.where(points > 290, np.nan, np.nan), rng, 1.0)),
+        ("to refine", lambda: refine_pose_angular(
+            directions[:3], points[:3], T_TRUE)),
+    ]  # fmt: skip
+    for words, call in refused:
+        with pytest.raises(CalibrationError, match=words) as refusal:
+            call()
+        assert "\n" not in str(refusal.value)
