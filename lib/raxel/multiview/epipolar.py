@@ -1,0 +1,290 @@
+"""Motion between two views from matched rays: epipolar geometry without an image plane.
+
+A point that two central cameras see along unit directions d_1, d_2 satisfies
+d_2^T E d_1 = 0 with E = [t]x R (thesis 4.25). Directions carry no lens: fields of view
+beyond 180 degrees need nothing else, as long as "ahead" means ahead along the ray.
+
+T_2_1 maps points of view 1 to view 2, X_2 = R X_1 + t. Rays tell t up to its length:
+|t| = 1 here.
+Sources: Hartley 1997, doi:10.1109/34.601246 (normalisation); Nister 2004,
+doi:10.1109/TPAMI.2004.17 (decomposition).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import CalibrationError
+from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
+
+FEWEST = 8
+# Singular values of exact pairs below this share of the largest are zero.
+OPEN = 1e-9
+
+
+class RelativePose(NamedTuple):
+    """T_2_1 (4, 4) with a translation of length 1; essential: (3, 3), |E| = sqrt 2.
+
+    inliers: (N,) bool, the pairs it was found from; rms: root mean square angle
+    (radians) by which a pair's rays would have to turn to meet; ahead: share of the
+    inliers that meet ahead along both rays; margin: eighth over ninth singular value of
+    the linear system. Near 1 the motion is open: the points lie on a plane, or nothing
+    but a rotation happened.
+    """
+
+    T_2_1: np.ndarray
+    essential: np.ndarray
+    inliers: np.ndarray
+    rms: float
+    ahead: float
+    margin: float
+
+
+def essential_matrix(directions_1, directions_2):
+    """E (3, 3) from matched unit directions (N, 3), N >= 8, by linear least squares.
+
+    Both sets of directions are brought to unit second moments before the system of nine
+    columns is solved, so that a target in a small part of the field counts like one all
+    around. The solution is projected to two equal singular values and a zero. Returns
+    E with |E| = sqrt 2, sign open, and the margin of `RelativePose`. Raises
+    CalibrationError for fewer than eight pairs, values that are not finite, and pairs
+    that leave E open.
+    """
+    d_1, d_2 = _checked(directions_1, directions_2)
+    to_1, to_2 = _whitening(d_1), _whitening(d_2)
+    rows = _rows(d_1 @ to_1.T, d_2 @ to_2.T)
+    values, Vt = np.linalg.svd(np.linalg.qr(rows, mode="r"))[1:]
+    if not values[7] > OPEN * values[0]:
+        raise CalibrationError(
+            "epipolar geometry: the rays leave the motion open; their points lie on a"
+            " plane or are repeated, or the camera only turned"
+        )
+    E = to_2.T @ Vt[8].reshape(3, 3) @ to_1
+    return _projected(E), float(values[7] / max(values[8], 1e-300))
+
+
+def relative_pose(directions_1, directions_2):
+    """Motion from matched rays, linearly (4.25).
+
+    Arguments and errors as `essential_matrix`. Of the four motions that belong to E,
+    the one is taken for which most points lie ahead along both their rays. Returns
+    RelativePose.
+    """
+    d_1, d_2 = _checked(directions_1, directions_2)
+    E, margin = essential_matrix(d_1, d_2)
+    T, ahead = motion_of_essential(E, d_1, d_2)
+    everything = np.ones(len(d_1), bool)
+    return RelativePose(T, E, everything, _rms(T, d_1, d_2), ahead, margin)
+
+
+def motion_of_essential(E, directions_1, directions_2):
+    """(T_2_1, share): of the four motions of E the one with most points ahead.
+
+    E: (3, 3); directions: (N, 3). share: of points ahead along both rays.
+    """
+    U, _, Vt = np.linalg.svd(E)
+    U, Vt = U * np.sign(np.linalg.det(U)), Vt * np.sign(np.linalg.det(Vt))
+    W = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    candidates = [
+        pose(U @ turn @ Vt, sign * U[:, 2]) for turn in (W, W.T) for sign in (1.0, -1.0)
+    ]
+    shares = [
+        np.mean(np.all(depths(T, directions_1, directions_2) > 0, axis=1))
+        for T in candidates
+    ]
+    best = int(np.argmax(shares))
+    return candidates[best], float(shares[best])
+
+
+def depths(T_2_1, directions_1, directions_2):
+    """Where matched rays pass nearest to each other: (N, 2), along ray 1 and ray 2.
+
+    In units of the length of the translation; negative behind the camera, infinite or
+    NaN for parallel rays.
+    """
+    q = np.asarray(directions_1) @ T_2_1[:3, :3].T
+    d, t = np.asarray(directions_2), T_2_1[:3, 3]
+    cosine = np.einsum("ni,ni->n", q, d)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = (cosine * (d @ t) - q @ t) / (1 - cosine**2)
+        second = (d @ t - cosine * (q @ t)) / (1 - cosine**2)
+    return np.stack([first, second], axis=1)
+
+
+def relative_pose_ransac(
+    directions_1,
+    directions_2,
+    rng,
+    threshold,
+    *,
+    confidence=0.999,
+    most_trials=5000,
+):
+    """Motion from matched rays of which some are wrong.
+
+    rng: numpy Generator; threshold: largest angle (radians) of a right pair, as in
+    `epipolar_angles`. Samples of eight pairs are drawn; the best is followed by linear
+    fits to its inliers until they no longer change. Returns RelativePose. Raises
+    CalibrationError as `essential_matrix`, also for fewer than eight right pairs.
+    """
+    d_1, d_2 = _checked(directions_1, directions_2)
+    to_1, to_2 = _whitening(d_1), _whitening(d_2)
+    w_1, w_2 = d_1 @ to_1.T, d_2 @ to_2.T
+
+    def propose(count):
+        picks = np.argsort(rng.random((count, len(d_1))), axis=1)[:, :FEWEST]
+        null = np.linalg.svd(_rows(w_1[picks], w_2[picks]))[2][:, 8]
+        return _projected(to_2.T @ null.reshape(-1, 3, 3) @ to_1)
+
+    best = best_hypothesis(
+        propose,
+        lambda E: _angles_of_essential(E, d_1, d_2) ** 2,
+        threshold**2,
+        sample_size=FEWEST,
+        confidence=confidence,
+        most_trials=most_trials,
+        batch=64,
+    )
+    right, E = np.zeros(len(d_1), bool), best
+    for _ in range(20):
+        now = _angles_of_essential(E[None], d_1, d_2)[0] < threshold
+        if np.array_equal(now, right):
+            break
+        right = now
+        E, margin = essential_matrix(d_1[right], d_2[right])
+    T, ahead = motion_of_essential(E, d_1[right], d_2[right])
+    return RelativePose(T, E, right, _rms(T, d_1[right], d_2[right]), ahead, margin)
+
+
+def refine_relative_pose(directions_1, directions_2, start, *, most=50):
+    """The motion that minimises the sum of squared `epipolar_angles`.
+
+    directions: (N, 3), N >= 5, of right pairs; start: RelativePose, whose inliers are
+    used where they are as many as the pairs. Levenberg-Marquardt over rotation and
+    direction of translation, with an analytic Jacobian. Returns RelativePose.
+    """
+    d_1, d_2 = _checked(directions_1, directions_2, fewest=5)
+    use = start.inliers
+    if len(use) != len(d_1):
+        use = np.ones(len(d_1), bool)
+    a, b, T = d_1[use], d_2[use], np.array(start.T_2_1, float)
+    residual, jacobian = epipolar_system(T, a, b)
+    cost, damping = residual @ residual, 1e-6
+    for _ in range(most):
+        normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        damped = normal / np.outer(scale, scale) + damping * np.eye(5)
+        step = -np.linalg.solve(damped, gradient / scale) / scale
+        trial = turned(T, step)
+        new = epipolar_system(trial, a, b)
+        new_cost = new[0] @ new[0]
+        if new_cost <= cost:
+            settled = cost - new_cost <= 1e-12 * cost
+            T, cost, (residual, jacobian) = trial, new_cost, new
+            damping = max(damping / 10, 1e-12)
+            if settled:
+                break
+        else:
+            damping *= 10
+            if damping > 1e8:
+                break
+    E = cross_matrix(T[:3, 3]) @ T[:3, :3]
+    ahead = float(np.mean(np.all(depths(T, a, b) > 0, axis=1)))
+    return RelativePose(T, E, use, _rms(T, a, b), ahead, start.margin)
+
+
+def epipolar_angles(T_2_1, directions_1, directions_2):
+    """Angles (N,) in radians, with sign, by which matched rays miss each other.
+
+    To first order the root of the sum of squared angles by which both rays of a pair
+    have to turn to meet (Sampson's error, on the sphere).
+    """
+    return epipolar_system(
+        np.asarray(T_2_1, float), np.asarray(directions_1), np.asarray(directions_2)
+    )[0]
+
+
+def epipolar_system(T_2_1, directions_1, directions_2):
+    """`epipolar_angles` (N,) and their Jacobian (N, 5).
+
+    The motion moves as `turned`: columns w (3), then the two of the translation.
+    """
+    t, basis = T_2_1[:3, 3], _tangents(T_2_1[:3, 3])
+    q, d = directions_1 @ T_2_1[:3, :3].T, directions_2
+    gap = np.cross(q, d) @ t
+    tq, td = q @ t, d @ t
+    room = np.maximum(2 - tq**2 - td**2 - 2 * gap**2, 1e-12)
+    d_gap = np.hstack([np.cross(q, np.cross(d, t)), np.cross(q, d) @ basis])
+    d_tq = np.hstack([np.cross(q, t), q @ basis])
+    d_td = np.hstack([np.zeros_like(d), d @ basis])
+    half = -(tq[:, None] * d_tq + td[:, None] * d_td + 2 * gap[:, None] * d_gap)
+    jacobian = d_gap / np.sqrt(room)[:, None]
+    jacobian -= (gap / room**1.5)[:, None] * half
+    return gap / np.sqrt(room), jacobian
+
+
+def turned(T_2_1, step):
+    """The motion (4, 4) after a step (5,): exp([w]x) R, and t moved along the sphere by
+    the last two, in the directions of its tangent plane."""
+    t = T_2_1[:3, 3] + _tangents(T_2_1[:3, 3]) @ step[3:]
+    R = rotation_from_vector(step[:3]) @ T_2_1[:3, :3]
+    return pose(R, t / np.linalg.norm(t))
+
+
+def _tangents(t):
+    """Two unit vectors at right angles to t (3,) and to each other, as columns."""
+    first = np.cross(t, np.eye(3)[np.argmin(np.abs(t))])
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(t, first)])
+
+
+def _angles_of_essential(E, d_1, d_2):
+    """`epipolar_angles` (m, N), without sign, of essential matrices (m, 3, 3)."""
+    lines = d_1 @ np.swapaxes(E, 1, 2)
+    back = d_2 @ E
+    gap = np.einsum("mni,ni->mn", lines, d_2)
+    room = np.sum(lines**2, axis=2) + np.sum(back**2, axis=2) - 2 * gap**2
+    return np.abs(gap) / np.sqrt(np.maximum(room, 1e-12))
+
+
+def _rows(d_1, d_2):
+    """The equations (4.25): (..., N, 9), for the entries of E row by row."""
+    return (d_2[..., :, None] * d_1[..., None, :]).reshape(*d_1.shape[:-1], 9)
+
+
+def _whitening(d):
+    """A (3, 3) that gives A d, over directions (N, 3), a unit second moment."""
+    values, vectors = np.linalg.eigh(d.T @ d / len(d))
+    # Rays in one plane have no third direction to scale.
+    values = np.maximum(values, 1e-12 * values[2])
+    return (vectors / np.sqrt(values)) @ vectors.T
+
+
+def _projected(E):
+    """Nearest (..., 3, 3) with singular values 1, 1, 0."""
+    U, _, Vt = np.linalg.svd(E)
+    return U[..., :2] @ Vt[..., :2, :]
+
+
+def _rms(T, d_1, d_2):
+    return float(np.sqrt(np.mean(epipolar_angles(T, d_1, d_2) ** 2)))
+
+
+def _checked(directions_1, directions_2, fewest=FEWEST):
+    d_1, d_2 = np.asarray(directions_1, float), np.asarray(directions_2, float)
+    if d_1.ndim != 2 or d_1.shape[1] != 3 or d_1.shape != d_2.shape:
+        raise CalibrationError(
+            f"epipolar geometry: found directions {d_1.shape} and {d_2.shape}; give two"
+            " equal arrays (N, 3)"
+        )
+    if len(d_1) < fewest:
+        raise CalibrationError(
+            f"epipolar geometry: {len(d_1)} pairs of rays; {fewest} or more are needed"
+        )
+    bad = np.count_nonzero(~np.isfinite(d_1 + d_2).all(axis=1))
+    if bad:
+        raise CalibrationError(
+            f"epipolar geometry: {bad} of {len(d_1)} pairs are not finite; remove them"
+        )
+    return d_1, d_2
