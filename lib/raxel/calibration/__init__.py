@@ -12,6 +12,7 @@ from raxel.calibration.bundle import (
     ray_directions,
     ray_point_residuals,
 )
+from raxel.calibration.cgsp import CgspSolution, linear_cgsp
 from raxel.calibration.correspondence import (
     BoardView,
     locate_pixels,
@@ -46,6 +47,7 @@ __all__ = [
     "AngularPose",
     "BoardView",
     "BundleResult",
+    "CgspSolution",
     "DenseView",
     "GenericCalibration",
     "KnownMotionRays",
@@ -62,6 +64,7 @@ __all__ = [
     "interpolated_view",
     "linear_as_printed",
     "linear_grid_pose",
+    "linear_cgsp",
     "linear_well_conditioned",
     "locate_pixels",
     "pixels_on_board",

@@ -5,13 +5,13 @@ target from source; Plücker lines keep the thesis's order (see `lines`).
 """
 
 from raxel.geometry.homography import (
-    HomographyMoments,
     apply_homography,
     homography_dlt,
     homography_ransac,
     refine_homography,
     transfer_jacobian,
 )
+from raxel.geometry.homography_stream import HomographyFit, fit_homography
 from raxel.geometry.lines import (
     pluecker_matrix,
     pluecker_matrix_of_rays,
@@ -40,11 +40,12 @@ from raxel.geometry.poses import (
 )
 
 __all__ = [
-    "HomographyMoments",
+    "HomographyFit",
     "PlaneIntersection",
     "angle_between_rotations",
     "apply_homography",
     "cross_matrix",
+    "fit_homography",
     "fit_pose",
     "homography_dlt",
     "homography_ransac",

@@ -36,13 +36,13 @@ def homography_dlt(source, target, weights=None):
     algebraic equations of its point. Both point sets are moved to weighted mean zero
     and root mean square distance sqrt(2) first, so the result does not depend on a
     similarity of either frame. Memory is 18 numbers per point: for millions of points
-    use `HomographyMoments`. Raises InputError for fewer than four points, values that
+    use `fit_homography`. Raises InputError for fewer than four points, values that
     are not finite, and points that leave H open (three of four, or all, on one line).
     """
     source, target, w = _checked(source, target, weights)
     scale = w**2
-    T_s = _normalising(_mean_square(source, scale))
-    T_t = _normalising(_mean_square(target, scale))
+    T_s = normalising(source, scale)
+    T_t = normalising(target, scale)
     s = _homogeneous(apply_homography(T_s, source)) * w[:, None]
     t = apply_homography(T_t, target)
     zero = np.zeros_like(s)
@@ -51,68 +51,6 @@ def homography_dlt(source, target, weights=None):
     H = Vt[8].reshape(3, 3)
     _refuse_degenerate(values[7] / values[0], H, 1e-12)
     return _denormalised(H, T_s, T_t)
-
-
-class HomographyMoments:
-    """The same DLT from one pass over blocks of points, in constant memory.
-
-    Only the 24 different second-order moments of the 9x9 normal equations are kept:
-    sums of s s^T, x s s^T, y s s^T and (x^2 + y^2) s s^T, with s the homogeneous source
-    point and (x, y) the target point. The sums are taken in a provisional frame (from
-    `source_box` and `target_box`, or else the first block), then moved exactly, by
-    congruence, to the normalisation that `homography_dlt` uses: in exact arithmetic
-    both give the same H. In float64 the two agree to about 1e-16 times the square of
-    the condition number of the normalised equations: 1e-12 or better for points that
-    fill both frames (tested to 1e-9 on a million). The provisional frame should have
-    the size of the data: points k box sizes away from the box cost a factor of k^4.
-
-    source_box, target_box: ((x_min, y_min), (x_max, y_max)) or None.
-    """
-
-    def __init__(self, source_box=None, target_box=None):
-        self._frames = [_box_frame(source_box), _box_frame(target_box)]
-        self._moments = np.zeros((4, 3, 3))
-        self.count = 0
-
-    def add(self, source, target, weights=None):
-        """Take in a block: source, target (n, 2), n >= 0; weights (n,) as in the DLT.
-
-        Raises InputError for values that are not finite and unequal lengths.
-        """
-        source, target, w = _checked(source, target, weights, fewest=0)
-        if len(source) == 0:
-            return
-        for i, points in enumerate((source, target)):
-            if self._frames[i] is None:
-                self._frames[i] = _box_frame((points.min(axis=0), points.max(axis=0)))
-        for start in range(0, len(source), BLOCK):
-            rows = slice(start, start + BLOCK)
-            s = _homogeneous(apply_homography(self._frames[0], source[rows]))
-            x, y = apply_homography(self._frames[1], target[rows]).T
-            ws = (w[rows] ** 2)[:, None] * s
-            factors = (np.ones_like(x), x, y, x * x + y * y)
-            self._moments += [s.T @ (f[:, None] * ws) for f in factors]
-        self.count += int(np.count_nonzero(w))
-
-    def solve(self):
-        """H (3, 3) of all points so far. Raises InputError as `homography_dlt` does."""
-        if self.count < 4:
-            raise InputError(
-                f"homography: found {self.count} points; at least four are needed"
-            )
-        M = self._moments / self._moments[0, 2, 2]
-        T_s = _normalising((M[0, :2, 2], M[0, 0, 0] + M[0, 1, 1]))
-        T_t = _normalising(((M[1, 2, 2], M[2, 2, 2]), M[3, 2, 2]))
-        one, x, y, square = T_s @ M @ T_s.T
-        a, b = T_t[0, 0], T_t[:2, 2]
-        square = a * a * square + 2 * a * (b[0] * x + b[1] * y) + (b @ b) * one
-        x, y = a * x + b[0] * one, a * y + b[1] * one
-        zero = np.zeros((3, 3))
-        normal = np.block([[one, zero, -x], [zero, one, -y], [-x, -y, square]])
-        values, vectors = np.linalg.eigh(normal)
-        H = vectors[:, 0].reshape(3, 3)
-        _refuse_degenerate(math.sqrt(max(values[1], 0.0) / values[8]), H, 1e-7)
-        return _denormalised(H, T_s @ self._frames[0], T_t @ self._frames[1])
 
 
 def homography_ransac(
@@ -139,15 +77,14 @@ def homography_ransac(
     not only their share. See `raxel.geometry.consensus` for the sources.
     """
     source, target, w = _checked(source, target, None)
-    T_s = _normalising(_mean_square(source, w))
-    T_t = _normalising(_mean_square(target, w))
+    T_s = normalising(source, w)
+    T_t = normalising(target, w)
     s, t = apply_homography(T_s, source), apply_homography(T_t, target)
     batch = int(np.clip(BLOCK // len(s), 1, 64))
     back = np.linalg.inv(T_t)
 
     def propose(count):
-        picks = _samples(rng, len(s), count)
-        return _four_point_homographies(_homogeneous(s)[picks], _homogeneous(t)[picks])
+        return four_point_homographies(s, t, random_samples(rng, len(s), count))
 
     if squared_errors is None:
         limit = (threshold * T_t[0, 0]) ** 2
@@ -226,8 +163,8 @@ def refine_homography(H, source, target, weights=None):
     from scipy.optimize import least_squares
 
     source, target, w = _checked(source, target, weights)
-    T_s = _normalising(_mean_square(source, w**2))
-    T_t = _normalising(_mean_square(target, w**2))
+    T_s = normalising(source, w**2)
+    T_t = normalising(target, w**2)
     s, t = apply_homography(T_s, source), apply_homography(T_t, target)
     h = (T_t @ np.asarray(H, float) @ np.linalg.inv(T_s)).ravel()
     h = h / np.linalg.norm(h)
@@ -278,17 +215,18 @@ def _checked(source, target, weights, fewest=4):
     return source, target, w
 
 
-def _mean_square(points, weights):
-    """Weighted mean (2,) and mean squared length of points."""
-    w = weights / weights.sum()
+def normalising(points, weights=None):
+    """Similarity (3, 3) that moves points (N, 2) to weighted mean zero and root mean
+    square distance sqrt(2). Raises InputError for points that are all the same."""
+    w = np.ones(len(points)) if weights is None else weights
+    w = w / w.sum()
     centre = w @ points
-    moved = points - centre
-    return centre, w @ np.sum(moved**2, axis=1) + centre @ centre
+    spread = w @ np.sum((points - centre) ** 2, axis=1)
+    return normalising_of(centre, spread + centre @ centre)
 
 
-def _normalising(mean_square):
-    """Similarity to mean zero and root mean square distance sqrt(2)."""
-    centre, square = np.asarray(mean_square[0]), mean_square[1]
+def normalising_of(centre, square):
+    """The same from the mean (2,) and the mean squared length of the points."""
     spread = square - centre @ centre
     if not spread > 1e-14 * square:
         raise InputError("homography: all points are the same; they must be spread out")
@@ -299,15 +237,6 @@ def _similarity(scale, centre):
     T = np.diag([scale, scale, 1.0])
     T[:2, 2] = -scale * np.asarray(centre)
     return T
-
-
-def _box_frame(box):
-    """Similarity that moves a box to the centre of the frame, with half diagonal 1."""
-    if box is None:
-        return None
-    low, high = np.asarray(box, float)
-    half = np.linalg.norm(high - low) / 2
-    return _similarity(1 / half if half > 0 else 1.0, (low + high) / 2)
 
 
 def _denormalised(H, T_s, T_t):
@@ -329,7 +258,7 @@ def _refuse_degenerate(ratio, H, floor):
         )
 
 
-def _samples(rng, count, size):
+def random_samples(rng, count, size):
     """Index sets (size, 4), each without repetition, from range(count)."""
     picks = rng.integers(0, count - np.arange(4), size=(size, 4))
     for k in range(1, 4):
@@ -339,8 +268,12 @@ def _samples(rng, count, size):
     return picks
 
 
-def _four_point_homographies(s, t):
-    """Exact H (m, 3, 3) for each sample (k, 4, 3) in general position; m <= k."""
+def four_point_homographies(source, target, picks):
+    """Exact H (m, 3, 3) for each sample (k, 4) of pairs in general position; m <= k.
+
+    source, target: (N, 2), of about unit size, which "general" is measured by.
+    """
+    s, t = _homogeneous(source)[picks], _homogeneous(target)[picks]
 
     def basis(p):
         rows = np.cross(p[:, [1, 2, 0]], p[:, [2, 0, 1]])

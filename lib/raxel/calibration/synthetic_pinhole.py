@@ -1,0 +1,116 @@
+"""A pinhole camera whose image plane is the base grid: its centre and grid poses.
+
+The rays of any central camera meet the base grid in a picture without distortion, and
+the homographies from the other grids to this picture are all that a plane-based pinhole
+calibration needs (thesis 4.1.1). Two such methods stand here behind one interface, in
+``PINHOLE_METHODS``: name -> function(homographies) -> (x, y, square of C_z).
+
+- ``sturm-maybank``: two linear equations for the image of the absolute conic per
+  homography, (4.6) to (4.10). P. Sturm and S. Maybank, CVPR 1999,
+  doi:10.1109/CVPR.1999.786974.
+- ``circle``: each homography leaves the centre one circle; the point nearest to all of
+  them. The two vanishing points of perpendicular directions see the centre under a
+  right angle, whatever the directions.
+
+The thesis also tried Wang and Liu (2006), does not describe it, and it could not be
+recovered; the circle is the natural other way to use the vanishing line, not theirs.
+
+Homographies map (x, y, 1) on a grid to the base plane, both in any unit.
+"""
+
+import numpy as np
+
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import nearest_rotation, pose
+
+# Share of a grid's points that may lie behind the centre before it is refused.
+BEHIND = 0.25
+
+
+def scaled(H):
+    """Homographies (..., 3, 3) with |h_1|^2 + |h_2|^2 = 2, so that all weigh alike."""
+    size = np.sqrt(np.sum(H[..., :2] ** 2, axis=(-2, -1)) / 2)
+    return H / size[..., None, None]
+
+
+def conic_rows(H):
+    """Rows (2, 4) of (4.8) and (4.9) for (w_11, w_13, w_23, w_33) of (4.6).
+
+    Twice (4.9): then a turn of the grid in its own plane only turns the pair of rows.
+    """
+
+    def row(g, h):
+        return np.array(
+            [
+                g[0] * h[0] + g[1] * h[1],
+                g[0] * h[2] + g[2] * h[0],
+                g[1] * h[2] + g[2] * h[1],
+                g[2] * h[2],
+            ]
+        )
+
+    first, second = H[:, 0], H[:, 1]
+    return np.stack([row(first, first) - row(second, second), 2 * row(first, second)])
+
+
+def conic_system(homographies):
+    """Matrix (2 (n - 1), 4) of (4.8), (4.9) of homographies (n - 1, 3, 3), scaled."""
+    return np.concatenate([conic_rows(H) for H in scaled(homographies)])
+
+
+def sturm_maybank(homographies):
+    """x, y and the square of z of the centre, by (4.6) to (4.10).
+
+    homographies: (n - 1, 3, 3), at least two, coordinates of about unit size.
+    """
+    w_11, w_13, w_23, w_33 = np.linalg.svd(conic_system(homographies))[2][3]
+    x, y = -w_13 / w_11, -w_23 / w_11
+    return x, y, w_33 / w_11 - x**2 - y**2
+
+
+def circle_of(H):
+    """The circle on which one homography puts the centre: v_0 (2,), axis (2,), radius.
+
+    v_0 lies in the base plane; the circle about it is perpendicular to the base plane
+    and to the axis, the direction of the grid's vanishing line.
+    """
+    d = H[2, :2]
+    length = np.hypot(*d)
+    along = (H[:2, 1] * d[0] - H[:2, 0] * d[1]) / length
+    v_0 = H[:2, :2] @ d / length**2
+    radius = np.hypot(*along) / length
+    return v_0, along / np.hypot(*along), radius
+
+
+def circle(homographies):
+    """As `sturm_maybank`: the nearest point to the circles of `circle_of`.
+
+    Being on a circle is linear in x, y and S = |C|^2: in the circle's plane, and
+    S - 2 v_0 . (x, y) = radius^2 - v_0^2. Either equation is scaled to a distance.
+    """
+    rows, values = [], []
+    for v_0, axis, radius in map(circle_of, homographies):
+        rows += [[*axis, 0.0], np.array([*(-2 * v_0), 1.0]) / (2 * radius)]
+        values += [axis @ v_0, (radius**2 - v_0 @ v_0) / (2 * radius)]
+    x, y, square = np.linalg.lstsq(np.array(rows), np.array(values), rcond=None)[0]
+    return x, y, square - x**2 - y**2
+
+
+PINHOLE_METHODS = {"sturm-maybank": sturm_maybank, "circle": circle}
+
+
+def grid_pose(H, centre, in_front):
+    """T_base_grid (4, 4) of a grid by (4.11) to (4.14), with the errata's signs.
+
+    H: (3, 3); centre: (3,) in the base frame; in_front: mean sign of (H q)_z over the
+    grid's points q. These lie on the side of the centre where the base plane is.
+    Raises CalibrationError for points on both sides.
+    """
+    if abs(in_front) < 1 - 2 * BEHIND:
+        raise CalibrationError("points of the grid lie on both sides of the centre")
+    x, y, z = centre
+    M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])
+    G = np.linalg.solve(M, H)
+    sign = -np.sign(z) * np.sign(in_front)
+    s = sign / np.mean(np.linalg.norm(G[:, :2], axis=0))
+    return pose(nearest_rotation(s * G[:, :2]), s * G[:, 2] + centre)
