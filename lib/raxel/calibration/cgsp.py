@@ -10,23 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.synthetic_pinhole import (
-    PINHOLE_METHODS,
-    conic_system,
-    grid_pose,
-    scaled,
-)
+from raxel.calibration.synthetic_pinhole import centre_of, grid_pose, scaled
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt, normalising
-from raxel.geometry.homography_stream import across, fit_homography
+from raxel.geometry.homography_stream import across, fit_homography, floating
 from raxel.geometry.robust_homography import robust_start
 
 SUBSET = 20_000  # pairs of rays that outliers are looked for among, as in the thesis
 FEWEST = 4  # rays that two grids must share
-# A system determined worse than this is refused even when there is no noise to see.
-DEGENERATE = 1e-9
-# The third singular value must stand out this far above the noise of the coefficients.
-NOISE_MARGIN = 5.0
+ROUNDS = 2  # of weighting; a third changes nothing
 FEWEST_INLIERS = 0.5  # share of the rays common to two grids
 
 
@@ -71,27 +63,54 @@ def linear_cgsp(
     homography of their grid, by the noise that the data show; a number does so by this
     standard deviation (mm, on the base grid, per axis). Both draw from rng, a numpy
     Generator, and look among ``subset`` random rays; all others are judged by what
-    these agree on. weights: (n, N) factors of the equations of grids 1 to n-1.
+    these agree on. weights: (n, N) factors of the equations of grids 1 to n-1; or
+    "image noise" for two more rounds with those of `image_noise_weights`.
 
-    Memory: a few bytes a ray beside the points, whatever N is.
+    Points in single precision are not copied. Memory: a few bytes a ray beside them, 40
+    while rays are weighted.
     Returns CgspSolution. Raises CalibrationError, naming the grid: fewer than three
     grids, fewer than four common rays, more than half outliers, grids parallel to the
     base or to each other, no real solution, points behind the centre.
     """
-    points = np.asarray(points, float)
+    points = floating(points)
     if len(points) < 3:
         raise CalibrationError(
-            f"CGSP: {len(points)} grids given; three or more are needed"
+            f"linear stage: {len(points)} grids given; three or more are needed"
         )
     if robust is not None and rng is None:
         raise ValueError("robust: needs rng, a numpy Generator")
     finite = np.isfinite(points[..., 0]) & np.isfinite(points[..., 1])
     seen = finite if seen is None else np.asarray(seen, bool) & finite
+    by_noise = isinstance(weights, str) and weights == "image noise"
     fits = []
     for k in range(1, len(points)):
-        factors = None if weights is None else weights[k]
+        factors = None if by_noise or weights is None else weights[k]
         fits.append(_homography(points, seen, k, robust, rng, factors, subset))
-    return _solution(points, fits, side, pinhole)
+    solution = _solution(points, fits, side, pinhole)
+    for _ in range(ROUNDS if by_noise else 0):
+        for k, fit in enumerate(fits, start=1):
+            factors = image_noise_weights(points[0], points[k], fit.H, solution.centre)
+            fits[k - 1] = fit_homography(
+                points[k], points[0], fit.H, use=fit.inliers, weights=factors
+            )
+        solution = _solution(points, fits, side, pinhole)
+    return solution
+
+
+def image_noise_weights(base, points, H, centre):
+    """Weights (N,) that make the equations of the DLT equally uncertain.
+
+    base, points: (N, 2), where rays meet the base and another grid; H: (3, 3) from the
+    grid to the base; centre: (3,). An error of the ray's direction alone, the same for
+    every ray, moves its point on the base by its range s and, away from the plane's
+    normal, by s sqrt(1 + m^2), m the tangent of the angle of incidence; the equation
+    holds this times (H q)_z.
+    """
+    across = (base - centre[:2]) / centre[2]
+    square = across[:, 0] ** 2 + across[:, 1] ** 2
+    heights = points @ H[2, :2] + H[2, 2]
+    ranges = abs(centre[2]) * np.sqrt(1 + square)
+    return 1 / (np.abs(heights) * ranges * np.sqrt(1 + square / 2))
 
 
 def _homography(points, seen, k, robust, rng, weights, subset):
@@ -100,8 +119,8 @@ def _homography(points, seen, k, robust, rng, weights, subset):
     common = np.flatnonzero(both)
     if len(common) < FEWEST:
         raise CalibrationError(
-            f"CGSP: grid {k} and the base (grid 0) share {len(common)} rays; at least"
-            f" {FEWEST} are needed: the grids must overlap in the image"
+            f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
+            f" at least {FEWEST} are needed: the grids must overlap in the image"
         )
     try:
         if robust is None:
@@ -117,10 +136,12 @@ def _homography(points, seen, k, robust, rng, weights, subset):
             points[k], points[0], start, use=both, limit=limit, weights=weights
         )
     except InputError as error:
-        raise CalibrationError(f"CGSP: grid {k} and the base: {error}") from None
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base: {error}"
+        ) from None
     if fit.count < FEWEST_INLIERS * len(common):
         raise CalibrationError(
-            f"CGSP: grid {k} and the base: {len(common) - fit.count} of"
+            f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
             f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
             " agree with no one homography; more than half are outliers, or the camera"
             " has no single centre"
@@ -136,21 +157,11 @@ def _solution(points, fits, side, pinhole):
         homographies.append(H)
         noise.append(sd)
     homographies = np.stack(homographies)
-    degeneracy, margin = _determined(homographies, max(noise))
-    x, y, square = PINHOLE_METHODS[pinhole](homographies)
-    if not square > 0:
-        raise CalibrationError(
-            "CGSP: C_z^2 is negative; the points are too noisy for these tilts"
-        )
-    centre = np.array([x, y, np.sign(side) * np.sqrt(square)]) / base[0, 0]
-    centre[:2] -= base[:2, 2] / base[0, 0]
+    centre, degeneracy, margin = centre_of(homographies, max(noise), side, pinhole)
+    centre = (centre - [*base[:2, 2], 0.0]) / base[0, 0]
     poses = [np.eye(4)]
     for k, fit in enumerate(fits, start=1):
-        in_front = _in_front(fit, points[k])
-        try:
-            poses.append(grid_pose(fit.H, centre, in_front))
-        except CalibrationError as error:
-            raise CalibrationError(f"CGSP: grid {k}: {error}") from None
+        poses.append(grid_pose(fit.H, centre, _in_front(fit, points[k])))
     inliers = np.stack([fit.inliers for fit in fits])
     return CgspSolution(
         centre,
@@ -182,27 +193,3 @@ def _in_front(fit, points):
     """Mean sign of (H q)_z over the points (N, 2) of a grid."""
     picked = _some(points, fit.inliers)
     return float(np.mean(np.sign(picked @ fit.H[2, :2] + fit.H[2, 2])))
-
-
-def _determined(homographies, noise):
-    """Degeneracy and margin; CalibrationError where the centre is open."""
-    singular = np.linalg.svd(conic_system(homographies), compute_uv=False)
-    degeneracy = singular[2] / singular[0]
-    # Exact points leave rounding alone.
-    margin = singular[2] / max(noise, 1e-15)
-    if degeneracy < DEGENERATE or margin < NOISE_MARGIN:
-        raise CalibrationError(
-            f"CGSP: {_parallel(homographies, noise)} (singular-value ratio"
-            f" {degeneracy:.1e}); tilt the grids differently"
-        )
-    return float(degeneracy), float(margin)
-
-
-def _parallel(homographies, noise):
-    """Which grids cannot be told from parallel ones, in words."""
-    tilts = np.hypot(homographies[:, 2, 0], homographies[:, 2, 1])
-    floor = NOISE_MARGIN * max(noise, DEGENERATE)
-    flat = [str(k) for k, tilt in enumerate(tilts, start=1) if tilt < floor]
-    if flat:
-        return f"parallel to the base within the noise: grid {', '.join(flat)}"
-    return "the grids are parallel to each other within the noise"

@@ -19,15 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.bilinear import solve_coefficients
+from raxel.calibration.synthetic_pinhole import DEGENERATE, centre_of, grid_pose
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import nearest_rotation, pose
 
-# A system determined worse than this is refused even when there is no noise to see.
-DEGENERATE = 1e-9
-# The third singular value must stand out this far above the noise of the coefficients.
-NOISE_MARGIN = 5.0
-# Share of a grid's points that may lie behind the centre before it is refused.
-BEHIND = 0.25
 # (2.23): a divisor below this share of its natural size is 0 within rounding.
 VANISHING = 1e-9
 
@@ -56,6 +51,10 @@ class Similarity(NamedTuple):
     def apply(self, points):
         return self.scale * (points - self.offset)
 
+    def matrix(self):
+        x, y = -self.scale * self.offset
+        return np.array([[self.scale, 0.0, x], [0.0, self.scale, y], [0.0, 0.0, 1.0]])
+
 
 class GridPair(NamedTuple):
     """What the rays common to the base and one grid say: coefficients at one scale.
@@ -72,6 +71,10 @@ class GridPair(NamedTuple):
     grid: Similarity
     in_front: float
     noise: float
+
+    def homography(self):
+        """H (3, 3) from the grid to the base, in normalised coordinates."""
+        return np.stack([-self.w_b, -self.v_b, self.shared])
 
 
 def linear_well_conditioned(points, seen=None, *, side=-1, weights=None):
@@ -141,9 +144,12 @@ def solve_grid_pairs(pairs, side=-1):
             f"linear stage: {len(pairs) + 1} grids given; three or more are needed"
         )
     centre, degeneracy, margin = _centre(pairs, side)
-    poses = [np.eye(4)] + [_grid_pose(pair, centre) for pair in pairs]
     base = pairs[0].base
     centre = centre / base.scale + np.append(base.offset, 0.0)
+    poses = [np.eye(4)]
+    for pair in pairs:
+        H = np.linalg.solve(pair.base.matrix(), pair.homography()) @ pair.grid.matrix()
+        poses.append(grid_pose(H, centre, pair.in_front))
     return LinearSolution(centre, np.stack(poses), degeneracy, margin)
 
 
@@ -156,79 +162,8 @@ def margin_of_pairs(pairs):
 
 
 def _centre(pairs, side):
-    """Normalised centre: (2.25) is linear in C_x, C_y, S = |C|^2 and (lambda C_z)^2.
-
-    The difference of the two norm equations and twice the product r_1 . r_2 are free of
-    lambda; this pair is invariant to the rotation of a grid in its own plane.
-    """
-    rows = []
-    for pair in pairs:
-        d, a, b = pair.shared[:2], pair.w_b[:2], pair.v_b[:2]
-        rows.append(
-            [
-                2 * (a[0] * d[0] - a[1] * d[1]),
-                2 * (b[0] * d[0] - b[1] * d[1]),
-                d[0] ** 2 - d[1] ** 2,
-                a[0] ** 2 - a[1] ** 2 + b[0] ** 2 - b[1] ** 2,
-            ]
-        )
-        rows.append(
-            [
-                2 * (a[0] * d[1] + a[1] * d[0]),
-                2 * (b[0] * d[1] + b[1] * d[0]),
-                2 * d[0] * d[1],
-                2 * (a[0] * a[1] + b[0] * b[1]),
-            ]
-        )
-    _, singular, right = np.linalg.svd(np.array(rows))
-    degeneracy = singular[2] / singular[0]
-    # Exact points leave rounding alone.
-    margin = singular[2] / max(max(pair.noise for pair in pairs), 1e-15)
-    if degeneracy < DEGENERATE or margin < NOISE_MARGIN:
-        raise CalibrationError(
-            "linear stage: grids parallel to the base or to each other"
-            f" (singular-value ratio {degeneracy:.1e}); tilt the boards differently"
-        )
-    c_x, c_y, s = right[3, :3] / right[3, 3]
-    square = s - c_x**2 - c_y**2
-    if not square > 0:
-        raise CalibrationError(
-            "linear stage: C_z^2 is negative; the points are too noisy for these tilts"
-        )
-    centre = np.array([c_x, c_y, np.sign(side) * np.sqrt(square)])
-    return centre, float(degeneracy), float(margin)
-
-
-def _grid_pose(pair, centre):
-    """T_base_grid of one grid in original lengths, from the normalised centre."""
-    d = pair.shared[:2]
-    columns = np.stack(
-        [
-            pair.w_b[:2] + d * centre[0],
-            pair.v_b[:2] + d * centre[1],
-            d * centre[2],
-        ]
-    )
-    if abs(pair.in_front) < 1 - 2 * BEHIND:
-        raise CalibrationError(
-            "linear stage: points of a grid lie on both sides of the camera centre"
-        )
-    # lambda (P_z - C_z) has the sign of -C_z lambda on the data (cheirality).
-    sign = -np.sign(centre[2]) * np.sign(pair.in_front)
-    ratio = pair.base.scale / pair.grid.scale
-    scale = sign * np.mean(np.linalg.norm(columns, axis=0)) / abs(centre[2]) / ratio
-    rotation = nearest_rotation(columns / (scale * ratio * centre[2]))
-    t = np.array(
-        [
-            (pair.w_b[2] + pair.shared[2] * centre[0]) / (scale * centre[2])
-            + centre[0],
-            (pair.v_b[2] + pair.shared[2] * centre[1]) / (scale * centre[2])
-            + centre[1],
-            pair.shared[2] / scale + centre[2],
-        ]
-    )
-    translation = t / pair.base.scale + np.append(pair.base.offset, 0.0)
-    return pose(rotation, translation - rotation[:, :2] @ pair.grid.offset)
+    homographies = np.stack([pair.homography() for pair in pairs])
+    return centre_of(homographies, max(pair.noise for pair in pairs), side)
 
 
 # ---------------------------------------------------------------------- as printed

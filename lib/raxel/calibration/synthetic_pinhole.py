@@ -23,6 +23,10 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import nearest_rotation, pose
 
+# A system determined worse than this is refused even when there is no noise to see.
+DEGENERATE = 1e-9
+# The third singular value must stand out this far above the noise of the coefficients.
+NOISE_MARGIN = 5.0
 # Share of a grid's points that may lie behind the centre before it is refused.
 BEHIND = 0.25
 
@@ -99,6 +103,45 @@ def circle(homographies):
 PINHOLE_METHODS = {"sturm-maybank": sturm_maybank, "circle": circle}
 
 
+def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
+    """The centre (3,) in the base frame, its degeneracy and its margin.
+
+    homographies: (n - 1, 3, 3), two or more, `scaled`, coordinates of about unit size;
+    noise: standard deviation of their entries, as a length; side: sign of C_z; pinhole:
+    a name of PINHOLE_METHODS. degeneracy: third over first singular value of (4.8) and
+    (4.9) for all grids; margin: the third over the noise.
+
+    Raises CalibrationError for grids that are parallel, to the base or to each other,
+    as far as the noise lets one tell, and where C_z is not real.
+    """
+    singular = np.linalg.svd(conic_system(homographies), compute_uv=False)
+    degeneracy = singular[2] / singular[0]
+    # Exact points leave rounding alone.
+    margin = singular[2] / max(noise, 1e-15)
+    if degeneracy < DEGENERATE or margin < NOISE_MARGIN:
+        raise CalibrationError(
+            f"linear stage: {_parallel(homographies, noise)} (singular-value ratio"
+            f" {degeneracy:.1e}); tilt the grids differently"
+        )
+    x, y, square = PINHOLE_METHODS[pinhole](homographies)
+    if not square > 0:
+        raise CalibrationError(
+            "linear stage: C_z^2 is negative; the points are too noisy for these tilts"
+        )
+    centre = np.array([x, y, np.sign(side) * np.sqrt(square)])
+    return centre, float(degeneracy), float(margin)
+
+
+def _parallel(homographies, noise):
+    """Which grids cannot be told from parallel ones, in words."""
+    tilts = np.hypot(homographies[:, 2, 0], homographies[:, 2, 1])
+    floor = NOISE_MARGIN * max(noise, DEGENERATE)
+    flat = [str(k) for k, tilt in enumerate(tilts, start=1) if tilt < floor]
+    if flat:
+        return f"parallel to the base as far as the noise tells: grid {', '.join(flat)}"
+    return "the grids are parallel to each other as far as the noise tells"
+
+
 def grid_pose(H, centre, in_front):
     """T_base_grid (4, 4) of a grid by (4.11) to (4.14), with the errata's signs.
 
@@ -107,7 +150,9 @@ def grid_pose(H, centre, in_front):
     Raises CalibrationError for points on both sides.
     """
     if abs(in_front) < 1 - 2 * BEHIND:
-        raise CalibrationError("points of the grid lie on both sides of the centre")
+        raise CalibrationError(
+            "linear stage: points of a grid lie on both sides of the camera centre"
+        )
     x, y, z = centre
     M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])
     G = np.linalg.solve(M, H)

@@ -45,8 +45,7 @@ def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=Non
     is one byte a pair. Raises InputError when fewer than four pairs are left or they
     leave H open.
     """
-    source = np.ascontiguousarray(source, float)
-    target = np.ascontiguousarray(target, float)
+    source, target = floating(source), floating(target)
     if source.ndim != 2 or source.shape[1] != 2 or source.shape != target.shape:
         raise InputError(
             f"homography: found points {source.shape} and {target.shape}; give two "
@@ -165,6 +164,13 @@ def _solved(sums, near, T_s, T_t, inliers, count):
     back = across(h) @ back / np.linalg.norm(h)
     H = (h / np.linalg.norm(h)).reshape(3, 3)
     return HomographyFit(H, variance * back @ inverse @ back.T, inliers, count)
+
+
+def floating(values):
+    """Values as a contiguous array of floats; single precision stays, not copied."""
+    values = np.asarray(values)
+    kept = values.dtype if values.dtype == np.float32 else float
+    return np.ascontiguousarray(values, kept)
 
 
 def across(h):
