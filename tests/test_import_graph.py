@@ -18,6 +18,7 @@ from tests.import_graph import (
 ROOMS = (
     "errors",
     "memory",
+    "processors",
     "reading",
     "files",
     "documents",

@@ -39,6 +39,7 @@ from raxel.features.active_grid.neighbours import (
 from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.places import decode_rows
 from raxel.features.active_grid.reading import LEAST_MODULATION, read_rows
+from raxel.processors import processors
 
 ROWS_AT_ONCE = 128
 SPECK = 2  # px; so small, a spot without light is no rim
@@ -361,10 +362,3 @@ def _both_axes(array, codes):
         array = np.full((2, *only.shape), missing, array.dtype)
         array[codes[0].axis] = only
     return np.moveaxis(array, 0, 2)
-
-
-def processors():
-    """How many processors this process may use."""
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1

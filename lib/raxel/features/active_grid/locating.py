@@ -12,8 +12,9 @@ from numba import njit
 
 from raxel.errors import InputError
 from raxel.features.active_grid.coding import plan_arrays, read_coding
-from raxel.features.active_grid.decode import checked_pictures, processors
+from raxel.features.active_grid.decode import checked_pictures
 from raxel.features.active_grid.places import turns
+from raxel.processors import processors
 
 PIECE = 32768  # px whose intermediate values stay near the processor
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
