@@ -13,6 +13,7 @@ from raxel.calibration.bundle import (
     ray_point_residuals,
 )
 from raxel.calibration.cgsp import CgspSolution, linear_cgsp
+from raxel.calibration.consistent import ConsistentResult, adjust_consistent
 from raxel.calibration.correspondence import (
     BoardView,
     locate_pixels,
@@ -48,12 +49,14 @@ __all__ = [
     "BoardView",
     "BundleResult",
     "CgspSolution",
+    "ConsistentResult",
     "DenseView",
     "GenericCalibration",
     "KnownMotionRays",
     "LinearSolution",
     "RayPose",
     "ZhangCalibration",
+    "adjust_consistent",
     "bilinear_products",
     "bundle_adjust_fixed_centre",
     "calibrate_generic",

@@ -65,7 +65,7 @@ def bundle_adjust_fixed_centre(
     rays with the others, or values are not finite.
     """
     q = _homogeneous(points, seen)
-    _check_shared(np.asarray(seen, bool))
+    check_shared(np.asarray(seen, bool))
     poses = np.array(T_base_grid, float)
     cost, normal, gradient = reduced_normal_equations(q, centre, poses)
     if not np.isfinite(cost):
@@ -77,7 +77,7 @@ def bundle_adjust_fixed_centre(
     for _ in range(iterations):
         if converged:
             break
-        step = _damped_step(normal, gradient, damping)
+        step = damped_step(normal, gradient, damping)
         trial = moved_poses(poses, step)
         new = reduced_normal_equations(q, centre, trial)
         if new[0] < cost:
@@ -203,7 +203,7 @@ def _homogeneous(points, seen):
     return q
 
 
-def _check_shared(seen):
+def check_shared(seen):
     shared = seen & (np.sum(seen, axis=0) >= 2)
     for k in np.flatnonzero(np.sum(shared, axis=1) < 3):
         raise CalibrationError(
@@ -241,7 +241,7 @@ def _best_directions(p):
     return u
 
 
-def _damped_step(normal, gradient, damping):
+def damped_step(normal, gradient, damping):
     """Marquardt step; the diagonal weighs angles against lengths."""
     diagonal = np.diag(normal)
     scale = np.sqrt(np.maximum(diagonal, 1e-12 * np.max(diagonal)))
