@@ -10,6 +10,7 @@ from raxel.cameras import (
     LiftedRationalCamera,
     MicusikPajdlaCamera,
     RationalCubicCamera,
+    RaySplineCamera,
     ScaramuzzaCamera,
     ShahAggarwalCamera,
     TardifCamera,
@@ -85,6 +86,9 @@ PARAMETERS = dict(
         strict=True,
     )
 )
+SPLINE = np.random.default_rng(8).uniform(-4, 4, (11, 14, 2))
+ZOO["ray spline"] = RaySplineCamera(ZOO["kannala-brandt 9"], 60, SPLINE, *SIZE)
+PARAMETERS["ray spline"] = 9 + SPLINE.size
 
 
 def unit(points):

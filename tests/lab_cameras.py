@@ -130,6 +130,9 @@ def _named():
     poses, outlines = zip(facet(150, -80), facet(-150, 80), strict=True)
     two = CAMERAS["planar mirrors"](WIDE, np.array(poses), outlines)
     yield "planar mirrors", two, ((62, 70), (138, 90))
+    control = np.random.default_rng(3).uniform(-2, 2, (7, 8, 2))
+    law = {"spacing_px": 40, "control": control, **SIZE}
+    yield "ray spline", make("ray spline", trend=WIDE, **law), one
 
 
 EVERY = {name: (camera, places) for name, camera, places in _named()}

@@ -25,6 +25,7 @@ from raxel.cameras.ray_polynomials import (
     ScaramuzzaCamera,
     TardifCamera,
 )
+from raxel.cameras.ray_spline import RaySplineCamera
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.cameras.unified_sphere import UnifiedSphereCamera
 from raxel.cameras.xslits import XSlitsCamera
@@ -49,6 +50,7 @@ __all__ = [
     "PushbroomCamera",
     "QuadricMirrorCamera",
     "RationalCubicCamera",
+    "RaySplineCamera",
     "Rays",
     "ScaramuzzaCamera",
     "ShahAggarwalCamera",

@@ -20,6 +20,7 @@ from raxel.cameras.ray_polynomials import (
     ScaramuzzaCamera,
     TardifCamera,
 )
+from raxel.cameras.ray_spline import RaySplineCamera
 from raxel.cameras.unified_sphere import UnifiedSphereCamera
 from raxel.cameras.xslits import XSlitsCamera
 from raxel.errors import InputError, did_you_mean
@@ -48,6 +49,7 @@ CAMERAS = {
         XSlitsCamera,
         PushbroomCamera,
         AxialCamera,
+        RaySplineCamera,
     )
 }
 

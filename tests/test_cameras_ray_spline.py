@@ -1,0 +1,169 @@
+"""A ray field on a trend: its spline, its inverse, its region, its uncertainty."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from raxel.cameras import FisheyeCamera, RaySplineCamera, load_camera
+from raxel.cameras.cubic_field import (
+    control_shape,
+    field_at,
+    shares,
+    steepest,
+    undisplaced,
+)
+from raxel.errors import InputError
+from raxel.geometry.poses import pose, rotation_from_vector
+
+W, H, SPACING = 200, 150, 30.0
+SHAPE = control_shape(W, H, SPACING)
+TREND = FisheyeCamera("equidistance", 70, (99, 76), W, H)
+CONTROL = np.random.default_rng(4).uniform(-2, 2, (*SHAPE, 2))
+
+
+def spline(control=CONTROL, **more):
+    return RaySplineCamera(TREND, SPACING, control, W, H, **more)
+
+
+def positions(count, margin=0.0, seed=5):
+    rng = np.random.default_rng(seed)
+    low, high = -0.5 - margin, np.array([W, H]) - 0.5 + margin
+    return rng.uniform(low, high, (count, 2))
+
+
+def test_the_field_is_the_tensor_product_of_cubic_splines():
+    pixels = positions(500)
+    found, _ = field_at(pixels, CONTROL, SPACING)
+    # Knots in px: three cells before the image's corner and three after the last.
+    knots = [SPACING * np.arange(-3, n + 1) - 0.5 for n in SHAPE]
+    down = BSpline.design_matrix(pixels[:, 1], knots[0], 3).toarray()
+    along = BSpline.design_matrix(pixels[:, 0], knots[1], 3).toarray()
+    expected = np.einsum("nr,nc,rcx->nx", down, along, CONTROL)
+    np.testing.assert_allclose(found, expected, atol=1e-13)
+
+
+def test_shares_give_the_field_inside_and_outside():
+    pixels = positions(2000, margin=150)
+    index, share = shares(pixels, SHAPE, SPACING)
+    found, _ = field_at(pixels, CONTROL, SPACING)
+    given = np.sum(share[..., None] * CONTROL.reshape(-1, 2)[index], axis=1)
+    np.testing.assert_allclose(given, found, atol=1e-13)
+    inside = np.all((pixels > -0.5) & (pixels < [W - 0.5, H - 0.5]), axis=1)
+    np.testing.assert_allclose(share[inside].sum(axis=1), 1)
+
+
+def test_slopes_are_those_of_differences():
+    pixels, step = positions(500, margin=100), 1e-4
+    _, slopes = field_at(pixels, CONTROL, SPACING)
+    for axis, shift in enumerate(step * np.eye(2)):
+        ahead, _ = field_at(pixels + shift, CONTROL, SPACING)
+        behind, _ = field_at(pixels - shift, CONTROL, SPACING)
+        differences = (ahead - behind) / (2 * step)
+        np.testing.assert_allclose(slopes[:, :, axis], differences, atol=1e-8)
+    assert np.linalg.norm(slopes, ord=2, axis=(1, 2)).max() <= steepest(
+        CONTROL, SPACING
+    )
+
+
+def test_every_position_is_reached_once_even_by_a_steep_field():
+    control = CONTROL * (0.89 / steepest(CONTROL, SPACING))
+    pixels = positions(5000, margin=200)
+    targets = pixels + field_at(pixels, control, SPACING)[0]
+    back = undisplaced(targets, control, SPACING)
+    np.testing.assert_allclose(back, pixels, atol=1e-11)
+    assert np.isnan(undisplaced(np.full((1, 2), np.nan), control, SPACING)).all()
+
+
+def test_far_from_the_control_values_it_is_the_trend():
+    camera = spline()
+    beyond = np.array([[-100.0, 40], [80, 290], [420, -200]])
+    np.testing.assert_array_equal(camera.displacement(beyond), 0)
+    seen, trend = camera.rays(beyond), TREND.rays(beyond)
+    np.testing.assert_array_equal(seen.directions, trend.directions)
+    edge = camera.displacement(np.array([[-0.5 - 2.99 * SPACING, 40]]))
+    assert 0 < np.abs(edge).max() < 1e-6
+
+
+def test_a_pose_moves_centre_and_rays():
+    T = pose(rotation_from_vector([0.1, -0.2, 2.0]), [3.0, 4.0, -5.0])
+    moved, plain = spline(T_camera_trend=T), spline()
+    pixels = positions(300)
+    rays, still = moved.rays(pixels), plain.rays(pixels)
+    np.testing.assert_allclose(rays.origins, [T[:3, 3]] * 300)
+    expected = still.directions @ T[:3, :3].T
+    np.testing.assert_allclose(rays.directions, expected, atol=1e-14)
+    back = moved.project(rays.origins + 700 * rays.directions)
+    np.testing.assert_allclose(back.pixels, pixels, atol=1e-10)
+
+
+def test_region_and_uncertainty_belong_to_their_cells():
+    cells = SHAPE[0] - 3, SHAPE[1] - 3
+    covered = np.zeros(cells, bool)
+    covered[1, 2] = True
+    nodes = 2 * cells[0] + 1, 2 * cells[1] + 1
+    v, u = np.mgrid[: nodes[0], : nodes[1]] * SPACING / 2 - 0.5
+    # Linear over the image, which bilinear interpolation keeps.
+    covariance = np.stack([2 + u / 100, 0.1 + v / 1000, 3 + v / 50], axis=2)
+    camera = spline(covered=covered, covariance=covariance)
+    pixels = positions(400)
+    within = np.all((pixels >= [59.5, 29.5]) & (pixels < [89.5, 59.5]), axis=1)
+    np.testing.assert_array_equal(camera.covers(pixels), within)
+    assert not camera.covers(np.array([[-1, 5], [5, H], [np.nan, 5]])).any()
+    found = camera.pixel_covariance(pixels)
+    np.testing.assert_allclose(found[:, 0, 0], 2 + pixels[:, 0] / 100)
+    np.testing.assert_allclose(found[:, 1, 0], 0.1 + pixels[:, 1] / 1000)
+    assert np.isnan(camera.pixel_covariance(np.array([[-1.0, 5]]))).all()
+    assert np.isnan(spline().pixel_covariance(pixels)).all()
+
+
+def test_covariance_of_rays_is_that_of_drawn_fields():
+    """A field that is off by a constant draw turns the rays as stated."""
+    cells = SHAPE[0] - 3, SHAPE[1] - 3
+    stated = np.array([[4e-4, 1e-4], [1e-4, 9e-4]])
+    nodes = np.empty((2 * cells[0] + 1, 2 * cells[1] + 1, 3))
+    nodes[:] = stated[[0, 0, 1], [0, 1, 1]]
+    camera = spline(covariance=nodes)
+    pixels = positions(6)
+    errors = np.random.default_rng(6).multivariate_normal([0, 0], stated, 1000)
+    drawn = np.stack(
+        [spline(CONTROL + error).rays(pixels).directions for error in errors], axis=1
+    )
+    for of_pixel, directions in zip(camera.ray_covariance(pixels), drawn, strict=True):
+        counted = np.cov(directions.T)
+        np.testing.assert_allclose(of_pixel, counted, atol=0.15 * counted.max())
+
+
+def test_a_file_brings_all_of_it_back(tmp_path):
+    cells = SHAPE[0] - 3, SHAPE[1] - 3
+    covered = np.random.default_rng(7).random(cells) > 0.5
+    covariance = np.ones((2 * cells[0] + 1, 2 * cells[1] + 1, 3))
+    T = pose(rotation_from_vector([0.1, 0, 0]), [1.0, 2, 3])
+    camera = spline(covered=covered, covariance=covariance, T_camera_trend=T)
+    camera.save(tmp_path / "camera.npz")
+    again = load_camera(tmp_path / "camera.npz")
+    for name in ("control", "covered", "covariance", "T_camera_trend", "spacing_px"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(camera, name))
+    pixels = positions(50)
+    np.testing.assert_array_equal(
+        again.rays(pixels).directions, camera.rays(pixels).directions
+    )
+
+
+BAD = {
+    "trend": ({"trend": 5}, "'trend': found int"),
+    "spacing": ({"spacing_px": 0.5}, "'spacing_px'.*1 px at least"),
+    "control": ({"control": np.zeros((3, 3, 2))}, r"'control': shape \(3, 3, 2\)"),
+    "fold": ({"control": 40 * CONTROL}, "'control': changes by up to .* might fold"),
+    "covered": ({"covered": np.ones((2, 2), bool)}, "'covered': shape"),
+    "covariance": ({"covariance": np.ones((2, 2, 3))}, "'covariance': shape"),
+    "pose": ({"T_camera_trend": 2 * np.eye(4)}, "'T_camera_trend': not a pose"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_makes_no_such_camera_is_named(name):
+    change, message = BAD[name]
+    fields = {"trend": TREND, "spacing_px": SPACING, "control": CONTROL}
+    with pytest.raises(InputError, match=message) as fault:
+        RaySplineCamera(**fields | {"width": W, "height": H} | change)
+    assert "\n" not in str(fault.value)
