@@ -69,7 +69,7 @@ def test_what_is_left_beside_a_break_is_as_good_as_it_says(jump, smooth):
             assert found.counts()[BROKEN] > 6 * len(away)
             assert not found.mask[away < 2].any()
         near.append(off[(away < 16) & np.isfinite(off[..., 0])])
-        lost.append((found.status == breaks.BREAK)[away > 12])
+        lost.append((found.status == breaks.BREAK)[away > found.margin_px + 6])
     near = np.concatenate(near)
     assert 0.60 < np.mean(near < 1) < 0.75
     assert np.mean(near.max(axis=1) > 6) < 0.003

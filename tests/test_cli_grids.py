@@ -66,7 +66,8 @@ def test_the_rendered_camera_is_recovered(rendered, tmp_path, capsys, model, mos
     for image, grid in zip(result["images"], result["grids"], strict=True):
         assert image["n_corners"] == grid["points"]
         assert 900 < grid["points"] < 1600
-        assert grid["pixels"] > 0.4 * 320 * 240
+        # Of the monitor, what is 8 px or more from its rim: the blur reaches so far.
+        assert grid["pixels"] > 0.38 * 320 * 240
     # Points are sure to about 0.03 px.
     assert result["rms_px"] < 0.05
     scores = tmp_path / "scores.json"

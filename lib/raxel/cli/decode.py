@@ -62,6 +62,8 @@ def _summary(label, found):
         "median_sigma": [_median(decoded.sigma[..., axis]) for axis in (0, 1)],
         "noise_floor": decoded.noise.floor,
         "noise_slope": decoded.noise.slope,
+        "blur_px": decoded.blur_px,
+        "margin_px": decoded.margin_px,
         "as_in_a_mirror": found.as_in_a_mirror,
     }
 
@@ -93,4 +95,6 @@ def _line(view):
         if value is not None
     )
     mirror = "; seen as in a mirror" if view["as_in_a_mirror"] else ""
-    return f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}{mirror}"
+    blur = "" if view["blur_px"] is None else f"; blur {view['blur_px']:.2g} px"
+    margin = f"{blur}, margin {view['margin_px']} px"
+    return f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}{margin}{mirror}"

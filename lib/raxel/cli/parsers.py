@@ -179,8 +179,8 @@ def _add_decode(commands):
         "--margin",
         metavar="PX",
         type=_seed,
-        default=6,
-        help="leave out so much at the rim of the lit area and at jumps (default 6)",
+        help="leave out so much at the rim of the lit area and at jumps (default: as "
+        "far as windows and the blur reach, 6 at least)",
     )
 
 

@@ -6,16 +6,15 @@ sines gives the place in it, in four quadrants (3.23).
 """
 
 import threading
-from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
-from raxel.errors import InputError
 from raxel.features.active_grid.bias import OF_NEIGHBOURS, OF_WINDOWS, squared_bias
-from raxel.features.active_grid.breaks import EVERY, HALF, find_breaks, mark_breaks
-from raxel.features.active_grid.coding import plan_arrays, read_coding
+from raxel.features.active_grid.blur import Blur, measured_blur
+from raxel.features.active_grid.breaks import EVERY, find_breaks
+from raxel.features.active_grid.coding import plan_arrays
 from raxel.features.active_grid.layout import (
     AHEAD,
     ALONE,
@@ -31,19 +30,16 @@ from raxel.features.active_grid.layout import (
     UNREADABLE,
     empty_rows,
 )
-from raxel.features.active_grid.neighbours import (
-    fill_holes,
-    mark_rim,
-    smooth_neighbours,
-)
+from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
 from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.places import decode_rows
 from raxel.features.active_grid.reading import LEAST_MODULATION, read_rows
+from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
+from raxel.features.active_grid.stack import PictureStack
 from raxel.processors import processors
 
 ROWS_AT_ONCE = 128
-SPECK = 2  # px; so small, a spot without light is no rim
-MARGIN_PX = 6  # three, and three times the blur of an ordinary lens
+MARGIN_PX = 6  # at least, and where the blur cannot be measured
 REASONS = {
     DECODED: "decoded",
     FILLED: "filled from neighbours",
@@ -66,7 +62,9 @@ class Decoded:
     `mask` is False, and along an axis without patterns. cells: (H, W, 2) int16, the
     period (of a code without phases the cell) of each axis, -1 just before the first;
     of no meaning where `mask` is False. status: (H, W) uint8, a key of REASONS.
-    noise: the Noise that sigma was computed with.
+    noise: the Noise that sigma was computed with. blur_px: standard deviation of the
+    blur, given or measured, None where it could not be. margin_px: what was left out at
+    the rim of the lit area.
     """
 
     location: np.ndarray
@@ -75,6 +73,8 @@ class Decoded:
     status: np.ndarray
     unit: str
     noise: Noise
+    blur_px: float | None
+    margin_px: int
 
     @property
     def mask(self):
@@ -90,8 +90,7 @@ class Decoded:
 def decode(
     images, patterns, monitor, *,
     white=None, black=None, smooth=True, neighbours=False, fill=False,
-    margin_px=MARGIN_PX, noise=None, saturated=None, blur_px=0.0, threads=None,
-    into=None,
+    margin_px=None, noise=None, saturated=None, blur_px=None, threads=None, into=None,
 ):  # fmt: skip
     """Decode the pictures of one view of an active grid.
 
@@ -110,10 +109,11 @@ def decode(
     of their neighbours, where these lie on opposite sides and agree (both 3.2.2).
     margin_px: pixels so close to the rim of the lit area are left out, as a blurred one
     sees what is beside it, and those about so close to a jump of the surface that is
-    seen. noise: standard deviation of a grey value, or a `Noise`; None: estimated from
-    the pictures. saturated: the value from which a sine counts as clipped, by default
-    the largest one. blur_px: standard deviation of the blur of lens and monitor, where
-    it is known, for its part in sigma. threads: by default one per processor. into: a
+    seen; None: as far as windows and blur reach, MARGIN_PX at least. noise: standard
+    deviation of a grey value, or a `Noise`; None: estimated from the pictures.
+    saturated: the value from which a sine counts as clipped, by default the largest
+    one. blur_px: standard deviation of the blur of lens and monitor; None: measured at
+    the edges of the Gray code (`blur`). threads: by default one per processor. into: a
     Decoded of an earlier view of this size and these patterns, whose arrays are written
     over and handed back: to get new memory takes its time.
 
@@ -122,64 +122,53 @@ def decode(
     response that is not linear is not in it: with four steps its third order shifts
     the phase. Raises InputError for pictures and patterns that do not fit together.
     """
-    stack = checked_pictures(images, patterns)
-    codes = read_coding(patterns, monitor.monitor_px)
-    unit = np.ones(2)
-    if monitor.monitor_mm:
-        unit = np.divide(monitor.monitor_mm, monitor.monitor_px)
-    stack = _Stack(stack, codes, white, black)
+    stack = PictureStack(images, patterns, monitor.monitor_px, white, black)
     limit = np.iinfo(stack.dtype).max if saturated is None else int(saturated)
     if noise is None:
         noise = estimate_noise(stack.for_noise(), limit)
     elif not isinstance(noise, Noise):
         noise = Noise(float(noise) ** 2)
-    height, width = stack.shape
+    if blur_px is None:
+        blur = measured_blur(stack, noise)
+    else:
+        blur = Blur(float(blur_px), 2 * float(blur_px))
+    margins = _margins(margin_px, blur, smooth)
+    unit = np.ones(2)
+    if monitor.monitor_mm:
+        unit = np.divide(monitor.monitor_mm, monitor.monitor_px)
     plan = plan_arrays(stack.codes, monitor.monitor_px, unit)
-    out = _arrays((len(codes), height, width), into)
-    variance = tuple(map(np.float32, noise))
-    limit = stack.dtype.type(limit)
-    averaged = blur_px**2 + OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
+    averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
+    averaged += blur.px**2 if blur else 0
     least = LEAST_MODULATION * np.sqrt(noise.at(0))
-    bias = squared_bias(images, codes, averaged, least)
-    settings = plan, smooth, neighbours, limit, variance, bias
-
-    parts = range(0, height, ROWS_AT_ONCE)
+    bias = squared_bias(images, stack.seen, averaged, least)
+    settings = plan, smooth, neighbours, stack.dtype.type(limit), noise, bias
+    out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:
-        kept = threading.local()
-
-        def decode_part(first):
-            if not hasattr(kept, "rows"):
-                kept.rows = empty_rows(len(codes), width, stack.dtype)
-            _decode_part(stack, first, settings, kept.rows, out)
-
-        def trim_part(first):
-            _trim(first, min(first + ROWS_AT_ONCE, height), margin_px, out)
-
-        def find_part(first):
-            stop = min(first + ROWS_AT_ONCE, height)
-            find_breaks(*out[:2], plan.used, plan.length, first, stop, broken)
-
-        def break_part(first):
-            stop = min(first + ROWS_AT_ONCE, height)
-            _leave_out(first, stop, margin_px, broken, out)
-
-        tasks = (decode_part, trim_part, find_part, break_part)
-        broken = np.empty((-(-height // EVERY), width), np.uint8)
-        for task in tasks if margin_px else tasks[:1]:
-            list(pool.map(task, parts))
-    if margin_px:
-        _trim_sides(margin_px, plan.extent[:, None, None], out)
+        _decode_all(stack, settings, pool, out)
+        if margins[0]:
+            _leave_out(margins, plan, pool, out)
     location, sigma, cells, status = out
     if neighbours:
         smooth_neighbours(location, sigma, status, plan.reach)
     if fill:
         fill_holes(location, sigma, cells, status, plan.reach, plan.length)
     return Decoded(
-        *(_both_axes(array, codes) for array in (location, sigma, cells)),
+        *(_both_axes(array, stack.codes) for array in (location, sigma, cells)),
         status,
         "mm" if monitor.monitor_mm else "px",
         noise,
+        blur.px if blur else None,
+        margins[0],
     )
+
+
+def _margins(margin_px, blur, smooth):
+    """(2,) px: what to leave out at the rim of the lit area, and at jumps."""
+    if margin_px is not None:
+        return margin_px, margin_px
+    if blur is None:
+        return MARGIN_PX, MARGIN_PX
+    return tuple(max(MARGIN_PX, margin) for margin in blur.margins(smooth))
 
 
 def _arrays(shape, into):
@@ -191,9 +180,39 @@ def _arrays(shape, into):
     return *(np.empty(shape, kind) for kind in kinds), np.empty(shape[1:], np.uint8)
 
 
+def _decode_all(stack, settings, pool, out):
+    """Decode all rows, ROWS_AT_ONCE at a time, each thread with rows of its own."""
+    kept = threading.local()
+
+    def decode_part(first):
+        if not hasattr(kept, "rows"):
+            axes, (_, width) = len(stack.codes), stack.shape
+            kept.rows = empty_rows(axes, width, stack.dtype)
+        _decode_part(stack, first, settings, kept.rows, out)
+
+    list(pool.map(decode_part, range(0, stack.shape[0], ROWS_AT_ONCE)))
+
+
+def _leave_out(margins, plan, pool, out):
+    """Leave out pixels near the rim, jumps and, at the picture's border, both."""
+    location, sigma, _, status = out
+    height, width = status.shape
+    broken = np.empty((-(-height // EVERY), width), np.uint8)
+    parts = [
+        (first, min(first + ROWS_AT_ONCE, height))
+        for first in range(0, height, ROWS_AT_ONCE)
+    ]
+    list(pool.map(lambda part: trim_rim(*part, margins[0], out), parts))
+    places = location, sigma, plan.used, plan.length
+    list(pool.map(lambda part: find_breaks(*places, *part, broken), parts))
+    list(pool.map(lambda part: leave_out_breaks(*part, margins[1], broken, out), parts))
+    trim_sides(margins[1], plan.extent[:, None, None], out)
+
+
 def _decode_part(stack, first, settings, rows, out):
     """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
-    plan, smooth, mark, limit, variance, bias = settings
+    plan, smooth, mark, limit, noise, bias = settings
+    variance = tuple(map(np.float32, noise))
     stop = min(first + ROWS_AT_ONCE, stack.shape[0])
     pictures, start = stack.rows(first, stop)
     known, end = max(first - start - REACH, 0), pictures.shape[1]
@@ -204,154 +223,6 @@ def _decode_part(stack, first, settings, rows, out):
         part, known = (y, after, y + start), ahead
         found = pictures, part, plan, smooth, mark
         decode_rows(*found, variance, bias, rows, out)
-
-
-def checked_pictures(images, patterns):
-    """The pictures, if they fit each other and the patterns."""
-    if not len(images) or len(images) != len(patterns):
-        raise InputError(
-            f"images: found {len(images)} for {len(patterns)} patterns; give one for "
-            "each, in the same order"
-        )
-    kinds = Counter((np.shape(image), image.dtype) for image in images)
-    usual = kinds.most_common(1)[0][0]
-    if len(kinds) > 1:
-        k = next(k for k, i in enumerate(images) if (i.shape, i.dtype) != usual)
-        found, dtype = images[k].shape, images[k].dtype
-        raise InputError(
-            f"{patterns[k].image}: found a picture {found} {dtype} among those "
-            f"{usual[0]} {usual[1]}; give all of a view in one size and depth"
-        )
-    if len(usual[0]) != 2 or usual[1] not in (np.uint8, np.uint16):
-        raise InputError(
-            f"images: found pictures {usual[0]} {usual[1]}; give grey ones, uint8 or "
-            "uint16"
-        )
-    return images
-
-
-class _Stack:
-    """The pictures as one stack in which every bit has an inverse, block by block."""
-
-    def __init__(self, images, codes, white, black):
-        self.images, self.made = images, []
-        self.shape, self.dtype = np.shape(images[0]), images[0].dtype
-        self.white, self.black = white, black
-        self.codes = tuple(map(self._completed, codes))
-        whole = isinstance(images, np.ndarray) and images.flags.c_contiguous
-        self.as_it_lies = whole and not self.made
-
-    def _completed(self, code):
-        bits = []
-        for picture, inverse in code.bits:
-            if inverse is None:
-                if not code.steps and (self.white is None or self.black is None):
-                    raise InputError(
-                        f"patterns: axis {'xy'[code.axis]}: Gray code without inverse; "
-                        "give the inverse pictures, or those of white and black"
-                    )
-                inverse = len(self.images) + len(self.made)
-                self.made.append((picture, code.steps))
-            bits.append((picture, inverse))
-        return type(code)(code.axis, tuple(bits), code.steps, code.cell, code.period)
-
-    def rows(self, first, stop):
-        """(stack, the picture's row where it begins) with what is needed around."""
-        if self.as_it_lies:
-            return self.images, 0
-        start, end = max(0, first - REACH), min(self.shape[0], stop + AHEAD)
-        block = np.empty(
-            (len(self.images) + len(self.made), end - start, self.shape[1]), self.dtype
-        )
-        for k, image in enumerate(self.images):
-            block[k] = image[start:end]
-        for k, (picture, steps) in enumerate(self.made, len(self.images)):
-            block[k] = self._inverse(block, picture, steps, slice(start, end))
-        return block, start
-
-    def _inverse(self, block, picture, steps, part):
-        """What an inverse would have shown, as far from the middle."""
-        if self.white is not None and self.black is not None:
-            twice = self.white[part].astype(np.int32) + self.black[part]
-        else:
-            twice = np.rint(2 * np.mean(block[list(steps)], axis=0)).astype(np.int32)
-        most = np.iinfo(self.dtype).max
-        return np.clip(twice - block[picture], 0, most)
-
-    def for_noise(self):
-        """Pictures without many edges: the sines, else the coarsest bits."""
-        sines = [k for code in self.codes for k in code.steps]
-        coarse = [code.bits[0][0] for code in self.codes if code.bits]
-        return [self.images[k] for k in sines[:8] or coarse]
-
-
-def _trim(first, stop, margin, out):
-    """Leave out what is within `margin` px of pixels without light; specks are none."""
-    import cv2
-
-    location, sigma, _, status = out
-    around = SPECK + margin
-    start, end = max(0, first - around), min(len(status), stop + around)
-    unlit = cv2.LUT(status[start:end], _table(DARK, BESIDE))
-    if not unlit.any():
-        return
-    # Beyond the picture it goes on as at its border, where strips are no specks.
-    unlit = cv2.copyMakeBorder(unlit, *(SPECK,) * 4, cv2.BORDER_REPLICATE)
-    unlit = cv2.erode(unlit, np.ones((SPECK + 1,) * 2, np.uint8))
-    # What is left of a spot grows by what it lost, and by the margin.
-    size = 2 * margin + SPECK + 1
-    near = cv2.dilate(unlit, np.ones((size, size), np.uint8))
-    near = near[SPECK + first - start :, SPECK:-SPECK]
-    mark_rim(near, location[:, first:stop], sigma[:, first:stop], status[first:stop])
-
-
-def _trim_sides(margin, extent, out):
-    """Leave out pixels at the picture's border whose surroundings end beyond it.
-
-    What lies `margin` px further out is not in the picture. It is where the surface
-    seen there goes on; a blurred pixel sees the monitor's border if that is beyond.
-    """
-    location, sigma, _, status = out
-    if min(status.shape) <= 2 * margin:
-        return
-    for turned in (False, True):
-        for step in (1, -1):
-            place, spread, own = (
-                (np.swapaxes(a, -1, -2) if turned else a)[..., ::step, :]
-                for a in (location, sigma, status)
-            )
-            outwards = place[:, margin] - place[:, 2 * margin]
-            beyond = place[:, :margin] + outwards[:, None]
-            inside = np.all((beyond >= 0) & (beyond <= extent), axis=0)
-            rim = np.nonzero(~inside & (own[:margin] == DECODED))
-            own[rim] = RIM
-            place[:, *rim] = np.nan
-            spread[:, *rim] = np.nan
-
-
-def _leave_out(first, stop, margin, broken, out):
-    """Leave out what is within `margin` px of a jump; broken: every EVERY-th row."""
-    import cv2
-
-    location, sigma, _, status = out
-    # A jump was found HALF to either side of it, or in rows passed over a little less.
-    grow = max(margin - HALF + EVERY, 0)
-    start = max(0, first - grow) // EVERY
-    end = -(-min(len(status), stop + grow) // EVERY)
-    if not broken[start:end].any():
-        return
-    near = np.zeros(((end - start) * EVERY, status.shape[1]), np.uint8)
-    near[::EVERY] = broken[start:end]
-    near = cv2.dilate(near, np.ones((2 * grow + 1,) * 2, np.uint8))
-    near, part = near[first - start * EVERY :], slice(first, stop)
-    mark_breaks(near, location[:, part], sigma[:, part], status[part])
-
-
-def _table(*members):
-    """1 for each of these, else 0."""
-    table = np.zeros(256, np.uint8)
-    table[list(members)] = 1
-    return table
 
 
 def _both_axes(array, codes):

@@ -12,8 +12,8 @@ from numba import njit
 
 from raxel.errors import InputError
 from raxel.features.active_grid.coding import plan_arrays, read_coding
-from raxel.features.active_grid.decode import checked_pictures
 from raxel.features.active_grid.places import turns
+from raxel.features.active_grid.stack import checked_pictures
 from raxel.processors import processors
 
 PIECE = 32768  # px whose intermediate values stay near the processor

@@ -63,7 +63,13 @@ def decode_view(image_set, view, **options):
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
         reason = f"no pixel could be decoded ({', '.join(reasons)})"
-    warnings = tuple(f"{view.label}: {d.text}" for d in told if not d.spoils)
+    warnings = [d.text for d in told if not d.spoils]
+    if found.blur_px is None and options.get("margin_px") is None:
+        warnings.append(
+            f"its blur cannot be measured; the margin of {found.margin_px} px is right "
+            "for blur of 1 px or less: give more with --margin where it is larger"
+        )
+    warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
     return DecodedView(found, reason, warnings, picture, mirrored)
