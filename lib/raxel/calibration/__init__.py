@@ -6,6 +6,7 @@ from raxel.calibration.bilinear import (
     solve_coefficients,
     table_2_1,
 )
+from raxel.calibration.board_growth import GenericCalibration
 from raxel.calibration.bundle import (
     BundleResult,
     bundle_adjust_fixed_centre,
@@ -20,7 +21,8 @@ from raxel.calibration.correspondence import (
     pixels_on_board,
 )
 from raxel.calibration.dense import DenseView, dense_view
-from raxel.calibration.generic import GenericCalibration, calibrate_generic
+from raxel.calibration.generic import calibrate_generic
+from raxel.calibration.generic_cgsp import calibrate_cgsp
 from raxel.calibration.generic_linear import (
     LinearSolution,
     linear_as_printed,
@@ -59,6 +61,7 @@ __all__ = [
     "adjust_consistent",
     "bilinear_products",
     "bundle_adjust_fixed_centre",
+    "calibrate_cgsp",
     "calibrate_generic",
     "calibrate_zhang",
     "coefficient_vectors",

@@ -9,17 +9,19 @@ import numpy as np
 ROWS = 16  # of the table, handled at once
 
 
-def ray_table(views, T_base_grid, centre, width, height):
+def ray_table(views, T_base_grid, centre, width, height, weights=None):
     """Directions (height, width, 3) in base axes, NaN where no board covers a pixel.
 
     views: BoardViews or DenseViews; T_base_grid: (n, 4, 4), their poses; centre: (3,).
     Least squares of the ray-point distances (4.18): the dominant eigenvector of the
     second moments of a pixel's points about the centre, which are summed view by view;
-    DenseViews weight their points with 1/sigma^2. Memory: nine numbers per pixel.
+    DenseViews weight their points with 1/sigma^2, and all points of a view count with
+    its weight (n,), where given (4.1.3). Memory: nine numbers per pixel.
     """
     sums = np.zeros((height, width, 9))
-    for view, T in zip(views, T_base_grid, strict=True):
-        view.add_moments(sums, T, centre)
+    weights = np.ones(len(views)) if weights is None else weights
+    for view, T, weight in zip(views, T_base_grid, weights, strict=True):
+        view.add_moments(sums, T, centre, weight)
     table = np.empty((height, width, 3))
     for start in range(0, height, ROWS):
         rows = slice(start, start + ROWS)

@@ -19,6 +19,7 @@ from raxel.geometry.robust_homography import robust_start
 SUBSET = 20_000  # pairs of rays that outliers are looked for among, as in the thesis
 FEWEST = 4  # rays that two grids must share
 ROUNDS = 2  # of weighting; a third changes nothing
+LOOSE = 0.5  # of the spread of the base's points: pairs this far off are not alike
 FEWEST_INLIERS = 0.5  # share of the rays common to two grids
 
 
@@ -81,18 +82,90 @@ def linear_cgsp(
         raise ValueError("robust: needs rng, a numpy Generator")
     finite = np.isfinite(points[..., 0]) & np.isfinite(points[..., 1])
     seen = finite if seen is None else np.asarray(seen, bool) & finite
-    by_noise = isinstance(weights, str) and weights == "image noise"
+    by_noise = isinstance(weights, str)
+    if by_noise and weights != "image noise":
+        raise ValueError(f"weights: {weights!r}; an array or 'image noise'")
     fits = []
     for k in range(1, len(points)):
         factors = None if by_noise or weights is None else weights[k]
-        fits.append(_homography(points, seen, k, robust, rng, factors, subset))
+        fits.append(homography_to_base(points, seen, k, robust, rng, factors, subset))
+    return solve_homographies(
+        points, fits, side=side, pinhole=pinhole, rounds=ROUNDS if by_noise else 0
+    )
+
+
+def homography_to_base(
+    points, seen, k, robust=None, rng=None, weights=None, subset=SUBSET
+):
+    """HomographyFit (4.2) from grid k to the base; weights (N,), else as `linear_cgsp`.
+
+    Raises CalibrationError for too few common rays and more than half outliers.
+    """
+    both = seen[0] & seen[k]
+    common = np.flatnonzero(both)
+    if len(common) < FEWEST:
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
+            f" at least {FEWEST} are needed: the grids must overlap in the image"
+        )
+    try:
+        if robust is None:
+            few = common[:: max(1, len(common) // subset)]
+            start, limit = homography_dlt(points[k, few], points[0, few]), np.inf
+        else:
+            few = common
+            if len(common) > subset:
+                few = np.sort(rng.choice(common, subset, replace=False))
+            sigma = None if robust == "ransac" else robust
+            start, limit = robust_start(points[k, few], points[0, few], rng, sigma)
+            _refuse_loose(limit, points[0, few], k)
+        fit = fit_homography(
+            points[k], points[0], start, use=both, limit=limit, weights=weights
+        )
+    except InputError as error:
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base: {error}"
+        ) from None
+    if fit.count < FEWEST_INLIERS * len(common):
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
+            f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
+            " agree with no one homography; more than half are outliers, or the camera"
+            " has no single centre"
+        )
+    return fit
+
+
+def _refuse_loose(limit, base, k):
+    """Points that have nothing to do with each other are as far off as they spread."""
+    spread = np.sqrt(np.mean((base - np.median(base, axis=0)) ** 2))
+    if limit > LOOSE * spread:
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base agree with no homography: pairs are"
+            f" taken to be right up to {limit:.3g} off, the points spread {spread:.3g}"
+        )
+
+
+def solve_homographies(points, fits, *, side=-1, pinhole="sturm-maybank", rounds=0):
+    """CgspSolution from the HomographyFits of grids 1 to n-1, by (4.6) to (4.14).
+
+    rounds: how often the homographies are fitted anew, to the same rays, with the
+    weights of `image_noise_weights`; other arguments and errors as `linear_cgsp`.
+    """
     solution = _solution(points, fits, side, pinhole)
-    for _ in range(ROUNDS if by_noise else 0):
-        for k, fit in enumerate(fits, start=1):
-            factors = image_noise_weights(points[0], points[k], fit.H, solution.centre)
-            fits[k - 1] = fit_homography(
-                points[k], points[0], fit.H, use=fit.inliers, weights=factors
+    for _ in range(rounds):
+        fits = [
+            fit_homography(
+                points[k],
+                points[0],
+                fit.H,
+                use=fit.inliers,
+                weights=image_noise_weights(
+                    points[0], points[k], fit.H, solution.centre
+                ),
             )
+            for k, fit in enumerate(fits, start=1)
+        ]
         solution = _solution(points, fits, side, pinhole)
     return solution
 
@@ -111,42 +184,6 @@ def image_noise_weights(base, points, H, centre):
     heights = points @ H[2, :2] + H[2, 2]
     ranges = abs(centre[2]) * np.sqrt(1 + square)
     return 1 / (np.abs(heights) * ranges * np.sqrt(1 + square / 2))
-
-
-def _homography(points, seen, k, robust, rng, weights, subset):
-    """HomographyFit of grid k to the base."""
-    both = seen[0] & seen[k]
-    common = np.flatnonzero(both)
-    if len(common) < FEWEST:
-        raise CalibrationError(
-            f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
-            f" at least {FEWEST} are needed: the grids must overlap in the image"
-        )
-    try:
-        if robust is None:
-            few = common[:: max(1, len(common) // subset)]
-            start, limit = homography_dlt(points[k, few], points[0, few]), np.inf
-        else:
-            few = common
-            if len(common) > subset:
-                few = np.sort(rng.choice(common, subset, replace=False))
-            sigma = None if robust == "ransac" else robust
-            start, limit = robust_start(points[k, few], points[0, few], rng, sigma)
-        fit = fit_homography(
-            points[k], points[0], start, use=both, limit=limit, weights=weights
-        )
-    except InputError as error:
-        raise CalibrationError(
-            f"linear stage: grid {k} and the base: {error}"
-        ) from None
-    if fit.count < FEWEST_INLIERS * len(common):
-        raise CalibrationError(
-            f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
-            f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
-            " agree with no one homography; more than half are outliers, or the camera"
-            " has no single centre"
-        )
-    return fit
 
 
 def _solution(points, fits, side, pinhole):

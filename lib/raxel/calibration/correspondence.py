@@ -98,9 +98,9 @@ class BoardView(NamedTuple):
             cv2.fillConvexPoly(covered, np.rint(corners).astype(np.int32), 1)
         return covered
 
-    def add_moments(self, sums, T_base_grid, centre):
+    def add_moments(self, sums, T_base_grid, centre, weight=1.0):
         """Add to sums (height, width, 9) those of every pixel's point about the centre,
-        as `raxel.calibration.moments` lays them out."""
+        times weight, as `raxel.calibration.moments` lays them out."""
         height, width, _ = sums.shape
         cells = board_cells(self)
         if len(cells.corners) == 0:
@@ -110,7 +110,7 @@ class BoardView(NamedTuple):
         forms = np.concatenate(
             [plane @ cells.board_from_pixel, cells.board_from_pixel[:, 2:]], axis=1
         )
-        add_runs(sums, runs.v, runs.first, runs.stop, runs.cell, forms)
+        add_runs(sums, runs.v, runs.first, runs.stop, runs.cell, forms, weight)
 
 
 class CellTable(NamedTuple):

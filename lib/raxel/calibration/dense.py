@@ -98,11 +98,11 @@ class DenseView(NamedTuple):
         """(height, width) uint8: 1 where a pixel has a point."""
         return np.isfinite(self.location[:height, :width, 0]).astype(np.uint8)
 
-    def add_moments(self, sums, T_base_grid, centre):
+    def add_moments(self, sums, T_base_grid, centre, weight=1.0):
         """Add to sums (height, width, 9) those of every pixel's point about the centre,
-        weighted with 1/sigma^2, as `raxel.calibration.moments` lays them out."""
+        times weight/sigma^2, as `raxel.calibration.moments` lays them out."""
         plane = T_base_grid[:3, [0, 1, 3]] - np.outer(centre, [0.0, 0.0, 1.0])
-        add_points(sums, self.location, self.sigma, plane)
+        add_points(sums, self.location, self.sigma, plane, weight)
 
 
 def dense_view(location, sigma=None, mask=None, name=""):

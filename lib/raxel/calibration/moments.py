@@ -11,9 +11,9 @@ import numpy as np
 
 
 @numba.njit(cache=True)
-def add_runs(sums, rows, first, stop, cell, forms):
-    """Add the points of runs of pixels to sums (H, W, 9); forms (cells, 4, 3), the
-    fourth is what the other three are divided by."""
+def add_runs(sums, rows, first, stop, cell, forms, weight):
+    """Add the points of runs of pixels, times weight, to sums (H, W, 9); forms
+    (cells, 4, 3), the fourth is what the other three are divided by."""
     rest = np.empty(4)
     for run in range(len(rows)):
         v = rows[run]
@@ -25,12 +25,12 @@ def add_runs(sums, rows, first, stop, cell, forms):
             x = (form[0, 0] * u + rest[0]) / w
             y = (form[1, 0] * u + rest[1]) / w
             z = (form[2, 0] * u + rest[2]) / w
-            _add(sums[v, u], x, y, z, 1.0)
+            _add(sums[v, u], x, y, z, weight)
 
 
 @numba.njit(cache=True)
-def add_points(sums, location, sigma, plane):
-    """Add the points of a dense view, weighted with 1/sigma^2, to sums (H, W, 9).
+def add_points(sums, location, sigma, plane, weight):
+    """Add the points of a dense view, times weight/sigma^2, to sums (H, W, 9).
 
     location, sigma: (H, W, 2), NaN where nothing was seen; plane: (3, 3), from (x, y,
     1) of the grid to the base frame about the centre.
@@ -45,7 +45,7 @@ def add_points(sums, location, sigma, plane):
             y = plane[1, 0] * a + plane[1, 1] * b + plane[1, 2]
             z = plane[2, 0] * a + plane[2, 1] * b + plane[2, 2]
             variance = sigma[v, u, 0] ** 2 + sigma[v, u, 1] ** 2
-            _add(sums[v, u], x, y, z, 1 / variance)
+            _add(sums[v, u], x, y, z, weight / variance)
 
 
 @numba.njit(cache=True)

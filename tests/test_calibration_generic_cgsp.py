@@ -1,0 +1,139 @@
+"""CGSP complete: from boards and active grids to a camera."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration import calibrate_cgsp, dense, dense_view
+from raxel.calibration.board_rays import ray_table
+from raxel.errors import CalibrationError
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.geometry.poses import inverse_pose, pose, transform
+from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
+from tests.grid_scenes import SIZE_MM, grids_of, seen_points
+
+POSES = board_poses(3, 5)
+NOISE_MM = 0.05
+
+
+@pytest.fixture(autouse=True)
+def few_samples(monkeypatch):
+    """Enough for these small images, and quicker."""
+    monkeypatch.setattr(dense, "SAMPLES", 300)
+
+
+def calibrated(views, **options):
+    rng = np.random.default_rng(0)
+    return calibrate_cgsp(views, WIDTH, HEIGHT, rng=rng, **options)
+
+
+def centre_off(found, poses=POSES):
+    return np.linalg.norm(found.centre - inverse_pose(poses[found.used[0]])[:3, 3])
+
+
+@pytest.mark.parametrize("adjust", [True, False])
+def test_exact_points_of_active_grids_give_the_exact_camera(adjust):
+    views = grids_of(POSES, FISHEYE)
+    found = calibrated(views, adjust=adjust)
+    assert sorted(found.used) == list(range(len(POSES)))
+    # Points are kept in single precision.
+    assert centre_off(found) < 1e-5
+    assert evaluate_camera(found.camera, views).rms_px < 1e-4
+    assert found.linear.inliers.mean(axis=1).min() > 0.4
+
+
+def test_noise_leaves_the_noise_and_says_so():
+    views = grids_of(POSES, FISHEYE, NOISE_MM)
+    found = calibrated(views)
+    assert centre_off(found) < 0.03
+    # Points 130 mm away, off by 0.05 mm along two axes; a ray adapts to its points.
+    share = found.grid_rms_deg / np.degrees(np.sqrt(2) * NOISE_MM / 130)
+    assert np.all((share > 0.5) & (share < 1))
+    assert found.weights.tolist() == [1.0] * len(POSES)
+
+
+def test_boards_serve_as_well():
+    views = views_of(POSES, noise=0.1)
+    found = calibrated(views)
+    assert sorted(found.used) == list(range(len(POSES)))
+    assert centre_off(found) < 1.5
+    assert evaluate_camera(found.camera, views_of(POSES)).rms_px < 0.15
+
+
+def spoilt(views_points, share, rng):
+    points = views_points.copy()
+    wrong = rng.random(points.shape[:2]) < share
+    points[wrong] += rng.uniform(-40, 40, (np.count_nonzero(wrong), 2))
+    return points
+
+
+def test_wrong_points_move_neither_centre_nor_poses():
+    rng = np.random.default_rng(1)
+    points = [seen_points(FISHEYE, T) for T in POSES]
+    views = [
+        dense_view(spoilt(p, 0.05, rng), name=f"{k}") for k, p in enumerate(points)
+    ]
+    found = calibrated(views, adjust=False)
+    assert sorted(found.used) == list(range(len(POSES)))
+    assert np.linalg.norm(found.linear.centre - found.centre) == 0
+    assert centre_off(found) < 1e-3
+
+
+def test_a_grid_of_other_points_is_left_out_with_the_reason():
+    rng = np.random.default_rng(2)
+    points = [seen_points(FISHEYE, T) for T in POSES]
+    points[2] = np.where(
+        np.isnan(points[2]), np.nan, rng.uniform(0, 130, points[2].shape)
+    )
+    found = calibrated([dense_view(p, name=f"{k}") for k, p in enumerate(points)])
+    assert sorted(found.used) == [0, 1, 3, 4]
+    assert "pose" in found.left_out[2]
+
+
+def test_a_grid_beside_the_base_gets_its_pose_from_the_rays():
+    """A chain of grids: the last overlaps two others, not the base."""
+    shifts = np.array([[0, 0, 0], [-25, 5, 5], [25, -5, 10], [-75, 0, 0], [75, 0, 5.0]])
+    T = board_poses(3, 5, spread=(0.0, 0.0))
+    T[:, :3, 3] += shifts
+    small = 0.6 * SIZE_MM
+    views = grids_of(T, FISHEYE, NOISE_MM, size_mm=small)
+    found = calibrated(views)
+    assert sorted(found.used) == list(range(5))
+    began = len(found.linear.T_base_grid)
+    assert began < 5
+    assert centre_off(found, T) < 0.3
+    covered = sum(view.covered(WIDTH, HEIGHT).astype(int) for view in views)
+    assert found.pixels_of_one_grid == np.count_nonzero(covered == 1) > 0
+    assert found.share_with_ray == np.mean(covered > 0)
+    assert np.all(found.weights[:began] == 1)
+    assert np.all(found.weights <= 1)
+
+
+def test_parallel_grids_and_grids_apart_are_refused():
+    flat = pose(np.eye(3), [[-70.0, -60, 120], [-90, -50, 140], [-60, -70, 150]])
+    with pytest.raises(CalibrationError, match="parallel"):
+        calibrated(grids_of(flat, FISHEYE, NOISE_MM))
+    apart = board_poses(3, 3, spread=(0.0, 0.0))
+    apart[:, :3, 3] += [[-80.0, 0, 0], [0, 0, 0], [80, 0, 0]]
+    with pytest.raises(CalibrationError, match="overlaps two others"):
+        calibrated(grids_of(apart, FISHEYE, size_mm=0.4 * SIZE_MM))
+
+
+def test_a_grid_of_less_weight_moves_a_ray_less():
+    T = POSES[:2]
+    exact = [seen_points(FISHEYE, one) for one in T]
+    moved = [dense_view(exact[0]), dense_view(exact[1] + 1.0)]
+    plain, light = (
+        ray_table(moved, T, np.zeros(3), WIDTH, HEIGHT, weights)
+        for weights in (None, np.array([1.0, 0.1]))
+    )
+    true = ray_table([dense_view(p) for p in exact], T, np.zeros(3), WIDTH, HEIGHT)
+    both = np.isfinite(exact[0] + exact[1])[..., 0]
+    off = [np.linalg.norm(t[both] - true[both], axis=1) for t in (plain, light)]
+    flat = [np.pad(p[both], ((0, 0), (0, 1))) for p in exact]
+    near, far = (
+        np.sum(transform(one, p) ** 2, axis=1) for one, p in zip(T, flat, strict=True)
+    )
+    # Distances from the ray: a point counts with the square of its range.
+    share = [w * far / (near + w * far) for w in (1.0, 0.1)]
+    ratio = np.median(off[1] / off[0] / (share[1] / share[0]))
+    assert ratio == pytest.approx(1.0, abs=0.01)
