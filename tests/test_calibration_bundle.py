@@ -43,7 +43,7 @@ def central_difference(function, size, h=1e-5):
 def test_gradient_equals_differences_of_the_cost():
     centre, T, _, points, seen = partly_seen(1, noise=1.0)
     poses = disturbed(T, 1)
-    q = bundle._homogeneous(points, seen)
+    q = bundle.homogeneous(points, seen)
     cost, _, gradient = reduced_normal_equations(q, centre, poses)
     assert cost == pytest.approx(cost_at(points, seen, centre, poses), rel=1e-12)
     numeric = central_difference(
@@ -55,7 +55,7 @@ def test_gradient_equals_differences_of_the_cost():
 def test_normal_matrix_is_j_transpose_j_with_directions_eliminated():
     # Exact at zero residual, where elimination and projection agree.
     centre, T, _, points, seen = partly_seen(2)
-    q = bundle._homogeneous(points, seen)
+    q = bundle.homogeneous(points, seen)
     _, normal, _ = reduced_normal_equations(q, centre, T)
 
     def residuals(step):
@@ -88,7 +88,7 @@ def test_noise_settles_at_a_minimum_below_the_truth():
     assert np.all(np.diff(result.costs) < 0)
     assert result.costs[-1] < cost_at(points, seen, centre, T)
     _, _, gradient = reduced_normal_equations(
-        bundle._homogeneous(points, seen), centre, result.T_base_grid
+        bundle.homogeneous(points, seen), centre, result.T_base_grid
     )
     for move in 1e-4 * np.eye(18):
         for step in (move, -move):
@@ -99,7 +99,7 @@ def test_noise_settles_at_a_minimum_below_the_truth():
 
 def test_blocks_do_not_change_the_sums(monkeypatch):
     centre, T, _, points, seen = partly_seen(6, count=300, noise=0.5)
-    q = bundle._homogeneous(points, seen)
+    q = bundle.homogeneous(points, seen)
     whole = reduced_normal_equations(q, centre, T)
     monkeypatch.setattr(bundle, "BLOCK", 37)
     parts = reduced_normal_equations(q, centre, T)

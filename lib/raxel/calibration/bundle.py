@@ -64,25 +64,43 @@ def bundle_adjust_fixed_centre(
     Returns BundleResult. Raises CalibrationError when a grid shares fewer than three
     rays with the others, or values are not finite.
     """
-    q = _homogeneous(points, seen)
+    q = homogeneous(points, seen)
     check_shared(np.asarray(seen, bool))
     poses = np.array(T_base_grid, float)
-    cost, normal, gradient = reduced_normal_equations(q, centre, poses)
+    poses, costs, converged = descend(
+        lambda poses: reduced_normal_equations(q, centre, poses),
+        moved_poses,
+        poses,
+        iterations=iterations,
+        tolerance=tolerance,
+        rounding=1e-26 * np.sum(q**2),
+    )
+    directions = ray_directions(points, seen, centre, poses)
+    return BundleResult(poses, directions, costs, converged)
+
+
+def descend(evaluate, move, state, *, iterations, tolerance, rounding):
+    """Levenberg-Marquardt: the last state, its costs from the start on, convergence.
+
+    evaluate: state -> cost, normal matrix, half the gradient; move: (state, step) ->
+    state. It ends when the cost falls by less than the share `tolerance`, or below
+    `rounding`, where it cannot fall any more.
+    """
+    cost, normal, gradient = evaluate(state)
     if not np.isfinite(cost):
         raise CalibrationError("bundle adjustment: the points or poses are not finite")
     costs = [cost]
-    rounding = 1e-26 * np.sum(q**2)  # a cost this small cannot fall any more
     damping = FIRST_DAMPING
     converged = cost <= rounding
     for _ in range(iterations):
         if converged:
             break
         step = damped_step(normal, gradient, damping)
-        trial = moved_poses(poses, step)
-        new = reduced_normal_equations(q, centre, trial)
+        trial = move(state, step)
+        new = evaluate(trial)
         if new[0] < cost:
             converged = cost - new[0] <= tolerance * cost or new[0] <= rounding
-            poses = trial
+            state = trial
             cost, normal, gradient = new
             costs.append(cost)
             damping = max(damping / 10, 1e-12)
@@ -92,8 +110,7 @@ def bundle_adjust_fixed_centre(
             damping *= 10
             if damping > LARGEST_DAMPING:
                 break
-    directions = ray_directions(points, seen, centre, poses)
-    return BundleResult(poses, directions, np.array(costs), bool(converged))
+    return state, np.array(costs), bool(converged)
 
 
 def ray_directions(points, seen, centre, T_base_grid):
@@ -101,7 +118,7 @@ def ray_directions(points, seen, centre, T_base_grid):
 
     Minimises the sum of squared ray-point distances (4.18). Arguments as above.
     """
-    q = _homogeneous(points, seen)
+    q = homogeneous(points, seen)
     directions = np.empty((3, q.shape[2]))
     for block in _blocks(q.shape[2]):
         p = _from_centre(q[:, :, block], centre, T_base_grid)
@@ -114,7 +131,7 @@ def ray_point_residuals(points, seen, centre, T_base_grid, directions):
     """Vectors from the nearest point of each ray to the grid points: (n, N, 3), in the
     base frame, zero where not seen. Their norms are the distances of (4.18).
     """
-    p = _from_centre(_homogeneous(points, seen), centre, T_base_grid)
+    p = _from_centre(homogeneous(points, seen), centre, T_base_grid)
     u = np.nan_to_num(directions).T
     return np.swapaxes(p - _dot(p, u)[:, None] * u, 1, 2)
 
@@ -131,14 +148,14 @@ def moved_poses(T_base_grid, step):
     return moved
 
 
-def reduced_normal_equations(q, centre, T_base_grid):
-    """Cost, normal matrix (6p, 6p) and gradient (6p,) of the p = n - 1 moving poses.
+def reduced_normal_equations(q, centre, T_base_grid, first=1):
+    """Cost, normal matrix (6p, 6p) and gradient (6p,) of p = n - first moving poses.
 
-    q: (n, 3, N) homogeneous points, all zero where not seen. The gradient is half that
-    of the cost; the matrix is the Gauss-Newton one.
+    q: (n, 3, N) homogeneous points, all zero where not seen; first: the first grid that
+    moves. The gradient is half that of the cost; the matrix is the Gauss-Newton one.
     """
-    moving = len(q) - 1
-    rotations = T_base_grid[1:, :3, :3]
+    moving = len(q) - first
+    rotations = T_base_grid[first:, :3, :3]
     of_points = np.zeros((3 * moving, 3 * moving))
     of_g = np.zeros((6 * moving, 6 * moving))
     pull = np.zeros((moving, 3, 3))
@@ -151,11 +168,11 @@ def reduced_normal_equations(q, centre, T_base_grid):
         residual = p - depth[:, None] * u
         cost += np.vdot(residual, residual)
         share = depth / np.sqrt(np.maximum(np.sum(depth**2, axis=0), 1e-300))
-        grids, share = part[1:], share[1:, None]
+        grids, share = part[first:], share[first:, None]
         g = _along_ray(grids, np.swapaxes(rotations, 1, 2) @ u)
         _add_reduced(of_points, grids, share)
         _add_reduced(of_g, g, share)
-        pull += grids @ np.swapaxes(residual[1:], 1, 2)
+        pull += grids @ np.swapaxes(residual[first:], 1, 2)
     motion = rotations[:, None] @ MOTION
     gradient = np.einsum("kmi,kmia->ka", pull, motion).ravel()
     normal = -of_g
@@ -194,7 +211,7 @@ def _block_diagonal(blocks):
     return matrix.reshape(p * m, p * k)
 
 
-def _homogeneous(points, seen):
+def homogeneous(points, seen):
     """(n, N, 2) and (n, N) -> (n, 3, N) with columns (x, y, 1), or zero if not seen."""
     seen = np.asarray(seen, bool)
     q = np.empty((seen.shape[0], 3, seen.shape[1]))

@@ -2,9 +2,9 @@
 
 Section 4.1.4 tried to free the camera's centre and gave it up: the distance of rays
 from points shrinks when the noise itself is made smaller, by a centre that moves or a
-grid that tilts. Here a residual lies in the plane of its grid, where it was measured, and is
-whitened with a matrix that does not follow the parameters. So no parameter can make the
-noise smaller than it is, and with more rays the estimate tends to the truth.
+grid that tilts. Here a residual lies in the plane of its grid, where it was measured,
+and is whitened with a matrix that does not follow the parameters. So no parameter can
+make the noise smaller than it is, and with more rays the estimate tends to the truth.
 
 Adjusted are the centre, the poses of all grids but the base, and one direction per ray.
 `raxel.calibration.ray_elimination` has the equations.
@@ -99,7 +99,8 @@ def adjust_consistent(
 
     points: (n, N, 2) mm, where N rays meet n grids; entries not seen are ignored.
     seen: (n, N) bool, or None: where the points are finite. centre: (3,) and
-    T_base_grid: (n, 4, 4) the start (of the linear stage, say); the base, grid 0, stays.
+    T_base_grid: (n, 4, 4) the start (of the linear stage, say); grid 0, the base, is
+    kept.
 
     sigma: None for noise of the image, equal for all directions of view, whose size is
     found from the residuals; or the standard deviations of the points in mm, a number

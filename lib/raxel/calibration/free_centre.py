@@ -1,0 +1,163 @@
+"""Two adjustments that free the centre and do not come out right (4.1.4).
+
+`adjust_concurrence` is the thesis's third scheme: every ray is the line that fits its
+points best, wherever it passes, and centre and poses move until the lines pass as close
+to the centre as they can. `adjust_ray_point` is its first scheme with the centre set
+free: rays through the centre, and the ray-point distances (4.18).
+
+In both, the cost of noise alone hangs on what is adjusted. A line through points that
+are farther apart is extrapolated less, and a point's noise has a smaller part across
+a ray that meets its grid aslant. So centre and poses drift to where the noise costs
+least, and more rays do not help. They are here to be compared with
+`raxel.calibration.consistent`, not to calibrate with.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.bundle import (
+    check_shared,
+    descend,
+    homogeneous,
+    reduced_normal_equations,
+)
+from raxel.calibration.ray_elimination import moved
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import transform
+
+
+class FreeCentreResult(NamedTuple):
+    """centre (3,), T_base_grid (n, 4, 4); costs: squared lengths in all, start first;
+    converged: whether it came to rest within the iterations allowed."""
+
+    centre: np.ndarray
+    T_base_grid: np.ndarray
+    costs: np.ndarray
+    converged: bool
+
+
+def adjust_ray_point(
+    points, seen, centre, T_base_grid, *, iterations=50, tolerance=1e-9
+):
+    """Centre, poses and directions that minimise the ray-point distances (4.18).
+
+    points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,) and T_base_grid: (n, 4, 4) the
+    start; grid 0, the base, is kept. tolerance: least share by which the cost falls.
+
+    Returns FreeCentreResult. Raises CalibrationError as `bundle_adjust_fixed_centre`.
+    """
+    check_shared(np.asarray(seen, bool))
+    q = homogeneous(points, seen)
+
+    def evaluate(state):
+        # All grids move, as seen from the centre; the base does not turn.
+        cost, normal, gradient = reduced_normal_equations(q, *state, first=0)
+        return cost, normal[3:, 3:], gradient[3:]
+
+    def move(state, step):
+        # Points that are shifted are a centre that is shifted the other way.
+        step = step.copy()
+        step[:3] *= -1
+        step[3:].reshape(-1, 2, 3)[:, 1] *= -1
+        return moved(*state, step)
+
+    return _adjusted(evaluate, move, q, centre, T_base_grid, iterations, tolerance)
+
+
+def adjust_concurrence(
+    points, seen, centre, T_base_grid, *, iterations=50, tolerance=1e-9
+):
+    """Centre and poses for which lines fitted to each ray's points pass nearest to it.
+
+    Minimises the squared distances of the centre from the lines that have the least
+    squared distances to their points. Arguments and result as `adjust_ray_point`; rays
+    that see fewer than two grids are not used.
+    """
+    seen = np.asarray(seen, bool)
+    check_shared(seen)
+    shared = np.sum(seen, axis=0) >= 2
+    q = homogeneous(points[:, shared], seen[:, shared])
+
+    def evaluate(state):
+        distance, jacobian = concurrence_system(q, *state)
+        return (
+            float(np.vdot(distance, distance)),
+            np.einsum("nip,niq->pq", jacobian, jacobian),
+            np.einsum("nip,ni->p", jacobian, distance),
+        )
+
+    def move(state, step):
+        return moved(*state, step)
+
+    return _adjusted(evaluate, move, q, centre, T_base_grid, iterations, tolerance)
+
+
+def _adjusted(evaluate, move, q, centre, T_base_grid, iterations, tolerance):
+    (centre, T_base_grid), costs, converged = descend(
+        evaluate,
+        move,
+        (np.array(centre, float), np.array(T_base_grid, float)),
+        iterations=iterations,
+        tolerance=tolerance,
+        rounding=1e-26 * np.sum(q**2),
+    )
+    return FreeCentreResult(centre, T_base_grid, costs, converged)
+
+
+def concurrence_system(q, centre, T_base_grid):
+    """Vectors (N, 3) from the centre to the lines, and Jacobian (N, 3, 6 n - 3).
+
+    q: (n, 3, N) homogeneous points, zero where not seen. Columns: steps of
+    `ray_elimination.moved`.
+    """
+    weight = q[:, 2]
+    number = weight.sum(axis=0)
+    flat = np.swapaxes(q * [[1.0], [1.0], [0.0]], 1, 2)
+    P = transform(T_base_grid, flat) - centre
+    middle = np.einsum("jn,jnk->nk", weight, P) / number[:, None]
+    arms = weight[..., None] * (P - middle)
+    moments = np.einsum("jni,jnk->nik", arms, arms)
+    sizes, axes = np.linalg.eigh(moments)
+    along = axes[..., 2]
+    if not np.all(sizes[:, 2] > sizes[:, 1]):
+        raise CalibrationError("line fitting: the points of a ray are in one place")
+    # A line turns by the other two axes, each by its share of what the arms gain.
+    gaps = 1.0 / (sizes[:, 2:] - sizes[:, :2])
+    turn = np.einsum("nia,na,nka->nik", axes[..., :2], gaps, axes[..., :2])
+    reach = np.einsum("ni,ni->n", along, middle)
+    distance = middle - reach[:, None] * along
+    motion = _motion(flat, T_base_grid, weight)
+    arm = np.einsum("jni,ni->jn", arms, along)
+    # d(sum arms arms^T) along: what every arm's motion turns the line by.
+    of_middle = np.einsum("jnip->nip", motion) / number[:, None, None]
+    pulled = np.einsum("jn,jnip->nip", arm, motion)
+    pulled += np.einsum(
+        "jni,nk,jnkp->nip",
+        arms,
+        along,
+        motion,
+        optimize=["einsum_path", (0, 2), (0, 1)],
+    )
+    turned = turn @ pulled
+    across = np.eye(3) - along[:, :, None] * along[:, None, :]
+    jacobian = across @ of_middle - reach[:, None, None] * turned
+    jacobian -= along[:, :, None] * np.einsum("ni,nip->np", distance, turned)[:, None]
+    return distance, jacobian
+
+
+def _motion(flat, T_base_grid, weight):
+    """Derivatives (n, N, 3, 6 n - 3) of the points less the centre, zero if unseen."""
+    grids, rays = weight.shape
+    motion = np.zeros((grids, rays, 3, 6 * grids - 3))
+    for j in range(grids):
+        R = T_base_grid[j, :3, :3]
+        x, y = flat[j, :, 0], flat[j, :, 1]
+        at = 6 * j - 3
+        if j:
+            turns = motion[j, :, :, at : at + 3]
+            turns[:, :, 0] = y[:, None] * R[:, 2]
+            turns[:, :, 1] = -x[:, None] * R[:, 2]
+            turns[:, :, 2] = x[:, None] * R[:, 1] - y[:, None] * R[:, 0]
+        motion[j, :, :, at + 3 : at + 6] = -weight[j, :, None, None] * R
+    return motion
