@@ -3,80 +3,140 @@
 A mean of a phase phi over a symmetric window or blur of variance s^2 (px^2, along each
 axis of the picture) is off by s^2 / 2 times the sum of phi's second derivatives. Where
 perspective or a curved mirror bends the phases, that is no noise, and smoothing does
-not take it away.
+not take it away. A blur of variance s^2 mixes light, not phases, and draws them to
+where more of it comes from: by s^2 times the slope of phi along that of the logarithm
+of the modulation.
 """
 
-import cv2
+from itertools import product
+
 import numpy as np
 
 from raxel.features.active_grid.coding import phase_weights
 from raxel.features.active_grid.layout import SQUARE
+from raxel.features.active_grid.reading import LEAST_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
-MOST_BENT = 0.15  # second difference in periods; what is above is a break
+MOST_BENT = 0.15  # second difference over HALF px in periods; above is a break
+HALF = SQUARE // 2
 
 
-def squared_bias(images, codes, variance_px2, least):
+def squared_bias(images, codes, of_windows, blur_px, spread):
     """(A, ceil(H / SQUARE), W) float32, squared periods: a row for each row of squares.
 
-    images: n pictures (H, W); codes: A AxisCodes; variance_px2: of windows and blur;
-    least: modulation in grey levels below which there is no phase.
+    images: n pictures (H, W); codes: A AxisCodes; of_windows: variance px^2 of what is
+    averaged; blur_px: standard deviation; spread: of a grey value, by noise.
     """
     height, width = images[0].shape
-    shape = len(codes), -(-height // SQUARE), -(-width // SQUARE)
-    bias = np.zeros(shape, np.float32)
-    if min(shape[1:]) > 2 and variance_px2:
+    bias = np.zeros((len(codes), -(-height // SQUARE), -(-width // SQUARE)), np.float32)
+    if min(bias.shape[1:]) > 2 and (of_windows or blur_px):
         for axis, code in enumerate(codes):
             if code.steps:
-                bent = _bending(*_seen_places(images, code, shape[1:], least))
-                bias[axis] = np.square(variance_px2 / 2 * bent)
+                shift, known, chance = _shifts(
+                    images, code, spread, of_windows, blur_px**2
+                )
+                # What lies in no whole square goes on as those beside.
+                left = [
+                    (0, n - m) for n, m in zip(bias[0].shape, shift.shape, strict=True)
+                ]
+                filled = _filled(np.pad(shift, left), np.pad(known, left))
+                bias[axis] = np.maximum(np.square(filled) - chance, 0)
     return np.ascontiguousarray(np.repeat(bias, SQUARE, axis=2)[:, :, :width])
 
 
-def _seen_places(images, code, shape, least):
-    """(h, w) places in the middle of squares, in periods, and which are known.
+def _shifts(images, code, spread, of_windows, of_blur):
+    """(h, w) periods by which places in whole squares are off, and which are known.
 
-    The phase is of 3 x 3 pixels; bits without an inverse are left out.
+    Places in the middle of a square and of its sides give the derivatives. Also the
+    variance of what noise alone would give.
     """
-    height, width = images[0].shape
-    y = SQUARE // 2 + SQUARE * np.arange(shape[0])
-    x = SQUARE // 2 + SQUARE * np.arange(shape[1])
-    whole = np.ix_(y < height - 1, x < width - 1)
-    y, x = np.minimum(y, height - 2), np.minimum(x, width - 2)
-    wave = np.zeros(shape, complex)
+    rows, columns = (size // SQUARE for size in images[0].shape)
+    least = LEAST_MODULATION * spread
+    middle = _seen_places(images, code, (HALF, HALF), (rows, columns), least)
+    upright = _seen_places(images, code, (HALF, SQUARE), (rows, columns - 1), least)
+    level = _seen_places(images, code, (SQUARE, HALF), (rows - 1, columns), least)
+    shift, known, usual_step = np.zeros((rows, columns)), middle[2], 0.0
+    for axis, sides in ((1, upright), (0, level)):
+        bent, step, brighter, there = _across(middle[0], sides, axis)
+        known = known & there
+        shift += (of_windows + of_blur) / 2 * bent / HALF**2
+        shift += of_blur * step * brighter / SQUARE**2
+        usual_step += np.median(step[known] ** 2) if known.any() else 0.0
+    if not known.any():
+        return shift, known, 0.0
+    # Of the phase and, in shares, the modulation of 2 x 2 pixels, rad^2.
+    variance = spread**2 / (2 * len(code.steps) * np.median(middle[1][known]) ** 2)
+    # Of the five places of the second derivatives the middle one counts four times.
+    of_bending = 20 * ((of_windows + of_blur) / 2 / HALF**2) ** 2 / (2 * np.pi) ** 2
+    of_drawing = 2 * (of_blur / SQUARE**2) ** 2 * usual_step
+    return shift, known, variance * (of_bending + of_drawing)
+
+
+def _across(middle, sides, axis):
+    """From side to side of each square: the second difference of places over HALF px,
+    the first one, that of the logarithm of the modulation, and what is known."""
+    pad = [(0, 0), (0, 0)]
+    pad[axis] = (1, 1)  # the picture's border, where nothing is known
+    place, size, known = (np.pad(values, pad) for values in sides)
+    first, last = (slice(None), slice(-1)), (slice(None), slice(1, None))
+    first, last = (first, last) if axis else (first[::-1], last[::-1])
+    bent = place[first] + place[last] - 2 * middle
+    brighter = np.log(np.maximum(size[last], 1e-6) / np.maximum(size[first], 1e-6))
+    known = known[first] & known[last] & (np.abs(bent) < MOST_BENT)
+    return bent, place[last] - place[first], brighter, known
+
+
+def _seen_places(images, code, first, count, least):
+    """Places in periods, modulation, and what is known, every SQUARE px both ways.
+
+    first, count: (row, column) of the first, and how many. Phases are of the 2 x 2
+    pixels that meet there; bits without an inverse are left out.
+    """
+    around = [
+        tuple(
+            slice(begin - back, begin - back + SQUARE * (n - 1) + 1, SQUARE)
+            for begin, back, n in zip(first, step, count, strict=True)
+        )
+        for step in product((1, 0), repeat=2)
+    ]
+    wave = np.zeros(count, complex)
     sine, cosine, _ = phase_weights(len(code.steps))
     for k, weight in zip(code.steps, cosine + 1j * sine, strict=True):
-        for down, right in np.ndindex(3, 3):
-            wave += weight / 9 * images[k][np.ix_(y + down - 1, x + right - 1)]
+        light = sum(images[k][part].astype(np.float32) for part in around)
+        wave += weight / len(around) * light
     turn = np.angle(wave) / (2 * np.pi) % 1
-    value, cell, middle = np.zeros(shape, bool), np.zeros(shape, int), np.ix_(y, x)
+    value, cell, size = np.zeros(count, bool), np.zeros(count, int), np.abs(wave)
     for picture, inverse in code.bits:
         if inverse is not None:
-            value = value ^ (images[picture][middle] > images[inverse][middle])
+            value = value ^ (images[picture][around[0]] > images[inverse][around[0]])
             cell = 2 * cell + value
     of_cell = (cell + 0.5) * code.cell / code.period
-    known = np.zeros(shape, bool)
-    known[whole] = np.abs(wave[whole]) > least
-    return np.ceil(of_cell - turn - 0.5) + turn, known
-
-
-def _bending(place, known):
-    """(h, w) periods / px^2: sum of the second derivatives of places."""
-    along = place[1:-1, 2:] + place[1:-1, :-2] - 2 * place[1:-1, 1:-1]
-    down = place[2:, 1:-1] + place[:-2, 1:-1] - 2 * place[1:-1, 1:-1]
-    bent = np.pad(np.maximum(abs(along), abs(down)) < MOST_BENT, 1)
-    for shift in ((0, 0), (0, 1), (1, 0), (0, -1), (-1, 0)):
-        bent &= np.roll(known, shift, (0, 1))
-    return _filled(np.pad(along + down, 1), bent) / SQUARE**2
+    return np.ceil(of_cell - turn - 0.5) + turn, size, size > least
 
 
 def _filled(values, known):
-    """Squares that are not known get the mean of neighbours that are, twice; or 0."""
+    """Squares that are not known go on as their neighbours do, twice; or 0.
+
+    Along each line through two that are known, else as those beside.
+    """
     for _ in range(2):
-        count, sums = (
-            9 * cv2.blur(array.astype(float), (3, 3), borderType=cv2.BORDER_CONSTANT)
-            for array in (known, np.where(known, values, 0))
-        )
-        values = np.where(known, values, sums / count.clip(1))
-        known = count > 0.5
+        sums, count = np.zeros((2, *values.shape)), np.zeros((2, *values.shape))
+        for step in product((-1, 0, 1), repeat=2):
+            if step != (0, 0):
+                one, two = (_moved(values, known, n, step) for n in (1, 2))
+                both = one[1] & two[1]
+                sums += np.where([one[1], both], [one[0], 2 * one[0] - two[0]], 0)
+                count += [one[1], both]
+        means = sums / count.clip(1)
+        values = np.where(known, values, np.where(count[1] > 0, means[1], means[0]))
+        known = known | (count[0] > 0)
     return values
+
+
+def _moved(values, known, times, step):
+    """Both arrays, so many steps (rows, columns) away; beyond the border unknown."""
+    height, width = values.shape
+    v, u = (times * n for n in step)
+    pad = ((2, 2), (2, 2))
+    part = np.s_[2 + v : 2 + v + height, 2 + u : 2 + u + width]
+    return np.pad(values, pad)[part], np.pad(known, pad)[part]

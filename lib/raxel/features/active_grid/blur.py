@@ -14,15 +14,15 @@ from scipy.special import erfinv, ndtri
 
 from raxel.features.active_grid.layout import REACH
 
-SAMPLES = 40_000  # pixels looked at for edges, all over the picture
-REACH_PX = 12  # of the patch around an edge, beyond what its place is uncertain by
+SAMPLES = 10_000  # pixels looked at for edges, all over the picture
+REACH_PX = 12  # of the patch around an edge
 SMOOTHED_PX = 1.5  # against noise; taken off again
 OF_DIFFERENCES = 1 / 3  # variance, px^2, that differences over two pixels add
 NEAR_EDGE = 0.5  # of the contrast
-TOO_FINE = 0.5  # share of a patch near edges: they flow together
+TOO_FINE = 0.7  # share of a patch near edges: they flow together
 CLEAR, LEAST_SHARE = 10, 0.2  # contrast in deviations of the noise, and of the usual
 AREAS = 3  # along each side of the picture, each with a blur of its own
-EDGES = 8  # of each area
+EDGES = 6  # of each area
 LEAST_PIXELS = 100  # of an area, or of the whole picture where no area has so many
 DARK_BELOW = 7  # deviations of the noise: contrasts that the decoder takes for none
 FARTHEST = 3  # standard deviations of the blur, beyond which there is no light
@@ -43,95 +43,110 @@ class Blur(NamedTuple):
         return int(np.ceil(reach + self.beyond_px)), int(np.ceil(reach))
 
 
+class _Edges(NamedTuple):
+    """E places beside an edge of one bit: that bit, and another with full contrast
+    there; (row, column) before the edge and step (rows, columns) to one behind it;
+    area of the picture."""
+
+    bit: np.ndarray
+    other: np.ndarray
+    place: np.ndarray
+    step: np.ndarray
+    area: np.ndarray
+
+
 def measured_blur(stack, noise):
     """The Blur of a view, or None where too few edges of Gray code are seen.
 
     stack: a PictureStack; noise: a Noise.
     """
     pairs = [pair for code in stack.codes for pair in code.bits]
-    step = max(4, round(np.sqrt(np.prod(stack.shape) / SAMPLES)))
-    reach = REACH_PX + step // 2
-    if not pairs or min(stack.shape) <= 2 * reach:
+    if not pairs or min(stack.shape) <= 2 * REACH_PX:
         return None
-    row, column = (np.arange(step // 2, size, step) for size in stack.shape)
-    coarse = np.array([stack.apart(pair, np.ix_(row, column)) for pair in pairs])
-    lit, contrast, dark = _lit(stack, coarse, pairs[0], np.ix_(row, column), noise)
+    step = max(4, round(np.sqrt(np.prod(stack.shape) / SAMPLES)))
+    coarse = np.s_[step // 2 :: step, step // 2 :: step]
+    apart = np.array([stack.apart(pair, coarse) for pair in pairs])
+    light = stack.images[pairs[0][0]][coarse].astype(np.float32)
+    contrast = np.abs(apart).max(axis=0)
+    dark = light - (apart[0] + contrast) / 2
+    lit = contrast > CLEAR * np.sqrt(noise.at(dark))
     if not lit.any():
         return None
-    bit, v, u, area = _edges(coarse, lit)
-    v, u = (
-        np.clip(ends[at], reach, size - 1 - reach)
-        for ends, at, size in zip((row, column), (v, u), stack.shape, strict=True)
-    )
-    spread, patch = _spread(stack, pairs, bit, v, u, reach, contrast)
-    medians = [
-        np.median(own)
-        for own in (spread[area[patch] == k] for k in range(AREAS * AREAS))
-        if len(own) >= LEAST_PIXELS
-    ]
+    lit &= contrast > LEAST_SHARE * np.quantile(contrast[lit], 0.9)
+    usual, dark = np.median(contrast[lit]), np.median(dark[lit])
+    edges = _edges(apart, lit, step)
+    spread, edge = _spread(stack, pairs, edges, LEAST_SHARE * usual)
+    parts = (spread[edges.area[edge] == k] for k in range(AREAS * AREAS))
+    medians = [np.median(own) for own in parts if len(own) >= LEAST_PIXELS]
     if not medians and len(spread) < LEAST_PIXELS:
         return None
     widest = max(medians) if medians else np.median(spread)
     blur = float(np.sqrt(max(widest - SMOOTHED_PX**2 - OF_DIFFERENCES, 0)))
-    share = np.clip(DARK_BELOW * np.sqrt(noise.at(dark)) / contrast, 1e-3, 0.5)
+    share = np.clip(DARK_BELOW * np.sqrt(noise.at(dark)) / usual, 1e-3, 0.5)
     return Blur(blur, -blur * float(ndtri(share)))
 
 
-def _lit(stack, apart, pair, where, noise):
-    """Where there is contrast (h, w), how much there usually is, and the level of dark.
-
-    apart: (bits, h, w), pictures less inverses at `where`; pair: of the first bit.
-    """
-    contrast = np.abs(apart).max(axis=0)
-    light = stack.images[pair[0]][where].astype(np.float32)
-    dark = light - (apart[0] + contrast) / 2
-    lit = contrast > CLEAR * np.sqrt(noise.at(dark))
-    if lit.any():
-        lit &= contrast > LEAST_SHARE * np.quantile(contrast[lit], 0.9)
-    if not lit.any():
-        return lit, 0.0, 0.0
-    return lit, np.median(contrast[lit]), np.median(dark[lit])
-
-
-def _edges(apart, lit):
-    """Some pixels beside an edge, in each area: bit, row, column and area of each."""
-    light, found = apart > 0, []
-    for first, second in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1, :], np.s_[1:, :])):
-        changed = light[:, *first] != light[:, *second]
-        found.append(np.nonzero(changed & lit[first] & lit[second]))
-    bit, v, u = np.concatenate(found, axis=1)
+def _edges(apart, lit, step):
+    """Some edges in each area; apart: (bits, h, w), every `step` px; lit: (h, w)."""
+    light, strength, found = apart > 0, np.abs(apart), []
+    for down, right in ((0, 1), (1, 0)):
+        first = np.s_[: len(lit) - down, : lit.shape[1] - right]
+        both = lit[first] & lit[down:, right:]
+        changed = light[:, *first] != light[:, down:, right:]
+        bit, v, u = np.nonzero(changed & both)
+        found.append([bit, v, u, np.full(len(bit), down), np.full(len(bit), right)])
+    bit, v, u, down, right = np.concatenate(found, axis=1)
+    strength = strength[:, v, u]
+    strength[bit, np.arange(len(bit))] = -1
     area = AREAS * (AREAS * v // lit.shape[0]) + AREAS * u // lit.shape[1]
+    place, steps = step // 2 + step * np.stack([v, u]), step * np.stack([down, right])
     kept = []
     for k in range(AREAS * AREAS):
         own = np.flatnonzero(area == k)
         kept.append(own[:: -(-len(own) // EDGES) or 1])
     kept = np.concatenate(kept)
-    return bit[kept], v[kept], u[kept], area[kept]
+    every = bit, strength.argmax(axis=0), place, steps, area
+    return _Edges(*(array[..., kept] for array in every))
 
 
-def _spread(stack, pairs, bit, v, u, reach, contrast):
-    """(E,) squared width px^2 at pixels near edges, and the patch of each.
+def _apart(stack, pairs, bit, v, u):
+    """Pictures less inverses of bits (E,) at rows v and columns u, (E, ...) float32."""
+    out = np.empty(np.broadcast_shapes(v.shape, u.shape), np.float32)
+    for k in np.unique(bit):
+        own = bit == k
+        out[own] = stack.apart(pairs[k], (v[own], u[own]))
+    return out
 
-    bit, v, u: of the patches, which reach so far to each side of row v and column u.
+
+def _spread(stack, pairs, edges, least):
+    """(P,) squared width px^2 at pixels near edges, and the edge of each.
+
+    least: contrast, all over the patch around an edge.
     """
-    around = np.arange(-reach, reach + 1)
-    where = (v[:, None] + around)[:, :, None], (u[:, None] + around)[:, None, :]
-    size = len(around)
-    apart = np.array([stack.apart(pair, where) for pair in pairs])
-    most = np.abs(apart).max(axis=0)
-    own = apart[bit, np.arange(len(bit))] / np.maximum(most, 1)
+    walk = np.arange(edges.step.max(initial=0) + 1)
+    line = edges.place[..., None] + np.sign(edges.step)[..., None] * walk
+    values = _apart(stack, pairs, edges.bit, *line)
+    crossed = np.argmax((values > 0) != (values[:, :1] > 0), axis=1)
+    middle = edges.place + np.sign(edges.step) * crossed
+    middle = [
+        np.clip(at, REACH_PX, size - 1 - REACH_PX)
+        for at, size in zip(middle, stack.shape, strict=True)
+    ]
+    around = np.arange(-REACH_PX, REACH_PX + 1)
+    v, u = (at[:, None] + around for at in middle)
+    where = v[:, :, None], u[:, None, :]
+    own = _apart(stack, pairs, edges.bit, *where)
+    most = np.maximum(np.abs(own), np.abs(_apart(stack, pairs, edges.other, *where)))
     # Patches one below the other; what they give each other is left out with the rim.
-    share = cv2.GaussianBlur(own.reshape(-1, size), (0, 0), SMOOTHED_PX)
-    share = share.reshape(own.shape)
+    share = (own / np.maximum(most, 1)).reshape(-1, len(around))
+    share = cv2.GaussianBlur(share, (0, 0), SMOOTHED_PX).reshape(own.shape)
     rim = 1 + round(3 * SMOOTHED_PX)
-    clear = most > LEAST_SHARE * contrast
-    whole = clear.all(axis=(1, 2))
-    inner = share[:, rim:-rim, rim:-rim]
-    near = np.abs(inner) < NEAR_EDGE
+    near = np.abs(share[:, rim:-rim, rim:-rim]) < NEAR_EDGE
+    whole = (most > least).all(axis=(1, 2))
     whole &= np.mean(near, axis=(1, 2)) < TOO_FINE
-    patch, y, x = np.nonzero(near & whole[:, None, None])
+    edge, y, x = np.nonzero(near & whole[:, None, None])
     y, x = y + rim, x + rim
-    right = (share[patch, y, x + 1] - share[patch, y, x - 1]) / 2
-    down = (share[patch, y + 1, x] - share[patch, y - 1, x]) / 2
-    steepest = np.sqrt(2 / np.pi) * np.exp(-(erfinv(share[patch, y, x]) ** 2))
-    return steepest**2 / (right**2 + down**2 + 1e-12), patch
+    right = (share[edge, y, x + 1] - share[edge, y, x - 1]) / 2
+    down = (share[edge, y + 1, x] - share[edge, y - 1, x]) / 2
+    steepest = np.sqrt(2 / np.pi) * np.exp(-(erfinv(share[edge, y, x]) ** 2))
+    return steepest**2 / (right**2 + down**2 + 1e-12), edge

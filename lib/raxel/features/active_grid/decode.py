@@ -33,7 +33,7 @@ from raxel.features.active_grid.layout import (
 from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
 from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.places import decode_rows
-from raxel.features.active_grid.reading import LEAST_MODULATION, read_rows
+from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
 from raxel.features.active_grid.stack import PictureStack
 from raxel.processors import processors
@@ -138,9 +138,9 @@ def decode(
         unit = np.divide(monitor.monitor_mm, monitor.monitor_px)
     plan = plan_arrays(stack.codes, monitor.monitor_px, unit)
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
-    averaged += blur.px**2 if blur else 0
-    least = LEAST_MODULATION * np.sqrt(noise.at(0))
-    bias = squared_bias(images, stack.seen, averaged, least)
+    blurred = blur.px if blur else 0.0
+    spread = np.sqrt(noise.at(0))
+    bias = squared_bias(images, stack.seen, averaged, blurred, spread)
     settings = plan, smooth, neighbours, stack.dtype.type(limit), noise, bias
     out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:

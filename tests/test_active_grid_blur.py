@@ -1,0 +1,121 @@
+"""The blur that is measured, and what is left beside rims that it reaches across."""
+
+from dataclasses import replace
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from raxel.sets import PatternPlan
+from tests.active_grids import drawn
+
+BLURS, NOISES = (0.5, 1.0, 2.0, 3.0, 4.0), (1.0, 3.0, 8.0)
+BEYOND = 30  # px drawn around the picture, so that what blurs its border is there
+TILTED = {"tilt": 0.3, "vignetting": 1.0, "seed": 1}
+
+
+def photographed(size=(400, 300), share=0.75, **options):
+    """A Scene as `drawn`, whose blur at the picture's border comes from beyond it."""
+    wide, high = (side + 2 * BEYOND for side in size)
+    scene = drawn(size=(wide, high), share=share * size[0] / wide, **TILTED, **options)
+    inner = np.s_[BEYOND:-BEYOND, BEYOND:-BEYOND]
+    return replace(
+        scene,
+        images=np.ascontiguousarray(scene.images[:, *inner]),
+        true=scene.true[inner],
+        white=scene.white[inner],
+        black=scene.black[inner],
+    )
+
+
+@cache
+def seen(blur, noise, share):
+    scene = photographed(blur=blur, noise=noise, share=share)
+    return scene, decode(scene.images, scene.patterns, scene.grid)
+
+
+def outermost(mask, width=3):
+    """Pixels of the mask so near to its end, or to the picture's border."""
+    inside = cv2.erode(
+        np.pad(mask.astype(np.uint8), 1), np.ones((2 * width + 1,) * 2, np.uint8)
+    )
+    return mask & ~inside[1:-1, 1:-1].astype(bool)
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("blur", BLURS)
+def test_the_blur_is_found(blur, noise):
+    """Noise hides what is less than a pixel."""
+    found = seen(blur, noise, 0.75)[1].blur_px
+    assert found == pytest.approx(blur, abs=0.15 if blur < 1 else 0.08)
+
+
+@pytest.mark.parametrize("share", [0.75, 1.05])
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("blur", BLURS)
+def test_the_outermost_pixels_are_as_good_as_they_say(blur, noise, share):
+    """With the monitor's rim in the picture, and with some of it just outside."""
+    scene, found = seen(blur, noise, share)
+    off = np.abs(found.location - scene.true) / found.sigma
+    assert not found.mask[np.isnan(scene.true[..., 0])].any()
+    rim = off[outermost(found.mask)]
+    assert len(rim) > 2000
+    assert np.mean(rim.max(axis=1) > 6) < 0.001
+    assert 0.62 < np.mean(off[found.mask] < 1) < 0.74
+    # No more is left out than windows, blur and its light beyond the rim reach.
+    assert found.margin_px <= max(6, 4 + 5 * found.blur_px)
+
+
+def test_with_a_margin_for_an_ordinary_lens_it_is_not_so():
+    """The mutant: a margin that does not follow the blur, or is given by hand."""
+    scene = photographed(blur=3.0, noise=1.0)
+    found = decode(scene.images, scene.patterns, scene.grid, margin_px=6)
+    assert found.margin_px == 6
+    off = np.abs(found.location - scene.true) / found.sigma
+    assert np.mean(off[outermost(found.mask)].max(axis=1) > 6) > 0.2
+
+
+@pytest.mark.parametrize("power", [0.45, 2.2])
+def test_tone_curves_do_not_hide_the_blur(power):
+    scene = photographed(blur=2.0, noise=1.0)
+    images = np.rint(255 * (scene.images / 255) ** power).astype(np.uint8)
+    found = decode(images, scene.patterns, scene.grid)
+    assert 1.9 < found.blur_px < 3.0
+
+
+def test_the_worst_part_of_the_picture_counts():
+    """One corner out of focus."""
+    sharp, soft = (photographed(blur=blur, noise=1.0) for blur in (0.7, 3.0))
+    images = sharp.images.copy()
+    images[:, 200:, 270:] = soft.images[:, 200:, 270:]
+    found = decode(images, sharp.patterns, sharp.grid)
+    assert found.blur_px == pytest.approx(3.0, abs=0.3)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_a_blur_and_a_margin_that_are_given_are_taken(smooth):
+    scene = photographed(blur=1.0, noise=1.0)
+    found = decode(scene.images, scene.patterns, scene.grid, blur_px=3, smooth=smooth)
+    assert (found.blur_px, found.margin_px) == (3, 15 + 3 * smooth)
+    found = decode(scene.images, scene.patterns, scene.grid, margin_px=2, smooth=smooth)
+    assert found.margin_px == 2
+
+
+@pytest.mark.parametrize(
+    "plan", [PatternPlan((4, 4), True), PatternPlan((3, 3), False, 4, (8.0, 8.0))]
+)
+def test_gray_code_alone_and_bits_without_inverse_tell_it(plan):
+    scene = photographed(blur=2.0, noise=2.0, plan=plan)
+    found = decode(
+        scene.images, scene.patterns, scene.grid, white=scene.white, black=scene.black
+    )
+    assert found.blur_px == pytest.approx(2.0, abs=0.1)
+
+
+def test_sines_alone_do_not_tell_it():
+    scene = photographed(blur=2.0, noise=1.0, plan=PatternPlan((0, 0), True, 4, (1, 1)))
+    found = decode(scene.images, scene.patterns, scene.grid)
+    assert (found.blur_px, found.margin_px) == (None, 6)
+    assert found.mask.mean() > 0.3
