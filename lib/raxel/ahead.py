@@ -11,6 +11,7 @@ import numpy as np
 
 from raxel.calibration import BoardView, dense_view
 from raxel.calibration.board_rays import ray_table
+from raxel.calibration.cgsp import homography_to_base, image_noise_weights
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
@@ -62,6 +63,10 @@ def compile_ahead():
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
     locate(shown, patterns, ActiveGrid(MONITOR_PX))
+    for kind in (np.float32, np.float64):
+        grids = np.stack([place.reshape(-1, 2)] * 2).astype(kind)
+        fit = homography_to_base(grids, np.ones(grids.shape[:2], bool), 1)
+        image_noise_weights(*grids, fit.H, [0.0, 0.0, 1.0])
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 

@@ -1,7 +1,8 @@
-"""`python -m tests.bench [SET ...]`: detectors and decoders beside others.
+"""`python -m tests.bench [SET ...]`: detectors, decoders, calibrations beside others.
 
 Sets of boards are for the detectors, those of active grids for the decoder; without
-any, the photographs of the repository and a drawn grid are taken.
+any, the photographs of the repository and a drawn grid are taken, and the linear stage
+of CGSP computes from drawn rays.
 """
 
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 from raxel.cli import main as raxel
 from raxel.errors import InputError
 from raxel.sets import ActiveGrid, load_set
+from tests.bench.calibrators import RAYS, bench_calibrators, calibrators_table
 from tests.bench.decoders import (
     agreement,
     bench_decoders,
@@ -38,6 +40,9 @@ def main(folders):
     if not folders:
         failed = raxel(["bench", str(BOARDS)])
         _bench("a drawn active grid", scene_to_bench())
+        for rays in RAYS:
+            print(f"\nthree grids of {rays} rays, one core, best of three")
+            print("\n".join(calibrators_table(bench_calibrators(rays))))
     return failed
 
 
