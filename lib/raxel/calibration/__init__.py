@@ -14,6 +14,8 @@ from raxel.calibration.bundle import (
     ray_point_residuals,
 )
 from raxel.calibration.cgsp import CgspSolution, linear_cgsp
+from raxel.calibration.central_test import CentralTest, centrality_test
+from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
 from raxel.calibration.consistent import ConsistentResult, adjust_consistent
 from raxel.calibration.correspondence import (
     BoardView,
@@ -23,6 +25,13 @@ from raxel.calibration.correspondence import (
 from raxel.calibration.dense import DenseView, dense_view
 from raxel.calibration.generic import calibrate_generic
 from raxel.calibration.generic_cgsp import calibrate_cgsp
+from raxel.calibration.free_centre import (
+    FreeCentreResult,
+    adjust_concurrence,
+    adjust_ray_point,
+)
+from raxel.calibration.free_lines import FreeLines, relax_centrality
+from raxel.calibration.generic import GenericCalibration, calibrate_generic
 from raxel.calibration.generic_linear import (
     LinearSolution,
     linear_as_printed,
@@ -38,6 +47,7 @@ from raxel.calibration.grid_pose import (
 from raxel.calibration.grunert import three_point_depths
 from raxel.calibration.interpolation import interpolated_view
 from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
+from raxel.calibration.relaxation import relax_poses
 from raxel.calibration.three_point import (
     RayPose,
     pose_from_rays,
@@ -51,19 +61,27 @@ __all__ = [
     "BoardView",
     "BundleResult",
     "CgspSolution",
+    "CentralTest",
     "ConsistentResult",
     "DenseView",
+    "FreeCentreResult",
+    "FreeLines",
     "GenericCalibration",
     "KnownMotionRays",
     "LinearSolution",
     "RayPose",
     "ZhangCalibration",
+    "adjust_concurrence",
     "adjust_consistent",
+    "adjust_ray_point",
     "bilinear_products",
     "bundle_adjust_fixed_centre",
     "calibrate_cgsp",
     "calibrate_generic",
     "calibrate_zhang",
+    "centrality_test",
+    "centroid_directions",
+    "centroid_weights",
     "coefficient_vectors",
     "dense_view",
     "grid_pose_ransac",
@@ -81,6 +99,8 @@ __all__ = [
     "rays_from_known_motion",
     "refine_pose_angular",
     "refine_pose_ray_point",
+    "relax_centrality",
+    "relax_poses",
     "solve_coefficients",
     "synthetic_plane_normal",
     "table_2_1",

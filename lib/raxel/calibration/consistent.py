@@ -118,7 +118,7 @@ def adjust_consistent(
     three rays with the others, there are more unknowns than points, or the start has
     grids behind the centre; InputError for a loss or shapes that do not fit.
     """
-    points, seen, sigma = _checked(points, seen, sigma, loss)
+    points, seen = _checked(points, seen, loss)
     centre, T = np.asarray(centre, float), np.asarray(T_base_grid, float)
     directions = start_directions(points, seen, centre, T)
     # Stated deviations and no loss leave nothing to freeze anew.
@@ -127,9 +127,7 @@ def adjust_consistent(
     )
     passes = 0
     for close_enough in rounds:
-        whitening = image_whitening(seen, directions, centre, T)
-        if sigma is not None:
-            _whiten_by(sigma, whitening)
+        whitening = frozen_whitening(seen, directions, centre, T, sigma)
         freedom = _degrees_of_freedom(whitening)
         rays = points, whitening, directions
         bends = _frozen_loss(rays, centre, T, loss, freedom)
@@ -139,7 +137,7 @@ def adjust_consistent(
     return _result(rays, state, sigma, loss, freedom, passes)
 
 
-def _checked(points, seen, sigma, loss):
+def _checked(points, seen, loss):
     if loss not in LOSSES:
         raise InputError(f"adjustment: loss {loss!r}; expected one of {[*LOSSES]}")
     points = np.ascontiguousarray(points, float)
@@ -152,23 +150,28 @@ def _checked(points, seen, sigma, loss):
     if seen.shape != finite.shape or not finite[seen].all():
         raise CalibrationError("adjustment: not all points that are seen are finite")
     check_shared(seen)
+    return points, seen
+
+
+def frozen_whitening(seen, directions, centre, T_base_grid, sigma=None):
+    """Whitening (n, N, 3) float32: a, b, c of [[a, b], [0, c]]; 0 where not used.
+
+    seen: (n, N) bool; directions: (N, 3), of the rays from the centre; sigma: as
+    `adjust_consistent`. Points behind the centre are not used.
+    """
+    whitening = image_whitening(seen, directions, centre, T_base_grid)
     if sigma is None:
-        return points, seen, None
+        return whitening
     sigma = np.asarray(sigma)
-    sigma = np.broadcast_to(
-        sigma if sigma.ndim == 3 else sigma[..., None], points.shape
-    )
-    if not np.all(sigma > 0, where=seen[..., None]):
-        raise InputError("adjustment: field 'sigma': not above 0 where a point is seen")
-    return points, seen, sigma
-
-
-def _whiten_by(sigma, whitening):
-    """Whitening of the points ahead by their standard deviations, in place."""
+    sigma = sigma if sigma.ndim == 3 else sigma[..., None]
+    sigma = np.broadcast_to(sigma, (*seen.shape, 2))
     ahead = whitening[..., 0] > 0
-    for k, axis in ((0, 0), (2, 1)):
-        np.divide(1.0, sigma[..., axis], out=whitening[..., k], where=ahead)
+    if not np.all(sigma > 0, where=ahead[..., None]):
+        raise InputError("adjustment: field 'sigma': not above 0 where a point is seen")
+    for place, axis in ((0, 0), (2, 1)):
+        np.divide(1.0, sigma[..., axis], out=whitening[..., place], where=ahead)
     whitening[..., 1] = 0
+    return whitening
 
 
 def _degrees_of_freedom(whitening):
@@ -207,7 +210,7 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
     while passes <= iterations:
         step = damped_step(now.normal, now.gradient, damping)
         gain = -step @ now.gradient
-        if gain * freedom <= close_enough**2 * now.cost or _is_rounding(step, centre):
+        if gain * freedom <= close_enough**2 * now.cost or is_rounding(step, centre):
             return _State(centre, T, now, True, passes)
         trial = moved(centre, T, step)
         new = normal_equations(rays, *trial, bends)
@@ -222,9 +225,9 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
     return _State(centre, T, now, False, passes)
 
 
-def _is_rounding(step, centre):
-    lengths = np.concatenate([step[:3], step[3:].reshape(-1, 6)[:, 3:].ravel()])
-    return np.abs(lengths).max() <= RESOLUTION * np.abs(centre).max()
+def is_rounding(step, centre):
+    """Whether a step (mm and rad) of a scene at this distance is lost in rounding."""
+    return np.abs(step).max() <= RESOLUTION * np.abs(centre).max()
 
 
 def _result(rays, state, sigma, loss, freedom, passes):
