@@ -131,9 +131,11 @@ class Optics:
         A mixture of two Gaussians with shares linear in the variance has exactly the
         variance in between.
         """
+        low, high = ((fineness * sd) ** 2 for sd in self.blur_sd_px)
+        if low == high:
+            return gaussian_blur(image, float(np.float32(low)))
         height, width = image.shape[:2]
         fine_centre = (self._centre_in(window) + 0.5) * fineness - 0.5
-        low, high = ((fineness * sd) ** 2 for sd in self.blur_sd_px)
         diagonal = fineness**2 * (window.full_width**2 + window.full_height**2)
         given = width, height, tuple(fine_centre), diagonal, low, high
         levels, variance = _level_variances(*given)

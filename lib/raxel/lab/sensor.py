@@ -18,8 +18,9 @@ BLOCK = 1 << 15
 # Electrons; the generator's limit lies above.
 MOST_E = 1e15
 # Where white has so many, shot and read noise are one Gaussian, in a quarter of the
-# time: the skewness of shot noise is below 0.05 from 400 electrons on.
-GAUSSIAN_E = 1e5
+# time: the skewness of shot noise is below 0.05 from 400 electrons on, and where there
+# are fewer read noise hides it.
+GAUSSIAN_E = 5e4
 # Between charges of a curve: steeper ones overflow.
 LEAST_STEP = 1e-9
 BITS = {8: np.uint8, 16: np.uint16}
