@@ -80,6 +80,28 @@ def ext_rig_active_grid_demo(results):
 
 
 @figure(
+    "ext_rig_coolpix_4500_fce8_boards",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_coolpix_4500_fce8_boards(results):
+    """The rig coolpix-4500-fce8-boards."""
+    return drawn_rig(results, "coolpix-4500-fce8-boards")
+
+
+@figure(
+    "ext_rig_coolpix_4500_fce8",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_coolpix_4500_fce8(results):
+    """The rig coolpix-4500-fce8."""
+    return drawn_rig(results, "coolpix-4500-fce8")
+
+
+@figure(
     "ext_rig_coolpix_fce8_zoom_1",
     needs=("ext_rigs",),
     evidence="analytic",
@@ -242,6 +264,28 @@ def ext_rig_mirror_ball(results):
 def ext_rig_monitor_d200(results):
     """The rig monitor-d200."""
     return drawn_rig(results, "monitor-d200")
+
+
+@figure(
+    "ext_rig_onevr_d70_boards",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_onevr_d70_boards(results):
+    """The rig onevr-d70-boards."""
+    return drawn_rig(results, "onevr-d70-boards")
+
+
+@figure(
+    "ext_rig_onevr_d70",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_onevr_d70(results):
+    """The rig onevr-d70."""
+    return drawn_rig(results, "onevr-d70")
 
 
 @figure(

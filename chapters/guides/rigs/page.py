@@ -213,6 +213,46 @@ def ext_rigs(effort):
 # show("ext_rig_mirror_ball")
 
 # %% [markdown]
+# ### `onevr-d70`: a mirror all around before a monitor
+#
+# {glue:text}`onevr_d70.summary`.
+# {glue:text}`onevr_d70.sizes`. Used by [section
+# 4.3.1](../ch04_central_generic/s3_1_setup.ipynb) and those after it.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_onevr_d70")
+
+# %% [markdown]
+# ### `onevr-d70-boards`: boards to correct
+#
+# {glue:text}`onevr_d70_boards.summary`.
+# {glue:text}`onevr_d70_boards.sizes`. Used by [section
+# 4.3.1](../ch04_central_generic/s3_1_setup.ipynb) and those after it.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_onevr_d70_boards")
+
+# %% [markdown]
+# ### `coolpix-4500-fce8`: the whole fisheye before a monitor
+#
+# {glue:text}`coolpix_4500_fce8.summary`.
+# {glue:text}`coolpix_4500_fce8.sizes`. Used by [section
+# 4.3.1](../ch04_central_generic/s3_1_setup.ipynb) and those after it.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_coolpix_4500_fce8")
+
+# %% [markdown]
+# ### `coolpix-4500-fce8-boards`: boards to correct
+#
+# {glue:text}`coolpix_4500_fce8_boards.summary`.
+# {glue:text}`coolpix_4500_fce8_boards.sizes`. Used by [section
+# 4.3.1](../ch04_central_generic/s3_1_setup.ipynb) and those after it.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_coolpix_4500_fce8_boards")
+
+# %% [markdown]
 # ## The four sets of planar grids
 #
 # Chessboards that are hard to find: [section

@@ -13,9 +13,11 @@ from raxel.show.cameras import MEASURED, field_edge, spread_pixels
 from raxel.show.rigs import drawn_poses
 
 SEED = 0
-EVEN_STEPS = 8
+EVEN_STEPS = 4
 FILES = (
     "data/rigs/active-grid-demo.yaml",
+    "data/rigs/coolpix-4500-fce8-boards.yaml",
+    "data/rigs/coolpix-4500-fce8.yaml",
     "data/rigs/coolpix-fce8-zoom-1.yaml",
     "data/rigs/coolpix-fce8-zoom-2.yaml",
     "data/rigs/coolpix-fce8-zoom-3.yaml",
@@ -31,6 +33,8 @@ FILES = (
     "data/rigs/large-hyperboloidal.yaml",
     "data/rigs/mirror-ball.yaml",
     "data/rigs/monitor-d200.yaml",
+    "data/rigs/onevr-d70-boards.yaml",
+    "data/rigs/onevr-d70.yaml",
     "data/rigs/ordinary-lens.yaml",
     "data/rigs/panorama-hyperboloid.yaml",
     "data/rigs/spherical.yaml",
@@ -78,7 +82,7 @@ def angle_seen(camera):
     """
     edge = field_edge(camera)[:-1]
     middle = (np.array([camera.width, camera.height]) - 1) / 2
-    # The middle itself may be where a mirror has a hole.
+    # The middle and what is near it may be where a mirror has a hole.
     share = np.linspace(-1, 1, EVEN_STEPS)[:, None, None]
     half = len(edge) // 2
     ways = np.where(share < 0, edge[half:] - middle, edge[:half] - middle)
