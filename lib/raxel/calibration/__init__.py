@@ -13,9 +13,9 @@ from raxel.calibration.bundle import (
     ray_directions,
     ray_point_residuals,
 )
-from raxel.calibration.cgsp import CgspSolution, linear_cgsp
 from raxel.calibration.central_test import CentralTest, centrality_test
 from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
+from raxel.calibration.cgsp import CgspSolution, linear_cgsp
 from raxel.calibration.consistent import ConsistentResult, adjust_consistent
 from raxel.calibration.correspondence import (
     BoardView,
@@ -23,15 +23,14 @@ from raxel.calibration.correspondence import (
     pixels_on_board,
 )
 from raxel.calibration.dense import DenseView, dense_view
-from raxel.calibration.generic import calibrate_generic
-from raxel.calibration.generic_cgsp import calibrate_cgsp
 from raxel.calibration.free_centre import (
     FreeCentreResult,
     adjust_concurrence,
     adjust_ray_point,
 )
 from raxel.calibration.free_lines import FreeLines, relax_centrality
-from raxel.calibration.generic import GenericCalibration, calibrate_generic
+from raxel.calibration.generic import calibrate_generic
+from raxel.calibration.generic_cgsp import calibrate_cgsp
 from raxel.calibration.generic_linear import (
     LinearSolution,
     linear_as_printed,
@@ -60,8 +59,8 @@ __all__ = [
     "AngularPose",
     "BoardView",
     "BundleResult",
-    "CgspSolution",
     "CentralTest",
+    "CgspSolution",
     "ConsistentResult",
     "DenseView",
     "FreeCentreResult",
