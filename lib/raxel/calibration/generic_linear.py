@@ -185,12 +185,12 @@ def linear_as_printed(points_1, points_2, points_3, *, side=-1, tz="printed"):
         raise ValueError(f"tz: {tz!r}; expected 'printed' or 'corrected'")
     v, w = _ratio_scaled(*solve_coefficients(points_1, points_2)[:2], "V_4/W_1")
     m, n = _ratio_scaled(*solve_coefficients(points_1, points_3)[:2], "M_4/N_1")
-    u, degeneracy = _solve_u(v, w, m, n)
-    c_z = _printed_depth(u, v, side)
+    u, degeneracy = solve_unknowns(v, w, m, n)
+    c_z = printed_depth(u, v, side)
     centre = np.array([u[0], u[1], c_z])
     poses = [np.eye(4)]
     for vector, part, points in ((v, u[2:8], points_2), (m, u[8:14], points_3)):
-        poses.append(_printed_pose(vector, part, centre, points, tz))
+        poses.append(printed_pose(vector, part, centre, points, tz))
     return LinearSolution(centre, np.stack(poses), degeneracy)
 
 
@@ -222,7 +222,7 @@ def _system_2_24(v, w, m, n):
     return a, x
 
 
-def _solve_u(v, w, m, n):
+def solve_unknowns(v, w, m, n):
     """u of (2.24) by the two subspaces (2.20) and (2.22), and the ratio of (2.21)."""
     a_matrix, x = _system_2_24(v, w, m, n)
     left, singular, right = np.linalg.svd(a_matrix)
@@ -266,7 +266,7 @@ def _cross(f, g, p, q):
     return f[p] * g[q] + f[q] * g[p] + f[p + 2] * g[q + 2] + f[q + 2] * g[p + 2]
 
 
-def _printed_depth(u, v, side):
+def printed_depth(u, v, side):
     """C_z of (2.23), numerator u_5 u_6 + u_7 u_8."""
     product = v[3] * v[4]
     numerator = u[4] * u[5] + u[6] * u[7]
@@ -281,7 +281,7 @@ def _printed_depth(u, v, side):
     return np.sign(side) * np.sqrt(-numerator / product)
 
 
-def _printed_pose(vector, u, centre, points, tz):
+def printed_pose(vector, u, centre, points, tz):
     """Pose of one grid by (2.23). u: its six entries tx, ty, R11, R12, R21, R22."""
     size = np.sqrt(u[2] ** 2 + u[4] ** 2 + (vector[3] * centre[2]) ** 2)
     heights = points @ vector[3:5] + vector[5]

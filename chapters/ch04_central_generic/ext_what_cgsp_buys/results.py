@@ -1,0 +1,67 @@
+"""Names of the steps, and the numbers that the page quotes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
+    GRIDS,
+    OUTLIERS,
+    STEPS,
+)
+from repro.judge.statistics import median_interval, with_worst
+from repro.page.reader import value
+
+NAMES = {
+    "as_printed": "standard, as printed",
+    "normalised": "normalised coordinates",
+    "one_scale": "one scale by least squares",
+    "well_conditioned": "no vanishing divisors",
+    "cgsp": "CGSP",
+    "cgsp_weighted": "CGSP, weighted",
+    "consistent": "CGSP, adjusted with the centre",
+    "cgsp_robust": "CGSP with RANSAC",
+    "well_conditioned_robust": "standard on the same inliers",
+}
+
+
+def centre(result, method, **condition):
+    """Median error (mm) of the centre, an Estimate; failures as the worst."""
+    return median_interval(
+        with_worst(result.column(f"{method}.centre_mm", **condition))
+    )
+
+
+def failed(result, method, **condition):
+    """Trials of a condition in which a method gave nothing."""
+    texts = result.texts(f"{method}.failed", **condition)
+    return sum(text is not None for text in texts)
+
+
+def gain(result, one, other, **condition):
+    """Ratio of the median errors of two methods."""
+    found = [centre(result, m, **condition).value for m in (one, other)]
+    return float(np.divide(*found))
+
+
+def name_values(open_results):
+    """Name the numbers of the prose."""
+    steps = open_results("ext_cgsp_steps")
+    grids = open_results("ext_cgsp_grids")
+    outliers = open_results("ext_cgsp_outliers")
+    value("trials", steps.trials_per_condition)
+    for method in STEPS:
+        value(f"step.{method}", centre(steps, method).value)
+        value(f"failed.{method}", failed(steps, method))
+    names = list(STEPS)
+    for before, after in pairwise(names):
+        value(f"gain.{after}", gain(steps, before, after))
+    for method in ("cgsp", "consistent"):
+        for count in (GRIDS[0], GRIDS[-1]):
+            found = centre(grids, method, grids=count)
+            value(f"grids.{method}.{count}", found.value)
+    for method in ("cgsp", "cgsp_robust", "well_conditioned_robust"):
+        found = centre(outliers, method, outliers=OUTLIERS[-1])
+        value(f"outliers.{method}", found.value)
