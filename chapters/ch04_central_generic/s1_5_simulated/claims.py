@@ -24,7 +24,7 @@ from repro.run.outcomes import DECISIONS, Reading
 REDRAWN, FIXED = "fig_4_2_redrawn", "fig_4_2_fixed"
 SWEEP = ("fig_4_2_redrawn",)
 BOTH_SWEEPS = ("fig_4_2_redrawn", "fig_4_2_fixed")
-ALL = ("noise", "standard_method", "printed_depth")
+ALL = ("noise", "standard_method")
 SWEEPS = (*ALL, "translation_error", "ray_point")
 POSES = (*ALL, "translation_error")
 LEAST_GAIN, HALF, LEAST_SPREAD = 0.8, 0.5, 3.0

@@ -56,10 +56,12 @@ from repro.run.outcomes import Plan
 # - The difference lies in the numerics, not in the equations: well
 #   conditioned, the standard method leaves
 #   {glue:text}`well_conditioned.linear.centre:.2f` mm.
-# - Adjustment lowers the distances between rays and points that it sees,
-#   from {glue:text}`as_printed.linear.ray:.2f` to
-#   {glue:text}`as_printed.ba.ray:.2f` mm as printed, but it keeps the
-#   centre and its error.
+# - Adjustment brings rays and the noisy points that it sees together, from
+#   {glue:text}`as_printed.linear.own_ray_mm:.2f` to
+#   {glue:text}`as_printed.ba.own_ray_mm:.2f` mm as printed. From the true
+#   points the rays stay as far as they were:
+#   {glue:text}`as_printed.linear.ray:.2f` and
+#   {glue:text}`as_printed.ba.ray:.2f` mm.
 # - With the true centre in place of the estimated one, adjustment puts the
 #   points of the grids {glue:text}`as_printed.ba_true_centre.point_mm:.2f`
 #   mm off, in place of {glue:text}`as_printed.ba.point_mm:.1f` mm.
@@ -119,10 +121,10 @@ from repro.run.outcomes import Plan
 
 # %% [markdown]
 # What the text leaves open is listed in the ledger with a reason for each
-# choice. One of these choices decides a lot: as printed, the shift $t_z$ of
-# a grid is divided by $C_y$, and the thesis's own camera has $C_y = 0$
-# (E-2.12). No sensible run can have used that form, so here $t_z$ comes from
-# $V_6$, where it stands undivided. The printed form is kept as a reading.
+# choice. As printed, the shift $t_z$ of a grid is divided by $C_y$, and the
+# thesis's own camera has $C_y = 0$ (E-2.12): without noise that is 0/0. With
+# noise the form is harmless. Equation 2.24 is solved exactly, so that the
+# quotient is the same number as $C_z + V_6/\lambda$, which is used here.
 
 # %% [markdown]
 # ## Experiment
@@ -165,9 +167,9 @@ def redrawn_sweep(effort):
 #
 # **Adjustment.** The poses and rays that it finds are the best for the
 # centre that they are given. A centre that is off by
-# {glue:text}`as_printed.linear.centre:.0f` mm bends all of them. A ray and a
-# wrong centre can still pass close to three points, so the distances fall
-# much further than the errors do. Adjusting the centre as well is the
+# {glue:text}`as_printed.linear.centre:.0f` mm bends all of them. A ray through a
+# wrong centre can still pass close to three points, so the distances to the
+# points seen fall, and those to the true points do not. Adjusting the centre as well is the
 # subject of [section 4.1.4](s1_4_bundle_adjustment.ipynb).
 #
 # **Rotation and translation** of a grid go together: a grid far from the

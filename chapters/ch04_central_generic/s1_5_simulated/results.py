@@ -13,7 +13,6 @@ from repro.page.reader import value
 
 NAMES = {
     "as_printed": "standard, as printed",
-    "through_c_y": "standard, $t_z$ through $C_y$",
     "well_conditioned": "standard, well conditioned",
     "cgsp": "CGSP",
 }
@@ -35,7 +34,6 @@ STANDARD = {
     "as printed": "as_printed",
     "well conditioned": "well_conditioned",
 }
-DEPTH = {"from V6": "as_printed", "through C_y": "through_c_y"}
 TRANSLATION = {
     "difference of lengths": "length_mm",
     "length of the difference": "mm",
@@ -47,12 +45,9 @@ RAY_POINT = {
 QUESTIONS = {
     "noise": tuple(NOISE),
     "standard_method": tuple(STANDARD),
-    "printed_depth": tuple(DEPTH),
     "translation_error": tuple(TRANSLATION),
     "ray_point": tuple(RAY_POINT),
 }
-# Each stands with the primary options of the other: it is a form of as printed.
-NOT_CROSSED = ("standard_method", "printed_depth")
 QUANTITIES = ("centre", "t2", "t3", "r2", "r3", "ray")
 WORDS = {
     "centre": "centre",
@@ -71,9 +66,6 @@ class Case(NamedTuple):
 
     def standard(self):
         """The linear stage that stands for the standard method."""
-        depth = DEPTH[self.options.get("printed_depth", "from V6")]
-        if depth != "as_printed":
-            return depth
         return STANDARD[self.options.get("standard_method", "as printed")]
 
     def name(self, quantity):
@@ -105,23 +97,11 @@ class Case(NamedTuple):
 
 
 def cases(*questions):
-    """A Case for every combination of options that the ledger asks for."""
-    found = []
-    for chosen in product(*(QUESTIONS[q] for q in questions)):
-        options = dict(zip(questions, chosen, strict=True))
-        away = [
-            q
-            for q in NOT_CROSSED
-            if options.get(q, "") != first(q, options)
-        ]
-        if len(away) < len(NOT_CROSSED):
-            found.append(Case(options))
-    return found
-
-
-def first(question, options):
-    """The primary option of a question that is asked, as it is in ``options``."""
-    return QUESTIONS[question][0] if question in options else ""
+    """A Case for every combination of options of the questions."""
+    return [
+        Case(dict(zip(questions, chosen, strict=True)))
+        for chosen in product(*(QUESTIONS[q] for q in questions))
+    ]
 
 
 PRIMARY = Case(
@@ -152,7 +132,7 @@ def name_values(open_results):
     result = open_results("fig_4_2_redrawn")
     value("trials", result.trials_per_condition)
     for method, stage in RUNS:
-        for quantity in (*QUANTITIES, "point_mm"):
+        for quantity in (*QUANTITIES, "point_mm", "own_ray_mm"):
             found = PRIMARY.trials(result, method, stage, quantity, 0.5)
             value(f"{method}.{stage}.{quantity}", float(np.median(found)))
     for method in NAMES:

@@ -36,11 +36,6 @@ def as_printed(points):
     return linear_as_printed(*points, side=SIDE, tz="corrected")
 
 
-def through_c_y(points):
-    """The same with the printed t_z, 0/0 for a camera above the origin."""
-    return linear_as_printed(*points, side=SIDE, tz="printed")
-
-
 def well_conditioned(points):
     """The same equations in normalised coordinates, by least squares."""
     return linear_well_conditioned(points, side=SIDE)
@@ -51,12 +46,11 @@ def cgsp(points):
     return linear_cgsp(points, side=SIDE)
 
 
-STANDARD = {
+METHODS = {
     "as_printed": as_printed,
-    "through_c_y": through_c_y,
     "well_conditioned": well_conditioned,
+    "cgsp": cgsp,
 }
-METHODS = STANDARD | {"cgsp": cgsp}
 
 
 def errors(centre, T_base_grid, directions, scene):
