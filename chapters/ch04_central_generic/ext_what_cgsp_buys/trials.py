@@ -32,7 +32,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 NOISE_PX = 0.5
-TRIALS = {"quick": 4, "full": 100}
+TRIALS = {"quick": 3, "full": 100}
 GRIDS = (3, 4, 6, 10)
 OUTLIERS = (0.0, 0.003, 0.01, 0.05)
 OUTLIER_MM = 300.0
