@@ -40,7 +40,7 @@ def what_cgsp_buys(results):
     found = [centre(result, method) for method in STEPS]
     rows = np.arange(len(found))[::-1]
     middle, low, high = np.array([e[:3] for e in found]).T
-    look = series(0) | {"ls": ""}
+    look = series(0) | {"linestyle": ""}
     axes.errorbar(
         middle, rows, xerr=[middle - low, high - middle], capsize=3, **look
     )
