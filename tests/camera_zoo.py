@@ -74,6 +74,12 @@ ZOO = {
     "sphere, paraboloid": UnifiedSphereCamera(1, K, *SIZE),
     "sphere, beyond": UnifiedSphereCamera(1.4, K, *SIZE),
     "sphere, limited": UnifiedSphereCamera(1, K, *SIZE, max_angle=0.9),
+    "kannala-brandt, decentred": KannalaBrandtCamera(
+        KB_K, (170, 160), CENTRE, *SIZE, tangential=(0.002, -0.003), prism=(0.004, 0.01)
+    ),
+    "sphere, decentred": UnifiedSphereCamera(
+        0.9, K, *SIZE, radial=[-0.1, 0.02], tangential=(0.001, 0), prism=(0.02, -0.01)
+    ),
     "mei-rives": UnifiedSphereCamera(
         0.9, K, *SIZE, radial=[-0.1, 0.02, -0.001], tangential=[0.001, -0.002]
     ),
@@ -82,7 +88,7 @@ PARAMETERS = dict(
     zip(
         ZOO,
         [9, 7, 8, 6, 8, 6, 15, 6, 8, 38, 17, 17, 6, 9, 23]
-        + [4, 4, 4, 9, 8, 8, 6, 6, 6, 6, 11],
+        + [4, 4, 4, 9, 8, 8, 6, 6, 6, 6, 13, 12, 11],
         strict=True,
     )
 )

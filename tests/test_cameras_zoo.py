@@ -123,6 +123,12 @@ BAD = {
         lambda: KannalaBrandtCamera([1, 0], (1, 1), CENTRE, *SIZE, radial_l=[1, 0, 0]),
         "'radial_i'",
     ),
+    "decentred twice": (
+        lambda: KannalaBrandtCamera(
+            [1, 0], (1, 1), CENTRE, *SIZE, *([1, 0, 0], [1, 0, 0, 0]), prism=(1, 0)
+        ),
+        "'prism'",
+    ),
     "beyond the turn": (
         lambda: KannalaBrandtCamera([1, -0.1], (1, 1), CENTRE, *SIZE, max_angle=2),
         "'max_angle'.*104.61 degrees",

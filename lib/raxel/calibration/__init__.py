@@ -46,6 +46,7 @@ from raxel.calibration.grid_pose import (
 from raxel.calibration.grunert import three_point_depths
 from raxel.calibration.interpolation import interpolated_view
 from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
+from raxel.calibration.lens_formula import LensCalibration, calibrate_lens
 from raxel.calibration.relaxation import relax_poses
 from raxel.calibration.three_point import (
     RayPose,
@@ -67,6 +68,7 @@ __all__ = [
     "FreeLines",
     "GenericCalibration",
     "KnownMotionRays",
+    "LensCalibration",
     "LinearSolution",
     "RayPose",
     "ZhangCalibration",
@@ -77,6 +79,7 @@ __all__ = [
     "bundle_adjust_fixed_centre",
     "calibrate_cgsp",
     "calibrate_generic",
+    "calibrate_lens",
     "calibrate_zhang",
     "centrality_test",
     "centroid_directions",

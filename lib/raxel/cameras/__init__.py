@@ -12,6 +12,7 @@ from raxel.cameras.fisheye import FisheyeCamera
 from raxel.cameras.general import GeneralCamera
 from raxel.cameras.io import load_camera
 from raxel.cameras.kannala_brandt import KannalaBrandtCamera
+from raxel.cameras.moving_pupil import MovingPupilCamera
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.perspective import PerspectiveCamera
 from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
@@ -43,6 +44,7 @@ __all__ = [
     "KannalaBrandtCamera",
     "LiftedRationalCamera",
     "MicusikPajdlaCamera",
+    "MovingPupilCamera",
     "OrthographicCamera",
     "PerspectiveCamera",
     "PlanarMirrorsCamera",

@@ -14,15 +14,16 @@ class BrownMap(PlaneMap):
     """p (1 + k1 r^2 + k2 r^4 + ...) (2.4) plus the decentring of p1 and p2.
 
     With p = (x, y) the decentring is (2 p1 x y + p2 (r^2 + 2 x^2),
-    p1 (r^2 + 2 y^2) + 2 p2 x y), OpenCV's order and signs.
+    p1 (r^2 + 2 y^2) + 2 p2 x y), OpenCV's order and signs. A thin prism adds
+    (s1 r^2, s2 r^2).
     """
 
-    def __init__(self, radial, tangential, radius):
+    def __init__(self, radial, tangential, radius, prism=(0.0, 0.0)):
         self._factor = np.concatenate([[1.0], radial])[::-1]
         # Derivative of the factor with respect to r^2.
         self._change = (np.arange(1, len(radial) + 1) * radial)[::-1]
-        self._tangential = tangential
-        if np.any(tangential):
+        self._tangential, self._prism = tangential, prism
+        if np.any(tangential) or np.any(prism):
             super().__init__(radius)
             return
         super().__init__(radius, azimuths=1)
@@ -36,34 +37,36 @@ class BrownMap(PlaneMap):
     def value(self, p):
         x, y = p.T
         p1, p2 = self._tangential
+        s1, s2 = self._prism
         squared = x * x + y * y
         factor = np.polyval(self._factor, squared)
         return np.column_stack(
             [
-                x * factor + 2 * p1 * x * y + p2 * (squared + 2 * x * x),
-                y * factor + p1 * (squared + 2 * y * y) + 2 * p2 * x * y,
+                x * factor + 2 * p1 * x * y + p2 * (squared + 2 * x * x) + s1 * squared,
+                y * factor + p1 * (squared + 2 * y * y) + 2 * p2 * x * y + s2 * squared,
             ]
         )
 
     def jacobian(self, p):
         x, y = p.T
         p1, p2 = self._tangential
+        s1, s2 = self._prism
         squared = x * x + y * y
         factor = np.polyval(self._factor, squared)
         change = 2 * np.polyval(self._change, squared) if len(self._change) else 0.0
         across = change * x * y + 2 * p1 * x + 2 * p2 * y
         J = np.empty((len(p), 2, 2))
-        J[:, 0, 0] = factor + change * x * x + 2 * p1 * y + 6 * p2 * x
-        J[:, 0, 1] = J[:, 1, 0] = across
-        J[:, 1, 1] = factor + change * y * y + 6 * p1 * y + 2 * p2 * x
+        J[:, 0, 0] = factor + change * x * x + 2 * p1 * y + (6 * p2 + 2 * s1) * x
+        J[:, 0, 1], J[:, 1, 0] = across + 2 * s1 * y, across + 2 * s2 * x
+        J[:, 1, 1] = factor + change * y * y + (6 * p1 + 2 * s2) * y + 2 * p2 * x
         return J
 
 
-def distortion_warp(radial, tangential):
+def distortion_warp(radial, tangential, prism=(0.0, 0.0)):
     """radius -> BrownMap on that disc, or None where there is no distortion."""
-    if not (np.any(radial) or np.any(tangential)):
+    if not (np.any(radial) or np.any(tangential) or np.any(prism)):
         return None
-    return lambda radius: BrownMap(radial, tangential, radius)
+    return lambda radius: BrownMap(radial, tangential, radius, prism)
 
 
 class BrownCamera(PlaneLaw, AzimuthalCamera):

@@ -6,6 +6,7 @@ import numpy as np
 
 from raxel.cameras.azimuthal import AzimuthalCamera
 from raxel.cameras.base import check_size, checked_array, checked_positive
+from raxel.cameras.brown import distortion_warp
 from raxel.cameras.plane_map import PlaneMap
 from raxel.cameras.rising import invert_rising, smallest_positive_root
 from raxel.errors import InputError
@@ -77,11 +78,16 @@ class KannalaBrandtCamera(AzimuthalCamera):
     along the radius and D_t, the same with m and j, across it:
 
     radial_l (3,) and radial_i (4,), tangential_m (3,) and tangential_j (4,), each pair
-    given together or left out. The camera sees as far as r rises, at most to pi; with
-    asymmetric terms, inside the first circle on which the map folds.
+    given together or left out. In their place tangential, (p1, p2), and prism, (s1,
+    s2), may add a decentring that the model does not have, as `BrownMap` defines it,
+    to r / k1, with (x, y) = theta (cos phi, sin phi).
 
-    6 (k1, k2) to 23 parameters, counted as the authors do. Three of the 23 are scales
-    that cancel: between k and mu, mv, between l and i, between m and j.
+    The camera sees as far as r rises, at most to pi; with terms that are not
+    symmetric, inside the first circle on which the map folds.
+
+    6 (k1, k2) to 23 parameters, counted as the authors do; tangential and prism are two
+    each. Three of the 23 are scales that cancel: between k and mu, mv, between l and i,
+    between m and j.
     Source: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153. Raises InputError
     naming the field, also for an r that does not rise.
     """
@@ -101,6 +107,8 @@ class KannalaBrandtCamera(AzimuthalCamera):
         tangential_m=(),
         tangential_j=(),
         max_angle=None,
+        tangential=(0, 0),
+        prism=(0, 0),
     ):
         check_size(self, width, height)
         self.k = checked_array("k", k, (None,))
@@ -122,21 +130,36 @@ class KannalaBrandtCamera(AzimuthalCamera):
         self.tangential_m, self.tangential_j = _pair(
             "tangential", "m", "j", tangential_m, tangential_j
         )
-        self.symmetric = not (len(self.radial_l) or len(self.tangential_m))
-        affine = np.diag(self.pixels_per_unit)
+        self.tangential = checked_array("tangential", tangential, (2,))
+        self.prism = checked_array("prism", prism, (2,))
+        self._off_axis = bool(np.any(self.tangential) or np.any(self.prism))
+        asymmetric = len(self.radial_l) or len(self.tangential_m)
+        if asymmetric and self._off_axis:
+            raise InputError(
+                "field 'tangential' or 'prism': found beside asymmetric terms; give "
+                "one of the two"
+            )
+        self.symmetric = not (asymmetric or self._off_axis)
+        affine = np.diag(self.pixels_per_unit) * (self.k[0] if self._off_axis else 1.0)
         limits, warp = self._own_limits()
         self._set_up(affine, self.principal_point, max_angle, *limits, warp)
 
     @property
     def parameters(self):
-        """k, seven for each pair of asymmetric terms, and four of the affine map."""
+        """k, the terms that are not symmetric, and four of the affine map."""
         return (
             len(self.k)
             + 7 * bool(len(self.radial_l))
             + (7 * bool(len(self.tangential_m)) + 4)
+            + 2 * bool(np.any(self.tangential))
+            + 2 * bool(np.any(self.prism))
         )
 
     def _own_limits(self):
+        if self._off_axis:
+            radial = self.k[1:] / self.k[0]
+            off_axis = self.tangential, self.prism
+            return (math.pi, math.pi), distortion_warp(radial, *off_axis)
         if not self.symmetric:
             terms = [
                 _or_zeros(self.radial_l, 3),

@@ -6,6 +6,7 @@ from raxel.cameras.brown import BrownCamera
 from raxel.cameras.fisheye import FisheyeCamera
 from raxel.cameras.general import GeneralCamera
 from raxel.cameras.kannala_brandt import KannalaBrandtCamera
+from raxel.cameras.moving_pupil import MovingPupilCamera
 from raxel.cameras.named_fields import argument_names
 from raxel.cameras.orthographic import OrthographicCamera
 from raxel.cameras.perspective import PerspectiveCamera
@@ -50,15 +51,19 @@ CAMERAS = {
         PushbroomCamera,
         AxialCamera,
         RaySplineCamera,
+        MovingPupilCamera,
     )
 }
+
+NESTED = ("viewer", "lens", "trend")  # fields that hold a camera
 
 
 def camera_from(kind, fields):
     """The camera of a kind from its constructor's arguments by name.
 
-    kind: a key of CAMERAS; fields: dict name -> number, text or list; the viewer of a
-    mirror camera is a camera or a dict, see `with_viewer`.
+    kind: a key of CAMERAS; fields: dict name -> number, text or list; the `viewer` of a
+    mirror camera, and the `lens` whose pupil moves, is a camera or a dict, see
+    `with_nested`.
     Raises InputError, one line, for a kind or name that is unknown (with the nearest
     known one) or missing, and for values that no such camera can have.
     """
@@ -77,7 +82,7 @@ def camera_from(kind, fields):
                 f"field '{name}': missing; kind '{kind}' needs " + ", ".join(needed)
             )
     try:
-        return CAMERAS[kind](**with_viewer(fields))
+        return CAMERAS[kind](**with_nested(fields))
     except (TypeError, ValueError) as fault:
         raise InputError(
             f"{kind} camera: a field has values of a wrong type ({fault}); give "
@@ -85,24 +90,28 @@ def camera_from(kind, fields):
         ) from fault
 
 
-def with_viewer(fields):
-    """The fields of a camera with `viewer`, where it is a dict, made the camera it is.
+def with_nested(fields):
+    """The fields of a camera with `viewer` and `lens`, where they are dicts, made the
+    cameras they are.
 
-    The dict holds the viewer's `kind` and its constructor's arguments by name. Raises
+    A dict holds the camera's `kind` and its constructor's arguments by name. Raises
     InputError as `camera_from`.
     """
-    viewer = fields.get("viewer")
-    if not isinstance(viewer, dict):
-        return fields
-    if "kind" not in viewer:
+    return {name: _nested(name, value) for name, value in fields.items()}
+
+
+def _nested(name, value):
+    if name not in NESTED or not isinstance(value, dict):
+        return value
+    if "kind" not in value:
         raise InputError(
-            "field 'viewer': 'kind' is missing; name the viewer's kind of camera"
+            f"field '{name}': 'kind' is missing; name the {name}'s kind of camera"
         )
-    own = {name: value for name, value in viewer.items() if name != "kind"}
+    own = {key: entry for key, entry in value.items() if key != "kind"}
     try:
-        return fields | {"viewer": camera_from(viewer["kind"], own)}
+        return camera_from(value["kind"], own)
     except InputError as fault:
-        raise InputError(f"field 'viewer': {fault}") from fault
+        raise InputError(f"field '{name}': {fault}") from fault
 
 
 def _nearest(name, known):

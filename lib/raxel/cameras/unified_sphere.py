@@ -17,11 +17,11 @@ class UnifiedSphereCamera(AzimuthalCamera):
     xi = 0 is a pinhole, xi = 1 a paraboloid, 0 < xi < 1 a hyperboloid or ellipsoid;
     xi > 1 fits some fisheye lenses. K: (3, 3) of the form (2.1) after the distortion.
     radial: up to any order (2.4) and tangential: (p1, p2) act on p as Mei and Rives do;
-    theirs has three radial terms.
+    theirs has three radial terms. prism: (s1, s2) adds (s1 r^2, s2 r^2) to it.
 
     For xi <= 1 the field of view ends at cos theta = -xi, where r is infinite; for
     xi > 1 at cos theta = -1 / xi, where r = 1 / sqrt(xi^2 - 1) turns. 6 parameters,
-    with distortion 6 + n + 2. The centre of the image sees +z.
+    with distortion 6 + n + 2, and 2 of a prism. The centre of the image sees +z.
 
     Sources: Geyer and Daniilidis 2000, doi:10.1007/3-540-45053-X_29; Mei and Rives
     2007, doi:10.1109/ROBOT.2007.364084. Raises InputError naming the field.
@@ -31,7 +31,15 @@ class UnifiedSphereCamera(AzimuthalCamera):
     radial_fields = ("xi", "K", "radial")
 
     def __init__(
-        self, xi, K, width, height, radial=(), tangential=(0, 0), max_angle=None
+        self,
+        xi,
+        K,
+        width,
+        height,
+        radial=(),
+        tangential=(0, 0),
+        max_angle=None,
+        prism=(0, 0),
     ):
         check_size(self, width, height)
         self.xi = float(checked_array("xi", xi, ()))
@@ -42,18 +50,19 @@ class UnifiedSphereCamera(AzimuthalCamera):
         self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (None,))
         self.tangential = checked_array("tangential", tangential, (2,))
+        self.prism = checked_array("prism", prism, (2,))
         if self.xi <= 1:
             limits = math.acos(-self.xi), math.inf
         else:
             limits = math.acos(-1 / self.xi), 1 / math.sqrt(self.xi**2 - 1)
-        warp = distortion_warp(self.radial, self.tangential)
+        warp = distortion_warp(self.radial, self.tangential, self.prism)
         self._set_up(self.K[:2, :2], self.K[:2, 2], max_angle, *limits, warp)
 
     @property
     def parameters(self):
         """xi, the five of K, and the distortion if there is any."""
-        decentring = 2 if np.any(self.tangential) else 0
-        return 6 + len(self.radial) + decentring
+        off_axis = [terms for terms in (self.tangential, self.prism) if np.any(terms)]
+        return 6 + len(self.radial) + 2 * len(off_axis)
 
     def _radius(self, angle):
         return np.sin(angle) / (np.cos(angle) + self.xi)

@@ -8,7 +8,7 @@ from raxel.cameras.mirror_ball import ball_facets
 from raxel.cameras.named_fields import argument_names
 from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
-from raxel.cameras.registry import CAMERAS, camera_from, with_viewer
+from raxel.cameras.registry import CAMERAS, camera_from, with_nested
 from raxel.cameras.storage import DEEPEST
 from raxel.errors import InputError, did_you_mean
 
@@ -101,7 +101,7 @@ def _placed_mirror(fields):
     """
     needed = ("viewer", "shape", "axes", "rim_radius")
     _check_names(fields, MIRROR_FIELDS, needed, "a quadric mirror")
-    fields = with_viewer(fields)
+    fields = with_nested(fields)
     if "distance" in fields:
         return QuadricMirrorCamera.on_axis(**fields)
     return QuadricMirrorCamera.misaligned(**{"offset": (0, 0, 0)} | fields)
@@ -110,7 +110,7 @@ def _placed_mirror(fields):
 def _mirror_ball(fields):
     """A ball of facets at a `distance` ahead of its viewer."""
     _check_names(fields, BALL_FIELDS, BALL_NEEDS, "a mirror ball")
-    return PlanarMirrorsCamera.on_ball(**with_viewer(fields))
+    return PlanarMirrorsCamera.on_ball(**with_nested(fields))
 
 
 def _check_names(fields, known, needed, what):

@@ -1,0 +1,315 @@
+"""A lens formula fitted to boards or dense grids, without a guess.
+
+The start knows no lens: poses of all boards from the azimuths of their corners
+(`raxel.calibration.radial_alignment`). From there an adjustment of formula and poses
+together (`raxel.calibration.lens_bundle`) goes from few terms to all of them, and back
+to those that the corners ask for (Schwarz's criterion). Whether the entrance pupil moves
+along the axis is asked twice, of a likelihood-ratio test and of the error on boards
+that are kept out; it moves if both say so.
+
+Sources: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153; Geyer and Daniilidis 2000,
+doi:10.1007/3-540-45053-X_29; the moving pupil, Gennery 2006,
+doi:10.1007/s11263-006-5168-1; G. Schwarz 1978, doi:10.1214/aos/1176344136.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.lens_bundle import (
+    WIDTH,
+    Adjusted,
+    adjusted,
+    posed_residuals,
+    stacked,
+)
+from raxel.calibration.lens_laws import LensFormula
+from raxel.calibration.radial_alignment import aligned_starts
+from raxel.calibration.zhang import found_corners
+from raxel.cameras.base import Camera
+from raxel.cameras.moving_pupil import pupil_heights
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.poses import transform
+
+LAWS = ("kannala-brandt", "unified")
+RADIAL, DECENTRING, PUPIL = 4, 4, 3  # terms at most
+FIRST_XI = 1.0  # of the unified sphere, which then spreads angles as a paraboloid
+SURE = 1e-3  # of the ratio test
+PARTS = 5  # of the boards, kept out in turn
+FLOOR_PX = 1e-4  # residuals below it are rounding
+UNDETERMINED = 0.2  # of a focal length, as its standard deviation
+
+
+class WrongCorner(NamedTuple):
+    """A corner that counts for nothing: view, corner (indices), name of the view, and
+    its distance in px from where the camera sees it."""
+
+    view: int
+    corner: int
+    name: str
+    distance_px: float
+
+
+class PupilTest(NamedTuple):
+    """Does the entrance pupil move? p_value: of the likelihood-ratio (F) test, for
+    corners that err independently; central_px, moving_px: RMS distances on boards kept
+    out; shift: how far the pupil moves over the angles seen, in the board's unit, and
+    shift_sd; moves: whether both ask for it."""
+
+    p_value: float
+    central_px: float
+    moving_px: float
+    shift: float
+    shift_sd: float
+    moves: bool
+
+
+class LensCalibration(NamedTuple):
+    """camera; T_camera_grid (n, 4, 4), one pose per view in the board's unit; rms_px:
+    root mean square distance of all corners, wrong ones among them; formula: its terms;
+    values (P,) and covariance (P, P) of its parameters; wrong: WrongCorners;
+    pupil: PupilTest, None where nothing was tested.
+    """
+
+    camera: Camera
+    T_camera_grid: np.ndarray
+    rms_px: float
+    formula: LensFormula
+    values: np.ndarray
+    covariance: np.ndarray
+    wrong: list
+    pupil: PupilTest | None
+
+
+class _Fit(NamedTuple):
+    formula: LensFormula
+    result: Adjusted
+
+
+def calibrate_lens(views, width, height, law, *, pupil="by test"):
+    """A lens formula from views of a planar board, with no start given.
+
+    views: two or more BoardViews or DenseViews, of which only the corners (the
+    lattice's pixels) that were found count, all alike; width, height: the image in px.
+    law: "kannala-brandt" or "unified". pupil: "fixed" (a central camera), "moving", or
+    "by test", which decides between the two. Lens and sensor may be decentred; there is
+    no skew.
+
+    Returns LensCalibration. Raises InputError as `calibrate_zhang` does;
+    CalibrationError: no start leads to a camera, or the views do not determine it.
+    """
+    if law not in LAWS:
+        raise ValueError(f"law: {law!r}; give one of {', '.join(LAWS)}")
+    if pupil not in ("by test", "fixed", "moving"):
+        raise ValueError(f"pupil: {pupil!r}; 'by test', 'fixed' or 'moving'")
+    corners = [found_corners(view) for view in views]
+    if len(corners) < 2:
+        raise InputError(
+            f"{law}: {len(corners)} view given; two or more boards at different tilts"
+            " are needed"
+        )
+    boards = stacked(corners)
+    start = _start(boards, width, height)
+    test = None
+    if pupil == "moving":
+        fit = _fitted(law, start, boards, PUPIL)
+    else:
+        fit = _fitted(law, start, boards, 0)
+        if pupil == "by test":
+            moving = _fitted(law, start, boards, PUPIL)
+            test = _pupil_test(fit, moving, boards)
+            fit = moving if test.moves else fit
+    return _completed(fit, boards, views, test, width, height)
+
+
+# ---------------------------------------------------------------- from nothing to a fit
+
+
+def _start(boards, width, height):
+    """The best _Fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
+    fits = []
+    for start in aligned_starts(
+        boards.pixels, boards.points[..., :2], boards.seen, width, height
+    ):
+        formula = LensFormula("kannala-brandt", 0, 0, 0)
+        values = [start.focal_px, start.focal_px, *start.centre]
+        fit = _Fit(
+            formula, adjusted(formula, values, start.T_camera_grid, boards, "cauchy")
+        )
+        fits.append(_refit(fit, formula._replace(radial=1), boards, "cauchy"))
+    sound = [fit for fit in fits if np.isfinite(fit.result.cost)]
+    if not sound:
+        raise CalibrationError(
+            "lens formula: no start leads to poses of the boards; are the corners in"
+            " the order of their rows?"
+        )
+    return min(sound, key=lambda fit: np.median(fit.result.scales))
+
+
+def _fitted(law, start, boards, pupil):
+    """The _Fit of a law, with the terms that the corners ask for."""
+    formula, result = start
+    values = result.values
+    if law == "unified":
+        formula = LensFormula(law, 0, 0, 0)
+        values = np.array([*values[:2] * (1 + FIRST_XI), *values[2:4], FIRST_XI])
+        result = adjusted(formula, values, result.T_camera_grid, boards, "cauchy")
+    fit = _Fit(formula, result)
+    for radial, decentring, moving in (
+        (2, 2, min(pupil, 1)),
+        (RADIAL, DECENTRING, pupil),
+    ):
+        wider = LensFormula(law, radial, decentring, moving)
+        fit = _refit(fit, wider, boards, "tukey")
+    return _thinned(fit, boards)
+
+
+def _refit(fit, formula, boards, loss, scales=None):
+    values = fit.formula.moved_to(formula, fit.result.values)
+    result = adjusted(formula, values, fit.result.T_camera_grid, boards, loss, scales)
+    return _Fit(formula, result)
+
+
+def _thinned(fit, boards):
+    """The _Fit without the terms that do not pay, one after the other."""
+    scales = fit.result.scales
+    fit = _refit(fit, fit.formula, boards, "tukey", scales)
+    best = _criterion(fit, boards)
+    while True:
+        tried = [
+            _refit(fit, formula, boards, "tukey", scales)
+            for formula in _narrower(fit.formula)
+        ]
+        least = min(tried, key=lambda other: _criterion(other, boards), default=None)
+        if least is None or _criterion(least, boards) > best:
+            return fit
+        fit, best = least, _criterion(least, boards)
+
+
+def _narrower(formula):
+    """The formulas with a step fewer terms of one sort; a pupil that moves stays so."""
+    if formula.radial > 1:
+        yield formula._replace(radial=formula.radial - 1)
+    if formula.decentring:
+        yield formula._replace(decentring=formula.decentring - 2)
+    if formula.pupil > 1:
+        yield formula._replace(pupil=formula.pupil - 1)
+
+
+def _criterion(fit, boards):
+    """Schwarz's: what a fit's loss and its number of parameters cost together."""
+    count = 2 * np.count_nonzero(boards.seen)
+    cost = max(fit.result.cost, count * FLOOR_PX**2)
+    return count * np.log(cost) + len(fit.formula.names) * np.log(count)
+
+
+# ----------------------------------------------------------------- is the lens central?
+
+
+def _pupil_test(central, moving, boards):
+    """PupilTest of the two best fits."""
+    shift, sd = _pupil_shift(moving, boards)
+    p_value = _ratio_test(central, moving, boards)
+    errors = [_kept_out_px(fit, boards) for fit in (central, moving)]
+    moves = p_value < SURE and errors[1] < errors[0]
+    return PupilTest(p_value, *errors, shift, sd, bool(moves))
+
+
+def _ratio_test(central, moving, boards):
+    """p-value of the F test: the moving pupil beside the same formula without."""
+    from scipy.stats import f as fisher
+
+    scales, q = moving.result.scales, moving.formula.pupil
+    still = _refit(moving, moving.formula._replace(pupil=0), boards, "tukey", scales)
+    again = _refit(central, still.formula, boards, "tukey", scales)
+    free = _free(moving, boards)
+    floor = free * FLOOR_PX**2
+    less = max(min(still.result.cost, again.result.cost), floor)
+    more = max(moving.result.cost, floor)
+    return float(fisher.sf((less - more) / q / (more / free), q, free))
+
+
+def _kept_out_px(fit, boards):
+    """RMS distance, px, of boards that were kept out of fits with the same terms; a
+    corner counts as at most WIDTH scales of its board off."""
+    n = len(boards.seen)
+    squares = []
+    for part in range(min(PARTS, n)):
+        out = np.arange(n) % min(PARTS, n) == part
+        if n - out.sum() < 2:
+            continue
+        inside, scales = boards.some(~out), fit.result.scales
+        poses = fit.result.T_camera_grid
+        found = adjusted(
+            fit.formula, fit.result.values, poses[~out], inside, "tukey", scales[~out]
+        )
+        off = posed_residuals(fit.formula, found.values, poses[out], boards.some(out))
+        squares.append(np.sum(off[boards.seen[out]] ** 2, axis=1))
+    return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else np.inf
+
+
+def _pupil_shift(fit, boards):
+    """How far the pupil moves over the angles that are seen, and its deviation."""
+    points = transform(fit.result.T_camera_grid, boards.points)[boards.seen]
+    theta = np.arctan2(np.hypot(*points[:, :2].T), points[:, 2]).max()
+    a = fit.formula.parts(fit.result.values)[3]
+    powers = theta ** (2 * np.arange(1, len(a) + 1))
+    covariance = _covariance(fit, boards)[-len(a) :, -len(a) :]
+    shift = pupil_heights(np.array([theta]), a)[0][0]
+    return float(shift), float(np.sqrt(max(powers @ covariance @ powers, 0.0)))
+
+
+# --------------------------------------------------------------------------- the result
+
+
+def _completed(fit, boards, views, test, width, height):
+    formula, result = fit
+    covariance = _covariance(fit, boards)
+    spread = formula.focal_spread(result.values, covariance)
+    if not spread < UNDETERMINED:
+        raise CalibrationError(
+            f"{formula.base}: the focal length is not determined (standard deviation"
+            f" {100 * spread:.0f} %); tilt the boards more, in more directions"
+        )
+    camera = formula.camera(result.values, width, height)
+    distances = np.linalg.norm(result.residuals, axis=2)
+    off = distances > WIDTH * result.scales[:, None]
+    unseen = _unseen(camera, result.T_camera_grid, boards) & ~off
+    if unseen.any():
+        raise CalibrationError(
+            f"{formula.base}: what was fitted folds the image where"
+            f" {np.count_nonzero(unseen)} corners lie"
+        )
+    wrong = []
+    for view, place in np.argwhere(off & boards.seen):
+        found = np.flatnonzero(np.isfinite(np.asarray(views[view].pixels)[:, 0]))
+        name = views[view].name or f"view {view}"
+        wrong.append(
+            WrongCorner(
+                int(view), int(found[place]), name, float(distances[view, place])
+            )
+        )
+    rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
+    return LensCalibration(
+        camera, result.T_camera_grid, rms, formula, result.values, covariance, wrong,
+        test,
+    )  # fmt: skip
+
+
+def _unseen(camera, T_camera_grid, boards):
+    points = transform(T_camera_grid, boards.points).reshape(-1, 3)
+    return ~camera.project(points).valid.reshape(boards.seen.shape) & boards.seen
+
+
+def _covariance(fit, boards):
+    """Covariance (P, P) of the parameters, from what the residuals leave."""
+    variance = fit.result.cost / _free(fit, boards)
+    size = np.sqrt(np.maximum(np.diag(fit.result.normal), 1e-300))
+    scaled = fit.result.normal / np.outer(size, size)
+    return variance * np.linalg.pinv(scaled, rcond=1e-15) / np.outer(size, size)
+
+
+def _free(fit, boards):
+    """Coordinates less parameters."""
+    count = 2 * np.count_nonzero(boards.seen)
+    return max(count - len(fit.formula.names) - 6 * len(boards.seen), 1)
