@@ -91,6 +91,19 @@ def test_a_wide_camera_close_to_the_grid_leaves_out_rays_behind_the_plane():
     assert np.abs(found.T_camera_grid - near).max() < 1e-8
 
 
+def test_rays_in_a_wide_ring_get_a_plane_that_all_of_them_meet():
+    near = pose(np.eye(3), [0.0, 0.0, 100.0])
+    angle = np.linspace(0, 2 * np.pi, 40)
+    points = 250 * np.column_stack([np.cos(angle), np.sin(angle)])
+    directions = unit(transform(near, lifted(points)))
+    across = synthetic_plane_normal(directions)
+    assert abs(across[2]) < 1e-6
+    assert linear_grid_pose(directions, points, normal=across).behind >= 18
+    found = linear_grid_pose(directions, points)
+    assert found.behind == 0
+    assert np.abs(found.T_camera_grid - near).max() < 1e-9
+
+
 def test_a_camera_that_looks_along_minus_z_has_its_grids_there():
     flip = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
     directions, points, rng = exact(4, T=flip @ T_TRUE)

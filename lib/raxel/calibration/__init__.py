@@ -38,6 +38,7 @@ from raxel.calibration.generic_linear import (
 )
 from raxel.calibration.grid_pose import (
     AngularPose,
+    facing_plane_normal,
     grid_pose_ransac,
     linear_grid_pose,
     refine_pose_angular,
@@ -86,6 +87,7 @@ __all__ = [
     "centroid_weights",
     "coefficient_vectors",
     "dense_view",
+    "facing_plane_normal",
     "grid_pose_ransac",
     "interpolated_view",
     "linear_as_printed",

@@ -61,12 +61,28 @@ def synthetic_plane_normal(directions):
     return normal if 2 * ahead >= len(directions) else -normal
 
 
+def facing_plane_normal(directions):
+    """Unit normal (3,) of a synthetic plane that as many rays as can be meet ahead.
+
+    directions: (N, 3) unit. That of (4.24) where no ray leads away from its plane. Rays
+    in a wide ring have their dominant eigenvector across the ring: then it is their
+    mean direction, or another eigenvector, whichever loses the fewest rays.
+    """
+    directions = np.asarray(directions, float)
+    axes = np.linalg.eigh(directions.T @ directions)[1].T[::-1]
+    mean = directions.mean(axis=0)
+    mean /= max(np.linalg.norm(mean), 1e-300)
+    candidates = np.stack([synthetic_plane_normal(directions), mean, *axes, *-axes])
+    seen = np.count_nonzero(directions @ candidates.T > GRAZING, axis=0)
+    return candidates[np.argmax(seen)]
+
+
 def linear_grid_pose(directions, points, *, normal=None, metric="ray-point"):
     """CGSP's pose of a grid, from all points (4.19 to 4.24).
 
     directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid, N >= 4;
-    normal: (3,) of the synthetic image plane, None for that of (4.24). Rays that do not
-    meet the plane ahead of the camera are left out and counted. metric: the error that
+    normal: (3,) of the synthetic image plane, None for `facing_plane_normal`. Rays that
+    do not meet the plane ahead of the camera are left out and counted. metric: the error that
     `rms` measures, "ray-point" (4.18) or "angle".
 
     Returns RayPose, with every ray that was used as an inlier. Raises CalibrationError
@@ -227,7 +243,7 @@ def _synthetic_image(directions, normal):
     """Axes (3, 3) of the synthetic camera in columns, the image (N, 2) on its plane at
     distance 1, and which rays meet that plane ahead (N,)."""
     if normal is None:
-        normal = synthetic_plane_normal(directions)
+        normal = facing_plane_normal(directions)
     normal = np.asarray(normal, float)
     if not (normal.shape == (3,) and np.isfinite(normal).all() and normal.any()):
         raise CalibrationError(
