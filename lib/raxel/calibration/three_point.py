@@ -158,18 +158,10 @@ def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):
     """RANSAC, then ray-point refinement on its inliers: the "standard pose" refined.
 
     Arguments and errors as `pose_three_point_ransac`; with metric "angle" the refined
-    error is the sine of the angle.
-    """
-    found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
-    return refined_on_inliers(directions, points, found, threshold, metric=metric)
-
-
-def refined_on_inliers(directions, points, found, threshold, *, metric="ray-point"):
-    """A RayPose of robust estimation refined on its inliers, which are found anew.
-
-    Two rounds, as refinement may gain inliers; other arguments as `pose_from_rays`.
+    error is the sine of the angle. Two rounds, as refinement may gain inliers.
     """
     directions, points = checked_rays(directions, points)
+    found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
     for _ in range(2):
         right = found.inliers
         if np.count_nonzero(right) < 4:
