@@ -22,12 +22,12 @@ from raxel.errors import CalibrationError
 from raxel.geometry.poses import transform
 
 CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
-SMOOTHNESS = 10.0 ** np.arange(-8, 7)  # in data of a cell, from TRIED_FIRST on
-TRIED_FIRST = 8
+SMOOTHNESS = 10.0 ** np.arange(-6, 7)  # in data of a cell, from TRIED_FIRST on
+TRIED_FIRST = 6
 MOST_PARTS = 8  # of boards, kept out in turn
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
 LEAST_SCALE_PX = 1e-6
-MOST_STEPS, ENOUGH_PX = 40, 1e-8
+MOST_STEPS, ENOUGH_PX = 30, 1e-5
 CHOSEN_AT = (2, 5)  # steps at which cells and smoothness are chosen
 FEWEST_CORNERS = 6  # of a board
 
