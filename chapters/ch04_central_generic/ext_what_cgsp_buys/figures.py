@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
     NAMES,
@@ -44,7 +45,10 @@ def what_cgsp_buys(results):
     axes.errorbar(
         middle, rows, xerr=[middle - low, high - middle], capsize=3, **look
     )
-    axes.set_yticks(rows, [NAMES[method] for method in STEPS])
+    axes.set_yticks(rows)
+    axes.yaxis.set_major_formatter(
+        FixedFormatter([NAMES[method] for method in STEPS])
+    )
     axes.set(xscale="log", xlabel="Median error of the centre (mm)")
     return Drawing(
         drawn,
