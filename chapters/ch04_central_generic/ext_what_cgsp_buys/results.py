@@ -62,6 +62,6 @@ def name_values(open_results):
         for count in (GRIDS[0], GRIDS[-1]):
             found = centre(grids, method, grids=count)
             value(f"grids.{method}.{count}", found.value)
-    for method in ("cgsp", "cgsp_robust", "well_conditioned_robust"):
+    for method in ("cgsp_robust", "well_conditioned_robust"):
         found = centre(outliers, method, outliers=OUTLIERS[-1])
         value(f"outliers.{method}", found.value)
