@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
     NAMES,
     centre,
@@ -61,7 +63,7 @@ def cgsp_outliers(results):
     columns = {"Wrong points (%)": [100 * share for share in OUTLIERS]}
     for method in shown:
         columns[f"{words[method]} (mm)"] = [
-            Measured(*centre(result, method, outliers=share)[:3])
+            _cell(centre(result, method, outliers=share))
             for share in OUTLIERS
         ]
     return Table(
@@ -69,5 +71,14 @@ def cgsp_outliers(results):
         "Error of the centre with a share of the points of grids 2 and 3 put "
         "anywhere within 300 mm of the grid's origin: medians over "
         f"{result.trials_per_condition} trials with 95 % intervals. The last "
-        "column gives the standard method the rays that CGSP's RANSAC kept.",
+        "column gives the standard method the rays that CGSP's RANSAC kept. No "
+        "interval: its end is among trials that were refused; no number: most "
+        "trials were.",
     )
+
+
+def _cell(found):
+    """A median with its interval, as far as they are finite."""
+    if np.isfinite(found.high):
+        return Measured(*found[:3])
+    return found.value if np.isfinite(found.value) else None
