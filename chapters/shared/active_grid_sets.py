@@ -1,0 +1,64 @@
+"""Rendered sets of active grids: decoded as anybody's, and their truth for scoring."""
+
+from __future__ import annotations
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras import load_camera
+from raxel.features.active_grid import decode
+from raxel.sets import load_set, read_image
+
+
+class SeenGrid(NamedTuple):
+    """What is decoded from a view, and what is true of it, for scoring alone.
+
+    decoded: Decoded; points: (H, W, 2) mm, the true point of each pixel, NaN beside
+    the monitor; T_camera_grid: (4, 4).
+    """
+
+    name: str
+    decoded: object
+    points: np.ndarray
+    T_camera_grid: np.ndarray
+
+
+def decoded_grids(folder, into=None, **options):
+    """Yield (name, Decoded) of each view of a rendered set.
+
+    into: a Decoded to write over (`decode`): the last one is then lost with the next.
+    options: of `decode`.
+    """
+    image_set = load_set(folder)
+    for view in image_set.views:
+        pictures = np.array(
+            [read_image(image_set, shown.image) for shown in view.patterns]
+        )
+        target = image_set.target
+        found = decode(
+            pictures, view.patterns, target, into=into, **options
+        )
+        yield view.label, found
+
+
+def seen_grids(folder, **options):
+    """Yield the `SeenGrid` of each view of a rendered set."""
+    poses = true_poses(folder)
+    for name, found in decoded_grids(folder, **options):
+        with np.load(folder / "truth" / f"{name}.npz") as truth:
+            points = truth["points_mm"]
+        yield SeenGrid(name, found, points, poses[name])
+
+
+def true_camera(folder):
+    """The camera that took a rendered set, for scoring."""
+    return load_camera(folder / "truth" / "camera.npz")
+
+
+def true_poses(folder):
+    """{view: T_camera_grid (4, 4)} of a rendered set, mm, for scoring."""
+    text = (folder / "truth" / "poses.json").read_text("utf-8")
+    poses = json.loads(text)["T_camera_target"]
+    return {name: np.array(T) for name, T in poses.items()}
