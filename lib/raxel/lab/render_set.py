@@ -52,7 +52,7 @@ def render_set(rig, out, seed, say=None):
         taken = []
         for index, T in enumerate(poses):
             use = "calibrate" if index < rig.count else "evaluate"
-            taken.append(photograph(rig, T, index, use, folder, seed))
+            taken.append(photograph(rig.at_view(index), T, index, use, folder, seed))
             if say:
                 say(f"{index + 1}/{views} {taken[-1].label}")
         _write_truth(rig, poses, taken, folder / TRUTH)
@@ -119,16 +119,26 @@ def _write_truth(rig, poses, views, folder):
     matrices = {label: T.tolist() for label, T in zip(labels, poses, strict=True)}
     write_json(folder / "poses.json", {"unit": "mm", "T_camera_target": matrices})
     if isinstance(rig.target, ActiveGrid):
-        for label, T in zip(labels, poses, strict=True):
-            points = points_seen(rig.camera, T, rig.target.monitor_mm)
+        for index, (label, T) in enumerate(zip(labels, poses, strict=True)):
+            camera = rig.at_view(index).camera
+            points = points_seen(camera, T, rig.target.monitor_mm)
             np.savez(folder / f"{label}.npz", points_mm=points)
         if rig.target.chessboard and rig.camera.continuous:
-            shown = {v.chessboard: T for v, T in zip(views, poses, strict=True)}
-            shown.pop(None, None)
-            write_json(folder / "corners.json", true_corners(rig, shown))
+            shown = [view.chessboard for view in views]
+            write_json(folder / "corners.json", _corners_of_views(rig, shown, poses))
     else:
-        seen = dict(zip(labels, poses, strict=True))
-        write_json(folder / "corners.json", true_corners(rig, seen))
+        write_json(folder / "corners.json", _corners_of_views(rig, labels, poses))
+
+
+def _corners_of_views(rig, labels, poses):
+    """`true_corners` of views, each with its own lens; label None: without a board."""
+    parts = [
+        true_corners(rig.at_view(index), {label: T})
+        for index, (label, T) in enumerate(zip(labels, poses, strict=True))
+        if label
+    ]
+    images = {label: at for part in parts for label, at in part["images"].items()}
+    return parts[0] | {"images": images}
 
 
 def true_corners(rig, poses):

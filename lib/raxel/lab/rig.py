@@ -4,7 +4,7 @@ Every quantity in the file is {value, unit, origin, reason}; the schema beside t
 module says which fields there are and in which unit.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from raxel.documents import read_yaml, validate
 from raxel.errors import InputError
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.laboratory import Laboratory
+from raxel.lab.lens_shift import ShiftedLens
 from raxel.lab.lighting import Lighting
 from raxel.lab.monitor import Monitor
 from raxel.lab.optics import Optics
@@ -105,6 +106,13 @@ class Rig:
         """Whether a monitor shows its chessboard at the pose of this number."""
         left_out = getattr(self.poses, "patterns_only", ())
         return bool(self.target.chessboard) and not any(left_out[index : index + 1])
+
+    def at_view(self, index):
+        """The rig as it is in the view of this number, its lens moved on the sensor."""
+        shifts = getattr(self.poses, "lens_shifts", ())
+        if not any(map(any, shifts[index : index + 1])):
+            return self
+        return replace(self, camera=ShiftedLens(self.camera, shifts[index]))
 
     def shows(self, T_camera_target):
         """Whether a pose (4, 4) has the whole target in view, as `draw_poses` asks."""

@@ -18,6 +18,8 @@ MOST_BLUR = 1 / 40
 FARTHEST_CENTRE = 1.0
 # Of a square or of a monitor's period: less has no middle.
 LEAST_PX = 2
+# Of the shorter side: a lens that moves farther has come off.
+MOST_SHIFT = 0.1
 # How often spots may cover the picture over and over.
 MOST_COVERS = 10
 
@@ -156,6 +158,13 @@ def _check_poses(camera, poses):
             f"field 'poses.least_spacing.value': found {poses['least_spacing']:g} px "
             f"in an image of {_size(camera)} px; give less than its shorter side"
         )
+    for index, entry in enumerate(poses.get("list", ())):
+        if math.hypot(*entry.get("lens_shift", (0, 0))) > MOST_SHIFT * side:
+            raise InputError(
+                f"field 'poses.list[{index}].lens_shift.value': found "
+                f"{list(entry['lens_shift'])} px in an image of {_size(camera)} px; "
+                f"give at most {MOST_SHIFT * side:g}, a tenth of its shorter side"
+            )
     axis = poses.get("axis", (0, 0, 1))
     if math.hypot(*axis) < 1e-6:
         raise InputError(

@@ -115,6 +115,7 @@ def _listed(values):
         pose(rotation_from_vector(vectors), shifts),
         names,
         tuple(entry.get("patterns_only", False) for entry in entries),
+        tuple(entry.get("lens_shift", (0, 0)) for entry in entries),
         float(by_hand["shift"]),
         float(np.radians(by_hand["turn"])),
     )

@@ -137,14 +137,16 @@ class ListedPoses:
     """Poses T_camera_target (n, 4, 4), in the order they are used.
 
     names: what the views of them are called, None for a number; patterns_only: where a
-    monitor's chessboard is not shown. shift_mm, turn: how exactly a target is set up by
-    hand, standard deviations of its middle along each axis and of its orientation about
-    each (radians).
+    monitor's chessboard is not shown; lens_shifts: (n, 2) px, how far the lens has
+    moved the image on the sensor in each view. shift_mm, turn: how exactly a target is
+    set up by hand, standard deviations of its middle along each axis and of its
+    orientation about each (radians).
     """
 
     poses: np.ndarray
     names: tuple[str | None, ...]
     patterns_only: tuple[bool, ...]
+    lens_shifts: tuple[tuple[float, float], ...] = ()
     shift_mm: float = 0.0
     turn: float = 0.0
 
