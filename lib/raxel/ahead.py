@@ -9,7 +9,12 @@ import sys
 
 import numpy as np
 
-from raxel.calibration import BoardView, dense_view
+from raxel.calibration import (
+    BoardView,
+    adjust_consistent,
+    dense_view,
+    relax_centrality,
+)
 from raxel.calibration.board_rays import ray_table
 from raxel.calibration.cgsp import homography_to_base, image_noise_weights
 from raxel.cameras import FisheyeCamera
@@ -17,7 +22,12 @@ from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
 from raxel.features.celect import celect
-from raxel.geometry import transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
 from raxel.multiview.plane_view import remap_to_plane
 from raxel.sets import (
@@ -67,7 +77,20 @@ def compile_ahead():
         grids = np.stack([place.reshape(-1, 2)] * 2).astype(kind)
         fit = homography_to_base(grids, np.ones(grids.shape[:2], bool), 1)
         image_noise_weights(*grids, fit.H, [0.0, 0.0, 1.0])
+    _adjust_grids()
     return find_board(picture, BOARD.columns, BOARD.rows).corners
+
+
+def _adjust_grids():
+    """Adjust three tilted grids before a pinhole, central and not."""
+    centre = np.array([0.0, 0.0, -DISTANCE_MM])
+    rays = np.pad(BOARD.points(), ((0, 0), (0, 1))) - centre
+    grids = pose(
+        rotation_from_vector([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0]]), np.zeros(3)
+    )
+    points = intersect_rays_plane(centre, rays, grids).points
+    found = adjust_consistent(points, None, centre, grids, loss="huber")
+    return relax_centrality(points, found)
 
 
 def main(words=()):

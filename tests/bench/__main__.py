@@ -2,15 +2,18 @@
 
 Sets of boards are for the detectors, those of active grids for the decoder; without
 any, the photographs of the repository and a drawn grid are taken, and the linear stage
-of CGSP computes from drawn rays.
+of CGSP and the consistent adjustment compute from drawn rays.
 """
 
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from raxel.cli import main as raxel
 from raxel.errors import InputError
 from raxel.sets import ActiveGrid, load_set
+from tests.bench.adjusters import adjusted_table, bench_adjusters
 from tests.bench.calibrators import RAYS, bench_calibrators, calibrators_table
 from tests.bench.decoders import (
     agreement,
@@ -43,6 +46,7 @@ def main(folders):
         for rays in RAYS:
             print(f"\nthree grids of {rays} rays, one core, best of three")
             print("\n".join(calibrators_table(bench_calibrators(rays))))
+        _bench_adjusters()
     return failed
 
 
@@ -55,6 +59,13 @@ def _bench(name, scene):
         f"against plain array arithmetic, {found.pixels} pixels: {found.masks} masks "
         f"and {found.cells} cells differ, places by {found.location:.1e} cells at most"
     )
+
+
+def _bench_adjusters():
+    rng = np.random.default_rng(0)
+    print("\nconsistent adjustment of three grids")
+    for rays, plainly in ((200_000, True), (2_000_000, False)):
+        print("\n".join(adjusted_table(bench_adjusters(rays, rng, plainly))))
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ from raxel.errors import CalibrationError, InputError
 # The weights are frozen anew when the first adjustment is as close as this, in SDs.
 CLOSE = 0.1
 RESOLUTION = 1e-13  # steps this small, against the scene, are rounding
+SINGULAR = 1e-10  # smallest over largest eigenvalue, all unknowns in like units
 FIRST_DAMPING = 1e-9
 LARGEST_DAMPING = 1e6
 MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
@@ -115,11 +116,12 @@ def adjust_consistent(
     result.
 
     Returns ConsistentResult. Raises CalibrationError where a grid shares fewer than
-    three rays with the others, there are more unknowns than points, or the start has
-    grids behind the centre; InputError for a loss or shapes that do not fit.
+    three rays with the others (points that the start has behind the centre do not
+    count), or there are more unknowns than points; InputError for a loss or shapes that
+    do not fit.
     """
-    points, seen = _checked(points, seen, loss)
     centre, T = np.asarray(centre, float), np.asarray(T_base_grid, float)
+    points, seen = _checked(points, seen, T, loss)
     directions = start_directions(points, seen, centre, T)
     # Stated deviations and no loss leave nothing to freeze anew.
     rounds = (
@@ -137,19 +139,27 @@ def adjust_consistent(
     return _result(rays, state, sigma, loss, freedom, passes)
 
 
-def _checked(points, seen, loss):
+def _checked(points, seen, T, loss):
     if loss not in LOSSES:
         raise InputError(f"adjustment: loss {loss!r}; expected one of {[*LOSSES]}")
     points = np.ascontiguousarray(points, float)
-    if points.ndim != 3 or points.shape[2] != 2 or len(points) < 2:
+    if points.ndim != 3 or points.shape[2] != 2:
         raise InputError(
             f"adjustment: field 'points': shape {points.shape} found; (n, N, 2) needed"
+        )
+    if T.shape != (len(points), 4, 4):
+        raise InputError(
+            f"adjustment: field 'T_base_grid': shape {T.shape} found;"
+            f" {(len(points), 4, 4)} needed, one pose per grid"
+        )
+    if len(points) < 3:
+        raise CalibrationError(
+            f"adjustment: grids: {len(points)}; three or more determine a centre"
         )
     finite = np.isfinite(points).all(axis=2)
     seen = finite if seen is None else np.asarray(seen, bool)
     if seen.shape != finite.shape or not finite[seen].all():
         raise CalibrationError("adjustment: not all points that are seen are finite")
-    check_shared(seen)
     return points, seen
 
 
@@ -175,7 +185,9 @@ def frozen_whitening(seen, directions, centre, T_base_grid, sigma=None):
 
 
 def _degrees_of_freedom(whitening):
-    number = np.count_nonzero(whitening[..., 0], axis=0)
+    used = whitening[..., 0] > 0
+    check_shared(used)
+    number = np.count_nonzero(used, axis=0)
     shared = number >= 2
     freedom = 2 * int(number[shared].sum() - shared.sum()) - 6 * len(whitening) + 3
     if freedom <= 0:
@@ -237,7 +249,7 @@ def _result(rays, state, sigma, loss, freedom, passes):
     if loss != "none":
         variance = _median_variance(rays, state.centre, state.T_base_grid, freedom)
     change = steps_of_poses(state.T_base_grid)
-    covariance = change @ np.linalg.inv(state.equations.normal) @ change.T
+    covariance = change @ _inverse(state.equations.normal) @ change.T
     if sigma is None:
         covariance = covariance * variance
     return ConsistentResult(
@@ -253,3 +265,15 @@ def _result(rays, state, sigma, loss, freedom, passes):
         state.converged,
         whitening,
     )
+
+
+def _inverse(normal):
+    """Inverse of a normal matrix. Raises CalibrationError where it is singular."""
+    unit = 1.0 / np.sqrt(np.diag(normal))
+    sizes, axes = np.linalg.eigh(normal * np.outer(unit, unit))
+    if not sizes[0] > SINGULAR * sizes[-1]:
+        raise CalibrationError(
+            "adjustment: the grids do not determine the centre; they are parallel, or"
+            " too few rays are common to them"
+        )
+    return np.outer(unit, unit) * (axes / sizes @ axes.T)

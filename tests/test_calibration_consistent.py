@@ -1,0 +1,302 @@
+"""Bundle adjustment that moves the centre: derivatives, exactness, what it promises."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from chapters.shared.wide_angle import CENTRE_MM, equidistance
+from raxel.calibration import adjust_consistent, adjust_ray_point
+from raxel.calibration import ray_elimination as elimination
+from raxel.calibration.ray_elimination import (
+    LOSSES,
+    direction_covariances,
+    image_whitening,
+    moved,
+    normal_equations,
+    squared_residuals,
+    start_directions,
+    steps_of_poses,
+)
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry import angle_between_rotations
+from tests.calibration_scenes import meet_grids
+from tests.calibration_scenes import scene as exact_scene
+from tests.wide_angle_scenes import centre_error, drawn, plain_error
+
+
+def partly_seen(seed, noise=0.0, grids=4, count=80):
+    centre, T, u, points = exact_scene(seed, grids=grids, count=count)
+    rng = np.random.default_rng(seed + 100)
+    seen = rng.random(points.shape[:2]) < 0.8
+    points = points + noise * rng.standard_normal(points.shape)
+    return centre, T, u, np.where(seen[..., None], points, np.nan), seen
+
+
+def rays_of(points, seen, centre, T):
+    u = start_directions(points, seen, centre, T)
+    return points, image_whitening(seen, u, centre, T), u
+
+
+def differences(function, size, h):
+    steps = h * np.eye(size)
+    return np.stack([(function(s) - function(-s)) / (2 * h) for s in steps], axis=-1)
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_gradient_equals_differences_of_the_cost(loss):
+    centre, T, _, points, seen = partly_seen(1, noise=1.0)
+    points, whitening, u = rays_of(points, seen, centre, T)
+    bends = LOSSES[loss], 1e-5
+    centre, T = moved(centre, T, 0.001 * np.random.default_rng(0).normal(size=21))
+
+    def cost(step):
+        rays = points, whitening, u.copy()
+        return normal_equations(rays, *moved(centre, T, step), bends, 300).cost
+
+    found = normal_equations((points, whitening, u), centre, T, bends, 300)
+    if loss != "none":
+        squares = squared_residuals((points, whitening, u), centre, T)
+        assert np.nanmean(squares > 1e-5) > 0.02
+    numeric = differences(cost, 21, 1e-6) / 2
+    assert np.abs(found.gradient - numeric).max() < 1e-6 * np.abs(numeric).max()
+
+
+def test_normal_matrix_is_the_derivative_of_the_gradient():
+    # At zero residual nothing else is left of the second derivatives.
+    centre, T, _, points, seen = partly_seen(2)
+    points, whitening, u = rays_of(points, seen, centre, T)
+
+    def gradient(step):
+        rays = points, whitening, u.copy()
+        return normal_equations(rays, *moved(centre, T, step), settle=8).gradient
+
+    normal = normal_equations((points, whitening, u), centre, T).normal
+    # Units: a rotation of 1 rad moves points by several 100 mm.
+    unit = 1 / np.sqrt(np.diag(normal))
+    numeric = differences(gradient, 21, 1e-5)
+    assert np.abs((normal - numeric) * np.outer(unit, unit)).max() < 1e-4
+
+
+def test_whitening_is_that_of_noise_in_the_image():
+    centre, T, u, points = exact_scene(3, count=20)
+    seen = np.ones(points.shape[:2], bool)
+    whitening = image_whitening(seen, u, centre, T).astype(float)
+    rng = np.random.default_rng(0)
+    turned = u + 1e-4 * rng.standard_normal((20_000, *u.shape))
+    for j, pose in enumerate(T):
+        d, c = turned @ pose[:3, :3], (centre - pose[:3, 3]) @ pose[:3, :3]
+        q = c[:2] - c[2] * d[..., :2] / d[..., 2:]
+        e = (q - points[j]) / 1e-4
+        a, b, w = whitening[j].T
+        white = np.stack([a * e[..., 0] + b * e[..., 1], w * e[..., 1]])
+        covariance = np.einsum("and,bnd->dab", white, white) / len(turned)
+        assert np.abs(covariance - np.eye(2)).max() < 0.06
+
+
+def test_exact_points_give_the_truth():
+    for seed in range(3):
+        centre, T, u, points, seen = partly_seen(seed, count=300)
+        start = moved(centre, T, np.random.default_rng(seed).normal(size=21) * 0.01)
+        found = adjust_consistent(points, seen, *start)
+        assert found.converged
+        assert np.abs(found.centre - centre).max() < 1e-8
+        assert np.abs(found.T_base_grid[:, :3, 3] - T[:, :3, 3]).max() < 1e-8
+        turns = angle_between_rotations(found.T_base_grid[:, :3, :3], T[:, :3, :3])
+        assert turns.max() < 1e-10
+        known = seen.any(axis=0)
+        assert np.abs(found.directions[known] - u[known]).max() < 1e-11
+        assert np.isnan(found.directions[~known]).all()
+
+
+def test_numbers_do_not_depend_on_the_processors(monkeypatch):
+    scene, linear = drawn(0, rays=20_000)
+    start = linear.centre, linear.T_base_grid
+    monkeypatch.setattr(elimination, "processors", lambda: 1)
+    one = adjust_consistent(scene.noisy, None, *start)
+    monkeypatch.setattr(elimination, "processors", lambda: 3)
+    three = adjust_consistent(scene.noisy, None, *start)
+    assert np.array_equal(one.covariance, three.covariance)
+    assert np.array_equal(one.directions, three.directions)
+
+
+def test_errors_are_as_large_as_the_covariance_says():
+    squares, errors = [], []
+    for seed in range(200):
+        scene, linear = drawn(seed)
+        found = adjust_consistent(scene.noisy, None, linear.centre, linear.T_base_grid)
+        assert found.converged
+        off = plain_error(found, scene)
+        squares.append(off @ np.linalg.solve(found.covariance, off) / len(off))
+        errors.append(centre_error(found.centre))
+    assert 0.8 < np.mean(squares) < 1.25
+    assert np.median(errors) <= 1.05
+
+
+@pytest.mark.parametrize(
+    ("camera", "grids", "most"), [(None, 10, 0.27), (equidistance(150), 3, 4.5)]
+)
+def test_centre_with_ten_grids_and_with_a_fisheye(camera, grids, most):
+    errors = []
+    for seed in range(40):
+        more = {} if camera is None else {"camera": camera}
+        scene, linear = drawn(seed, grids=grids, **more)
+        found = adjust_consistent(scene.noisy, None, linear.centre, linear.T_base_grid)
+        errors.append(centre_error(found.centre))
+    assert np.median(errors) <= most
+
+
+def test_more_rays_help_it_and_not_the_ray_point_distance():
+    errors, squares = np.empty((2, 8, 2, 2))
+    for seed in range(8):
+        for size, rays in enumerate((1000, 30_000)):
+            # The drift grows with the square of the noise: with much, it is plain.
+            scene, linear = drawn(seed, noise=2.0, rays=rays)
+            start = linear.centre, linear.T_base_grid
+            seen = np.ones(scene.noisy.shape[:2], bool)
+            ours = adjust_consistent(scene.noisy, seen, *start)
+            other = adjust_ray_point(scene.noisy, seen, *start)
+            for k, found in enumerate((ours, other)):
+                off = found.centre - CENTRE_MM
+                errors[seed, size, k] = centre_error(found.centre)
+                spread = ours.covariance[:3, :3]
+                squares[seed, size, k] = off @ np.linalg.solve(spread, off) / 3
+    few, many = np.median(errors, axis=0)
+    assert many[0] < 0.3 * few[0]  # one over the root of 30 is 0.18
+    # In its own standard deviations the one error stays, the other one grows.
+    assert np.mean(squares[:, 1, 0]) < 2
+    assert np.median(squares[:, 1, 1]) > 4 * np.median(squares[:, 0, 1])
+
+
+def test_directions_scatter_as_their_covariance_says():
+    ratios = []
+    for seed in range(24):
+        scene, linear = drawn(seed)
+        found = adjust_consistent(scene.noisy, None, linear.centre, linear.T_base_grid)
+        spread = found.direction_covariance(scene.noisy, slice(0, 100))
+        off = found.directions[:100] - scene.directions[:100]
+        inverse = np.linalg.pinv(spread, rcond=1e-6, hermitian=True)
+        ratios.append(np.mean(np.einsum("ni,nij,nj->n", off, inverse, off)) / 2)
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.15)
+
+
+def test_directions_follow_centre_and_poses():
+    centre, T, u, points, seen = partly_seen(4)
+    rays = rays_of(points, seen, centre, T)
+    own, follows = direction_covariances(rays, centre, T)
+
+    def directions(step):
+        moving = *rays[:2], rays[2].copy()
+        normal_equations(moving, *moved(centre, T, step), settle=8)
+        return moving[2]
+
+    numeric = differences(directions, 21, 1e-5)
+    shared = seen.sum(axis=0) >= 2
+    assert (
+        np.abs(follows - numeric)[shared].max() < 1e-6 * np.abs(numeric[shared]).max()
+    )
+    assert np.isnan(own[~seen.any(axis=0)]).all()
+    assert (
+        np.abs(np.einsum("nij,nj->ni", own, u)[shared]).max() < 1e-9 * own[shared].max()
+    )
+
+
+def test_steps_of_poses_are_differences():
+    centre, T, _, _ = exact_scene(0)
+    change = steps_of_poses(T)
+    for column, step in enumerate(1e-6 * np.eye(15)):
+        new_centre, new = moved(centre, T, step)
+        plain = [new_centre - centre]
+        for j in (1, 2):
+            R = T[j, :3, :3].T @ new[j, :3, :3]
+            plain += [[R[2, 1], R[0, 2], R[1, 0]], new[j, :3, 3] - T[j, :3, 3]]
+        assert np.allclose(np.concatenate(plain) / 1e-6, change[:, column], atol=1e-4)
+
+
+def test_stated_deviations_give_a_chi_square_of_one():
+    scene, linear = drawn(1, noise=0.0)
+    rng = np.random.default_rng(0)
+    sigma = rng.uniform(0.1, 0.6, scene.points.shape)
+    noisy = scene.points + sigma * rng.standard_normal(sigma.shape)
+    found = adjust_consistent(
+        noisy, None, linear.centre, linear.T_base_grid, sigma=sigma
+    )
+    assert found.reduced_chi_square == pytest.approx(1.0, abs=0.1)
+    off = plain_error(found, scene)
+    assert off @ np.linalg.solve(found.covariance, off) < 3 * len(off)
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_loss_bears_outliers(loss):
+    errors = []
+    for seed in range(8):
+        scene, linear = drawn(seed)
+        noisy = scene.noisy.copy()
+        rng = np.random.default_rng(seed)
+        bad = rng.random(noisy.shape[:2]) < 0.03
+        noisy[bad] += rng.normal(scale=30.0, size=(bad.sum(), 2))
+        start = linear.centre, linear.T_base_grid
+        errors.append(
+            [
+                centre_error(adjust_consistent(noisy, None, *start, loss=name).centre)
+                for name in ("none", loss)
+            ]
+        )
+    plain, robust = np.median(errors, axis=0)
+    assert robust < 0.3 * plain
+
+
+def test_a_ray_needs_less_than_200_bytes():
+    scene, linear = drawn(0, rays=50_000)
+    points = np.ascontiguousarray(scene.noisy)
+    seen = np.ones(points.shape[:2], bool)
+    tracemalloc.start()
+    adjust_consistent(points, seen, linear.centre, linear.T_base_grid)
+    used = tracemalloc.get_traced_memory()[1] + points.nbytes
+    tracemalloc.stop()
+    assert used / points.shape[1] < 200
+
+
+def test_bad_input_is_refused_in_one_line():
+    centre, T, _, points, seen = partly_seen(5)
+    alone = seen.copy()
+    alone[3] = False
+    with pytest.raises(CalibrationError, match="grid 3 shares fewer than three"):
+        adjust_consistent(points, alone, centre, T)
+    behind = T.copy()
+    behind[2, 2, 3] += 3 * centre[2]
+    with pytest.raises(CalibrationError, match="grid 2 shares fewer than three"):
+        adjust_consistent(points, seen, centre, behind)
+    with pytest.raises(CalibrationError, match="not all points"):
+        adjust_consistent(points, np.ones_like(seen), centre, T)
+    with pytest.raises(CalibrationError, match="more are needed"):
+        adjust_consistent(exact_scene(5)[3][:, :3], None, *exact_scene(5)[:2])
+    with pytest.raises(InputError, match="'T_base_grid': shape"):
+        adjust_consistent(points, seen, centre, T[:3])
+    with pytest.raises(CalibrationError, match="three or more"):
+        adjust_consistent(points[:2], seen[:2], centre, T[:2])
+    flat = exact_scene(6, count=100)
+    parallel = flat[1].copy()
+    parallel[1:, :3, :3], parallel[1:, 2, 3] = np.eye(3), (50.0, -50.0)
+    both = meet_grids(flat[0], flat[2], parallel)
+    with pytest.raises(CalibrationError, match="parallel"):
+        adjust_consistent(*both, flat[0], parallel)
+    with pytest.raises(InputError, match="loss 'l1'"):
+        adjust_consistent(points, seen, centre, T, loss="l1")
+    with pytest.raises(InputError, match="sigma"):
+        adjust_consistent(points, seen, centre, T, sigma=0.0)
+
+
+def test_rays_of_one_grid_change_nothing():
+    scene, linear = drawn(2)
+    start = linear.centre, linear.T_base_grid
+    seen = np.ones(scene.noisy.shape[:2], bool)
+    plain = adjust_consistent(scene.noisy, seen, *start)
+    more = np.concatenate([scene.noisy, scene.noisy[:, :50]], axis=1)
+    seen = np.ones(more.shape[:2], bool)
+    seen[1:, -50:] = False
+    wider = adjust_consistent(more, seen, *start)
+    assert np.allclose(wider.centre, plain.centre, atol=1e-9)
+    through = np.append(more[0, -1], 0.0) - wider.centre
+    assert np.allclose(wider.directions[-1], through / np.linalg.norm(through))
+    assert centre_error(CENTRE_MM) == 0.0

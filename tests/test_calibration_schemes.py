@@ -1,0 +1,255 @@
+"""The thesis's other adjustments, rays by centroids, free lines, central or not."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from raxel.calibration import (
+    adjust_concurrence,
+    adjust_consistent,
+    adjust_ray_point,
+    bundle_adjust_fixed_centre,
+    centrality_test,
+    centroid_directions,
+    centroid_weights,
+    ray_point_residuals,
+    relax_centrality,
+    relax_poses,
+)
+from raxel.calibration.bundle import homogeneous
+from raxel.calibration.central_test import correlation
+from raxel.calibration.free_centre import concurrence_system
+from raxel.calibration.ray_elimination import moved
+from raxel.calibration.relaxation import pose_vector, poses_of_vector
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry import intersect_rays_plane, transform
+from tests.calibration_scenes import scene as exact_scene
+from tests.wide_angle_scenes import centre_error, drawn
+
+
+def disturbed(centre, T, seed=0, size=0.05):
+    rng = np.random.default_rng(seed)
+    return moved(centre, T, size * rng.standard_normal(6 * len(T) - 3))
+
+
+def everything(points):
+    return np.ones(points.shape[:2], bool)
+
+
+def test_relaxation_has_six_unknowns_a_pose_and_finds_exact_ones():
+    centre, T, u, points = exact_scene(1, grids=4, count=200)
+    assert pose_vector(T).shape == (18,)
+    assert np.allclose(poses_of_vector(pose_vector(T)), T, atol=1e-12)
+    start = disturbed(centre, T)[1]
+    found = relax_poses(points, everything(points), centre, start, tolerance=1e-12)
+    assert found.converged
+    assert np.abs(found.T_base_grid - T).max() < 1e-4
+    assert np.abs(found.directions - u).max() < 1e-6
+
+
+def test_relaxation_rests_where_no_pose_wants_to_move():
+    scene, linear = drawn(3)
+    points, seen = scene.noisy, everything(scene.noisy)
+    found = relax_poses(
+        points, seen, linear.centre, linear.T_base_grid, tolerance=1e-13
+    )
+    u = centroid_directions(points, seen, linear.centre, found.T_base_grid)
+    assert np.abs(found.directions - u).max() < 1e-12
+    residuals = ray_point_residuals(points, seen, linear.centre, found.T_base_grid, u)
+    pull = np.abs(residuals[1:].sum(axis=1)).max()
+    assert pull < 1e-3 * np.abs(residuals[1:]).sum()
+    # The least sum of squares over rays and poses is lower.
+    best = bundle_adjust_fixed_centre(points, seen, linear.centre, linear.T_base_grid)
+    assert best.costs[-1] < found.costs[-1]
+
+
+def test_weighted_centroids():
+    centre, T, u, points = exact_scene(2, count=50)
+    seen = everything(points)
+    seen[1, 0], seen[:, 1] = False, False
+    points = points + np.random.default_rng(0).normal(size=points.shape)
+    weights = np.array([3.0, 2.0, 1.0])
+    found = centroid_directions(points, seen, centre, T, weights)
+    P = transform(T, np.pad(points, ((0, 0), (0, 0), (0, 1)))) - centre
+    middle = np.einsum("j,jnk->nk", weights, P)
+    middle[0] -= 2 * P[1, 0]
+    expected = middle / np.linalg.norm(middle, axis=1, keepdims=True)
+    expected[1] = np.nan
+    assert np.allclose(found, expected, equal_nan=True)
+    assert np.abs(found[2:] - u[2:]).max() < 0.01
+    with pytest.raises(InputError, match="weights"):
+        centroid_directions(points, seen, centre, T, [1.0, 0.0, 1.0])
+
+
+def test_weights_are_the_best_of_their_kind():
+    # Noise of points in mm, and of one pose: the weighted centroids scatter least.
+    centre, T, u, points = exact_scene(3, count=40)
+    covariances = np.zeros((3, 6, 6))
+    covariances[2] = np.diag([1e-5, 1e-5, 1e-5, 2.0, 2.0, 2.0])
+    weights = centroid_weights(
+        points, everything(points), centre, T, covariances, 0.3, "plane"
+    )
+    rng = np.random.default_rng(0)
+    errors = []
+    for _ in range(300):
+        noisy = points + 0.3 * rng.standard_normal(points.shape)
+        poses = T.copy()
+        step = np.zeros(15)
+        step[9:] = rng.multivariate_normal(np.zeros(6), covariances[2])
+        poses = moved(centre, T, step)[1]
+        errors.append(
+            [
+                centroid_directions(noisy, everything(points), centre, poses, w) - u
+                for w in (None, weights, weights * [[1.0], [1.0], [3.0]])
+            ]
+        )
+    equal, ours, other = np.sqrt(np.mean(np.square(errors), axis=(0, 2, 3)))
+    assert ours < 0.8 * equal
+    assert ours < other
+
+
+def test_jacobian_of_concurrence_equals_differences():
+    centre, T, _, points = exact_scene(4, count=30)
+    rng = np.random.default_rng(0)
+    points = points + rng.normal(size=points.shape)
+    seen = rng.random(points.shape[:2]) < 0.8
+    seen[:2] = True
+    q = homogeneous(points, seen)
+    centre, T = disturbed(centre, T)
+    _, jacobian = concurrence_system(q, centre, T)
+    h = 1e-5
+    numeric = [
+        concurrence_system(q, *moved(centre, T, s))[0]
+        - concurrence_system(q, *moved(centre, T, -s))[0]
+        for s in h * np.eye(15)
+    ]
+    numeric = np.stack(numeric, axis=-1) / (2 * h)
+    assert np.abs(jacobian - numeric).max() < 1e-7 * np.abs(numeric).max()
+
+
+@pytest.mark.parametrize("adjust", [adjust_concurrence, adjust_ray_point])
+def test_free_centres_find_exact_ones(adjust):
+    centre, T, _, points = exact_scene(5, grids=4, count=100)
+    found = adjust(points, everything(points), *disturbed(centre, T))
+    assert found.converged
+    assert np.abs(found.centre - centre).max() < 1e-6
+    assert np.abs(found.T_base_grid - T).max() < 1e-6
+
+
+def test_concurrence_drifts_with_noise():
+    errors = []
+    for seed in range(6):
+        scene, linear = drawn(seed)
+        start = linear.centre, linear.T_base_grid
+        found = adjust_concurrence(scene.noisy, everything(scene.noisy), *start)
+        assert np.all(np.diff(found.costs) < 0)
+        errors.append([centre_error(linear.centre), centre_error(found.centre)])
+    before, after = np.median(errors, axis=0)
+    assert after > 5 * before
+
+
+def beside_the_centre(scene, most, seed, sigma=0.2):
+    """Noisy points of rays that start up to `most` mm along z from the centre."""
+    u = scene.directions
+    origins = np.tile([0.0, 0.0, 600.0], (len(u), 1))
+    origins[:, 2] += most * (1 - np.abs(u[:, 2])) / (1 - np.abs(u[:, 2]).min())
+    points = np.stack(
+        [intersect_rays_plane(origins, u, T).points for T in scene.T_base_grid]
+    )
+    rng = np.random.default_rng(seed)
+    return points + sigma * rng.standard_normal(points.shape), origins
+
+
+def central_of(points, start, sigma=0.2):
+    return adjust_consistent(points, None, start.centre, start.T_base_grid, sigma=sigma)
+
+
+def test_free_lines_find_exact_ones_and_poses():
+    scene, linear = drawn(0, noise=0.0)
+    points, origins = beside_the_centre(scene, 8.0, 0, sigma=0.0)
+    lines = relax_centrality(points, central_of(points, linear), tolerance=1e-9)
+    assert lines.used.all()
+    assert np.abs(lines.T_base_grid - scene.T_base_grid).max() < 1e-6
+    assert np.abs(lines.directions - scene.directions).max() < 1e-8
+    gap = np.cross(lines.origins - origins, scene.directions)
+    assert np.abs(gap).max() < 1e-5
+
+
+def test_free_lines_do_not_overfit_a_central_camera():
+    squares, ratios = [], []
+    for seed in range(16):
+        scene, linear = drawn(seed, noise=0.0)
+        points, _ = beside_the_centre(scene, 0.0, seed)
+        lines = relax_centrality(points, central_of(points, linear))
+        off = []
+        for found, true in zip(
+            lines.T_base_grid[1:], scene.T_base_grid[1:], strict=True
+        ):
+            R = found[:3, :3]
+            turn = R.T @ true[:3, :3]
+            off += [-turn[2, 1], -turn[0, 2], -turn[1, 0]]
+            off += [*(R.T @ (true[:3, 3] - found[:3, 3]))]
+        off = np.array(off)
+        squares.append(off @ np.linalg.solve(lines.covariance, off) / len(off))
+        ratios.append(lines.noise)
+    assert 0.8 < np.mean(squares) < 1.25
+    # Stated deviations are 0.2 mm: the lines find that noise, and no less.
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.02)
+
+
+def test_lines_of_pixels_that_see_few_grids():
+    scene, linear = drawn(1, noise=0.0, grids=4)
+    points, _ = beside_the_centre(scene, 5.0, 0, sigma=0.0)
+    points[2:, 0], points[1:, 1] = np.nan, np.nan
+    lines = relax_centrality(points, central_of(points, linear), tolerance=1e-9)
+    assert not lines.used[:2].any()
+    assert np.abs(lines.directions[0] - scene.directions[0]).max() < 1e-6
+    assert np.isnan(lines.directions[1]).all()
+    for ray in range(points.shape[1]):
+        points[[*combinations(range(4), 2)][ray % 6], ray] = np.nan
+    with pytest.raises(CalibrationError, match="shares fewer than three"):
+        relax_centrality(points, central_of(points, linear))
+
+
+def test_central_or_not():
+    p_values, inside = [], []
+    for seed in range(20):
+        scene, linear = drawn(seed, noise=0.0)
+        points, _ = beside_the_centre(scene, 0.0, seed)
+        found = centrality_test(
+            points, None, linear.centre, linear.T_base_grid, sigma=0.2
+        )
+        p_values.append([found.p_value, found.p_of_noise])
+        inside.append(found.at_least_mm == 0.0)
+    # A p-value is as often below a tenth as that.
+    for column in np.transpose(p_values):
+        assert 0.2 < np.mean(column < 0.5) < 0.8
+        assert np.min(column) > 1e-3
+    assert np.mean(inside) > 0.8
+    scene, linear = drawn(0, noise=0.0)
+    points, origins = beside_the_centre(scene, 8.0, 0)
+    found = centrality_test(points, None, linear.centre, linear.T_base_grid, sigma=0.2)
+    u = scene.directions
+    across = np.eye(3) - u[:, :, None] * u[:, None, :]
+    best = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, origins))
+    true = np.sqrt(np.mean(np.sum(np.cross(origins - best, u) ** 2, axis=1)))
+    assert not found.central
+    assert found.distance_mm == pytest.approx(true, rel=0.1)
+    assert 0.9 * found.at_least_mm < true < 1.1 * found.at_most_mm
+    assert str(found).startswith("not central: ")
+
+
+def test_neighbours_of_a_window_count_for_less():
+    assert correlation(1) == 1.0
+    rng = np.random.default_rng(0)
+    sums = []
+    for _ in range(400):
+        raw = rng.standard_normal((46, 46))
+        padded = np.pad(raw.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+        of_windows = padded[7:, 7:] - padded[:-7, 7:] - padded[7:, :-7]
+        smooth = (of_windows + padded[:-7, :-7]) / 7
+        sums.append(np.sum(smooth**2))
+    inflated = np.var(sums) / (2 * smooth.size)
+    # At the rim of so small a picture there are fewer neighbours.
+    assert inflated == pytest.approx(correlation(7), rel=0.25)
