@@ -1,0 +1,78 @@
+"""What the exercises of section 4.1.1 compare an answer with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raxel.calibration.synthetic_pinhole import circle_of
+from raxel.geometry import pose, rotation_from_vector
+
+# A camera 500 mm above the origin of the base grid, and one tilted grid.
+CENTRE_MM = np.array([0.0, 0.0, 500.0])
+TILT_DEG = 30.0
+HIT_MM = np.array([120.0, -80.0, -250.0])
+
+
+def picture_task():
+    """The ray from (120, -80, -250) to the centre passes z = 0 after a third of
+    the way: 250 of 750 mm. Two thirds of x are left."""
+    return {
+        "expected": picture_x,
+        "hint": "how much of the way to the centre lies below the base grid?",
+        "slips": {
+            "That is the x of the point itself.": lambda: HIT_MM[0],
+            "That is the part of the way that is gone.": lambda: (
+                HIT_MM[0] - picture_x()
+            ),
+        },
+    }
+
+
+def focal_task():
+    """The focal length of the synthetic camera is the distance of its centre from
+    the image plane, and in this frame it is signed: -C_z."""
+    return {
+        "expected": focal_mm,
+        "hint": "which entry of C is the distance from the image plane? Look "
+        "at the sign in the matrix K.",
+        "slips": {"Look at the sign.": lambda: -focal_mm()},
+    }
+
+
+def radius_task():
+    """A grid tilted by 30 degrees about the x axis sends the horizon to a line; the
+    centre is h / sin(tilt) from where the circle has its middle."""
+    return {
+        "expected": circle_radius,
+        "hint": "a plane through the centre, parallel to the grid, cuts the "
+        "base plane in the vanishing line; how far is that from the centre?",
+        "slips": {
+            "That is the distance to the foot of the centre.": lambda: (
+                CENTRE_MM[2] / np.tan(np.radians(TILT_DEG))
+            ),
+            "That is the height of the centre.": lambda: CENTRE_MM[2],
+        },
+    }
+
+
+def picture_x():
+    """x (mm) on the base grid of the point HIT_MM."""
+    share = -HIT_MM[2] / (CENTRE_MM[2] - HIT_MM[2])
+    return float(HIT_MM[0] + share * (CENTRE_MM[0] - HIT_MM[0]))
+
+
+def focal_mm():
+    """Focal length of the synthetic camera, signed as in (4.5)."""
+    return float(-CENTRE_MM[2])
+
+
+def circle_radius():
+    """Radius (mm) of the circle that a grid leaves for the centre."""
+    T = pose(
+        rotation_from_vector([np.radians(TILT_DEG), 0.0, 0.0]),
+        [0.0, 0.0, -100.0],
+    )
+    x, y, z = CENTRE_MM
+    M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])
+    columns = T[:3, [0, 1, 3]] - np.outer(CENTRE_MM, [0.0, 0.0, 1.0])
+    return float(circle_of(M @ columns)[2])

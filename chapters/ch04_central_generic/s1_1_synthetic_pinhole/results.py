@@ -1,0 +1,113 @@
+"""What section 4.1.1 found, read from its results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from repro.judge.statistics import bootstrap, median_interval, with_worst
+from repro.page.reader import value
+
+CAMERAS = (
+    "radial lens, 100°",
+    "equidistance, 183°",
+    "hyperboloid mirror",
+    "no lens: rays at random",
+)
+LENSES = ("radial, 100°", "equidistance, 150°")
+SOLVERS = {"CGSP": "Sturm-Maybank", "CGSP circle": "circles"}
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    of_pictures(open_results("exp_c4_synth_pinhole"))
+    of_centres(open_results("exp_c4_any_pinhole"))
+    of_methods(open_results("exp_c4_sm_vs_wl"))
+    of_boards(open_results("exp_c4_interp_bias_centre"))
+    of_sweep(open_results("ext_board_as_base_sweep"))
+
+
+def of_pictures(found):
+    """Largest residual of a homography, relative and in mm."""
+    value("residual", over_cameras(found, "residual"))
+    value("residual_mm", over_cameras(found, "residual_mm"))
+
+
+def of_centres(found):
+    """Largest error of either solver on exact points."""
+    value("exact_mm", max(over_cameras(found, name) for name in SOLVERS))
+    value("exact_trials", found.trials_per_condition * len(CAMERAS))
+
+
+def of_methods(found):
+    """Ratio of the two solvers over all conditions."""
+    ratios = [
+        centre_ratio(found, condition).value
+        for condition in found.conditions
+    ]
+    value("ratio_least", min(ratios))
+    value("ratio_most", max(ratios))
+
+
+def of_boards(found):
+    """What the cells of a chessboard do to the centre."""
+    for name in ("base_mm", "all_mm", "noise_mm", "gap_mm"):
+        value(f"board.{name}", median_interval(found.column(name)).value)
+
+
+def of_sweep(found):
+    """The fisheye before the same squares."""
+    at = {"lens": LENSES[1], "pitch_mm": 20.0, "all_grids": False}
+    for name in ("base_mm", "noise_mm"):
+        value(
+            f"fisheye.{name}",
+            median_interval(found.column(name, **at)).value,
+        )
+
+
+def largest(found, name, **condition):
+    """Largest error over trials; a trial without a result is infinitely off."""
+    return float(with_worst(found.column(name, **condition)).max())
+
+
+def over_cameras(found, name):
+    """Largest error over the trials with all cameras."""
+    return max(largest(found, name, camera=camera) for camera in CAMERAS)
+
+
+def levels_of(found, name):
+    """Conditions of the sweep over noise or over the field of view, in order."""
+    fixed = {"noise_px": ("fov_deg", 100), "fov_deg": ("noise_px", 0.5)}
+    key, at = fixed[name]
+    kept = [c for c in found.conditions if c[key] == at]
+    return sorted(kept, key=lambda c: c[name])
+
+
+def centre_ratio(found, condition):
+    """Median over trials of the circles' error over Sturm-Maybank's: Estimate."""
+    one, other = (
+        found.column(solver, **condition)
+        for solver in ("CGSP", "CGSP circle")
+    )
+    both = np.isfinite(one) & np.isfinite(other)
+    return median_interval(other[both] / one[both])
+
+
+def straightness(lattice):
+    """Largest distance of a lattice's lines from straight ones, by their length.
+
+    lattice: (rows, columns, 2).
+    """
+    worst = 0.0
+    for line in [*lattice, *np.swapaxes(lattice, 0, 1)]:
+        along = line[-1] - line[0]
+        length = np.linalg.norm(along)
+        x, y = (line - line[0]).T
+        off = np.abs(along[0] * y - along[1] * x) / length
+        worst = max(worst, float(off.max() / length))
+    return worst
+
+
+def difference(found, one, other):
+    """Median of the differences within trials: Estimate."""
+    a, b = (with_worst(found.column(name)) for name in (one, other))
+    return bootstrap(lambda x: np.median(x, axis=-1), a - b)
