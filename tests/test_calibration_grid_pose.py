@@ -93,7 +93,7 @@ def test_a_wide_camera_close_to_the_grid_leaves_out_rays_behind_the_plane():
 
 def test_rays_in_a_wide_ring_get_a_plane_that_all_of_them_meet():
     near = pose(np.eye(3), [0.0, 0.0, 100.0])
-    angle = np.linspace(0, 2 * np.pi, 40)
+    angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     points = 250 * np.column_stack([np.cos(angle), np.sin(angle)])
     directions = unit(transform(near, lifted(points)))
     across = synthetic_plane_normal(directions)

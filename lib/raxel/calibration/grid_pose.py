@@ -82,8 +82,8 @@ def linear_grid_pose(directions, points, *, normal=None, metric="ray-point"):
 
     directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid, N >= 4;
     normal: (3,) of the synthetic image plane, None for `facing_plane_normal`. Rays that
-    do not meet the plane ahead of the camera are left out and counted. metric: the error that
-    `rms` measures, "ray-point" (4.18) or "angle".
+    do not meet the plane ahead of the camera are left out and counted. metric: the
+    error that `rms` measures, "ray-point" (4.18) or "angle".
 
     Returns RayPose, with every ray that was used as an inlier. Raises CalibrationError
     for fewer than four points before the plane, or points that determine no pose.

@@ -1,0 +1,184 @@
+"""Errors, ratios and counts of section 4.2, and the numbers that its page quotes."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from chapters.ch04_central_generic.s2_pose.trials.estimators import (
+    STANDARD,
+)
+from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+    DOMAINS,
+    LEVELS,
+    METRICS,
+    RAYS,
+)
+from chapters.ch04_central_generic.s2_pose.trials.triplets import (
+    APART,
+    DRAWS,
+)
+from repro.judge.statistics import bootstrap, median_interval, with_worst
+from repro.page.reader import value
+from repro.run.outcomes import DECISIONS, Reading
+
+PRIMARY = {"domain": "px", "rays": RAYS[0], "unit": "length"}
+MEASURES = ("rotation_deg", "translation_percent")
+TABLE_MEASURES = ("rotation_deg", "translation_mm")
+IN_WORDS = {
+    "rotation_deg": "rotation",
+    "translation_percent": "translation",
+    "translation_mm": "translation",
+}
+PUT_IN = "0.3 %"
+SHOWN_PX = 0.5
+
+
+def levels_of(result):
+    """The noise levels that were run."""
+    run = {condition["noise"] for condition in result.conditions}
+    return [level for level in LEVELS if level in run]
+
+
+def trials_of(result, estimator, measure, noise, **condition):
+    """Errors (n,) of an estimator at one noise, nan where it failed."""
+    condition = PRIMARY | condition
+    return result.column(f"{estimator}.{measure}", noise=noise, **condition)
+
+
+def table_trials(result, estimator, measure, outliers=PUT_IN):
+    """Errors (n,) of Table 4.1's scenes, or seeds, nan where it failed."""
+    name = f"errors.{outliers}.{estimator}.{measure}"
+    return np.concatenate(
+        [
+            result.column(name, **condition)
+            for condition in result.conditions
+        ]
+    )
+
+
+def ratio(numerator, denominator):
+    """Ratio of the medians of paired trials, failures counting as worst."""
+    return bootstrap(
+        lambda a, b: np.median(a, axis=-1) / np.median(b, axis=-1),
+        with_worst(numerator),
+        with_worst(denominator),
+        paired=True,
+    )
+
+
+def ratio_reading(decision, estimate, reason, reading=None):
+    """A Reading whose number is a ratio with its interval."""
+    return Reading(
+        DECISIONS[decision],
+        estimate.value,
+        reading or {},
+        (estimate.low, estimate.high),
+        "x",
+        reason,
+    )
+
+
+def without_solution(result, kind):
+    """(triples without a pose, all triples) of one kind."""
+    lost = result.column(f"{kind}.without")
+    return int(lost.sum()), DRAWS * len(lost)
+
+
+def finite_of_four(result, plane):
+    """(samples of four points with a finite pose, all of them)."""
+    finite = result.column(f"finite.{plane}")
+    return int(finite.sum()), DRAWS * len(finite)
+
+
+def readings_of_noise(with_standard=True):
+    """Every reading of the simulation: options by question, primary first."""
+    questions = {
+        "standard_pose": tuple(STANDARD),
+        "noise": DOMAINS,
+        "pose_rays": RAYS,
+        "pose_threshold": tuple(METRICS),
+    }
+    if not with_standard:
+        del questions["standard_pose"]
+    for options in product(*questions.values()):
+        yield dict(zip(questions, options, strict=True))
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    of_noise(open_results("fig_4_4_noise"))
+    of_table(open_results("table_4_1_rendered"), "seeds")
+    of_table(open_results("table_4_1_redrawn"), "scenes")
+    of_decoding(open_results("table_4_1_rendered"))
+    of_triplets(
+        open_results("exp_c4_3pt_no_solution"),
+        open_results("exp_c4_3pt_sensitive"),
+    )
+    of_planes(open_results("exp_c4_plane_orientation"))
+
+
+def of_noise(result):
+    """Medians of the simulation at half a pixel."""
+    for estimator in ("three_points", "standard", "cgsp_ransac", "angular"):
+        trials = trials_of(result, estimator, "rotation_deg", SHOWN_PX)
+        value(f"{estimator}_deg", median_interval(trials).value)
+    exact = trials_of(
+        result, "angular", "rotation_deg", SHOWN_PX, rays="exact"
+    )
+    value("angular_exact_deg", median_interval(exact).value)
+    coarse = trials_of(result, "three_points", "rotation_deg", SHOWN_PX)
+    fine = trials_of(result, "standard", "rotation_deg", SHOWN_PX)
+    value("refining", float(np.median(coarse) / np.median(fine)))
+
+
+def of_table(result, where):
+    """Medians of Table 4.1 with the outliers put in."""
+    for estimator in ("standard", "cgsp", "cgsp_ransac"):
+        for measure, unit in zip(
+            TABLE_MEASURES, ("deg", "mm"), strict=True
+        ):
+            trials = table_trials(result, estimator, measure)
+            found = float(np.median(trials))
+            value(f"{where}_{estimator}_{unit}", found)
+
+
+def of_decoding(result):
+    """What the pictures' decoding was like, and the calibration from boards."""
+    seeds = {condition["seed"] for condition in result.conditions}
+    value("rendered_seeds", len(seeds))
+    wrong, bias, sd, rms = [], [], [], []
+    for seed in seeds:
+        wrong.append(result.column("decoding.outlier_share", seed=seed)[0])
+        bias.append(
+            np.abs(result.arrays("decoding.bias_mm", seed=seed)[0]).max()
+        )
+        sd.append(result.arrays("decoding.sd_mm", seed=seed)[0].mean())
+        rms.append(result.column("zhang.rms_px", seed=seed)[0])
+    value("wrong_percent", 100 * float(max(wrong)))
+    value("bias_mm", float(max(bias)))
+    value("noise_mm", float(np.mean(sd)))
+    value("zhang_px", float(np.mean(rms)))
+
+
+def of_triplets(counts, errors):
+    """Shares of triples without a solution, and how errors compare."""
+    for kind in APART:
+        lost, total = without_solution(counts, kind)
+        value(f"lost_{kind.split()[0]}", 100 * lost / total)
+    close, far = (
+        np.median(errors.column(f"{kind}.rotation_deg"))
+        for kind in ("close together", "far apart")
+    )
+    value("close_far", float(close / far))
+
+
+def of_planes(result):
+    """How much worse a plane at 30 and at 60 degrees is."""
+    best = np.median(result.column("common.0.rotation_deg"))
+    for tilt in (30, 60):
+        other = np.median(result.column(f"common.{tilt}.rotation_deg"))
+        value(f"tilt_{tilt}", float(other / best))
+    lost = 1 - np.median(result.column("share_common"))
+    value("lost_rays", 100 * float(lost))

@@ -1,0 +1,197 @@
+"""Table 4.1, from pictures and redrawn; samples of three and four; times."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch04_central_generic.s2_pose.results import (
+    PUT_IN,
+    TABLE_MEASURES,
+    finite_of_four,
+    table_trials,
+    without_solution,
+)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import (
+    ESTIMATORS,
+    NAMES,
+)
+from chapters.ch04_central_generic.s2_pose.trials.kodak import OUTLIERS
+from chapters.ch04_central_generic.s2_pose.trials.triplets import APART
+from repro.judge.statistics import median_interval, proportion
+from repro.run.columns import columns
+from repro.run.experiment import table
+from repro.run.outcomes import Measured, Table
+
+PRINTED = ("standard", "cgsp", "cgsp_ransac")
+NICE = (1, 2, 5)
+
+
+def measured(trials):
+    """The median of trials with its interval; None where none gave one."""
+    found = median_interval(trials)
+    if not np.isfinite(found.value):
+        return None
+    return Measured(found.value, found.low, found.high)
+
+
+@table("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")
+def table_4_1(results):
+    """Pose errors of the three estimators, from rendered pictures."""
+    result = results["table_4_1_rendered"]
+    units = ("Rotation error (°)", "Translation error (mm)")
+    rows = [
+        (
+            unit,
+            *(
+                float(np.median(table_trials(result, estimator, measure)))
+                for estimator in PRINTED
+            ),
+        )
+        for unit, measure in zip(units, TABLE_MEASURES, strict=True)
+    ]
+    return Table(
+        columns(
+            ("Error", "Standard + RANSAC", "CGSP", "CGSP + RANSAC"), rows
+        ),
+        "Error of the pose of an active grid relative to another, decoded "
+        f"from rendered pictures, with {PUT_IN} of outliers put in: medians "
+        f"over {len(result.conditions)} seeds, against a laser scan. The "
+        "standard method is refined on its inliers.",
+    )
+
+
+@table(
+    "ext_table_4_1",
+    needs=("table_4_1_rendered", "table_4_1_redrawn"),
+    evidence="rendered",
+)
+def all_of_table_4_1(results):
+    """Every estimator, with and without outliers, rendered and redrawn."""
+    rendered, redrawn = (
+        results[name]
+        for name in ("table_4_1_rendered", "table_4_1_redrawn")
+    )
+    rows = []
+    for outliers in OUTLIERS:
+        for name in ESTIMATORS:
+            cells = []
+            for measure in TABLE_MEASURES:
+                of_seeds = table_trials(rendered, name, measure, outliers)
+                of_scenes = table_trials(redrawn, name, measure, outliers)
+                cells += [float(np.median(of_seeds)), measured(of_scenes)]
+            rows.append((outliers, NAMES[name], *cells))
+    return Table(
+        columns(
+            (
+                "Outliers",
+                "Estimator",
+                "Rotation, pictures (°)",
+                "Rotation, redrawn (°)",
+                "Translation, pictures (mm)",
+                "Translation, redrawn (mm)",
+            ),
+            rows,
+        ),
+        f"Medians over {len(rendered.conditions)} seeds from pictures, and "
+        f"over {redrawn.trials_per_condition} scenes with the decoding "
+        "errors of those pictures (with 95 % intervals).",
+    )
+
+
+@table(
+    "ext_samples",
+    needs=(
+        "exp_c4_3pt_sensitive",
+        "exp_c4_3pt_no_solution",
+        "exp_c4_linear_always",
+    ),
+    evidence="synthetic",
+)
+def samples(results):
+    """What three points and four give, one sample at a time."""
+    errors, counts, four = (
+        results[name]
+        for name in (
+            "exp_c4_3pt_sensitive",
+            "exp_c4_3pt_no_solution",
+            "exp_c4_linear_always",
+        )
+    )
+    rows = [
+        (
+            f"three points, {kind.replace(' three points', '')}",
+            *lost_share(*without_solution(counts, kind)),
+            *(
+                measured(errors.column(f"{kind}.{measure}"))
+                for measure in TABLE_MEASURES
+            ),
+        )
+        for kind in APART
+    ]
+    off = [measured(four.column(measure)) for measure in TABLE_MEASURES]
+    for plane, name in (
+        ("of_4_24", "four points, plane of (4.24)"),
+        ("facing", "four points, plane that all rays meet"),
+    ):
+        finite, total = finite_of_four(four, plane)
+        cells = off if plane == "facing" else (None, None)
+        rows.append((name, *lost_share(total - finite, total), *cells))
+    return Table(
+        columns(
+            (
+                "Sample",
+                "Samples",
+                "Without a pose (%)",
+                "Rotation error (°)",
+                "Translation error (mm)",
+            ),
+            rows,
+        ),
+        "The smallest samples that give a pose, with half a pixel of noise: "
+        "medians over scenes of the median over their samples. Of several "
+        "solutions of three points the nearest to the truth counts.",
+    )
+
+
+def lost_share(lost, total):
+    """(samples, share without a pose in % with its exact interval)."""
+    share = proportion(np.arange(total) < lost)
+    return total, Measured(*(100 * x for x in share[:3]))
+
+
+@table(
+    "ext_pose_times", needs=("ext_pose_times_run",), evidence="synthetic"
+)
+def pose_times(results):
+    """Processor time of each estimator, coarsely."""
+    result = results["ext_pose_times_run"]
+    counts = [condition["points"] for condition in result.conditions]
+    rows = [
+        (
+            NAMES[name],
+            *(
+                coarse(1000 * result.column(name, points=count)[0])
+                for count in counts
+            ),
+        )
+        for name in ESTIMATORS
+    ]
+    return Table(
+        columns(
+            (
+                "Estimator",
+                *(f"{count} points (ms)" for count in counts),
+            ),
+            rows,
+        ),
+        "Time of each estimator on one processor, to the nearest of 1, 2, "
+        "5, 10, ... ms.",
+    )
+
+
+def coarse(number):
+    """The nearest of 1, 2, 5, 10, ... by ratio."""
+    scales = [m * 10.0**e for e in range(-3, 6) for m in NICE]
+    gaps = [abs(np.log(number / scale)) for scale in scales]
+    nearest = scales[int(np.argmin(gaps))]
+    return round(nearest, 3)

@@ -1,0 +1,233 @@
+"""Table 4.1: two poses of an active grid before a calibrated perspective camera."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from chapters.ch04_central_generic.s2_pose.trials.estimators import (
+    all_estimates,
+    scored,
+)
+from chapters.shared.active_grid_sets import seen_grids, true_camera
+from chapters.shared.decoding_errors import (
+    DecodingErrors,
+    drawn_again,
+    lattice_rays,
+    measured_errors,
+    true_lattice,
+)
+from chapters.shared.grid_rigs import rig_named
+from raxel.calibration.board_views import board_views
+from raxel.calibration.zhang import calibrate_zhang
+from raxel.cameras import PerspectiveCamera
+from raxel.features.boards import detect_boards
+from raxel.geometry import fit_pose, inverse_pose, transform
+from raxel.sets import load_set
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+from repro.run.rendered import rendered_set
+
+GRID = {"quick": "kodak-megaplus-small", "full": "kodak-megaplus"}
+BOARDS = {"quick": "kodak-boards-small", "full": "kodak-boards"}
+SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+KODAK_SETS = {
+    "quick": ("kodak-megaplus-small/0", "kodak-boards-small/0"),
+    "full": (
+        "kodak-megaplus/0",
+        "kodak-megaplus/1",
+        "kodak-megaplus/2",
+        "kodak-boards/0",
+        "kodak-boards/1",
+        "kodak-boards/2",
+    ),
+}
+KODAK_RIGS = (
+    "data/rigs/kodak-megaplus.yaml",
+    "data/rigs/kodak-megaplus-small.yaml",
+)
+SCENES = {"quick": 4, "full": 60}
+PAIRS = 20_000
+OUTLIERS = {"as decoded": 0.0, "0.3 %": 0.003}
+THRESHOLD_MM = 1.0
+SCANNED_MM, SCAN_SD_MM = 40.0, 0.1
+STEP = 5  # px between neighbours of the lattice that scenes are redrawn on
+PERIODS = 8, 8  # of the sines, across the monitor
+SETTINGS = {
+    "pairs_per_pose": PAIRS,
+    "outliers_put_in": OUTLIERS,
+    "ransac_threshold_mm": THRESHOLD_MM,
+    "scan_sd_mm": SCAN_SD_MM,
+}
+
+
+def with_outliers(points, share, size_mm, rng):
+    """Points (N, 2) of which a share lies anywhere on the monitor."""
+    count = round(share * len(points))
+    wrong = rng.choice(len(points), count, replace=False)
+    points = points.copy()
+    points[wrong] = rng.uniform(0, 1, (count, 2)) * size_mm
+    return points
+
+
+def scanned(T, size_mm, rng):
+    """The pose of a monitor at T that a laser scanner measures."""
+    x, y = (np.arange(SCANNED_MM / 2, s, SCANNED_MM) for s in size_mm)
+    flat = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    flat = np.pad(flat, ((0, 0), (0, 1)))
+    noise = SCAN_SD_MM * rng.standard_normal(flat.shape)
+    return fit_pose(flat, transform(T, flat) + noise)
+
+
+def relative_errors(pairs, true, size_mm, rng):
+    """Errors of the second pose relative to the first, by every estimator.
+
+    pairs: ((rays (N, 3), points (N, 2)), ...) of both poses; true: (2, 4, 4).
+    """
+    first, second = (scanned(T, size_mm, rng) for T in true)
+    truth = inverse_pose(first) @ second
+    out = {}
+    for kind, share in OUTLIERS.items():
+        found = [
+            all_estimates(
+                rays,
+                with_outliers(points, share, size_mm, rng),
+                rng,
+                THRESHOLD_MM,
+            )
+            for rays, points in pairs
+        ]
+        out[kind] = {
+            name: relative(*(f[name] for f in found), truth)
+            for name in found[0]
+        }
+    return out
+
+
+def relative(first, second, truth):
+    """Errors of a pair of poses, or the reason why one is missing."""
+    for pose in (first, second):
+        if isinstance(pose, str):
+            return {"failed": pose}
+    return scored(inverse_pose(first) @ second, truth)
+
+
+def calibrated_camera(rig, seed):
+    """Zhang's calibration from the rendered boards of one seed."""
+    boards = load_set(rendered_set(rig, seed))
+    found = detect_boards(boards, say=lambda line: None)
+    size = boards.width, boards.height
+    return calibrate_zhang(board_views(boards, found), *size)
+
+
+def rendered_trial(condition, rng):
+    """One seed from pictures to errors, and what its decoding was like."""
+    calibration = calibrated_camera(condition["boards"], condition["seed"])
+    camera = calibration.camera
+    folder = rendered_set(condition["grid"], condition["seed"])
+    size_mm = np.array(load_set(folder).target.monitor_mm)
+    pairs, seen = [], []
+    every, shape = lattice_rays(true_camera(folder), 1)
+    for grid in seen_grids(folder, threads=1):
+        pairs.append(chosen_pairs(camera, grid.decoded.location, 1, rng))
+        _, cosine = true_lattice(every, shape, grid.T_camera_grid, size_mm)
+        seen.append((grid, cosine))
+    true = np.stack([grid.T_camera_grid for grid, _ in seen])
+    errors = measured_errors(seen, PERIODS, size_mm)
+    found = [np.isfinite(g.decoded.location[..., 0]).sum() for g, _ in seen]
+    return {
+        "errors": relative_errors(pairs, true, size_mm, rng),
+        "decoding": errors._asdict(),
+        "pixels": np.mean(found),
+        "zhang": {
+            "K": camera.K,
+            "radial": np.asarray(camera.radial),
+            "rms_px": calibration.rms_px,
+        },
+    }
+
+
+def chosen_pairs(camera, location, step, rng):
+    """(rays (N, 3), points (N, 2)) of up to PAIRS pixels that have a point.
+
+    location: (h, w, 2), of every step-th pixel each way (`lattice_rays`).
+    """
+    v, u = np.nonzero(np.isfinite(location).all(axis=2))
+    keep = rng.permutation(len(u))[:PAIRS]
+    v, u = v[keep], u[keep]
+    pixels = step * np.column_stack([u, v]).astype(float) + step // 2
+    return camera.rays(pixels).directions, location[v, u]
+
+
+@experiment(
+    "table_4_1_rendered",
+    artefact="table_4_1",
+    shards={"quick": 1, "full": 1},
+    rendered=KODAK_SETS,
+)
+def rendered_seeds(effort):
+    """Seeds that go from pictures to numbers."""
+    conditions = [
+        {"grid": GRID[effort], "boards": BOARDS[effort], "seed": seed}
+        for seed in SEEDS[effort]
+    ]
+    return Plan(rendered_trial, conditions, 1, SETTINGS)
+
+
+def redrawn_trial(condition, rng, rig_name, seeds):
+    """A scene with the camera and the decoding errors of a rendered seed."""
+    rig = rig_named(rig_name)
+    camera, errors = seeds[rng.integers(len(seeds))]
+    size_mm = np.array(rig.target.monitor_mm)
+    true = rig.draw_poses(rng, 2)
+    step = 1 if rig.camera.width * rig.camera.height < 4 * PAIRS else STEP
+    rays, shape = lattice_rays(rig.camera, step)
+    pairs = []
+    for T in true:
+        points, cosine = true_lattice(rays, shape, T, size_mm)
+        location = drawn_again(errors, points, cosine, rng, step)
+        pairs.append(chosen_pairs(camera, location, step, rng))
+    return {"errors": relative_errors(pairs, true, size_mm, rng)}
+
+
+def measured_seeds(results, effort):
+    """(calibrated camera, decoding errors) of every rendered seed."""
+    rendered = results["table_4_1_rendered"]
+    rig = rig_named(GRID[effort])
+    seeds = []
+    for seed in SEEDS[effort]:
+
+        def stored(name, seed=seed):
+            return rendered.arrays(name, seed=seed)[0]
+
+        K, radial = stored("zhang.K"), stored("zhang.radial")
+        camera = PerspectiveCamera(
+            K, radial, rig.camera.width, rig.camera.height
+        )
+        share = "outlier_share"
+        fields = {
+            name: stored(f"decoding.{name}")
+            for name in DecodingErrors._fields
+            if name != share
+        }
+        fields[share] = rendered.column(f"decoding.{share}", seed=seed)[0]
+        seeds.append((camera, DecodingErrors(**fields)))
+    return seeds
+
+
+@experiment(
+    "table_4_1_redrawn",
+    artefact="table_4_1",
+    shards={"quick": 1, "full": 2},
+    inputs=KODAK_RIGS,
+    needs=("table_4_1_rendered",),
+)
+def redrawn_seeds(effort, results):
+    """Scenes with the decoding errors of the rendered ones."""
+    trial = partial(
+        redrawn_trial,
+        rig_name=GRID[effort],
+        seeds=measured_seeds(results, effort),
+    )
+    return Plan(trial, [{}], SCENES[effort], SETTINGS)

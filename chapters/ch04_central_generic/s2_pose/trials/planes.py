@@ -1,0 +1,84 @@
+"""Synthetic planes at a tilt to the one that (4.24) chooses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch04_central_generic.s2_pose.trials.estimators import (
+    errors_of,
+)
+from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+    moved,
+    normalised,
+    rays_and_points,
+)
+from chapters.shared.wide_angle import (
+    CENTRE_MM,
+    SETTINGS,
+    draw_scene,
+    radial_lens,
+)
+from raxel.calibration.grid_pose import (
+    GRAZING,
+    linear_grid_pose,
+    synthetic_plane_normal,
+)
+from raxel.geometry import rotation_from_vector
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+TILTS_DEG = (0, 15, 30, 45, 60)
+NOISE_PX = 0.5
+TRIALS = {"quick": 5, "full": 100}
+
+
+def tilted(normal, rng):
+    """Normals (tilts, 3), turned from one about an axis at random."""
+    axis = normalised(np.cross(normal, rng.standard_normal(3)))
+    turns = np.radians(TILTS_DEG)[:, None] * axis
+    return rotation_from_vector(turns) @ normal
+
+
+def plane_trial(condition, rng):
+    """Errors of the linear pose on planes of every tilt, one scene.
+
+    `common`: with the rays that all planes see; `own`: with those that each
+    one sees.
+    """
+    scene = draw_scene(radial_lens(), condition["noise"], rng, grids=2)
+    directions, points = rays_and_points(scene, "measured on the base grid")
+    true = moved(scene.T_base_grid[1], -CENTRE_MM)
+    normals = tilted(synthetic_plane_normal(directions), rng)
+    seen = (directions @ normals.T > GRAZING).all(axis=1)
+    out = {"share_common": np.mean(seen)}
+    for kind, used in (("common", seen), ("own", np.ones_like(seen))):
+        for tilt, normal in zip(TILTS_DEG, normals, strict=True):
+            found = linear_grid_pose(
+                directions[used], points[used], normal=normal
+            )
+            out.setdefault(kind, {})[str(tilt)] = errors_of(
+                found.T_camera_grid, true
+            ) | {"left_out": found.behind / len(directions)}
+    return out
+
+
+@experiment(
+    "exp_c4_plane_orientation",
+    artefact="fig_4_3",
+    shards={"quick": 1, "full": 1},
+)
+def plane_orientation(effort):
+    """Pose errors on planes tilted against the one of (4.24)."""
+    settings = SETTINGS | {"tilts_deg": TILTS_DEG}
+    return Plan(
+        plane_trial, [{"noise": NOISE_PX}], TRIALS[effort], settings
+    )
+
+
+@experiment(
+    "exp_c4_plane_free", artefact="fig_4_3", shards={"quick": 1, "full": 1}
+)
+def plane_free(effort):
+    """The same without noise."""
+    settings = SETTINGS | {"tilts_deg": TILTS_DEG}
+    return Plan(plane_trial, [{"noise": 0.0}], TRIALS[effort], settings)
