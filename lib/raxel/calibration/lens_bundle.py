@@ -22,7 +22,8 @@ from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, tra
 RAYLEIGH = 1.1774  # median distance of a corner whose coordinates scatter by 1
 WIDTH = 6.0  # scales beyond which a corner counts as wrong
 LARGEST_SCALE = 5.0  # of a board, in scales of all
-LEAST_SCALE_PX = 1e-4
+LEAST_SCALE_PX = 0.01  # no corner is known better
+ROUNDING_PX = 1e-7
 MOST_STEPS, ENOUGH = 60, 1e-7
 LEAST_DAMPING, FIRMEST, LARGEST_DAMPING = 1e-13, 1e-8, 1e10
 ROUNDS, AT_REST = 4, 0.05  # of the scales
@@ -139,6 +140,7 @@ def distance_loss(squares, scales, loss):
 def _minimised(formula, values, T, boards, loss, scales):
     residuals = _residuals(formula, values, T, boards)
     cost, damping = _costs(residuals, boards, loss, scales).sum(), 1e-4
+    rounding = np.count_nonzero(boards.seen) * ROUNDING_PX**2
     system = _system(formula, values, T, boards, loss, scales)
     for _ in range(MOST_STEPS):
         step, moves = _step(system, damping)
@@ -151,10 +153,10 @@ def _minimised(formula, values, T, boards, loss, scales):
             values, T, residuals, cost = new_values, new_T, new, new_cost
             damping = max(damping / 30, LEAST_DAMPING)
             system = _system(formula, values, T, boards, loss, scales)
-            if at_rest:
+            if at_rest or cost < rounding:
                 break
         else:
-            damping *= 10
+            damping *= 30
             if damping > LARGEST_DAMPING:
                 break
     normal, _, _, size, _ = _reduced(system, LEAST_DAMPING)

@@ -3,9 +3,9 @@
 The start knows no lens: poses of all boards from the azimuths of their corners
 (`raxel.calibration.radial_alignment`). From there an adjustment of formula and poses
 together (`raxel.calibration.lens_bundle`) goes from few terms to all of them, and back
-to those that the corners ask for (Schwarz's criterion). Whether the entrance pupil moves
-along the axis is asked twice, of a likelihood-ratio test and of the error on boards
-that are kept out; it moves if both say so.
+to those that the corners ask for (Schwarz's criterion). Whether the entrance pupil
+moves along the axis is asked twice, of a likelihood-ratio test and of the error on
+boards that are kept out; it moves if both say so.
 
 Sources: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153; Geyer and Daniilidis 2000,
 doi:10.1007/3-540-45053-X_29; the moving pupil, Gennery 2006,
@@ -33,10 +33,10 @@ from raxel.geometry.poses import transform
 
 LAWS = ("kannala-brandt", "unified")
 RADIAL, DECENTRING, PUPIL = 4, 4, 3  # terms at most
-FIRST_XI = 1.0  # of the unified sphere, which then spreads angles as a paraboloid
+FIRST_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
 SURE = 1e-3  # of the ratio test
 PARTS = 5  # of the boards, kept out in turn
-FLOOR_PX = 1e-4  # residuals below it are rounding
+FLOOR_PX = 1e-3  # residuals below it are as good as none
 UNDETERMINED = 0.2  # of a focal length, as its standard deviation
 
 
@@ -52,9 +52,9 @@ class WrongCorner(NamedTuple):
 
 class PupilTest(NamedTuple):
     """Does the entrance pupil move? p_value: of the likelihood-ratio (F) test, for
-    corners that err independently; central_px, moving_px: RMS distances on boards kept
-    out; shift: how far the pupil moves over the angles seen, in the board's unit, and
-    shift_sd; moves: whether both ask for it."""
+    corners that err independently; where it says yes, central_px and moving_px: RMS
+    distances on boards kept out, and shift: how far the pupil moves over the angles
+    seen, in the board's unit, with shift_sd (else NaN); moves: whether both say so."""
 
     p_value: float
     central_px: float
@@ -110,15 +110,10 @@ def calibrate_lens(views, width, height, law, *, pupil="by test"):
         )
     boards = stacked(corners)
     start = _start(boards, width, height)
-    test = None
-    if pupil == "moving":
-        fit = _fitted(law, start, boards, PUPIL)
-    else:
-        fit = _fitted(law, start, boards, 0)
-        if pupil == "by test":
-            moving = _fitted(law, start, boards, PUPIL)
-            test = _pupil_test(fit, moving, boards)
-            fit = moving if test.moves else fit
+    fit, test = _fitted(law, start, boards, PUPIL * (pupil == "moving")), None
+    if pupil == "by test":
+        moving, test = _pupil_test(fit, start, boards)
+        fit = moving if test.moves else fit
     return _completed(fit, boards, views, test, width, height)
 
 
@@ -148,13 +143,7 @@ def _start(boards, width, height):
 
 def _fitted(law, start, boards, pupil):
     """The _Fit of a law, with the terms that the corners ask for."""
-    formula, result = start
-    values = result.values
-    if law == "unified":
-        formula = LensFormula(law, 0, 0, 0)
-        values = np.array([*values[:2] * (1 + FIRST_XI), *values[2:4], FIRST_XI])
-        result = adjusted(formula, values, result.T_camera_grid, boards, "cauchy")
-    fit = _Fit(formula, result)
+    fit = start if law == "kannala-brandt" else _on_sphere(start, boards)
     for radial, decentring, moving in (
         (2, 2, min(pupil, 1)),
         (RADIAL, DECENTRING, pupil),
@@ -162,6 +151,17 @@ def _fitted(law, start, boards, pupil):
         wider = LensFormula(law, radial, decentring, moving)
         fit = _refit(fit, wider, boards, "tukey")
     return _thinned(fit, boards)
+
+
+def _on_sphere(start, boards):
+    """The best _Fit of a unified sphere with one radial term."""
+    fits, formula = [], LensFormula("unified", 1, 0, 0)
+    for xi in FIRST_XI:
+        values = start.result.values
+        values = np.array([*values[:2] * (1 + xi), *values[2:4], xi, 0.0])
+        poses = start.result.T_camera_grid
+        fits.append(_Fit(formula, adjusted(formula, values, poses, boards, "cauchy")))
+    return min(fits, key=lambda fit: np.median(fit.result.scales))
 
 
 def _refit(fit, formula, boards, loss, scales=None):
@@ -206,26 +206,27 @@ def _criterion(fit, boards):
 # ----------------------------------------------------------------- is the lens central?
 
 
-def _pupil_test(central, moving, boards):
-    """PupilTest of the two best fits."""
-    shift, sd = _pupil_shift(moving, boards)
+def _pupil_test(central, start, boards):
+    """The best _Fit with a moving pupil, and the PupilTest that compares it."""
+    wider = central.formula._replace(pupil=PUPIL)
+    moving = _refit(central, wider, boards, "tukey", central.result.scales)
     p_value = _ratio_test(central, moving, boards)
+    if p_value > SURE:
+        return moving, PupilTest(p_value, *[np.nan] * 4, False)
+    moving = _fitted(central.formula.base, start, boards, PUPIL)
     errors = [_kept_out_px(fit, boards) for fit in (central, moving)]
-    moves = p_value < SURE and errors[1] < errors[0]
-    return PupilTest(p_value, *errors, shift, sd, bool(moves))
+    shift, sd = _pupil_shift(moving, boards)
+    return moving, PupilTest(p_value, *errors, shift, sd, errors[1] < errors[0])
 
 
 def _ratio_test(central, moving, boards):
-    """p-value of the F test: the moving pupil beside the same formula without."""
+    """p-value of the F test: the same formula and loss, with and without a pupil that
+    moves."""
     from scipy.stats import f as fisher
 
-    scales, q = moving.result.scales, moving.formula.pupil
-    still = _refit(moving, moving.formula._replace(pupil=0), boards, "tukey", scales)
-    again = _refit(central, still.formula, boards, "tukey", scales)
-    free = _free(moving, boards)
-    floor = free * FLOOR_PX**2
-    less = max(min(still.result.cost, again.result.cost), floor)
-    more = max(moving.result.cost, floor)
+    fixed = _refit(central, central.formula, boards, "tukey", moving.result.scales)
+    free, q = _free(moving, boards), moving.formula.pupil
+    less, more = (max(fit.result.cost, free * FLOOR_PX**2) for fit in (fixed, moving))
     return float(fisher.sf((less - more) / q / (more / free), q, free))
 
 
@@ -303,7 +304,9 @@ def _unseen(camera, T_camera_grid, boards):
 
 def _covariance(fit, boards):
     """Covariance (P, P) of the parameters, from what the residuals leave."""
-    variance = fit.result.cost / _free(fit, boards)
+    squares = np.sum(fit.result.residuals**2, axis=2)
+    right = squares < (WIDTH * fit.result.scales[:, None]) ** 2
+    variance = np.sum(squares[right]) / _free(fit, boards)
     size = np.sqrt(np.maximum(np.diag(fit.result.normal), 1e-300))
     scaled = fit.result.normal / np.outer(size, size)
     return variance * np.linalg.pinv(scaled, rcond=1e-15) / np.outer(size, size)

@@ -1,0 +1,154 @@
+"""Lens formulas: exact corners without a guess, outliers, tests, refusals."""
+
+import time
+
+import numpy as np
+import pytest
+
+from raxel.calibration import calibrate_lens
+from raxel.calibration.lens_laws import LensFormula, imaged_points
+from raxel.errors import CalibrationError, InputError
+from raxel.evaluation import evaluate_camera
+from tests.lens_scenes import CAMERAS, SIZE, boards
+
+LAW_OF = {
+    "fisheye of 183 degrees": ["kannala-brandt", "unified"],
+    "mirror with a blind middle": ["unified"],
+    "wide perspective": ["unified"],
+    "decentred fisheye": ["kannala-brandt"],
+    "decentred mirror": ["unified"],
+    "moving pupil": ["kannala-brandt"],
+}
+CASES = [(name, law) for name, laws in LAW_OF.items() for law in laws]
+
+
+@pytest.mark.parametrize("base", ["kannala-brandt", "unified"])
+def test_derivatives_are_those_of_differences(base):
+    formula = LensFormula(base, 2, 4, 2)
+    values = np.array(
+        [300.0, 310, 320, 240]
+        + [0.9] * (base == "unified")
+        + [-0.02, 0.003, 0.001, -0.002, 0.003, 0.004, 3.0, -1.0]
+    )
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(60, 3)) * [200, 200, 100] + [0, 0, 150]
+    found = imaged_points(formula, values, points)
+
+    def check(derivative, ahead, behind, step):
+        difference = (ahead - behind) / (2 * step)
+        size = np.nanmax(np.abs(difference))
+        assert np.nanmax(np.abs(derivative - difference)) < 1e-7 * size
+
+    for k, step in enumerate(1e-6 * np.maximum(1, np.abs(values))):
+        shift = step * (np.arange(len(values)) == k)
+        ahead, behind = (
+            imaged_points(formula, values + s, points, False) for s in (shift, -shift)
+        )
+        check(found.by_values[:, :, k], ahead, behind, step)
+    for k in range(3):
+        shift = 1e-4 * (np.arange(3) == k)
+        ahead, behind = (
+            imaged_points(formula, values, points + s, False) for s in (shift, -shift)
+        )
+        check(found.by_points[:, :, k], ahead, behind, 1e-4)
+
+
+@pytest.mark.parametrize(("name", "law"), CASES)
+def test_exact_corners_come_back_on_boards_that_were_kept_out(name, law):
+    true, reach = CAMERAS[name]
+    views = boards(true, 13, reach, seed=len(name))
+    pupil = "by test" if law == "kannala-brandt" else "fixed"
+    found = calibrate_lens(views[:9], *SIZE, law, pupil=pupil)
+    assert found.rms_px < 0.02
+    assert not found.wrong
+    evaluation = evaluate_camera(found.camera, views[9:])
+    assert evaluation.share_with_ray == 1
+    assert evaluation.rms_px < 0.02
+    if found.pupil:
+        assert found.pupil.moves == (name == "moving pupil")
+
+
+def test_two_boards_will_do_where_they_cover_the_lens():
+    true, _ = CAMERAS["fisheye of 183 degrees"]
+    views = boards(true, 3, (0.3, 0.9), seed=4)
+    found = calibrate_lens(views[:2], *SIZE, "kannala-brandt", pupil="fixed")
+    assert evaluate_camera(found.camera, views[2:]).rms_px < 0.02
+
+
+def test_noise_gives_the_covariance_and_no_moving_pupil():
+    true, reach = CAMERAS["fisheye of 183 degrees"]
+    terms = np.array([290.0, 289.0, 651.0, 470.0, *true.k[1:]])
+    off = []
+    for seed in range(8):
+        views = boards(true, 10, reach, seed, noise=0.2)
+        found = calibrate_lens(views, *SIZE, "kannala-brandt")
+        # 0.2 px in u and in v; 72 of 2000 numbers are used up by the parameters.
+        assert found.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.08)
+        assert not found.pupil.moves
+        if found.formula.names[4:] == ["k1", "k2", "k3"]:
+            miss = found.values - terms
+            off.append(miss @ np.linalg.solve(found.covariance, miss))
+    # Chi squared of 7 degrees of freedom each; other terms have other values.
+    assert len(off) >= 4
+    assert 3 < np.mean(off) < 12
+
+
+def test_the_shift_of_the_pupil_comes_with_its_deviation():
+    true, reach = CAMERAS["moving pupil"]
+    views = boards(true, 12, reach, seed=1, noise=0.2)
+    test = calibrate_lens(views, *SIZE, "kannala-brandt").pupil
+    assert test.moves
+    assert test.p_value < 1e-6
+    assert test.moving_px < test.central_px
+    assert 0.1 < test.shift_sd < 2
+    # Up to the largest angle that is seen, about 1.5 radians.
+    assert test.shift == pytest.approx(4 * 1.5**2 + 1.5**4, abs=3 * test.shift_sd)
+
+
+def test_wrong_corners_are_named_and_pull_at_nothing():
+    true, reach = CAMERAS["decentred fisheye"]
+    views = boards(true, 10, reach, seed=2, noise=0.1)
+    rng = np.random.default_rng(5)
+    wrong = {(int(v), int(c)) for v, c in rng.integers([10, 100], size=(60, 2))}
+    for view, corner in wrong:
+        views[view].pixels[corner] += rng.choice([-1, 1], 2) * rng.uniform(4, 40, 2)
+    views[3].pixels[[0, 1]] = np.nan
+    found = calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
+    seen = {(view, corner) for view, corner in wrong if (view, corner) < (3, 0) or
+            (view, corner) > (3, 1)}  # fmt: skip
+    assert {(w.view, w.corner) for w in found.wrong} == seen
+    assert {w.name for w in found.wrong} <= {view.name for view in views}
+    clean = boards(true, 6, reach, seed=9)
+    assert evaluate_camera(found.camera, clean).rms_px < 0.05
+
+
+def test_one_fit_of_many_boards_is_quick():
+    true, reach = CAMERAS["decentred fisheye"]
+    views = boards(true, 30, reach, seed=3, noise=0.1)
+    begin = time.process_time()
+    calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
+    # Half a second on an idle core; here others may be at work on it.
+    assert time.process_time() - begin < 5
+
+
+def test_what_determines_no_lens_is_refused_in_words():
+    true, _ = CAMERAS["wide perspective"]
+    views = boards(true, 3, (0.0, 0.3), seed=6)
+    with pytest.raises(InputError, match="1 view given; two or more"):
+        calibrate_lens(views[:1], *SIZE, "unified")
+    with pytest.raises(ValueError, match="law: 'brown'"):
+        calibrate_lens(views, *SIZE, "brown")
+    with pytest.raises(ValueError, match="pupil: 'maybe'"):
+        calibrate_lens(views, *SIZE, "unified", pupil="maybe")
+
+
+def test_parallel_boards_of_a_pinhole_determine_no_focal_length():
+    rng = np.random.default_rng(0)
+    views = []
+    for shift in ([0, 0], [60, 20], [-40, 30]):
+        view = boards(CAMERAS["wide perspective"][0], 1, (0, 0.1), seed=1)[0]
+        flat = 3.0 * view.points + 300 + np.array(shift)
+        noisy = flat + 0.1 * rng.normal(size=flat.shape)
+        views.append(view._replace(pixels=noisy))
+    with pytest.raises(CalibrationError, match="tilt the boards more"):
+        calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
