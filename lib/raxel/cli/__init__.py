@@ -3,7 +3,7 @@
 - `raxel check SET` reads all of a set and says what is in it.
 - `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners;
   where it finds none at all, a FILE that is there is kept.
-- `raxel calibrate SET --out CAMERA [--model auto|zhang|generic] [--json FILE]
+- `raxel calibrate SET --out CAMERA [--model MODEL] [--json FILE]
   [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]` fits a camera
   to a set of chessboards or of active grids.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]

@@ -4,11 +4,8 @@ import functools
 from contextlib import nullcontext
 from pathlib import Path
 
-import numpy as np
-
-from raxel.calibration.generic import calibrate_generic
-from raxel.calibration.zhang import calibrate_zhang
-from raxel.cli import described, scores
+from raxel.cli import described, models, scores
+from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
 from raxel.cli.warnings import of_left_out, print_warnings
@@ -21,22 +18,7 @@ from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
 from raxel.sets.words import words_of
 
-SEED = 0
 FOLDS = 4
-FEWEST_VIEWS = {"zhang": 2, "generic": 3, "auto": 3}
-# (what a misfit says of a model, what to do about it)
-DOES_NOT_FIT = {
-    "zhang": (
-        "a pinhole with two radial terms does not fit",
-        "try --model generic, or look at what bends: " + described.WHAT_BENDS,
-    ),
-    "generic": ("no central camera fits", "possible: " + described.WHAT_BENDS),
-    "auto": (
-        "no model that could be tried fits",
-        "more views that share areas of the image let the generic method try; else "
-        "possible: " + described.WHAT_BENDS,
-    ),
-}
 
 
 def calibrate(options, say):
@@ -105,12 +87,16 @@ def _calibrated(image_set, views, asked, say):
     fields = described.camera_fields(camera, views)
     name = f"{image_set.name}: {model}, fitted {words.target}s"
     print(scores.line(name, evaluation, words.point))
-    for line in described.camera_lines(fields, words.target):
+    for line in (
+        *described.camera_lines(fields, words.target),
+        *models.lines(details, image_set.target.unit),
+    ):
         print(f"{image_set.name}: {line}")
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
     found, warnings = _misfit(model, asked, views, evaluation, details, words)
     result["misfit"] = described.misfit_fields(found)
+    warnings += models.warnings(details, words)
     warnings += described.coverage_warnings(fields, words.target)
     if comparison:
         result["chosen_because"] = why
@@ -125,7 +111,7 @@ def _misfit(model, asked, views, evaluation, details, words):
     pairs = list(zip(evaluation.images, views, strict=True))
     used = [pair for pair in pairs if pair[1].name not in out]
     found = misfit(*zip(*used, strict=True))
-    blamed = "auto" if asked == "auto" and model == "zhang" else model
+    blamed = "auto" if asked == "auto" and model != "generic" else model
     warnings = described.misfit_warnings(found, *DOES_NOT_FIT[blamed], words)
     if out and not found.large:
         whole = misfit(*zip(*pairs, strict=True))
@@ -134,31 +120,6 @@ def _misfit(model, asked, views, evaluation, details, words):
             cure = DOES_NOT_FIT[blamed][1]
             warnings += described.misfit_warnings(whole, what, cure, words)
     return found, warnings
-
-
-def _zhang(views, size, unit):
-    return calibrate_zhang(views, *size).camera, {"left_out": []}
-
-
-def _generic(views, size, unit):
-    rng = np.random.default_rng(SEED)
-    found = calibrate_generic(views, *size, rng=rng, units=unit)
-    left_out = [
-        {"file": views[index].name, "reason": reason}
-        for index, reason in sorted(found.left_out.items())
-    ]
-    used = [views[index].name for index in found.used]
-    ways = [found.interpolation[index] for index in found.used]
-    return found.camera, {
-        "used": used,
-        "left_out": left_out,
-        "share_of_pixels_with_ray": found.share_with_ray,
-        "adjusted_rms_deg": found.rms_deg,
-        "interpolation": {way: ways.count(way) for way in ("homographic", "smooth")},
-    }
-
-
-FITS = {"zhang": _zhang, "generic": _generic}
 
 
 def _compare(views, size, unit, say):
@@ -184,12 +145,13 @@ def _print(comparison, words):
 
 
 def _cross_validation(comparison):
-    models = {}
+    tried = {}
     for name, evaluation in comparison.own.items():
-        models[name] = {"own": scores.summary(evaluation)}
-        models[name]["parts_left_out"] = list(evaluation.left_out.values())
+        tried[name] = {"own": scores.summary(evaluation)}
+        tried[name]["counted_rms_px"] = scores.known(comparison.errors_px[name])
+        tried[name]["parts_left_out"] = list(evaluation.left_out.values())
         if name in comparison.common:
-            models[name]["common"] = scores.summary(comparison.common[name])
+            tried[name]["common"] = scores.summary(comparison.common[name])
     for name, reason in comparison.refused.items():
-        models[name] = {"refused": reason}
-    return models
+        tried[name] = {"refused": reason}
+    return tried

@@ -7,6 +7,13 @@ from raxel.evaluation.coverage import board_counts, field_of_view
 
 # A table of fewer of the image's pixels is a small part of a camera.
 LEAST_TABLE = 1 / 3
+# Of a lens formula, beside focal lengths, principal point and radial terms.
+TERMS = {
+    "xi": "xi",
+    "tangential": "tangential terms",
+    "prism": "prism terms",
+    "pupil_shift": "pupil's shift",
+}
 WHAT_BENDS = (
     "rays that do not meet in one point, a rolling shutter, targets that are not flat, "
     "or pictures of several cameras"
@@ -16,10 +23,7 @@ WHAT_BENDS = (
 def camera_fields(camera, views):
     """The camera as JSON: its kind and size, its numbers, and what it sees."""
     fields = {"kind": camera.kind, "width": camera.width, "height": camera.height}
-    if camera.kind == "perspective":
-        K = camera.K
-        fields |= {"K": K.tolist(), "radial": camera.radial.tolist()}
-        fields |= {"focal_px": [K[0, 0], K[1, 1]], "principal_point_px": [*K[:2, 2]]}
+    fields |= _formula_fields(camera)
     if camera.kind == "general":
         fields |= {"units": camera.units, "centre": camera.origins.tolist()}
         fields["share_of_image_with_ray"] = camera.share_with_ray
@@ -30,14 +34,45 @@ def camera_fields(camera, views):
     return fields
 
 
+def _formula_fields(camera):
+    """The numbers of a formula; focal lengths are px per radian near the axis."""
+    if camera.kind == "moving pupil":
+        shift = camera.pupil_shift.tolist()
+        return _formula_fields(camera.lens) | {"pupil_shift": shift}
+    if camera.kind == "kannala-brandt":
+        focal = camera.k[0] * camera.pixels_per_unit
+        terms = {"radial": (camera.k[1:] / camera.k[0]).tolist()}
+        centre = camera.principal_point
+    elif camera.kind in ("perspective", "unified sphere"):
+        xi = getattr(camera, "xi", 0.0)
+        focal, centre = np.diag(camera.K)[:2] / (1 + xi), camera.K[:2, 2]
+        terms = {"K": camera.K.tolist(), "radial": camera.radial.tolist()}
+        if camera.kind == "unified sphere":
+            terms["xi"] = xi
+    else:
+        return {}
+    for name in ("tangential", "prism"):
+        if np.any(getattr(camera, name, 0)):
+            terms[name] = getattr(camera, name).tolist()
+    return terms | {
+        "focal_px": focal.tolist(),
+        "principal_point_px": centre.tolist(),
+    }
+
+
 def camera_lines(fields, target):
     """The same for people: two lines; target: what `raxel.sets.words` calls it."""
-    if fields["kind"] == "perspective":
+    if "focal_px" in fields:
         f, p = fields["focal_px"], fields["principal_point_px"]
-        radial = ", ".join(f"{k:.4g}" for k in fields["radial"])
+        told = [
+            f"{words} {_terms(fields[name])}"
+            for name, words in TERMS.items()
+            if name in fields
+        ]
         yield (
             f"focal lengths {f[0]:.2f} and {f[1]:.2f} px, principal point ({p[0]:.2f}, "
-            f"{p[1]:.2f}) px, radial terms {radial}"
+            f"{p[1]:.2f}) px, radial terms {_terms(fields['radial'])}"
+            + "".join(f", {text}" for text in told)
         )
     else:
         yield (
@@ -54,6 +89,10 @@ def camera_lines(fields, target):
         f"field of view {across} x {down} deg, up to {reach} deg from the axis; "
         f"{target}s cover {share} of the image"
     )
+
+
+def _terms(values):
+    return ", ".join(f"{value:.4g}" for value in np.atleast_1d(values))
 
 
 def coverage_warnings(fields, target):

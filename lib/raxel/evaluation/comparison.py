@@ -1,9 +1,9 @@
-"""Two camera models on the same photographs, scored on the same points.
+"""Camera models on the same views, scored on the same points, each kept out once.
 
-Points are the corners of boards, or what pixels have read of grids. A general camera
-has rays only where these were; a parametric one has them everywhere, also where it is
-wrong. So every model is scored twice: on all points, with the share that it has a ray
-for, and on those that all models can answer for.
+Points are the corners of boards, or what pixels have read of grids. A table has rays
+only where these were; a formula has them everywhere, also where it is wrong. So every
+point counts, and one that a model has no ray for counts as if it were far off.
+Beside that, all models are scored on the points that all of them can answer for.
 """
 
 from typing import NamedTuple
@@ -13,24 +13,26 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import cross_validate
 
-# Fewer common points, or of fewer views, do not tell models apart.
-FEWEST_COMMON = 50
-FEWEST_VIEWS = 3
-# A model whose mean angle is larger than this many times another's does not fit.
-FITS = 3.0
+# What a point counts as that a model has no ray for, and the most that any counts as.
+MISSED_PX = 5.0
+# Models whose errors are this near to the smallest are as good: the simplest is taken.
+AS_GOOD = 1.02
 
 
 class ModelComparison(NamedTuple):
-    """Cross-validated scores of several models.
+    """Cross-validated scores of several models, the simplest first.
 
     own: {model: Evaluation} on all corners; common: the same on the corners that every
     model in `own` answers for, from boards kept out of all of them ({} if there are
-    none); refused: {model: reason} for models that gave no camera at all.
+    none); refused: {model: reason} for models that gave no camera at all; errors_px:
+    {model: px}, by which they are ranked: RMS distance of all kept-out corners, where a
+    corner without a ray counts as MISSED_PX and none counts as more.
     """
 
     own: dict
     common: dict
     refused: dict
+    errors_px: dict
 
     def best(self):
         """The model that predicts best; see `choice`."""
@@ -39,50 +41,33 @@ class ModelComparison(NamedTuple):
     def choice(self):
         """(the best model, why it is the best, in words).
 
-        Those models are candidates that fit: whose mean angle on their own corners is
-        at most FITS times the smallest. Of these the one with the smallest mean angle
-        on the common corners is the best; where these are too few to tell, the one that
-        answers for the most corners. Raises CalibrationError if no model is left.
+        The best is the first of those whose error is at most AS_GOOD times the
+        smallest. Raises CalibrationError if no model is left.
         """
         if not self.own:
             raise CalibrationError("; ".join(self.refused.values()))
-        angles = {m: e.mean_deg for m, e in self.own.items() if np.isfinite(e.mean_deg)}
-        if not angles:
+        errors = {m: self.errors_px[m] for m, e in self.own.items() if e.n_scored}
+        if not errors:
             raise CalibrationError(
                 "cross-validation: no model answers for six points of a view that was"
                 " kept out; take more views that share areas of the image"
             )
-        if len(angles) == 1:
+        if len(errors) == 1:
             alone = len(self.own) == 1
             what = "gave a camera" if alone else "answers for a view kept out"
-            return next(iter(angles)), f"no other model {what}"
-        fitting = [m for m in angles if angles[m] <= FITS * min(angles.values())]
-        if len(fitting) == 1:
-            return fitting[0], (
-                f"its mean angle on kept-out views is less than 1 / {FITS:g} of any"
-                " other's"
+            return next(iter(errors)), f"no other model {what}"
+        least = min(errors, key=errors.get)
+        best = next(m for m in errors if errors[m] <= AS_GOOD * errors[least])
+        counted = f"where one without a ray counts as {MISSED_PX:g} px"
+        if best == least:
+            return best, (
+                f"the smallest error on kept-out points, {errors[best]:.3g} px RMS, "
+                + counted
             )
-        if self.common_is_enough():
-            return min(fitting, key=lambda model: self.common[model].mean_deg), (
-                "the smallest mean angle on kept-out points that all can answer for"
-            )
-        return max(fitting, key=lambda model: self.own[model].share_with_ray), (
-            "rays for the most kept-out points; too few are common to all models"
+        return best, (
+            f"on kept-out points, {counted}, as good as {least}"
+            f" ({errors[best]:.3g} and {errors[least]:.3g} px RMS), and simpler"
         )
-
-    def common_counts(self):
-        """(corners, boards) that all models answer for."""
-        scored = [
-            image.n_corners - image.n_without_ray
-            for evaluation in list(self.common.values())[:1]
-            for image in evaluation.images
-        ]
-        return sum(scored), sum(count > 0 for count in scored)
-
-    def common_is_enough(self):
-        """Whether there are enough common corners, of enough boards, to compare on."""
-        corners, boards = self.common_counts()
-        return corners >= FEWEST_COMMON and boards >= FEWEST_VIEWS
 
     def doubts(self):
         """What makes the comparison unsure: a list of texts, each for one line."""
@@ -94,13 +79,6 @@ class ModelComparison(NamedTuple):
                     f"{model}: {len(evaluation.left_out)} of the cross-validation's"
                     f" parts left out, where the other views gave no camera: {reason}"
                 )
-        if len(self.own) > 1 and not self.common_is_enough():
-            points, views = self.common_counts()
-            counted = f"for {points} common points of {views} views kept out"
-            doubts.append(
-                f"all models answer {counted if points else 'for no common point'}:"
-                " too few to tell which is better"
-            )
         return doubts
 
 
@@ -108,7 +86,8 @@ def compare_models(builders, views, folds):
     """Cross-validate models on the same parts of `views`.
 
     builders: {model: callable, list of views -> Camera}; views: BoardViews or
-    DenseViews with different names; folds: number of parts. Returns ModelComparison.
+    DenseViews with different names; folds: number of parts. Give the simplest model
+    first. Returns ModelComparison.
     """
     cameras = {model: _Remembering(build) for model, build in builders.items()}
     own, refused = {}, {}
@@ -117,9 +96,21 @@ def compare_models(builders, views, folds):
             own[model] = cross_validate(build, views, folds)
         except CalibrationError as fault:
             refused[model] = str(fault)
-    if len(own) < 2:
-        return ModelComparison(own, {}, refused)
-    return ModelComparison(own, _on_shared(cameras, own, views, folds), refused)
+    common = _on_shared(cameras, own, views, folds) if len(own) > 1 else {}
+    errors = {model: counted_error_px(found, views) for model, found in own.items()}
+    return ModelComparison(own, common, refused, errors)
+
+
+def counted_error_px(evaluation, views):
+    """RMS distance in px of all corners of the views, none of which is left out: one
+    without a ray, or in a view without a camera, counts as MISSED_PX, and none as more.
+    """
+    count = sum(np.count_nonzero(np.isfinite(view.pixels[:, 0])) for view in views)
+    off = np.concatenate([image.residuals_px for image in evaluation.images])
+    off = np.linalg.norm(off[np.isfinite(off[:, 0])], axis=1)
+    squares = np.sum(np.minimum(off, MISSED_PX) ** 2)
+    squares += (count - len(off)) * MISSED_PX**2
+    return float(np.sqrt(squares / count)) if count else np.nan
 
 
 def _on_shared(cameras, own, views, folds):

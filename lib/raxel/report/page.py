@@ -90,7 +90,7 @@ def _numbers(image_set, result):
     """[(what, value in words)] of the camera and its fit."""
     camera, misfit = result["camera"], result["misfit"]
     yield "Image", f"{image_set.width} x {image_set.height} px"
-    if "K" in camera:
+    if "focal_px" in camera:
         f, p = camera["focal_px"], camera["principal_point_px"]
         yield "Focal lengths", f"{f[0]:.2f} and {f[1]:.2f} px"
         yield "Principal point", f"({p[0]:.2f}, {p[1]:.2f}) px"

@@ -1,0 +1,132 @@
+"""The models of `raxel calibrate --model`: how each is fitted, and what it tells.
+
+A fit takes views, (width, height) and the unit of their points, and returns the camera
+and a dict for the result, with `left_out`: [{file, reason}].
+"""
+
+import math
+
+import numpy as np
+
+from raxel.calibration.generic import calibrate_generic
+from raxel.calibration.lens_formula import calibrate_lens
+from raxel.calibration.zhang import calibrate_zhang
+from raxel.cli.described import WHAT_BENDS
+from raxel.cli.scores import known
+
+SEED = 0
+
+
+def zhang(views, size, unit):
+    """A pinhole with two radial terms."""
+    return calibrate_zhang(views, *size).camera, {"left_out": []}
+
+
+def kannala_brandt(views, size, unit):
+    """Kannala and Brandt's formula, decentred; its pupil moves if the views say so."""
+    return _lens(views, size, "kannala-brandt")
+
+
+def unified(views, size, unit):
+    """The unified sphere, decentred; its pupil moves if the views say so."""
+    return _lens(views, size, "unified")
+
+
+def _lens(views, size, law):
+    found = calibrate_lens(views, *size, law)
+    sd = np.sqrt(np.diag(found.covariance))
+    terms = zip(found.formula.names, found.values, sd, strict=True)
+    wrong = [
+        {"file": w.name, "corner": w.corner, "distance_px": w.distance_px}
+        for w in found.wrong
+    ]
+    return found.camera, {
+        "left_out": [],
+        "terms": {n: {"value": float(v), "sd": float(s)} for n, v, s in terms},
+        "wrong_points": wrong,
+        "pupil": {
+            name: value if name == "moves" else known(value)
+            for name, value in found.pupil._asdict().items()
+        },
+    }
+
+
+def generic(views, size, unit):
+    """A ray for each pixel that a board covers, by the standard generic method."""
+    rng = np.random.default_rng(SEED)
+    found = calibrate_generic(views, *size, rng=rng, units=unit)
+    left_out = [
+        {"file": views[index].name, "reason": reason}
+        for index, reason in sorted(found.left_out.items())
+    ]
+    ways = [found.interpolation[index] for index in found.used]
+    return found.camera, {
+        "used": [views[index].name for index in found.used],
+        "left_out": left_out,
+        "share_of_pixels_with_ray": found.share_with_ray,
+        "adjusted_rms_deg": found.rms_deg,
+        "interpolation": {way: ways.count(way) for way in ("homographic", "smooth")},
+    }
+
+
+# The simplest first: of models that are as good, `auto` takes that.
+FITS = {
+    "zhang": zhang,
+    "kannala-brandt": kannala_brandt,
+    "unified": unified,
+    "generic": generic,
+}
+FEWEST_VIEWS = {"zhang": 2, "kannala-brandt": 2, "unified": 2, "generic": 3, "auto": 3}
+# (what a misfit says of a model, what to do about it)
+BENDS = "possible: " + WHAT_BENDS
+FORMULA = (
+    "this lens formula does not fit",
+    "try --model auto, or look at what bends: " + WHAT_BENDS,
+)
+DOES_NOT_FIT = {
+    "zhang": (
+        "a pinhole with two radial terms does not fit",
+        "try --model auto, or look at what bends: " + WHAT_BENDS,
+    ),
+    "kannala-brandt": FORMULA,
+    "unified": FORMULA,
+    "generic": ("no central camera fits", BENDS),
+    "auto": (
+        "no model that could be tried fits",
+        "more views that share areas of the image let the generic method try; else "
+        + BENDS,
+    ),
+}
+
+
+def lines(details, unit):
+    """What people are told of a fit beside the camera's numbers."""
+    pupil = details.get("pupil")
+    if pupil and pupil["moves"]:
+        yield (
+            f"the entrance pupil moves by {pupil['shift']:.3g} +- "
+            f"{pupil['shift_sd']:.2g} {unit} over the field of view: without that, "
+            f"{pupil['central_px']:.3g} px RMS on boards kept out, with it "
+            f"{pupil['moving_px']:.3g} px"
+        )
+    elif pupil and pupil["central_px"] is not None:
+        yield (
+            "the entrance pupil is taken to stand still: one that moves fits better "
+            f"(p = {pupil['p_value']:.2g}), but not boards kept out "
+            f"({pupil['moving_px']:.3g} px RMS, {pupil['central_px']:.3g} px without)"
+        )
+
+
+def warnings(details, words):
+    """What to warn of in a fit."""
+    wrong = details.get("wrong_points", [])
+    if not wrong:
+        return []
+    worst = max(wrong, key=lambda entry: entry["distance_px"])
+    what = f"{words.point}s" if len(wrong) > 1 else words.point
+    return [
+        f"{len(wrong)} {what} pulled at nothing, being off by up to "
+        f"{math.ceil(10 * worst['distance_px']) / 10:g} px; the worst is number "
+        f"{worst['corner']} of {worst['file']}; look at it, and at wrong_points of "
+        "--json"
+    ]
