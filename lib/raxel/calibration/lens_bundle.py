@@ -30,7 +30,7 @@ ROUNDS, AT_REST = 4, 0.05  # of the scales
 POSE_STEPS = 20
 
 
-class Boards(NamedTuple):
+class StackedBoards(NamedTuple):
     """pixels (n, M, 2), points (n, M, 3) with z = 0, seen (n, M) bool."""
 
     pixels: np.ndarray
@@ -39,7 +39,7 @@ class Boards(NamedTuple):
 
     def some(self, chosen):
         """The boards that are chosen, (n,) bool."""
-        return Boards(*(part[chosen] for part in self))
+        return StackedBoards(*(part[chosen] for part in self))
 
 
 class Adjusted(NamedTuple):
@@ -56,7 +56,7 @@ class Adjusted(NamedTuple):
 
 
 def stacked(corners):
-    """Boards of (pixels, points) pairs, (N, 2) each."""
+    """StackedBoards of (pixels, points) pairs, (N, 2) each."""
     most = max(len(pixels) for pixels, _ in corners)
     found = np.zeros((len(corners), most, 2))
     points, seen = np.zeros((len(corners), most, 3)), np.zeros(found.shape[:2], bool)
@@ -65,7 +65,7 @@ def stacked(corners):
         seen[k, : len(pixels)] = True
         # What is not seen must be somewhere; it counts for nothing.
         points[k, len(pixels) :, :2] = flat[0]
-    return Boards(found, points, seen)
+    return StackedBoards(found, points, seen)
 
 
 def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
