@@ -8,6 +8,7 @@ their errors (decoded points and interpolated corners do), and a smoothness chos
 single pixels would then follow the noise.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +68,7 @@ class _Field(NamedTuple):
     held_out: dict
 
 
-def smooth_table(table, *, weights=None, trend=None, block_px=16):
+def smoothed_table(table, *, weights=None, trend=None, block_px=16):
     """Smooth rays of a central GeneralCamera.
 
     weights: (H, W), inverse variances of the rays up to one factor, or counts of what
@@ -83,7 +84,7 @@ def smooth_table(table, *, weights=None, trend=None, block_px=16):
             "smooth rays: the table's rays do not all start in one point"
         )
     v, u = np.nonzero(table.mask)
-    return smooth_rays_of(
+    return smoothed_rays(
         np.column_stack([u, v]).astype(float),
         table.directions[v, u],
         table.width,
@@ -95,7 +96,7 @@ def smooth_table(table, *, weights=None, trend=None, block_px=16):
     )
 
 
-def smooth_rays_of(
+def smoothed_rays(
     pixels,
     directions,
     width,
@@ -108,7 +109,7 @@ def smooth_rays_of(
 ):
     """Smooth rays of unit directions (N, 3) at any pixels (N, 2), from a centre (3,).
 
-    As `smooth_table`; weights: (N,).
+    As `smoothed_table`; weights: (N,).
     """
     weights = np.ones(len(pixels)) if weights is None else np.asarray(weights, float)
     trend, T = trend or _fitted_trend(pixels, directions, width, height, centre)
@@ -232,8 +233,12 @@ def _held_out(sums, smoothness):
 def _penalty(sums, smoothness):
     """Band of the penalty; smoothness 1 weighs as the data of one cell."""
     of_a_cell = sums.weights.sum() / max(np.count_nonzero(sums.cells), 1)
-    width = 3 * sums.shape[1] + 4
-    return smoothness * of_a_cell * band_of(penalty_matrix(sums.shape), width)
+    return smoothness * of_a_cell * _penalty_band(sums.shape)
+
+
+@lru_cache(maxsize=len(CELLS))
+def _penalty_band(shape):
+    return band_of(penalty_matrix(shape), 3 * shape[1] + 4)
 
 
 def _solved(band, right):
@@ -267,11 +272,11 @@ def _uncertainty(field):
         for k in range(len(normal))
         if normal[k].any()
     )
-    rays = np.count_nonzero(sums.weights) and sums.cells.sum()
+    left = max(sums.cells.sum() - taken, 1)
     squares = sum(
         sums.quadratic(part, field.control.reshape(-1, 2)) for part in range(PARTS)
     )
-    return float(np.sqrt(squares / (2 * max(rays - taken, 1)))), inverse
+    return float(np.sqrt(max(squares, 0.0) / (2 * left))), inverse
 
 
 def _at_nodes(inverse, sums):

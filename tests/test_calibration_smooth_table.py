@@ -1,0 +1,205 @@
+"""Smooth rays from noisy ones: least noise, honest uncertainty, the trend elsewhere."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from raxel.calibration import smooth_table as smooth_module
+from raxel.calibration.smooth_prior import free_polynomials, penalty_matrix
+from raxel.calibration.smooth_sums import FieldSums, band_of, band_product
+from raxel.calibration.smooth_table import smoothed_rays, smoothed_table
+from raxel.calibration.smooth_trend import trend_of_rays
+from raxel.cameras import FisheyeCamera, GeneralCamera, KannalaBrandtCamera
+from raxel.cameras.cubic_field import field_at, shares
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector
+from tests.smooth_fields import (
+    LENS,
+    SHAPE,
+    SPACING,
+    H,
+    W,
+    bent,
+    misfit_px,
+    noisy_rays,
+    positions,
+)
+
+TREND = LENS, np.eye(4)
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def test_sums_are_those_of_plain_least_squares():
+    rng = np.random.default_rng(1)
+    pixels, values = positions(rng, 700), rng.normal(size=(700, 2))
+    weights, part = rng.uniform(0, 2, 700), rng.integers(0, 3, 700)
+    sums = FieldSums(W, H, SPACING, 3)
+    sums.add(pixels, values, weights, part)
+    index, share = shares(pixels, SHAPE, SPACING)
+    design = np.zeros((700, np.prod(SHAPE)))
+    np.put_along_axis(design, index, share, axis=1)
+    for p in range(3):
+        own = design[part == p]
+        normal = own.T @ (weights[part == p, None] * own)
+        band = sums.band([p])
+        np.testing.assert_allclose(band_product(band, np.eye(len(normal))), normal)
+        right = own.T @ (weights[part == p, None] * values[part == p])
+        np.testing.assert_allclose(sums.right[p].reshape(-1, 2), right, atol=1e-12)
+        control = rng.normal(size=(len(normal), 2))
+        off = values[part == p] - own @ control
+        np.testing.assert_allclose(
+            sums.quadratic(p, control), np.sum(weights[part == p, None] * off**2)
+        )
+
+
+def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known():
+    free, matrix = free_polynomials(SHAPE), penalty_matrix(SHAPE)
+    band = band_of(matrix, 3 * SHAPE[1] + 4)
+    np.testing.assert_allclose(band_product(band, free), matrix @ free, atol=1e-12)
+    # A plane bends nowhere: only the tie to zero counts.
+    plane = free[:, [0, 1, 4]] @ [1.0, 2.0, 3.0]
+    np.testing.assert_allclose(matrix @ plane, plane / 4, atol=1e-12)
+    # Their fields are polynomials: degree 3 in the middle of the image's columns.
+    control = np.stack([free[:, 3].reshape(SHAPE)] * 2, axis=2)
+    pixels = np.column_stack([np.arange(0, W, 10.0), np.full(32, 50.0)])
+    values = field_at(pixels, control, SPACING)[0][:, 0]
+    x = ((pixels[:, 0] + 0.5) / SPACING + 1 - (SHAPE[1] - 1) / 2) / (SHAPE[1] - 1) * 2
+    np.testing.assert_allclose(values, x**3, atol=1e-12)
+
+
+def test_exact_rays_of_a_camera_it_can_be_come_back():
+    camera = bent()
+    rng = np.random.default_rng(2)
+    pixels, directions = noisy_rays(camera, rng, 6000, 0)
+    found = smoothed_rays(pixels, directions, W, H, trend=TREND)
+    fresh = positions(rng, 2000)
+    assert rms(found.camera.displacement(fresh) - camera.displacement(fresh)) < 1e-6
+    assert found.left_out == {"beyond the trend": 0, "gross error": 0}
+    back = found.camera.project(50 * found.camera.rays(fresh).directions).pixels
+    np.testing.assert_allclose(back, fresh, atol=1e-9)
+
+
+def test_noise_falls_far_below_that_of_a_ray_and_is_stated():
+    """Normalised squared errors over twenty draws, of cameras outside the prior."""
+    errors, normalised, residuals = [], [], []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        camera = bent(seed=seed)
+        pixels, directions = noisy_rays(camera, rng, 1000, 0.5)
+        found = smoothed_rays(pixels, directions, W, H)
+        fresh = positions(rng, 300)
+        off = camera.project(found.camera.rays(fresh).directions).pixels - fresh
+        stated = found.camera.pixel_covariance(fresh)
+        errors.append(rms(off))
+        normalised.append(np.mean(off**2 / stated[:, [0, 1], [0, 1]]))
+        residuals.append(found.sd_px)
+    assert np.median(errors) < 0.5 / 4
+    assert 0.5 < np.mean(normalised) < 1.5
+    np.testing.assert_allclose(np.mean(residuals), 0.5, rtol=0.05)
+
+
+def test_errors_that_neighbours_share_are_counted_once():
+    """A table whose noise is alike in squares of 6 px: as if it had 36 times fewer."""
+    camera, rng = bent(), np.random.default_rng(3)
+    noise = 0.3 * rng.standard_normal((H // 6, W // 6 + 1, 2)).repeat(6, 0).repeat(6, 1)
+    pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1)
+    shifted = (pixels + noise[:, :W]).reshape(-1, 2).astype(float)
+    directions = camera.rays(shifted).directions.reshape(H, W, 3)
+    found = smoothed_table(GeneralCamera(directions, np.ones((H, W), bool)))
+    assert 15 < found.sharing < 60
+    fresh = positions(rng, 2000)
+    off = camera.project(found.camera.rays(fresh).directions).pixels - fresh
+    stated = found.camera.pixel_covariance(fresh)[:, 0, 0].mean()
+    assert 0.4 < rms(off) / np.sqrt(stated) < 1.6
+    assert rms(off) < 0.05
+
+
+def test_where_no_ray_is_known_it_is_the_trend():
+    camera, rng = bent(2.0), np.random.default_rng(4)
+    pixels = positions(rng, 2000, width=W // 3)
+    off = 0.01 * rng.standard_normal(pixels.shape)
+    directions = camera.rays(pixels + off).directions
+    found = smoothed_rays(pixels, directions, W, H, trend=TREND).camera
+    far = np.column_stack([np.full(9, W - 10.0), np.linspace(5, H - 5, 9)])
+    here, there = (np.abs(found.displacement(p)).max() for p in (pixels, far))
+    assert there < 0.4 * here
+    assert 1 < np.abs(camera.displacement(far)).max()
+    assert not found.covers(far).any()
+    assert found.covers(pixels).all()
+    near = found.pixel_covariance(pixels)[:, 0, 0].max()
+    assert found.pixel_covariance(far)[:, 0, 0].min() > 100 * near
+
+
+def test_wrong_rays_are_left_out_and_counted():
+    camera, rng = bent(), np.random.default_rng(5)
+    pixels, directions = noisy_rays(camera, rng, 3000, 0.2)
+    directions[:90] = camera.rays(pixels[:90] + rng.uniform(10, 40, (90, 2))).directions
+    kept = np.isfinite(directions[:, 0])
+    found = smoothed_rays(pixels[kept], directions[kept], W, H)
+    wrong = np.count_nonzero(kept[:90])
+    assert wrong <= found.left_out["gross error"] <= wrong + 5
+    fresh = positions(rng, 500)
+    assert rms(misfit_px(found.camera, camera, fresh)) < 0.06
+
+
+def test_the_choice_of_trend_hardly_matters():
+    camera, rng = bent(0.5), np.random.default_rng(6)
+    pixels, directions = noisy_rays(camera, rng, 20_000, 0.3)
+    other = FisheyeCamera("equidistance", 118, (160, 119), W, H)
+    third = KannalaBrandtCamera([1, -0.02], (121, 119), (163, 117), W, H)
+    fresh = positions(rng, 1000)
+    places = []
+    for trend in (TREND, (other, np.eye(4)), (third, np.eye(4)), None):
+        found = smoothed_rays(pixels, directions, W, H, trend=trend)
+        rays = found.camera.rays(fresh).directions
+        places.append(camera.project(rays).pixels - fresh)
+    for place in places:
+        assert rms(place) < 0.03
+        assert rms(place - places[0]) < 0.03
+
+
+def test_a_table_in_any_frame_and_its_memory(monkeypatch):
+    """Some ten arrays as large as the table come and go, and nothing larger."""
+    monkeypatch.setattr(smooth_module, "CELLS", (6, 12))
+    camera = bent()
+    T = pose(rotation_from_vector([0.3, -0.2, 1.0]), [5.0, 6.0, 7.0])
+    pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1).reshape(-1, 2)
+    rays = camera.rays(pixels.astype(float)).directions @ T[:3, :3].T
+    mask = np.ones((H, W), bool)
+    table = GeneralCamera(rays.reshape(H, W, 3), mask, T[:3, 3])
+    tracemalloc.start()
+    found = smoothed_table(table).camera
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 500 * H * W
+    seen = found.rays(pixels[::7].astype(float))
+    np.testing.assert_allclose(seen.origins[0], T[:3, 3])
+    gap = np.linalg.norm(seen.directions - rays[::7], axis=1)
+    assert gap.max() * 120 < 1e-2  # 120 px per radian
+
+
+def test_the_trend_of_rays_is_the_lens_they_come_from():
+    rng = np.random.default_rng(7)
+    pixels = positions(rng, 500)
+    R = rotation_from_vector([0.2, 0.1, -0.4])
+    found = trend_of_rays(pixels, LENS.rays(pixels).directions @ R.T, W, H)
+    np.testing.assert_allclose(found.R_rays_trend, R, atol=1e-6)
+    np.testing.assert_allclose(found.camera.principal_point, (162, 118), atol=1e-4)
+    assert found.scale_px < 1e-6
+
+
+def test_too_few_rays_and_two_centres_are_refused():
+    camera = bent()
+    pixels, directions = noisy_rays(camera, np.random.default_rng(8), 30, 0)
+    with pytest.raises(CalibrationError, match="found 30 rays; 40 are needed"):
+        smoothed_rays(pixels, directions, W, H)
+    with pytest.raises(CalibrationError, match="found 30 rays that the trend images"):
+        smoothed_rays(pixels, directions, W, H, trend=TREND)
+    directions = np.ones((4, 5, 3))
+    table = GeneralCamera(directions, np.ones((4, 5), bool), directions)
+    with pytest.raises(CalibrationError, match="do not all start in one point"):
+        smoothed_table(table)
