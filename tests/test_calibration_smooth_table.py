@@ -127,7 +127,7 @@ def test_where_no_ray_is_known_it_is_the_trend():
     far = np.column_stack([np.full(9, W - 10.0), np.linspace(5, H - 5, 9)])
     here, there = (np.abs(found.displacement(p)).max() for p in (pixels, far))
     assert there < 0.4 * here
-    assert 1 < np.abs(camera.displacement(far)).max()
+    assert np.abs(camera.displacement(far)).max() > 1
     assert not found.covers(far).any()
     assert found.covers(pixels).all()
     near = found.pixel_covariance(pixels)[:, 0, 0].max()
