@@ -17,8 +17,9 @@ from raxel.features.active_grid.layout import SQUARE
 from raxel.features.active_grid.reading import LEAST_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
-MOST_BENT = 0.15  # second difference over HALF px in periods; above is a break
 HALF = SQUARE // 2
+# Second differences over HALF px in periods: above is a break; below is no jump.
+MOST_BENT, LEAST_JUMP = 0.15, 0.02
 
 
 def squared_bias(images, codes, of_windows, blur_px, spread):
@@ -57,7 +58,7 @@ def _shifts(images, code, spread, of_windows, of_blur):
     level = _seen_places(images, code, (SQUARE, HALF), (rows - 1, columns), least)
     shift, known, usual_step = np.zeros((rows, columns)), middle[2], 0.0
     for axis, sides in ((1, upright), (0, level)):
-        bent, step, brighter, there = _across(middle[0], sides, axis)
+        bent, step, brighter, there = _across(middle, sides, axis)
         known = known & there
         shift += (of_windows + of_blur) / 2 * bent / HALF**2
         shift += of_blur * step * brighter / SQUARE**2
@@ -78,12 +79,25 @@ def _across(middle, sides, axis):
     pad = [(0, 0), (0, 0)]
     pad[axis] = (1, 1)  # the picture's border, where nothing is known
     place, size, known = (np.pad(values, pad) for values in sides)
-    first, last = (slice(None), slice(-1)), (slice(None), slice(1, None))
-    first, last = (first, last) if axis else (first[::-1], last[::-1])
-    bent = place[first] + place[last] - 2 * middle
-    brighter = np.log(np.maximum(size[last], 1e-6) / np.maximum(size[first], 1e-6))
-    known = known[first] & known[last] & (np.abs(bent) < MOST_BENT)
-    return bent, place[last] - place[first], brighter, known
+    bent = _first(place, axis) + _last(place, axis) - 2 * middle[0]
+    shares = np.maximum(_last(size, axis), 1e-6) / np.maximum(_first(size, axis), 1e-6)
+    known = _first(known, axis) & _last(known, axis) & (np.abs(bent) < MOST_BENT)
+    # Over twice the distance, bending is four times as much, and a jump the same.
+    far, beside = (np.pad(values, pad) for values in (middle[0], middle[2]))
+    before, behind = _first(_first(far, axis), axis), _last(_last(far, axis), axis)
+    jump = np.abs(before + behind - 2 * middle[0]) < 2 * np.abs(bent)
+    jump &= _first(_first(beside, axis), axis) & _last(_last(beside, axis), axis)
+    known &= ~(jump & (np.abs(bent) > LEAST_JUMP))
+    return bent, _last(place, axis) - _first(place, axis), np.log(shares), known
+
+
+def _first(values, axis):
+    """All but the last of each column or row."""
+    return values[:, :-1] if axis else values[:-1]
+
+
+def _last(values, axis):
+    return values[:, 1:] if axis else values[1:]
 
 
 def _seen_places(images, code, first, count, least):
