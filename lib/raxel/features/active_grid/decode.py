@@ -221,8 +221,7 @@ def _decode_part(stack, first, settings, rows, out):
         ahead = min(after + AHEAD, end)
         read_rows(pictures, known, ahead, plan, limit, variance, rows)
         part, known = (y, after, y + start), ahead
-        found = pictures, part, plan, smooth, mark
-        decode_rows(*found, variance, bias, rows, out)
+        decode_rows(pictures, part, plan, smooth, mark, bias, rows, out)
 
 
 def _both_axes(array, codes):

@@ -14,7 +14,7 @@ REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
 SQUARE = 32  # px; in each such square of the picture a bias is taken as the same
 ROWS_A_CALL = 16
-KEPT = 24  # rows in a ring: those of a call, REACH before them and AHEAD behind
+KEPT = 24  # rows in a ring: those of a call, as many as AHEAD before and behind
 
 
 class CodePlan(NamedTuple):
@@ -47,36 +47,40 @@ class CodePlan(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rings of rows. (A, KEPT, W): sine, cosine of unit length, strength (the square of
-    the modulation), mean level, code (the cell), least and second least distance of a
-    picture from its inverse. (KEPT, W): most distance; bad, why a pixel is not decoded;
-    beside and below, whether it breaks with the next pixel; crossed, either or bad.
-    apart: (W,), a row to work in.
+    """Rings of rows. (A, KEPT, W): sine and cosine of unit length, variance of the
+    phase in squared turns, code (the cell), least distance of a picture from its
+    inverse. (KEPT, W): most distance; bad, why a pixel is not decoded; beside and
+    below, whether it breaks with the next pixel; crossed, either or bad.
+
+    Rows to work in: (A, W): level, the mean grey value, and second least distance;
+    (W,): apart, the distance of one picture.
     """
 
     sine: np.ndarray
     cosine: np.ndarray
-    strength: np.ndarray
-    level: np.ndarray
+    variance: np.ndarray
     code: np.ndarray
     least: np.ndarray
-    second: np.ndarray
     most: np.ndarray
     bad: np.ndarray
     beside: np.ndarray
     below: np.ndarray
     crossed: np.ndarray
+    level: np.ndarray
+    second: np.ndarray
     apart: np.ndarray
 
 
 def empty_rows(axes, width, dtype):
     """Rows for pictures of this width and type."""
-    ring, three = (KEPT, width), (axes, KEPT, width)
+    ring, three, own = (KEPT, width), (axes, KEPT, width), (axes, width)
     return Rows(
-        *(np.zeros(three, np.float32) for _ in range(4)),
+        *(np.zeros(three, np.float32) for _ in range(3)),
         np.zeros(three, np.uint16),
-        *(np.zeros(three, dtype) for _ in range(2)),
+        np.zeros(three, dtype),
         np.zeros(ring, dtype),
         *(np.zeros(ring, np.uint8) for _ in range(4)),
+        np.zeros(own, np.float32),
+        np.zeros(own, dtype),
         np.zeros(width, dtype),
     )

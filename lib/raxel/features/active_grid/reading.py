@@ -18,6 +18,8 @@ LEAST_MODULATION = np.float32(5.0)
 APART = np.float32(-1e-6)
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 _TINY, _FOUR = np.float32(1e-20), np.float32(4)
+_FAINTEST, _WEAKEST = LEAST_CONTRAST**2, LEAST_MODULATION**2
+_TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns in a squared radian
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -74,11 +76,16 @@ def _mark_saturated(images, y, steps, white, bad):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_weak(strength, level, floor, slope, least, bad):
-    """Dark is where the modulation is small beside its noise of floor + slope level."""
+def _mark_weak(level, floor, slope, least, spread, strength, bad):
+    """Dark is where the modulation is small beside its noise of floor + slope level.
+
+    strength, its square, becomes the variance of the phase; spread: times that of a
+    grey value, the variance of the modulation.
+    """
     for x in range(len(bad)):
-        limit = max(floor + slope * level[x], least)
-        bad[x] = DARK if strength[x] < limit else bad[x]
+        noise = spread * max(floor + slope * level[x], least)
+        bad[x] = DARK if strength[x] < _WEAKEST * noise else bad[x]
+        strength[x] = _TURN * noise / strength[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,8 +94,8 @@ def _mark_code(level, second, most, floor, slope, least, bad):
     for x in range(len(bad)):
         contrast = np.float32(most[x])
         bad[x] = UNREADABLE if _FOUR * second[x] < contrast else bad[x]
-        limit = max(floor + slope * level[x], least)
-        bad[x] = DARK if contrast * contrast < limit else bad[x]
+        noise = max(floor + slope * level[x], least)
+        bad[x] = DARK if contrast * contrast < _FAINTEST * noise else bad[x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -103,18 +110,15 @@ def _to_unit_length(sine, cosine, strength):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_breaks(sine, cosine, sine2, cosine2, broken):
-    """Where the phases of two neighbours are more than a quarter of a turn apart."""
+def _mark_breaks(sine, cosine, code, sine2, cosine2, code2, jump, broken):
+    """Where the phases of two neighbours are more than a quarter of a turn apart.
+
+    Or their cells more than `jump`.
+    """
     for x in range(len(broken)):
         along = sine[x] * sine2[x] + cosine[x] * cosine2[x]
-        broken[x] = 1 if along < APART else broken[x]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_jumps(code, code2, limit, broken):
-    for x in range(len(broken)):
         apart = abs(np.int32(code[x]) - np.int32(code2[x]))
-        broken[x] = 1 if apart > limit else broken[x]
+        broken[x] |= (along < APART) | (apart > jump)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -131,44 +135,36 @@ def _read_row(images, y, plan, white, noise, rows):
     most[k] = 0
     bad[k] = DECODED
     for axis in range(len(plan.bits)):
-        bits, used = plan.bits[axis], plan.used[axis]
-        sine, cosine, level = (
-            rows.sine[axis, k],
-            rows.cosine[axis, k],
-            rows.level[axis, k],
-        )
+        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis]
         if bits:
             own, code = plan.pairs[axis, :bits], rows.code[axis, k]
-            far = rows.least[axis, k], rows.second[axis, k], most[k]
+            far = rows.least[axis, k], rows.second[axis], most[k]
             _read_gray(images, y, own, distant, rows.apart, code, *far)
         if used:
             own, share = plan.steps[axis, :, :used], plan.weights[axis]
+            sine, cosine = rows.sine[axis, k], rows.cosine[axis, k]
             _weigh(images, y, own[0], share[0], sine)
             _weigh(images, y, own[1], share[1], cosine)
             _weigh(images, y, own[2], share[2], level)
-            _to_unit_length(sine, cosine, rows.strength[axis, k])
+            _to_unit_length(sine, cosine, rows.variance[axis, k])
         else:
             light, dark = plan.pairs[axis, 0]
             _mean_row(images[light, y], images[dark, y], level)
     for axis in range(len(plan.bits)):
-        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, k]
+        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis]
         if bits:
-            limit = LEAST_CONTRAST * LEAST_CONTRAST
-            noises = limit * noise[0], limit * noise[1], limit * noise[2]
-            _mark_code(level, rows.second[axis, k], most[k], *noises, bad[k])
+            _mark_code(level, rows.second[axis], most[k], *noise, bad[k])
         if used:
-            limit = LEAST_MODULATION * LEAST_MODULATION * plan.spread[axis]
-            noises = limit * noise[0], limit * noise[1], limit * noise[2]
-            _mark_weak(rows.strength[axis, k], level, *noises, bad[k])
+            strength = rows.variance[axis, k]
+            _mark_weak(level, *noise, plan.spread[axis], strength, bad[k])
             _mark_saturated(images, y, plan.steps[axis, 2, :used], white, bad[k])
     # Breaks to the right; the picture's border is one.
     beside[k, -1] = 1
     _either(bad[k, :-1], bad[k, 1:], beside[k, :-1])
     for axis in range(len(plan.bits)):
         s, c, code = rows.sine[axis, k], rows.cosine[axis, k], rows.code[axis, k]
-        if plan.used[axis]:
-            _mark_breaks(s[:-1], c[:-1], s[1:], c[1:], beside[k, :-1])
-        _mark_jumps(code[:-1], code[1:], plan.jump[axis], beside[k, :-1])
+        here, after = (s[:-1], c[:-1], code[:-1]), (s[1:], c[1:], code[1:])
+        _mark_breaks(*here, *after, plan.jump[axis], beside[k, :-1])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -188,9 +184,8 @@ def _break_below(y, is_last, plan, rows):
         _either(rows.bad[k], rows.bad[after], below)
         for axis in range(len(plan.bits)):
             s, c, code = rows.sine[axis], rows.cosine[axis], rows.code[axis]
-            if plan.used[axis]:
-                _mark_breaks(s[k], c[k], s[after], c[after], below)
-            _mark_jumps(code[k], code[after], plan.jump[axis], below)
+            here, there = (s[k], c[k], code[k]), (s[after], c[after], code[after])
+            _mark_breaks(*here, *there, plan.jump[axis], below)
     _either(rows.beside[k], below, rows.crossed[k])
 
 
