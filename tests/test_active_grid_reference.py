@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import Noise, decode
-from raxel.features.active_grid.places import turns
+from raxel.features.active_grid.phases import turns
 from raxel.sets import ActiveGrid
 from tests.active_grids import drawn, plainly_decoded
 

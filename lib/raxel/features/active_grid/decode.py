@@ -32,7 +32,8 @@ from raxel.features.active_grid.layout import (
 )
 from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
 from raxel.features.active_grid.noise import Noise, estimate_noise
-from raxel.features.active_grid.places import decode_rows
+from raxel.features.active_grid.phases import turn_rows
+from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
 from raxel.features.active_grid.stack import PictureStack
@@ -221,7 +222,8 @@ def _decode_part(stack, first, settings, rows, out):
         ahead = min(after + AHEAD, end)
         read_rows(pictures, known, ahead, plan, limit, variance, rows)
         part, known = (y, after, y + start), ahead
-        decode_rows(pictures, part, plan, smooth, mark, bias, rows, out)
+        turn_rows(y, after, end, plan, smooth, rows)
+        place_rows(pictures, part, plan, mark, bias, rows, out)
 
 
 def _both_axes(array, codes):

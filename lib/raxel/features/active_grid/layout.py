@@ -47,10 +47,11 @@ class CodePlan(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rings of rows. (A, KEPT, W): sine and cosine of unit length, variance of the
-    phase in squared turns, code (the cell), least distance of a picture from its
-    inverse. (KEPT, W): most distance; bad, why a pixel is not decoded; beside and
-    below, whether it breaks with the next pixel; crossed, either or bad.
+    """Rings of rows. (A, KEPT, W): sine and cosine of unit length; turn, the phase that
+    is taken, and its variance in squared turns; code, the cell; alone, set where the
+    phase is that of one pixel; least distance of a picture from its inverse. (KEPT, W):
+    most distance; bad, why a pixel is not decoded; beside and below, whether it breaks
+    with the next pixel; crossed, either or bad.
 
     Rows to work in: (A, W): level, the mean grey value, and second least distance;
     (W,): apart, the distance of one picture.
@@ -58,8 +59,10 @@ class Rows(NamedTuple):
 
     sine: np.ndarray
     cosine: np.ndarray
+    turn: np.ndarray
     variance: np.ndarray
     code: np.ndarray
+    alone: np.ndarray
     least: np.ndarray
     most: np.ndarray
     bad: np.ndarray
@@ -75,8 +78,9 @@ def empty_rows(axes, width, dtype):
     """Rows for pictures of this width and type."""
     ring, three, own = (KEPT, width), (axes, KEPT, width), (axes, width)
     return Rows(
-        *(np.zeros(three, np.float32) for _ in range(3)),
+        *(np.zeros(three, np.float32) for _ in range(4)),
         np.zeros(three, np.uint16),
+        np.zeros(three, np.uint8),
         np.zeros(three, dtype),
         np.zeros(ring, dtype),
         *(np.zeros(ring, np.uint8) for _ in range(4)),

@@ -1,7 +1,7 @@
 """Locations alone, about as fast as memory hands over the pictures.
 
 No pixel looks at another one here, so that pictures are worked through as flat pieces.
-Written as `reading`; what is compiled in from `places` is the angle.
+Written as `reading`; what is compiled in from `phases` is the angle.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -12,7 +12,7 @@ from numba import njit
 
 from raxel.errors import InputError
 from raxel.features.active_grid.coding import plan_arrays, read_coding
-from raxel.features.active_grid.places import turns
+from raxel.features.active_grid.phases import turns
 from raxel.features.active_grid.stack import checked_pictures
 from raxel.processors import processors
 
