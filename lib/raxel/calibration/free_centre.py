@@ -81,10 +81,11 @@ def adjust_concurrence(
 
     def evaluate(state):
         distance, jacobian = concurrence_system(q, *state)
+        rows = jacobian.reshape(distance.size, -1)
         return (
             float(np.vdot(distance, distance)),
-            np.einsum("nip,niq->pq", jacobian, jacobian),
-            np.einsum("nip,ni->p", jacobian, distance),
+            rows.T @ rows,
+            rows.T @ distance.ravel(),
         )
 
     def move(state, step):
@@ -117,47 +118,34 @@ def concurrence_system(q, centre, T_base_grid):
     P = transform(T_base_grid, flat) - centre
     middle = np.einsum("jn,jnk->nk", weight, P) / number[:, None]
     arms = weight[..., None] * (P - middle)
-    moments = np.einsum("jni,jnk->nik", arms, arms)
-    sizes, axes = np.linalg.eigh(moments)
-    along = axes[..., 2]
+    sizes, axes = np.linalg.eigh(np.einsum("jni,jnk->nik", arms, arms))
     if not np.all(sizes[:, 2] > sizes[:, 1]):
         raise CalibrationError("line fitting: the points of a ray are in one place")
-    # A line turns by the other two axes, each by its share of what the arms gain.
-    gaps = 1.0 / (sizes[:, 2:] - sizes[:, :2])
-    turn = np.einsum("nia,na,nka->nik", axes[..., :2], gaps, axes[..., :2])
+    along = axes[..., 2]
     reach = np.einsum("ni,ni->n", along, middle)
     distance = middle - reach[:, None] * along
-    motion = _motion(flat, T_base_grid, weight)
-    arm = np.einsum("jni,ni->jn", arms, along)
-    # d(sum arms arms^T) along: what every arm's motion turns the line by.
-    of_middle = np.einsum("jnip->nip", motion) / number[:, None, None]
-    pulled = np.einsum("jn,jnip->nip", arm, motion)
-    pulled += np.einsum(
-        "jni,nk,jnkp->nip",
-        arms,
-        along,
-        motion,
-        optimize=["einsum_path", (0, 2), (0, 1)],
-    )
-    turned = turn @ pulled
-    across = np.eye(3) - along[:, :, None] * along[:, None, :]
-    jacobian = across @ of_middle - reach[:, None, None] * turned
-    jacobian -= along[:, :, None] * np.einsum("ni,nip->np", distance, turned)[:, None]
+    # The line turns about the other two axes, by its share of what the arms gain.
+    gaps = 1.0 / (sizes[:, 2:] - sizes[:, :2])
+    turn = (axes[..., :2] * gaps[:, None]) @ np.swapaxes(axes[..., :2], 1, 2)
+    of_turn = -reach[:, None, None] * turn
+    of_turn -= along[:, :, None] * (distance[:, None] @ turn)
+    of_shift = (np.eye(3) - along[:, :, None] * along[:, None]) / number[:, None, None]
+    jacobian = np.zeros((len(along), 3, 6 * len(q) - 3))
+    for j, arm in enumerate(arms):
+        size = np.einsum("ni,ni->n", arm, along)
+        by_point = of_shift + size[:, None, None] * of_turn
+        by_point += (of_turn @ arm[..., None]) * along[:, None]
+        by_point *= weight[j, :, None, None]
+        at = 6 * j - 3
+        jacobian[..., max(at, 0) : at + 6] = _by_pose(
+            by_point @ T_base_grid[j, :3, :3], flat[j]
+        )[..., 0 if j else 3 :]
     return distance, jacobian
 
 
-def _motion(flat, T_base_grid, weight):
-    """Derivatives (n, N, 3, 6 n - 3) of the points less the centre, zero if unseen."""
-    grids, rays = weight.shape
-    motion = np.zeros((grids, rays, 3, 6 * grids - 3))
-    for j in range(grids):
-        R = T_base_grid[j, :3, :3]
-        x, y = flat[j, :, 0], flat[j, :, 1]
-        at = 6 * j - 3
-        if j:
-            turns = motion[j, :, :, at : at + 3]
-            turns[:, :, 0] = y[:, None] * R[:, 2]
-            turns[:, :, 1] = -x[:, None] * R[:, 2]
-            turns[:, :, 2] = x[:, None] * R[:, 1] - y[:, None] * R[:, 0]
-        motion[j, :, :, at + 3 : at + 6] = -weight[j, :, None, None] * R
-    return motion
+def _by_pose(by_point, q):
+    """Derivatives (N, 3, 6) by a grid's (w, s), from those by its points (N, 3, 3)."""
+    x, y = q[:, None, 0], q[:, None, 1]
+    v = np.moveaxis(by_point, 2, 0)
+    turns = [y * v[2], -x * v[2], x * v[1] - y * v[0]]
+    return np.stack([*turns, *-v], axis=-1)
