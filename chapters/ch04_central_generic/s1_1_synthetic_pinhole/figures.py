@@ -24,7 +24,7 @@ from repro.run.outcomes import Check, Drawing
 BLUE, ORANGE, GREEN = (series(k)["color"] for k in range(3))
 STRAIGHT = 1e-9
 SIGHT = (0.75, 0.35, -0.45)
-HALF_MM = 480.0  # of the base grid, as drawn
+HALF_MM = 640.0  # of the base grid, as drawn
 SPARSE = (slice(None, None, 3), slice(None, None, 4))
 
 
@@ -51,6 +51,7 @@ def fig_4_1(results):
     scene = _scene(corners, flat)
     draw_scene(axes[0], scene)
     _lattice(axes[1], picture, ORANGE, "b  the camera's picture", "px")
+    axes[1].invert_yaxis()
     _lattice(axes[2], flat, BLUE, "c  on the base grid", "mm")
     rows = [
         (row, column, *corners[row, column], *picture[row, column])
@@ -92,9 +93,9 @@ def _scene(corners, flat):
         ),
         Segments(starts, some, GREEN, "ray", 1.5),
         Points(CENTRE_MM[None], INK, "centre C", 12.0),
-        Labels([CENTRE_MM], ["C"], INK),
+        Labels([CENTRE_MM + [90.0, 0.0, 60.0]], ["C"], INK),
         Labels([rim[1]], ["base grid"], BLUE),
-        Labels([corners[-1, -1]], ["board"], ORANGE),
+        Labels([corners[0, 0]], ["board"], ORANGE),
     ]
     return framed(
         parts,

@@ -23,9 +23,9 @@ from raxel.geometry import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
-COLUMNS, ROWS, PITCH_MM = 9, 7, 110.0
-BOARD_MM = np.array([-40.0, 60.0, -420.0])
-TILT_DEG = np.array([24.0, -20.0, 12.0])
+COLUMNS, ROWS, PITCH_MM = 9, 7, 190.0
+BOARD_MM = np.array([0.0, 0.0, -480.0])
+TILT_DEG = np.array([24.0, -12.0, 12.0])
 
 
 def board_pose():

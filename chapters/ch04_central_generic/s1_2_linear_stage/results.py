@@ -1,0 +1,120 @@
+"""What section 4.1.2 found, read from its results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from repro.judge.statistics import bootstrap, median_interval, with_worst
+from repro.page.reader import value
+
+# Of the question svd_condition, in the order of settings.yaml.
+SVD_CONDITIONS = {
+    "noisy, normalised": {"noise_px": 0.5, "normalised": True},
+    "noisy, as they come": {"noise_px": 0.5, "normalised": False},
+    "exact, normalised": {"noise_px": 0.0, "normalised": True},
+    "exact, as they come": {"noise_px": 0.0, "normalised": False},
+}
+WARNS = 0.03  # degeneracy below which the docstring advises suspicion
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    of_minimum(open_results("exp_c4_min_triplets"))
+    of_outliers(open_results("exp_c4_ransac_h"))
+    of_precision(open_results("exp_c4_svd_precision"))
+    of_angles(open_results("ext_degeneracy_sweep"))
+    of_choices(open_results("ext_linear_choices_trials"))
+
+
+def of_minimum(found):
+    """Errors of four rays."""
+    value("four_mm", largest(found, "length_mm", rays=4))
+    value("scenes", found.trials_per_condition)
+    value("rank_3", found.column("rank", rays=3).max())
+
+
+def of_outliers(found):
+    """Ratios to the error without outliers, over the levels of noise."""
+    for name in ("ransac_mm", "spoilt_mm"):
+        ratios = [
+            ratio_of_medians(found, name, "clean_mm", **c).value
+            for c in found.conditions
+        ]
+        value(f"outliers.{name}.least", min(ratios))
+        value(f"outliers.{name}.most", max(ratios))
+
+
+def of_precision(found):
+    """Single over double precision in each condition."""
+    for name, condition in SVD_CONDITIONS.items():
+        ratio = precision_ratio(found, **condition)
+        value(f"svd.{name}", ratio.value)
+
+
+def of_angles(found):
+    """Errors and refusals at the angles that the prose names."""
+    for which in ("base", "grids"):
+        angles = sorted(
+            c["angle_deg"] for c in found.conditions if c["which"] == which
+        )
+        refused = [
+            found.column("refused", which=which, angle_deg=a).mean()
+            for a in angles
+        ]
+        always = [
+            a
+            for a, share in zip(angles, refused, strict=True)
+            if share == 1
+        ]
+        never = [
+            a
+            for a, share in zip(angles, refused, strict=True)
+            if share == 0
+        ]
+        value(f"{which}.always_deg", max(always))
+        value(f"{which}.never_deg", min(never))
+        at = {"which": which, "angle_deg": 0.0}
+        value(
+            f"{which}.parallel_mm",
+            median_interval(found.column("unguarded_mm", **at)).value,
+        )
+        wide = {"which": which, "angle_deg": max(angles)}
+        value(
+            f"{which}.wide_mm",
+            median_interval(found.column("centre_mm", **wide)).value,
+        )
+        value(f"{which}.wide_deg", max(angles))
+
+
+def of_choices(found):
+    """Centre errors in the scene of 4.1.5 and with the wider lens."""
+    for fov_deg, grids in ((100, 3), (150, 3)):
+        at = {"fov_deg": fov_deg, "grids": grids}
+        for name in ("as in the thesis", "weighted"):
+            median = median_interval(found.column(name, **at)).value
+            value(f"choice.{fov_deg}.{name}", median)
+
+
+def largest(found, name, **condition):
+    """Largest error over trials; a trial without a result is infinitely off."""
+    return float(with_worst(found.column(name, **condition)).max())
+
+
+def ratio_of_medians(found, one, other, **condition):
+    """Ratio of the medians of two errors of the same trials: Estimate."""
+    a, b = (
+        with_worst(found.column(name, **condition)) for name in (one, other)
+    )
+    return bootstrap(
+        lambda x, y: np.median(x, axis=-1) / np.median(y, axis=-1),
+        a,
+        b,
+        paired=True,
+    )
+
+
+def precision_ratio(found, **condition):
+    """Residual in single over that in double precision: Estimate."""
+    return ratio_of_medians(
+        found, "single_residual_mm", "double_residual_mm", **condition
+    )

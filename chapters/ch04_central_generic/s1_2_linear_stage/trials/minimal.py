@@ -1,0 +1,153 @@
+"""How few rays are enough, and what the linear stage has to find."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.wide_angle import (
+    CENTRE_MM,
+    SETTINGS,
+    SIDE,
+    draw_poses,
+    draw_scene,
+    radial_lens,
+)
+from raxel.calibration import linear_cgsp
+from raxel.errors import CalibrationError
+from raxel.geometry import (
+    angle_between_rotations,
+    apply_homography,
+    pose,
+    rotation_from_vector,
+)
+from raxel.geometry.homography import normalising
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+TRIALS = {"quick": 20, "full": 200}
+LEAST_TILT_DEG = 5.0
+LEAST_AREA = 0.1  # of the mean squared distance from the centroid
+RANK_TOLERANCE = 1e-9
+STEP = 1e-6
+TRIPLES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
+
+
+def equations(source, target):
+    """The rows (2 N, 9) of the direct linear transform, normalised."""
+    T_s, T_t = normalising(source), normalising(target)
+    s = np.pad(
+        apply_homography(T_s, source), ((0, 0), (0, 1)), constant_values=1.0
+    )
+    x, y = apply_homography(T_t, target).T[..., None]
+    zero = np.zeros_like(s)
+    return np.block([[s, zero, -x * s], [zero, s, -y * s]])
+
+
+def rank_of(matrix):
+    """Numerical rank, with columns of unit length."""
+    values = np.linalg.svd(
+        matrix / np.linalg.norm(matrix, axis=0), compute_uv=False
+    )
+    return int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+
+
+def tilted(T_base_grid):
+    """Whether all grids are tilted against each other."""
+    normals = T_base_grid[:, :3, 2]
+    cosine = np.abs(normals @ normals.T)[np.triu_indices(3, 1)]
+    return cosine.max() < np.cos(np.radians(LEAST_TILT_DEG))
+
+
+def spread(points):
+    """Whether four points (4, 2) have no three nearly on one line."""
+    size = np.mean(np.sum((points - points.mean(axis=0)) ** 2, axis=1))
+    areas = []
+    for triple in TRIPLES:
+        a, b = points[triple[1:], :] - points[triple[0]]
+        areas.append(abs(a[0] * b[1] - a[1] * b[0]) / 2)
+    return min(areas) >= LEAST_AREA * size
+
+
+def draw_minimal(rng):
+    """A scene without noise and four of its rays, in general position."""
+    while True:
+        seen = draw_scene(radial_lens(), 0.0, rng)
+        picks = rng.choice(seen.points.shape[1], 4, replace=False)
+        if tilted(seen.T_base_grid) and spread(seen.points[0, picks]):
+            return seen.T_base_grid, seen.points[:, picks]
+
+
+def minimal_trial(condition, rng):
+    """Centre and poses from three or four rays; the ranks of the equations."""
+    T_base_grid, points = draw_minimal(rng)
+    points = points[:, : condition["rays"]]
+    out = {
+        "rank": min(rank_of(equations(p, points[0])) for p in points[1:])
+    }
+    try:
+        found = linear_cgsp(points, side=SIDE)
+    except CalibrationError:
+        return out | {"length_mm": None, "angle_rad": None}
+    shifts = (found.T_base_grid - T_base_grid)[:, :3, 3]
+    turns = angle_between_rotations(
+        found.T_base_grid[:, :3, :3], T_base_grid[:, :3, :3]
+    )
+    off = np.linalg.norm([*shifts, found.centre - CENTRE_MM], axis=1)
+    return out | {"length_mm": off.max(), "angle_rad": turns.max()}
+
+
+@experiment(
+    "exp_c4_min_triplets",
+    artefact="sec_4_1_2",
+    shards={"quick": 1, "full": 1},
+)
+def fewest_rays(effort):
+    """Three rays and four, in scenes without noise."""
+    conditions = [{"rays": n} for n in (3, 4)]
+    return Plan(minimal_trial, conditions, TRIALS[effort], SETTINGS)
+
+
+def homography_entries(parameters):
+    """Both homographies, (18,), of centre, two rotation vectors, two shifts."""
+    centre, first, second = np.split(parameters, [3, 9])
+    x, y, z = centre
+    M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])
+    entries = []
+    for grid in (first, second):
+        T = pose(rotation_from_vector(grid[:3]), grid[3:])
+        H = M @ (T[:3, [0, 1, 3]] - np.outer(centre, [0.0, 0.0, 1.0]))
+        entries.append((H / np.linalg.norm(H)).ravel())
+    return np.concatenate(entries)
+
+
+def parameters_trial(condition, rng):
+    """Rank of the derivatives of both homographies by all unknowns.
+
+    Lengths are in units of the distance, so that all unknowns are of order one.
+    """
+    unit = CENTRE_MM[2]
+    truth = [CENTRE_MM / unit]
+    for T in draw_poses(rng)[1:]:
+        truth += [rng.normal(size=3), T[:3, 3] / unit]
+    truth = np.concatenate(truth)
+    columns = [
+        (homography_entries(truth + d) - homography_entries(truth - d))
+        / (2 * STEP)
+        for d in STEP * np.eye(len(truth))
+    ]
+    values = np.linalg.svd(np.array(columns), compute_uv=False)
+    return {
+        "unknowns": len(truth),
+        "determined": int(np.count_nonzero(values > 1e-5 * values[0])),
+        "least": values[-1] / values[0],
+    }
+
+
+@experiment(
+    "sec_4_1_2_unknowns",
+    artefact="sec_4_1_2",
+    shards={"quick": 1, "full": 1},
+)
+def unknowns(effort):
+    """How many of the unknowns two homographies determine."""
+    return Plan(parameters_trial, [{}], TRIALS[effort], SETTINGS)

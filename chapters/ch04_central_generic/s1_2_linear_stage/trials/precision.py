@@ -1,0 +1,71 @@
+"""Single and double precision in the SVD of a homography of 20 000 pairs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import (
+    equations,
+)
+from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
+from raxel.geometry import apply_homography
+from raxel.geometry.homography import normalising
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+PAIRS = 20_000
+NOISE_PX = 0.5
+TRIALS = {"quick": 3, "full": 50}
+
+
+def homography_in(precision, source, target, normalised):
+    """H (3, 3) by the SVD of all equations, in one precision throughout."""
+    if normalised:
+        rows, T_s, T_t = (
+            equations(source, target),
+            normalising(source),
+            normalising(target),
+        )
+    else:
+        T_s = T_t = np.eye(3)
+        s = np.pad(source, ((0, 0), (0, 1)), constant_values=1.0)
+        x, y = target.T[..., None]
+        zero = np.zeros_like(s)
+        rows = np.block([[s, zero, -x * s], [zero, s, -y * s]])
+    right = np.linalg.svd(rows.astype(precision), full_matrices=False)[2]
+    H = right[8].reshape(3, 3).astype(float)
+    return np.linalg.solve(T_t, H @ T_s)
+
+
+def precision_trial(condition, rng):
+    """RMS residuals (mm) of single and double precision, and true errors."""
+    seen = draw_scene(
+        radial_lens(), condition["noise_px"], rng, grids=2, rays=PAIRS
+    )
+    base, own = seen.noisy
+    out = {}
+    for name, precision in (("single", np.float32), ("double", np.float64)):
+        H = homography_in(precision, own, base, condition["normalised"])
+        gaps = apply_homography(H, own) - base
+        true = apply_homography(H, seen.points[1]) - seen.points[0]
+        for what, gap in (("residual", gaps), ("error", true)):
+            out[f"{name}_{what}_mm"] = float(
+                np.sqrt(np.mean(np.sum(gap**2, axis=1)))
+            )
+    return out
+
+
+@experiment(
+    "exp_c4_svd_precision",
+    artefact="ext_svd_precision",
+    shards={"quick": 1, "full": 2},
+)
+def precisions(effort):
+    """20 000 pairs, exact and with noise, normalised and as they come."""
+    conditions = [
+        {"noise_px": noise, "normalised": normalised}
+        for noise in (NOISE_PX, 0.0)
+        for normalised in (True, False)
+    ]
+    settings = SETTINGS | {"rays_per_trial": PAIRS}
+    return Plan(precision_trial, conditions, TRIALS[effort], settings)
