@@ -1,0 +1,86 @@
+"""Motions of section 4.3.2 by method and detector, and what its page quotes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
+    DETECTORS,
+)
+from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
+    BOARDS,
+    STEPS,
+)
+from repro.judge.statistics import median_interval
+from repro.page.reader import value
+
+STANDARD = ("as printed", "well conditioned")
+METHODS = (*STANDARD, "CGSP")
+NAMES = {
+    "as printed": "standard, as printed",
+    "well conditioned": "standard, well conditioned",
+    "CGSP": "CGSP",
+}
+MEASURES = {"translation": "deviation_mm", "rotation": "off_deg"}
+SCALE = 4  # of the deviations in the drawing
+DRAWN = "CELECT"
+
+
+def trials_of(result, motion, measure, method, detector):
+    """Trials (n,) of one measure of one method, nan where it failed."""
+    name = f"{motion}.{detector}.{method}.{measure}"
+    return np.concatenate(
+        [
+            result.column(name, **condition)
+            for condition in result.conditions
+        ]
+    )
+
+
+def refusals(result, motion, detector):
+    """(boards that a detector refused, boards that it was shown)."""
+    refused = np.stack(result.arrays(f"refused.{detector}", motion=motion))
+    return int(refused.sum()), int(refused.size)
+
+
+def corner_error(result, motion, detector):
+    """RMS error (px) of the corners that a detector found itself."""
+    found = []
+    refused = result.arrays(f"refused.{detector}", motion=motion)
+    for k in range(len(BOARDS)):
+        errors = result.arrays(f"errors.{detector}.{k}", motion=motion)
+        for lost, off in zip(refused, errors, strict=True):
+            found.append(off[~lost[:, k]].reshape(-1, 2))
+    squares = np.sum(np.concatenate(found) ** 2, axis=1)
+    return float(np.sqrt(squares.mean()))
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    seeds = open_results("fig_4_10_seeds")
+    for method, short in zip(
+        METHODS, ("printed", "well", "cgsp"), strict=True
+    ):
+        for motion, measure in MEASURES.items():
+            trials = trials_of(seeds, motion, measure, method, DRAWN)
+            value(f"{motion}_{short}", median_interval(trials).value)
+        value(
+            f"centre_{short}",
+            float(np.median(seeds.column(f"centre_mm.{method}"))),
+        )
+    lost = trials_lost(seeds)
+    value("lost_percent", 100 * lost)
+    corners = open_results("fig_4_10_corners")
+    value("seeds_rendered", corners.trials_per_condition)
+    for detector, short in zip(
+        DETECTORS, ("celect", "clickless"), strict=True
+    ):
+        counted = [refusals(corners, motion, detector) for motion in STEPS]
+        value(f"{short}_refused", sum(c[0] for c in counted))
+        value(f"{short}_px", corner_error(corners, "translation", detector))
+    value("boards_shown", sum(c[1] for c in counted))
+
+
+def trials_lost(seeds):
+    """Share of the corners that have no ray, of all seeds."""
+    return float(np.mean(seeds.column("without_ray")))

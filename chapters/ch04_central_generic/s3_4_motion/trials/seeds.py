@@ -1,0 +1,192 @@
+"""What Fig. 4.10 is made from: decoding and corners of pictures, then many seeds."""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
+    LATTICE_PX,
+    LINEAR_GRIDS,
+    THRESHOLD_MM,
+)
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
+    DETECTORS,
+    seen_boards,
+)
+from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
+    BOARDS,
+    RIG_FILES,
+    SETTINGS,
+    STEPS,
+    Setup,
+    drawn_setup,
+    target_poses,
+)
+from chapters.shared.active_grid_sets import seen_grids, true_camera
+from chapters.shared.decoding_errors import (
+    DecodingErrors,
+    lattice_rays,
+    measured_errors,
+    true_lattice,
+)
+from raxel.sets import load_set
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+from repro.run.rendered import rendered_set
+
+DECODED = {"quick": "onevr-d70-small", "full": "onevr-d70"}
+DECODED_SETS = {"quick": ("onevr-d70-small/0",), "full": ("onevr-d70/0",)}
+PERIODS = 8, 8  # of the sines, across the monitor
+RENDERED = {"quick": 1, "full": 3}
+# In quick builds every so many pictures stand for those between them.
+EVERY = {"quick": 5, "full": 1}
+MEASURED = "fig_4_10_decoding", "fig_4_10_corners"
+
+
+def decoding_trial(condition, rng):
+    """Errors of the decoded points of the three linear grids of one set."""
+    folder = rendered_set(condition["rig"], 0)
+    size_mm = np.array(load_set(folder).target.monitor_mm)
+    rays, shape = lattice_rays(true_camera(folder), 1)
+    grids = islice(seen_grids(folder, threads=1), LINEAR_GRIDS)
+    seen = (
+        (grid, true_lattice(rays, shape, grid.T_camera_grid, size_mm)[1])
+        for grid in grids
+    )
+    return measured_errors(seen, PERIODS, size_mm)._asdict()
+
+
+@experiment(
+    "fig_4_10_decoding",
+    artefact="fig_4_10",
+    shards={"quick": 1, "full": 1},
+    rendered=DECODED_SETS,
+)
+def decoding(effort):
+    """How the active grids of the mirror camera are decoded."""
+    settings = {"grids": LINEAR_GRIDS, "periods": PERIODS}
+    return Plan(decoding_trial, [{"rig": DECODED[effort]}], 1, settings)
+
+
+def corner_trial(condition, rng, every):
+    """Corner errors and refusals of one seed, in pictures of one motion."""
+    setup = drawn_setup(rng)
+    poses = target_poses(condition["motion"], setup)[::every]
+    errors, refused, pictures = seen_boards(poses, rng)
+    return {
+        "turn": setup.turn,
+        "shift": setup.shift,
+        "errors": {
+            name: {str(k): e for k, e in enumerate(of_boards)}
+            for name, of_boards in errors.items()
+        },
+        "refused": refused,
+        "first": pictures[0],
+        "middle": pictures[len(pictures) // 2],
+        "last": pictures[-1],
+    }
+
+
+@experiment(
+    "fig_4_10_corners",
+    artefact="fig_4_10",
+    shards={"quick": 1, "full": 2},
+    inputs=RIG_FILES,
+)
+def corners(effort):
+    """Corners of the target in rendered pictures, by both detectors."""
+    trial = partial(corner_trial, every=EVERY[effort])
+    conditions = [{"motion": motion} for motion in STEPS]
+    return Plan(trial, conditions, RENDERED[effort], SETTINGS)
+
+
+class MeasuredCorners:
+    """Corner errors of the rendered seeds, to be drawn again.
+
+    An error has a part that all seeds share, which is that of the place, and
+    a part of its own; a redrawn corner has the first, and the second of any
+    corner of its board and picture.
+    """
+
+    def __init__(self, result, every):
+        self.every = every
+        self.errors, self.setups = {}, {}
+        for motion in STEPS:
+            turns, shifts = (
+                result.arrays(name, motion=motion)
+                for name in ("turn", "shift")
+            )
+            self.setups[motion] = [
+                Setup(*pair) for pair in zip(turns, shifts, strict=True)
+            ]
+            for name in DETECTORS:
+                self.errors[motion, name] = [
+                    np.stack(
+                        result.arrays(f"errors.{name}.{k}", motion=motion)
+                    )
+                    for k in range(len(BOARDS))
+                ]
+
+    def setup(self, motion, seed, rng):
+        """How the target stands in a rendered seed, or in another (None)."""
+        if seed is None:
+            return drawn_setup(rng)
+        return self.setups[motion][seed]
+
+    def of_seed(self, motion, name, seed, rng):
+        """Errors (pictures, corners, 2) px, both boards, of a rendered seed,
+        or redrawn (None)."""
+        if seed is None:
+            return self._redrawn(motion, name, rng)
+        return np.concatenate(
+            [self._all(e[seed], motion) for e in self.errors[motion, name]],
+            axis=1,
+        )
+
+    def _redrawn(self, motion, name, rng):
+        boards = []
+        for errors in self.errors[motion, name]:
+            shared, own = errors.mean(axis=0), errors[0]
+            if len(errors) > 1:
+                own = (errors - shared) * np.sqrt(
+                    len(errors) / (len(errors) - 1)
+                )
+                own = own[rng.integers(len(own))]
+            else:
+                shared = np.zeros_like(shared)
+            order = rng.permuted(
+                np.broadcast_to(np.arange(own.shape[1]), own.shape[:2]),
+                axis=1,
+            )
+            own = np.take_along_axis(own, order[..., None], axis=1)
+            boards.append(self._all(shared + own, motion))
+        return np.concatenate(boards, axis=1)
+
+    def _all(self, errors, motion):
+        """Pictures that were not rendered have the errors of the last that was."""
+        index = np.arange(STEPS[motion] + 1) // self.every
+        return errors[index]
+
+
+def measured(results, effort):
+    """(MeasuredCorners, DecodingErrors) of the pictures."""
+    stored = results["fig_4_10_decoding"]
+    share = "outlier_share"
+    fields = {
+        name: stored.arrays(name)[0]
+        for name in DecodingErrors._fields
+        if name != share
+    }
+    fields[share] = stored.column(share)[0]
+    corners_of = MeasuredCorners(results["fig_4_10_corners"], EVERY[effort])
+    return corners_of, DecodingErrors(**fields)
+
+
+CALIBRATION = {
+    "lattice_px": LATTICE_PX,
+    "linear_grids": LINEAR_GRIDS,
+    "ransac_threshold_mm": THRESHOLD_MM,
+}
