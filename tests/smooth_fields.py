@@ -67,4 +67,4 @@ def misfit_px(found, true, pixels):
     """How far off (N, 2) px the rays of a camera are, a common rotation apart."""
     ours, exact = found.rays(pixels).directions, true.rays(pixels).directions
     R = nearest_rotation(exact.T @ ours)
-    return true.project(ours @ R).pixels - pixels
+    return true.project(ours @ R.T).pixels - pixels

@@ -57,7 +57,10 @@ def test_sums_are_those_of_plain_least_squares():
 
 
 def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known():
-    free, matrix = free_polynomials(SHAPE), penalty_matrix(SHAPE)
+    free, matrix = (
+        free_polynomials(SHAPE),
+        penalty_matrix(SHAPE),
+    )
     band = band_of(matrix, 3 * SHAPE[1] + 4)
     np.testing.assert_allclose(band_product(band, free), matrix @ free, atol=1e-12)
     # A plane bends nowhere: only the tie to zero counts.
@@ -74,7 +77,7 @@ def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known
 def test_exact_rays_of_a_camera_it_can_be_come_back():
     camera = bent()
     rng = np.random.default_rng(2)
-    pixels, directions = noisy_rays(camera, rng, 6000, 0)
+    pixels, directions = noisy_rays(camera, rng, 3000, 0)
     found = smoothed_rays(pixels, directions, W, H, trend=TREND)
     fresh = positions(rng, 2000)
     assert rms(found.camera.displacement(fresh) - camera.displacement(fresh)) < 1e-6
@@ -84,9 +87,9 @@ def test_exact_rays_of_a_camera_it_can_be_come_back():
 
 
 def test_noise_falls_far_below_that_of_a_ray_and_is_stated():
-    """Normalised squared errors over twenty draws, of cameras outside the prior."""
+    """Normalised squared errors over ten draws, of cameras outside the prior."""
     errors, normalised, residuals = [], [], []
-    for seed in range(20):
+    for seed in range(10):
         rng = np.random.default_rng(seed)
         camera = bent(seed=seed)
         pixels, directions = noisy_rays(camera, rng, 1000, 0.5)
@@ -126,7 +129,7 @@ def test_where_no_ray_is_known_it_is_the_trend():
     found = smoothed_rays(pixels, directions, W, H, trend=TREND).camera
     far = np.column_stack([np.full(9, W - 10.0), np.linspace(5, H - 5, 9)])
     here, there = (np.abs(found.displacement(p)).max() for p in (pixels, far))
-    assert there < 0.4 * here
+    assert there < 0.1 * here
     assert np.abs(camera.displacement(far)).max() > 1
     assert not found.covers(far).any()
     assert found.covers(pixels).all()
@@ -164,7 +167,7 @@ def test_the_choice_of_trend_hardly_matters():
 
 def test_a_table_in_any_frame_and_its_memory(monkeypatch):
     """Some ten arrays as large as the table come and go, and nothing larger."""
-    monkeypatch.setattr(smooth_module, "CELLS", (6, 12))
+    monkeypatch.setattr(smooth_module, "CELLS", (4, 8))
     camera = bent()
     T = pose(rotation_from_vector([0.3, -0.2, 1.0]), [5.0, 6.0, 7.0])
     pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1).reshape(-1, 2)

@@ -49,6 +49,13 @@ from raxel.calibration.interpolation import interpolated_view
 from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
 from raxel.calibration.lens_formula import LensCalibration, calibrate_lens
 from raxel.calibration.relaxation import relax_poses
+from raxel.calibration.smooth_adjustment import SplineAdjustment, adjust_spline
+from raxel.calibration.smooth_boards import SplineCalibration, calibrate_spline
+from raxel.calibration.smooth_table import (
+    SmoothTable,
+    smoothed_rays,
+    smoothed_table,
+)
 from raxel.calibration.three_point import (
     RayPose,
     pose_from_rays,
@@ -72,15 +79,20 @@ __all__ = [
     "LensCalibration",
     "LinearSolution",
     "RayPose",
+    "SmoothTable",
+    "SplineAdjustment",
+    "SplineCalibration",
     "ZhangCalibration",
     "adjust_concurrence",
     "adjust_consistent",
     "adjust_ray_point",
+    "adjust_spline",
     "bilinear_products",
     "bundle_adjust_fixed_centre",
     "calibrate_cgsp",
     "calibrate_generic",
     "calibrate_lens",
+    "calibrate_spline",
     "calibrate_zhang",
     "centrality_test",
     "centroid_directions",
@@ -105,6 +117,8 @@ __all__ = [
     "refine_pose_ray_point",
     "relax_centrality",
     "relax_poses",
+    "smoothed_rays",
+    "smoothed_table",
     "solve_coefficients",
     "synthetic_plane_normal",
     "table_2_1",

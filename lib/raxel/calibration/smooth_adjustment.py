@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration import smooth_equations as linear_part
-from raxel.calibration.smooth_equations import Corners, grid_of
+from raxel.calibration.smooth_equations import CornersOfBoards, grid_of
 from raxel.calibration.smooth_prior import free_polynomials, node_places
 from raxel.cameras.cubic_field import shares
 from raxel.cameras.ray_spline import RaySplineCamera
@@ -26,7 +26,7 @@ SMOOTHNESS = 10.0 ** np.arange(-6, 7)  # in data of a cell, from TRIED_FIRST on
 TRIED_FIRST = 6
 MOST_PARTS = 8  # of boards, kept out in turn
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
-LEAST_SCALE_PX = 1e-6
+LEAST_SCALE_PX = 0.01  # corners that are nearer than some of these are not wrong
 MOST_STEPS, ENOUGH_PX = 30, 1e-5
 CHOSEN_AT = (2, 5)  # steps at which cells and smoothness are chosen
 FEWEST_CORNERS = 6  # of a board
@@ -66,7 +66,7 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
     """
     corners, T = _stacked(boards), np.array(T_camera_grid, float)
     part = np.arange(len(T)) % MOST_PARTS
-    grids = [grid_of(cells, width, height) for cells in CELLS]
+    grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
     choice = _Choice(grids[0], SMOOTHNESS[-1], {})
     control = choice.grid.blank
     for step in range(MOST_STEPS):
@@ -94,7 +94,7 @@ def _stacked(boards):
         )
     pixels, points = (np.concatenate(part) for part in zip(*boards, strict=True))
     board = np.repeat(np.arange(len(boards)), [len(own) for own, _ in boards])
-    return Corners(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+    return CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
 
 
 def _check(linear, corners, count):
@@ -172,10 +172,9 @@ def _completed(trend, T, corners, control, choice, of, steps, width, height):
     inverse, taken = _inverse(of, grid, choice.smoothness)
     left = max(2 * np.count_nonzero(inlier) - taken - 6 * len(T), 1)
     sd_px = float(np.sqrt(np.sum(distance[inlier] ** 2) / left))
-    covered = np.zeros((grid.shape[0] - 3, grid.shape[1] - 3), bool)
-    cell = ((corners.pixels[inlier] + 0.5) // grid.spacing).astype(int)
-    inside = plain.in_image(corners.pixels[inlier])
-    covered[cell[inside, 1], cell[inside, 0]] = True
+    covered = linear_part.covered_cells(
+        corners.pixels[inlier], grid.shape, grid.spacing
+    )
     camera = RaySplineCamera(
         trend, grid.spacing, control, width, height, covered,
         sd_px**2 * _at_nodes(inverse, grid),
@@ -193,9 +192,10 @@ def _inverse(of, grid, smoothness):
     free = free_polynomials(grid.shape)
     penalised = grid.penalty @ free
     left = grid.penalty - penalised @ np.linalg.solve(free.T @ penalised, penalised.T)
-    normal, _ = linear_part.system(of, grid, smoothness, penalty=left)
-    inverse = np.linalg.inv(normal)
-    return inverse, float(np.vdot(inverse, of.normal.sum(axis=0)))
+    expected = smoothness * of.of_a_cell * linear_part.twice(left)
+    normal = of.normal.sum(axis=0)
+    inverse = np.linalg.inv(normal + expected + linear_part.held(of))
+    return inverse, float(np.vdot(inverse, normal))
 
 
 def _at_nodes(inverse, grid):

@@ -1,4 +1,4 @@
-"""Linear equations of a smooth field and the poses of boards, poses eliminated.
+"""LinearParts equations of a smooth field and the poses of boards, poses eliminated.
 
 With its board posed, a corner's point is imaged by the trend at q, and by the camera at
 the place p that has p + s(p) = q (`raxel.cameras.ray_spline`). The corner was found at
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.smooth_prior import penalty_matrix
+from raxel.calibration.smooth_prior import far_ties, penalty_matrix
 from raxel.cameras.cubic_field import control_shape, field_at, shares, undisplaced
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
@@ -27,7 +27,7 @@ STEP = 1e-5  # of a point's distance, for how its image moves
 GAUGE = 1e3  # times the largest of the normal matrix, against common rotations
 
 
-class Corners(NamedTuple):
+class CornersOfBoards(NamedTuple):
     """pixels (N, 2), points (N, 3) with z = 0, board (N,) in rising order."""
 
     pixels: np.ndarray
@@ -35,14 +35,15 @@ class Corners(NamedTuple):
     board: np.ndarray
 
 
-class Grid(NamedTuple):
+class FieldGrid(NamedTuple):
     """cells along the longer side; spacing px; shape of the control values; penalty
-    (K, K)."""
+    (K, K) and ties (K,) of `raxel.calibration.smooth_prior`."""
 
     cells: int
     spacing: float
     shape: tuple
     penalty: np.ndarray
+    ties: np.ndarray
 
     @property
     def blank(self):
@@ -50,7 +51,7 @@ class Grid(NamedTuple):
         return np.zeros((*self.shape, 2))
 
 
-class Linear(NamedTuple):
+class LinearParts(NamedTuple):
     """About given poses and a given field, of each corner: place (N, 2), p; off (N, 2),
     e, both NaN where the trend has no image; values (N, 2), what s(p) would have to be
     for e to vanish; white (N, 2, 2), (I + s')^-1; by_pose (N, 2, 6), how q moves with
@@ -70,7 +71,8 @@ class Equations(NamedTuple):
     """Sums of parts of the boards: normal (P, 2K, 2K), right (P, 2K), squares (P,).
 
     gauge: (2K, 3), directions that the field has no part in; of_a_cell: weight of one
-    cell's corners; boards: {board: (E (2K, 6), inverse (6, 6), g (6,))}, for the poses.
+    cell's corners. For the poses: by_control (n, 2K, 6), what control values do to
+    their equations; inverse (n, 6, 6) of their normal matrices; by_values (n, 6).
     """
 
     normal: np.ndarray
@@ -78,18 +80,31 @@ class Equations(NamedTuple):
     squares: np.ndarray
     gauge: np.ndarray
     of_a_cell: float
-    boards: dict
+    by_control: np.ndarray
+    inverse: np.ndarray
+    by_values: np.ndarray
 
 
-def grid_of(cells, width, height):
-    """The Grid with so many cells along the longer side."""
+def grid_of(cells, width, height, pixels):
+    """The FieldGrid with so many cells along the longer side, for corners at pixels."""
     spacing = max(width, height) / cells
     shape = control_shape(width, height, spacing)
-    return Grid(cells, spacing, shape, penalty_matrix(shape).toarray())
+    covered = covered_cells(pixels, shape, spacing)
+    penalty = penalty_matrix(shape).toarray()
+    return FieldGrid(cells, spacing, shape, penalty, far_ties(covered))
+
+
+def covered_cells(pixels, shape, spacing):
+    """(rows - 3, columns - 3) bool: cells that hold one of the pixels (N, 2)."""
+    covered = np.zeros(np.subtract(shape, 3), bool)
+    last = np.array(covered.shape[::-1]) - 1
+    column, row = np.clip((pixels + 0.5) // spacing, 0, last).astype(int).T
+    covered[row, column] = True
+    return covered
 
 
 def linearised(trend, T_camera_grid, corners, control, grid):
-    """The Linear equations' parts at poses (n, 4, 4) and control values."""
+    """The LinearParts equations' parts at poses (n, 4, 4) and control values."""
     T = T_camera_grid[corners.board]
     R = T[:, :3, :3]
     points = (R @ corners.points[:, :, None])[..., 0] + T[:, :3, 3]
@@ -104,7 +119,7 @@ def linearised(trend, T_camera_grid, corners, control, grid):
     off = corners.pixels - place
     values = seen.pixels - place - (forward @ off[..., None])[..., 0]
     motion = np.concatenate([-R @ cross_matrix(corners.points), R], axis=2)
-    return Linear(
+    return LinearParts(
         place, off, np.nan_to_num(values), np.linalg.inv(forward), by_point @ motion,
         by_point @ -cross_matrix(points), imaged,
     )  # fmt: skip
@@ -123,63 +138,92 @@ def image_slopes(trend, points):
 
 def equations(corners, linear, weights, grid, part):
     """The Equations of weighted corners; weights (N,), part (n,): of each board."""
-    from scipy.sparse import csr_array
-
-    white = linear.white
+    white, J = linear.white, linear.by_pose
     metric = weights[:, None, None] * (np.swapaxes(white, 1, 2) @ white)
-    count, most = np.prod(grid.shape), part.max() + 1
+    count, n, parts = int(np.prod(grid.shape)), len(part), part.max() + 1
     place = np.where(linear.imaged[:, None], linear.place, 0.0)
-    index, share = shares(place, grid.shape, grid.spacing)
-    start = 16 * np.arange(len(index) + 1)
-    basis = csr_array((share.ravel(), index.ravel(), start), (len(index), count))
-    normal = np.zeros((most, 2 * count, 2 * count))
-    right, squares = np.zeros((most, 2 * count)), np.zeros(most)
-    weighted = metric @ linear.by_pose
-    told = (metric @ linear.values[..., None])[..., 0]
-    boards = {}
-    for p in range(most):
-        rows = np.flatnonzero(part[corners.board] == p)
-        own, of_part = basis[rows], metric[rows]
-        for a in range(2):
-            for b in range(2):
-                block = own.T @ (of_part[:, a, b, None] * own.toarray())
-                across = slice(b * count, (b + 1) * count)
-                normal[p, a * count : (a + 1) * count, across] = block
-        right[p] = _lifted(own, told[rows])
-        squares[p] = np.vdot(linear.values[rows], told[rows])
-        for k in np.unique(corners.board[rows]):
-            of_board = np.flatnonzero(corners.board == k)
-            E = _lifted(basis[of_board], weighted[of_board])
-            J = linear.by_pose[of_board]
-            inverse = np.linalg.pinv(
-                np.einsum("nij,nik->jk", J, weighted[of_board]), hermitian=True
-            )
-            g = np.einsum("nij,ni->j", J, told[of_board])
-            boards[int(k)] = E, inverse, g
-            normal[p] -= E @ inverse @ E.T
-            right[p] -= E @ (inverse @ g)
-            squares[p] -= g @ inverse @ g
-    gauge = np.linalg.qr(_lifted(basis, metric @ linear.by_turn))[0]
+    basis = _Basis(*shares(place, grid.shape, grid.spacing), count)
+    pulled, told = metric @ J, (metric @ linear.values[..., None])[..., 0]
+    of_board = np.eye(n)[corners.board].T
+    P = (of_board @ (np.swapaxes(J, 1, 2) @ pulled).reshape(-1, 36)).reshape(n, 6, 6)
+    inverse = np.linalg.pinv(P, hermitian=True)
+    g = of_board @ np.einsum("nij,ni->nj", J, told)
+    E = basis.lifted(pulled, corners.board, n)
+    own = part[corners.board]
+    normal = basis.products(metric, own, parts)
+    right = basis.lifted(told[..., None], own, parts)[..., 0]
+    squares = np.bincount(own, np.sum(linear.values * told, axis=1), parts)
+    for p in range(parts):
+        of_part = E[part == p]
+        solved = of_part @ inverse[part == p]
+        normal[p] -= np.tensordot(solved, of_part, ((0, 2), (0, 2)))
+        right[p] -= np.einsum("nij,nj->i", solved, g[part == p])
+    squares -= np.bincount(part, np.einsum("ni,nij,nj->n", g, inverse, g), parts)
+    all_turned = basis.lifted(metric @ linear.by_turn, np.zeros(len(own), int), 1)[0]
     cell = ((corners.pixels + 0.5) // grid.spacing)[weights > 0]
     of_a_cell = weights.sum() / max(len(np.unique(cell, axis=0)), 1)
-    return Equations(normal, right, squares, gauge, of_a_cell, boards)
+    gauge = np.linalg.qr(all_turned)[0]
+    return Equations(normal, right, squares, gauge, of_a_cell, E, inverse, g)
 
 
-def _lifted(basis, values):
-    """B^T values, for both coordinates: (2K, ...) of values (N, 2, ...)."""
-    return np.concatenate([basis.T @ values[:, 0], basis.T @ values[:, 1]])
+class _Basis:
+    """What part each of `count` control values has in the field at N corners."""
+
+    def __init__(self, index, share, count):
+        self._index, self._share, self._count = index, share, count
+
+    def _grouped(self, group, groups):
+        """(groups * count, N) sparse: a corner's shares in the rows of its group."""
+        from scipy.sparse import csc_array
+
+        rows = (group[:, None] * self._count + self._index).ravel()
+        start = 16 * np.arange(len(group) + 1)
+        shape = groups * self._count, len(group)
+        return csc_array((self._share.ravel(), rows, start), shape)
+
+    def lifted(self, values, group, groups):
+        """B^T values, for both coordinates, summed by group: (groups, 2K, m) of values
+        (N, 2, m)."""
+        matrix = self._grouped(group, groups)
+        found = [
+            (matrix @ values[:, axis]).reshape(groups, self._count, -1)
+            for axis in range(2)
+        ]
+        return np.concatenate(found, axis=1)
+
+    def products(self, metric, group, groups):
+        """B^T metric B (groups, 2K, 2K), summed by group; metric (N, 2, 2)."""
+        matrix = self._grouped(group, groups)
+        one = self._grouped(np.zeros(len(group), int), 1).T.toarray()
+        K = self._count
+        found = np.empty((groups, 2 * K, 2 * K))
+        for a, b in ((0, 0), (0, 1), (1, 1)):
+            block = (matrix @ (metric[:, a, b, None] * one)).reshape(groups, K, K)
+            rows, columns = slice(a * K, a * K + K), slice(b * K, b * K + K)
+            found[:, rows, columns] = found[:, columns, rows] = block
+        return found
 
 
-def system(of, grid, smoothness, penalty=None, without=None):
+def system(of, grid, smoothness, without=None):
     """(normal (2K, 2K), right (2K,)) of all parts, or of all but one; with what is
     expected of a field, and without common rotations."""
     normal, right = of.normal.sum(axis=0), of.right.sum(axis=0)
     if without is not None:
         normal, right = normal - of.normal[without], right - of.right[without]
-    penalty = grid.penalty if penalty is None else penalty
-    expected = smoothness * of.of_a_cell * np.kron(np.eye(2), penalty)
-    held = GAUGE * np.diag(normal).max() * of.gauge @ of.gauge.T
-    return normal + expected + held, right
+    expected = smoothness * grid.penalty + np.diag(grid.ties)
+    return normal + of.of_a_cell * twice(expected) + held(of), right
+
+
+def held(of):
+    """(2K, 2K): the field has no part in common rotations."""
+    most = np.diagonal(of.normal.sum(axis=0)).max()
+    return GAUGE * most * of.gauge @ of.gauge.T
+
+
+def twice(penalty):
+    """(2K, 2K): the same for both coordinates."""
+    zero = np.zeros_like(penalty)
+    return np.block([[penalty, zero], [zero, penalty]])
 
 
 def solved(of, grid, smoothness, without=None):
@@ -201,10 +245,8 @@ def held_out(of, grid, smoothness):
 
 def moved_boards(T_camera_grid, of, c):
     """Poses after the step that suits control values c (2K,) best."""
-    moved = T_camera_grid.copy()
-    for k, (E, inverse, g) in of.boards.items():
-        step = inverse @ (E.T @ c - g)
-        R = moved[k, :3, :3]
-        turned = R @ rotation_from_vector(step[:3])
-        moved[k] = pose(turned, moved[k, :3, 3] + R @ step[3:])
-    return moved
+    miss = np.einsum("nij,i->nj", of.by_control, c) - of.by_values
+    step = (of.inverse @ miss[..., None])[..., 0]
+    R, t = T_camera_grid[:, :3, :3], T_camera_grid[:, :3, 3]
+    turned = R @ rotation_from_vector(step[:, :3])
+    return pose(turned, t + (R @ step[:, 3:, None])[..., 0])

@@ -1,8 +1,10 @@
 """What is expected of a smooth field before anything is measured.
 
 Squared second differences of neighbouring control values count against it, and a share
-TIE of the values' own squares: where nothing was measured the field fades to zero, over
-some cells, and so the rays to the trend's.
+TIE of the values' own squares. Control values about whose middle nothing was measured
+are tied to zero besides, by FAR of what the data of a cell would weigh: data of which
+they see a tail determine them less than that. So the field fades where there is no
+target, and the rays to the trend's. When errors are stated that tie does not count.
 
 Polynomials to the third degree count as unknown when errors are stated: a trend that
 was fitted to the same data has such errors, which no smoothness takes away.
@@ -13,7 +15,7 @@ G. Wahba 1983, doi:10.1111/j.2517-6161.1983.tb01239.x (the covariance of such a 
 
 import numpy as np
 
-TIE = 1 / 4  # without data a field falls to less than a half over four cells
+TIE, FAR = 1 / 4, 1e-3
 
 
 def penalty_matrix(shape):
@@ -30,6 +32,16 @@ def penalty_matrix(shape):
     ]  # fmt: skip
     total = sum(part.T @ part for part in bends)
     return (total + TIE * eye_array(rows * columns)).tocsr()
+
+
+def far_ties(covered):
+    """(K,) FAR for control values about whose middle no cell is covered, else 0.
+
+    covered: (rows - 3, columns - 3) bool, cells in which something was measured. Cells beyond the image count as their neighbours in it.
+    """
+    framed = np.pad(covered, 2, mode="edge")
+    pairs = framed[:-1] | framed[1:]
+    return np.where(pairs[:, :-1] | pairs[:, 1:], 0.0, FAR).ravel()
 
 
 def _differences(count, steps):

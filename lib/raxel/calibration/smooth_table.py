@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.smooth_prior import (
+    far_ties,
     free_polynomials,
     node_places,
     penalty_matrix,
@@ -25,7 +26,7 @@ from raxel.cameras.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose
 
-CELLS = (6, 12, 24, 48)  # along the image's longer side, tried one after the other
+CELLS = (4, 8, 16, 32)  # along the image's longer side, tried one after the other
 SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell, from TRIED_FIRST on
 TRIED_FIRST = 7
 PARTS = 5  # kept out in turn
@@ -230,10 +231,14 @@ def _held_out(sums, smoothness):
     return score
 
 
-def _penalty(sums, smoothness):
-    """Band of the penalty; smoothness 1 weighs as the data of one cell."""
+def _penalty(sums, smoothness, ties=True):
+    """Band of the penalty, with or without far ties; smoothness 1 weighs as the data of
+    one cell."""
     of_a_cell = sums.weights.sum() / max(np.count_nonzero(sums.cells), 1)
-    return smoothness * of_a_cell * _penalty_band(sums.shape)
+    band = smoothness * _penalty_band(sums.shape)
+    if ties:
+        band[0] += far_ties(sums.cells > 0)
+    return of_a_cell * band
 
 
 @lru_cache(maxsize=len(CELLS))
@@ -255,7 +260,8 @@ def _uncertainty(field):
     normal matrix with polynomials free: the covariance of one coordinate's control
     values in units of its square."""
     sums = field.sums
-    normal, penalty = sums.band(slice(None)), _penalty(sums, field.smoothness)
+    normal = sums.band(slice(None))
+    penalty = _penalty(sums, field.smoothness, ties=False)
     polynomials = free_polynomials(sums.shape)
     count = len(polynomials)
     solved = _solved(

@@ -1,0 +1,133 @@
+"""A camera of smooth rays from pictures of boards or active grids, without a guess.
+
+The trend is a lens formula fitted to the same boards, of the laws that lead to a
+camera; where none does, the radial law nearest to the rays of the generic method. The
+field on top of it is fitted to the corners themselves. Of several trends that one is
+taken on which kept-out boards are predicted best.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.generic import calibrate_generic
+from raxel.calibration.lens_formula import LAWS, calibrate_lens
+from raxel.calibration.smooth_adjustment import (
+    FEWEST_CORNERS,
+    SplineAdjustment,
+    adjust_spline,
+)
+from raxel.calibration.smooth_trend import trend_of_rays
+from raxel.calibration.zhang import found_corners
+from raxel.cameras.ray_spline import RaySplineCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, transform
+
+THINNED = 2000  # rays of a table that a trend is fitted to
+
+
+class SplineCalibration(NamedTuple):
+    """camera: RaySplineCamera, its frame the trend's; T_camera_grid (m, 4, 4): poses of
+    the boards in `used` (indices of views). left_out: {index: reason}.
+
+    share_with_ray: share of the image's pixels that have a ray; share_covered: of those
+    that lie in a cell in which a corner was found: elsewhere the rays are the trend's.
+    wrong_corners: {index: how many corners were left out as wrong}; trend: what it was
+    fitted as; adjustment: SplineAdjustment.
+    """
+
+    camera: RaySplineCamera
+    T_camera_grid: np.ndarray
+    used: list
+    left_out: dict
+    share_with_ray: float
+    share_covered: float
+    wrong_corners: dict
+    trend: str
+    adjustment: SplineAdjustment
+
+
+class _Start(NamedTuple):
+    name: str
+    trend: object
+    T_camera_grid: dict  # of boards by index
+    left_out: dict
+
+
+def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
+    """Smooth rays from two or more views of a planar board.
+
+    views: BoardViews or DenseViews, of which only the corners (the lattice's pixels)
+    that were found count, all alike; width, height: the image in px. rng, units, side:
+    of the generic method (`calibrate_generic`), which begins where no lens formula
+    fits.
+
+    Returns SplineCalibration. Raises InputError as `calibrate_zhang` does;
+    CalibrationError where no trend is found, or the views do not determine a field.
+    """
+    corners = [found_corners(view) for view in views]
+    starts, faults = [], []
+    for law in LAWS:
+        try:
+            found = calibrate_lens(views, width, height, law, pupil="fixed")
+        except CalibrationError as fault:
+            faults.append(str(fault))
+            continue
+        poses = dict(enumerate(found.T_camera_grid))
+        starts.append(_Start(law, found.camera, poses, {}))
+    if not starts:
+        try:
+            starts = [_generic_start(views, width, height, rng, units, side)]
+        except CalibrationError as fault:
+            raise CalibrationError(
+                "smooth rays: no trend to begin with: "
+                + "; ".join([*faults, str(fault)])
+            ) from None
+    fits = []
+    for start in starts:
+        try:
+            fits.append(_adjusted(start, corners, width, height))
+        except CalibrationError as fault:
+            faults.append(str(fault))
+    if not fits:
+        raise CalibrationError(faults[-1])
+    return min(fits, key=lambda fit: min(fit.adjustment.held_out_px.values()))
+
+
+def _generic_start(views, width, height, rng, units, side):
+    found = calibrate_generic(views, width, height, rng=rng, units=units, side=side)
+    v, u = np.nonzero(found.camera.mask)
+    v, u = (a[:: 1 + len(u) // THINNED] for a in (v, u))
+    rays = found.camera.directions[v, u]
+    pixels = np.column_stack([u, v]).astype(float)
+    trend = trend_of_rays(pixels, rays, width, height)
+    T_trend_rays = pose(trend.R_rays_trend.T, np.zeros(3))
+    poses = dict(zip(found.used, T_trend_rays @ found.T_camera_grid, strict=True))
+    return _Start("rays", trend.camera, poses, dict(found.left_out))
+
+
+def _adjusted(start, corners, width, height):
+    """SplineCalibration on one trend, of the boards of which it images enough."""
+    used, left_out = [], dict(start.left_out)
+    for k, T in start.T_camera_grid.items():
+        flat = np.pad(corners[k][1], ((0, 0), (0, 1)))
+        count = np.count_nonzero(start.trend.project(transform(T, flat)).valid)
+        if count < FEWEST_CORNERS:
+            left_out[k] = f"the trend images {count} of its corners"
+        else:
+            used.append(k)
+    poses = np.array([start.T_camera_grid[k] for k in used]).reshape(-1, 4, 4)
+    found = adjust_spline(start.trend, poses, [corners[k] for k in used], width, height)
+    wrong = {
+        k: int(np.count_nonzero(out))
+        for k, out in zip(used, found.outliers, strict=True)
+        if out.any()
+    }
+    v, u = np.mgrid[:height:4, :width:4]
+    pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
+    return SplineCalibration(
+        found.camera, found.T_camera_grid, used, left_out,
+        float(np.mean(found.camera.rays(pixels).valid)),
+        float(np.mean(found.camera.covers(pixels))),
+        wrong, start.name, found,
+    )  # fmt: skip

@@ -1,0 +1,161 @@
+"""Smooth rays directly from corners: exact, consistent, honest, and without a guess."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration import BoardView, calibrate_spline
+from raxel.calibration import smooth_equations as linear_part
+from raxel.calibration.smooth_adjustment import adjust_spline
+from raxel.calibration.smooth_equations import CornersOfBoards, grid_of
+from raxel.cameras import KannalaBrandtCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector
+from tests.smooth_fields import (
+    LENS,
+    H,
+    W,
+    bent,
+    boards,
+    disturbed,
+    misfit_px,
+    positions,
+)
+
+N_BOARDS = 12
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def scene(seed, sd_px, count=N_BOARDS):
+    rng = np.random.default_rng(seed)
+    camera = bent(seed=seed)
+    seen, poses = boards(camera, rng, count, sd_px)
+    return camera, seen, disturbed(poses, rng), rng
+
+
+def test_the_equations_are_the_derivatives_of_the_errors():
+    """Of corners' errors with control values and poses, by differences."""
+    camera, seen, poses, rng = scene(1, 0.3, count=3)
+    pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
+    board = np.repeat(np.arange(3), 48)
+    corners = CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+    grid = grid_of(8, W, H, pixels)
+    start = np.ascontiguousarray(camera.control)
+    first = linear_part.linearised(LENS, poses, corners, start, grid)
+    step = 1e-5
+
+    def changed(control, moved):
+        found = linear_part.linearised(LENS, moved, corners, control, grid)
+        return (found.off - first.off) / step
+
+    direction = rng.normal(size=start.shape)
+    found = changed(start + step * direction, poses)
+    index, share = linear_part.shares(first.place, grid.shape, grid.spacing)
+    lifted = np.sum(share[..., None] * direction.reshape(-1, 2)[index], axis=1)
+    expected = (first.white @ lifted[..., None])[..., 0]
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+    move = rng.normal(size=6) * [0.01, 0.01, 0.01, 1, 1, 1]
+    R = poses[:, :3, :3]
+    turned = R @ rotation_from_vector(step * move[:3])
+    moved = pose(turned, poses[:, :3, 3] + step * (R @ move[3:]))
+    expected = -(first.white @ (first.by_pose @ move)[..., None])[..., 0]
+    np.testing.assert_allclose(changed(start, moved), expected, atol=1e-3)
+    turn = rotation_from_vector(step * np.array([0.3, -0.2, 0.1]))
+    about = pose(turn, np.zeros(3)) @ poses
+    turning = (first.by_turn @ [0.3, -0.2, 0.1])[..., None]
+    expected = -(first.white @ turning)[..., 0]
+    np.testing.assert_allclose(changed(start, about), expected, atol=1e-3)
+
+
+def test_exact_corners_of_a_camera_it_can_be_are_met():
+    camera, seen, start, _ = scene(2, 0, count=20)
+    found = adjust_spline(LENS, start, seen, W, H)
+    assert rms(np.concatenate(found.residuals_px)) < 2e-3
+    pixels = np.concatenate([pixels for pixels, _ in seen])
+    assert rms(misfit_px(found.camera, camera, pixels)) < 0.02
+
+
+def test_exact_corners_of_the_trend_leave_no_field():
+    rng = np.random.default_rng(3)
+    seen, poses = boards(LENS, rng, N_BOARDS, 0)
+    found = adjust_spline(LENS, disturbed(poses, rng), seen, W, H)
+    fresh = positions(rng, 500)
+    assert np.abs(found.camera.displacement(fresh)).max() < 1e-4
+    np.testing.assert_allclose(found.T_camera_grid, poses, atol=1e-3)
+
+
+def test_noise_falls_with_more_boards_and_is_stated():
+    """The field is consistent: four times the boards, about half of the error."""
+    errors, normalised, sds = {8: [], 32: []}, [], []
+    for count, of_count in errors.items():
+        for seed in range(3):
+            camera, seen, start, rng = scene(seed, 0.2, count)
+            found = adjust_spline(LENS, start, seen, W, H)
+            fresh = positions(rng, 400)
+            fresh = fresh[found.camera.covers(fresh)]
+            off = misfit_px(found.camera, camera, fresh)
+            of_count.append(rms(off))
+            stated = np.linalg.inv(found.camera.pixel_covariance(fresh))
+            normalised.append(np.mean(np.einsum("ni,nij,nj->n", off, stated, off)) / 2)
+            sds.append(found.sd_px)
+    assert np.median(errors[32]) < 0.7 * np.median(errors[8])
+    assert 0.1 < np.median(normalised) < 1.5
+    np.testing.assert_allclose(np.mean(sds), 0.2, rtol=0.05)
+
+
+def test_the_field_turns_no_rays():
+    _, seen, start, _ = scene(4, 0.2)
+    found = adjust_spline(LENS, start, seen, W, H)
+    pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
+    board = np.repeat(np.arange(N_BOARDS), 48)
+    corners = CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+    grid = grid_of(found.cells, W, H, pixels)
+    control = np.ascontiguousarray(found.camera.control)
+    parts = linear_part.linearised(LENS, found.T_camera_grid, corners, control, grid)
+    field = found.camera.displacement(parts.place)
+    for axis in range(3):
+        turn = parts.by_turn[:, :, axis]
+        alike = np.vdot(turn, field) / np.linalg.norm(turn) / np.linalg.norm(field)
+        assert abs(alike) < 0.02
+
+
+def test_wrong_corners_are_left_out_and_named():
+    _, seen, start, _ = scene(5, 0.2)
+    seen[3][0][[4, 9]] += [[12.0, -7.0], [5.0, 9.0]]
+    found = adjust_spline(LENS, start, seen, W, H)
+    assert np.flatnonzero(found.outliers[3]).tolist() == [4, 9]
+    assert sum(np.count_nonzero(out) for out in found.outliers) == 2
+    np.testing.assert_allclose(found.residuals_px[3][4], [12, -7], atol=1.0)
+
+
+def test_no_guess_is_needed_and_kept_out_boards_are_predicted():
+    camera, seen, _, rng = scene(6, 0.15)
+    views = [BoardView(pixels, points, 8, 6, f"{k}") for k, (pixels, points) in
+             enumerate(seen)]  # fmt: skip
+    found = calibrate_spline(views, W, H, rng=rng)
+    assert found.used == list(range(N_BOARDS))
+    assert found.left_out == {}
+    assert found.wrong_corners == {}
+    assert found.share_with_ray > 0.99
+    assert 0.5 < found.share_covered <= 1
+    pixels = np.concatenate([pixels for pixels, _ in seen])
+    assert rms(misfit_px(found.camera, camera, pixels)) < 0.4
+    assert found.camera.covers(pixels).all()
+    held_out = found.adjustment.held_out_px
+    assert min(held_out.values()) < 1.2 * np.sqrt(2) * 0.15
+    assert found.adjustment.cells > 4
+
+
+def test_one_board_and_boards_out_of_view_are_refused():
+    _, seen, start, _ = scene(7, 0.1, count=2)
+    with pytest.raises(CalibrationError, match="boards to adjust with: 1; two or more"):
+        adjust_spline(LENS, start[:1], seen[:1], W, H)
+    behind = start.copy()
+    behind[1, :3, 3] = [0, 0, -300.0]
+    narrow = KannalaBrandtCamera(
+        [1, -0.03], (120, 120), (162, 118), W, H, max_angle=1.5
+    )
+    with pytest.raises(CalibrationError, match="board 1: the trend images 0 of its"):
+        adjust_spline(narrow, behind, seen, W, H)
