@@ -37,7 +37,8 @@ def penalty_matrix(shape):
 def far_ties(covered):
     """(K,) FAR for control values about whose middle no cell is covered, else 0.
 
-    covered: (rows - 3, columns - 3) bool, cells in which something was measured. Cells beyond the image count as their neighbours in it.
+    covered: (rows - 3, columns - 3) bool, cells in which something was measured. Cells
+    beyond the image count as their neighbours in it.
     """
     framed = np.pad(covered, 2, mode="edge")
     pairs = framed[:-1] | framed[1:]
