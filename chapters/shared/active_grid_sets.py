@@ -25,28 +25,25 @@ class SeenGrid(NamedTuple):
     T_camera_grid: np.ndarray
 
 
-def decoded_grids(folder, into=None, **options):
-    """Yield (name, Decoded) of each view of a rendered set.
+def decoded_grids(folder, count=None, **options):
+    """Yield (name, Decoded) of each view of a rendered set, or of the first `count`.
 
-    into: a Decoded to write over (`decode`): the last one is then lost with the next.
     options: of `decode`.
     """
     image_set = load_set(folder)
-    for view in image_set.views:
+    for view in image_set.views[:count]:
         pictures = np.array(
             [read_image(image_set, shown.image) for shown in view.patterns]
         )
         target = image_set.target
-        found = decode(
-            pictures, view.patterns, target, into=into, **options
-        )
+        found = decode(pictures, view.patterns, target, **options)
         yield view.label, found
 
 
-def seen_grids(folder, **options):
-    """Yield the `SeenGrid` of each view of a rendered set."""
+def seen_grids(folder, count=None, **options):
+    """Yield the `SeenGrid` of each view of a rendered set, as `decoded_grids`."""
     poses = true_poses(folder)
-    for name, found in decoded_grids(folder, **options):
+    for name, found in decoded_grids(folder, count, **options):
         with np.load(folder / "truth" / f"{name}.npz") as truth:
             points = truth["points_mm"]
         yield SeenGrid(name, found, points, poses[name])

@@ -1,0 +1,54 @@
+"""What the exercises of section 4.3.2 compare an answer with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+NEAR_MM, STEP_MM, SD_MM = 100.0, 20.0, 0.04
+PUBLISHED = {"standard": 3.22, "CGSP": 0.19}
+
+
+def lever_task():
+    """A line through three points is carried back to the centre: its variance there is
+    that of the mean, and that of the slope times the squared distance."""
+    distances = NEAR_MM + STEP_MM * np.arange(3)
+    middle = distances.mean()
+    spread = np.sum((distances - middle) ** 2)
+    return {
+        "expected": lambda: SD_MM * np.sqrt(1 / 3 + middle**2 / spread),
+        "hint": "what is the variance of a fitted line far from its points?",
+        "slips": {
+            "That is the error of the mean, where the points are.": lambda: (
+                SD_MM / np.sqrt(3)
+            ),
+            "The mean has an error too.": lambda: (
+                SD_MM * middle / np.sqrt(spread)
+            ),
+        },
+    }
+
+
+def kurtosis_task():
+    """Mardia's kurtosis of a Gaussian of d coordinates is d (d + 2)."""
+    return {
+        "expected": lambda: 3 * 5,
+        "hint": "the fourth moment of the length of a standard Gaussian vector",
+        "slips": {
+            "That is the one of two coordinates.": lambda: 2 * 4,
+            "That is the one of a single coordinate.": lambda: 3,
+        },
+    }
+
+
+def ratio_task():
+    """The thesis says about 16 times; its table has 3.22 and 0.19 mm."""
+    return {
+        "expected": lambda: PUBLISHED["standard"] / PUBLISHED["CGSP"],
+        "hint": "take both means before adjustment from the published table",
+        "slips": {
+            "That is the ratio after adjustment.": lambda: 1.16 / 0.13,
+            "That is the share, not the ratio.": lambda: (
+                PUBLISHED["CGSP"] / PUBLISHED["standard"]
+            ),
+        },
+    }

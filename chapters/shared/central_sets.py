@@ -1,0 +1,125 @@
+"""The two cameras of section 4.3 before their active grids: sets, rays, truth."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.active_grid_sets import (
+    decoded_grids,
+    true_camera,
+    true_poses,
+)
+from raxel.calibration import linear_cgsp
+from raxel.cameras import closest_point
+from raxel.geometry import inverse_pose, transform
+
+OMNI, FISH = "omnidirectional", "fisheye"
+RIGS = {OMNI: "onevr-d70", FISH: "coolpix-4500-fce8"}
+SMALL = {"quick": "-small", "full": ""}
+SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+LINEAR_GRIDS = 3  # 4.3.1
+MOST_RAYS = 20_000  # 4.1.2
+# Literals, which the workflow reads without running them.
+GRID_SETS = {
+    "quick": ("onevr-d70-small/0", "coolpix-4500-fce8-small/0"),
+    "full": (
+        "onevr-d70/0", "onevr-d70/1", "onevr-d70/2",
+        "coolpix-4500-fce8/0", "coolpix-4500-fce8/1", "coolpix-4500-fce8/2",
+    ),
+}  # fmt: skip
+GRID_RIGS = (
+    "data/rigs/onevr-d70.yaml",
+    "data/rigs/onevr-d70-small.yaml",
+    "data/rigs/coolpix-4500-fce8.yaml",
+    "data/rigs/coolpix-4500-fce8-small.yaml",
+)
+
+
+class SharedRays(NamedTuple):
+    """Rays that meet the three grids of the linear stage.
+
+    points: (3, N, 2) mm, where they meet each; pixels: (N, 2); found: how many there
+    are in all, of which at most MOST_RAYS are here; left_out: share of these that the
+    RANSAC stage has taken for outliers.
+    """
+
+    points: np.ndarray
+    pixels: np.ndarray
+    found: int
+    left_out: float
+
+
+class TrueGrids(NamedTuple):
+    """What is true of a set, in the frame of its base grid, for scoring.
+
+    centre: (3,) the point nearest to the rays that are scored; T_base_grid: (3, 4, 4);
+    scatter_mm: RMS distance of these rays from it.
+    """
+
+    centre: np.ndarray
+    T_base_grid: np.ndarray
+    scatter_mm: float
+
+
+def grid_conditions(effort):
+    """A condition for every rendered set of both cameras."""
+    return [
+        {
+            "camera": camera,
+            "rig": RIGS[camera] + SMALL[effort],
+            "seed": seed,
+        }
+        for camera in RIGS
+        for seed in SEEDS[effort]
+    ]
+
+
+def first_points(folder, count=LINEAR_GRIDS):
+    """Decoded points (count, H * W, 2) of the first grids, NaN where there is none."""
+    points = []
+    for _, found in decoded_grids(folder, count):
+        seen = np.where(found.mask[..., None], found.location, np.nan)
+        points.append(seen.reshape(-1, 2))
+    return np.array(points)
+
+
+def shared_rays(points, width, rng, most=MOST_RAYS):
+    """The SharedRays of decoded points (3, H * W, 2), without outliers.
+
+    The RANSAC stage is that of the homographies between grids (4.3.1): a ray whose
+    points do not fit one of them is left out, for all methods alike.
+    """
+    common = np.flatnonzero(np.isfinite(points[..., 0]).all(axis=0))
+    chosen = common
+    if len(common) > most:
+        chosen = np.sort(rng.choice(common, most, replace=False))
+    some = points[:, chosen].astype(float)
+    good = (
+        linear_cgsp(some, robust="ransac", rng=rng).inliers[1:].all(axis=0)
+    )
+    kept = chosen[good]
+    pixels = np.column_stack([kept % width, kept // width]).astype(float)
+    return SharedRays(some[:, good], pixels, len(common), 1 - good.mean())
+
+
+def true_grids(camera, T_camera_grid, pixels):
+    """The TrueGrids of a camera, poses of the three grids, and rays of pixels."""
+    T_base = inverse_pose(T_camera_grid[0])
+    rays = camera.rays(pixels)
+    centre = closest_point(rays)
+    reach = rays.origins - centre
+    along = np.sum(reach * rays.directions, axis=1, keepdims=True)
+    across = reach - along * rays.directions
+    return TrueGrids(
+        transform(T_base, centre),
+        np.array([T_base @ T for T in T_camera_grid]),
+        float(np.sqrt(np.mean(np.sum(across**2, axis=1)))),
+    )
+
+
+def true_grids_of_set(folder, pixels):
+    """The TrueGrids of a rendered set."""
+    poses = list(true_poses(folder).values())[:LINEAR_GRIDS]
+    return true_grids(true_camera(folder), poses, pixels)
