@@ -157,7 +157,7 @@ def turn_rows(first, stop, height, plan, smooth, rows):
     """
     count, width = rows.turn.shape[0], rows.turn.shape[2]
     breaks, mixed = np.empty(width, np.uint8), np.ones(width, np.uint8)
-    sums = np.empty((count, 2, 2, width), np.float32)
+    sums = np.zeros((count, 2, 2, width), np.float32)
     marked, out = np.zeros(-(-width // 8) * 8, np.uint8), np.empty(width, np.int64)
     for y in range(first, stop):
         k = y % len(rows.bad)
