@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
@@ -47,7 +49,7 @@ def corner_trial(condition, rng):
     corners and their residuals, once as they are and once (`true_lens`) as though the
     true lens had taken the distortion out.
     """
-    camera = calibrated(condition)
+    camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))
     image_set, view = capture_of(
         condition["rig"], condition["seed"], condition["pose"]
@@ -110,9 +112,10 @@ def in_bits(picture, bits):
     return picture if bits == 8 else picture.astype(np.uint16) * 257
 
 
-def calibrated(condition):
-    """The camera that Zhang's method finds in pictures of a board."""
-    boards = load_set(rendered_set(condition["boards"], condition["seed"]))
+@cache
+def calibrated(rig, seed):
+    """The camera that Zhang's method finds in a rig's pictures of a board."""
+    boards = load_set(rendered_set(rig, seed))
     found = detect_boards(
         boards, DEFAULT_DETECTOR, boards.views, lambda line: None
     )

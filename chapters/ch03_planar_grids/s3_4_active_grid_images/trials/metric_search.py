@@ -6,6 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
+from raxel.features.active_grid.lookup import nearest_pixels
+
 NEAREST = 12  # pixels of which four are chosen
 LEAST_SINE = 0.05  # of the angles of a triangle that counts as one
 HALF = 3  # of the window of the local fit, px
@@ -80,11 +82,9 @@ def windows_about(grid, places):
     location = np.where(grid.mask[..., None], grid.location, np.nan)
     step = np.nanmedian(np.linalg.norm(np.diff(location, axis=1), axis=2))
     height, width = grid.mask.shape
-    for place in places:
-        away = np.linalg.norm(location - place, axis=2)
-        nearest = np.nanargmin(away)
-        v, u = divmod(int(nearest), width)
-        if away[v, u] > 2 * step:
+    nearest = nearest_pixels(np.ascontiguousarray(location), places)
+    for place, (u, v) in zip(places, nearest, strict=True):
+        if u < 0 or np.linalg.norm(location[v, u] - place) > 2 * step:
             yield place, None
             continue
         rows = slice(max(v - HALF, 0), min(v + HALF + 1, height))

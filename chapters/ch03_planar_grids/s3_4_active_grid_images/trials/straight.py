@@ -44,11 +44,17 @@ def T_world_camera(view):
 
 
 @cache
+def furnished():
+    """The room, whose textures take a while to lay out."""
+    return room()
+
+
+@cache
 def room_light(rig, view):
     """Light of the room on the sensor, (H, W, 3) of the view that is coloured."""
     laboratory = rig_of(rig).laboratory()
     return laboratory.irradiance(
-        room(), T_world_camera(view), colour=view == COLOURED
+        furnished(), T_world_camera(view), colour=view == COLOURED
     )
 
 
@@ -139,7 +145,7 @@ def true_pose(image_set, view):
 
 def room_edges():
     """The room's straight edges that are longer than half a metre, (n, 2, 3) mm."""
-    edges = room().straight_edges
+    edges = furnished().straight_edges
     return edges[np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) > 500]
 
 
@@ -179,7 +185,7 @@ def not_hidden(eye, points):
     nearest = np.min(
         [
             part.hit(eye[None], lines / far[:, None]).distance
-            for part in room().surfaces
+            for part in furnished().surfaces
         ],
         axis=0,
     )

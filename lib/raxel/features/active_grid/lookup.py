@@ -39,7 +39,7 @@ def pixels_of(location, points):
     where no four pixels about it have a location, or all see it from one side only.
     """
     points = np.asarray(points, float)
-    nearest = _nearest(np.ascontiguousarray(location, np.float32), points)
+    nearest = nearest_pixels(np.ascontiguousarray(location, np.float32), points)
     found = [
         _between(location, pixel, point) if pixel[0] >= 0 else np.full(2, np.nan)
         for pixel, point in zip(nearest, points, strict=True)
@@ -47,10 +47,10 @@ def pixels_of(location, points):
     return np.array(found).reshape(-1, 2)
 
 
-def _nearest(location, points):
-    """The pixel (N, 2), u and v, that sees nearest to each point; -1 for none.
+def nearest_pixels(location, points):
+    """The pixel (N, 2), u and v, that sees nearest to each point (N, 2); -1 for none.
 
-    Points are sorted into as many square cells as there are points, and a pixel is
+    location: (H, W, 2) float32 in one piece, NaN where there is none. Points are sorted into as many square cells as there are points, and a pixel is
     compared with those in its own cell and the eight around it.
     """
     low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
