@@ -50,8 +50,9 @@ def pixels_of(location, points):
 def nearest_pixels(location, points):
     """The pixel (N, 2), u and v, that sees nearest to each point (N, 2); -1 for none.
 
-    location: (H, W, 2) float32 in one piece, NaN where there is none. Points are sorted into as many square cells as there are points, and a pixel is
-    compared with those in its own cell and the eight around it.
+    location: (H, W, 2) float32 in one piece, NaN where there is none. Points are
+    sorted into as many square cells as there are points, and a pixel is compared with
+    those in its own cell and the eight around it.
     """
     low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
     side = extent / np.sqrt(len(points)) or ANYWHERE
