@@ -14,6 +14,7 @@ REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
 SQUARE = 32  # px; in each such square of the picture a bias is taken as the same
 ROWS_A_CALL = 16
+ROWS_A_PIECE = 8  # worked through as one, where no pixel looks at another row
 KEPT = 24  # rows in a ring: those of a call, as many as AHEAD before and behind
 
 
@@ -53,8 +54,8 @@ class Rows(NamedTuple):
     most distance; bad, why a pixel is not decoded; beside and below, whether it breaks
     with the next pixel; crossed, either or bad.
 
-    Rows to work in: (A, W): level, the mean grey value, and second least distance;
-    (W,): apart, the distance of one picture.
+    Rows to work in, of ROWS_A_PIECE times W: level, the mean grey value, and second
+    least distance, of each axis; apart, the distance of one picture.
     """
 
     sine: np.ndarray
@@ -76,7 +77,8 @@ class Rows(NamedTuple):
 
 def empty_rows(axes, width, dtype):
     """Rows for pictures of this width and type."""
-    ring, three, own = (KEPT, width), (axes, KEPT, width), (axes, width)
+    ring, three = (KEPT, width), (axes, KEPT, width)
+    piece = ROWS_A_PIECE * width
     return Rows(
         *(np.zeros(three, np.float32) for _ in range(4)),
         np.zeros(three, np.uint16),
@@ -84,7 +86,7 @@ def empty_rows(axes, width, dtype):
         np.zeros(three, dtype),
         np.zeros(ring, dtype),
         *(np.zeros(ring, np.uint8) for _ in range(4)),
-        np.zeros(own, np.float32),
-        np.zeros(own, dtype),
-        np.zeros(width, dtype),
+        np.zeros((axes, piece), np.float32),
+        np.zeros((axes, piece), dtype),
+        np.zeros(piece, dtype),
     )

@@ -9,7 +9,13 @@ from run to run, and made again when this file changes, not when another one doe
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid.layout import DARK, DECODED, SATURATED, UNREADABLE
+from raxel.features.active_grid.layout import (
+    DARK,
+    DECODED,
+    ROWS_A_PIECE,
+    SATURATED,
+    UNREADABLE,
+)
 
 # A pixel is dark below so many standard deviations of its noise.
 LEAST_CONTRAST = np.float32(7.0)
@@ -23,17 +29,19 @@ _TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns in a squared radian
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_gray(images, y, pairs, distant, apart, code, least, second, most):
-    """One row of Gray code: the cell, and how far apart pictures and inverses are.
+def _read_gray(images, part, pairs, apart, code, least, second, most):
+    """Gray code: the cell, and how far apart pictures and inverses are.
 
-    least, second, most: the smallest, second smallest and largest distance, `distant`
-    where there are not so many; the last one is of all axes and not begun anew.
+    least, second, most: the smallest, second smallest and largest distance, the largest
+    value there is where there are not so many; the last one is of all axes and not
+    begun anew.
     """
+    distant = np.iinfo(apart.dtype).max
     code[:] = 0
     least[:] = distant
     second[:] = distant
     for k in range(len(pairs)):
-        light, dark = images[pairs[k, 0], y], images[pairs[k, 1], y]
+        light, dark = images[pairs[k, 0], part], images[pairs[k, 1], part]
         for x in range(len(code)):
             one = light[x] > dark[x]
             apart[x] = light[x] - dark[x] if one else dark[x] - light[x]
@@ -49,14 +57,14 @@ def _read_gray(images, y, pairs, distant, apart, code, least, second, most):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weigh(images, y, steps, weights, out):
-    """out (W,) float32: a weighted sum of a row of the steps, two at a time."""
+def _weigh(images, part, steps, weights, out):
+    """out (W,) float32: a weighted sum of the steps, two at a time."""
     begun = False
     for k in range(0, len(steps), 2):
         p, q = weights[k], weights[k + 1]
         if p == _ZERO and q == _ZERO:
             break
-        a, b = images[steps[k], y], images[steps[k + 1], y]
+        a, b = images[steps[k], part], images[steps[k + 1], part]
         if begun:
             for x in range(len(out)):
                 out[x] += p * np.float32(a[x]) + q * np.float32(b[x])
@@ -67,9 +75,9 @@ def _weigh(images, y, steps, weights, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_saturated(images, y, steps, white, bad):
+def _mark_saturated(images, part, steps, white, bad):
     for k in range(0, len(steps), 2):
-        a, b = images[steps[k], y], images[steps[k + 1], y]
+        a, b = images[steps[k], part], images[steps[k + 1], part]
         for x in range(len(bad)):
             full = (a[x] >= white) | (b[x] >= white)
             bad[x] = SATURATED if full else bad[x]
@@ -128,43 +136,51 @@ def _either(first, second, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_row(images, y, plan, white, noise, rows):
-    """All that one row's own pixels say, into the rows kept."""
+def _read_piece(images, y, count, plan, white, noise, rows):
+    """All that the own pixels of some rows say, into the rows kept, in one piece."""
+    width, k = rows.bad.shape[1], y % len(rows.bad)
+    piece, size = slice(k * width, (k + count) * width), count * width
+    images, part = images.reshape(len(images), -1), slice(y * width, y * width + size)
     most, bad, beside = rows.most, rows.bad, rows.beside
-    k, distant = y % len(most), most.dtype.type(np.iinfo(most.dtype).max)
-    most[k] = 0
-    bad[k] = DECODED
+    most, bad = most.reshape(-1)[piece], bad.reshape(-1)[piece]
+    most[:] = 0
+    bad[:] = DECODED
     for axis in range(len(plan.bits)):
-        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis]
+        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, :size]
         if bits:
-            own, code = plan.pairs[axis, :bits], rows.code[axis, k]
-            far = rows.least[axis, k], rows.second[axis], most[k]
-            _read_gray(images, y, own, distant, rows.apart, code, *far)
+            code = rows.code[axis].reshape(-1)[piece]
+            least = rows.least[axis].reshape(-1)[piece]
+            far = rows.apart[:size], code, least, rows.second[axis, :size], most
+            _read_gray(images, part, plan.pairs[axis, :bits], *far)
         if used:
             own, share = plan.steps[axis, :, :used], plan.weights[axis]
-            sine, cosine = rows.sine[axis, k], rows.cosine[axis, k]
-            _weigh(images, y, own[0], share[0], sine)
-            _weigh(images, y, own[1], share[1], cosine)
-            _weigh(images, y, own[2], share[2], level)
-            _to_unit_length(sine, cosine, rows.variance[axis, k])
+            sine = rows.sine[axis].reshape(-1)[piece]
+            cosine = rows.cosine[axis].reshape(-1)[piece]
+            _weigh(images, part, own[0], share[0], sine)
+            _weigh(images, part, own[1], share[1], cosine)
+            _weigh(images, part, own[2], share[2], level)
+            _to_unit_length(sine, cosine, rows.variance[axis].reshape(-1)[piece])
         else:
             light, dark = plan.pairs[axis, 0]
-            _mean_row(images[light, y], images[dark, y], level)
+            _mean_row(images[light, part], images[dark, part], level)
     for axis in range(len(plan.bits)):
-        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis]
+        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, :size]
         if bits:
-            _mark_code(level, rows.second[axis], most[k], *noise, bad[k])
+            _mark_code(level, rows.second[axis, :size], most, *noise, bad)
         if used:
-            strength = rows.variance[axis, k]
-            _mark_weak(level, *noise, plan.spread[axis], strength, bad[k])
-            _mark_saturated(images, y, plan.steps[axis, 2, :used], white, bad[k])
+            strength = rows.variance[axis].reshape(-1)[piece]
+            _mark_weak(level, *noise, plan.spread[axis], strength, bad)
+            _mark_saturated(images, part, plan.steps[axis, 2, :used], white, bad)
     # Breaks to the right; the picture's border is one.
-    beside[k, -1] = 1
-    _either(bad[k, :-1], bad[k, 1:], beside[k, :-1])
+    to_right = beside.reshape(-1)[piece][:-1]
+    _either(bad[:-1], bad[1:], to_right)
     for axis in range(len(plan.bits)):
-        s, c, code = rows.sine[axis, k], rows.cosine[axis, k], rows.code[axis, k]
+        s = rows.sine[axis].reshape(-1)[piece]
+        c = rows.cosine[axis].reshape(-1)[piece]
+        code = rows.code[axis].reshape(-1)[piece]
         here, after = (s[:-1], c[:-1], code[:-1]), (s[1:], c[1:], code[1:])
-        _mark_breaks(*here, *after, plan.jump[axis], beside[k, :-1])
+        _mark_breaks(*here, *after, plan.jump[axis], to_right)
+    beside[k : k + count, -1] = 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -201,9 +217,12 @@ def read_rows(images, first, stop, plan, white, noise, rows):
     height = images.shape[1]
     if first == 0:
         rows.below[-1] = 1  # above the first row is a break
-    for y in range(first, stop):
-        _read_row(images, y, plan, white, noise, rows)
-        if y:
-            _break_below(y - 1, False, plan, rows)
-        if y == height - 1:
-            _break_below(y, True, plan, rows)
+    y, kept = first, len(rows.bad)
+    while y < stop:
+        count = min(ROWS_A_PIECE, stop - y, kept - y % kept)
+        _read_piece(images, y, count, plan, white, noise, rows)
+        y += count
+    for y in range(max(first - 1, 0), stop - 1):
+        _break_below(y, False, plan, rows)
+    if stop == height:
+        _break_below(stop - 1, True, plan, rows)
