@@ -1,0 +1,42 @@
+"""What the figure, the table, the claim and the prose of section 4.1.3 read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.ch04_central_generic.s1_3_rays.trials import FACTORS, POSED
+from repro.judge.statistics import median_interval
+from repro.page.reader import value
+
+VARIANCE, ALONE = "variance", "linear grids alone"
+
+
+def ray_error(result, weights, domain, posed):
+    """Estimate of the median error of the rays (mm) with some weights."""
+    trials = result.column(f"ray_mm.{weights}", domain=domain, posed=posed)
+    return median_interval(trials)
+
+
+def best_factor(result, domain, posed):
+    """The factor of FACTORS with the least median error."""
+    found = [
+        ray_error(result, f"{factor:g}", domain, posed).value
+        for factor in FACTORS
+    ]
+    return FACTORS[int(np.argmin(found))]
+
+
+def name_values(open_results):
+    """Name the numbers that the prose quotes."""
+    result = open_results("ext_ray_weights_trials")
+    few, *_, many = POSED
+    for posed, name in ((few, "few"), (many, "many")):
+        value(f"posed.{name}", posed)
+        value(f"factor.{name}", best_factor(result, "px", posed))
+        for weights in ("1", "4", VARIANCE, ALONE):
+            found = ray_error(result, weights, "px", posed).value
+            value(f"{name}.{weights}", found)
+    forms = open_results("exp_c4_mats_intersection")
+    value("largest", float(forms.column("printed").max()))
+    for name in ("bytes_a_ray", "least_bytes_a_ray"):
+        value(name, float(forms.column(name)[0]))

@@ -1,0 +1,72 @@
+"""What of section 4.1.4 can be counted or computed without noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.wide_angle import CENTRE_MM, RAYS, SETTINGS, draw_poses
+from raxel.calibration.relaxation import pose_vector
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+POINTS = 400
+GRIDS = (3, 4, 6, 10)
+
+
+def unknowns_trial(condition, rng):
+    """The unknowns of scheme 2, and those of scheme 1 with its rays."""
+    poses = draw_poses(rng, condition["grids"])
+    return {
+        "poses": len(pose_vector(poses)),
+        "with_rays": len(pose_vector(poses)) + 2 * RAYS,
+    }
+
+
+@experiment(
+    "exp_c4_ba_param_count",
+    artefact="sec_4_1_4",
+    shards={"quick": 1, "full": 1},
+)
+def unknowns(effort):
+    """How many numbers the adjustments move."""
+    return Plan(unknowns_trial, [{"grids": n} for n in GRIDS], 1, SETTINGS)
+
+
+def formula_trial(condition, rng):
+    """(4.16) to (4.18) beside a search for the nearest point of each ray."""
+    rays = rng.standard_normal((POINTS, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    points = CENTRE_MM + 600 * rays + rng.standard_normal((POINTS, 3))
+    reach = points - CENTRE_MM
+    depth = np.sum(rays * reach, axis=1)
+    formula = np.linalg.norm(depth[:, None] * rays - reach, axis=1)
+    return {"largest_mm": np.abs(formula - nearest(rays, reach)).max()}
+
+
+def nearest(rays, reach, rounds=90):
+    """Least distance (N,) of points from rays, by golden-section search."""
+    golden = (np.sqrt(5) - 1) / 2
+    low, high = np.zeros(len(rays)), np.full(len(rays), 1200.0)
+
+    def distance(depth):
+        return np.linalg.norm(depth[:, None] * rays - reach, axis=1)
+
+    for _ in range(rounds):
+        left = high - golden * (high - low)
+        right = low + golden * (high - low)
+        nearer = distance(left) < distance(right)
+        low, high = (
+            np.where(nearer, low, left),
+            np.where(nearer, right, high),
+        )
+    return distance((low + high) / 2)
+
+
+@experiment(
+    "exp_c4_raypoint_formula",
+    artefact="sec_4_1_4",
+    shards={"quick": 1, "full": 1},
+)
+def formula(effort):
+    """The closed form of the ray-point distance."""
+    return Plan(formula_trial, [{}], 5, {"points": POINTS})
