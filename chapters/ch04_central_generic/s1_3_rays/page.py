@@ -16,7 +16,6 @@ from chapters.ch04_central_generic.s1_3_rays.exercises import (
 from chapters.ch04_central_generic.s1_3_rays.results import name_values
 from chapters.ch04_central_generic.s1_3_rays.trials import (
     NOISE,
-    POSED,
     weights_trial,
 )
 from chapters.shared.wide_angle import SETTINGS
@@ -126,11 +125,7 @@ from repro.run.outcomes import Plan
 )
 def weights_of_rays(effort):
     """Rays by centroids, with weights."""
-    cases = [
-        {"domain": domain, "posed": posed}
-        for domain in NOISE
-        for posed in POSED
-    ]
+    cases = [{"domain": domain} for domain in NOISE]
     trials = {"quick": 3, "full": 60}[effort]
     return Plan(weights_trial, cases, trials, SETTINGS)
 

@@ -13,7 +13,7 @@ VARIANCE, ALONE = "variance", "linear grids alone"
 
 def ray_error(result, weights, domain, posed):
     """Estimate of the median error of the rays (mm) with some weights."""
-    trials = result.column(f"ray_mm.{weights}", domain=domain, posed=posed)
+    trials = result.column(f"ray_mm.{posed}.{weights}", domain=domain)
     return median_interval(trials)
 
 

@@ -102,10 +102,21 @@ def weights_trial(condition, rng):
     found = adjust_consistent(
         first, None, start.centre, start.T_base_grid, sigma=sigma
     )
+    noise = found.noise if domain == "px" else NOISE["mm"]
+    return {
+        "ray_mm": {
+            str(count): _by_weights(scene, found, noise, domain, count)
+            for count in POSED
+        }
+    }
+
+
+def _by_weights(scene, found, noise, domain, count):
+    """Errors of the rays of all grids, the others posed from count rays."""
     centre, rays = found.centre, found.directions
     poses, spreads = list(found.T_base_grid), [np.zeros((6, 6))]
     spreads += [found.covariance[at : at + 6, at : at + 6] for at in (3, 9)]
-    chosen = slice(0, condition["posed"])
+    chosen = slice(0, count)
     for j in range(LINEAR_GRIDS, ALL_GRIDS):
         T, spread = _posed(
             rays[chosen],
@@ -117,7 +128,6 @@ def weights_trial(condition, rng):
         spreads.append(spread)
     poses = np.array(poses)
     seen = np.ones(scene.noisy.shape[:2], bool)
-    noise = found.noise if domain == "px" else NOISE["mm"]
     best = centroid_weights(
         scene.noisy, seen, centre, poses, spreads, noise,
         "image" if domain == "px" else "plane",
@@ -135,7 +145,7 @@ def weights_trial(condition, rng):
             weights,
         )
         out[name] = off_true_points(scene, centre, u)
-    return {"ray_mm": out}
+    return out
 
 
 def _stepped(factor):
