@@ -61,10 +61,10 @@ from repro.run.outcomes import Plan
 # - Four rays over three grids determine all 15 unknowns, to
 #   {glue:text}`four_mm:.0e` mm in {glue:text}`scenes` scenes; three do not.
 # - Planes that are parallel determine no centre. The system says so itself:
-#   at 0° the centre would be off by {glue:text}`base.parallel_mm:.0f` mm
-#   (median), and every trial is refused.
+#   at 0° a centre, where one comes out, is off by
+#   {glue:text}`base.parallel_mm:.0f` mm (median). Every such trial is refused.
 # - RANSAC takes gross outliers out: the error stays within a factor of
-#   {glue:text}`outliers.ransac_mm.most:.2f` of that without outliers. Without
+#   {glue:text}`ransac_most:.2f` of that without outliers. Without
 #   RANSAC 5 % of them spoil the centre altogether.
 # - The precision of the SVD does not matter with noise and normalised
 #   coordinates: single precision leaves {glue:text}`svd.noisy, normalised:.3f`
@@ -184,7 +184,7 @@ from repro.run.outcomes import Plan
 
 # %%
 NOISES_PX = {"quick": [0.1, 2.0], "full": [0.1, 0.25, 0.5, 1.0, 2.0]}
-TRIALS = {"quick": 6, "full": 100}
+TRIALS = {"quick": 6, "full": 60}
 
 
 def outlier_trial(condition, rng):

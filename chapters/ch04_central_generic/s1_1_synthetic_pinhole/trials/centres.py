@@ -28,7 +28,7 @@ from repro.run.outcomes import Plan
 
 # Two plane-based solvers, by the names of the methods of chapter 4.
 SOLVERS = ("CGSP", "CGSP circle")
-TRIALS = {"quick": 8, "full": 100}
+TRIALS = {"quick": 8, "full": 60}
 NOISES_PX = {"quick": [0.1, 0.5, 2.0], "full": [0.1, 0.25, 0.5, 1.0, 2.0]}
 FIELDS_DEG = {"quick": [60, 150], "full": [60, 90, 120, 150]}
 NOISE_PX = 0.5

@@ -15,7 +15,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 NOISE_PX = 0.5
-TRIALS = {"quick": 6, "full": 100}
+TRIALS = {"quick": 6, "full": 60}
 CHOICES = {
     "as in the thesis": {},
     "circles": {"pinhole": "circle"},
