@@ -184,7 +184,7 @@ from repro.run.outcomes import Plan
 
 # %%
 NOISES_PX = {"quick": [0.1, 2.0], "full": [0.1, 0.25, 0.5, 1.0, 2.0]}
-TRIALS = {"quick": 6, "full": 60}
+TRIALS = {"quick": 6, "full": 150}
 
 
 def outlier_trial(condition, rng):
