@@ -78,7 +78,7 @@ class Growth(NamedTuple):
     start: Start
 
 
-class Adjusted(NamedTuple):
+class AdjustedBoards(NamedTuple):
     """centre (3,), T_base_grid (m, 4, 4) of the boards taken in, directions (M, 3)."""
 
     centre: np.ndarray
@@ -144,7 +144,7 @@ def adjusted(samples, boards, centre, poses, tolerance=1e-5):
     poses, directions, _, _ = bundle_adjust_fixed_centre(
         points, seen, centre, poses, tolerance=tolerance
     )
-    sines, shared = _angles(samples, boards, Adjusted(centre, poses, directions))
+    sines, shared = _angles(samples, boards, AdjustedBoards(centre, poses, directions))
     return poses, directions, float(np.sqrt(np.mean(sines[shared] ** 2)))
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from raxel.calibration.board_growth import (
     FEWEST_COMMON,
-    Adjusted,
+    AdjustedBoards,
     Start,
     adjusted,
     completed,
@@ -89,7 +89,7 @@ def calibrate_generic(
     poses, directions, _ = adjusted(
         samples, best.boards, centre, best.T_base_grid, tolerance=1e-9
     )
-    found = Adjusted(centre, poses, directions)
+    found = AdjustedBoards(centre, poses, directions)
     return completed(views, width, height, units, samples, best, found, chosen)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.calibration.board_growth import (
     FEWEST_COMMON,
-    Adjusted,
+    AdjustedBoards,
     Start,
     completed,
     grown,
@@ -67,7 +67,7 @@ def calibrate_cgsp(
 
 
 def _adjusted(views, samples, growth):
-    """Adjusted: centre, poses and rays together, wrong points with little weight."""
+    """Centre, poses and rays together; wrong points count little."""
     points, seen = samples.points[growth.boards], samples.seen[growth.boards]
     sigma = None
     if all(view.every_pixel for view in views):
@@ -77,14 +77,14 @@ def _adjusted(views, samples, growth):
     result = adjust_consistent(
         points, seen, centre, growth.T_base_grid, sigma=sigma, loss="huber"
     )
-    return Adjusted(result.centre, result.T_base_grid, result.directions)
+    return AdjustedBoards(result.centre, result.T_base_grid, result.directions)
 
 
 def _as_grown(samples, growth):
     centre = growth.start.linear.centre
     points, seen = samples.points[growth.boards], samples.seen[growth.boards]
     directions = ray_directions(points, seen, centre, growth.T_base_grid)
-    return Adjusted(centre, growth.T_base_grid, directions)
+    return AdjustedBoards(centre, growth.T_base_grid, directions)
 
 
 def _start(samples, side, pinhole, rng):

@@ -1,0 +1,183 @@
+"""Sections 4.1.1 and 4.1.2: trials that show what they say, claims that can fail."""
+
+import numpy as np
+import pytest
+
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole import claims as s1_1_claims
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole import page as s1_1_page
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import straightness
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
+    boards,
+    cameras,
+    centres,
+)
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
+    scene as fig_4_1,
+)
+from chapters.ch04_central_generic.s1_2_linear_stage import claims as s1_2_claims
+from chapters.ch04_central_generic.s1_2_linear_stage import page as s1_2_page
+from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
+    minimal,
+    outliers,
+    parallel,
+    precision,
+)
+from chapters.shared import wide_angle
+from raxel.geometry import homography_dlt
+from tests.ch02_trials import Trials
+
+
+class Sweep(Trials):
+    """Trials of several conditions, the values of each in a dictionary."""
+
+    def __init__(self, *made):
+        self.conditions = [condition for condition, _ in made]
+        self.trials_per_condition = len(next(iter(made[0][1].values())))
+
+        def values(name, condition):
+            fits = [v for c, v in made if condition.items() <= c.items()]
+            assert len(fits) == 1
+            return fits[0][name]
+
+        super().__init__(values)
+
+
+def verdicts(judge, experiment, *made):
+    return [reading.verdict for reading in judge({experiment: Sweep(*made)})]
+
+
+# 4.1.1
+
+
+@pytest.mark.parametrize("name", cameras.CAMERAS)
+def test_rays_of_every_camera_start_in_one_point_and_give_it_back(name):
+    rng = np.random.default_rng(0)
+    origins, directions = cameras.camera_of(name)(rng)
+    off = np.cross(directions, origins - wide_angle.CENTRE_MM)
+    assert np.abs(off).max() < 1e-9
+    found = s1_1_page.exact_trial({"camera": name}, rng)
+    assert max(found.values()) < 1e-8
+    assert centres.picture_trial({"camera": name}, rng)["residual"] < 1e-11
+
+
+def test_a_camera_without_distortion_is_interpolated_exactly():
+    pixels = np.random.default_rng(1).integers(150, 490, (500, 2))
+    T = np.eye(4)[None]
+    for k1, bound in ((0.0, 1e-9), (-0.1, 1.0)):
+        camera = wide_angle.radial_lens(k1=k1)
+        exact = wide_angle.back_project(camera, pixels + 0.0, T)[0][0]
+        guessed = boards.interpolated(camera, T[0], pixels, 40.0)
+        gap = np.linalg.norm(guessed - exact, axis=1)
+        assert gap.max() < bound
+    assert gap.max() > 0.01
+
+
+def test_figure_4_1_is_straight_on_the_base_grid_alone():
+    found = fig_4_1.scene_trial({}, np.random.default_rng(0))
+    assert straightness(found["synthetic"]) < 1e-12
+    assert straightness(found["picture"]) > 0.03
+    T = fig_4_1.board_pose()
+    on_board = (found["corners"].reshape(-1, 3) - T[:3, 3]) @ T[:3, :3]
+    assert np.abs(on_board[:, 2]).max() < 1e-9
+
+
+def test_the_claims_of_4_1_1_can_fail():
+    exact = [
+        ({"camera": name}, {"CGSP": [1e-9], "CGSP circle": [1e-9]})
+        for name in cameras.CAMERAS
+    ]
+    judge = s1_1_claims.judge_centres
+    assert verdicts(judge, "exp_c4_any_pinhole", *exact) == ["reproduced"]
+    exact[1][1]["CGSP circle"] = [1e-3]
+    assert verdicts(judge, "exp_c4_any_pinhole", *exact) == ["differs"]
+    for base, noise, verdict in (
+        (0.5, 0.1, "reproduced"),
+        (0.5, 0.9, "differs"),
+        (0.05, 0.01, "differs"),
+    ):
+        spread = np.linspace(0.95, 1.05, 20)
+        values = {"base_mm": base * spread, "noise_mm": noise * spread[::-1]}
+        values |= {"all_mm": spread, "gap_mm": spread}
+        judge = s1_1_claims.judge_interpolation
+        found = verdicts(judge, "exp_c4_interp_bias_centre", ({}, values))
+        assert found == [verdict]
+
+
+# 4.1.2
+
+
+def test_four_rays_have_full_rank_and_three_have_not():
+    rng = np.random.default_rng(2)
+    four, three = (minimal.minimal_trial({"rays": n}, rng) for n in (4, 3))
+    assert (four["rank"], three["rank"]) == (8, 6)
+    assert four["length_mm"] < 1e-6
+    assert three["length_mm"] is None
+    assert minimal.parameters_trial({}, rng)["determined"] == 15
+
+
+def test_spoilt_points_are_as_many_as_asked_and_lie_on_the_grid():
+    rng = np.random.default_rng(3)
+    points = rng.normal(size=(3, 4000, 2)) * [10.0, 500.0]
+    spoilt, wrong = outliers.spoil(points, 0.05, rng)
+    assert wrong.mean() == pytest.approx(0.05, abs=0.01)
+    np.testing.assert_array_equal(spoilt[~wrong], points[~wrong])
+    assert np.all(np.abs(spoilt) <= np.abs(points).max(axis=1, keepdims=True) * 1.01)
+    found = s1_2_page.outlier_trial({"noise_px": 0.5}, rng)
+    assert found["ransac_mm"] < 3 * found["clean_mm"]
+    assert not (found["spoilt_mm"] or np.inf) < 5 * found["clean_mm"]
+    assert found["wrong_kept"] < 0.1
+
+
+@pytest.mark.parametrize("which", ["base", "grids"])
+def test_planes_come_as_near_to_parallel_as_asked(which):
+    T = parallel.draw_nearly_parallel(which, 2.0, np.random.default_rng(4))
+    pair = T[[0, 1]] if which == "base" else T[[1, 2]]
+    cosine = np.abs(pair[0, :3, 2] @ pair[1, :3, 2])
+    assert np.degrees(np.arccos(cosine)) == pytest.approx(2.0)
+    condition = {"which": which, "angle_deg": 0.0}
+    found = parallel.parallel_trial(condition, np.random.default_rng(5))
+    assert found["refused"] == 1
+    assert found["named"] == (which == "base")
+    assert found["degeneracy"] < 0.03
+
+
+def test_the_plain_svd_gives_the_homography_of_the_library():
+    sight = wide_angle.draw_scene(
+        wide_angle.radial_lens(), 0.5, np.random.default_rng(6), grids=2
+    )
+    base, own = sight.noisy
+    H = precision.homography_in(np.float64, own, base, normalised=True)
+    np.testing.assert_allclose(H / H[2, 2], _unit(homography_dlt(own, base)), rtol=1e-9)
+    single = precision.homography_in(np.float32, own, base, normalised=True)
+    assert 0 < np.abs(_unit(single) / _unit(H) - 1).max() < 1e-2
+
+
+def _unit(H):
+    return H / H[2, 2]
+
+
+def test_the_claims_of_4_1_2_can_fail():
+    spread = np.linspace(0.99, 1.01, 60)
+    values = {"clean_mm": spread, "ransac_mm": 1.05 * spread}
+    judge, name = s1_2_claims.judge_ransac, "exp_c4_ransac_h"
+    for robust, plain, verdict in (
+        (1.05, 50.0, "reproduced"),
+        (1.5, 50.0, "differs"),
+        (1.05, 2.0, "differs"),
+    ):
+        values = {"clean_mm": spread, "ransac_mm": robust * spread}
+        values["spoilt_mm"] = plain * spread
+        found = verdicts(judge, name, ({"noise_px": 0.5}, values))
+        assert found == [verdict]
+    made = [
+        (
+            condition,
+            {"single_residual_mm": factor * spread, "double_residual_mm": spread},
+        )
+        for condition, factor in zip(
+            s1_2_claims.SVD_CONDITIONS.values(), (1.0, 20.0, 5.0, 1e6), strict=True
+        )
+    ]
+    judge = s1_2_claims.judge_precision
+    expected = ["differs", "reproduced", "differs", "reproduced"]
+    assert verdicts(judge, "exp_c4_svd_precision", *made) == expected
