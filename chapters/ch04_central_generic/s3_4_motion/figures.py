@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch04_central_generic.s3_4_motion.results import (
     DRAWN,
@@ -159,10 +160,9 @@ def motion_seeds(results):
             rows += [(motion, method, error) for error in trials]
         panel.set_yscale("log")
         panel.set_ylabel(labels[motion])
-        panel.set_xticks(
-            range(len(METHODS)),
-            [NAMES[m].replace(", ", ",\n") for m in METHODS],
-        )
+        panel.set_xticks(range(len(METHODS)))
+        names = [NAMES[method].replace(", ", ",\n") for method in METHODS]
+        panel.xaxis.set_major_formatter(FixedFormatter(names))
     return Drawing(
         drawn,
         columns(("motion", "method", "error"), rows),

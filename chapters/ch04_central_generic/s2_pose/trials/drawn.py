@@ -111,7 +111,8 @@ def time_trial(condition, rng):
     robust = fastest(lambda: grid_pose_ransac(*given, rng, limit))
     return {
         "three_points": ransac,
-        "standard": ransac + fastest(lambda: by_distances(*given, three)),
+        "standard": ransac
+        + fastest(lambda: by_distances(*given, three, limit, "ray-point")),
         "cgsp": fastest(lambda: linear_grid_pose(*given)),
         "cgsp_ransac": robust,
         "angular": robust + fastest(lambda: by_angles(*given, linear)),

@@ -11,11 +11,13 @@ from raxel.calibration.grid_pose import (
 )
 from raxel.calibration.three_point import (
     pose_three_point_ransac,
+    ray_errors,
     refine_pose_ray_point,
 )
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations
 
+ROUNDS = 20  # of re-estimation, as in `raxel.geometry.homography`
 ESTIMATORS = (
     "three_points",
     "standard",
@@ -47,7 +49,7 @@ def all_estimates(directions, points, rng, threshold, metric="ray-point"):
         (
             ("three_points", "standard"),
             lambda: pose_three_point_ransac(*ransac, metric=metric),
-            lambda found: by_distances(*given, found),
+            lambda found: by_distances(*given, found, threshold, metric),
         ),
         (("cgsp",), lambda: linear_grid_pose(*given)),
         (
@@ -69,13 +71,20 @@ def all_estimates(directions, points, rng, threshold, metric="ray-point"):
     return out
 
 
-def by_distances(directions, points, found):
-    """A pose with the ray-point distances (4.18) of its inliers minimised."""
-    right = found.inliers
-    T, _ = refine_pose_ray_point(
-        directions[right], points[right], found.T_camera_grid
-    )
-    return found._replace(T_camera_grid=T)
+def by_distances(directions, points, found, threshold, metric):
+    """A pose with the ray-point distances (4.18) of its inliers minimised.
+
+    Until the inliers no longer change, as the linear re-estimation goes on.
+    """
+    T, right = found.T_camera_grid, found.inliers
+    for _ in range(ROUNDS):
+        T, _ = refine_pose_ray_point(directions[right], points[right], T)
+        p = points @ T[:3, :2].T + T[:3, 3]
+        now = ray_errors(directions, p[None], metric)[0] < threshold
+        if np.array_equal(now, right) or np.count_nonzero(now) < 4:
+            break
+        right = now
+    return found._replace(T_camera_grid=T, inliers=right)
 
 
 def by_angles(directions, points, found):
