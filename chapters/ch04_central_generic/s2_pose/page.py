@@ -311,7 +311,8 @@ def noise_sweep(effort):
 # check(None, **outliers_task())
 
 # %% [markdown]
-# **3.** In how many percent of RANSAC's samples are all four pairs right?
+# **3.** Let 10 % of the pairs be wrong. In how many percent of RANSAC's
+# samples are all four pairs right?
 
 # %% tags=["active-ipynb"]
 # check(None, **sample_task())

@@ -1,0 +1,189 @@
+"""Section 4.2: estimators on one scene, planes, samples, and how claims are judged."""
+
+import numpy as np
+import pytest
+
+from chapters.ch04_central_generic.s2_pose import exercises as pose_exercises
+from chapters.ch04_central_generic.s2_pose import page as pose_page
+from chapters.ch04_central_generic.s2_pose.claims import planes as plane_claims
+from chapters.ch04_central_generic.s2_pose.claims import samples as sample_claims
+from chapters.ch04_central_generic.s2_pose.claims import simulated as noise_claims
+from chapters.ch04_central_generic.s2_pose.claims import table_4_1 as table_claims
+from chapters.ch04_central_generic.s2_pose.figures import Case
+from chapters.ch04_central_generic.s2_pose.trials import drawn, kodak, triplets
+from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimates
+from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
+from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
+from raxel.geometry import inverse_pose, pose, rotation_from_vector
+from tests.ch02_trials import Trials, flat, ran
+
+PRIMARY = {"domain": "px", "rays": "exact", "unit": "angle"}
+
+
+def test_almost_without_noise_every_estimator_is_right():
+    condition = PRIMARY | {"noise": 1e-4}
+    found = pose_page.noise_trial(condition, np.random.default_rng(0))
+    assert list(found) == ["three_points", "standard", "cgsp", "cgsp_ransac", "angular"]
+    for errors in found.values():
+        assert errors["rotation_deg"] < 1e-3
+        assert errors["translation_mm"] < 1e-2
+
+
+def test_refined_poses_are_better_than_three_points():
+    condition = PRIMARY | {"noise": 0.5, "rays": "measured on the base grid"}
+    errors = [
+        flat(pose_page.noise_trial(condition, np.random.default_rng(seed)))
+        for seed in range(8)
+    ]
+    medians = {
+        name: np.median([e[f"{name}.rotation_deg"] for e in errors])
+        for name in ("three_points", "standard", "cgsp_ransac", "angular")
+    }
+    assert medians["standard"] < medians["three_points"] / 3
+    assert medians["angular"] < medians["three_points"] / 3
+
+
+def test_a_refused_pose_says_why():
+    rays = np.tile([[0.0, 0.0, 1.0]], (10, 1))
+    found = all_estimates(rays, np.ones((10, 2)), np.random.default_rng(0), 1.0)
+    assert all(isinstance(reason, str) and reason for reason in found.values())
+
+
+def test_the_drawn_case_is_what_it_shows():
+    class Stored:
+        case = drawn.case_trial({}, None)
+
+        def arrays(self, name):
+            return [self.case[name]]
+
+    assert max(Case(Stored()).gaps()) < 1e-12
+
+
+def test_planes_are_judged_both_ways():
+    exact = flat(plane_trial({"noise": 0.0}, np.random.default_rng(1)))
+    judge = plane_claims.judge_free
+    assert judge({"exp_c4_plane_free": Trials(exact)})[0].verdict == "reproduced"
+    worse = exact | {"own.30.translation_mm": 1e-6}
+    assert judge({"exp_c4_plane_free": Trials(worse)})[0].verdict == "differs"
+    rng = np.random.default_rng(2)
+    values = {}
+    for kind in ("common", "own"):
+        for tilt in TILTS_DEG:
+            for measure in ("rotation_deg", "translation_mm"):
+                noise = np.exp(0.1 * rng.standard_normal(60))
+                values[f"{kind}.{tilt}.{measure}"] = (1 + tilt / 60) * noise
+    judge = plane_claims.judge_orientation
+    for best, verdict in ((0, "reproduced"), (60, "differs")):
+        if best:
+            for kind in ("common", "own"):
+                for measure in ("rotation_deg", "translation_mm"):
+                    a, b = f"{kind}.0.{measure}", f"{kind}.60.{measure}"
+                    values[a], values[b] = values[b], values[a]
+        found = judge({"exp_c4_plane_orientation": Trials(values)})
+        assert [r.verdict for r in found] == [verdict] * 2
+
+
+def test_triples_are_as_far_apart_as_their_name_says():
+    rng = np.random.default_rng(3)
+    pixels = rng.uniform(0, 640, (999, 2))
+    for kind, (low, high) in triplets.APART.items():
+        picks = triplets.draw_triples(pixels, kind, rng)
+        corners = pixels[picks]
+        gaps = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        assert picks.shape == (triplets.DRAWS, 3)
+        assert gaps.min() > max(low * 640, 0)
+        assert gaps.max() <= high * 640
+
+
+def test_samples_are_judged_both_ways():
+    counts = {f"{kind}.without": [9] * 100 for kind in triplets.APART}
+    judge = sample_claims.judge_no_solution
+    experiment = "exp_c4_3pt_no_solution"
+    assert {r.verdict for r in judge({experiment: Trials(counts)})} == {"reproduced"}
+    few = {name: [1] * 100 for name in counts}
+    assert {r.verdict for r in judge({experiment: Trials(few)})} == {"differs"}
+    four = {"finite.of_4_24": [100, 99], "finite.facing": [100, 100]}
+    found = sample_claims.judge_linear_always({"exp_c4_linear_always": Trials(four)})
+    assert [r.verdict for r in found] == ["differs", "reproduced"]
+    rng = np.random.default_rng(4)
+    for factor, verdict in ((10.0, "reproduced"), (1.5, "differs")):
+        errors = {
+            f"{kind}.{measure}": size * np.exp(0.1 * rng.standard_normal(80))
+            for kind, size in (("close together", factor), ("far apart", 1.0))
+            for measure in ("rotation_deg", "translation_mm")
+        }
+        found = sample_claims.judge_sensitive({"exp_c4_3pt_sensitive": Trials(errors)})
+        assert found[0].verdict == verdict
+
+
+def scenes(sizes):
+    """Trials of Table 4.1 whose errors have these medians, by estimator."""
+    rng = np.random.default_rng(5)
+    values = {
+        f"errors.0.3 %.{name}.{measure}": size * np.exp(0.1 * rng.standard_normal(60))
+        for name, size in sizes.items()
+        for measure in ("rotation_deg", "translation_mm")
+    }
+    trials = Trials(values)
+    trials.conditions = [{}]
+    return {"table_4_1_redrawn": trials}
+
+
+@pytest.mark.parametrize(
+    ("sizes", "order", "needed", "well"),
+    [
+        ((1.5, 1.5, 4.0, 1.0), "reproduced", "reproduced", "reproduced"),
+        ((1.0, 3.0, 1.2, 1.3), "differs", "differs", "reproduced"),
+        ((3.0, 3.0, 4.0, 1.0), "reproduced", "reproduced", "differs"),
+    ],
+)
+def test_table_4_1_is_judged_both_ways(sizes, order, needed, well):
+    names = ("standard", "three_points", "cgsp", "cgsp_ransac")
+    results = scenes(dict(zip(names, sizes, strict=True)))
+    assert table_claims.judge_order(results)[0].verdict == order
+    assert table_claims.judge_ransac_needed(results)[0].verdict == needed
+    assert table_claims.judge_fairly_well(results)[0].verdict == well
+
+
+def test_a_smaller_grid_farther_off_is_harder():
+    found = ran(size_trial, [{}])
+    judge = noise_claims.judge_real_larger
+    rng = np.random.default_rng(6)
+    values = {
+        f"{size}.{name}.{measure}": (1 + 3 * k) * np.exp(0.1 * rng.normal(size=60))
+        for k, size in enumerate(SIZES)
+        for name in ("standard", "cgsp_ransac")
+        for measure in ("rotation_deg", "translation_mm")
+    }
+    result = {"exp_c4_real_larger": Trials(values)}
+    assert judge(result)[0].verdict == "reproduced"
+    assert found.column("usual.cgsp_ransac.rotation_deg")[0] < 0.2
+
+
+def test_outliers_and_scans_are_what_they_say():
+    rng = np.random.default_rng(7)
+    size = np.array([376.8, 301.5])
+    points = rng.uniform(0, 1, (10_000, 2)) * size
+    wrong = kodak.with_outliers(points, 0.003, size, rng)
+    assert np.count_nonzero((wrong != points).any(axis=1)) == 30
+    assert ((wrong >= 0) & (wrong <= size)).all()
+    T = pose(rotation_from_vector([0.2, -0.3, 0.1]), [-100.0, -80.0, 900.0])
+    off = inverse_pose(T) @ kodak.scanned(T, size, rng)
+    # 72 points with 0.1 mm: a fiftieth of a millimetre, and a hundredth of a degree.
+    assert np.linalg.norm(off[:3, 3]) < 0.15
+    assert np.abs(off[:3, :3] - np.eye(3)).max() < 1e-3
+
+
+def test_exercises_of_4_2():
+    # The double angles' mean: 2 n = arg(sum of exp(2 i lean)).
+    lean = np.radians(pose_exercises.LEAN_DEG)
+    normal = np.degrees(np.angle(np.exp(2j * lean).sum()) / 2)
+    assert pose_exercises.lean_of_normal() == pytest.approx(normal)
+    for task in (
+        pose_exercises.normal_task,
+        pose_exercises.outliers_task,
+        pose_exercises.sample_task,
+    ):
+        right = task()["expected"]()
+        for slip in task()["slips"].values():
+            assert abs(slip() - right) > 0.02 * abs(right)
