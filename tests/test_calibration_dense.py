@@ -108,7 +108,8 @@ def test_models_are_compared_on_grids_as_on_boards():
 
     views = grids_of(POSES, FISHEYE, NOISE_MM)
     compared = compare_models({"zhang": zhang, "generic": generic}, views, 3)
-    assert compared.best() == "generic"
+    common = compared.common
+    assert common["generic"].mean_deg < common["zhang"].mean_deg / 3
     assert not compared.refused
 
 

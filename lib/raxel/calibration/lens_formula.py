@@ -157,8 +157,7 @@ def _on_sphere(start, boards):
     """The best _Fit of a unified sphere with one radial term."""
     fits, formula = [], LensFormula("unified", 1, 0, 0)
     for xi in FIRST_XI:
-        values = start.result.values
-        values = np.array([*values[:2] * (1 + xi), *values[2:4], xi, 0.0])
+        values = np.array([*start.result.values[:4], xi, 0.0])
         poses = start.result.T_camera_grid
         fits.append(_Fit(formula, adjusted(formula, values, poses, boards, "cauchy")))
     return min(fits, key=lambda fit: np.median(fit.result.scales))
@@ -266,7 +265,7 @@ def _pupil_shift(fit, boards):
 def _completed(fit, boards, views, test, width, height):
     formula, result = fit
     covariance = _covariance(fit, boards)
-    spread = formula.focal_spread(result.values, covariance)
+    spread = float(np.sqrt(covariance[0, 0]) / result.values[0])
     if not spread < UNDETERMINED:
         raise CalibrationError(
             f"{formula.base}: the focal length is not determined (standard deviation"

@@ -7,8 +7,9 @@ the axis. With e the unit vector across the axis towards X, the formula is
     p = s(theta) e,    q = p (1 + k1 s^2 + k2 s^4 + ...) + d(p),
     pixel = (fx q_x + cx, fy q_y + cy),    z0 = a1 theta^2 + a2 theta^4 + ...
 
-The base s is theta (Kannala and Brandt) or sin theta / (cos theta + xi) (the unified
-sphere). With (x, y) = p, the decentring d is Brown's and that of a thin prism,
+The base s is theta (Kannala and Brandt) or (1 + xi) sin theta / (cos theta + xi) (the
+unified sphere): both are theta near the axis, so that xi changes neither the focal
+length nor the size of the other terms there. With (x, y) = p, the decentring d is Brown's and that of a thin prism,
 
     d = (2 p1 x y + p2 (s^2 + 2 x^2) + s1 s^2, p1 (s^2 + 2 y^2) + 2 p2 x y + s2 s^2):
 
@@ -77,15 +78,6 @@ class LensFormula(NamedTuple):
             values[FRAME] = 0.0
         return values
 
-    def focal_spread(self, values, covariance):
-        """Standard deviation, as a share, of the focal length near the axis: fx, or
-        fx / (1 + xi)."""
-        slope = np.zeros(len(values))
-        slope[0] = 1 / values[0]
-        if self.base == "unified":
-            slope[FRAME] = -1 / (1 + values[FRAME])
-        return float(np.sqrt(slope @ covariance @ slope))
-
     def camera(self, values, width, height):
         """The Camera of parameters (P,), or CalibrationError where there is none."""
         xi, k, decentring, a = self.parts(values)
@@ -98,7 +90,11 @@ class LensFormula(NamedTuple):
                     terms, (fx, fy), (cx, cy), width, height, **off_axis
                 )
             else:
-                K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+                # The camera's own base is smaller by this factor.
+                scale = 1 + xi
+                K = [[scale * fx, 0, cx], [0, scale * fy, cy], [0, 0, 1]]
+                k = k * scale ** (2.0 * np.arange(1, len(k) + 1))
+                off_axis = {name: scale * terms for name, terms in off_axis.items()}
                 lens = UnifiedSphereCamera(xi, K, width, height, k, **off_axis)
             return MovingPupilCamera(lens, a) if len(a) else lens
         except InputError as fault:
@@ -174,9 +170,9 @@ def _base(theta, xi):
         return theta, np.ones_like(theta), np.zeros_like(theta)
     sine, cosine = np.sin(theta), np.cos(theta)
     depth = np.where(cosine + xi > 0, cosine + xi, np.nan)
-    slope = (1 + xi * cosine) / depth**2
+    slope = (1 + xi) * (1 + xi * cosine) / depth**2
     slope = np.where(slope > 0, slope, np.nan)
-    return sine / depth, slope, -sine / depth**2
+    return (1 + xi) * sine / depth, slope, sine * (cosine - 1) / depth**2
 
 
 def _warped(p, k, decentring):

@@ -111,7 +111,7 @@ def _misfit(model, asked, views, evaluation, details, words):
     pairs = list(zip(evaluation.images, views, strict=True))
     used = [pair for pair in pairs if pair[1].name not in out]
     found = misfit(*zip(*used, strict=True))
-    blamed = "auto" if asked == "auto" and model != "generic" else model
+    blamed = "auto" if asked == "auto" and model not in models.TABLES else model
     warnings = described.misfit_warnings(found, *DOES_NOT_FIT[blamed], words)
     if out and not found.large:
         whole = misfit(*zip(*pairs, strict=True))

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from raxel.calibration.generic import calibrate_generic
+from raxel.calibration.generic_cgsp import calibrate_cgsp
 from raxel.calibration.lens_formula import calibrate_lens
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cli.described import WHAT_BENDS
@@ -51,10 +52,18 @@ def _lens(views, size, law):
     }
 
 
+def cgsp(views, size, unit):
+    """A ray for each pixel that a board covers, by CGSP."""
+    return _table(calibrate_cgsp, views, size, unit)
+
+
 def generic(views, size, unit):
     """A ray for each pixel that a board covers, by the standard generic method."""
-    rng = np.random.default_rng(SEED)
-    found = calibrate_generic(views, *size, rng=rng, units=unit)
+    return _table(calibrate_generic, views, size, unit)
+
+
+def _table(calibrated, views, size, unit):
+    found = calibrated(views, *size, rng=np.random.default_rng(SEED), units=unit)
     left_out = [
         {"file": views[index].name, "reason": reason}
         for index, reason in sorted(found.left_out.items())
@@ -74,9 +83,18 @@ FITS = {
     "zhang": zhang,
     "kannala-brandt": kannala_brandt,
     "unified": unified,
+    "cgsp": cgsp,
     "generic": generic,
 }
-FEWEST_VIEWS = {"zhang": 2, "kannala-brandt": 2, "unified": 2, "generic": 3, "auto": 3}
+FEWEST_VIEWS = {
+    "zhang": 2,
+    "kannala-brandt": 2,
+    "unified": 2,
+    "cgsp": 3,
+    "generic": 3,
+    "auto": 3,
+}
+TABLES = ("cgsp", "generic")
 # (what a misfit says of a model, what to do about it)
 BENDS = "possible: " + WHAT_BENDS
 FORMULA = (
@@ -90,11 +108,12 @@ DOES_NOT_FIT = {
     ),
     "kannala-brandt": FORMULA,
     "unified": FORMULA,
+    "cgsp": ("no central camera fits", BENDS),
     "generic": ("no central camera fits", BENDS),
     "auto": (
         "no model that could be tried fits",
-        "more views that share areas of the image let the generic method try; else "
-        + BENDS,
+        "more views that share areas of the image let CGSP and the generic method try; "
+        "else " + BENDS,
     ),
 }
 
