@@ -9,7 +9,8 @@ the axis. With e the unit vector across the axis towards X, the formula is
 
 The base s is theta (Kannala and Brandt) or (1 + xi) sin theta / (cos theta + xi) (the
 unified sphere): both are theta near the axis, so that xi changes neither the focal
-length nor the size of the other terms there. With (x, y) = p, the decentring d is Brown's and that of a thin prism,
+length nor the size of the other terms there. With (x, y) = p, the decentring d is
+Brown's and that of a thin prism,
 
     d = (2 p1 x y + p2 (s^2 + 2 x^2) + s1 s^2, p1 (s^2 + 2 y^2) + 2 p2 x y + s2 s^2):
 
