@@ -145,6 +145,13 @@ from repro.page.reader import (
 # show_table("ext_real_by_distortion", digits=3)
 
 # %% [markdown]
+# Two models alone are no choice. On every corner kept out, with lens formulas
+# that need no guess and with tables of rays:
+
+# %% tags=["active-ipynb"]
+# show_table("ext_real_every_corner", digits=3)
+
+# %% [markdown]
 # ## Reading and limits
 #
 # - The sets differ in more than distortion: lens, resolution, board, light,

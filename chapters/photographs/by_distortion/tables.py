@@ -11,7 +11,8 @@ from chapters.shared.photographs.compared import (
     compared_sets,
     twins,
 )
-from chapters.shared.photographs.reading import ALL_NAMES
+from chapters.shared.photographs.reading import ALL_NAMES, EVERY, counted
+from raxel.evaluation.comparison import MISSED_PX
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -84,3 +85,43 @@ def _said_of_twins(results):
         f" {later} is left out: its photographs are those of {first}."
         for later, first in twins(results).items()
     )
+
+
+@table(
+    "ext_real_every_corner",
+    needs=("photograph_study",),
+    evidence="photograph",
+)
+def ext_real_every_corner(results):
+    """Every set of the build and every model, on every corner kept out."""
+    made = [
+        _counted_row(one)
+        for one in compared_sets(results["photograph_study"])
+    ]
+    return Table(
+        {name: [row[name] for row in made] for name in _counted_row(None)},
+        "Image sets of this build and all models: RMS distance in px of "
+        "every corner of the photographs kept out, and their median. A "
+        "corner for which a model has no ray, or no camera, counts as "
+        f"{MISSED_PX:g} px.",
+        texts=("Set", "Least RMS"),
+    )
+
+
+def _counted_row(one):
+    """Cells of one set; of none, for the names of the columns."""
+    found = {model: one and counted(one.study, model) for model in EVERY}
+    known = {model: told for model, told in found.items() if told}
+    least = min(known, key=lambda m: known[m].rms_px, default=None)
+    return {
+        "Set": one.name if one else "",
+        **{
+            f"{EVERY[model]}{words}": told and getattr(told, quantity)
+            for model, told in found.items()
+            for quantity, words in (
+                ("rms_px", ", RMS (px)"),
+                ("median_px", ", median (px)"),
+            )
+        },
+        "Least RMS": EVERY.get(least, ""),
+    }

@@ -235,6 +235,16 @@ def photograph_study(effort, folder):
 # show_table("ext_models", digits=3)
 
 # %% [markdown]
+# ### Every corner, every model
+#
+# The table above asks on shared corners, where a table of rays has an answer.
+# Whoever wants to use all of the picture asks otherwise: how far off is a
+# model on whatever a photograph shows?
+
+# %% tags=["active-ipynb"]
+# show_table("ext_every_corner", digits=3)
+
+# %% [markdown]
 # {glue:text}`angles` Other lenses stand beside this one on [a page of their
 # own](by_distortion.ipynb).
 #

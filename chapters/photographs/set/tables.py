@@ -16,10 +16,13 @@ from chapters.shared.grid_detectors import (
 from chapters.shared.photographs.reading import (
     ALL_NAMES,
     BOARDS,
+    EVERY,
     PEER,
     column,
+    counted,
     pooled_rms,
 )
+from raxel.evaluation.comparison import MISSED_PX
 from repro.judge.statistics import median_interval
 from repro.page.wording import literal
 from repro.run.experiment import table
@@ -91,6 +94,46 @@ def _model_row(study, model, kind, scored_on):
             100 * study.fit(f"{model}.image_with_ray")
         ),
     }
+
+
+def every_corner_table(study):
+    """Every model on every corner that was kept out, the smallest error first."""
+    rows = [
+        (name, found, study.fit(f"{model}.terms"), _pupil(study, model))
+        for model, name in EVERY.items()
+        if (found := counted(study, model)) is not None
+    ]
+    rows.sort(key=lambda row: row[1].rms_px)
+    return Table(
+        {
+            "Model": [name for name, *_ in rows],
+            "Kept out: RMS (px)": [found.rms_px for _, found, *_ in rows],
+            "Median (px)": [found.median_px for _, found, *_ in rows],
+            "Corners with a ray (%)": [
+                100 * found.share for _, found, *_ in rows
+            ],
+            "Parts without a camera": [
+                found.parts for _, found, *_ in rows
+            ],
+            "Terms": [_whole(terms) for *_, terms, _ in rows],
+            "Entrance pupil": [pupil for *_, pupil in rows],
+        },
+        "All models on every corner of the photographs kept out. A corner "
+        f"that a model has no ray for counts as {MISSED_PX:g} px. The lens "
+        "formulas (Kannala-Brandt, unified sphere) choose their terms by the "
+        "photographs they are fitted to; whether their pupil moves is asked "
+        "of a test and of boards kept out within these.",
+    )
+
+
+def _pupil(study, model):
+    """What became of the test for an entrance pupil that moves."""
+    moves = study.fit(f"{model}.pupil.moves")
+    if not np.isfinite(moves):
+        return ""
+    p_value = study.fit(f"{model}.pupil.p_value")
+    said = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
+    return f"{'moves' if moves else 'stands still'} ({said})"
 
 
 def images_table(study):
@@ -190,6 +233,17 @@ def ext_images(results):
 def ext_models(results):
     """Every model: parameters, fit, prediction, coverage."""
     return models_table(study_of(results))
+
+
+@table(
+    "ext_every_corner",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=BOARDS,
+)
+def ext_every_corner(results):
+    """Every model on every corner kept out, none removed."""
+    return every_corner_table(study_of(results))
 
 
 def detectors_table(result):

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from raxel.evaluation.comparison import MISSED_PX
 from repro.judge.statistics import LEAST_RATIO, SIGNIFICANCE
 
 # The kinds of target of the sets that the study is of.
@@ -19,6 +20,14 @@ MODELS = ("zhang", "general")
 # on the corners that both of them have a ray for, and decides nothing.
 PEER = "opencv_fisheye"
 ALL_NAMES = {**NAMES, PEER: "OpenCV fisheye"}
+# Scored on every corner, and compared with the others on these.
+OTHERS = {
+    "kannala_brandt": "Kannala-Brandt",
+    "unified": "Unified sphere",
+    "spline": "Smooth rays",
+    "cgsp": "CGSP",
+}
+EVERY = ALL_NAMES | OTHERS
 
 
 @dataclass(frozen=True)
@@ -201,9 +210,9 @@ class Study:
         scores = {
             kind: {
                 model: self._score(f"{stem}.{model}.{kind}", **condition)
-                for model in ALL_NAMES
+                for model in names
             }
-            for kind in ("own", "same")
+            for kind, names in (("own", EVERY), ("same", ALL_NAMES))
         }
         return Row(
             image,
@@ -261,6 +270,40 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
     if not good.any():
         return float("nan")
     return float(np.sqrt(np.average(squares[good], weights=weights[good])))
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Errors of a model over every corner kept out: one without a ray, or in a
+    photograph for which there is no camera, counts as MISSED_PX.
+
+    share: corners with a ray; parts: of the cross-validation, without a camera.
+    """
+
+    rms_px: float
+    median_px: float
+    share: float
+    parts: int
+
+
+def counted(study, model):
+    """Counted of a model in a Study; None where no photograph was kept out."""
+    off, count = [], 0
+    for row in study.held_out:
+        count += row.corners
+        if score := row.own.get(model):
+            lengths = np.linalg.norm(score.residuals_px, axis=1)
+            off.append(lengths[np.isfinite(lengths)])
+    if not count:
+        return None
+    seen = np.concatenate([np.zeros(0), *off])
+    every = np.append(seen, np.full(count - len(seen), MISSED_PX))
+    return Counted(
+        float(np.sqrt(np.mean(every**2))),
+        float(np.median(every)),
+        len(seen) / count,
+        len(study.fold_refusals(model)),
+    )
 
 
 def because(reason):

@@ -36,6 +36,8 @@ def camera_fields(camera, views):
 
 def _formula_fields(camera):
     """The numbers of a formula; focal lengths are px per radian near the axis."""
+    if camera.kind == "ray spline":
+        return _formula_fields(camera.trend)
     if camera.kind == "moving pupil":
         shift = camera.pupil_shift.tolist()
         return _formula_fields(camera.lens) | {"pupil_shift": shift}
@@ -61,7 +63,9 @@ def _formula_fields(camera):
 
 
 def camera_lines(fields, target):
-    """The same for people: two lines; target: what `raxel.sets.words` calls it."""
+    """The same for people, in lines; target: what `raxel.sets.words` calls it."""
+    if fields["kind"] == "ray spline":
+        yield "smooth rays for all of the trend's field; the numbers are the trend's"
     if "focal_px" in fields:
         f, p = fields["focal_px"], fields["principal_point_px"]
         told = [

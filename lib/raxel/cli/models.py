@@ -11,6 +11,7 @@ import numpy as np
 from raxel.calibration.generic import calibrate_generic
 from raxel.calibration.generic_cgsp import calibrate_cgsp
 from raxel.calibration.lens_formula import calibrate_lens
+from raxel.calibration.smooth_boards import calibrate_spline
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.cli.described import WHAT_BENDS
 from raxel.cli.scores import known
@@ -52,6 +53,18 @@ def _lens(views, size, law):
     }
 
 
+def spline(views, size, unit):
+    """Smooth rays: a lens formula, and a field of splines on it."""
+    rng = np.random.default_rng(SEED)
+    found = calibrate_spline(views, *size, rng=rng, units=unit)
+    return found.camera, {
+        "used": [views[index].name for index in found.used],
+        "left_out": _left_out(views, found),
+        "trend": found.trend,
+        "share_of_pixels_under_boards": found.share_covered,
+    }
+
+
 def cgsp(views, size, unit):
     """A ray for each pixel that a board covers, by CGSP."""
     return _table(calibrate_cgsp, views, size, unit)
@@ -64,18 +77,21 @@ def generic(views, size, unit):
 
 def _table(calibrated, views, size, unit):
     found = calibrated(views, *size, rng=np.random.default_rng(SEED), units=unit)
-    left_out = [
-        {"file": views[index].name, "reason": reason}
-        for index, reason in sorted(found.left_out.items())
-    ]
     ways = [found.interpolation[index] for index in found.used]
     return found.camera, {
         "used": [views[index].name for index in found.used],
-        "left_out": left_out,
+        "left_out": _left_out(views, found),
         "share_of_pixels_with_ray": found.share_with_ray,
         "adjusted_rms_deg": found.rms_deg,
         "interpolation": {way: ways.count(way) for way in ("homographic", "smooth")},
     }
+
+
+def _left_out(views, found):
+    return [
+        {"file": views[index].name, "reason": reason}
+        for index, reason in sorted(found.left_out.items())
+    ]
 
 
 # The simplest first: of models that are as good, `auto` takes that.
@@ -83,6 +99,7 @@ FITS = {
     "zhang": zhang,
     "kannala-brandt": kannala_brandt,
     "unified": unified,
+    "spline": spline,
     "cgsp": cgsp,
     "generic": generic,
 }
@@ -90,6 +107,7 @@ FEWEST_VIEWS = {
     "zhang": 2,
     "kannala-brandt": 2,
     "unified": 2,
+    "spline": 2,
     "cgsp": 3,
     "generic": 3,
     "auto": 3,
@@ -108,6 +126,7 @@ DOES_NOT_FIT = {
     ),
     "kannala-brandt": FORMULA,
     "unified": FORMULA,
+    "spline": ("no central camera fits", BENDS),
     "cgsp": ("no central camera fits", BENDS),
     "generic": ("no central camera fits", BENDS),
     "auto": (

@@ -8,7 +8,10 @@ import argparse
 from raxel.cli.terminal import on_one_line
 
 DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
-MODELS = ("auto", "zhang", "kannala-brandt", "unified", "cgsp", "generic")
+MODELS = (
+    *("auto", "zhang", "kannala-brandt", "unified"),
+    *("spline", "cgsp", "generic"),
+)
 
 
 class _OneLineParser(argparse.ArgumentParser):
@@ -54,8 +57,9 @@ def _add_calibrate(commands):
         default="auto",
         help="zhang: pinhole with two radial terms; kannala-brandt, unified: formulas "
         "of fisheyes and mirrors, decentred, whose pupil moves if the views say so; "
-        "cgsp, generic: a ray for each pixel, by the method of chapter 4 or the "
-        "standard one; auto: the one with the smallest error on views kept out "
+        "spline: smooth rays on such a formula; cgsp, generic: a ray for each pixel, "
+        "by the method of chapter 4 or the standard one; auto: the one with the "
+        "smallest error on views kept out "
         "(default)",
     )
     parser.add_argument("--out", metavar="CAMERA", required=True, help="the .npz file")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.photographs.level import distortion_level
-from chapters.shared.photographs.reading import MODELS, PEER
+from chapters.shared.photographs.reading import ALL_NAMES, MODELS, PEER
 from chapters.shared.photographs.undistort import (
     corrected_errors,
     reduced,
@@ -20,11 +20,14 @@ from chapters.shared.photographs.undistort import (
 )
 from raxel.calibration import (
     BoardView,
+    calibrate_cgsp,
     calibrate_generic,
+    calibrate_lens,
     calibrate_zhang,
 )
 from raxel.calibration.board_views import board_views
 from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.smooth_boards import calibrate_spline
 from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
 from raxel.evaluation.benchmark import scoring_grid
@@ -34,6 +37,7 @@ from raxel.features.detector import as_8_bit
 from raxel.sets import Charuco, load_set, read_image
 
 COVERAGE_PX = 160
+LENSES = ("kannala_brandt", "unified")
 
 
 class Size(NamedTuple):
@@ -149,6 +153,16 @@ def calibrated(boards, image_set, rng):
             views, width, height, rng=rng, units=unit
         ),
         PEER: lambda: calibrate_opencv_fisheye(views, width, height),
+        "kannala_brandt": lambda: calibrate_lens(
+            views, width, height, "kannala-brandt"
+        ),
+        "unified": lambda: calibrate_lens(views, width, height, "unified"),
+        "spline": lambda: calibrate_spline(
+            views, width, height, rng=rng, units=unit
+        ),
+        "cgsp": lambda: calibrate_cgsp(
+            views, width, height, rng=rng, units=unit
+        ),
     }
     models, reasons = {}, {}
     for model, build in builders.items():
@@ -171,6 +185,9 @@ def fit_part(image_set, boards, size, rng):
         result["zhang"] |= zhang_numbers(models["zhang"])
     if models["general"]:
         result["general"] |= general_numbers(models["general"], used)
+    for model in LENSES:
+        if models[model]:
+            result[model] |= lens_numbers(models[model])
     result["calibrated"] = np.array([board.index for board in used])
     result["views"] = {
         str(board.index): scores(cameras, board.view) for board in boards
@@ -201,6 +218,18 @@ def zhang_numbers(calibration):
         "k2": k2,
         "rms_px": calibration.rms_px,
         "T_camera_grid": calibration.T_camera_grid,
+    }
+
+
+def lens_numbers(calibration):
+    """How many terms a lens formula has, and whether its pupil moves, and why."""
+    test = calibration.pupil
+    return {
+        "terms": len(calibration.formula.names),
+        "wrong_corners": len(calibration.wrong),
+        "pupil": {
+            name: float(told) for name, told in test._asdict().items()
+        },
     }
 
 
@@ -258,6 +287,7 @@ def scores(cameras, view):
         result[model] = {"own": errors(score, score.residuals_px)}
     if not set(MODELS) <= set(cameras):
         return result
+    cameras = {m: c for m, c in cameras.items() if m in ALL_NAMES}
     compared = {model: cameras[model] for model in MODELS}
     both = np.all(
         [c.rays(view.pixels).valid for c in compared.values()], axis=0
