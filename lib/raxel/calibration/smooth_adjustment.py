@@ -24,7 +24,7 @@ from raxel.geometry.poses import transform
 CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
 SMOOTHNESS = 10.0 ** np.arange(-6, 7)  # in data of a cell, from TRIED_FIRST on
 TRIED_FIRST = 6
-MOST_PARTS = 8  # of boards, kept out in turn
+MOST_PARTS = 6  # of boards, kept out in turn
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
 LEAST_SCALE_PX = 0.01  # corners that are nearer than some of these are not wrong
 MOST_STEPS, ENOUGH_PX = 30, 1e-5
@@ -76,7 +76,7 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
         if step in CHOSEN_AT:
             choice = _chosen(corners, linear, weights, grids, part)
         of = linear_part.equations(corners, linear, weights, choice.grid, part)
-        c = linear_part.solved(of, choice.grid, choice.smoothness)
+        c = linear_part.solved(*linear_part.system(of, choice.grid, choice.smoothness))
         T = linear_part.moved_boards(T, of, c)
         before = control
         control = np.ascontiguousarray(

@@ -17,6 +17,7 @@ board's pose alone is fitted to it.
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from raxel.calibration.smooth_prior import far_ties, penalty_matrix
@@ -142,16 +143,16 @@ def equations(corners, linear, weights, grid, part):
     metric = weights[:, None, None] * (np.swapaxes(white, 1, 2) @ white)
     count, n, parts = int(np.prod(grid.shape)), len(part), part.max() + 1
     place = np.where(linear.imaged[:, None], linear.place, 0.0)
-    basis = _Basis(*shares(place, grid.shape, grid.spacing), count)
+    basis = shares(place, grid.shape, grid.spacing)
     pulled, told = metric @ J, (metric @ linear.values[..., None])[..., 0]
     of_board = np.eye(n)[corners.board].T
     P = (of_board @ (np.swapaxes(J, 1, 2) @ pulled).reshape(-1, 36)).reshape(n, 6, 6)
     inverse = np.linalg.pinv(P, hermitian=True)
     g = of_board @ np.einsum("nij,ni->nj", J, told)
-    E = basis.lifted(pulled, corners.board, n)
+    E = _lifted(*basis, pulled, corners.board, n, count)
     own = part[corners.board]
-    normal = basis.products(metric, own, parts)
-    right = basis.lifted(told[..., None], own, parts)[..., 0]
+    normal = _products(*basis, metric, own, parts, count)
+    right = _lifted(*basis, told[..., None], own, parts, count)[..., 0]
     squares = np.bincount(own, np.sum(linear.values * told, axis=1), parts)
     for p in range(parts):
         of_part = E[part == p]
@@ -159,59 +160,53 @@ def equations(corners, linear, weights, grid, part):
         normal[p] -= np.tensordot(solved, of_part, ((0, 2), (0, 2)))
         right[p] -= np.einsum("nij,nj->i", solved, g[part == p])
     squares -= np.bincount(part, np.einsum("ni,nij,nj->n", g, inverse, g), parts)
-    all_turned = basis.lifted(metric @ linear.by_turn, np.zeros(len(own), int), 1)[0]
+    one, turns = np.zeros(len(own), int), metric @ linear.by_turn
+    turned = _lifted(*basis, turns, one, 1, count)[0]
     cell = ((corners.pixels + 0.5) // grid.spacing)[weights > 0]
     of_a_cell = weights.sum() / max(len(np.unique(cell, axis=0)), 1)
-    gauge = np.linalg.qr(all_turned)[0]
+    gauge = np.linalg.qr(turned)[0]
     return Equations(normal, right, squares, gauge, of_a_cell, E, inverse, g)
 
 
-class _Basis:
-    """What part each of `count` control values has in the field at N corners."""
-
-    def __init__(self, index, share, count):
-        self._index, self._share, self._count = index, share, count
-
-    def _grouped(self, group, groups):
-        """(groups * count, N) sparse: a corner's shares in the rows of its group."""
-        from scipy.sparse import csc_array
-
-        rows = (group[:, None] * self._count + self._index).ravel()
-        start = 16 * np.arange(len(group) + 1)
-        shape = groups * self._count, len(group)
-        return csc_array((self._share.ravel(), rows, start), shape)
-
-    def lifted(self, values, group, groups):
-        """B^T values, for both coordinates, summed by group: (groups, 2K, m) of values
-        (N, 2, m)."""
-        matrix = self._grouped(group, groups)
-        found = [
-            (matrix @ values[:, axis]).reshape(groups, self._count, -1)
-            for axis in range(2)
-        ]
-        return np.concatenate(found, axis=1)
-
-    def products(self, metric, group, groups):
-        """B^T metric B (groups, 2K, 2K), summed by group; metric (N, 2, 2)."""
-        matrix = self._grouped(group, groups)
-        one = self._grouped(np.zeros(len(group), int), 1).T.toarray()
-        K = self._count
-        found = np.empty((groups, 2 * K, 2 * K))
-        for a, b in ((0, 0), (0, 1), (1, 1)):
-            block = (matrix @ (metric[:, a, b, None] * one)).reshape(groups, K, K)
-            rows, columns = slice(a * K, a * K + K), slice(b * K, b * K + K)
-            found[:, rows, columns] = found[:, columns, rows] = block
-        return found
+@numba.njit(cache=True)
+def _lifted(index, share, values, group, groups, count):
+    """B^T values, for both coordinates, summed by group: (groups, 2K, m) of values
+    (N, 2, m), with the shares that K control values have at N corners."""
+    _, _, m = values.shape
+    found = np.zeros((groups, 2 * count, m))
+    for n in range(len(index)):
+        for a in range(2):
+            for k in range(16):
+                own = found[group[n], a * count + index[n, k]]
+                for c in range(m):
+                    own[c] += share[n, k] * values[n, a, c]
+    return found
 
 
-def system(of, grid, smoothness, without=None):
-    """(normal (2K, 2K), right (2K,)) of all parts, or of all but one; with what is
-    expected of a field, and without common rotations."""
-    normal, right = of.normal.sum(axis=0), of.right.sum(axis=0)
-    if without is not None:
-        normal, right = normal - of.normal[without], right - of.right[without]
+@numba.njit(cache=True)
+def _products(index, share, metric, group, groups, count):
+    """B^T metric B (groups, 2K, 2K), summed by group; metric (N, 2, 2), symmetric."""
+    found = np.zeros((groups, 2 * count, 2 * count))
+    for n in range(len(index)):
+        own = found[group[n]]
+        xx, xy, yy = metric[n, 0, 0], metric[n, 0, 1], metric[n, 1, 1]
+        for k in range(16):
+            i = index[n, k]
+            for m in range(16):
+                j, both = index[n, m], share[n, k] * share[n, m]
+                own[i, j] += both * xx
+                own[i, count + j] += both * xy
+                own[count + i, j] += both * xy
+                own[count + i, count + j] += both * yy
+    return found
+
+
+def system(of, grid, smoothness):
+    """(normal (2K, 2K), right (2K,)) of all parts, with what is expected of a field,
+    and without common rotations."""
     expected = smoothness * grid.penalty + np.diag(grid.ties)
-    return normal + of.of_a_cell * twice(expected) + held(of), right
+    normal = of.normal.sum(axis=0) + of.of_a_cell * twice(expected) + held(of)
+    return normal, of.right.sum(axis=0)
 
 
 def held(of):
@@ -226,20 +221,20 @@ def twice(penalty):
     return np.block([[penalty, zero], [zero, penalty]])
 
 
-def solved(of, grid, smoothness, without=None):
+def solved(normal, right):
     """Control values (2K,): the u of all, then the v of all."""
     from scipy.linalg import solve
 
-    normal, right = system(of, grid, smoothness, without=without)
     return solve(normal, right, assume_a="pos", check_finite=False)
 
 
 def held_out(of, grid, smoothness):
     """Sum over parts of squares from a field fitted without them, poses fitted anew."""
+    normal, right = system(of, grid, smoothness)
     score = 0.0
-    for part in range(len(of.squares)):
-        c = solved(of, grid, smoothness, without=part)
-        score += of.squares[part] - 2 * of.right[part] @ c + c @ of.normal[part] @ c
+    for own, of_own, squares in zip(of.normal, of.right, of.squares, strict=True):
+        c = solved(normal - own, right - of_own)
+        score += squares - 2 * of_own @ c + c @ own @ c
     return float(score)
 
 

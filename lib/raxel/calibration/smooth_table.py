@@ -119,11 +119,12 @@ def smoothed_rays(
     left_out = {"beyond the trend": int(np.count_nonzero(~imaged))}
     pixels, values, weights = pixels[imaged], values[imaged], weights[imaged]
     size, every = (width, height), slice(None, None, 1 + len(pixels) // PILOT)
-    pilot = _best_field(pixels[every], values[every], weights[every], size, block_px)
-    near = _near(pilot, pixels, values, weights)
+    field = _best_field(pixels[every], values[every], weights[every], size, block_px)
+    near = _near(field, pixels, values, weights)
     left_out["gross error"] = int(np.count_nonzero(~near))
-    pixels, values, weights = pixels[near], values[near], weights[near]
-    field = _best_field(pixels, values, weights, size, block_px)
+    if every.step > 1 or not near.all():
+        pixels, values, weights = pixels[near], values[near], weights[near]
+        field = _best_field(pixels, values, weights, size, block_px)
     sd_px, inverse = _uncertainty(field)
     sharing = _sharing(field, pixels, values, weights, block_px)
     spacing = field.sums.spacing
