@@ -1,0 +1,51 @@
+"""Names of the methods, and the numbers that the page quotes."""
+
+from __future__ import annotations
+
+from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS
+from repro.judge.statistics import median_interval
+from repro.page.reader import value
+
+NAMES = {
+    "table": "table of rays",
+    "formula": "radial law alone",
+    "smooth": "smooth table",
+    "direct": "adjusted directly",
+}
+NOISES = (0.25, 0.5, 1.0)
+USUAL = {"lens": "bent", "noise": 0.5, "grids": 3}
+RADIAL = {"lens": "radial", "noise": 0.5, "grids": 3}
+MANY = {"lens": "bent", "noise": 0.5, "grids": 10}
+
+
+def median(result, name, **condition):
+    """Median over trials with its interval, an Estimate."""
+    return median_interval(result.column(name, **condition))
+
+
+def name_values(open_results):
+    """Name the numbers of the prose."""
+    runs = open_results("ext_smooth_rays_runs")
+    value("trials", runs.trials_per_condition)
+    for what, condition in (
+        ("usual", USUAL),
+        ("radial", RADIAL),
+        ("many", MANY),
+    ):
+        for method in METHODS:
+            for name in ("off_px", "left_px"):
+                found = median(runs, f"{method}.{name}", **condition)
+                value(f"{what}.{method}.{name}", found.value)
+        for method in ("smooth", "direct"):
+            found = median(runs, f"{method}.normalised", **condition)
+            value(f"{what}.{method}.normalised", found.value)
+    drawn = open_results("ext_smooth_rays_map")
+    for name in (
+        "median_covered_px",
+        "median_elsewhere_px",
+        "median_sd_covered_px",
+        "median_sd_elsewhere_px",
+        "trend_px",
+        "field_px",
+    ):
+        value(f"map.{name}", drawn.column(name)[0])

@@ -1,0 +1,203 @@
+"""Tables of rays and corners of a bent lens, smoothed, and scored against the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.wide_angle import (
+    RADIUS_PX,
+    SETTINGS,
+    SIDE,
+    SIZE_PX,
+    T_BASE_CAMERA,
+    radial_lens,
+)
+from raxel.calibration import (
+    BoardView,
+    adjust_consistent,
+    adjust_spline,
+    calibrate_spline,
+    linear_cgsp,
+    smoothed_rays,
+)
+from raxel.cameras import RaySplineCamera
+from raxel.cameras.cubic_field import control_shape
+from raxel.evaluation.distortion import distortion_residual
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry.poses import nearest_rotation
+
+FOV_DEG = 90.0
+BENT_PX = 1.0  # how far the waves of the bent lens reach
+SPACING_PX = 80.0
+TRIALS = {"quick": 2, "full": 50}
+CONDITIONS = (
+    {"lens": "bent", "noise": 0.25, "grids": 3},
+    {"lens": "bent", "noise": 0.5, "grids": 3},
+    {"lens": "bent", "noise": 1.0, "grids": 3},
+    {"lens": "bent", "noise": 0.5, "grids": 10},
+    {"lens": "radial", "noise": 0.5, "grids": 3},
+)
+METHODS = ("table", "formula", "smooth", "direct")
+SMOOTH_SETTINGS = SETTINGS | {
+    "field_of_view_deg": FOV_DEG,
+    "bent_lens": "waves of 1 px, about as long as the image, on the radial lens",
+}
+# The boards of the map: they leave the right quarter of the image out.
+BOARDS, CORNER_NOISE_PX = 16, 0.2
+COLUMNS, ROWS, PITCH_MM = 9, 7, 30.0
+SEEN_TO_PX = 470.0
+MAP_STEP_PX = 16
+
+
+def bent_lens():
+    """The radial lens, its image pushed about by waves no formula knows."""
+    shape = control_shape(SIZE_PX, SIZE_PX, SPACING_PX)
+    v, u = np.mgrid[: shape[0], : shape[1]] / shape[1]
+    waves = np.stack(
+        [np.sin(1 + 4 * u + 2 * v), np.cos(2 + 3 * v - 2 * u)], axis=2
+    )
+    return RaySplineCamera(
+        radial_lens(FOV_DEG), SPACING_PX, BENT_PX * waves, SIZE_PX, SIZE_PX
+    )
+
+
+LENSES = {"bent": bent_lens, "radial": lambda: radial_lens(FOV_DEG)}
+
+
+def calibrate(scene):
+    """Directions (N, 3) in the camera's axes by method, and the smooth fits.
+
+    All begin with the same CGSP, its centre and poses adjusted.
+    """
+    start = linear_cgsp(scene.noisy, side=SIDE)
+    found = adjust_consistent(
+        scene.noisy, None, start.centre, start.T_base_grid
+    )
+    to_camera = T_BASE_CAMERA[:3, :3].T
+    table = found.directions @ to_camera.T
+    smooth = smoothed_rays(scene.pixels, table, SIZE_PX, SIZE_PX)
+    # The trend's own axes, in which grids are posed and the field is adjusted.
+    R = smooth.camera.T_camera_trend[:3, :3].T @ to_camera
+    posed = pose(R, -R @ found.centre) @ found.T_base_grid
+    grids = [(scene.pixels, points) for points in scene.noisy]
+    direct = adjust_spline(smooth.trend, posed, grids, SIZE_PX, SIZE_PX)
+    directions = {
+        "table": table,
+        "formula": smooth.trend.rays(scene.pixels).directions,
+        "smooth": smooth.camera.rays(scene.pixels).directions,
+        "direct": direct.camera.rays(scene.pixels).directions,
+    }
+    return directions, {"smooth": smooth, "direct": direct}
+
+
+def off_px(camera, pixels, directions):
+    """Where the camera sees the rays less their pixels (N, 2), after the one rotation
+    that brings them nearest to its own."""
+    exact = camera.rays(pixels).directions
+    R = nearest_rotation(exact.T @ directions)
+    return camera.project(directions @ R.T).pixels - pixels
+
+
+def left_px(camera, pixels, directions):
+    """Residual (N, 2) of the corrected view, px, after the best homography."""
+    focal = radial_lens(FOV_DEG).K[0, 0]
+    exact = camera.rays(pixels).directions
+    R = nearest_rotation(exact.T @ directions)
+    metric, corrected = (
+        focal * d[:, :2] / d[:, 2:] for d in (exact, directions @ R.T)
+    )
+    return distortion_residual(corrected, metric)
+
+
+def rms(vectors):
+    """Root mean square length of vectors (N, 2)."""
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+
+def normalised(off, covariance):
+    """Mean squared error over the stated one, per coordinate."""
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(covariance), off)
+    return float(np.mean(squares) / 2)
+
+
+def scores(scene, directions, fits):
+    """What each method leaves, in both measures, and whether it said so."""
+    out = {}
+    for method, rays in directions.items():
+        off = off_px(scene.camera, scene.pixels, rays)
+        out[method] = {
+            "off_px": rms(off),
+            "left_px": rms(left_px(scene.camera, scene.pixels, rays)),
+        }
+        if method in fits:
+            stated = fits[method].camera.pixel_covariance(scene.pixels)
+            out[method]["normalised"] = normalised(off, stated)
+            out[method]["cells"] = fits[method].cells
+    return out
+
+
+# ------------------------------------------------------------------ the map of a field
+
+
+def seen_boards(camera, rng):
+    """BoardViews whose corners all lie left of SEEN_TO_PX in the circle."""
+    points = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)[::-1].T * PITCH_MM
+    flat = np.pad(points, ((0, 0), (0, 1)))
+    views = []
+    while len(views) < BOARDS:
+        axis = rng.uniform(0, 2 * np.pi)
+        turn = np.array([np.cos(axis), np.sin(axis), 0.0])
+        R = rotation_from_vector(rng.uniform(0.1, 0.6) * turn)
+        place = rng.uniform(0, [[SEEN_TO_PX, SIZE_PX]])
+        sight = camera.rays(place).directions[0]
+        middle = R @ flat.mean(axis=0)
+        T = pose(R, rng.uniform(350, 600) * sight - middle)
+        found = camera.project(transform(T, flat))
+        radius = np.linalg.norm(found.pixels - SIZE_PX / 2, axis=1)
+        within = (radius < RADIUS_PX) & (found.pixels[:, 0] < SEEN_TO_PX)
+        if not (found.valid & within).all():
+            continue
+        noise = CORNER_NOISE_PX * rng.standard_normal(found.pixels.shape)
+        views.append(BoardView(found.pixels + noise, points, COLUMNS, ROWS))
+    return views
+
+
+def mapped(camera, fit, views):
+    """Over a lattice of pixels: correction, stated SD, error, whether covered."""
+    v, u = np.mgrid[8:SIZE_PX:MAP_STEP_PX, 8:SIZE_PX:MAP_STEP_PX]
+    pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
+    inside = np.linalg.norm(pixels - SIZE_PX / 2, axis=1) < RADIUS_PX
+    pixels = pixels[inside]
+    # The rotation is that of where targets were: elsewhere there is nothing to fit.
+    covered = fit.camera.covers(pixels)
+    directions = fit.camera.rays(pixels).directions
+    exact = camera.rays(pixels).directions
+    R = nearest_rotation(exact[covered].T @ directions[covered])
+    off = camera.project(directions @ R.T).pixels - pixels
+    variances = fit.camera.pixel_covariance(pixels)[:, [0, 1], [0, 1]]
+    return {
+        "pixels": pixels,
+        "field": fit.camera.displacement(pixels),
+        "sd": np.sqrt(variances.mean(axis=1)),
+        "off": off,
+        "covered": covered,
+        "corners": np.concatenate([view.pixels for view in views]),
+    }
+
+
+def map_of_a_field(rng):
+    """Sixteen boards, one calibration, its map and what it says of itself."""
+    camera = bent_lens()
+    views = seen_boards(camera, rng)
+    fit = calibrate_spline(views, SIZE_PX, SIZE_PX, rng=rng)
+    drawn = mapped(camera, fit, views)
+    covered, length = drawn["covered"], np.linalg.norm(drawn["off"], axis=1)
+    return drawn | {
+        "median_covered_px": float(np.median(length[covered])),
+        "median_elsewhere_px": float(np.median(length[~covered])),
+        "median_sd_covered_px": float(np.median(drawn["sd"][covered])),
+        "median_sd_elsewhere_px": float(np.median(drawn["sd"][~covered])),
+        "share_covered": float(np.mean(covered)),
+        "trend_px": fit.adjustment.held_out_px[0],
+        "field_px": min(fit.adjustment.held_out_px.values()),
+    }
