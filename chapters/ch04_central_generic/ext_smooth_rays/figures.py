@@ -98,7 +98,7 @@ def smooth_rays_map(results):
     left.plot(*corners.T, ".", color="0.75", markersize=1.5, zorder=1)
     arrows = left.quiver(
         *pixels[some].T, *field[some].T, angles="xy", color="C0",
-        width=0.004, scale=25,
+        width=0.005, scale_units="xy", scale=1 / 30,
     )  # fmt: skip
     left.quiverkey(arrows, 0.85, 1.04, 1.0, "1 px", labelpos="E")
     left.plot(
@@ -106,7 +106,7 @@ def smooth_rays_map(results):
     )
     left.set_title("correction of the law", loc="left")
     shown = right.scatter(
-        *pixels.T, c=sd, s=9, marker="s", cmap="viridis", vmin=0, vmax=1
+        *pixels.T, c=sd, s=9, marker="s", cmap="viridis", vmin=0, vmax=0.6
     )
     drawn.colorbar(
         shown,
@@ -116,7 +116,7 @@ def smooth_rays_map(results):
     )
     true = right.quiver(
         *pixels[some & covered].T, *off[some & covered].T, angles="xy",
-        color="w", width=0.004, scale=10,
+        color="w", width=0.005, scale_units="xy", scale=1 / 60,
     )  # fmt: skip
     right.quiverkey(
         true, 0.85, 1.04, 0.5, "0.5 px", labelpos="E", color="0.2"
@@ -141,7 +141,7 @@ def smooth_rays_map(results):
     return Drawing(
         drawn,
         data,
-        "One calibration from 16 chessboards that leave the right side of "
+        "One calibration from 24 chessboards that leave the right side of "
         "the image out. Left: the field that corrects the lens formula, "
         "with the corners (dots) and the region where no corner was found "
         "(crosses). Right: the standard deviation that the camera states "

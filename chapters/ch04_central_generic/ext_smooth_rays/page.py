@@ -115,8 +115,8 @@ from repro.run.outcomes import Plan
 # The scene is that of [section 4.1.5](s1_5_simulated.ipynb) at a field of
 # view of 90 degrees: 999 rays, planes in random poses, noise drawn anew for
 # every plane. The *radial* lens is the one of that section. The *bent* lens
-# is the same, and its image is pushed about by waves of one pixel, about as
-# long as the image. CGSP, adjusted with its centre, makes the table.
+# is the same, and its image is pushed about by waves of one pixel, about half
+# as long as the image. CGSP, adjusted with its centre, makes the table.
 
 
 # %%
