@@ -56,11 +56,31 @@ def _calibrated(stage, points, true, centrality):
         "r3_off_deg": _turn(poses[2] @ np.linalg.inv(true.T_base_grid[2])),
     }
     if centrality:
-        scatter = scatter_about(centre, points, poses)
-        found |= scatter.measures() | {
-            "crossing": scatter.points.astype(np.float32)
-        }
+        found |= _scatters(centre, points, poses)
     return found
+
+
+def _scatters(centre, points, poses):
+    """Measures of the scatter of all rays, and of those whose points lie apart."""
+    scatter = scatter_about(centre, points, poses)
+    apart = depth_spread(centre, points, poses) >= LEAST_SPREAD
+    return {
+        "all": scatter.measures(),
+        "apart": scatter_about(centre, points[:, apart], poses).measures(),
+        "share_apart": float(apart.mean()),
+        "crossing": np.column_stack([scatter.points, apart]).astype(
+            np.float32
+        ),
+    }
+
+
+def depth_spread(centre, points, T_base_grid):
+    """How far apart the points of each ray lie, (N,), as a share of their distance."""
+    placed = transform(
+        T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1)))
+    )
+    distance = np.linalg.norm(placed - centre, axis=2)
+    return np.ptp(distance, axis=0) / distance.mean(axis=0)
 
 
 def parameters(centre, T_base_grid):

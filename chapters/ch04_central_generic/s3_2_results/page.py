@@ -132,7 +132,7 @@ from repro.run.outcomes import Plan
 # | adjustment | of the poses, the centre kept | 4.1.4 |
 # | rendered seeds | {glue:text}`rendered` | end to end, the monitor set up anew |
 # | redrawn seeds | {glue:text}`redrawn` | the claims ask for 50 |
-# | lines | all rays; and those whose points lie apart | where grids cross there is no line |
+# | lines | all rays, and those whose points lie apart | no line where grids cross |
 #
 # A redrawn seed sets the monitor up anew and draws decoding errors like those
 # that were measured on the rendered sets: the bias by the place in a period

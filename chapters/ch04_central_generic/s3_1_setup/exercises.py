@@ -1,0 +1,57 @@
+"""What the exercises of section 4.3.1 compare an answer with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+FOCAL_PX, SHIFT_PX = 367.4, 9.0
+AXES_MM = (29.3, 15.3)
+WIDTH_MM, DISTANCE_MM = 376.9, 116.0
+
+
+def shift_task():
+    """Near the axis of an equidistance lens a px is 1 / f radians."""
+    return {
+        "expected": lambda: float(np.degrees(SHIFT_PX / FOCAL_PX)),
+        "hint": "r = f theta, with r and f in px",
+        "slips": {
+            "In degrees, please.": lambda: SHIFT_PX / FOCAL_PX,
+            "The shift over the focal length, not the other way round.": lambda: (
+                float(np.degrees(FOCAL_PX / SHIFT_PX))
+            ),
+        },
+    }
+
+
+def foci_task():
+    """The foci of z^2 / a^2 - r^2 / b^2 = 1 lie sqrt(a^2 + b^2) from its centre."""
+    return {
+        "expected": lambda: 2 * float(np.hypot(*AXES_MM)),
+        "hint": "for a hyperbola the squares of the half axes add up",
+        "slips": {
+            "That is from the centre to one focus.": lambda: float(
+                np.hypot(*AXES_MM)
+            ),
+            "For an ellipse they subtract; here they add.": lambda: float(
+                2 * np.sqrt(AXES_MM[0] ** 2 - AXES_MM[1] ** 2)
+            ),
+        },
+    }
+
+
+def width_task():
+    """A monitor square before the camera reaches atan(w / 2 d) to either side."""
+    return {
+        "expected": lambda: 2 * _half_deg(),
+        "hint": "half of the monitor's width and its distance make a right triangle",
+        "slips": {
+            "That is to one side of the middle.": _half_deg,
+            "Half of its width lies on either side.": lambda: float(
+                np.degrees(np.arctan(WIDTH_MM / DISTANCE_MM))
+            ),
+        },
+    }
+
+
+def _half_deg():
+    return float(np.degrees(np.arctan(WIDTH_MM / 2 / DISTANCE_MM)))

@@ -1,0 +1,180 @@
+"""What of the field is calibrated, and what a lens that moves does (4.3.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.active_grid_sets import (
+    decoded_grids,
+    true_camera,
+    true_poses,
+)
+from chapters.shared.central_sets import (
+    FISH,
+    LINEAR_GRIDS,
+    OMNI,
+    RIGS,
+    SEEDS,
+    first_points,
+    shared_rays,
+    true_grids_of_set,
+)
+from chapters.shared.three_grids import calibrated
+from repro.run.rendered import rendered_set
+
+BAND_DEG = 1.5  # to either side of the horizon, and of the middle
+SHOWN_PX = 250  # about so many pixels of the width are drawn
+BINNED = 4  # px of the camera that make one of the small rigs
+REACH_PX = 3
+# Literals, which the workflow reads without running them.
+TURNED_SETS = {
+    "quick": (
+        "onevr-d70-small/0", "onevr-d70-turned-small/0",
+        "coolpix-4500-fce8-small/0", "coolpix-4500-fce8-turned-small/0",
+    ),
+    "full": (
+        "onevr-d70-small/0", "onevr-d70-turned-small/0",
+        "coolpix-4500-fce8-small/0", "coolpix-4500-fce8-turned-small/0",
+        "onevr-d70-small/1", "onevr-d70-turned-small/1",
+        "coolpix-4500-fce8-small/1", "coolpix-4500-fce8-turned-small/1",
+        "onevr-d70-small/2", "onevr-d70-turned-small/2",
+        "coolpix-4500-fce8-small/2", "coolpix-4500-fce8-turned-small/2",
+    ),
+}  # fmt: skip
+TURNED_RIGS = (
+    "data/rigs/onevr-d70-small.yaml",
+    "data/rigs/onevr-d70-turned-small.yaml",
+    "data/rigs/coolpix-4500-fce8-small.yaml",
+    "data/rigs/coolpix-4500-fce8-turned-small.yaml",
+)
+
+
+def field_trial(condition, rng):
+    """Which share of a camera's field a rendered set calibrates.
+
+    In degrees for the mirror: how much of the horizon, and of the vertical plane
+    through the middle of the base grid. In shares for the fisheye: of its pixels, and
+    of its solid angle. A pixel counts if one grid or more was decoded there.
+    """
+    folder = rendered_set(condition["rig"], condition["seed"])
+    camera = true_camera(folder)
+    masks = np.array([found.mask for _, found in decoded_grids(folder)])
+    count = masks.sum(axis=0)
+    v, u = np.indices(count.shape)
+    rays = camera.rays(
+        np.column_stack([u.ravel(), v.ravel()]).astype(float)
+    )
+    some = _shares(camera, rays, count.ravel() > 0)
+    linear = _shares(camera, rays, masks[:LINEAR_GRIDS].any(axis=0).ravel())
+    if condition["camera"] == OMNI:
+        base = next(iter(true_poses(folder).values()))
+        towards = base[:3, 2]
+        some |= _angles(rays, count.ravel() > 0, towards)
+    step = max(1, camera.width // SHOWN_PX)
+    shown = np.where(rays.valid.reshape(count.shape), count, -1)
+    return some | {
+        "linear": linear,
+        "by_grid": {
+            f"{n}": float(m.mean()) for n, m in enumerate(masks, 1)
+        },
+        "common": int(masks[:LINEAR_GRIDS].all(axis=0).sum()),
+        "count": shown[::step, ::step].astype(np.int8),
+    }
+
+
+def _shares(camera, rays, seen):
+    """Shares of the pixels that have a ray, and of the solid angle they see."""
+    good = rays.valid
+    solid = _solid_angle(camera, rays)
+    return {
+        "share": float(seen[good].mean()),
+        "solid": float(solid[good & seen].sum() / np.nansum(solid[good])),
+    }
+
+
+def _solid_angle(camera, rays):
+    """Solid angle (N,) of each pixel, from its neighbours' directions; NaN at rims."""
+    shape = camera.height, camera.width, 3
+    d = rays.directions.reshape(shape)
+    solid = np.full(shape[:2], np.nan)
+    across, down = d[:, 1:] - d[:, :-1], d[1:] - d[:-1]
+    solid[:-1, :-1] = np.linalg.norm(
+        np.cross(across[:-1], down[:, :-1]), axis=2
+    )
+    return np.nan_to_num(solid.ravel())
+
+
+def _angles(rays, seen, towards):
+    """Degrees of azimuth at the horizon and of elevation ahead that are seen."""
+    x, y, z = rays.directions.T
+    azimuth = np.degrees(
+        np.arctan2(y, x) - np.arctan2(towards[1], towards[0])
+    )
+    azimuth = (azimuth + 180) % 360 - 180
+    elevation = np.degrees(np.arcsin(np.clip(z, -1, 1)))
+    good = rays.valid & seen
+    with np.errstate(invalid="ignore"):
+        level = good & (np.abs(elevation) < BAND_DEG)
+        ahead = good & (np.abs(azimuth) < BAND_DEG)
+    return {
+        "horizontal_deg": float(len(np.unique(np.rint(azimuth[level])))),
+        "vertical_deg": float(len(np.unique(np.rint(elevation[ahead])))),
+    }
+
+
+def turned_trial(condition, rng):
+    """A camera that was turned over for grids 2 and 3, against one that was not.
+
+    Both sets have the same poses. The shift of the lens is measured as a decoder sees
+    it: by how much each pixel's point has moved, in px of the whole camera.
+    """
+    rig, seed = condition["rig"], condition["seed"]
+    upright = rendered_set(f"{rig}-small", seed)
+    turned = rendered_set(f"{rig}-turned-small", seed)
+    camera = true_camera(upright)
+    shape = camera.height, camera.width, 2
+    points = {
+        name: first_points(f)
+        for name, f in (("upright", upright), ("turned", turned))
+    }
+    shifts = [
+        BINNED * shift_between(a.reshape(shape), b.reshape(shape))
+        for a, b in zip(points["upright"], points["turned"], strict=True)
+    ]
+    out = {
+        f"shift_{n}_px": float(np.hypot(*s))
+        for n, s in enumerate(shifts, 1)
+    }
+    for name, seen in points.items():
+        rays = shared_rays(seen, camera.width, rng)
+        true = true_grids_of_set(upright, rays.pixels)
+        found = calibrated(rays.points, true, centrality=False)
+        out[name] = found | {"left_out": rays.left_out}
+    return out
+
+
+def shift_between(points, moved):
+    """How far (2,), px, the image has moved: median over pixels.
+
+    points, moved: (H, W, 2), where pixels look before and after, NaN for nowhere.
+    """
+    r = REACH_PX
+    inner = np.s_[r:-r, r:-r]
+    along = (points[r:-r, 2 * r :] - points[r:-r, : -2 * r]) / (2 * r)
+    down = (points[2 * r :, r:-r] - points[: -2 * r, r:-r]) / (2 * r)
+    by_pixel = np.stack([along, down], axis=-1)
+    off = (moved - points)[inner]
+    good = np.isfinite(by_pixel).all(axis=(2, 3)) & np.isfinite(off).all(
+        axis=2
+    )
+    found = -np.linalg.solve(by_pixel[good], off[good][..., None])[..., 0]
+    return np.median(found, axis=0)
+
+
+def turned_conditions(effort):
+    """A condition for each camera and seed."""
+    return [
+        {"camera": camera, "rig": RIGS[camera], "seed": seed}
+        for camera in (OMNI, FISH)
+        for seed in SEEDS[effort]
+    ]

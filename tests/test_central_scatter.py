@@ -1,0 +1,88 @@
+"""Scatter of rays about a centre, depth spread, and the shift of a lens."""
+
+import numpy as np
+import pytest
+
+from chapters.ch04_central_generic.s3_1_setup.trials import shift_between
+from chapters.shared.central_scatter import (
+    best_lines,
+    described,
+    facing_plane,
+    scatter_about,
+)
+from chapters.shared.central_sets import TrueGrids
+from chapters.shared.three_grids import calibrated, depth_spread
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+
+RNG = np.random.default_rng(3)
+CENTRE = np.array([10.0, -5.0, -200.0])
+POSES = np.array(
+    [
+        np.eye(4),
+        pose(rotation_from_vector(np.array([0.3, 0.1, 0.0])), [5.0, 9.0, 40.0]),
+        pose(rotation_from_vector(np.array([-0.2, 0.4, 0.1])), [-3.0, 2.0, 90.0]),
+    ]
+)
+
+
+def seen_along(origins, directions):
+    """Points (3, N, 2) where lines meet the three grids."""
+    points = []
+    for T in inverse_pose(POSES):
+        o = transform(T, origins)
+        d = directions @ T[:3, :3].T
+        points.append((o - d * (o[:, 2:] / d[:, 2:]))[:, :2])
+    return np.array(points)
+
+
+def directions_ahead(count):
+    d = RNG.normal(size=(count, 3)) * [0.25, 0.25, 0.05] + [0, 0, 1]
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def test_lines_and_plane_of_rays_that_miss_the_centre():
+    d = directions_ahead(4000)
+    across = facing_plane(d)
+    off = RNG.normal(size=(4000, 2)) * [0.3, 0.1]
+    points = seen_along(CENTRE + off @ across, d)
+    _middles, found = best_lines(points, POSES)
+    np.testing.assert_allclose(np.abs(np.sum(found * d, axis=1)), 1, atol=1e-12)
+    scatter = scatter_about(CENTRE, points, POSES)
+    np.testing.assert_allclose(np.abs(scatter.points), np.abs(off), atol=1e-8)
+    assert scatter.rms_mm == pytest.approx(np.hypot(0.3, 0.1), rel=0.05)
+    assert scatter.eigenvalues == pytest.approx(1 / 9, rel=0.1)
+    assert scatter.kurtosis < 0.5
+    assert scatter.skewness < 0.05
+    assert scatter.inside
+
+
+def test_a_cloud_to_one_side_does_not_hold_the_centre_and_tails_are_not_gaussian():
+    aside = described(RNG.normal(size=(500, 2)) + [9, 0])
+    assert not aside.inside
+    heavy = described(RNG.standard_t(3, size=(5000, 2)))
+    assert heavy.kurtosis > 2
+
+
+def test_every_method_finds_exact_grids_and_says_how_far_it_is_off():
+    d = directions_ahead(300)
+    points = seen_along(np.broadcast_to(CENTRE, d.shape), d)
+    found = calibrated(points, TrueGrids(CENTRE, POSES, 0.0))
+    for method in found.values():
+        assert method["centre_off_mm"] < 1e-6
+        assert method["ray_mean_mm"] < 1e-7
+        assert method["r2_off_deg"] < 1e-6
+        assert method["all"]["rms_mm"] < 1e-5
+    assert found["cgsp"]["cz"] == pytest.approx(-200)
+    spread = depth_spread(CENTRE, points, POSES)
+    assert 0 < spread.min() < spread.max() < 1
+
+
+def test_a_shift_of_the_image_is_measured_from_what_pixels_see():
+    v, u = np.indices((60, 80)).astype(float)
+
+    def seen(u, v):
+        return np.stack([0.4 * u + 0.01 * v + 1e-3 * u * v, 0.3 * v - 0.02 * u], -1)
+
+    moved = seen(u - 1.2, v + 0.7)
+    moved[:20] = np.nan
+    np.testing.assert_allclose(shift_between(seen(u, v), moved), [1.2, -0.7], atol=0.01)
