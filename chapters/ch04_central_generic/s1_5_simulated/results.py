@@ -59,7 +59,7 @@ WORDS = {
 }
 
 
-class Case(NamedTuple):
+class NoiseCase(NamedTuple):
     """One reading of 4.1.5: an option for every question that is asked."""
 
     options: dict
@@ -97,14 +97,14 @@ class Case(NamedTuple):
 
 
 def cases(*questions):
-    """A Case for every combination of options of the questions."""
+    """A case for every combination of options of the questions."""
     return [
-        Case(dict(zip(questions, chosen, strict=True)))
+        NoiseCase(dict(zip(questions, chosen, strict=True)))
         for chosen in product(*(QUESTIONS[q] for q in questions))
     ]
 
 
-PRIMARY = Case(
+PRIMARY = NoiseCase(
     {question: options[0] for question, options in QUESTIONS.items()}
 )
 
