@@ -1,0 +1,202 @@
+"""The two cameras of 4.3: their grids, their calibrations, their rays on a lattice."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.active_grid_sets import (
+    decoded_grids,
+    seen_grids,
+    true_camera,
+    true_poses,
+)
+from chapters.shared.central_calibrations import (
+    CENTRAL_METHODS,
+    calibrate_central,
+    lattice_of,
+    without_outliers,
+)
+from chapters.shared.decoding_errors import (
+    drawn_again,
+    lattice_rays,
+    measured_errors,
+    true_lattice,
+)
+from raxel.cameras import GeneralCamera
+from raxel.errors import CalibrationError
+from raxel.geometry import inverse_pose, rotate
+from repro.run.rendered import rendered_set
+
+CAMERAS = ("omnidirectional", "fisheye")
+GRIDS = {
+    "quick": {
+        "omnidirectional": "onevr-d70-small",
+        "fisheye": "coolpix-4500-fce8-small",
+    },
+    "full": {
+        "omnidirectional": "onevr-d70",
+        "fisheye": "coolpix-4500-fce8",
+    },
+}
+BOARDS = {
+    "quick": {
+        "omnidirectional": "onevr-d70-boards-small",
+        "fisheye": "coolpix-4500-fce8-boards-small",
+    },
+    "full": {
+        "omnidirectional": "onevr-d70-boards",
+        "fisheye": "coolpix-4500-fce8-boards",
+    },
+}
+SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+STEP = {
+    "quick": 2,
+    "full": 6,
+}  # px between neighbours of the lattice of rays
+GRID_SETS = {
+    "quick": ("onevr-d70-small/0", "coolpix-4500-fce8-small/0"),
+    "full": (
+        "onevr-d70/0",
+        "onevr-d70/1",
+        "onevr-d70/2",
+        "coolpix-4500-fce8/0",
+        "coolpix-4500-fce8/1",
+        "coolpix-4500-fce8/2",
+    ),
+}
+ALL_SETS = {
+    "quick": (
+        "onevr-d70-small/0",
+        "coolpix-4500-fce8-small/0",
+        "onevr-d70-boards-small/0",
+        "coolpix-4500-fce8-boards-small/0",
+    ),
+    "full": (
+        "onevr-d70/0",
+        "onevr-d70/1",
+        "onevr-d70/2",
+        "coolpix-4500-fce8/0",
+        "coolpix-4500-fce8/1",
+        "coolpix-4500-fce8/2",
+        "onevr-d70-boards/0",
+        "onevr-d70-boards/1",
+        "onevr-d70-boards/2",
+        "coolpix-4500-fce8-boards/0",
+        "coolpix-4500-fce8-boards/1",
+        "coolpix-4500-fce8-boards/2",
+    ),
+}
+
+
+class Lattice(NamedTuple):
+    """Every step-th pixel each way of an image, the first at ``step // 2``.
+
+    shape: (h, w); pixels: (N, 2), those of its nodes that any grid was seen from.
+    """
+
+    step: int
+    shape: tuple
+    pixels: np.ndarray
+
+    def places(self, pixels):
+        """Places (N, 2) on the lattice, its nodes at whole numbers."""
+        return (np.asarray(pixels, float) - self.step // 2) / self.step
+
+    def table(self, values):
+        """Values (N, ...) of the nodes as an array (h, w, ...), NaN elsewhere."""
+        u, v = self.places(self.pixels).astype(int).T
+        table = np.full((*self.shape, *np.shape(values)[1:]), np.nan)
+        table[v, u] = values
+        return table
+
+
+class Calibrated(NamedTuple):
+    """A method's rays on a lattice, and which grids they came from.
+
+    camera: GeneralCamera over the lattice's nodes, in the true camera's axes;
+    calibration: CentralCalibration; sources (h, w): a bit for every grid used.
+    """
+
+    camera: GeneralCamera
+    calibration: object
+    sources: np.ndarray
+
+
+def decoded_points(folder, step, rng):
+    """(Lattice, points (n, N, 2)) of a rendered set, decoded as anybody's."""
+    locations = []
+    for _, found in decoded_grids(folder):
+        location = found.location.copy()
+        location[~found.mask] = np.nan
+        locations.append(location)
+    pixels, points = lattice_of(locations, step)
+    shape = locations[0][step // 2 :: step, step // 2 :: step].shape[:2]
+    return Lattice(step, shape, pixels), without_outliers(points, rng)
+
+
+@lru_cache(maxsize=4)
+def errors_of(rig, seed):
+    """DecodingErrors of a rendered set, measured against its truth."""
+    folder = rendered_set(rig, seed)
+    camera = true_camera(folder)
+
+    def with_cosines():
+        for grid in seen_grids(folder):
+            rays, shape = lattice_rays(camera, 1)
+            towards = rotate(
+                inverse_pose(grid.T_camera_grid), rays.directions
+            )
+            yield grid, towards[:, 2].reshape(shape)
+
+    return measured_errors(with_cosines())
+
+
+def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
+    """As `decoded_points`, with errors drawn like those of the rendered set."""
+    folder = rendered_set(rig, seed)
+    errors, camera = errors_of(rig, seed), true_camera(folder)
+    rays, shape = lattice_rays(camera, step)
+    tables = []
+    for T in true_poses(folder).values():
+        points, cosine = true_lattice(rays, shape, T, size_mm)
+        tables.append(drawn_again(errors, points, cosine, rng, step))
+    points = np.stack(tables).reshape(len(tables), -1, 2)
+    some = np.isfinite(points[..., 0]).any(axis=0)
+    v, u = np.divmod(np.flatnonzero(some), shape[1])
+    pixels = np.column_stack([u, v]) * float(step) + step // 2
+    return Lattice(step, shape, pixels), without_outliers(
+        points[:, some], rng
+    )
+
+
+def calibrated(
+    folder, lattice, points, rng, methods=tuple(CENTRAL_METHODS)
+):
+    """{method: Calibrated, or the reason why there is none}.
+
+    The rays are turned from the base grid's axes to the camera's, by the true
+    pose of the base grid: only what is shown and where is up hang on it.
+    """
+    R_camera_base = next(iter(true_poses(folder).values()))[:3, :3]
+    out = {}
+    for method in methods:
+        try:
+            found = calibrate_central(points, method, rng)
+        except CalibrationError as fault:
+            out[method] = str(fault)
+            continue
+        out[method] = on_lattice(lattice, points, found, R_camera_base)
+    return out
+
+
+def on_lattice(lattice, points, found, R_camera_base):
+    """The Calibrated of a CentralCalibration."""
+    table = lattice.table(found.directions @ R_camera_base.T)
+    mask = np.isfinite(table[..., 0])
+    seen = np.isfinite(points[found.used][..., 0])
+    bits = seen.T @ (1 << np.array(found.used))
+    camera = GeneralCamera(np.where(mask[..., None], table, 1.0), mask)
+    return Calibrated(camera, found, lattice.table(bits))

@@ -1,0 +1,257 @@
+"""A room before both cameras: its pictures corrected, its edges made straight."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
+    calibrated,
+    decoded_points,
+    on_lattice,
+    redrawn_points,
+)
+from chapters.shared.active_grid_sets import true_camera, true_poses
+from chapters.shared.grid_rigs import rig_named
+from raxel.calibration.centroid_rays import centroid_directions
+from raxel.geometry import inverse_pose, pose, transform
+from raxel.lab import room
+from raxel.multiview.perspective_view import (
+    resample,
+)
+from repro.run.rendered import rendered_set
+
+ON_EDGE = 60
+FEWEST = 8  # points of an edge with a ray
+LEAST_SHARE = 0.3  # of an edge's points
+VIEWS = 2  # frames, as in Figs 4.7 and 4.8
+TURNS_DEG = (0.0, 35.0)
+PANORAMA_PX, VIEW_PX = (720, 300), (480, 400)
+PANORAMA_DEG, VIEW_DEG = 200.0, 100.0
+# A mirror camera looks straight up, the fisheye straight ahead (world: y down).
+LOOKS_UP = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
+
+
+def middle_direction(folder):
+    """Unit direction (3,), camera frame, to the middle of the base grid."""
+    T = next(iter(true_poses(folder).values()))
+    middle = T[:3, :3] @ [188.0, 150.0, 0.0] + T[:3, 3]
+    return middle / np.linalg.norm(middle)
+
+
+def T_world_camera(camera_name, folder, turn_deg):
+    """The camera in the middle of the room, its grids straight ahead."""
+    up = LOOKS_UP if camera_name == "omnidirectional" else np.eye(3)
+    ahead = up @ middle_direction(folder)
+    azimuth = np.arctan2(ahead[0], ahead[2]) + np.radians(turn_deg)
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    level = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+    centre = np.zeros(3)
+    return pose(level @ up, centre)
+
+
+@cache
+def edges(upright):
+    """Points (edges, ON_EDGE, 3), world, on the room's straight edges."""
+    ends = room().straight_edges
+    run = np.abs(ends[:, 1] - ends[:, 0])
+    if upright:
+        ends = ends[(run[:, 0] < 1e-6) & (run[:, 2] < 1e-6)]
+    share = np.linspace(0, 1, ON_EDGE)[:, None]
+    points = ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])
+    return np.unique(np.round(points, 6), axis=0)
+
+
+def seen_edges(camera_name, folder):
+    """True pixels (edges, ON_EDGE, 2) of the edges, NaN where unseen."""
+    T = inverse_pose(T_world_camera(camera_name, folder, 0.0))
+    points = edges(camera_name == "omnidirectional")
+    seen = true_camera(folder).project(transform(T, points.reshape(-1, 3)))
+    pixels = np.where(seen.valid[:, None], seen.pixels, np.nan)
+    return pixels.reshape(*points.shape[:2], 2)
+
+
+def straightness(found, lattice, pixels, camera_name, folder):
+    """Largest and median deviation of edges from lines, as shares of their length.
+
+    An edge's pixels are turned into rays, and those into places on the
+    cylinder or the plane: the largest distance from the best line, over the
+    distance of the edge's ends.
+    """
+    place = cylinder if camera_name == "omnidirectional" else flat
+    down = downwards(camera_name, folder)
+    shares = []
+    for edge in pixels:
+        rays = found.camera.rays(lattice.places(edge))
+        if np.count_nonzero(rays.valid) < max(
+            FEWEST, LEAST_SHARE * ON_EDGE
+        ):
+            continue
+        points = place(rays.directions[rays.valid], down)
+        points = points[np.isfinite(points[:, 0])]
+        if len(points) >= FEWEST:
+            shares.append(off_line(points))
+    shares = np.array(shares)
+    return {
+        "edges": len(shares),
+        "worst_share": shares.max() if len(shares) else None,
+        "median_share": float(np.median(shares)) if len(shares) else None,
+    }
+
+
+def downwards(camera_name, folder):
+    """Unit direction (3,) in the camera frame that is down in the room."""
+    T = T_world_camera(camera_name, folder, 0.0)
+    return T[:3, :3].T @ [0.0, 1.0, 0.0]
+
+
+def level_axes(down, folder_ahead):
+    """R (3, 3): rows x to the right, y down, z ahead, in the camera frame."""
+    z = folder_ahead - (folder_ahead @ down) * down
+    z /= np.linalg.norm(z)
+    return np.stack([np.cross(down, z), down, z])
+
+
+def cylinder(directions, down):
+    """Azimuth and height (N, 2) on a unit cylinder whose axis is vertical."""
+    x = np.cross(down, [0.3, 0.5, 0.7])
+    x /= np.linalg.norm(x)
+    z = np.cross(x, down)
+    a, b = directions @ x, directions @ z
+    azimuth = np.unwrap(np.arctan2(a, b))
+    return np.column_stack([azimuth, directions @ down / np.hypot(a, b)])
+
+
+def flat(directions, down):
+    """Places (N, 2) on the plane across the mean direction; NaN behind it."""
+    normal = directions.mean(axis=0)
+    normal /= np.linalg.norm(normal)
+    across = np.linalg.svd(normal[None])[2][1:]
+    height = directions @ normal
+    points = directions @ across.T / height[:, None]
+    points[height < 0.1] = np.nan
+    return points
+
+
+def off_line(points):
+    """Largest distance of points (N, 2) from their best line, over its length."""
+    centred = points - points.mean(axis=0)
+    along, across = (centred @ np.linalg.svd(centred)[2].T).T
+    return float(np.abs(across).max() / np.ptp(along))
+
+
+def elevations(camera, down):
+    """Elevation (deg) of the lowest and highest calibrated rays."""
+    heights = camera.rays(lattice_nodes(camera)).directions @ -down
+    angles = np.degrees(np.arcsin(np.clip(heights, -1, 1)))
+    return float(angles.min()), float(angles.max())
+
+
+def lattice_nodes(camera):
+    """Pixels (N, 2) of a camera's mask."""
+    v, u = np.nonzero(camera.mask)
+    return np.column_stack([u, v]).astype(float)
+
+
+def equal_depth(calibration, points, depth, lattice, R_camera_base):
+    """A calibration with its centre moved to another depth, rays joined anew."""
+    centre = np.append(calibration.centre[:2], depth)
+    used = calibration.used
+    seen = np.isfinite(points[used][..., 0])
+    rays = centroid_directions(
+        points[used], seen, centre, calibration.T_base_grid
+    )
+    moved = calibration._replace(centre=centre, directions=rays)
+    return on_lattice(lattice, points, moved, R_camera_base)
+
+
+def lines_trial(condition, rng):
+    """One redrawn calibration: straight edges, and the vertical field of view."""
+    name, rig = condition["camera"], condition["rig"]
+    seed = condition["seeds"][rng.integers(len(condition["seeds"]))]
+    folder = rendered_set(rig, seed)
+    lattice, points = redrawn_points(rig, seed, condition["step"], rng)
+    pixels, down = seen_edges(name, folder), downwards(name, folder)
+    out, found = {}, calibrated(folder, lattice, points, rng)
+    for method, one in found.items():
+        if isinstance(one, str):
+            out[method] = {"failed": one}
+            continue
+        low, high = elevations(one.camera, down)
+        out[method] = straightness(one, lattice, pixels, name, folder) | {
+            "depth_mm": float(one.calibration.centre[2]),
+            "vertical_deg": high - low,
+        }
+    best = found["cgsp"]
+    R = next(iter(true_poses(folder).values()))[:3, :3]
+    for method in ("printed", "conditioned"):
+        one = found[method]
+        if isinstance(one, str) or isinstance(best, str):
+            continue
+        same = equal_depth(
+            one.calibration, points, best.calibration.centre[2], lattice, R
+        )
+        low, high = elevations(same.camera, down)
+        out[method]["equal_depth_deg"] = high - low
+    return out
+
+
+def pictures_trial(condition, rng):
+    """Two frames of the room as taken, and corrected by two calibrations."""
+    name, rig = condition["camera"], condition["rig"]
+    folder = rendered_set(rig, 0)
+    lattice, points = decoded_points(folder, condition["step"], rng)
+    found = calibrated(folder, lattice, points, rng, ("printed", "cgsp"))
+    laboratory = rig_named(rig).laboratory()
+    out = {}
+    for frame, turn in enumerate(TURNS_DEG[:VIEWS]):
+        T = T_world_camera(name, folder, turn)
+        picture = laboratory.photograph(room(), T, rng)
+        out[f"frame_{frame}"] = shrunk(picture, 480)
+        for method, one in found.items():
+            if not isinstance(one, str):
+                out[f"{method}_{frame}"] = corrected(
+                    picture, one, lattice, name, folder
+                )
+    return out
+
+
+def shrunk(picture, width):
+    """The picture at about this width, neighbours averaged, uint8."""
+    factor = max(1, picture.shape[1] // width)
+    h, w = (n // factor * factor for n in picture.shape[:2])
+    blocks = picture[:h, :w].reshape(
+        h // factor, factor, w // factor, factor
+    )
+    return blocks.mean(axis=(1, 3)).round().astype(np.uint8)
+
+
+def corrected(picture, found, lattice, name, folder):
+    """The picture on a cylinder or a plane through calibrated rays, uint8."""
+    R_camera_view = level_axes(
+        downwards(name, folder), middle_direction(folder)
+    ).T
+    directions = view_directions(name) @ R_camera_view.T
+    seen = found.camera.project(directions.reshape(-1, 3))
+    pixels = seen.pixels * lattice.step + lattice.step // 2
+    pixels[~seen.valid] = np.nan
+    shape = *directions.shape[:2], 2
+    return resample(picture, pixels.reshape(shape).astype(np.float32))
+
+
+def view_directions(name):
+    """Directions (h, w, 3) of the corrected picture's pixels: x right, z ahead."""
+    if name == "omnidirectional":
+        (w, h), half = PANORAMA_PX, np.radians(PANORAMA_DEG) / 2
+        radius = w / (2 * half)
+        azimuth = (np.arange(w) - (w - 1) / 2) / radius
+        drop = (np.arange(h) - 0.6 * h) / radius
+        drop, azimuth = np.meshgrid(drop, azimuth, indexing="ij")
+        return np.stack([np.sin(azimuth), drop, np.cos(azimuth)], axis=-1)
+    (w, h), half = VIEW_PX, np.radians(VIEW_DEG) / 2
+    focal = w / 2 / np.tan(half)
+    x = (np.arange(w) - (w - 1) / 2) / focal
+    y = (np.arange(h) - (h - 1) / 2) / focal
+    y, x = np.meshgrid(y, x, indexing="ij")
+    return np.stack([x, y, np.ones_like(x)], axis=-1)
