@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
-    BOARDS,
-    GRIDS,
     calibrated,
     decoded_points,
 )
+from chapters.shared.central_sets import RIGS, SEEDS, SMALL
 from raxel.calibration.board_views import board_views
 from raxel.calibration.grid_pose import synthetic_plane_normal
 from raxel.evaluation.distortion import distortion_residual
@@ -116,10 +115,12 @@ def spearman(a, b):
     return float(np.corrcoef(*ranks)[0, 1])
 
 
-def seed_trial(effort, camera, seed, step, rng):
+def seed_trial(condition, rng):
     """One rendered seed end to end: residuals of every board, by method."""
-    grids = rendered_set(GRIDS[effort][camera], seed)
-    boards = load_set(rendered_set(BOARDS[effort][camera], seed))
+    rig, seed = condition["rig"], condition["seed"]
+    grids = rendered_set(rig, seed)
+    boards = load_set(rendered_set(boards_of(rig), seed))
+    step = condition["step"]
     scale = load_set(grids).width / boards.width
     lattice, points = decoded_points(grids, step, rng)
     views = board_views(boards, detect_boards(boards))
@@ -137,6 +138,26 @@ def seed_trial(effort, camera, seed, step, rng):
             "field": largest(kept),
         }
     return out
+
+
+def boards_of(rig):
+    """The rig that photographs the boards of a rig that photographs grids."""
+    small = SMALL["quick"]
+    return rig.removesuffix(small) + "-boards" + small * rig.endswith(small)
+
+
+def conditions(effort, step):
+    """A condition for every rendered seed of both cameras."""
+    return [
+        {
+            "camera": camera,
+            "rig": name + SMALL[effort],
+            "seed": seed,
+            "step": step,
+        }
+        for camera, name in RIGS.items()
+        for seed in SEEDS[effort]
+    ]
 
 
 def largest(fields):

@@ -19,6 +19,7 @@ from chapters.shared.central_calibrations import (
     lattice_of,
     without_outliers,
 )
+from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.decoding_errors import (
     drawn_again,
     lattice_rays,
@@ -30,43 +31,11 @@ from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, rotate
 from repro.run.rendered import rendered_set
 
-CAMERAS = ("omnidirectional", "fisheye")
-GRIDS = {
-    "quick": {
-        "omnidirectional": "onevr-d70-small",
-        "fisheye": "coolpix-4500-fce8-small",
-    },
-    "full": {
-        "omnidirectional": "onevr-d70",
-        "fisheye": "coolpix-4500-fce8",
-    },
-}
-BOARDS = {
-    "quick": {
-        "omnidirectional": "onevr-d70-boards-small",
-        "fisheye": "coolpix-4500-fce8-boards-small",
-    },
-    "full": {
-        "omnidirectional": "onevr-d70-boards",
-        "fisheye": "coolpix-4500-fce8-boards",
-    },
-}
-SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+CAMERAS = (OMNI, FISH)
 STEP = {
     "quick": 2,
     "full": 6,
 }  # px between neighbours of the lattice of rays
-GRID_SETS = {
-    "quick": ("onevr-d70-small/0", "coolpix-4500-fce8-small/0"),
-    "full": (
-        "onevr-d70/0",
-        "onevr-d70/1",
-        "onevr-d70/2",
-        "coolpix-4500-fce8/0",
-        "coolpix-4500-fce8/1",
-        "coolpix-4500-fce8/2",
-    ),
-}
 ALL_SETS = {
     "quick": (
         "onevr-d70-small/0",

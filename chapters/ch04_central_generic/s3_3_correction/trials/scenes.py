@@ -13,6 +13,7 @@ from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     redrawn_points,
 )
 from chapters.shared.active_grid_sets import true_camera, true_poses
+from chapters.shared.central_sets import OMNI
 from chapters.shared.grid_rigs import rig_named
 from raxel.calibration.centroid_rays import centroid_directions
 from raxel.geometry import inverse_pose, pose, transform
@@ -27,7 +28,7 @@ FEWEST = 8  # points of an edge with a ray
 LEAST_SHARE = 0.3  # of an edge's points
 VIEWS = 2  # frames, as in Figs 4.7 and 4.8
 TURNS_DEG = (0.0, 35.0)
-PANORAMA_PX, VIEW_PX = (720, 300), (480, 400)
+PANORAMA_PX, VIEW_PX = (720, 240), (480, 400)
 PANORAMA_DEG, VIEW_DEG = 200.0, 100.0
 # A mirror camera looks straight up, the fisheye straight ahead (world: y down).
 LOOKS_UP = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
@@ -42,7 +43,7 @@ def middle_direction(folder):
 
 def T_world_camera(camera_name, folder, turn_deg):
     """The camera in the middle of the room, its grids straight ahead."""
-    up = LOOKS_UP if camera_name == "omnidirectional" else np.eye(3)
+    up = LOOKS_UP if camera_name == OMNI else np.eye(3)
     ahead = up @ middle_direction(folder)
     azimuth = np.arctan2(ahead[0], ahead[2]) + np.radians(turn_deg)
     c, s = np.cos(azimuth), np.sin(azimuth)
@@ -66,7 +67,7 @@ def edges(upright):
 def seen_edges(camera_name, folder):
     """True pixels (edges, ON_EDGE, 2) of the edges, NaN where unseen."""
     T = inverse_pose(T_world_camera(camera_name, folder, 0.0))
-    points = edges(camera_name == "omnidirectional")
+    points = edges(camera_name == OMNI)
     seen = true_camera(folder).project(transform(T, points.reshape(-1, 3)))
     pixels = np.where(seen.valid[:, None], seen.pixels, np.nan)
     return pixels.reshape(*points.shape[:2], 2)
@@ -79,7 +80,7 @@ def straightness(found, lattice, pixels, camera_name, folder):
     cylinder or the plane: the largest distance from the best line, over the
     distance of the edge's ends.
     """
-    place = cylinder if camera_name == "omnidirectional" else flat
+    place = cylinder if camera_name == OMNI else flat
     down = downwards(camera_name, folder)
     shares = []
     for edge in pixels:
@@ -242,11 +243,11 @@ def corrected(picture, found, lattice, name, folder):
 
 def view_directions(name):
     """Directions (h, w, 3) of the corrected picture's pixels: x right, z ahead."""
-    if name == "omnidirectional":
+    if name == OMNI:
         (w, h), half = PANORAMA_PX, np.radians(PANORAMA_DEG) / 2
         radius = w / (2 * half)
         azimuth = (np.arange(w) - (w - 1) / 2) / radius
-        drop = (np.arange(h) - 0.6 * h) / radius
+        drop = (np.arange(h) - 0.75 * h) / radius
         drop, azimuth = np.meshgrid(drop, azimuth, indexing="ij")
         return np.stack([np.sin(azimuth), drop, np.cos(azimuth)], axis=-1)
     (w, h), half = VIEW_PX, np.radians(VIEW_DEG) / 2

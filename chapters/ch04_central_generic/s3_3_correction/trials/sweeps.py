@@ -1,0 +1,81 @@
+"""What is photographed, calibrated and drawn again for Figs 4.7 to 4.9."""
+
+from __future__ import annotations
+
+from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
+    conditions,
+    seed_trial,
+)
+from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
+    ALL_SETS,
+    STEP,
+)
+from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
+    lines_trial,
+    pictures_trial,
+)
+from chapters.shared.central_sets import (
+    GRID_RIGS,
+    GRID_SETS,
+    RIGS,
+    SEEDS,
+    SMALL,
+)
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+LINES = {"quick": 2, "full": 50}
+LINES_STEP = {"quick": 4, "full": 12}
+
+
+@experiment(
+    "fig_4_9_boards",
+    artefact="fig_4_9",
+    rendered=ALL_SETS,
+    shards={"quick": 1, "full": 2},
+)
+def boards(effort):
+    """Every rendered seed of both cameras: chessboards, corrected."""
+    cases = conditions(effort, STEP[effort])
+    return Plan(seed_trial, cases, 1, {"step_px": STEP[effort]})
+
+
+@experiment(
+    "fig_4_7_pictures",
+    artefact="fig_4_7",
+    rendered=GRID_SETS,
+    inputs=GRID_RIGS,
+    shards={"quick": 1, "full": 2},
+)
+def pictures(effort):
+    """Two frames of a room by each camera, as taken and corrected."""
+    cases = [
+        {
+            "camera": camera,
+            "rig": name + SMALL[effort],
+            "step": STEP[effort],
+        }
+        for camera, name in RIGS.items()
+    ]
+    return Plan(pictures_trial, cases, 1, {"step_px": STEP[effort]})
+
+
+@experiment(
+    "fig_4_7_lines",
+    artefact="fig_4_7",
+    rendered=GRID_SETS,
+    shards={"quick": 1, "full": 2},
+)
+def lines(effort):
+    """Redrawn calibrations of both cameras: edges, and the field of view."""
+    step = LINES_STEP[effort]
+    cases = [
+        {
+            "camera": camera,
+            "rig": name + SMALL[effort],
+            "seeds": list(SEEDS[effort]),
+            "step": step,
+        }
+        for camera, name in RIGS.items()
+    ]
+    return Plan(lines_trial, cases, LINES[effort], {"step_px": step})
