@@ -24,7 +24,8 @@ from repro.run.outcomes import DECISIONS, Reading, Value
 STRAIGHT, REMOVED = 0.01, 0.2
 LEAST_RATIO, EQUAL = 1.3, (0.85, 1.25)
 MOST_BIAS, SEAM, SKEW = 0.25, 1.5, 0.3
-LINES, BOARDS = ("fig_4_7_lines",), ("fig_4_9_boards",)
+LINES = ("fig_4_7_lines",)
+BOARDS = ("fig_4_9_boards",)
 
 
 def _by_seed(holds, found, options, unit, reason):
