@@ -11,12 +11,14 @@ from raxel.calibration import ray_elimination as elimination
 from raxel.calibration.ray_elimination import (
     LOSSES,
     direction_covariances,
-    image_whitening,
     moved,
     normal_equations,
+    steps_of_poses,
+)
+from raxel.calibration.whitening import (
+    image_whitening,
     squared_residuals,
     start_directions,
-    steps_of_poses,
 )
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import angle_between_rotations

@@ -8,8 +8,8 @@ import numpy as np
 
 from raxel.calibration import adjust_consistent, linear_well_conditioned
 from raxel.calibration.bundle import damped_step
-from raxel.calibration.consistent import frozen_whitening
-from raxel.calibration.ray_elimination import moved, start_directions
+from raxel.calibration.ray_elimination import moved
+from raxel.calibration.whitening import frozen_whitening, start_directions
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
 
 CENTRE_MM = np.array([0.0, 0.0, -300.0])

@@ -19,12 +19,14 @@ from raxel.calibration.ray_elimination import (
     BEND,
     LOSSES,
     direction_covariances,
-    image_whitening,
     moved,
     normal_equations,
+    steps_of_poses,
+)
+from raxel.calibration.whitening import (
+    frozen_whitening,
     squared_residuals,
     start_directions,
-    steps_of_poses,
 )
 from raxel.errors import CalibrationError, InputError
 
@@ -161,27 +163,6 @@ def _checked(points, seen, T, loss):
     if seen.shape != finite.shape or not finite[seen].all():
         raise CalibrationError("adjustment: not all points that are seen are finite")
     return points, seen
-
-
-def frozen_whitening(seen, directions, centre, T_base_grid, sigma=None):
-    """Whitening (n, N, 3) float32: a, b, c of [[a, b], [0, c]]; 0 where not used.
-
-    seen: (n, N) bool; directions: (N, 3), of the rays from the centre; sigma: as
-    `adjust_consistent`. Points behind the centre are not used.
-    """
-    whitening = image_whitening(seen, directions, centre, T_base_grid)
-    if sigma is None:
-        return whitening
-    sigma = np.asarray(sigma)
-    sigma = sigma if sigma.ndim == 3 else sigma[..., None]
-    sigma = np.broadcast_to(sigma, (*seen.shape, 2))
-    ahead = whitening[..., 0] > 0
-    if not np.all(sigma > 0, where=ahead[..., None]):
-        raise InputError("adjustment: field 'sigma': not above 0 where a point is seen")
-    for place, axis in ((0, 0), (2, 1)):
-        np.divide(1.0, sigma[..., axis], out=whitening[..., place], where=ahead)
-    whitening[..., 1] = 0
-    return whitening
 
 
 def _degrees_of_freedom(whitening):

@@ -65,8 +65,8 @@ def normal_equations(rays, centre, T_base_grid, loss=(0, 1.0), settle=1):
     """
     points, whitening, directions = rays
     size = 6 * len(points) - 3
-    frames = _frames(centre, T_base_grid)
-    add = partial(_add_rays, points, whitening, directions, *frames, *loss, settle)
+    seen_from = frames(centre, T_base_grid)
+    add = partial(_add_rays, points, whitening, directions, *seen_from, *loss, settle)
     total = over_blocks(add, points.shape[1], (size + 1, size + 1)).sum(axis=0)
     normal = np.triu(total[:size, :size])
     normal = normal + np.triu(normal, 1).T
@@ -116,42 +116,7 @@ def over_blocks(work, count, shape=()):
     return sums
 
 
-def start_directions(points, seen, centre, T_base_grid):
-    """Unit directions (N, 3): the mean of those to the points that each ray sees.
-
-    NaN for a ray that sees none. points: (n, N, 2); seen: (n, N) bool.
-    """
-    directions = np.empty((points.shape[1], 3))
-    frames = _frames(centre, T_base_grid)
-    over_blocks(
-        partial(_mean_directions, points, seen, directions, *frames), points.shape[1]
-    )
-    return directions
-
-
-def image_whitening(seen, directions, centre, T_base_grid):
-    """Whitening (n, N, 3) float32 of points with equal noise of their directions.
-
-    Noise of one radian about each axis gives a grid's points the covariance
-    l^2 (I + m m^T). Zero where not seen, or not ahead of the centre.
-    """
-    whitening = np.zeros((*seen.shape, 3), np.float32)
-    frames = _frames(centre, T_base_grid)
-    over_blocks(
-        partial(_image_whitening, seen, directions, whitening, *frames), seen.shape[1]
-    )
-    return whitening
-
-
-def squared_residuals(rays, centre, T_base_grid):
-    """Whitened squared residuals (n, N) float32 of the points; NaN where not seen."""
-    squares = np.full(rays[0].shape[:2], np.nan, np.float32)
-    frames = _frames(centre, T_base_grid)
-    over_blocks(partial(_squared_residuals, *rays, squares, *frames), rays[0].shape[1])
-    return squares
-
-
-def _frames(centre, T_base_grid):
+def frames(centre, T_base_grid):
     """Rotations R (n, 3, 3), and c = R^T (C - t), (n, 3), of all grids."""
     T = np.asarray(T_base_grid, float)
     R = np.ascontiguousarray(T[:, :3, :3])
@@ -160,7 +125,7 @@ def _frames(centre, T_base_grid):
 
 
 @compiled
-def _meet(R, c, u):
+def meet(R, c, u):
     """m_x, m_y and depth l where a ray meets a grid."""
     d_x = R[0, 0] * u[0] + R[1, 0] * u[1] + R[2, 0] * u[2]
     d_y = R[0, 1] * u[0] + R[1, 1] * u[1] + R[2, 1] * u[2]
@@ -170,59 +135,17 @@ def _meet(R, c, u):
 
 
 @compiled
-def _mean_directions(points, seen, directions, R, c, first, stop, sums):
-    for i in range(first, stop):
-        u = directions[i]
-        u[:] = 0.0
-        for j in range(len(points)):
-            if not seen[j, i]:
-                continue
-            x, y, z = points[j, i, 0] - c[j, 0], points[j, i, 1] - c[j, 1], -c[j, 2]
-            share = 1.0 / np.sqrt(x**2 + y**2 + z**2)
-            for k in range(3):
-                u[k] += share * (R[j, k, 0] * x + R[j, k, 1] * y + R[j, k, 2] * z)
-        _to_unit_length(u)
-
-
-@compiled
-def _to_unit_length(u):
+def to_unit_length(u):
     share = 1.0 / np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
     for k in range(3):
         u[k] *= share
 
 
 @compiled
-def _image_whitening(seen, directions, whitening, R, c, first, stop, sums):
-    for i in range(first, stop):
-        for j in range(len(seen)):
-            if not seen[j, i]:
-                continue
-            m_x, m_y, depth = _meet(R[j], c[j], directions[i])
-            if not 0.0 < depth < FAR:
-                continue
-            share = 1.0 / (1.0 + m_x**2 + m_y**2)
-            left = np.sqrt(1.0 - share * m_x**2)
-            whitening[j, i, 0] = left / depth
-            whitening[j, i, 1] = -share * m_x * m_y / (left * depth)
-            whitening[j, i, 2] = np.sqrt(share) / (left * depth)
-
-
-@compiled
-def _residual(q, w, c, m_x, m_y):
+def residual(q, w, c, m_x, m_y):
     """Whitened residual of a point."""
     e_x, e_y = c[0] - c[2] * m_x - q[0], c[1] - c[2] * m_y - q[1]
     return w[0] * e_x + w[1] * e_y, w[2] * e_y
-
-
-@compiled
-def _squared_residuals(points, whitening, directions, squares, R, c, first, stop, sums):
-    for i in range(first, stop):
-        for j in range(len(points)):
-            w = whitening[j, i]
-            if w[0] > 0.0:
-                m_x, m_y, _ = _meet(R[j], c[j], directions[i])
-                e, f = _residual(points[j, i], w, c[j], m_x, m_y)
-                squares[j, i] = e**2 + f**2
 
 
 @compiled
@@ -306,8 +229,8 @@ def _settle(points, whitening, u, a, b, R, c, kind, bend, i):
         w = whitening[j, i]
         if not w[0] > 0.0:
             continue
-        m_x, m_y, depth = _meet(R[j], c[j], u)
-        e, f = _residual(points[j, i], w, c[j], m_x, m_y)
+        m_x, m_y, depth = meet(R[j], c[j], u)
+        e, f = residual(points[j, i], w, c[j], m_x, m_y)
         share = depth * _losing(e**2 + f**2, kind, bend)[1]
         a_y, b_y = R[j, a, 1] - m_y * R[j, a, 2], R[j, b, 1] - m_y * R[j, b, 2]
         a_x = w[0] * (R[j, a, 0] - m_x * R[j, a, 2]) + w[1] * a_y
@@ -322,14 +245,14 @@ def _settle(points, whitening, u, a, b, R, c, kind, bend, i):
     inverse = 1.0 / (aa * bb - ab**2)
     u[a] -= (bb * g_a - ab * g_b) * inverse
     u[b] -= (aa * g_b - ab * g_a) * inverse
-    _to_unit_length(u)
+    to_unit_length(u)
 
 
 @compiled
 def _whitened_rows(q, w, u, R, c, kind, bend, rest):
     """Fill rest (7, 2): W A [(q_x, q_y, 0)]x, W A, W residual. Returns cost, depth."""
-    m_x, m_y, depth = _meet(R, c, u)
-    e, f = _residual(q, w, c, m_x, m_y)
+    m_x, m_y, depth = meet(R, c, u)
+    e, f = residual(q, w, c, m_x, m_y)
     cost, share = _losing(e**2 + f**2, kind, bend)
     if not 0.0 < depth < FAR:
         cost = np.inf
@@ -398,7 +321,7 @@ def direction_covariances(rays, centre, T_base_grid):
     the best directions by the unknowns of `moved`; NaN for a ray that sees no grid.
     """
     points, whitening, u = rays
-    R, c = _frames(centre, T_base_grid)
+    R, c = frames(centre, T_base_grid)
     size = 6 * len(points) - 3
     information = np.zeros((len(u), 3, 3))
     pull = np.zeros((len(u), 3, size))

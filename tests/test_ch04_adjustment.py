@@ -1,0 +1,98 @@
+"""Sections 4.1.3 and 4.1.4: their trials, and how their claims are judged."""
+
+import numpy as np
+import pytest
+
+from chapters.ch04_central_generic.s1_3_rays import claims as ray_claims
+from chapters.ch04_central_generic.s1_3_rays import trials as rays
+from chapters.ch04_central_generic.s1_4_bundle_adjustment import claims
+from chapters.ch04_central_generic.s1_4_bundle_adjustment import page as adjustment
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
+    formulas,
+    schemes,
+)
+from tests.ch02_trials import Trials, flat, ran, verdict
+
+UNSTABLE = "exp_c4_centre_ba_unstable"
+
+
+def test_stacked_rays_meet_the_plane_as_each_alone_with_its_sign():
+    found = ran(rays.stacked_trial, [{}])
+    assert found.column("printed").max() < 1e-12
+    assert found.column("on_grid_mm").max() < 1e-7
+    judge = ray_claims.judge_mats_intersection
+    values = {"printed": 1e-15, "stacked": 0.0, "on_grid_mm": 0.0}
+    name = "exp_c4_mats_intersection"
+    assert verdict(judge, name, values) == "reproduced"
+    # With the sign lost, coordinates differ by twice themselves.
+    assert verdict(judge, name, values | {"printed": 2.0}) == "differs"
+
+
+def test_weights_help_where_poses_are_poor():
+    found = [
+        flat(rays.weights_trial({"domain": "mm"}, np.random.default_rng(seed)))
+        for seed in range(6)
+    ]
+    few, many = (
+        {
+            name: np.median([one[f"ray_mm.{posed}.{name}"] for one in found])
+            for name in ("1", "4", "variance", "linear grids alone")
+        }
+        for posed in (rays.POSED[0], rays.POSED[-1])
+    )
+    assert few["4"] < few["1"]
+    assert many["1"] < many["4"] < many["linear grids alone"]
+    assert min(few, key=few.get) == min(many, key=many.get) == "variance"
+
+
+def test_closed_form_of_the_distance_and_the_unknowns():
+    found = ran(formulas.formula_trial, [{}])
+    assert found.column("largest_mm")[0] < 1e-11
+    counts = ran(formulas.unknowns_trial, [{"grids": n} for n in formulas.GRIDS])
+    results = {"exp_c4_ba_param_count": counts}
+    (reading,) = claims.judge_param_count(results)
+    assert reading.verdict == "reproduced"
+    assert claims.values_of_adjustment(results)["s4_1_4_ba"].value == "6*(n-1)"
+
+
+@pytest.mark.parametrize("noise", [0.5, 2.0])
+def test_one_trial_of_every_curve(noise):
+    condition = {"noise": noise, "rays": 400}
+    found = adjustment.consistency_trial(condition, np.random.default_rng(0))
+    assert set(found) == set(adjustment.CURVES[noise])
+    assert found["consistent"]["centre_mm"] < 100
+
+
+def test_starts_are_forgotten_by_the_consistent_adjustment():
+    found = flat(schemes.starts_trial({"starts": 4}, np.random.default_rng(0)))
+    assert found["consistent.spread_over_starts"] < 1e-2
+    assert 0.3 < found["consistent.spread_over_draws"] < 1.5
+    assert found["line_fitting.spread_over_draws"] > 2
+    assert found["line_fitting.starts_mm"].shape == (4,)
+
+
+def judged(**values):
+    """Verdicts of the claim on a centre that is freed, by reading."""
+    plain = {
+        f"{scheme}.{name}": value
+        for scheme in ("line_fitting", "ray_point")
+        for name, value in values.items()
+    }
+    found = claims.judge_centre_ba_unstable({UNSTABLE: Trials(lambda n, _: plain[n])})
+    return {tuple(r.reading.values()): r.verdict for r in found}
+
+
+def test_a_freed_centre_is_unstable_by_costs_or_by_places():
+    calm = {
+        "above_best": np.zeros(20),
+        "spread_over_starts": np.ones(20),
+        "spread_over_draws": np.ones(20),
+    }
+    assert set(judged(**calm).values()) == {"differs"}
+    assert set(judged(**calm | {"above_best": np.full(20, 0.3)}).values()) == {
+        "reproduced"
+    }
+    spread = judged(**calm | {"spread_over_starts": np.linspace(20, 30, 20)})
+    assert {s for (_, s), v in spread.items() if v == "reproduced"} == {"over starts"}
+    half = judged(**calm | {"spread_over_starts": np.tile([1.0, 30.0], 10)})
+    assert half["ray-point distances", "over starts"] == "undecided"
