@@ -15,6 +15,7 @@ NAMES = {
     "ray_point": "scheme 1, centre set free",
     "consistent": "consistent adjustment",
 }
+ONE_PLACE = 0.01  # of the starts' spread: ends as close as this are one
 # Curves of the figure of consistency, by the noise (px) of its two panels.
 CURVES = {
     0.5: ("linear", "line_fitting", "ray_point", "consistent"),
@@ -93,4 +94,10 @@ def name_values(open_results):
         ):
             found = starts.column(f"{scheme}.{name}")
             value(f"starts.{scheme}.{name}", float(np.median(found)))
+    rest = starts.column("line_fitting.at_rest")
+    spread = starts.column("line_fitting.spread_over_starts")
     value("scenes", starts.trials_per_condition)
+    value(
+        "scenes.one_place", int(np.sum((rest == 1) & (spread < ONE_PLACE)))
+    )
+    value("scenes.no_rest", int(np.sum(rest < 1)))
