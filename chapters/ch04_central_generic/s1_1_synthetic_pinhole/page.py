@@ -181,8 +181,9 @@ def exact_centres(effort):
 #   centre is off by {glue:text}`board.all_mm:.2g` mm. A fisheye of 150° bends
 #   more: the same squares move its centre by
 #   {glue:text}`fisheye.base_mm:.2g` mm, 0.1 px of noise by
-#   {glue:text}`fisheye.noise_mm:.2g` mm. That a bias is there, the thesis says
-#   rightly; that it matters, the test denies for squares of 20 mm.
+#   {glue:text}`fisheye.noise_mm:.2g` mm. So there is a bias, as the thesis says.
+#   But squares of 20 mm are small at this distance: larger ones cost more than
+#   the noise does (see the figure).
 # - **No lens at all** is a case of its own: neighbouring pixels may look
 #   anywhere. Interpolation would be meaningless there; a grid that is read at
 #   every pixel does not care.

@@ -257,15 +257,15 @@ def outliers(effort):
 # - **The SVD.** In the condition that the thesis describes, normalised
 #   coordinates and measured points, the residual *is* the noise, and single
 #   precision adds nothing to it: the claim does not hold there. What single
-#   precision costs shows on exact points only, and there it is a
-#   millionth of the noise. A package that was visibly worse in 2009 did
-#   something else wrong.
+#   precision costs shows on exact points only, and it is far less than any
+#   noise. Whatever made one package worse in 2009, it was not that its numbers
+#   were short.
 # - **Weights.** In the scene of 4.1.5 they lower the median from
 #   {glue:text}`choice.100.as in the thesis:.2f` to
 #   {glue:text}`choice.100.weighted:.2f` mm, with the lens of 150° from
 #   {glue:text}`choice.150.as in the thesis:.2f` to
-#   {glue:text}`choice.150.weighted:.2f` mm. RANSAC alone takes the least
-#   certain rays of a wide lens for outliers, which helps for the same reason.
+#   {glue:text}`choice.150.weighted:.2f` mm. They cost two more passes over the
+#   rays. The thesis has no weights, so the claims are judged without.
 # - **Large data.** The library sums the equations in one pass over the rays,
 #   in a few numbers, with the gradient about a first solution beside them so
 #   that no digit is lost. All rays are used; only the search for outliers
