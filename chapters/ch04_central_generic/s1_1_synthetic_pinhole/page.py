@@ -57,7 +57,7 @@ from repro.run.outcomes import Plan
 # - Two different pinhole methods find the true centre from it, to
 #   {glue:text}`exact_mm:.0e` mm, for a fisheye of 183° and for a mirror too.
 # - With noise the two differ little: the median ratio of their errors lies
-#   between {glue:text}`ratio_least:.2f` and {glue:text}`ratio_most:.2f`. The
+#   between {glue:text}`ratio_least:.3f` and {glue:text}`ratio_most:.3f`. The
 #   method that the thesis found worse is not described there.
 # - A chessboard as the base does bias the centre, but before the lens of
 #   4.1.5 by {glue:text}`board.base_mm:.2g` mm only; 0.1 px of noise does
@@ -175,15 +175,14 @@ def exact_centres(effort):
 #   did, not what it does, and the paper could not be had. So its claim is not
 #   decided. The circles stand in: they use the same facts about right angles
 #   in another way, and are neither better nor worse by much.
-# - **How much a chessboard costs** depends on how much a lens bends a cell.
-#   The lens of 4.1.5 bends little: on the board the median point is off by
-#   {glue:text}`board.gap_mm:.2f` mm. With all three grids interpolated, the
-#   centre is off by {glue:text}`board.all_mm:.2g` mm. A fisheye of 150° bends
-#   more: the same squares move its centre by
+# - **How much a chessboard costs.** On the board of the claim the median point
+#   is off by {glue:text}`board.gap_mm:.2f` mm. With all three grids
+#   interpolated, the centre is off by {glue:text}`board.all_mm:.2g` mm. Before
+#   a fisheye of 150°, a base of such squares moves its centre by
 #   {glue:text}`fisheye.base_mm:.2g` mm, 0.1 px of noise by
-#   {glue:text}`fisheye.noise_mm:.2g` mm. So there is a bias, as the thesis says.
-#   But squares of 20 mm are small at this distance: larger ones cost more than
-#   the noise does (see the figure).
+#   {glue:text}`fisheye.noise_mm:.2g` mm. So there is a bias, as the thesis says,
+#   but squares of 20 mm are small at this distance. It grows with the squares
+#   (see the figure), and no number of rays makes it smaller.
 # - **No lens at all** is a case of its own: neighbouring pixels may look
 #   anywhere. Interpolation would be meaningless there; a grid that is read at
 #   every pixel does not care.

@@ -18,10 +18,8 @@ NOISE_PX = 0.5
 TRIALS = {"quick": 6, "full": 60}
 CHOICES = {
     "as in the thesis": {},
-    "circles": {"pinhole": "circle"},
     "weighted": {"weights": "image noise"},
     "RANSAC": {"robust": "ransac"},
-    "RANSAC, weighted": {"robust": "ransac", "weights": "image noise"},
 }
 # Field of view in degrees; that of 4.1.5 has the radial lens.
 SCENES = ((100, 3), (100, 10), (150, 3), (150, 10))
@@ -45,7 +43,7 @@ def choices_trial(condition, rng):
     shards={"quick": 1, "full": 2},
 )
 def choices(effort):
-    """Solver, weights and RANSAC, for two lenses and three or ten grids."""
+    """Weights and RANSAC, for two lenses and three or ten grids."""
     conditions = [
         {"fov_deg": fov_deg, "grids": grids} for fov_deg, grids in SCENES
     ]
