@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap
 from chapters.ch04_central_generic.s3_1_setup.results import CAMERAS, FIELD
 from chapters.shared.central_sets import LINEAR_GRIDS
 from chapters.shared.rigs import rig_named
-from raxel.show.rigs import drawn_poses, rig_scene
+from raxel.show.rigs import drawn_poses, posed_targets
 from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
@@ -23,7 +23,14 @@ def fig_4_5(results):
     """The camera below its mirror, and the three grids of the linear stage."""
     rig = rig_named("onevr-d70")
     poses = drawn_poses(rig, SEED)[:LINEAR_GRIDS]
-    scene = rig_scene(rig, SEED, poses)
+    count = len(poses)
+    scene = posed_targets(
+        rig.camera,
+        [rig.target] * count,
+        poses,
+        ["calibrate"] * count,
+        rig.summary,
+    )
     drawn, axes = new_figure(height_in=HEIGHT_IN)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])
@@ -75,7 +82,7 @@ def ext_fig_4_5_coverage(results):
     bar = drawn.colorbar(shown, ax=axes, shrink=0.8, ticks=range(most + 1))
     bar.ax.set_ylim(-0.5, most + 0.5)
     bar.ax.set_yticklabels([*range(most), f"{most} or more"])
-    bar.set_label("grids")
+    bar.set_label("grids (1)")
     return Drawing(
         drawn,
         data,
