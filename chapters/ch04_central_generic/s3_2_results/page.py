@@ -137,10 +137,9 @@ from repro.run.outcomes import Plan
 # A redrawn seed sets the monitor up anew and draws decoding errors like those
 # that were measured on the rendered sets: the bias by the place in a period
 # of the sines and by the viewing angle, and noise that neighbours share. The
-# bias is the larger part: {glue:text}`omni.errors.bias_mm_rms:.3f` mm RMS over
-# places and angles on
-# the mirror, since the tone curve of the camera does not quite undo the gamma
-# of the monitor.
+# bias is the larger part: {glue:text}`omni.errors.bias_mm_rms:.3f` mm RMS
+# over places and angles on the mirror, since the camera's tone curve does not
+# quite undo the monitor's gamma.
 
 # %% tags=["active-ipynb", "remove-input"]
 # from repro.page.reader import value
