@@ -12,11 +12,11 @@ from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
 BLURS, NOISES = (0.5, 1.0, 2.0, 3.0, 4.0), (1.0, 3.0, 8.0)
-BEYOND = 30  # px drawn around the picture, so that what blurs its border is there
+BEYOND = 20  # px drawn around the picture, so that what blurs its border is there
 TILTED = {"tilt": 0.3, "vignetting": 1.0, "seed": 1}
 
 
-def photographed(size=(400, 300), share=0.75, **options):
+def photographed(size=(320, 240), share=0.75, **options):
     """A Scene as `drawn`, whose blur at the picture's border comes from beyond it."""
     wide, high = (side + 2 * BEYOND for side in size)
     scene = drawn(size=(wide, high), share=share * size[0] / wide, **TILTED, **options)
@@ -61,9 +61,10 @@ def test_the_outermost_pixels_are_as_good_as_they_say(blur, noise, share):
     off = np.abs(found.location - scene.true) / found.sigma
     assert not found.mask[np.isnan(scene.true[..., 0])].any()
     rim = off[outermost(found.mask)]
-    assert len(rim) > 2000
+    assert len(rim) > 1500
     assert np.mean(rim.max(axis=1) > 6) < 0.001
-    assert 0.62 < np.mean(off[found.mask] < 1) < 0.74
+    # By how much blur bends phases is known of ten by seven squares.
+    assert 0.58 < np.mean(off[found.mask] < 1) < 0.77
     # No more is left out than windows, blur and its light beyond the rim reach.
     assert found.margin_px <= max(6, 4 + 5 * found.blur_px)
 
@@ -89,7 +90,7 @@ def test_the_worst_part_of_the_picture_counts():
     """One corner out of focus."""
     sharp, soft = (photographed(blur=blur, noise=1.0) for blur in (0.7, 3.0))
     images = sharp.images.copy()
-    images[:, 200:, 270:] = soft.images[:, 200:, 270:]
+    images[:, 160:, 214:] = soft.images[:, 160:, 214:]
     found = decode(images, sharp.patterns, sharp.grid)
     assert found.blur_px == pytest.approx(3.0, abs=0.3)
 

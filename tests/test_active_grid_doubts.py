@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.doubts import clipped_at, doubts
+from raxel.features.active_grid.doubts import clipped_at, examine
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
@@ -23,7 +23,7 @@ def scene(steps=4, seed=0):
 
 def told(images, patterns, grid, **levels):
     found = decode(images, patterns, grid, **levels)
-    return doubts(images, patterns, grid, found, **levels)
+    return examine(images, patterns, grid, found, **levels).doubts
 
 
 def first(images, steps=4, patterns=None, **levels):
@@ -277,7 +277,7 @@ def test_a_code_that_leaves_the_monitor():
         (4, None, (0, 3), "between gray-x-01-inverse.png and gray-x-02.png"),
         (12, None, (1, 1), "between gray-y-02-inverse.png and phase-x-0.png"),
         (3, None, (0, 2), "between gray-x-01.png and gray-x-01-inverse.png"),
-        (18, None, (2, 0), "or the light changed, from phase-y-0.png to phase-y-3.png"),
+        (18, None, (2, 0), "among phase-y-0.png to phase-y-3.png"),
     ],
 )
 def test_a_camera_that_moved(begin, end, shift, message):

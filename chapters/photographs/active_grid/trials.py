@@ -56,7 +56,7 @@ def _shown(view):
 
 def view_part(folder, index, width_px):
     """One view: counts, noise, sigma, and small pictures of what was decoded."""
-    found, reason, warnings, picture, mirrored = decoded(folder, index)
+    found, reason, warnings, picture, mirrored, _ = decoded(folder, index)
     step = max(1, int(np.ceil(picture.shape[1] / width_px)))
     counts = found.counts()
     every = found.mask.size

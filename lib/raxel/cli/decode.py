@@ -64,6 +64,7 @@ def _summary(label, found):
         "noise_slope": decoded.noise.slope,
         "blur_px": decoded.blur_px,
         "margin_px": decoded.margin_px,
+        "step_errors": list(found.step_errors),
         "as_in_a_mirror": found.as_in_a_mirror,
     }
 

@@ -16,7 +16,7 @@ from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.doubt_sample import Doubt, sampled
 from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
 from raxel.features.active_grid.phase_doubts import phase_doubts
-from raxel.features.active_grid.steadiness import steadiness_doubts
+from raxel.features.active_grid.steadiness import steadiness_doubts, step_errors
 from raxel.sets.patterns import pattern_picture
 
 # Of the pixels that see the monitor: shares that are worth a word, or too many.
@@ -25,6 +25,7 @@ OUTSIDE = 0.2
 # Values so much more frequent than those below them are where a camera stops counting.
 SPIKE = 5
 LEAST_AT_LIMIT = 5e-4
+FEW = 50_000  # pixels, enough for a median
 
 
 class ClippedAt(NamedTuple):
@@ -34,13 +35,23 @@ class ClippedAt(NamedTuple):
     share: float
 
 
-def doubts(images, patterns, monitor, decoded, white=None, black=None):
-    """The Doubts about pictures that were decoded, those that spoil the result first.
+class Examined(NamedTuple):
+    """The Doubts about pictures that were decoded, those that spoil the result first;
+    and RMS errors of places (2,) by what the steps of sines contradict each other, in
+    the unit of the result; 0 where sigma holds them."""
+
+    doubts: list[Doubt]
+    errors: np.ndarray
+
+
+def examine(images, patterns, monitor, decoded, white=None, black=None):
+    """What these pictures say against themselves, as Examined.
 
     As `decode`, whose result `decoded` is. What is not told: two axes exchanged as a
     whole, or one of them reversed as a whole, which is what a mirror does.
     """
     found = list(_equal_pictures(images, patterns))
+    errors = np.zeros(2)
     codes = read_coding(patterns, monitor.monitor_px)
     sample = sampled(images, patterns, codes, decoded.noise, white, black)
     found += _levels(sample, white, black)
@@ -50,9 +61,31 @@ def doubts(images, patterns, monitor, decoded, white=None, black=None):
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += steadiness_doubts(sample)
+            told, errors = _of_steps(sample, monitor, decoded)
+            found += told
     found += _outside(decoded, codes)
     found += _overexposed(decoded)
-    return sorted(found, key=lambda doubt: not doubt.spoils)
+    return Examined(sorted(found, key=lambda doubt: not doubt.spoils), errors)
+
+
+def _of_steps(sample, monitor, decoded):
+    """Doubts and errors (2,) by steps that do not agree."""
+    size = monitor.monitor_mm or monitor.monitor_px
+    lengths = np.array(
+        [
+            (code.period or code.cell) * size[code.axis] / monitor.monitor_px[code.axis]
+            for code in sample.codes
+        ]
+    )
+    known = decoded.sigma[decoded.mask]
+    if not len(known):
+        return [], np.zeros(2)
+    axes = [code.axis for code in sample.codes]
+    usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes]
+    told, periods = step_errors(sample, decoded.noise, usual / lengths)
+    errors = np.zeros(2)
+    errors[axes] = periods * lengths
+    return told, errors
 
 
 def _equal_pictures(images, patterns):

@@ -12,11 +12,22 @@ import numpy as np
 
 from raxel.features.active_grid.code_doubts import LEAST_SPACING_PX, spacing
 from raxel.features.active_grid.doubt_sample import Doubt
+from raxel.features.active_grid.redundancy import LIGHT, MOTION, mismatch
 
 CLEAR = 0.75  # of the contrast: beyond what is blurred
 BRIGHTER, FAR_BRIGHTER = 0.06, 0.2  # shares of the light: a word, and too much
 MOVED_PX, FAR_MOVED_PX = 0.7, 1.2
+# Errors of places by steps that do not agree, in standard deviations: so large that
+# these are widened, if it is known by what, and if not; worth a word, alike; too much,
+# if they are FAR_OFF as well.
+WIDENS, WIDENS_UNEXPLAINED, WORTH_A_WORD, UNEXPLAINED, TOO_FAR = 0.3, 2, 2, 4, 10
+FAR_OFF = 0.01  # periods
+EXPOSE = (
+    "switch automatic exposure off, expose for whole periods of the monitor's light, "
+    "and take it again"
+)
 EDGE = 0.2  # of the steepest slope
+FEW_EDGES = 0.3  # of those along the other direction
 SURE = 8  # standard deviations of the estimated motion
 PHASE_BINS = 16
 LEAST_IN_BIN = 30
@@ -27,9 +38,58 @@ def steadiness_doubts(sample):
     return [*_unsteady_light(sample), *_motion(sample)]
 
 
+def step_errors(sample, noise, sigma):
+    """Doubts, and RMS errors of places (A,) in periods, by steps that do not agree.
+
+    noise: a Noise; sigma: (A,), standard deviation of most places, in periods. An error
+    is 0 where what is stated can hold it.
+    """
+    doubts, errors = [], np.zeros(len(sample.codes))
+    for axis, usual in enumerate(sigma):
+        found = mismatch(sample, axis, noise)
+        if found is None:
+            continue
+        limit = WIDENS if found.kind else WIDENS_UNEXPLAINED
+        if found.periods > limit * usual:
+            errors[axis] = found.periods
+            doubts += _told_of_steps(sample, axis, found, found.periods / usual)
+    return doubts, errors
+
+
+def _told_of_steps(sample, axis, found, times):
+    """times: the error of places in standard deviations."""
+    steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
+    spoils = times > TOO_FAR and found.periods > FAR_OFF
+    files = " or ".join(sample.names[k] for k in found.pictures)
+    of_all = f"{sample.names[steps[0]]} to {sample.names[steps[-1]]}"
+    wrong = (
+        f"places along {name} are wrong by {found.periods:.2g} periods, {times:.1f} of "
+        "their standard deviations by noise"
+    )
+    if found.kind == LIGHT and times > WORTH_A_WORD:
+        spoils = spoils or abs(found.size) > FAR_BRIGHTER
+        bright = f"{_brighter(found.size)} than others (to {100 * found.spread:.1g} %)"
+        yield Doubt(spoils, f"{files} is {bright}; {wrong}; {EXPOSE}")
+    elif found.kind == MOTION and times > WORTH_A_WORD:
+        yield Doubt(
+            spoils or found.size > FAR_MOVED_PX,
+            f"the picture moved by about {found.size:.1f} px at {files}, among "
+            f"{of_all}; {wrong}; camera and monitor must be at rest: take the pictures "
+            "again",
+        )
+    elif times > UNEXPLAINED:
+        yield Doubt(
+            spoils,
+            f"{of_all} do not agree: one of them was compressed, or something in it "
+            f"moved; {wrong}; save all without loss, or take them again",
+        )
+
+
 def _unsteady_light(sample):
     groups = [dict(_light_of_bits(sample))]
-    groups += [dict(_light_of_steps(sample, k)) for k in range(len(sample.codes))]
+    # More steps than three say more, and more exactly (`step_errors`).
+    three = [k for k, code in enumerate(sample.codes) if len(code.steps) == 3]
+    groups += [dict(_light_of_steps(sample, k)) for k in three]
     for group in groups:
         if len(group) < 3:
             continue
@@ -37,13 +97,15 @@ def _unsteady_light(sample):
         off = {picture: value / usual - 1 for picture, value in group.items()}
         worst = max(off, key=lambda picture: abs(off[picture]))
         if abs(off[worst]) > BRIGHTER:
-            word = "brighter" if off[worst] > 0 else "darker"
             yield Doubt(
                 abs(off[worst]) > FAR_BRIGHTER,
-                f"{sample.names[worst]} is {100 * abs(off[worst]):.0f} % {word} than "
-                "others; switch automatic exposure off, expose for whole periods of "
-                "the monitor's light, and take it again",
+                f"{sample.names[worst]} is {_brighter(off[worst])} than others; "
+                f"{EXPOSE}",
             )
+
+
+def _brighter(share):
+    return f"{100 * abs(share):.2g} % {'brighter' if share > 0 else 'darker'}"
 
 
 def _light_of_bits(sample):
@@ -107,10 +169,6 @@ def _motion(sample):
     ):
         pictures = last[0][-1], first[0][0]
         found.append((after - before, "between {} and {}", pictures))
-    for axis, code in enumerate(sample.codes):
-        if len(code.steps) > 3:
-            within = _shift_within_steps(sample, axis)
-            found.append((within, "or the light changed, from {} to {}", code.steps))
     sizes = [float(np.hypot(*shift)) for shift, _, _ in found]
     if sizes and max(sizes) > MOVED_PX:
         size = max(sizes)
@@ -145,6 +203,11 @@ def _shifts(plain, reference, pattern):
     if pattern is None:
         return _fitted(plain, columns)[2:], np.zeros(2)
     slopes = [_edges(slope) for slope in _slopes(pattern)]
+    # Where edges end at the monitor's border, a few go across their own direction.
+    count = [np.count_nonzero(slope) for slope in slopes]
+    slopes = [
+        s * (n > FEW_EDGES * max(count)) for s, n in zip(slopes, count, strict=True)
+    ]
     found = _fitted(plain, [*columns, *slopes, *map(np.abs, slopes)])
     within, tone = found[4:6], found[6:]
     return found[2:4], within * (np.hypot(*within) > 2 * np.hypot(*tone))
@@ -175,24 +238,3 @@ def _fitted(values, columns):
     left = values.ravel() - basis @ found
     spread = np.sqrt(np.mean(left**2) * np.diag(inverse))
     return np.where(used & (np.abs(found) > SURE * spread), found / scale, 0)
-
-
-def _shift_within_steps(sample, axis):
-    """The largest shift (2,) px of two opposite steps against the others.
-
-    What the fitted sine leaves of a step, against its slopes. Of N steps, N - 3 of
-    N parts of an error are left.
-    """
-    code = sample.codes[axis]
-    count = len(code.steps)
-    wave, mean = sample.wave(axis)
-    found = []
-    for k, picture in enumerate(code.steps):
-        fitted = mean + (wave * np.exp(2j * np.pi * k / count)).imag
-        left = sample.pictures[picture] - fitted
-        columns = [fitted, np.ones_like(fitted), *_slopes(fitted)]
-        # A tone curve leaves the second harmonic, whatever its phase.
-        second = (wave * np.exp(2j * np.pi * k / count)) ** 2 / np.abs(wave).clip(1e-6)
-        columns += [second.real, second.imag]
-        found.append(_fitted(left, columns)[2:4] * count / (count - 3))
-    return max(found, key=lambda shift: np.hypot(*shift))

@@ -1,12 +1,13 @@
 """A view of an image set, from its files to what each pixel sees."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.decode import Decoded, decode
-from raxel.features.active_grid.doubts import clipped_at, doubts
+from raxel.features.active_grid.doubts import clipped_at, examine
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
 
@@ -19,7 +20,8 @@ class DecodedView(NamedTuple):
     reason: why nothing of it can be used, empty where it can; warnings: lines on what
     it suffers from; picture: (H, W) uint8 or uint16, what the camera saw, with the
     pattern white where there is one; as_in_a_mirror: whether the grid is seen as in a
-    mirror, None where that cannot be told.
+    mirror, None where that cannot be told; step_errors: (along x, along y), what sigma
+    has been widened by, as the steps of the sines do not agree.
     """
 
     decoded: Decoded
@@ -27,6 +29,7 @@ class DecodedView(NamedTuple):
     warnings: tuple[str, ...]
     picture: np.ndarray
     as_in_a_mirror: bool | None
+    step_errors: tuple[float, float]
 
 
 def check_active_grid(image_set):
@@ -56,9 +59,12 @@ def decode_view(image_set, view, **options):
         options = {"saturated": clipped.level, **options}
     try:
         found = decode(images, view.patterns, image_set.target, **levels, **options)
-        told = doubts(images, view.patterns, image_set.target, found, **levels)
+        told, errors = examine(images, view.patterns, image_set.target, found, **levels)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
+    if errors.any():
+        sigma = np.hypot(found.sigma, errors.astype(np.float32))
+        found = replace(found, sigma=sigma)
     reason = next((doubt.text for doubt in told if doubt.spoils), "")
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
@@ -72,7 +78,8 @@ def decode_view(image_set, view, **options):
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
-    return DecodedView(found, reason, warnings, picture, mirrored)
+    errors = tuple(map(float, errors))
+    return DecodedView(found, reason, warnings, picture, mirrored, errors)
 
 
 def _levels(view):

@@ -1,0 +1,237 @@
+"""What the steps of a sine say against each other, and how wrong places are by it.
+
+A sine has three unknowns; of N steps, N - 3 numbers a pixel are left, for four steps
+I0 - I1 + I2 - I3. A picture that is brighter than the others, moved or spoilt leaves
+(N - 3) / N of what was done to it there, and turns the phase by 2 / N of that, over the
+modulation and in quadrature. Harmonics of the response are left as well: they follow
+the phase, two turns or more for one, and are taken off.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+PIXELS, WINDOWS = 12_000, 800  # looked at
+LEAST_PIXELS = 1000
+SMOOTH_TURN = 0.5  # of the cosine: neighbours further apart lie across a break
+WINDOW = 7
+CLIPPED = 4  # deviations: what is further off is left out of a second fit
+OF_MEDIAN = 0.4549364  # the median of the square of a normal value
+SURE = 8  # standard deviations of what was fitted
+AS_WELL = 0.98  # of what the best one explains: it may be that one
+MORE_THAN_NOISE = 0.3  # of the variance of windows: less may be the noise's estimate
+LIGHT, MOTION = "light", "motion"
+
+
+class Mismatch(NamedTuple):
+    """One picture against the other steps of its axis, as far as that can be told.
+
+    kind: LIGHT, MOTION, or "" where neither is certain; pictures: which one, or those
+    of which it is one; size: light over that of the others less 1, or length of the
+    shift in px, and `spread`, its standard deviation. periods: RMS of the error of
+    places by it, and by what neither of the two explains.
+    """
+
+    kind: str
+    pictures: tuple[int, ...]
+    size: float
+    spread: float
+    periods: float
+
+
+class _Pixels(NamedTuple):
+    """P pixels of an axis' N steps: light (N, P), mean (P,), wave (P,) complex, their
+    slopes (2, P) along x and y, harmonics (C, P)."""
+
+    light: np.ndarray
+    mean: np.ndarray
+    wave: np.ndarray
+    of_mean: np.ndarray
+    of_wave: np.ndarray
+    harmonics: np.ndarray
+
+    def left(self, k):
+        """Of step k, what is left of it, N / (N - 3) times; and what a change of its
+        light by 1, and shifts by 1 px along x and y would be: (P,), (3, P)."""
+        count = len(self.light)
+        turn = np.exp(2j * np.pi * k / count)
+        fitted = self.mean + (self.wave * turn).imag
+        slopes = self.of_mean + (self.of_wave * turn).imag
+        value = (self.light[k] - fitted) * (count / (count - 3))
+        return value, np.stack([fitted, *slopes])
+
+    def turned(self, k, change):
+        """Periods by which a change of step k turns the phase."""
+        count = len(self.light)
+        own = self.wave * np.exp(2j * np.pi * k / count)
+        return 2 / count * change * own.real / (np.abs(own) ** 2 + 1e-6) / (2 * np.pi)
+
+
+class _Fit(NamedTuple):
+    """A kind of change of step k: what it explains of the variance, coefficients with
+    their SD, how many SD all of them are from none, and harmonics with them."""
+
+    explained: float
+    kind: str
+    k: int
+    found: np.ndarray
+    sd: np.ndarray
+    certain: float
+    harmonics: np.ndarray
+
+    def change(self, pixels):
+        """(P,) grey levels."""
+        return self.found @ pixels.left(self.k)[1]
+
+
+def mismatch(sample, axis, noise):
+    """The Mismatch of the steps of an axis of a Sample, or None where there are three.
+
+    noise: a Noise.
+    """
+    steps = sample.codes[axis].steps
+    count = len(steps)
+    if count < 4:
+        return None
+    wave, mean = sample.wave(axis)
+    light = sample.pictures[list(steps)]
+    one_surface = _on_one_surface(light, wave, sample.lit)
+    good = np.argwhere(one_surface)
+    if len(good) < LEAST_PIXELS:
+        return None
+    usual = float(np.median(np.abs(wave[tuple(good.T)])))
+    some = good[:: -(-len(good) // PIXELS)].T
+    pixels = _pixels(light, wave, mean, some, usual)
+    variance = noise.at(pixels.mean).mean() * count / (count - 3)
+    fits = [fit for k in range(count) for fit in _fits(pixels, k, variance)]
+    best = max(fits, key=lambda fit: fit.explained)
+    alike = [fit for fit in fits if fit.kind == best.kind]
+    names = tuple(
+        steps[fit.k] for fit in alike if fit.explained > AS_WELL * best.explained
+    )
+    if best.certain < SURE:
+        best = best._replace(kind="", found=0 * best.found)
+    error = np.sqrt(np.mean(pixels.turned(best.k, best.change(pixels)) ** 2))
+    windows = _windows(one_surface)
+    if windows[0].size:
+        windows = _pixels(light, wave, mean, windows, usual)
+        error = np.hypot(error, _unexplained(best, windows, variance))
+    return Mismatch(best.kind, names, *_size(best, count), float(error))
+
+
+def _size(fit, count):
+    """Of a change, as in Mismatch, and its standard deviation."""
+    if fit.kind == LIGHT:
+        # The fitted step has its share of the change.
+        return float(fit.found[0] / (1 - 3 / count * fit.found[0])), float(fit.sd[0])
+    shift = fit.found[1:]
+    return float(np.hypot(*shift)), float(fit.sd[1 + np.argmax(np.abs(shift))])
+
+
+def _windows(one_surface):
+    """(band, row, column) of pixels of some windows, three side by side each time."""
+    three = one_surface[..., : -2 * WINDOW] & one_surface[..., 2 * WINDOW :]
+    three &= one_surface[..., WINDOW:-WINDOW]
+    middle = np.argwhere(three) + [0, 0, WINDOW]
+    n, v, u = middle[:: 1 + len(middle) // WINDOWS].T[..., None, None]
+    down, across = (np.arange(m * WINDOW) - m * WINDOW // 2 for m in (1, 3))
+    return [
+        part.ravel() for part in np.broadcast_arrays(n, v + down[:, None], u + across)
+    ]
+
+
+def _on_one_surface(light, wave, lit):
+    """Lit pixels amid a window without a break, a clipped value or a band's border."""
+    unit = wave / np.maximum(np.abs(wave), 1e-6)
+    good = lit & (light.max(axis=0) < light.max())
+    right = (unit[..., 1:] * unit[..., :-1].conj()).real > SMOOTH_TURN
+    down = (unit[:, 1:] * unit[:, :-1].conj()).real > SMOOTH_TURN
+    good[..., 1:] &= right
+    good[:, 1:] &= down
+    size = np.ones((WINDOW + 2,) * 2, np.uint8)
+    bands = [cv2.erode(band.astype(np.uint8), size, borderValue=0) for band in good]
+    return np.array(bands).astype(bool)
+
+
+def _pixels(light, wave, mean, where, usual):
+    """_Pixels at (band, row, column) of bands; usual: a modulation, as a unit."""
+    n, v, u = where
+    rows, width = wave.shape[1:]
+    slopes = [
+        [
+            (array[n, v, np.minimum(u + 1, width - 1)] - array[n, v, u - 1]) / 2,
+            (array[n, np.minimum(v + 1, rows - 1), u] - array[n, v - 1, u]) / 2,
+        ]
+        for array in (mean, wave)
+    ]
+    own = wave[n, v, u]
+    x, y = 2 * u / width - 1, 2 * (n * rows + v) / (len(wave) * rows) - 1
+    harmonics = _harmonics(own, x, y, np.abs(own) / usual, len(light))
+    slopes = map(np.array, slopes)
+    return _Pixels(light[:, n, v, u], mean[n, v, u], own, *slopes, harmonics)
+
+
+def _harmonics(wave, x, y, size, count):
+    """(C, P): what even a smooth response leaves of N steps.
+
+    The second harmonic depends on the modulation and, by the angle at which the monitor
+    is seen, on the place in the picture.
+    """
+    unit = wave / np.maximum(np.abs(wave), 1e-6)
+    places = [1.0, size, size**2, x, y, x * x, x * y, y * y]
+    columns = []
+    # Others are taken for the level or the phase itself.
+    orders = [n for n in range(2, count + 3) if 1 < n % count < count - 1]
+    for order in orders:
+        for place in places if order == 2 else places[:2]:
+            value = np.abs(wave) * place * unit**order
+            columns += [value.real, value.imag]
+    return np.array(columns)
+
+
+def _fits(pixels, k, variance):
+    """The change of light and the shift of step k that leave least."""
+    value, changes = pixels.left(k)
+    without, _, _ = _robust(value, pixels.harmonics)
+    for kind, used in (LIGHT, [0]), (MOTION, [1, 2]):
+        columns = np.concatenate([changes[used], pixels.harmonics])
+        usual, found, inverse = _robust(value, columns)
+        own, rest = found[: len(used)], found[len(used) :]
+        covariance = inverse[: len(used), : len(used)] * max(usual, variance)
+        certain = np.sqrt(own @ np.linalg.solve(covariance, own))
+        both = np.zeros((2, 3))
+        both[:, used] = own, np.sqrt(np.diag(covariance))
+        yield _Fit(without - usual, kind, k, *both, certain, rest)
+
+
+def _robust(value, columns):
+    """The variance that least squares leave, coefficients, and their covariance for
+    values of variance 1; values that are far off do not count in a second fit."""
+    kept = np.ones(len(value), bool)
+    for _ in range(2):
+        scale = np.sqrt(np.mean(columns**2, axis=1)) + 1e-9
+        basis = columns[:, kept] / scale[:, None]
+        normal = basis @ basis.T + 1e-9 * len(value) * np.eye(len(scale))
+        inverse = np.linalg.inv(normal)
+        found = inverse @ (basis @ value[kept]) / scale
+        off = value - found @ columns
+        usual = np.median(off**2) / OF_MEDIAN
+        kept = off**2 < CLIPPED**2 * usual
+    return usual, found, inverse / np.outer(scale, scale)
+
+
+def _unexplained(fit, pixels, variance):
+    """The error of places, in periods, by what windows hold beyond fit and noise.
+
+    pixels: of three windows side by side. Their second difference is blind to what
+    harmonics leave over many pixels.
+    """
+    value, changes = pixels.left(fit.k)
+    rest = value - fit.found @ changes - fit.harmonics @ pixels.harmonics
+    left, middle, right = rest.reshape(-1, WINDOW, 3, WINDOW).mean(axis=(1, 3)).T
+    of_one = np.median((left - 2 * middle + right) ** 2) / OF_MEDIAN / 6
+    due = variance / WINDOW**2
+    if of_one - due < MORE_THAN_NOISE * due:
+        return 0.0
+    return np.sqrt((of_one - due) * np.median(pixels.turned(fit.k, 1.0) ** 2))

@@ -1,0 +1,145 @@
+"""Steps of a sine that do not agree: which picture, how much, how wrong places are."""
+
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.coding import read_coding
+from raxel.features.active_grid.doubt_sample import sampled
+from raxel.features.active_grid.doubts import examine
+from raxel.features.active_grid.redundancy import LIGHT, MOTION, mismatch
+from raxel.sets import PatternPlan
+from tests.active_grids import drawn
+
+USUAL = {"size": (280, 210), "noise": 2.0, "blur": 1.0, "share": 1.2}
+
+
+@cache
+def scene(steps=4, **changes):
+    return drawn(**USUAL | changes, steps=steps)
+
+
+def spoilt(one, name, change):
+    """The pictures, one of them changed; change: of floats."""
+    images = one.images.copy()
+    k = [pattern.image for pattern in one.patterns].index(f"{name}.png")
+    changed = np.rint(change(images[k].astype(float)))
+    images[k] = np.clip(changed, 0, 255)
+    return images
+
+
+def rolled(px, axis):
+    return lambda picture: np.roll(picture, px, axis)
+
+
+def compressed(picture):
+    """As a JPEG file of quality 20."""
+    data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 20])[1]
+    return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE).astype(float)
+
+
+def examined(one, images):
+    """Decoded, Mismatch along x and what is said of it."""
+    found = decode(images, one.patterns, one.grid)
+    codes = read_coding(one.patterns, one.grid.monitor_px)
+    sample = sampled(images, one.patterns, codes, found.noise, None, None)
+    told = examine(images, one.patterns, one.grid, found)
+    return found, mismatch(sample, 0, found.noise), told
+
+
+INNER = np.s_[10:-10, 10:-10, 0]  # where no picture's border was mirrored or moved
+
+
+def error(one, found):
+    """RMS along x in periods."""
+    off = (found.location - one.true)[INNER]
+    return np.sqrt(np.nanmean(off**2)) / (one.grid.monitor_mm[0] / 8)
+
+
+CHANGES = {
+    "a third brighter": ("phase-x-1", lambda p: 1.3 * p, LIGHT, 0.3),
+    "darker": ("phase-x-2", lambda p: 0.87 * p, LIGHT, -0.13),
+    "a little brighter": ("phase-x-3", lambda p: 1.03 * p, LIGHT, 0.03),
+    "moved": ("phase-x-2", rolled(2, 1), MOTION, 2.0),
+    "moved a little": ("phase-x-1", rolled(1, 1), MOTION, 1.0),
+}
+
+
+@pytest.mark.parametrize("steps", [4, 5])
+@pytest.mark.parametrize("name", CHANGES)
+def test_the_picture_its_change_and_the_error_by_it(steps, name):
+    picture, change, kind, size = CHANGES[name]
+    one = scene(steps)
+    found, off, told = examined(one, spoilt(one, picture, change))
+    named = {one.patterns[k].image for k in off.pictures}
+    # Of four steps, a shift of the opposite one backwards does the same.
+    assert f"{picture}.png" in named
+    assert len(named) <= (2 if kind == MOTION and steps == 4 else 1)
+    assert off.kind == kind
+    # A shift is found by differences over two pixels of the blurred picture.
+    assert off.size == pytest.approx(size, rel=0.12 if kind == MOTION else 0.05)
+    clean = error(one, decode(one.images, one.patterns, one.grid))
+    by_it = np.sqrt(error(one, found) ** 2 - clean**2)
+    assert off.periods == pytest.approx(by_it, rel=0.2 if kind == MOTION else 0.15)
+    assert told.errors[0] == pytest.approx(off.periods * one.grid.monitor_mm[0] / 8)
+    assert f"{picture}.png" in told.doubts[0].text
+    far = off.periods > 0.01  # a hundredth of a period, and many standard deviations
+    assert told.doubts[0].spoils == (far or name in ("a third brighter", "moved"))
+
+
+@pytest.mark.parametrize(
+    ("noise", "change"),
+    [
+        (0.5, compressed),
+        (2.0, compressed),
+        (1.0, lambda p: 1.01 * p),
+        (0.5, rolled(1, 0)),
+        (2.0, lambda p: p + 4),
+    ],
+)
+def test_sigma_holds_what_is_not_refused(noise, change):
+    one = scene(noise=noise)
+    found, _, told = examined(one, spoilt(one, "phase-x-1", change_of(change)))
+    assert not any(doubt.spoils for doubt in told.doubts)
+    sigma = np.hypot(found.sigma[INNER], told.errors[0])
+    off = np.abs((found.location - one.true)[INNER]) / sigma
+    off = off[np.isfinite(off)]
+    # Of an error that goes as a sine, half is within its RMS.
+    assert 0.45 < np.mean(off < 1) < 0.8
+    assert np.mean(off > 6) < 1e-3
+
+
+def change_of(change):
+    return (lambda p: change(p.astype(np.uint8))) if change is compressed else change
+
+
+FAIR = {
+    "tilt and vignetting": ({"tilt": 0.4, "vignetting": 1.5}, 2.2),
+    "one cell": ({"cells": 1}, 0.45),
+    "fine sines": ({"plan": PatternPlan((5, 5), False, 4, (16.0, 16.0))}, 2.2),
+    "16 bit": ({"dtype": np.uint16}, 0.45),
+}
+
+
+@pytest.mark.parametrize("name", FAIR)
+def test_good_steps_agree(name):
+    """Whatever the tone curve, and lights that differ by half a percent spoil none."""
+    changes, power = FAIR[name]
+    one = scene(**changes)
+    top = np.iinfo(one.images.dtype).max
+    images = np.rint(top * (one.images / top) ** power).astype(one.images.dtype)
+    assert examined(one, images)[2].doubts == []
+    gains = 1 + 0.005 * np.sin(np.arange(len(images)))
+    unsteady = (images * gains[:, None, None]).astype(images.dtype)
+    assert not any(doubt.spoils for doubt in examined(one, unsteady)[2].doubts)
+
+
+def test_of_three_steps_nothing_is_known():
+    one = scene(3)
+    codes = read_coding(one.patterns, one.grid.monitor_px)
+    found = decode(one.images, one.patterns, one.grid)
+    sample = sampled(one.images, one.patterns, codes, found.noise, None, None)
+    assert mismatch(sample, 0, found.noise) is None
