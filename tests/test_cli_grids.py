@@ -148,8 +148,11 @@ def test_check_doubts_pixels_that_are_not_square(copied, capsys):
     data["target"]["monitor_mm"] = [228, 304]
     file.write_text(yaml.safe_dump(data), "utf-8")
     assert main(["check", str(image_set)]) == 0
-    told = "228 x 304 mm; its pixels would be 0.223 x 0.396 mm, not square: are monitor"
-    assert told in capsys.readouterr().out
+    told = "the monitor's pixels would be 0.223 x 0.396 mm, not square: are monitor_px"
+    assert f"228 x 304 mm; {told}" in capsys.readouterr().out
+    out = image_set.parent / "points"
+    assert main(["decode", str(image_set), "--out", str(out)]) == 0
+    assert f"warning: {told}" in capsys.readouterr().out
 
 
 def test_check_says_what_the_monitor_shows(rendered, capsys):

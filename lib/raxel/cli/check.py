@@ -4,10 +4,9 @@ import math
 from collections import Counter
 
 from raxel.cli.terminal import on_one_line
+from raxel.cli.warnings import of_pixels
 from raxel.sets import ActiveGrid, Charuco, load_reference, load_set, read_image
 from raxel.sets.patterns import cell_width
-
-OBLONG = 0.05  # of a side: pixels of monitors are square to far less
 
 
 def check(options, say):
@@ -44,14 +43,8 @@ def _target(target):
                 "out in pitches of its pixels, taken for square)"
             )
         width, height = target.monitor_mm
-        pixel = width / target.monitor_px[0], height / target.monitor_px[1]
         told = f"active grid on a monitor of {size}, {width:g} x {height:g} mm"
-        if abs(math.log(pixel[0] / pixel[1])) < OBLONG:
-            return told
-        return (
-            f"{told}; its pixels would be {pixel[0]:.3g} x {pixel[1]:.3g} mm, not "
-            "square: are monitor_px and monitor_mm right, width first?"
-        )
+        return "; ".join([told, *of_pixels(target)])
     pitch = f"pitch {target.pitch_mm} mm"
     if target.pitch_mm is None:
         pitch = "pitch unknown (lengths come out in pitches)"

@@ -4,7 +4,7 @@ import numpy as np
 
 from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
-from raxel.cli.warnings import of_handedness, print_warnings
+from raxel.cli.warnings import of_handedness, of_swapped_sides, print_warnings
 from raxel.errors import InputError
 from raxel.features.active_grid.view import decode_view
 from raxel.features.grids import SUMMARY, write_points
@@ -34,7 +34,7 @@ def decode(options, say):
             warnings += found.warnings
             say(f"{number}/{len(image_set.views)} {view.label}")
         told = [(view["view"], view["as_in_a_mirror"]) for view in summaries]
-        warnings += of_handedness(told)
+        warnings += of_handedness(told) + of_swapped_sides(image_set.target)
         summary = {"set": image_set.name, "views": summaries, "warnings": warnings}
         write_json(folder / SUMMARY, summary)
     for view in summaries:

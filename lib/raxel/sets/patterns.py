@@ -47,16 +47,20 @@ def plan_of_cells(monitor_px, cells=8, phase_steps=4):
     """
     if not 3 <= phase_steps <= MOST_STEPS:
         raise InputError(
-            f"phase_steps: found {phase_steps}; give 3 to {MOST_STEPS}, 4 as in the "
+            f"steps: found {phase_steps}; give 3 to {MOST_STEPS}, 4 as in the "
             "thesis, 6 or more where the monitor's response is far from linear"
         )
     counts = (cells, cells) if np.isscalar(cells) else tuple(cells)
     bits, widths = [], []
+    limits = " and ".join(
+        f"{pixels // LEAST_CELL_PX} along {axis}"
+        for axis, pixels in zip("xy", monitor_px, strict=True)
+    )
     for axis, count, pixels in zip("xy", counts, monitor_px, strict=True):
         if not 1 <= count * LEAST_CELL_PX <= pixels:
             raise InputError(
                 f"cells: found {count} along {axis} on {pixels} px of the monitor; "
-                f"give 1 to {pixels // LEAST_CELL_PX}, each {LEAST_CELL_PX} px or more"
+                f"give 1 to {limits}, each {LEAST_CELL_PX} px or more"
             )
         widths.append(math.ceil(pixels / count))
         bits.append((count - 1).bit_length())

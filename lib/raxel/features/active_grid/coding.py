@@ -69,7 +69,17 @@ def _axis_code(axis, own, monitor_px):
             "many cells as there are periods"
         )
     periods = max(usable)
-    return AxisCode(axis, bits, _steps(name, phases[periods]), cell, size / periods)
+    try:
+        steps = _steps(name, phases[periods])
+    except InputError as fault:
+        if len(phases) == 1:
+            raise
+        found = ", ".join(f"{n:g}" for n in sorted(phases))
+        raise InputError(
+            f"{fault} (periods of axis {name}: found {found}; those of one code are "
+            "the same)"
+        ) from fault
+    return AxisCode(axis, bits, steps, cell, size / periods)
 
 
 def _gray(name, own, monitor_px):
