@@ -18,6 +18,9 @@ from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     corner_residuals,
     on_plane,
 )
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+    calibrate_central,
+)
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
     straightness,
 )
@@ -26,7 +29,6 @@ from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import (
     lines,
     pictures,
 )
-from chapters.shared.central_calibrations import calibrate_central
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.central_calibrations import STANDARD_METHODS
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+    STANDARD_METHODS,
+)
 from chapters.shared.central_sets import OMNI, RIGS
 from repro.judge.statistics import with_worst
 from repro.page.reader import value

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.results import of_camera
-from chapters.shared.central_calibrations import CENTRAL_METHODS
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+    CENTRAL_METHODS,
+)
 from chapters.shared.central_sets import FISH, OMNI
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table

@@ -7,17 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+    CENTRAL_METHODS,
+    calibrate_central,
+    lattice_of,
+    without_outliers,
+)
 from chapters.shared.active_grid_sets import (
     decoded_grids,
     seen_grids,
     true_camera,
     true_poses,
-)
-from chapters.shared.central_calibrations import (
-    CENTRAL_METHODS,
-    calibrate_central,
-    lattice_of,
-    without_outliers,
 )
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.decoding_errors import (
@@ -82,7 +82,7 @@ class Lattice(NamedTuple):
         return table
 
 
-class Calibrated(NamedTuple):
+class LatticeRays(NamedTuple):
     """A method's rays on a lattice, and which grids they came from.
 
     camera: GeneralCamera over the lattice's nodes, in the true camera's axes;
@@ -144,7 +144,7 @@ def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
 def calibrated(
     folder, lattice, points, rng, methods=tuple(CENTRAL_METHODS)
 ):
-    """{method: Calibrated, or the reason why there is none}.
+    """{method: LatticeRays, or the reason why there is none}.
 
     The rays are turned from the base grid's axes to the camera's, by the true
     pose of the base grid: only what is shown and where is up hang on it.
@@ -162,10 +162,10 @@ def calibrated(
 
 
 def on_lattice(lattice, points, found, R_camera_base):
-    """The Calibrated of a CentralCalibration."""
+    """The LatticeRays of a CentralCalibration."""
     table = lattice.table(found.directions @ R_camera_base.T)
     mask = np.isfinite(table[..., 0])
     seen = np.isfinite(points[found.used][..., 0])
     bits = seen.T @ (1 << np.array(found.used))
     camera = GeneralCamera(np.where(mask[..., None], table, 1.0), mask)
-    return Calibrated(camera, found, lattice.table(bits))
+    return LatticeRays(camera, found, lattice.table(bits))
