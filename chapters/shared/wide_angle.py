@@ -131,7 +131,7 @@ def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
 
 
 @dataclass(frozen=True)
-class Scene:
+class SeenGrids:
     """One trial's measurements, with the truth that only scoring may use.
 
     pixels (N, 2); T_base_grid (n, 4, 4); points (n, N, 2): clean; noisy (n, N, 2): what
@@ -154,20 +154,20 @@ class Scene:
 
 
 def observe(camera, T_base_grid, pixels, noise, domain, rng):
-    """The Scene of pixels that see all grids; noise: SD in px or mm by ``domain``."""
+    """The SeenGrids of pixels that see all grids; noise: SD in px or mm by ``domain``."""
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":
-        return Scene(camera, T_base_grid, pixels, points, points + drawn)
+        return SeenGrids(camera, T_base_grid, pixels, points, points + drawn)
     noisy, seen = back_project(camera, pixels + drawn, T_base_grid)
     keep = seen.all(axis=0)
-    return Scene(
+    return SeenGrids(
         camera, T_base_grid, pixels[keep], points[:, keep], noisy[:, keep]
     )
 
 
 def draw_scene(camera, noise, rng, *, grids=3, domain="px", rays=RAYS):
-    """A Scene with poses, rays and noise drawn anew."""
+    """SeenGrids with poses, rays and noise drawn anew."""
     T_base_grid = draw_poses(rng, grids)
     pixels = draw_pixels(camera, T_base_grid, rng, rays)
     return observe(camera, T_base_grid, pixels, noise, domain, rng)
