@@ -12,7 +12,7 @@ from raxel.features.active_grid import decode
 from raxel.sets import load_set, read_image
 
 
-class SeenGrid(NamedTuple):
+class ScoredGrid(NamedTuple):
     """What is decoded from a view, and what is true of it, for scoring alone.
 
     decoded: Decoded; points: (H, W, 2) mm, the true point of each pixel, NaN beside
@@ -41,12 +41,12 @@ def decoded_grids(folder, count=None, **options):
 
 
 def seen_grids(folder, count=None, **options):
-    """Yield the `SeenGrid` of each view of a rendered set, as `decoded_grids`."""
+    """Yield the `ScoredGrid` of each view of a rendered set, as `decoded_grids`."""
     poses = true_poses(folder)
     for name, found in decoded_grids(folder, count, **options):
         with np.load(folder / "truth" / f"{name}.npz") as truth:
             points = truth["points_mm"]
-        yield SeenGrid(name, found, points, poses[name])
+        yield ScoredGrid(name, found, points, poses[name])
 
 
 def true_camera(folder):

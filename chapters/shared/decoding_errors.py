@@ -69,7 +69,7 @@ class DecodingErrors(NamedTuple):
 
 
 def measured_errors(seen, periods=(8, 8), size_mm=(376.9, 301.5)):
-    """The DecodingErrors of views (an iterable of (SeenGrid, cosine (H, W))).
+    """The DecodingErrors of views (an iterable of (ScoredGrid, cosine (H, W))).
 
     periods: of the sines over the monitor of size_mm, by axis.
     """

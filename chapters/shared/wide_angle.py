@@ -158,7 +158,9 @@ def observe(camera, T_base_grid, pixels, noise, domain, rng):
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":
-        return SeenGrids(camera, T_base_grid, pixels, points, points + drawn)
+        return SeenGrids(
+            camera, T_base_grid, pixels, points, points + drawn
+        )
     noisy, seen = back_project(camera, pixels + drawn, T_base_grid)
     keep = seen.all(axis=0)
     return SeenGrids(

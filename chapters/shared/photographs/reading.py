@@ -273,7 +273,7 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
 
 
 @dataclass(frozen=True)
-class Counted:
+class CountedCorners:
     """Errors of a model over every corner kept out: one without a ray, or in a
     photograph for which there is no camera, counts as MISSED_PX.
 
@@ -287,7 +287,7 @@ class Counted:
 
 
 def counted(study, model):
-    """Counted of a model in a Study; None where no photograph was kept out."""
+    """CountedCorners of a model in a Study; None where no photograph was kept out."""
     off, count = [], 0
     for row in study.held_out:
         count += row.corners
@@ -298,7 +298,7 @@ def counted(study, model):
         return None
     seen = np.concatenate([np.zeros(0), *off])
     every = np.append(seen, np.full(count - len(seen), MISSED_PX))
-    return Counted(
+    return CountedCorners(
         float(np.sqrt(np.mean(every**2))),
         float(np.median(every)),
         len(seen) / count,
