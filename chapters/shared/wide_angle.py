@@ -154,7 +154,7 @@ class SeenGrids:
 
 
 def observe(camera, T_base_grid, pixels, noise, domain, rng):
-    """The SeenGrids of pixels that see all grids; noise: SD in px or mm by ``domain``."""
+    """SeenGrids of pixels that see all grids; noise: SD in px or mm (``domain``)."""
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":

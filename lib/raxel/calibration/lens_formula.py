@@ -81,7 +81,7 @@ class LensCalibration(NamedTuple):
     pupil: PupilTest | None
 
 
-class _Fit(NamedTuple):
+class _FormulaFit(NamedTuple):
     formula: LensFormula
     result: Adjusted
 
@@ -121,14 +121,14 @@ def calibrate_lens(views, width, height, law, *, pupil="by test"):
 
 
 def _start(boards, width, height):
-    """The best _Fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
+    """The best _FormulaFit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
     fits = []
     for start in aligned_starts(
         boards.pixels, boards.points[..., :2], boards.seen, width, height
     ):
         formula = LensFormula("kannala-brandt", 0, 0, 0)
         values = [start.focal_px, start.focal_px, *start.centre]
-        fit = _Fit(
+        fit = _FormulaFit(
             formula, adjusted(formula, values, start.T_camera_grid, boards, "cauchy")
         )
         fits.append(_refit(fit, formula._replace(radial=1), boards, "cauchy"))
@@ -142,7 +142,7 @@ def _start(boards, width, height):
 
 
 def _fitted(law, start, boards, pupil):
-    """The _Fit of a law, with the terms that the corners ask for."""
+    """The _FormulaFit of a law, with the terms that the corners ask for."""
     fit = start if law == "kannala-brandt" else _on_sphere(start, boards)
     for radial, decentring, moving in (
         (2, 2, min(pupil, 1)),
@@ -154,23 +154,25 @@ def _fitted(law, start, boards, pupil):
 
 
 def _on_sphere(start, boards):
-    """The best _Fit of a unified sphere with one radial term."""
+    """The best _FormulaFit of a unified sphere with one radial term."""
     fits, formula = [], LensFormula("unified", 1, 0, 0)
     for xi in FIRST_XI:
         values = np.array([*start.result.values[:4], xi, 0.0])
         poses = start.result.T_camera_grid
-        fits.append(_Fit(formula, adjusted(formula, values, poses, boards, "cauchy")))
+        fits.append(
+            _FormulaFit(formula, adjusted(formula, values, poses, boards, "cauchy"))
+        )
     return min(fits, key=lambda fit: np.median(fit.result.scales))
 
 
 def _refit(fit, formula, boards, loss, scales=None):
     values = fit.formula.moved_to(formula, fit.result.values)
     result = adjusted(formula, values, fit.result.T_camera_grid, boards, loss, scales)
-    return _Fit(formula, result)
+    return _FormulaFit(formula, result)
 
 
 def _thinned(fit, boards):
-    """The _Fit without the terms that do not pay, one after the other."""
+    """The _FormulaFit without the terms that do not pay, one after the other."""
     scales = fit.result.scales
     fit = _refit(fit, fit.formula, boards, "tukey", scales)
     best = _criterion(fit, boards)
@@ -206,7 +208,7 @@ def _criterion(fit, boards):
 
 
 def _pupil_test(central, start, boards):
-    """The best _Fit with a moving pupil, and the PupilTest that compares it."""
+    """The best _FormulaFit with a moving pupil, and the PupilTest that compares it."""
     wider = central.formula._replace(pupil=PUPIL)
     moving = _refit(central, wider, boards, "tukey", central.result.scales)
     p_value = _ratio_test(central, moving, boards)
