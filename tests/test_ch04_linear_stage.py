@@ -27,7 +27,7 @@ from raxel.geometry import homography_dlt
 from tests.ch02_trials import Trials
 
 
-class Sweep(Trials):
+class ConditionTrials(Trials):
     """Trials of several conditions, the values of each in a dictionary."""
 
     def __init__(self, *made):
@@ -43,7 +43,7 @@ class Sweep(Trials):
 
 
 def verdicts(judge, experiment, *made):
-    return [reading.verdict for reading in judge({experiment: Sweep(*made)})]
+    return [reading.verdict for reading in judge({experiment: ConditionTrials(*made)})]
 
 
 # 4.1.1
