@@ -20,6 +20,7 @@ from raxel.calibration.three_point import (
     ray_point_system,
     refine_pose_ray_point,
 )
+from raxel.errors import CalibrationError
 from raxel.geometry import (
     intersect_lines_plane,
     intersect_rays_plane,
@@ -97,7 +98,10 @@ def weights_trial(condition, rng):
         radial_lens(), NOISE[domain], rng, grids=ALL_GRIDS, domain=domain
     )
     first = scene.noisy[:LINEAR_GRIDS]
-    start = linear_cgsp(first, side=SIDE)
+    try:
+        start = linear_cgsp(first, side=SIDE)
+    except CalibrationError as fault:
+        return {"refused": str(fault)}
     sigma = NOISE["mm"] if domain == "mm" else None
     found = adjust_consistent(
         first, None, start.centre, start.T_base_grid, sigma=sigma

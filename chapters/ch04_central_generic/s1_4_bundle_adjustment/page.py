@@ -26,6 +26,7 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.schemes import 
 )
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.relaxation import relax_poses
+from raxel.errors import CalibrationError
 from repro.page.exercise import check
 from repro.page.reader import (
     compared,
@@ -151,7 +152,10 @@ def consistency_trial(condition, rng):
     """Errors of the centre with one number of rays and one noise."""
     noise, rays = condition["noise"], condition["rays"]
     scene = draw_scene(radial_lens(), noise, rng, rays=rays)
-    start = linear(scene.noisy)
+    try:
+        start = linear(scene.noisy)
+    except CalibrationError as fault:
+        return {"refused": str(fault)}
     out = {}
     for name in CURVES[noise]:
         if name == "line_fitting" and rays > MOST_FITTED:

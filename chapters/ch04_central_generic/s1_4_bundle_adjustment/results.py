@@ -49,8 +49,12 @@ def fall(result, method, noise):
 
 
 def mean_interval(trials):
-    """Mean of trials (n,), and its 95 % interval of two standard errors."""
+    """Mean of trials (n,), and its 95 % interval of two standard errors.
+
+    Refused trials have no value and are left out.
+    """
     trials = np.asarray(trials, float)
+    trials = trials[~np.isnan(trials)]
     middle = float(trials.mean())
     reach = 1.96 * float(trials.std(ddof=1)) / np.sqrt(len(trials))
     return middle, middle - reach, middle + reach

@@ -136,7 +136,10 @@ def scheme_trial(condition, rng):
     which is what the thesis's schemes make small.
     """
     scene = draw_scene(radial_lens(), condition["noise"], rng)
-    start = linear(scene.noisy)
+    try:
+        start = linear(scene.noisy)
+    except CalibrationError as fault:
+        return {"refused": str(fault)}
     true = np.pad(scene.points, ((0, 0), (0, 0), (0, 1)))
     true = transform(scene.T_base_grid, true)
     out = {}
@@ -180,7 +183,10 @@ def target_trial(condition, rng):
     if case["camera"] == "equidistance 150":
         camera = equidistance(150)
     scene = draw_scene(camera, case["noise"], rng, grids=case["grids"])
-    start = linear(scene.noisy)
+    try:
+        start = linear(scene.noisy)
+    except CalibrationError as fault:
+        return {"refused": str(fault)}
     found = adjust_consistent(
         scene.noisy, None, start.centre, start.T_base_grid
     )
