@@ -244,7 +244,10 @@ def consistency_sweep(effort):
 # **With much noise** the drift is plain: at 2 px, the ray-point distance
 # with a free centre keeps {glue:text}`fall.2.0.ray_point:.2f` of its error
 # from {glue:text}`rays.few:.0f` to {glue:text}`rays.many:.0f` rays, the
-# consistent adjustment {glue:text}`fall.2.0.consistent:.2f`.
+# consistent adjustment {glue:text}`fall.2.0.consistent:.2f`. At this noise
+# the linear stage refuses {glue:text}`refused:.0f` of
+# {glue:text}`refused.of:.0f` scenes, whose grids it cannot tell from parallel
+# ones; they count as the worst for every method.
 #
 # **How good is it?** With three grids the adjustment betters the linear
 # stage from {glue:text}`three grids.linear_mm:.2f` to

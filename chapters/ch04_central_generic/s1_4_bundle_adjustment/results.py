@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from repro.judge.statistics import median_interval
+from repro.judge.statistics import median_interval, with_worst
 from repro.page.reader import value
 
 NAMES = {
@@ -48,6 +48,16 @@ def fall(result, method, noise):
     return found[-1].value / found[0].value
 
 
+def refusals(result, **condition):
+    """Trials that the linear stage refused, under what ``condition`` says."""
+    return sum(
+        text is not None
+        for one in result.conditions
+        if one.items() >= condition.items()
+        for text in result.texts("refused", **one)
+    )
+
+
 def mean_interval(trials):
     """Mean of trials (n,), and its 95 % interval of two standard errors.
 
@@ -81,14 +91,18 @@ def name_values(open_results):
     for method in NAMES:
         for name in ("centre_mm", "ray_mm", "own_ray_mm", "rounds"):
             found = schemes.column(f"{method}.{name}")
-            value(f"{method}.{name}", float(np.median(found)))
+            value(f"{method}.{name}", float(np.median(with_worst(found))))
     for case in ("three grids", "ten grids"):
         for name in ("linear_mm", "consistent_mm"):
             found = targets.column(name, case=case)
-            value(f"{case}.{name}", float(np.median(found)))
-    value("nees", float(targets.column("nees", case="three grids").mean()))
+            value(f"{case}.{name}", float(np.median(with_worst(found))))
+    for name in ("nees", "passes"):
+        found = targets.column(name, case="three grids")
+        value(name, mean_interval(found)[0])
+    value("refused", refusals(sweep, noise=2.0))
     value(
-        "passes", float(targets.column("passes", case="three grids").mean())
+        "refused.of",
+        sweep.trials_per_condition * len(counts_of(sweep, 2.0)),
     )
     for scheme in ("line_fitting", "ray_point", "consistent"):
         for name in (
