@@ -40,7 +40,7 @@ from repro.run.outcomes import Check, Drawing
 EXACT = 1e-9
 BASE, FURTHER, PLANE = (series(k)["color"] for k in (0, 1, 2))
 SHEET = "#9aa5b1"
-SIGHT = (0.35, 0.95, 0.42)
+SIGHT = (0.35, 0.95, -0.42)
 UP = (0.0, 0.0, 1.0)
 LABELS = {
     "rotation_deg": "Rotation error (deg)",

@@ -225,6 +225,4 @@ def target_scene():
         Points(CENTRE_MM[None], INK, "focus of the mirror", 12.0),
         Labels(CENTRE_MM[None] + [0, 0, 25], ["mirror"], INK),
     ]
-    return framed(
-        parts, (-0.45, -0.75, 0.5), up=(0.0, 0.0, 1.0), aspect=1.2
-    )
+    return framed(parts, (0.75, 0.35, -0.5), up=(0.0, 0.0, 1.0), aspect=1.2)
