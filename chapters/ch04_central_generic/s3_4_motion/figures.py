@@ -155,7 +155,7 @@ def motion_seeds(results):
             found = median_interval(trials)
             panel.plot(
                 [index - 0.32, index + 0.32], [found.value] * 2,
-                color=INK, lw=1.6, marker="",
+                color=INK, lw=1.6, ls="-", marker="",
             )  # fmt: skip
             rows += [(motion, method, error) for error in trials]
         panel.set_yscale("log")

@@ -266,16 +266,16 @@ def redrawn_seeds(effort, results):
 # a common scale ([section 2.5.1](s5_1_synthetic_data.ipynb)), and the centre
 # is off by {glue:text}`centre_printed:.2g` mm. With the same equations well
 # conditioned it is off by {glue:text}`centre_well:.2g` mm, and the motion is
-# about as good as CGSP's. So what helps is the conditioning, not the
+# much nearer to CGSP's. So most of what helps is the conditioning, not the
 # synthetic camera.
 #
-# **Why so alike.** The motion between two pictures needs differences of
-# directions. A centre that is wrong by a part of a millimetre bends all rays
-# smoothly, and most of that goes into both views alike. Most of what is left
-# in a step of 20 mm comes from the noise of the corners: the points span a
-# few tens of degrees, and there a small turn and a small shift look nearly
-# the same. Refinement would gain more than either calibration; the thesis
-# estimates linearly, and so does this page.
+# **Small errors all the same.** The motion between two pictures needs
+# differences of directions. A centre that is wrong bends all rays smoothly,
+# and much of that goes into both views alike. The points span a few tens of
+# degrees; there a small turn and a small shift look nearly the same, and
+# noise of corners and table turns one into the other. Refinement would
+# gain on both calibrations; the thesis estimates linearly, and so does this
+# page.
 #
 # **Not central.** The mirror's bracket is a millimetre off, so no centre is
 # the right one. It is the same for both methods.
