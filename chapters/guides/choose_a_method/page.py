@@ -64,6 +64,11 @@ from repro.page.reader import results_behind, show_table, value
 # - **Zhang** {cite}`zhang2000`: a pinhole with two radial terms. A handful
 #   of parameters from a board held at several tilts.
 #   `raxel calibrate SET --model zhang`
+# - **Lens formulas** ([A lens formula where one
+#   fits](../ch04_central_generic/ext_lens_formula.ipynb)): Kannala-Brandt
+#   {cite}`kannala2006` for fisheyes, the unified sphere for mirrors, both
+#   decentred. They find their own start, and whether the entrance pupil
+#   moves. `raxel calibrate SET --model kannala-brandt`, or `unified`
 # - **OpenCV fisheye** {cite}`kannala2006`: the angle from the axis is a
 #   polynomial of the radius; eight parameters. It is here as a peer:
 #   `raxel.calibration.opencv_fisheye`, in Python only.
@@ -78,8 +83,13 @@ from repro.page.reader import results_behind, show_table, value
 #   the target between its poses is *given*. This is
 #   `raxel.calibration.rays_from_known_motion`, in Python only.
 #
-# `raxel calibrate SET --model auto` makes Zhang's and the generic method
-# predict photographs that they have not seen, and keeps the better one.
+# - **CGSP and smooth rays**: the generic camera by the method of chapter 4,
+#   and a lens formula with a smooth field of rays on it.
+#   `raxel calibrate SET --model cgsp`, or `spline`
+#
+# `raxel calibrate SET --model auto` makes all of them but OpenCV's and known
+# motion predict photographs that they have not seen, and keeps the best one.
+# A corner that a model has no ray for counts as 5 px.
 
 # %% [markdown]
 # ## Decide
@@ -105,15 +115,15 @@ from repro.page.reader import results_behind, show_table, value
 #   {glue:text}`general.ray_deg.60`°. Begin with Zhang.
 # - *About 120°*: Zhang {glue:text}`zhang.ray_deg.120`°, OpenCV fisheye
 #   {glue:text}`peer.ray_deg.120`°, generic
-#   {glue:text}`general.ray_deg.120`°. Try Zhang and generic, `--model auto`,
-#   and OpenCV's model in Python. The simulated lens follows a formula that
-#   this model holds; your lens may not.
+#   {glue:text}`general.ray_deg.120`°. Try `--model auto`, and OpenCV's
+#   model in Python. The simulated lens follows a formula that this model
+#   holds; your lens may not.
 # - *About 150°*: Zhang {glue:text}`zhang.ray_deg.150`°, OpenCV fisheye
 #   {glue:text}`peer.ray_deg.150`°, generic
 #   {glue:text}`general.ray_deg.150`°. Near the edge, boards must be taken
 #   close and tilted; a board seen at a grazing angle says little.
-# - *180° or more*: no pinhole has such rays at all. Generic; or OpenCV's
-#   fisheye model, from boards that stay away from 90°: it left
+# - *180° or more*: no pinhole has such rays at all. A lens formula, which
+#   needs no guess; generic; or OpenCV's fisheye model, from boards that stay away from 90°: it left
 #   {glue:text}`fisheye.opencv_fisheye.inner` in pictures kept out, the
 #   generic camera {glue:text}`fisheye.generic.inner`.
 #

@@ -42,7 +42,7 @@ class StackedBoards(NamedTuple):
         return StackedBoards(*(part[chosen] for part in self))
 
 
-class Adjusted(NamedTuple):
+class AdjustedLens(NamedTuple):
     """values (P,), T_camera_grid (n, 4, 4); residuals (n, M, 2) px, found less
     projected, NaN where not seen; scales (n,) px: of a coordinate, for the loss; cost:
     the loss, px^2; normal (P, P): what the poses leave of the normal matrix."""
@@ -69,7 +69,7 @@ def stacked(corners):
 
 
 def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
-    """The Adjusted parameters and poses, from a start at which all points are imaged.
+    """The AdjustedLens parameters and poses, from a start at which all points are imaged.
 
     loss: "cauchy" or "tukey"; scales: (n,) px, of the loss, None for those of the
     residuals, which are taken anew until they rest.
@@ -85,7 +85,7 @@ def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
         scales = before if fixed else scales_of(residuals)
         if np.all(np.abs(scales - before) < AT_REST * before):
             break
-    return Adjusted(values, T, residuals, before, cost, normal)
+    return AdjustedLens(values, T, residuals, before, cost, normal)
 
 
 def posed_residuals(formula, values, T_camera_grid, boards):

@@ -18,7 +18,7 @@ import numpy as np
 
 from raxel.calibration.lens_bundle import (
     WIDTH,
-    Adjusted,
+    AdjustedLens,
     adjusted,
     posed_residuals,
     stacked,
@@ -83,7 +83,7 @@ class LensCalibration(NamedTuple):
 
 class _FormulaFit(NamedTuple):
     formula: LensFormula
-    result: Adjusted
+    result: AdjustedLens
 
 
 def calibrate_lens(views, width, height, law, *, pupil="by test"):
@@ -121,7 +121,7 @@ def calibrate_lens(views, width, height, law, *, pupil="by test"):
 
 
 def _start(boards, width, height):
-    """The best _FormulaFit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
+    """The best fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
     fits = []
     for start in aligned_starts(
         boards.pixels, boards.points[..., :2], boards.seen, width, height
