@@ -273,11 +273,7 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
 
 
 @dataclass(frozen=True)
-<<<<<<< HEAD
-class CountedCorners:
-=======
 class EveryCorner:
->>>>>>> dd43015 (README and guide name the new models; class names of their own)
     """Errors of a model over every corner kept out: one without a ray, or in a
     photograph for which there is no camera, counts as MISSED_PX.
 
@@ -291,11 +287,7 @@ class EveryCorner:
 
 
 def counted(study, model):
-<<<<<<< HEAD
-    """CountedCorners of a model in a Study; None where no photograph was kept out."""
-=======
     """EveryCorner of a model in a Study; None where no photograph was kept out."""
->>>>>>> dd43015 (README and guide name the new models; class names of their own)
     off, count = [], 0
     for row in study.held_out:
         count += row.corners
@@ -306,11 +298,7 @@ def counted(study, model):
         return None
     seen = np.concatenate([np.zeros(0), *off])
     every = np.append(seen, np.full(count - len(seen), MISSED_PX))
-<<<<<<< HEAD
-    return CountedCorners(
-=======
     return EveryCorner(
->>>>>>> dd43015 (README and guide name the new models; class names of their own)
         float(np.sqrt(np.mean(every**2))),
         float(np.median(every)),
         len(seen) / count,
