@@ -69,7 +69,7 @@ def stacked(corners):
 
 
 def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
-    """The AdjustedLens parameters and poses, from a start at which all points are imaged.
+    """AdjustedLens: parameters and poses, from a start at which all points are imaged.
 
     loss: "cauchy" or "tukey"; scales: (n,) px, of the loss, None for those of the
     residuals, which are taken anew until they rest.
