@@ -124,8 +124,9 @@ from repro.page.reader import results_behind, show_table, value
 #   close and tilted; a board seen at a grazing angle says little.
 # - *180° or more*: no pinhole has such rays at all. A lens formula, which
 #   needs no guess; generic; or OpenCV's fisheye model, from boards that stay
-#   away from 90°: it left {glue:text}`fisheye.opencv_fisheye.inner` in pictures kept out, the
-#   generic camera {glue:text}`fisheye.generic.inner`.
+#   away from 90°: it left {glue:text}`fisheye.opencv_fisheye.inner` in
+#   pictures kept out, the generic camera
+#   {glue:text}`fisheye.generic.inner`.
 #
 # What counts is the distance from the pinhole, not the angle alone: a wide
 # lens that keeps lines straight is a case for Zhang. [Every image set side
