@@ -45,13 +45,11 @@ BRACKETS = {
     offset: f"{RIGS[OMNI]}-{name}" for offset, name in BRACKETS_MM.items()
 }
 BRACKET_STEP = 3
+OFFSETS_MM = {"quick": (0.0, 1.0), "full": tuple(BRACKETS_MM)}
 DRAWN = 3000  # points of a scatter that are drawn
 # Literals, which the workflow reads without running them.
 BRACKET_SETS = {
-    "quick": (
-        "onevr-d70-aligned-small/0", "onevr-d70-half-small/0",
-        "onevr-d70-small/0", "onevr-d70-double-small/0",
-    ),
+    "quick": ("onevr-d70-aligned-small/0", "onevr-d70-small/0"),
     "full": (
         "onevr-d70-aligned-small/0", "onevr-d70-half-small/0",
         "onevr-d70-small/0", "onevr-d70-double-small/0",
@@ -213,6 +211,7 @@ def bracket_conditions(effort):
     return [
         {"offset_mm": offset, "rig": rig, "seed": seed}
         for offset, rig in BRACKETS.items()
+        if offset in OFFSETS_MM[effort]
         for seed in SEEDS[effort]
     ]
 
