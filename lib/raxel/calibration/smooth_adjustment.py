@@ -26,7 +26,8 @@ SMOOTHNESS = 10.0 ** np.arange(-6, 7)  # in data of a cell, from TRIED_FIRST on
 TRIED_FIRST = 6
 MOST_PARTS = 6  # of boards, kept out in turn
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
-LEAST_SCALE_PX = 0.01  # corners that are nearer than some of these are not wrong
+# Scales below which no corner counts as wrong: before there is a field, and with it.
+FIRST_SCALE_PX, LEAST_SCALE_PX = 0.5, 0.05
 MOST_STEPS, ENOUGH_PX = 30, 1e-5
 CHOSEN_AT = (2, 5)  # steps at which cells and smoothness are chosen
 FEWEST_CORNERS = 6  # of a board
@@ -110,7 +111,8 @@ def _weights(off, early):
     """Weights (N,) of errors (N, 2) and their scale, px, of a coordinate."""
     distance = np.linalg.norm(off, axis=1)
     there = np.isfinite(distance)
-    scale = max(float(np.median(distance[there])) / RAYLEIGH, LEAST_SCALE_PX)
+    least = FIRST_SCALE_PX if early else LEAST_SCALE_PX
+    scale = max(float(np.median(distance[there])) / RAYLEIGH, least)
     squares = np.where(there, distance / scale, np.inf) ** 2
     if early:
         return 1 / (1 + squares / 9), scale

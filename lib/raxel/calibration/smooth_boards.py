@@ -20,7 +20,7 @@ from raxel.calibration.smooth_adjustment import (
 from raxel.calibration.smooth_trend import trend_of_rays
 from raxel.calibration.zhang import found_corners
 from raxel.cameras.ray_spline import RaySplineCamera
-from raxel.errors import CalibrationError
+from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import pose, transform
 
 THINNED = 2000  # rays of a table that a trend is fitted to
@@ -87,10 +87,10 @@ def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
     for start in starts:
         try:
             fits.append(_adjusted(start, corners, width, height))
-        except CalibrationError as fault:
+        except InputError as fault:  # a field so steep that it makes no camera, too
             faults.append(str(fault))
     if not fits:
-        raise CalibrationError(faults[-1])
+        raise CalibrationError(f"smooth rays: {faults[-1]}")
     return min(fits, key=lambda fit: min(fit.adjustment.held_out_px.values()))
 
 
