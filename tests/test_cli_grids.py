@@ -150,7 +150,7 @@ def test_check_doubts_pixels_that_are_not_square(copied, capsys):
     assert main(["check", str(image_set)]) == 0
     told = "the monitor's pixels would be 0.223 x 0.396 mm, not square: are monitor_px"
     assert f"228 x 304 mm; {told}" in capsys.readouterr().out
-    out = image_set.parent / "points"
+    out = image_set.parent / "doubted"
     assert main(["decode", str(image_set), "--out", str(out)]) == 0
     assert f"warning: {told}" in capsys.readouterr().out
 

@@ -62,7 +62,7 @@ def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
         (
             (8, 200),
             4,
-            "cells: found 200 along y on 480 px .* 160 along x and 120 along y",
+            "cells: found 200 along y on 480 px .* 160 along x and 120",
         ),
         (8, 2, "steps: found 2; give 3 to 64"),
     ],
