@@ -223,6 +223,28 @@ def ext_rig_hyperboloidal(results):
 
 
 @figure(
+    "ext_rig_kodak_boards",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_kodak_boards(results):
+    """The rig kodak-boards."""
+    return drawn_rig(results, "kodak-boards")
+
+
+@figure(
+    "ext_rig_kodak_megaplus",
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def ext_rig_kodak_megaplus(results):
+    """The rig kodak-megaplus."""
+    return drawn_rig(results, "kodak-megaplus")
+
+
+@figure(
     "ext_rig_large_fisheye",
     needs=("ext_rigs",),
     evidence="analytic",

@@ -213,6 +213,24 @@ def ext_rigs(effort):
 # show("ext_rig_mirror_ball")
 
 # %% [markdown]
+# ### `kodak-megaplus`: a perspective camera before a monitor
+#
+# {glue:text}`kodak_megaplus.summary`. {glue:text}`kodak_megaplus.sizes`. Used by
+# [section 4.2](../ch04_central_generic/s2_pose.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_kodak_megaplus")
+
+# %% [markdown]
+# ### `kodak-boards`: its calibration
+#
+# {glue:text}`kodak_boards.summary`. {glue:text}`kodak_boards.sizes`. Used by
+# [section 4.2](../ch04_central_generic/s2_pose.ipynb).
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_kodak_boards")
+
+# %% [markdown]
 # ### `onevr-d70`: a mirror all around before a monitor
 #
 # {glue:text}`onevr_d70.summary`.

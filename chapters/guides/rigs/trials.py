@@ -29,6 +29,8 @@ FILES = (
     "data/rigs/fisheye-9x7.yaml",
     "data/rigs/flexible-mirror.yaml",
     "data/rigs/hyperboloidal.yaml",
+    "data/rigs/kodak-boards.yaml",
+    "data/rigs/kodak-megaplus.yaml",
     "data/rigs/large-fisheye.yaml",
     "data/rigs/large-hyperboloidal.yaml",
     "data/rigs/mirror-ball.yaml",
