@@ -227,8 +227,8 @@ def consistency_sweep(effort):
 # far the ends of a scene's starts lie apart, over the starts themselves: in
 # the median scene {glue:text}`starts.line_fitting.spread_over_starts:.1g`
 # times as far. A share of {glue:text}`starts.line_fitting.above_best:.2f` of
-# the starts ends at more than 1.1 times the best cost. So this reading of
-# the claim looks for many minima, and mostly finds one. Over draws of the
+# the starts ends at more than 1.1 times the best cost. Starts of one
+# scene drift along together, whether or not they come to rest. Over draws of the
 # noise, each with its own start, the centre spreads
 # {glue:text}`starts.line_fitting.spread_over_draws:.0f` times as far as that
 # of the linear stage. Whoever repeats an experiment sees that, and may well
