@@ -42,7 +42,7 @@ class Calibrated(NamedTuple):
     T_base_grid: np.ndarray
 
 
-class MotionGrids(NamedTuple):
+class SeenGrids(NamedTuple):
     """True poses T_camera_grid (6, 4, 4) of a seed, the decoding errors of its
     pictures, and points (6, N, 2) mm of a lattice of pixels, seen (6, N)."""
 
@@ -67,7 +67,7 @@ def drawn_grids(errors, rng):
     used = np.isfinite(points[..., 0]).any(axis=0)
     points = points[:, used]
     seen = np.isfinite(points).all(axis=2)
-    return MotionGrids(poses, errors, points, seen)
+    return SeenGrids(poses, errors, points, seen)
 
 
 def calibrated(method, grids, rng):
