@@ -59,7 +59,7 @@ from repro.run.outcomes import Plan
 #   {glue:text}`many.smooth.off_px:.2f` px with ten.
 # - Only the direct adjustment knows of such errors: its squared errors are
 #   {glue:text}`usual.direct.normalised:.1f` times those it states, for the
-#   smooth table {glue:text}`usual.smooth.normalised:.0f` times.
+#   smooth table {glue:text}`usual.smooth.normalised:.0f` times (medians).
 # - Where no target was, the rays are the formula's, and the camera says so.
 
 # %% [markdown]
