@@ -107,7 +107,8 @@ def contents():
         }
         for stem, content in files.items()
     }
-    small["settings"]["settings"][0]["used_by"] = ["fig_2_3"]
+    for entry in small["settings"]["settings"] + small["settings"]["readings"]:
+        entry["used_by"] = ["fig_2_3"]
     return yaml.safe_dump(small)
 
 
