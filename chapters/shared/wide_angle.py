@@ -131,7 +131,7 @@ def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
 
 
 @dataclass(frozen=True)
-class SeenGrids:
+class MeasuredGrids:
     """One trial's measurements, with the truth that only scoring may use.
 
     pixels (N, 2); T_base_grid (n, 4, 4); points (n, N, 2): clean; noisy (n, N, 2): what
@@ -154,22 +154,22 @@ class SeenGrids:
 
 
 def observe(camera, T_base_grid, pixels, noise, domain, rng):
-    """SeenGrids of pixels that see all grids; noise: SD in px or mm (``domain``)."""
+    """MeasuredGrids of pixels that see all grids; noise: SD in px or mm (``domain``)."""
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":
-        return SeenGrids(
+        return MeasuredGrids(
             camera, T_base_grid, pixels, points, points + drawn
         )
     noisy, seen = back_project(camera, pixels + drawn, T_base_grid)
     keep = seen.all(axis=0)
-    return SeenGrids(
+    return MeasuredGrids(
         camera, T_base_grid, pixels[keep], points[:, keep], noisy[:, keep]
     )
 
 
 def draw_scene(camera, noise, rng, *, grids=3, domain="px", rays=RAYS):
-    """SeenGrids with poses, rays and noise drawn anew."""
+    """MeasuredGrids with poses, rays and noise drawn anew."""
     T_base_grid = draw_poses(rng, grids)
     pixels = draw_pixels(camera, T_base_grid, rng, rays)
     return observe(camera, T_base_grid, pixels, noise, domain, rng)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-NEAR_MM, STEP_MM, SD_MM = 100.0, 20.0, 0.04
+NEAR_MM, STEP_MM, SD_MM = 40.0, 20.0, 0.04
 PUBLISHED = {"standard": 3.22, "CGSP": 0.19}
 
 

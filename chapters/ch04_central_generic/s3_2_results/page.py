@@ -289,7 +289,7 @@ def caustic(effort):
 # Open this page as a notebook (`make lab`) and run all cells. Then put an
 # answer in place of `None`, and run that cell again.
 #
-# **1.** A ray meets three grids 100, 120 and 140 mm from the centre, each
+# **1.** A ray meets three grids 40, 60 and 80 mm from the centre, each
 # point with an error of SD 0.04 mm across it. What is the SD (mm) of the best
 # line where it passes the centre?
 
