@@ -1,0 +1,35 @@
+"""What the exercises of this page compare an answer with."""
+
+from __future__ import annotations
+
+
+def unknowns_task():
+    """Lines have two unknowns more than rays from one point, but the centre's three
+    are then free."""
+    return {
+        "expected": lambda: 2 * 500 - 3,
+        "hint": "count what a line needs beyond a direction, and what the "
+        "central camera has that the lines do not",
+        "slips": {
+            "The central camera has three unknowns of its own.": lambda: (
+                2 * 500
+            ),
+            "A line has four unknowns, a direction two of them.": lambda: (
+                4 * 500 - 3
+            ),
+        },
+    }
+
+
+def alarms_task():
+    """Under the null hypothesis p is uniform."""
+    return {
+        "expected": lambda: 1000 * 0.01,
+        "hint": "how is a p-value distributed where nothing is wrong?",
+        "slips": {
+            "That is the share of alarms at 5 %.": lambda: 1000 * 0.05,
+            "That is the number of those that give no alarm.": lambda: (
+                1000 * 0.99
+            ),
+        },
+    }

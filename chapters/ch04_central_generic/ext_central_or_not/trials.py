@@ -1,0 +1,144 @@
+"""Cameras that are central and others that nearly are, and what the test finds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chapters.shared.rigs import rig_named
+from chapters.shared.wide_angle import (
+    PRINCIPAL,
+    SIDE,
+    SIZE_PX,
+    T_BASE_CAMERA,
+    draw_pixels,
+    draw_poses,
+    equidistance,
+)
+from raxel.calibration.central_test import centrality_test
+from raxel.calibration.cgsp import linear_cgsp
+from raxel.calibration.consistent import adjust_consistent
+from raxel.calibration.free_lines import relax_centrality
+from raxel.cameras import AxialCamera, centrality, closest_point
+from raxel.geometry import (
+    intersect_rays_plane,
+    inverse_pose,
+    transform,
+)
+
+RAYS = 500
+GRIDS = 3
+FOV_DEG = 120.0
+PUPIL_SHIFT_MM = (10.0,)
+NOISES_MM = (0.05, 0.1)
+ALARM = 0.01
+TRIALS = {"quick": 2, "full": 40}
+MIRRORS = {
+    "mirror_aligned": "onevr-d70-aligned-small",
+    "mirror_half": "onevr-d70-half-small",
+    "mirror_one": "onevr-d70-small",
+    "mirror_two": "onevr-d70-double-small",
+}
+MIRROR_RIGS = (
+    "data/rigs/onevr-d70-aligned-small.yaml",
+    "data/rigs/onevr-d70-half-small.yaml",
+    "data/rigs/onevr-d70-small.yaml",
+    "data/rigs/onevr-d70-double-small.yaml",
+)
+CAMERAS = ("central", "pupil", *MIRRORS)
+CENTRAL = ("central", "mirror_aligned")
+
+CHOSEN = {
+    "rays": RAYS,
+    "grids": GRIDS,
+    "fov_deg": FOV_DEG,
+    "pupil_shift_mm": list(PUPIL_SHIFT_MM),
+    "noise": "independent for every coordinate of every point",
+    "alarm_below_p": ALARM,
+}
+
+
+def draw_geometry(name, rng):
+    """Camera, T_camera_grid (3, 4, 4), pixels (RAYS, 2) and the side of the centre."""
+    if name in MIRRORS:
+        rig = rig_named(MIRRORS[name])
+        poses = rig.draw_poses(rng, GRIDS)
+        return rig.camera, poses, _on_monitors(rig, poses, rng), -1
+    camera = equidistance(FOV_DEG)
+    if name == "pupil":
+        camera = with_moving_pupil(camera)
+    T_base_grid = draw_poses(rng, GRIDS)
+    pixels = draw_pixels(camera, T_base_grid, rng, RAYS)
+    return camera, inverse_pose(T_BASE_CAMERA) @ T_base_grid, pixels, SIDE
+
+
+def with_moving_pupil(lens):
+    """The fisheye lens with a pupil that moves along its axis."""
+    return AxialCamera(
+        lens.projection,
+        lens.focal_px,
+        PRINCIPAL,
+        PUPIL_SHIFT_MM,
+        SIZE_PX,
+        SIZE_PX,
+        lens.max_angle,
+    )
+
+
+def _on_monitors(rig, poses, rng):
+    """Pixels (RAYS, 2), evenly over the picture, that see every monitor."""
+    size = rig.camera.width, rig.camera.height
+    pixels = rng.uniform(-0.5, np.array(size) - 0.5, (60 * RAYS, 2))
+    points, seen = met(rig.camera, pixels, poses)
+    corner, extent = rig.extent
+    inside = (points >= corner) & (points <= corner + extent)
+    kept = pixels[(seen & inside.all(axis=2)).all(axis=0)]
+    if len(kept) < RAYS:
+        raise RuntimeError(f"{len(kept)} pixels see all monitors")
+    return kept[:RAYS]
+
+
+def met(camera, pixels, poses):
+    """Points (n, N, 2) of grids that pixels (N, 2) see, and which are seen (n, N)."""
+    rays = camera.rays(pixels)
+    hits = [
+        intersect_rays_plane(rays.origins, rays.directions, T)
+        for T in poses
+    ]
+    points = np.stack([hit.points for hit in hits])
+    return points, np.stack([rays.valid & hit.valid for hit in hits])
+
+
+def miss(rays, T_base, centre, origins, directions):
+    """RMS distance (mm) of found lines from the true ones, next to the camera.
+
+    It is measured at the point of each true ray that is nearest to the true centre.
+    """
+    along = np.sum((centre - rays.origins) * rays.directions, axis=1)
+    nearest = rays.origins + along[:, None] * rays.directions
+    reach = transform(T_base, nearest) - origins
+    off = np.cross(reach, directions)
+    return float(np.sqrt(np.nanmean(np.sum(off**2, axis=1))))
+
+
+def one_camera(name, noise_mm, rng):
+    """The test on one scene, the truth beside it, and what free lines recover."""
+    camera, poses, pixels, side = draw_geometry(name, rng)
+    points, _ = met(camera, pixels, poses)
+    points += noise_mm * rng.standard_normal(points.shape)
+    start = linear_cgsp(points, side=side)
+    begin = (None, start.centre, start.T_base_grid)
+    test = centrality_test(points, *begin, sigma=noise_mm)
+    central = adjust_consistent(points, *begin, sigma=noise_mm)
+    lines = relax_centrality(points, central)
+    rays = camera.rays(pixels)
+    truth = rays, inverse_pose(poses[0]), closest_point(rays)
+    return {
+        "true_mm": centrality(rays),
+        "found_mm": test.distance_mm,
+        "least_mm": test.at_least_mm,
+        "most_mm": test.at_most_mm,
+        "p": test.p_value,
+        "noise_ratio": test.noise_ratio,
+        "central_miss_mm": miss(*truth, central.centre, central.directions),
+        "lines_miss_mm": miss(*truth, lines.origins, lines.directions),
+    }
