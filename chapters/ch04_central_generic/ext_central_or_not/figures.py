@@ -22,7 +22,9 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 
-@figure("ext_centrality", needs=(RUNS,), evidence="synthetic")
+@figure(
+    "ext_centrality", needs=("ext_centrality_runs",), evidence="synthetic"
+)
 def central_or_not(results):
     """Distances with their bounds on the left, shares of alarms on the right."""
     result = results[RUNS]

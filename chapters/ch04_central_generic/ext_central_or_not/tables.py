@@ -25,7 +25,11 @@ COLUMNS = {
 }
 
 
-@table("ext_centrality_table", needs=(RUNS,), evidence="synthetic")
+@table(
+    "ext_centrality_table",
+    needs=("ext_centrality_runs",),
+    evidence="synthetic",
+)
 def centrality_table(results):
     """Medians for every camera and noise."""
     result = results[RUNS]
