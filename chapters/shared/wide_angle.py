@@ -154,7 +154,7 @@ class MeasuredGrids:
 
 
 def observe(camera, T_base_grid, pixels, noise, domain, rng):
-    """MeasuredGrids of pixels that see all grids; noise: SD in px or mm (``domain``)."""
+    """Grids measured by pixels that see all of them; noise: SD in px or mm."""
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":

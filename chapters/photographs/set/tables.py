@@ -193,7 +193,7 @@ def _remark(study, image, row):
         )
     if row is not None:
         remarks += [
-            f"kept out, {ALL_NAMES[model]}: {score.reason}"
+            f"kept out, {EVERY[model]}: {score.reason}"
             for model, score in row.own.items()
             if score.reason
         ]

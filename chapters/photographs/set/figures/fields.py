@@ -201,9 +201,10 @@ def _residual_data(rows):
     names = ("model", "image", "corner", "u_px", "v_px", "du_px", "dv_px")
     data = {name: [] for name in names}
     for row in rows:
-        for model, score in row.own.items():
+        for model in (m for m in ALL_NAMES if m in row.own):
+            off_of = row.own[model].residuals_px
             for k, (at, off) in enumerate(
-                zip(row.image.corners, score.residuals_px, strict=True)
+                zip(row.image.corners, off_of, strict=True)
             ):
                 for name, value in zip(
                     names,
