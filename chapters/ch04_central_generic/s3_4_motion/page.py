@@ -263,7 +263,8 @@ def redrawn_seeds(effort, results):
 # ## Reading and limits
 #
 # **Which standard method.** As printed, one ratio of two noisy numbers sets
-# a common scale ([section 2.5.1](s5_1_synthetic_data.ipynb)), and the centre
+# a common scale ([section
+# 2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)), and the centre
 # is off by {glue:text}`centre_printed:.2g` mm. With the same equations well
 # conditioned it is off by {glue:text}`centre_well:.2g` mm, and the motion is
 # much nearer to CGSP's. So most of what helps is the conditioning, not the
@@ -285,7 +286,7 @@ def redrawn_seeds(effort, results):
 #
 # **What is not stated.** The size of the boards, their distance, the
 # direction of the stage and the length of the steps found are choices
-# ([settings](settings.html)). The boards are so large that neighbouring
+# (see the ledger). The boards are so large that neighbouring
 # corners are 8 px apart or more in every picture, and so placed that both
 # are seen from the front over the whole turn.
 
