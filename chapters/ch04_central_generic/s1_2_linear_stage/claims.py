@@ -10,6 +10,7 @@ from chapters.ch04_central_generic.s1_2_linear_stage.results import (
     precision_ratio,
     ratio_of_medians,
 )
+from raxel.calibration.cgsp import SUBSET
 from repro.judge.statistics import all_of
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import DECISIONS, Reading, Value
@@ -118,4 +119,5 @@ def values_of_the_minimum(results):
     return {
         "s4_1_2_triplets": Value(float(min(enough))),
         "s4_1_2_params": Value(float(np.median(determined))),
+        "s4_1_2_pairs": Value(SUBSET, unit="count"),
     }

@@ -18,8 +18,8 @@ from repro.judge.statistics import (
     median_ratio,
     wins,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import DECISIONS, Reading, Value
 
 REDRAWN, FIXED = "fig_4_2_redrawn", "fig_4_2_fixed"
 SWEEP = ("fig_4_2_redrawn",)
@@ -274,3 +274,17 @@ def _scatter(trials):
     middle = np.median(trials, axis=-1, keepdims=True)
     with np.errstate(invalid="ignore"):
         return np.median(np.abs(trials - middle), axis=-1)
+
+
+@numbers("fig_4_2", needs=SWEEP, evidence="synthetic")
+def settings_of_fig_4_2(results):
+    """The settings that the text states, as they were run."""
+    result = results[REDRAWN]
+    x, y, z = result.settings["centre_mm"]
+    return {
+        "fig4_2_cx": Value(x, unit="mm"),
+        "fig4_2_cy": Value(y, unit="mm"),
+        "fig4_2_cz": Value(z, unit="mm"),
+        "fig4_2_fov": Value(result.settings["fov_deg"], unit="deg"),
+        "fig4_2_trials": Value(result.trials_per_condition, unit="count"),
+    }

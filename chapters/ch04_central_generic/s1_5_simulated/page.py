@@ -25,6 +25,7 @@ from chapters.ch04_central_generic.s1_5_simulated.trials import (
     levels,
 )
 from chapters.shared.wide_angle import (
+    FOV_DEG,
     SETTINGS,
     draw_poses,
     draw_scene,
@@ -151,7 +152,8 @@ def trial(condition, rng):
 )
 def redrawn_sweep(effort):
     """Fig. 4.2: rising noise, every trial with its own grids and rays."""
-    return Plan(trial, levels(), TRIALS[effort], SETTINGS)
+    settings = SETTINGS | {"fov_deg": FOV_DEG}
+    return Plan(trial, levels(), TRIALS[effort], settings)
 
 
 # %% [markdown]

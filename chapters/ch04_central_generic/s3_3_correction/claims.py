@@ -224,3 +224,10 @@ def numbers_of_table_4_4(results):
         for statistic in ("mean", "sd")
         for found in [of_camera(result, camera, f"{method}.{statistic}_mm")]
     }
+
+
+@numbers("fig_4_9", needs=BOARDS, evidence="rendered")
+def numbers_of_fig_4_9(results):
+    """How much longer than they are the vectors are drawn."""
+    drawn = results["fig_4_9_boards"].settings["magnified"]
+    return {"fig4_9_scale": Value(drawn, unit="x")}

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from chapters.ch04_central_generic.s3_3_correction.results import fields
+from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import (
+    MAGNIFIED,
+)
 from chapters.shared.central_sets import FISH, OMNI
 from repro.page.style import figure as new_figure
 from repro.page.style import series
@@ -10,7 +13,6 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
-MAGNIFIED = 200  # at the thesis's 15 times nothing would be seen
 PANELS = (
     ("(a) omnidirectional, standard", OMNI, "printed"),
     ("(b) omnidirectional, CGSP", OMNI, "cgsp"),
