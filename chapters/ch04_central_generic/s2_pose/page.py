@@ -139,8 +139,8 @@ from repro.run.outcomes import Plan
 # points agree with is found again from all of these points, until they stay
 # the same. The standard method does the same with samples of three
 # ([section 2.4](../ch02_general_camera_model/s4_1_linear_and_pose.ipynb)),
-# and has no linear way to use more than three. Section 4.2.2 refines it by minimising the distances
-# between rays and points (4.18).
+# and has no linear way to use more than three. Section 4.2.2 refines it by
+# minimising the distances between rays and points (4.18).
 #
 # **Angles.** Noise in an image turns rays. The natural error of a pose is
 # then the angle between a ray and the direction of its point, and not a
