@@ -117,6 +117,9 @@ def _named():
     law = {"projection": "equisolid", "focal_px": 60, "principal_point": C}
     law |= {"pupil_shift": [2.5, -0.3], "max_angle": 1.7}
     yield "axial", make("axial", **law, **SIZE), one
+    law = {"k": [1, -0.02, 0.003], "pixels_per_unit": [60, 60], "principal_point": C}
+    lens = make("kannala-brandt", **law, max_angle=1.7, **SIZE)
+    yield "moving pupil", make("moving pupil", lens=lens, pupil_shift=[2.5, -0.3]), one
     rim = ((126, 94), (66, 62))
     yield "hyperboloid", mirror("hyperboloid", (30, 20)), rim
     yield "paraboloid", mirror("paraboloid", (10,)), rim

@@ -367,7 +367,11 @@ ZOO = {
 # Kinds of the library that have no cage here, and why.
 ELSEWHERE = {
     "orthographic": "parallel rays, which section 2.2 does not name; it "
-    "is the viewer of the paraboloid mirror"
+    "is the viewer of the paraboloid mirror",
+    "ray spline": "a formula's rays with a smooth field on top, fitted to a "
+    "camera; chapter 4 has it",
+    "moving pupil": "a fisheye law whose rays cross the axis at several "
+    "places; chapter 4 has it",
 }
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.shared.wide_angle import CENTRE_MM, RAYS, SETTINGS, draw_poses
+from raxel.calibration.bundle import ray_point_residuals
 from raxel.calibration.relaxation import pose_vector
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 POINTS = 400
+HALF_MM = 300.0  # of the grid that the points lie on
 GRIDS = (3, 4, 6, 10)
 
 
@@ -34,12 +36,15 @@ def unknowns(effort):
 
 def formula_trial(condition, rng):
     """(4.16) to (4.18) beside a search for the nearest point of each ray."""
-    rays = rng.standard_normal((POINTS, 3))
+    on_grid = rng.uniform(-HALF_MM, HALF_MM, (POINTS, 2))
+    reach = np.pad(on_grid, ((0, 0), (0, 1))) - CENTRE_MM
+    rays = reach + rng.standard_normal(reach.shape)
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    points = CENTRE_MM + 600 * rays + rng.standard_normal((POINTS, 3))
-    reach = points - CENTRE_MM
-    depth = np.sum(rays * reach, axis=1)
-    formula = np.linalg.norm(depth[:, None] * rays - reach, axis=1)
+    seen = np.ones((1, POINTS), bool)
+    residuals = ray_point_residuals(
+        on_grid[None], seen, CENTRE_MM, np.eye(4)[None], rays
+    )
+    formula = np.linalg.norm(residuals[0], axis=1)
     return {"largest_mm": np.abs(formula - nearest(rays, reach)).max()}
 
 
