@@ -10,6 +10,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
     cases,
 )
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
+from chapters.shared.synthetic_readings import readings_of
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -19,7 +20,7 @@ from repro.judge.statistics import (
     wins,
 )
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import DECISIONS, Reading, Value
+from repro.run.outcomes import Value
 
 REDRAWN, FIXED = "fig_4_2_redrawn", "fig_4_2_fixed"
 SWEEP = ("fig_4_2_redrawn",)
@@ -28,23 +29,6 @@ ALL = ("noise", "standard_method")
 SWEEPS = (*ALL, "translation_error", "ray_point")
 POSES = (*ALL, "translation_error")
 LEAST_GAIN, HALF, LEAST_SPREAD = 0.8, 0.5, 3.0
-
-
-def _readings(questions, judge):
-    """A Reading of every case: decision, value, interval, remark."""
-    readings = []
-    for case in cases(*questions):
-        decision, value, interval, remark = judge(case)
-        readings.append(
-            Reading(
-                DECISIONS[decision],
-                value,
-                reading=case.options,
-                interval=interval,
-                reason=remark,
-            )
-        )
-    return readings
 
 
 def _ahead(result, case, better, worse, quantities):
@@ -86,8 +70,8 @@ def _ahead(result, case, better, worse, quantities):
 @claim("c4_cgsp_beats_std_ba", needs=SWEEP, evidence="synthetic")
 def judge_beats_adjusted(results):
     """CGSP as it comes out against the adjusted standard method."""
-    return _readings(
-        SWEEPS,
+    return readings_of(
+        cases(*SWEEPS),
         lambda case: _ahead(
             results[REDRAWN], case, ("cgsp", "linear"), ("standard", "ba"),
             QUANTITIES,
@@ -98,8 +82,8 @@ def judge_beats_adjusted(results):
 @claim("c4_cgsp_beats_std", needs=SWEEP, evidence="synthetic")
 def judge_beats_linear(results):
     """CGSP against the standard method, both as they come out."""
-    return _readings(
-        SWEEPS,
+    return readings_of(
+        cases(*SWEEPS),
         lambda case: _ahead(
             results[REDRAWN], case, ("cgsp", "linear"),
             ("standard", "linear"), QUANTITIES,
@@ -138,7 +122,7 @@ def judge_little_gain(results):
             f"ray-point error before / after at least {fall[1]:.2f}",
         )
 
-    return _readings(SWEEPS, judge)
+    return readings_of(cases(*SWEEPS), judge)
 
 
 def _ratio_of_medians(a, b):
@@ -182,14 +166,14 @@ def judge_rotation_worse(results):
             f"the sign test, at {worse} of {len(LEVELS)} levels",
         )
 
-    return _readings(ALL, judge)
+    return readings_of(cases(*ALL), judge)
 
 
 @claim("c4_ba_points_better", needs=SWEEP, evidence="synthetic")
 def judge_points_better(results):
     """The adjusted poses put the points nearer to where they are."""
-    return _readings(
-        ALL,
+    return readings_of(
+        cases(*ALL),
         lambda case: _ahead(
             results[REDRAWN], case, ("standard", "ba"),
             ("standard", "linear"), ("point_mm",),
@@ -224,7 +208,7 @@ def judge_centre_cause(results):
             f"largest ratio true / estimated centre: {WORDS[at[0]]} at {at[1]:g}",
         )
 
-    return _readings(POSES, judge)
+    return readings_of(cases(*POSES), judge)
 
 
 @claim(
@@ -266,7 +250,7 @@ def judge_sd_smaller(results):
             f"{len(found)}",
         )
 
-    return _readings(SWEEPS, judge)
+    return readings_of(cases(*SWEEPS), judge)
 
 
 def _scatter(trials):

@@ -9,7 +9,6 @@ from chapters.ch04_central_generic.s3_2_results.results import (
     CAUSTIC,
     SCATTER,
     SEEDS_OF_BOTH,
-    SHARE_OF_SEEDS,
     STANDARD,
     bracket_errors,
     by_seed,
@@ -17,6 +16,7 @@ from chapters.ch04_central_generic.s3_2_results.results import (
     disagreement,
 )
 from chapters.shared.central_sets import FISH, OMNI
+from chapters.shared.counterpart import decided
 from repro.judge.statistics import proportion
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
@@ -26,24 +26,6 @@ MOST_FISH, LEAST_DEPTH = 5.0, 5.0
 LEAST_TIGHTER, SIMILAR = 2.0, (0.7, 1.5)
 MOST_OF_ALIGNED, STATED_MM, WITHIN = 2.0, 1.0, 0.2
 SCATTERS = ("standard_method", "scatter_rays")
-
-
-def decided(holds, found, reading, unit, reason):
-    """The Reading of a counterpart: true in at least 90 % of the seeds, or not.
-
-    holds: (seeds,) bool; found: (seeds,) what was measured, nan where a method failed.
-    """
-    share = proportion(np.array(holds, float))
-    known = found[np.isfinite(found)]
-    return Reading(
-        "reproduced" if share.value >= SHARE_OF_SEEDS else "differs",
-        float(np.median(known)),
-        reading=reading,
-        interval=(float(known.min()), float(known.max())),
-        unit=unit,
-        reason=f"{reason}; true in {np.count_nonzero(holds)} of {len(holds)} seeds "
-        f"({share.low:.2f} to {share.high:.2f})",
-    )
 
 
 def _means(results, camera, options, stage="ray"):

@@ -34,7 +34,6 @@ NAMES = {
 CAMERAS = {"omni": OMNI, "fish": FISH}
 PARAMETERS = ("cx", "cy", "cz", "r2", "t2", "r3", "t3")
 UNITS = dict.fromkeys(PARAMETERS, "mm") | {"r2": "deg", "r3": "deg"}
-SHARE_OF_SEEDS = 0.9
 
 
 def cases(*questions):

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.results import (
-    SHARE_OF_SEEDS,
     of_camera,
     ratio,
     readings,
 )
 from chapters.shared.central_sets import FISH, OMNI
+from chapters.shared.counterpart import decided
 from repro.judge.statistics import (
     all_of,
     median_interval,
-    proportion,
     wins,
     with_worst,
 )
@@ -26,23 +25,6 @@ LEAST_RATIO, EQUAL = 1.3, (0.85, 1.25)
 MOST_BIAS, SEAM, SKEW = 0.25, 1.5, 0.3
 LINES = ("fig_4_7_lines",)
 BOARDS = ("fig_4_9_boards",)
-
-
-def _by_seed(holds, found, options, unit, reason):
-    """A counterpart's Reading: true in 90 % of the seeds, or not."""
-    holds, known = np.asarray(holds), found[np.isfinite(found)]
-    share = proportion(holds.astype(float))
-    return Reading(
-        "reproduced" if share.value >= SHARE_OF_SEEDS else "differs",
-        float(np.median(known)) if len(known) else "nothing",
-        reading=options,
-        interval=(float(known.min()), float(known.max()))
-        if len(known)
-        else None,
-        unit=unit,
-        reason=f"{reason}; true in {np.count_nonzero(holds)} of {len(holds)} seeds "
-        f"({share.low:.2f} to {share.high:.2f})",
-    )
 
 
 @claim("c4_lines_straight", needs=LINES, evidence="rendered")
@@ -93,7 +75,7 @@ def judge_unwrapped_view(results):
         less = cgsp - own
         left = np.abs(cgsp - same) / np.abs(less)
         found.append(
-            _by_seed(
+            decided(
                 (less > 0) & (left <= REMOVED),
                 less,
                 options,
@@ -113,7 +95,7 @@ def judge_omnidirectional_residuals(results):
         mean = ratio(result, OMNI, standard, "mean_mm")
         spread = ratio(result, OMNI, standard, "sd_mm")
         found.append(
-            _by_seed(
+            decided(
                 (mean >= LEAST_RATIO) & (spread >= LEAST_RATIO),
                 mean,
                 options,
@@ -132,7 +114,7 @@ def judge_fisheye_residuals(results):
         mean = ratio(result, FISH, standard, "mean_mm")
         inside = (mean >= EQUAL[0]) & (mean <= EQUAL[1])
         found.append(
-            _by_seed(inside, mean, options, "", "ratio of the means")
+            decided(inside, mean, options, "", "ratio of the means")
         )
     return found
 
@@ -150,7 +132,7 @@ def judge_radial_bias(results):
             axis=0,
         )
         found.append(
-            _by_seed(
+            decided(
                 bias <= MOST_BIAS,
                 bias,
                 options,
@@ -172,7 +154,7 @@ def judge_seams(results):
             for m in (standard, "cgsp")
         )
         found.append(
-            _by_seed(
+            decided(
                 (own > SEAM) & (cgsp < own),
                 own,
                 options,
@@ -197,7 +179,7 @@ def judge_skew(results):
             axis=0,
         )
         found.append(
-            _by_seed(
+            decided(
                 least >= SKEW,
                 least,
                 options,

@@ -11,8 +11,6 @@ from chapters.shared.central_sets import OMNI, RIGS
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
-SHARE_OF_SEEDS = 0.9
-
 
 def of_camera(result, camera, name):
     """Values (trials,) of one camera over all its conditions."""
