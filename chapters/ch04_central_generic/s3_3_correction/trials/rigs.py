@@ -110,11 +110,10 @@ def decoded_points(folder, step, rng):
 def errors_of(rig, seed):
     """DecodingErrors of a rendered set, measured against its truth."""
     folder = rendered_set(rig, seed)
-    camera = true_camera(folder)
+    rays, shape = lattice_rays(true_camera(folder), 1)
 
     def with_cosines():
         for grid in seen_grids(folder):
-            rays, shape = lattice_rays(camera, 1)
             towards = rotate(
                 inverse_pose(grid.T_camera_grid), rays.directions
             )
