@@ -28,6 +28,7 @@ LINEAR = 3  # grids of the linear stage
 LINEAR_WEIGHT = (
     10.0  # of its points, in the rays, against those of further grids
 )
+ADJUSTED = 2000  # rays that the poses are adjusted on
 POSED = 2000  # points that a further grid is placed by
 # RANSAC takes a point for right that lies off its ray by so many times the usual.
 THRESHOLD = 5.0
@@ -47,17 +48,13 @@ STANDARD_METHODS = {
 class CentralCalibration(NamedTuple):
     """centre (3,) and T_base_grid (n, 4, 4) in the frame of the first grid, mm.
 
-    directions: (N, 3) unit, NaN for rays that see no grid in `used`. linear_poses and
-    adjusted_poses: (3, 4, 4) of the linear stage's grids before and after adjustment,
-    whichever the method goes on with. used: indices of the grids that have a pose;
-    failed: {index: reason}.
+    directions: (N, 3) unit, NaN for rays that see no grid in `used`. used: indices of
+    the grids that have a pose; failed: {index: reason}.
     """
 
     centre: np.ndarray
     T_base_grid: np.ndarray
     directions: np.ndarray
-    linear_poses: np.ndarray
-    adjusted_poses: np.ndarray
     used: list
     failed: dict
 
@@ -100,11 +97,9 @@ def calibrate_central(points, method, rng):
     seen = np.isfinite(points[..., 0])
     start = _linear(points[:LINEAR], method)
     centre, poses = start.centre, start.T_base_grid
-    adjusted = relax_poses(
-        points[:LINEAR], seen[:LINEAR], centre, poses
-    ).T_base_grid
-    kept = poses if method == "cgsp" else adjusted
-    placed, used, failed = list(kept), list(range(LINEAR)), {}
+    if method != "cgsp":
+        poses = _relaxed(points[:LINEAR], seen[:LINEAR], centre, poses)
+    placed, used, failed = list(poses), list(range(LINEAR)), {}
     rays = _rays(points, seen, used, centre, placed)
     threshold = _threshold(points, seen, used, centre, placed, rays)
     for grid in range(LINEAR, len(points)):
@@ -117,9 +112,16 @@ def calibrate_central(points, method, rng):
         placed.append(T)
         used.append(grid)
         rays = _rays(points, seen, used, centre, placed)
-    return CentralCalibration(
-        centre, np.stack(placed), rays, poses, adjusted, used, failed
-    )
+    return CentralCalibration(centre, np.stack(placed), rays, used, failed)
+
+
+def _relaxed(points, seen, centre, poses):
+    """Poses (3, 4, 4) after the thesis's adjustment, on ADJUSTED rays or so."""
+    shared = np.flatnonzero(np.sum(seen, axis=0) >= 2)
+    chosen = shared[:: max(1, len(shared) // ADJUSTED)]
+    return relax_poses(
+        points[:, chosen], seen[:, chosen], centre, poses
+    ).T_base_grid
 
 
 def _linear(points, method):
