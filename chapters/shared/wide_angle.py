@@ -47,6 +47,10 @@ SETTINGS = {
 }
 
 
+class OutOfView(RuntimeError):
+    """No ray, or next to none, meets all grids."""
+
+
 def radial_lens(fov_deg=FOV_DEG, k1=LENS_K1):
     """A pinhole with one radial term whose circle shows ``fov_deg``."""
     tangent = np.tan(np.radians(fov_deg) / 2)
@@ -127,7 +131,7 @@ def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
         kept = np.concatenate([kept, pixels[seen]])
         if len(kept) >= rays:
             return kept[:rays]
-    raise RuntimeError("the grids are all but out of view")
+    raise OutOfView("the grids are all but out of view")
 
 
 @dataclass(frozen=True)
