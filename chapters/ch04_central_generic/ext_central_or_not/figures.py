@@ -63,7 +63,9 @@ def central_or_not(results):
             for i, camera in enumerate(CAMERAS)
         ]
     reach = [0, 1.1 * max(row[2] for row in told)]
-    left.plot(reach, reach, color="0.5", linewidth=0.8, label="equal")
+    left.plot(
+        reach, reach, color="0.5", linewidth=0.8, marker="", label="equal"
+    )
     left.set(
         xlabel="True RMS distance (mm)", ylabel="Measured RMS distance (mm)"
     )
