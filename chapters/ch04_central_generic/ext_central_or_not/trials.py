@@ -133,7 +133,7 @@ def one_camera(name, noise_mm, rng):
     rays = camera.rays(pixels)
     truth = rays, inverse_pose(poses[0]), closest_point(rays)
     return {
-        "true_mm": centrality(rays),
+        "true_mm": 0.0 if camera.central else centrality(rays),
         "found_mm": test.distance_mm,
         "least_mm": test.at_least_mm,
         "most_mm": test.at_most_mm,
