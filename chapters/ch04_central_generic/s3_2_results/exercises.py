@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 NEAR_MM, STEP_MM, SD_MM = 40.0, 20.0, 0.04
-PUBLISHED = {"standard": 3.22, "CGSP": 0.19}
 
 
 def lever_task():
@@ -36,19 +35,5 @@ def kurtosis_task():
         "slips": {
             "That is the one of two coordinates.": lambda: 2 * 4,
             "That is the one of a single coordinate.": lambda: 3,
-        },
-    }
-
-
-def ratio_task():
-    """The thesis says about 16 times; its table has 3.22 and 0.19 mm."""
-    return {
-        "expected": lambda: PUBLISHED["standard"] / PUBLISHED["CGSP"],
-        "hint": "take both means before adjustment from the published table",
-        "slips": {
-            "That is the ratio after adjustment.": lambda: 1.16 / 0.13,
-            "That is the share, not the ratio.": lambda: (
-                PUBLISHED["CGSP"] / PUBLISHED["standard"]
-            ),
         },
     }

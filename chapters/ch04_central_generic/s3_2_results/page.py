@@ -13,7 +13,6 @@ from functools import partial
 from chapters.ch04_central_generic.s3_2_results.exercises import (
     kurtosis_task,
     lever_task,
-    ratio_task,
 )
 from chapters.ch04_central_generic.s3_2_results.results import (
     ERRORS,
@@ -301,10 +300,3 @@ def caustic(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **kurtosis_task())
-
-# %% [markdown]
-# **3.** By how much was the published error of the standard method on the
-# mirror larger than CGSP's, before adjustment?
-
-# %% tags=["active-ipynb"]
-# check(None, **ratio_task())
