@@ -221,6 +221,7 @@ def homogeneous(points, seen):
 
 
 def check_shared(seen):
+    """Raise CalibrationError for a grid that shares too few rays; seen: (n, N) bool."""
     shared = seen & (np.sum(seen, axis=0) >= 2)
     for k in np.flatnonzero(np.sum(shared, axis=1) < 3):
         raise CalibrationError(

@@ -136,6 +136,7 @@ def meet(R, c, u):
 
 @compiled
 def to_unit_length(u):
+    """Scale a vector (3,) to unit length, in place."""
     share = 1.0 / np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
     for k in range(3):
         u[k] *= share

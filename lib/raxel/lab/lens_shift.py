@@ -44,4 +44,4 @@ class ShiftedLens(Camera):
 
     @classmethod
     def _from_file(cls, file):
-        raise NotImplementedError
+        raise InputError(f"{cls.kind}: no file holds a camera whose lens has moved")
