@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration import adjust_consistent, linear_well_conditioned
-from raxel.calibration.bundle import damped_step
 from raxel.calibration.ray_elimination import moved
 from raxel.calibration.whitening import frozen_whitening, start_directions
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
+from raxel.geometry.damped import damped_step
 
 CENTRE_MM = np.array([0.0, 0.0, -300.0])
 HALF_MM = 200.0

@@ -26,11 +26,10 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import CalibrationError
+from raxel.geometry.damped import descend
 from raxel.geometry.poses import pose, rotation_from_vector
 
 BLOCK = 8192  # rays handled at once, which bounds the temporaries
-FIRST_DAMPING = 1e-6
-LARGEST_DAMPING = 1e8
 
 # G = x MOTION[0] + y MOTION[1] + MOTION[2]; columns: rotation w, shift s.
 MOTION = np.zeros((3, 3, 6))
@@ -77,40 +76,6 @@ def bundle_adjust_fixed_centre(
     )
     directions = ray_directions(points, seen, centre, poses)
     return BundleResult(poses, directions, costs, converged)
-
-
-def descend(evaluate, move, state, *, iterations, tolerance, rounding):
-    """Levenberg-Marquardt: the last state, its costs from the start on, convergence.
-
-    evaluate: state -> cost, normal matrix, half the gradient; move: (state, step) ->
-    state. It ends when the cost falls by less than the share `tolerance`, or below
-    `rounding`, where it cannot fall any more.
-    """
-    cost, normal, gradient = evaluate(state)
-    if not np.isfinite(cost):
-        raise CalibrationError("bundle adjustment: the points or poses are not finite")
-    costs = [cost]
-    damping = FIRST_DAMPING
-    converged = cost <= rounding
-    for _ in range(iterations):
-        if converged:
-            break
-        step = damped_step(normal, gradient, damping)
-        trial = move(state, step)
-        new = evaluate(trial)
-        if new[0] < cost:
-            converged = cost - new[0] <= tolerance * cost or new[0] <= rounding
-            state = trial
-            cost, normal, gradient = new
-            costs.append(cost)
-            damping = max(damping / 10, 1e-12)
-        else:
-            # A step that promised a decrease below rounding: already at the minimum.
-            converged = abs(step @ gradient) <= 1e-13 * cost
-            damping *= 10
-            if damping > LARGEST_DAMPING:
-                break
-    return state, np.array(costs), bool(converged)
 
 
 def ray_directions(points, seen, centre, T_base_grid):
@@ -257,11 +222,3 @@ def _best_directions(p):
         u = np.sum(_dot(p, u)[:, None] * p, axis=0)
         u /= np.sqrt(np.maximum(u[0] ** 2 + u[1] ** 2 + u[2] ** 2, 1e-300))
     return u
-
-
-def damped_step(normal, gradient, damping):
-    """Marquardt step; the diagonal weighs angles against lengths."""
-    diagonal = np.diag(normal)
-    scale = np.sqrt(np.maximum(diagonal, 1e-12 * np.max(diagonal)))
-    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(normal))
-    return -np.linalg.solve(scaled, gradient / scale) / scale

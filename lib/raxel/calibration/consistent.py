@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.bundle import check_shared, damped_step
+from raxel.calibration.bundle import check_shared
 from raxel.calibration.ray_elimination import (
     BEND,
     LOSSES,
@@ -29,6 +29,7 @@ from raxel.calibration.whitening import (
     start_directions,
 )
 from raxel.errors import CalibrationError, InputError
+from raxel.geometry.damped import damped_step
 
 # The weights are frozen anew when the first adjustment is as close as this, in SDs.
 CLOSE = 0.1

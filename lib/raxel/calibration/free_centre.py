@@ -18,12 +18,12 @@ import numpy as np
 
 from raxel.calibration.bundle import (
     check_shared,
-    descend,
     homogeneous,
     reduced_normal_equations,
 )
 from raxel.calibration.ray_elimination import moved
 from raxel.errors import CalibrationError
+from raxel.geometry.damped import descend
 from raxel.geometry.poses import transform
 
 

@@ -16,13 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.bundle import check_shared, damped_step
+from raxel.calibration.bundle import check_shared
 from raxel.calibration.consistent import (
     FIRST_DAMPING,
     LARGEST_DAMPING,
     is_rounding,
 )
 from raxel.errors import CalibrationError
+from raxel.geometry.damped import damped_step
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
 BLOCK = 4096  # lines handled at once

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.three_point import (
+    AT_REST,
     SCORED,
     RayPose,
     checked_rays,
@@ -22,16 +23,18 @@ from raxel.calibration.three_point import (
     ray_errors,
 )
 from raxel.errors import CalibrationError, InputError
+from raxel.geometry.damped import descend, gauss_newton
 from raxel.geometry.homography import (
     homography_dlt,
     homography_ransac,
     refit_to_inliers,
 )
-from raxel.geometry.poses import nearest_rotation, pose
+from raxel.geometry.poses import nearest_rotation, pose, tangent_bases
 
 # Cosine to the plane's normal below which a ray counts as behind the plane: its point
 # on the plane would lie a hundred times as far out as the plane is away.
 GRAZING = 0.01
+ROUNDING = 1e-15  # angles (radians) of rays and points that are exact
 
 
 class AngularPose(NamedTuple):
@@ -39,7 +42,7 @@ class AngularPose(NamedTuple):
 
     covariance: (6, 6) of (w, s), the error of the pose as R exp([w]x), t + R s, in
     radians and the unit of the grid. rms: root mean square angle (radians) between ray
-    and point. iterations: steps that were taken.
+    and point. iterations: steps that lowered the error.
     """
 
     T_camera_grid: np.ndarray
@@ -164,35 +167,28 @@ def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=5
             f"pose from rays: {len(points)} points; four or more are needed to refine"
         )
     weights = np.ones(len(points)) / (1.0 if sigma is None else np.asarray(sigma))
-    T = np.array(T_camera_grid, float)
     across = tangent_bases(directions)
-    residual, jacobian = angular_system(directions, across, points, T)
-    cost, damping, steps = _cost(residual, weights), 1e-6, 0
-    while steps < most:
-        steps += 1
-        J = (jacobian * weights[:, None, None]).reshape(-1, 6)
-        normal, gradient = J.T @ J, J.T @ (residual * weights[:, None]).ravel()
-        scale = _scale(normal)
-        damped = normal / np.outer(scale, scale) + damping * np.eye(6)
-        step = -np.linalg.solve(damped, gradient / scale) / scale
-        trial = moved_pose(T, step)
-        new = angular_system(directions, across, points, trial)
-        new_cost = _cost(new[0], weights)
-        if new_cost <= cost:
-            settled = cost - new_cost <= 1e-12 * cost
-            T, cost, (residual, jacobian) = trial, new_cost, new
-            damping = max(damping / 10, 1e-12)
-            if settled:
-                break
-        else:
-            damping *= 10
-            if damping > 1e8 or abs(step @ gradient) <= 1e-14 * cost:
-                break
+
+    def system(T):
+        residual, jacobian = angular_system(directions, across, points, T)
+        whitened = jacobian * weights[:, None, None]
+        return (residual * weights[:, None]).ravel(), whitened.reshape(-1, 6)
+
+    T, costs, _ = descend(
+        lambda T: gauss_newton(*system(T)),
+        moved_pose,
+        np.array(T_camera_grid, float),
+        iterations=most,
+        tolerance=AT_REST,
+        rounding=ROUNDING**2 * np.sum(weights**2),
+    )
+    jacobian = system(T)[1]
+    residual, _ = angular_system(directions, across, points, T)
     return AngularPose(
         T,
-        _covariance(jacobian, weights, cost, sigma),
+        _covariance(jacobian.T @ jacobian, len(jacobian), costs[-1], sigma),
         float(np.sqrt(np.mean(np.sum(residual**2, axis=1)))),
-        steps,
+        len(costs) - 1,
     )
 
 
@@ -226,17 +222,6 @@ def angular_system(directions, across, points, T_camera_grid):
     change = slope[:, None] * turn - d_along / square[:, None]
     jacobian = factor[:, None, None] * d_side + side[:, :, None] * change[:, None]
     return factor[:, None] * side, jacobian
-
-
-def tangent_bases(directions):
-    """Two unit vectors at right angles to each unit vector (N, 3) and to each other.
-
-    Returns (N, 3, 2), the vectors in columns.
-    """
-    smallest = np.argmin(np.abs(directions), axis=1)
-    first = np.cross(directions, np.eye(3)[smallest])
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(directions, first)], axis=2)
 
 
 def _synthetic_image(directions, normal):
@@ -300,19 +285,9 @@ def _refusing(estimate, *arguments, **named):
         raise CalibrationError(f"pose from rays: {error}") from None
 
 
-def _cost(residual, weights):
-    return float(np.sum((residual * weights[:, None]) ** 2))
-
-
-def _scale(normal):
-    return np.sqrt(np.maximum(np.diag(normal), 1e-300))
-
-
-def _covariance(jacobian, weights, cost, sigma):
-    """(6, 6), from the Jacobian at the end."""
-    J = (jacobian * weights[:, None, None]).reshape(-1, 6)
-    normal = J.T @ J
-    scale = _scale(normal)
+def _covariance(normal, equations, cost, sigma):
+    """(6, 6), from the normal matrix (6, 6) at the end."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     if not values[0] > 1e-12:
         raise CalibrationError(
@@ -320,4 +295,4 @@ def _covariance(jacobian, weights, cost, sigma):
             " are repeated"
         )
     inverse = (vectors / values) @ vectors.T / np.outer(scale, scale)
-    return inverse if sigma is not None else inverse * cost / (len(J) - 6)
+    return inverse if sigma is not None else inverse * cost / (equations - 6)

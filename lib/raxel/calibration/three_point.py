@@ -17,9 +17,11 @@ import numpy as np
 from raxel.calibration.grunert import three_point_depths
 from raxel.errors import CalibrationError
 from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.damped import descend, gauss_newton
 from raxel.geometry.poses import pose, rotation_from_vector
 
 SCORED = 1000  # points that judge a trial pose
+AT_REST = 1e-12  # a cost that falls by a smaller share is at rest
 
 
 class RayPose(NamedTuple):
@@ -128,30 +130,17 @@ def refine_pose_ray_point(
     origins = np.zeros(3) if origins is None else np.asarray(origins, float)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
     T = np.array(T_camera_grid, float)
-    residual, jacobian = ray_point_system(directions, points, T, origins, weights)
-    cost, damping = residual @ residual, 1e-6
-    rounding = 1e-28 * np.sum(weights**2) * np.max(np.abs(points)) ** 2
-    for _ in range(iterations):
-        if cost <= rounding:
-            break
-        normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
-        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        damped = normal / np.outer(scale, scale) + damping * np.eye(6)
-        step = -np.linalg.solve(damped, gradient / scale) / scale
-        trial = moved_pose(T, step)
-        new = ray_point_system(directions, points, trial, origins, weights)
-        new_cost = new[0] @ new[0]
-        if new_cost < cost:
-            settled = cost - new_cost <= 1e-12 * cost
-            T, cost, (residual, jacobian) = trial, new_cost, new
-            damping = max(damping / 10, 1e-12)
-            if settled:
-                break
-        else:
-            damping *= 10
-            if damping > 1e8 or abs(step @ gradient) <= 1e-14 * cost:
-                break
-    return T, float(cost)
+    T, costs, _ = descend(
+        lambda T: gauss_newton(
+            *ray_point_system(directions, points, T, origins, weights)
+        ),
+        moved_pose,
+        T,
+        iterations=iterations,
+        tolerance=AT_REST,
+        rounding=1e-28 * np.sum(weights**2) * np.max(np.abs(points)) ** 2,
+    )
+    return T, float(costs[-1])
 
 
 def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):

@@ -7,7 +7,9 @@ angle is then not the best in px, and each error is judged at its own best pose.
 
 import numpy as np
 
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.calibration.three_point import moved_pose, moving_points
+from raxel.geometry.damped import damped_step, gauss_newton
+from raxel.geometry.poses import transform
 
 STEP_PX = 0.5  # to each side, for the derivatives of the rays
 MOST_STEPS = 50
@@ -38,10 +40,11 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
         if cost <= len(off) * ROUNDING_PX**2:
             break
         jacobian = _jacobian(camera, found - off, flat, T)
-        step, expected = _damped_step(jacobian, off.ravel(), damping)
-        if expected <= ENOUGH * cost:
+        _, normal, gradient = gauss_newton(-off.ravel(), jacobian)
+        step = damped_step(normal, gradient, damping)
+        if -step @ gradient <= ENOUGH * cost:
             break
-        trial = _moved(T, step)
+        trial = moved_pose(T, step)
         new = found - camera.project(transform(trial, flat)).pixels
         new_cost = np.sum(new**2)
         if new_cost < cost:
@@ -58,34 +61,14 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     return T, residuals
 
 
-def _damped_step(jacobian, residuals, damping):
-    """Step (6,) that lowers |residuals - jacobian step|^2, and by how much it would."""
-    normal, gradient = jacobian.T @ jacobian, jacobian.T @ residuals
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    damped = normal / np.outer(scale, scale) + damping * np.eye(6)
-    step = np.linalg.solve(damped, gradient / scale) / scale
-    return step, float(step @ gradient)
-
-
-def _moved(T, step):
-    """The pose after R exp([w]x), t + R s of step (w, s)."""
-    R = T[:3, :3]
-    return pose(R @ rotation_from_vector(step[:3]), T[:3, 3] + R @ step[3:])
-
-
 def _jacobian(camera, pixels, flat, T):
-    """(2N, 6): how projected pixels move with the step of `_moved`.
+    """(2N, 6): how projected pixels move with the step of `moved_pose`.
 
     Zero for a pixel around which there are too few rays: it then pulls at no step, and
     still counts in what a step leads to.
     """
-    x, y, _ = flat.T
-    motion = np.zeros((len(flat), 3, 6))
-    motion[:, 0, 2], motion[:, 1, 2] = -y, x
-    motion[:, 2, 0], motion[:, 2, 1] = y, -x
-    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
-    by_point = _pixels_by_point(camera, pixels, transform(T, flat))
-    return (by_point @ (T[:3, :3] @ motion)).reshape(-1, 6)
+    posed, motion = moving_points(flat[:, :2], T)
+    return (_pixels_by_point(camera, pixels, posed) @ motion).reshape(-1, 6)
 
 
 def _pixels_by_point(camera, pixels, points):

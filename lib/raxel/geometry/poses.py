@@ -81,6 +81,17 @@ def cross_matrix(vectors):
     return W
 
 
+def tangent_bases(directions):
+    """Two unit vectors at right angles to each unit vector (N, 3) and to each other.
+
+    Returns (N, 3, 2), the vectors in columns.
+    """
+    smallest = np.argmin(np.abs(directions), axis=1)
+    first = np.cross(directions, np.eye(3)[smallest])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(directions, first)], axis=2)
+
+
 def nearest_rotation(M):
     """Rotation (..., 3, 3) nearest to M in the Frobenius norm.
 

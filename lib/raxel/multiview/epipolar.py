@@ -16,11 +16,19 @@ import numpy as np
 
 from raxel.errors import CalibrationError
 from raxel.geometry.consensus import best_hypothesis
-from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
+from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.poses import (
+    cross_matrix,
+    pose,
+    rotation_from_vector,
+    tangent_bases,
+)
 
 FEWEST = 8
 # Singular values of exact pairs below this share of the largest are zero.
 OPEN = 1e-9
+AT_REST = 1e-12  # a sum of squares that falls by a smaller share is at rest
+ROUNDING = 1e-15  # angles (radians) of exact pairs
 
 
 class RelativePose(NamedTuple):
@@ -168,27 +176,15 @@ def refine_relative_pose(directions_1, directions_2, start, *, most=50):
     use = start.inliers
     if len(use) != len(d_1):
         use = np.ones(len(d_1), bool)
-    a, b, T = d_1[use], d_2[use], np.array(start.T_2_1, float)
-    residual, jacobian = epipolar_system(T, a, b)
-    cost, damping = residual @ residual, 1e-6
-    for _ in range(most):
-        normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
-        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        damped = normal / np.outer(scale, scale) + damping * np.eye(5)
-        step = -np.linalg.solve(damped, gradient / scale) / scale
-        trial = turned(T, step)
-        new = epipolar_system(trial, a, b)
-        new_cost = new[0] @ new[0]
-        if new_cost <= cost:
-            settled = cost - new_cost <= 1e-12 * cost
-            T, cost, (residual, jacobian) = trial, new_cost, new
-            damping = max(damping / 10, 1e-12)
-            if settled:
-                break
-        else:
-            damping *= 10
-            if damping > 1e8:
-                break
+    a, b = d_1[use], d_2[use]
+    T, _, _ = descend(
+        lambda T: gauss_newton(*epipolar_system(T, a, b)),
+        turned,
+        np.array(start.T_2_1, float),
+        iterations=most,
+        tolerance=AT_REST,
+        rounding=ROUNDING**2 * len(a),
+    )
     E = cross_matrix(T[:3, 3]) @ T[:3, :3]
     ahead = float(np.mean(np.all(depths(T, a, b) > 0, axis=1)))
     return RelativePose(T, E, use, _rms(T, a, b), ahead, start.margin)
@@ -210,7 +206,7 @@ def epipolar_system(T_2_1, directions_1, directions_2):
 
     The motion moves as `turned`: columns w (3), then the two of the translation.
     """
-    t, basis = T_2_1[:3, 3], _tangents(T_2_1[:3, 3])
+    t, basis = T_2_1[:3, 3], tangent_bases(T_2_1[None, :3, 3])[0]
     q, d = directions_1 @ T_2_1[:3, :3].T, directions_2
     gap = np.cross(q, d) @ t
     tq, td = q @ t, d @ t
@@ -227,16 +223,9 @@ def epipolar_system(T_2_1, directions_1, directions_2):
 def turned(T_2_1, step):
     """The motion (4, 4) after a step (5,): exp([w]x) R, and t moved along the sphere by
     the last two, in the directions of its tangent plane."""
-    t = T_2_1[:3, 3] + _tangents(T_2_1[:3, 3]) @ step[3:]
+    t = T_2_1[:3, 3] + tangent_bases(T_2_1[None, :3, 3])[0] @ step[3:]
     R = rotation_from_vector(step[:3]) @ T_2_1[:3, :3]
     return pose(R, t / np.linalg.norm(t))
-
-
-def _tangents(t):
-    """Two unit vectors at right angles to t (3,) and to each other, as columns."""
-    first = np.cross(t, np.eye(3)[np.argmin(np.abs(t))])
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(t, first)])
 
 
 def _angles_of_essential(E, d_1, d_2):

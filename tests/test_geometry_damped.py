@@ -1,0 +1,38 @@
+"""Damped least squares: a bent valley, units, and a start that is none."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import CalibrationError
+from raxel.geometry.damped import damped_step, descend, gauss_newton
+
+STOP = {"iterations": 200, "tolerance": 1e-15, "rounding": 1e-28}
+
+
+def rosenbrock(state):
+    x, y = state
+    return gauss_newton(
+        np.array([10 * (y - x * x), 1 - x]), np.array([[-20 * x, 10.0], [-1.0, 0.0]])
+    )
+
+
+def test_it_follows_a_bent_valley_and_never_climbs():
+    found, costs, converged = descend(rosenbrock, np.add, np.array([-1.2, 1.0]), **STOP)
+    np.testing.assert_allclose(found, 1, atol=1e-12)
+    assert converged
+    assert np.all(np.diff(costs) < 0)
+
+
+def test_a_damped_step_does_not_know_the_units():
+    jacobian = np.random.default_rng(5).normal(size=(9, 3))
+    residuals, units = np.arange(9.0), np.array([1.0, 1e-3, 1e3])
+    _, *plain = gauss_newton(residuals, jacobian)
+    _, *scaled = gauss_newton(residuals, jacobian * units)
+    np.testing.assert_allclose(
+        damped_step(*scaled, 0.1) * units, damped_step(*plain, 0.1), rtol=1e-12
+    )
+
+
+def test_a_start_that_is_not_finite_is_refused():
+    with pytest.raises(CalibrationError, match="not finite"):
+        descend(rosenbrock, np.add, np.array([np.nan, 1.0]), **STOP)
