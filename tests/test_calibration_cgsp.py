@@ -59,6 +59,8 @@ def test_the_other_side_is_the_mirror_image_in_the_base_plane():
     flip = np.array([1.0, 1.0, -1.0])
     assert np.abs(mirrored.centre - flip * centre).max() < 1e-6
     assert np.abs(mirrored.T_base_grid[:, :3, 3] - flip * T[:, :3, 3]).max() < 1e-6
+    axes = flip[:, None] * T[:, :3, :2]
+    assert np.abs(mirrored.T_base_grid[:, :3, :2] - axes).max() < 1e-8
     assert np.allclose(np.linalg.det(mirrored.T_base_grid[:, :3, :3]), 1.0)
 
 

@@ -230,7 +230,7 @@ def test_stated_deviations_give_a_chi_square_of_one():
 
 @pytest.mark.parametrize("loss", ["huber", "cauchy"])
 def test_a_loss_bears_outliers(loss):
-    errors = []
+    errors, noises = [], []
     for seed in range(8):
         scene, linear = drawn(seed)
         noisy = scene.noisy.copy()
@@ -238,14 +238,16 @@ def test_a_loss_bears_outliers(loss):
         bad = rng.random(noisy.shape[:2]) < 0.03
         noisy[bad] += rng.normal(scale=30.0, size=(bad.sum(), 2))
         start = linear.centre, linear.T_base_grid
-        errors.append(
-            [
-                centre_error(adjust_consistent(noisy, None, *start, loss=name).centre)
-                for name in ("none", loss)
-            ]
+        plain, robust = (
+            adjust_consistent(noisy, None, *start, loss=name) for name in ("none", loss)
         )
+        clean = adjust_consistent(scene.noisy, None, *start)
+        errors.append([centre_error(plain.centre), centre_error(robust.centre)])
+        noises.append(robust.noise / clean.noise)
     plain, robust = np.median(errors, axis=0)
     assert robust < 0.3 * plain
+    # 3 % of wrong points shift the median's place by as much.
+    assert np.median(noises) == pytest.approx(1.0, abs=0.1)
 
 
 def test_a_ray_needs_less_than_200_bytes():

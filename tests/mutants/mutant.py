@@ -6,7 +6,7 @@ from typing import NamedTuple
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
-LISTS = ("library.yaml", "report.yaml")
+LISTS = ("library.yaml", "calibration.yaml", "report.yaml")
 
 
 class Mutant(NamedTuple):
@@ -47,7 +47,7 @@ class Mutant(NamedTuple):
 
 
 def load_mutants():
-    """The Mutants of both lists beside this module, in their order."""
+    """The Mutants of the lists beside this module, in their order."""
     texts = [Path(__file__).with_name(name).read_text("utf-8") for name in LISTS]
     return [
         Mutant(**entry | {"tests": tuple(entry["tests"])})
