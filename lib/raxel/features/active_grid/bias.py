@@ -18,6 +18,7 @@ from raxel.features.active_grid.reading import LEAST_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
 HALF = SQUARE // 2
+FRAME = 2  # squares around the picture, of which nothing is known
 # Second differences over HALF px in periods: above is a break; below is no jump.
 MOST_BENT, LEAST_JUMP = 0.15, 0.02
 
@@ -135,9 +136,10 @@ def _filled(values, known):
     """
     for _ in range(2):
         sums, count = np.zeros((2, *values.shape)), np.zeros((2, *values.shape))
+        framed = np.pad(values, FRAME), np.pad(known, FRAME)
         for step in product((-1, 0, 1), repeat=2):
             if step != (0, 0):
-                one, two = (_moved(values, known, n, step) for n in (1, 2))
+                one, two = (_moved(*framed, n, step) for n in (1, 2))
                 both = one[1] & two[1]
                 sums += np.where([one[1], both], [one[0], 2 * one[0] - two[0]], 0)
                 count += [one[1], both]
@@ -148,9 +150,9 @@ def _filled(values, known):
 
 
 def _moved(values, known, times, step):
-    """Both arrays, so many steps (rows, columns) away; beyond the border unknown."""
-    height, width = values.shape
-    v, u = (times * n for n in step)
-    pad = ((2, 2), (2, 2))
-    part = np.s_[2 + v : 2 + v + height, 2 + u : 2 + u + width]
-    return np.pad(values, pad)[part], np.pad(known, pad)[part]
+    """Both framed arrays without their frames, so many steps (rows, columns) away."""
+    part = tuple(
+        slice(FRAME + times * n, size - FRAME + times * n)
+        for n, size in zip(step, values.shape, strict=True)
+    )
+    return values[part], known[part]
