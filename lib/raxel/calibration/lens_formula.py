@@ -102,19 +102,41 @@ def calibrate_lens(views, width, height, law, *, pupil="by test"):
         raise ValueError(f"law: {law!r}; give one of {', '.join(LAWS)}")
     if pupil not in ("by test", "fixed", "moving"):
         raise ValueError(f"pupil: {pupil!r}; 'by test', 'fixed' or 'moving'")
+    boards = _boards_of(views, law)
+    start, test = _start(boards, width, height), None
+    if pupil == "by test":
+        *_, (fit, test) = _proposed(law, start, boards)
+    else:
+        fit = _fitted(law, start, boards, PUPIL * (pupil == "moving"))
+    return _completed(fit, boards, views, test, width, height)
+
+
+def proposed_lenses(views, width, height):
+    """Every formula that may serve: of each law that of a central lens, and where both
+    tests say that the pupil moves, that of a lens whose pupil does.
+
+    Returns a list of LensCalibrations and one of the reasons why others are none.
+    Raises as `calibrate_lens` does before a law is fitted.
+    """
+    boards = _boards_of(views, "lens formula")
+    start, found, faults = _start(boards, width, height), [], []
+    for law in LAWS:
+        for fit, test in _proposed(law, start, boards):
+            try:
+                found.append(_completed(fit, boards, views, test, width, height))
+            except CalibrationError as fault:
+                faults.append(str(fault))
+    return found, faults
+
+
+def _boards_of(views, method):
     corners = [found_corners(view) for view in views]
     if len(corners) < 2:
         raise InputError(
-            f"{law}: {len(corners)} view given; two or more boards at different tilts"
-            " are needed"
+            f"{method}: {len(corners)} view given; two or more boards at different"
+            " tilts are needed"
         )
-    boards = stacked(corners)
-    start = _start(boards, width, height)
-    fit, test = _fitted(law, start, boards, PUPIL * (pupil == "moving")), None
-    if pupil == "by test":
-        moving, test = _pupil_test(fit, start, boards)
-        fit = moving if test.moves else fit
-    return _completed(fit, boards, views, test, width, height)
+    return stacked(corners)
 
 
 # ---------------------------------------------------------------- from nothing to a fit
@@ -205,6 +227,14 @@ def _criterion(fit, boards):
 
 
 # ----------------------------------------------------------------- is the lens central?
+
+
+def _proposed(law, start, boards):
+    """(_FormulaFit, PupilTest) of a central lens; then, if both tests say so, of one
+    whose pupil moves."""
+    central = _fitted(law, start, boards, 0)
+    moving, test = _pupil_test(central, start, boards)
+    return [(fit, test) for fit in (central, moving)[: 1 + test.moves]]
 
 
 def _pupil_test(central, start, boards):

@@ -1,7 +1,8 @@
 """A camera of smooth rays from pictures of boards or active grids, without a guess.
 
 The trend is a lens formula fitted to the same boards, of the laws that lead to a
-camera; where none does, the radial law nearest to the rays of the generic method. The
+camera; where the tests propose a pupil that moves, that is one more. Where none leads
+to a camera, it is the radial law nearest to the rays of the generic method. The
 field on top of it is fitted to the corners themselves. Of several trends that one is
 taken on which kept-out boards are predicted best.
 """
@@ -11,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.generic import calibrate_generic
-from raxel.calibration.lens_formula import LAWS, calibrate_lens
+from raxel.calibration.lens_formula import PupilTest, proposed_lenses
 from raxel.calibration.smooth_adjustment import (
     FEWEST_CORNERS,
     SplineAdjustment,
@@ -33,7 +34,8 @@ class SplineCalibration(NamedTuple):
     share_with_ray: share of the image's pixels that have a ray; share_covered: of those
     that lie in a cell in which a corner was found: elsewhere the rays are the trend's.
     wrong_corners: {index: how many corners were left out as wrong}; trend: what it was
-    fitted as; adjustment: SplineAdjustment.
+    fitted as; adjustment: SplineAdjustment; pupil: the trend's PupilTest where that
+    moves, else None.
     """
 
     camera: RaySplineCamera
@@ -45,6 +47,14 @@ class SplineCalibration(NamedTuple):
     wrong_corners: dict
     trend: str
     adjustment: SplineAdjustment
+    pupil: PupilTest | None
+
+
+class _Laid(NamedTuple):
+    start: object
+    used: list
+    left_out: dict
+    adjustment: SplineAdjustment
 
 
 class _Start(NamedTuple):
@@ -52,6 +62,7 @@ class _Start(NamedTuple):
     trend: object
     T_camera_grid: dict  # of boards by index
     left_out: dict
+    pupil: PupilTest | None
 
 
 def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
@@ -66,15 +77,8 @@ def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
     CalibrationError where no trend is found, or the views do not determine a field.
     """
     corners = [found_corners(view) for view in views]
-    starts, faults = [], []
-    for law in LAWS:
-        try:
-            found = calibrate_lens(views, width, height, law, pupil="fixed")
-        except CalibrationError as fault:
-            faults.append(str(fault))
-            continue
-        poses = dict(enumerate(found.T_camera_grid))
-        starts.append(_Start(law, found.camera, poses, {}))
+    lenses, faults = _lenses(views, width, height)
+    starts = [_lens_start(lens) for lens in lenses]
     if not starts:
         try:
             starts = [_generic_start(views, width, height, rng, units, side)]
@@ -83,15 +87,29 @@ def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
                 "smooth rays: no trend to begin with: "
                 + "; ".join([*faults, str(fault)])
             ) from None
-    fits = []
+    fields = []
     for start in starts:
         try:
-            fits.append(_adjusted(start, corners, width, height))
+            fields.append(_laid(start, corners, width, height))
         except InputError as fault:  # a field so steep that it makes no camera, too
             faults.append(str(fault))
-    if not fits:
+    if not fields:
         raise CalibrationError(f"smooth rays: {faults[-1]}")
-    return min(fits, key=lambda fit: min(fit.adjustment.held_out_px.values()))
+    best = min(fields, key=lambda field: min(field.adjustment.held_out_px.values()))
+    return _completed(best, width, height)
+
+
+def _lenses(views, width, height):
+    try:
+        return proposed_lenses(views, width, height)
+    except CalibrationError as fault:
+        return [], [str(fault)]
+
+
+def _lens_start(lens):
+    poses = dict(enumerate(lens.T_camera_grid))
+    moves = lens.pupil if lens.formula.pupil else None
+    return _Start(lens.formula.base, lens.camera, poses, {}, moves)
 
 
 def _generic_start(views, width, height, rng, units, side):
@@ -103,11 +121,11 @@ def _generic_start(views, width, height, rng, units, side):
     trend = trend_of_rays(pixels, rays, width, height)
     T_trend_rays = pose(trend.R_rays_trend.T, np.zeros(3))
     poses = dict(zip(found.used, T_trend_rays @ found.T_camera_grid, strict=True))
-    return _Start("rays", trend.camera, poses, dict(found.left_out))
+    return _Start("rays", trend.camera, poses, dict(found.left_out), None)
 
 
-def _adjusted(start, corners, width, height):
-    """SplineCalibration on one trend, of the boards of which it images enough."""
+def _laid(start, corners, width, height):
+    """The field on one trend, of the boards of which it images enough: _Laid."""
     used, left_out = [], dict(start.left_out)
     for k, T in start.T_camera_grid.items():
         flat = np.pad(corners[k][1], ((0, 0), (0, 1)))
@@ -117,7 +135,13 @@ def _adjusted(start, corners, width, height):
         else:
             used.append(k)
     poses = np.array([start.T_camera_grid[k] for k in used]).reshape(-1, 4, 4)
-    found = adjust_spline(start.trend, poses, [corners[k] for k in used], width, height)
+    boards = [corners[k] for k in used]
+    found = adjust_spline(start.trend, poses, boards, width, height)
+    return _Laid(start, used, left_out, found)
+
+
+def _completed(laid, width, height):
+    start, used, left_out, found = laid
     wrong = {
         k: int(np.count_nonzero(out))
         for k, out in zip(used, found.outliers, strict=True)
@@ -129,5 +153,5 @@ def _adjusted(start, corners, width, height):
         found.camera, found.T_camera_grid, used, left_out,
         float(np.mean(found.camera.rays(pixels).valid)),
         float(np.mean(found.camera.covers(pixels))),
-        wrong, start.name, found,
+        wrong, start.name, found, start.pupil,
     )  # fmt: skip

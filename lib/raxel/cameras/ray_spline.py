@@ -1,10 +1,11 @@
 """Any central camera: a lens formula, and a smooth field of what it leaves.
 
-A pixel p has the ray that another central camera, the trend, has for p + s(p). The
-field s, in px, is a cubic B-spline (`raxel.cameras.cubic_field`). A formula takes care
-of what is large, even of the view beyond 180 degrees; the spline of what no formula
-knows. In px the field's errors are those of corners and decoded points, the same over
-the image and in all directions, whatever the lens does.
+A pixel p has the ray that another camera, the trend, has for p + s(p). The field s, in
+px, is a cubic B-spline (`raxel.cameras.cubic_field`). A formula takes care of what is
+large, even of the view beyond 180 degrees; the spline of what no formula knows. In px
+the field's errors are those of corners and decoded points, the same over the image and
+in all directions, whatever the lens does. A trend whose pupil moves lends that, too:
+then the camera is not central.
 """
 
 import numpy as np
@@ -37,7 +38,7 @@ STEP_PX = 0.01  # to each side, for how a ray turns with its pixel
 class RaySplineCamera(Camera):
     """The trend's ray of p + s(p), in the frame that T_camera_trend leads to.
 
-    trend: a central Camera; spacing_px: side of the spline's cells; control:
+    trend: a Camera that projects; spacing_px: side of the spline's cells; control:
     (rows, columns, 2), the field's control values in px, `control_shape` says how many;
     covered: (rows - 3, columns - 3) bool, cells in which something was measured (all,
     if None): elsewhere the field fades to zero and the ray is the trend's;
@@ -51,7 +52,6 @@ class RaySplineCamera(Camera):
     """
 
     kind = "ray spline"
-    central = True
 
     def __init__(
         self,
@@ -65,10 +65,10 @@ class RaySplineCamera(Camera):
         T_camera_trend=None,
     ):
         check_size(self, width, height)
-        if not (isinstance(trend, Camera) and trend.central and trend.projects):
+        if not (isinstance(trend, Camera) and trend.projects):
             raise InputError(
-                f"field 'trend': found {type(trend).__name__}; give a central camera "
-                "that projects"
+                f"field 'trend': found {type(trend).__name__}; give a camera that "
+                "projects"
             )
         self.trend = trend
         self.spacing_px = float(checked_positive("spacing_px", spacing_px))
@@ -98,6 +98,11 @@ class RaySplineCamera(Camera):
                 raise InputError("field 'covariance': holds values that are not finite")
         T = np.eye(4) if T_camera_trend is None else T_camera_trend
         self.T_camera_trend = checked_rigid("T_camera_trend", T)
+
+    @property
+    def central(self):
+        """Whether the trend is."""
+        return self.trend.central
 
     @property
     def parameters(self):

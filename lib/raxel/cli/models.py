@@ -46,21 +46,26 @@ def _lens(views, size, law):
         "left_out": [],
         "terms": {n: {"value": float(v), "sd": float(s)} for n, v, s in terms},
         "wrong_points": wrong,
-        "pupil": {
-            name: value if name == "moves" else known(value)
-            for name, value in found.pupil._asdict().items()
-        },
+        "pupil": _told(found.pupil),
+    }
+
+
+def _told(pupil):
+    return {
+        name: value if name == "moves" else known(value)
+        for name, value in pupil._asdict().items()
     }
 
 
 def spline(views, size, unit):
-    """Smooth rays: a lens formula, and a field of splines on it."""
+    """Smooth rays: a lens formula, and a field of splines on it; its pupil as there."""
     rng = np.random.default_rng(SEED)
     found = calibrate_spline(views, *size, rng=rng, units=unit)
     return found.camera, {
         "used": [views[index].name for index in found.used],
         "left_out": _left_out(views, found),
         "trend": found.trend,
+        "pupil": found.pupil and _told(found.pupil),
         "share_of_pixels_under_boards": found.share_covered,
     }
 
