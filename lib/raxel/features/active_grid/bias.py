@@ -17,10 +17,13 @@ from raxel.features.active_grid.layout import SQUARE
 from raxel.features.active_grid.reading import LEAST_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
-HALF = SQUARE // 2
+HALF, QUARTER = SQUARE // 2, SQUARE // 4
 FRAME = 2  # squares around the picture, of which nothing is known
 # Second differences over HALF px in periods: above is a break; below is no jump.
 MOST_BENT, LEAST_JUMP = 0.15, 0.02
+# Over QUARTER px bending is a fourth of it. What departs from that by such a share, and
+# by so many standard deviations, is none.
+UNLIKE, BEYOND = 0.5, 4
 
 
 def squared_bias(images, codes, of_windows, blur_px, spread):
@@ -32,17 +35,19 @@ def squared_bias(images, codes, of_windows, blur_px, spread):
     height, width = images[0].shape
     bias = np.zeros((len(codes), -(-height // SQUARE), -(-width // SQUARE)), np.float32)
     if min(bias.shape[1:]) > 2 and (of_windows or blur_px):
-        for axis, code in enumerate(codes):
-            if code.steps:
-                shift, known, chance = _shifts(
-                    images, code, spread, of_windows, blur_px**2
-                )
-                # What lies in no whole square goes on as those beside.
-                left = [
-                    (0, n - m) for n, m in zip(bias[0].shape, shift.shape, strict=True)
-                ]
-                filled = _filled(np.pad(shift, left), np.pad(known, left))
-                bias[axis] = np.maximum(np.square(filled) - chance, 0)
+        settings = spread, of_windows, blur_px**2
+        found = {
+            axis: _shifts(images, code, *settings)
+            for axis, code in enumerate(codes)
+            if code.steps
+        }
+        # A jump of what is seen may not show along one of them.
+        known = np.all([one for _, one, _ in found.values()], axis=0)
+        for axis, (shift, _, chance) in found.items():
+            # What lies in no whole square goes on as those beside.
+            left = [(0, n - m) for n, m in zip(bias[0].shape, shift.shape, strict=True)]
+            filled = _filled(np.pad(shift, left), np.pad(known, left))
+            bias[axis] = np.maximum(np.square(filled) - chance, 0)
     return np.ascontiguousarray(np.repeat(bias, SQUARE, axis=2)[:, :, :width])
 
 
@@ -57,9 +62,16 @@ def _shifts(images, code, spread, of_windows, of_blur):
     middle = _seen_places(images, code, (HALF, HALF), (rows, columns), least)
     upright = _seen_places(images, code, (HALF, SQUARE), (rows, columns - 1), least)
     level = _seen_places(images, code, (SQUARE, HALF), (rows - 1, columns), least)
+    sd = spread / np.sqrt(2 * len(code.steps)) / (2 * np.pi * middle[1].clip(1e-6))
     shift, known, usual_step = np.zeros((rows, columns)), middle[2], 0.0
     for axis, sides in ((1, upright), (0, level)):
+        near = [
+            _seen_places(images, code, first[::axis or -1], (rows, columns), least)
+            for first in ((HALF, QUARTER), (HALF, SQUARE - QUARTER))
+        ]
         bent, step, brighter, there = _across(middle, sides, axis)
+        there &= near[0][2] & near[1][2]
+        there &= ~_unlike(bent, near[0][0] + near[1][0] - 2 * middle[0], sd)
         known = known & there
         shift += (of_windows + of_blur) / 2 * bent / HALF**2
         shift += of_blur * step * brighter / SQUARE**2
@@ -90,6 +102,16 @@ def _across(middle, sides, axis):
     jump &= _first(_first(beside, axis), axis) & _last(_last(beside, axis), axis)
     known &= ~(jump & (np.abs(bent) > LEAST_JUMP))
     return bent, _last(place, axis) - _first(place, axis), np.log(shares), known
+
+
+def _unlike(bent, near, sd):
+    """Where second differences over HALF and QUARTER px are not of one bent surface.
+
+    sd: of a place.
+    """
+    # Of the five places the middle one counts -2 + 8 times, the near ones 4 times.
+    limit = UNLIKE * np.abs(bent) + BEYOND * np.sqrt(70) * sd
+    return (np.abs(bent) > LEAST_JUMP) & (np.abs(bent - 4 * near) > limit)
 
 
 def _first(values, axis):
