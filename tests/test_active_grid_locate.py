@@ -78,6 +78,20 @@ def test_the_bias_of_windows_is_that_of_a_bent_surface():
     assert found[1].max() < 0.02 * expected
 
 
+def test_facets_are_not_bent():
+    """Their places jump by up to a third of a period, along x alone."""
+
+    def facets(u, v, monitor):
+        i, j = np.floor(u * 400 / 29), np.floor(v * 400 / 29)
+        x = 0.5 + 0.7 * u + 0.014 * ((3 * i + 5 * j) % 4)
+        return x * monitor[0], (0.5 + 0.8 * v + 0.2 * u * u) * monitor[1]
+
+    scene = drawn(size=(400, 300), place=facets, dtype=np.uint16)
+    codes = read_coding(scene.patterns, scene.grid.monitor_px)
+    found = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1)
+    assert np.quantile(found, 0.9) < 1e-8  # square of 1e-4 periods
+
+
 def test_edges_of_cells_stay_where_they_are_whatever_the_response():
     """A picture and its inverse are equal midway between their edges."""
     plan = PatternPlan((4, 4), True)

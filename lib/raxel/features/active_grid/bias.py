@@ -65,9 +65,10 @@ def _shifts(images, code, spread, of_windows, of_blur):
     sd = spread / np.sqrt(2 * len(code.steps)) / (2 * np.pi * middle[1].clip(1e-6))
     shift, known, usual_step = np.zeros((rows, columns)), middle[2], 0.0
     for axis, sides in ((1, upright), (0, level)):
+        first = np.full((2, 2), HALF)
+        first[:, axis] = QUARTER, SQUARE - QUARTER
         near = [
-            _seen_places(images, code, first[::axis or -1], (rows, columns), least)
-            for first in ((HALF, QUARTER), (HALF, SQUARE - QUARTER))
+            _seen_places(images, code, one, (rows, columns), least) for one in first
         ]
         bent, step, brighter, there = _across(middle, sides, axis)
         there &= near[0][2] & near[1][2]
