@@ -137,6 +137,16 @@ def test_good_steps_agree(name):
     assert not any(doubt.spoils for doubt in examined(one, unsteady)[2].doubts)
 
 
+def test_facets_seen_at_angles_of_their_own_agree():
+    """Light and what scatters into it change from facet to facet; the curve does not."""
+    one = scene(noise=0.5, share=1.4)
+    v, u = np.indices(one.images.shape[1:]) // 40
+    light, scattered = 0.6 + 0.1 * ((3 * u + v) % 4), 4.0 * ((u + 2 * v) % 5)
+    images = 255 * ((light * one.images + scattered) / 255) ** 0.5
+    images = np.rint(images).astype(np.uint8)
+    assert not examined(one, images)[2].errors.any()
+
+
 def test_of_three_steps_nothing_is_known():
     one = scene(3)
     codes = read_coding(one.patterns, one.grid.monitor_px)

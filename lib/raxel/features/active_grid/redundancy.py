@@ -167,19 +167,21 @@ def _pixels(light, wave, mean, where, usual):
     ]
     own = wave[n, v, u]
     x, y = 2 * u / width - 1, 2 * (n * rows + v) / (len(wave) * rows) - 1
-    harmonics = _harmonics(own, x, y, np.abs(own) / usual, len(light))
+    levels = np.abs(own) / usual, mean[n, v, u] / usual
+    harmonics = _harmonics(own, x, y, *levels, len(light))
     slopes = map(np.array, slopes)
     return _Pixels(light[:, n, v, u], mean[n, v, u], own, *slopes, harmonics)
 
 
-def _harmonics(wave, x, y, size, count):
+def _harmonics(wave, x, y, size, level, count):
     """(C, P): what even a smooth response leaves of N steps.
 
-    The second harmonic depends on the modulation and, by the angle at which the monitor
-    is seen, on the place in the picture.
+    The response's curve follows from modulation and mean, which scattered light and the
+    angle at which a facet shows the monitor change one by one; the monitor's own curve
+    changes with the angle, and so with the place in the picture.
     """
     unit = wave / np.maximum(np.abs(wave), 1e-6)
-    places = [1.0, size, size**2, x, y, x * x, x * y, y * y]
+    places = [1.0, size, level, size**2, size * level, level**2, x, y]
     columns = []
     # Others are taken for the level or the phase itself.
     orders = [n for n in range(2, count + 3) if 1 < n % count < count - 1]
