@@ -138,7 +138,7 @@ def test_good_steps_agree(name):
 
 
 def test_facets_seen_at_angles_of_their_own_agree():
-    """Light and what scatters into it change from facet to facet; the curve does not."""
+    """Light, and what scatters into it, change with the facet; the curve does not."""
     one = scene(noise=0.5, share=1.4)
     v, u = np.indices(one.images.shape[1:]) // 40
     light, scattered = 0.6 + 0.1 * ((3 * u + v) % 4), 4.0 * ((u + 2 * v) % 5)
