@@ -53,6 +53,29 @@ def test_more_grids_and_rays_that_miss_some():
     np.testing.assert_array_equal(solution.inliers[1:], seen[1:])
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+@pytest.mark.parametrize("pinhole", PINHOLE_METHODS)
+def test_a_grid_parallel_to_the_base_does_no_harm_beside_others(pinhole, noise):
+    centre, _, _, points = scene(6, count=500)
+    # The base's own points, seen from the centre on a plane behind it.
+    behind = centre[:2] + 1.3 * (points[0] - centre[:2])
+    rng = np.random.default_rng(6)
+    seen = np.concatenate([points, behind[None]])
+    seen = seen + noise * rng.standard_normal(seen.shape)
+    without = linear_cgsp(seen[:3], side=1, pinhole=pinhole).centre
+    found = linear_cgsp(seen, side=1, pinhole=pinhole).centre
+    assert np.linalg.norm(found - without) < max(1e-8, 0.02 * noise)
+
+
+@pytest.mark.parametrize(
+    ("nonsense", "said"), [({"side": 0}, "side: 0"), ({"pinhole": "none"}, "'none'")]
+)
+def test_a_side_or_a_method_that_is_none_is_refused(nonsense, said):
+    _, _, _, points = scene(1)
+    with pytest.raises(ValueError, match=said):
+        linear_cgsp(points, **{"side": 1} | nonsense)
+
+
 def test_the_other_side_is_the_mirror_image_in_the_base_plane():
     centre, T, _, points = scene(2)
     mirrored = linear_cgsp(points, side=-1)

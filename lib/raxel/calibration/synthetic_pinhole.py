@@ -9,8 +9,8 @@ calibration needs (thesis 4.1.1). Two such methods stand here behind one interfa
   homography, (4.6) to (4.10). P. Sturm and S. Maybank, CVPR 1999,
   doi:10.1109/CVPR.1999.786974.
 - ``circle``: each homography leaves the centre one circle; the point nearest to all of
-  them. The two vanishing points of perpendicular directions see the centre under a
-  right angle, whatever the directions.
+  them, those of well tilted grids above all. The two vanishing points of perpendicular
+  directions see the centre under a right angle, whatever the directions.
 
 The thesis also tried Wang and Liu (2006), does not describe it, and it could not be
 recovered; the circle is the natural other way to use the vanishing line, not theirs.
@@ -89,13 +89,23 @@ def circle_of(H):
 def circle(homographies):
     """As `sturm_maybank`: the nearest point to the circles of `circle_of`.
 
-    Being on a circle is linear in x, y and S = |C|^2: in the circle's plane, and
-    S - 2 v_0 . (x, y) = radius^2 - v_0^2. Either equation is scaled to a distance.
+    homographies as there, `scaled`. Being on a circle is linear in x, y and S = |C|^2:
+    in the circle's plane, and S - 2 v_0 . (x, y) = radius^2 - v_0^2. Either equation is
+    scaled to a distance, and counts by the squared length of (h_31, h_32), the tilt:
+    the less a grid is tilted, the less is known of its circle, and there is none of a
+    grid parallel to the base.
     """
     rows, values = [], []
-    for v_0, axis, radius in map(circle_of, homographies):
-        rows += [[*axis, 0.0], np.array([*(-2 * v_0), 1.0]) / (2 * radius)]
-        values += [axis @ v_0, (radius**2 - v_0 @ v_0) / (2 * radius)]
+    for H in homographies:
+        weight = H[2, 0] ** 2 + H[2, 1] ** 2
+        if weight == 0:
+            continue
+        v_0, axis, radius = circle_of(H)
+        rows.append(weight * np.array([*axis, 0.0]))
+        values.append(weight * (axis @ v_0))
+        share = weight / (2 * radius)
+        rows.append(share * np.array([*(-2 * v_0), 1.0]))
+        values.append(share * (radius**2 - v_0 @ v_0))
     x, y, square = np.linalg.lstsq(np.array(rows), np.array(values), rcond=None)[0]
     return x, y, square - x**2 - y**2
 
@@ -112,8 +122,13 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
     (4.9) for all grids; margin: the third over the noise.
 
     Raises CalibrationError for grids that are parallel, to the base or to each other,
-    as far as the noise lets one tell, and where C_z is not real.
+    as far as the noise lets one tell, and where C_z is not real; ValueError for a side
+    or a method that is none.
     """
+    if pinhole not in PINHOLE_METHODS:
+        raise ValueError(f"pinhole: {pinhole!r}; expected one of {[*PINHOLE_METHODS]}")
+    if side not in (-1, 1):
+        raise ValueError(f"side: {side!r}; expected -1 or 1, the sign of C_z")
     singular = np.linalg.svd(conic_system(homographies), compute_uv=False)
     degeneracy = singular[2] / singular[0]
     # Exact points leave rounding alone.
@@ -128,7 +143,7 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
         raise CalibrationError(
             "linear stage: C_z^2 is negative; the points are too noisy for these tilts"
         )
-    centre = np.array([x, y, np.sign(side) * np.sqrt(square)])
+    centre = np.array([x, y, side * np.sqrt(square)])
     return centre, float(degeneracy), float(margin)
 
 
