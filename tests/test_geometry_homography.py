@@ -70,6 +70,14 @@ def test_a_weight_of_two_counts_as_four_points_and_zero_as_none():
     same(streamed.H, homography_dlt(source, target, weights), 1e-9)
 
 
+@pytest.mark.parametrize("field", ["use", "weights"])
+@pytest.mark.parametrize("array", [np.ones(1), np.ones(19), np.ones((20, 1))])
+def test_weights_and_choices_that_are_not_one_a_pair_are_refused(field, array):
+    source, target = noisy_pairs(np.random.default_rng(5), 20)
+    with pytest.raises(InputError, match=f"'{field}': found shape"):
+        fit_homography(source, target, H_TRUE, **{field: array})
+
+
 def test_one_pass_over_a_million_points_equals_the_batch():
     rng = np.random.default_rng(6)
     source, target = noisy_pairs(rng, 1_000_000, sigma=0.5)

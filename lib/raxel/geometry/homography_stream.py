@@ -42,8 +42,8 @@ def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=Non
     multiplies the two algebraic equations of its pair.
 
     Gives what `homography_dlt` gives of the same pairs. Returns HomographyFit. Memory
-    is one byte a pair. Raises InputError when fewer than four pairs are left or they
-    leave H open.
+    is one byte a pair. Raises InputError for arrays that do not fit together, and when
+    fewer than four pairs are left or they leave H open.
     """
     source, target = floating(source), floating(target)
     if source.ndim != 2 or source.shape[1] != 2 or source.shape != target.shape:
@@ -51,6 +51,13 @@ def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=Non
             f"homography: found points {source.shape} and {target.shape}; give two "
             "equal arrays (N, 2)"
         )
+    # The compiled loop trusts these lengths.
+    for name, given in (("use", use), ("weights", weights)):
+        if given is not None and np.shape(given) != (len(source),):
+            raise InputError(
+                f"homography: field '{name}': found shape {np.shape(given)}; give one "
+                f"for each of the {len(source)} pairs"
+            )
     inliers = np.ones(len(source), bool) if use is None else np.array(use, bool)
     factors = np.empty(0)
     if weights is not None:
