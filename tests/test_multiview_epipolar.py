@@ -134,6 +134,12 @@ def test_ransac_leaves_out_wrong_pairs():
     assert found.margin > 20
 
 
+def test_a_threshold_that_no_pair_meets_is_refused():
+    _, (d_1, d_2), rng = all_around(8, 30, noise=1e-2)
+    with pytest.raises(CalibrationError, match="0 pairs of rays; 8"):
+        relative_pose_ransac(d_1, d_2, rng, 1e-13)
+
+
 def test_refinement_gains_on_the_linear_motion():
     linear, refined = [], []
     for seed in range(40):

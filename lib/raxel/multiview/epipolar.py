@@ -154,7 +154,7 @@ def relative_pose_ransac(
         most_trials=most_trials,
         batch=64,
     )
-    right, E = np.zeros(len(d_1), bool), best
+    right, E = None, best
     for _ in range(20):
         now = _angles_of_essential(E[None], d_1, d_2)[0] < threshold
         if np.array_equal(now, right):
