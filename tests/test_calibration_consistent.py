@@ -182,6 +182,19 @@ def test_directions_scatter_as_their_covariance_says():
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.15)
 
 
+def test_stated_deviations_are_taken_at_their_word_for_poses_and_directions():
+    scene, linear = drawn(3)
+    start = None, linear.centre, linear.T_base_grid
+    spreads = []
+    for sigma in (0.3, 0.6):
+        found = adjust_consistent(scene.noisy, *start, sigma=sigma)
+        rays = found.direction_covariance(scene.noisy, slice(0, 20))
+        spreads.append((found.covariance, rays))
+    for once, twice in zip(*spreads, strict=True):
+        # The weights are held in single precision.
+        np.testing.assert_allclose(twice, 4 * once, rtol=1e-4, atol=1e-6 * once.max())
+
+
 def test_directions_follow_centre_and_poses():
     centre, T, u, points, seen = partly_seen(4)
     rays = rays_of(points, seen, centre, T)
@@ -287,8 +300,9 @@ def test_bad_input_is_refused_in_one_line():
         adjust_consistent(*both, flat[0], parallel)
     with pytest.raises(InputError, match="loss 'l1'"):
         adjust_consistent(points, seen, centre, T, loss="l1")
-    with pytest.raises(InputError, match="sigma"):
-        adjust_consistent(points, seen, centre, T, sigma=0.0)
+    for sigma in (0.0, np.ones(len(points)), np.ones(points.shape[1])):
+        with pytest.raises(InputError, match="sigma"):
+            adjust_consistent(points, seen, centre, T, sigma=sigma)
 
 
 def test_rays_of_one_grid_change_nothing():

@@ -47,7 +47,8 @@ class ConsistentResult(NamedTuple):
     covariance (6 n - 3, 6 n - 3): of the centre (mm, base frame), then of each grid but
     the base its rotation vector w (rad, its own frame: the true one is R exp([w]x)) and
     its translation (mm, base frame). noise: SD of the whitened residuals, the noise of
-    directions in rad where no sigma was given, and near 1 where one was.
+    directions in rad where no sigma was given, and near 1 where one was; taken_noise:
+    the SD that the covariances are computed with, 1 where a sigma was given.
     cost: sum of the loss of the squared whitened residuals; reduced_chi_square: cost
     over degrees_of_freedom. passes: how often all rays were gone through. converged:
     whether it came to rest within the iterations allowed. whitening (n, N, 3) float32:
@@ -59,6 +60,7 @@ class ConsistentResult(NamedTuple):
     directions: np.ndarray
     covariance: np.ndarray
     noise: float
+    taken_noise: float
     cost: float
     reduced_chi_square: float
     degrees_of_freedom: int
@@ -77,7 +79,7 @@ class ConsistentResult(NamedTuple):
         own, follows = direction_covariances(chosen, self.centre, self.T_base_grid)
         change = steps_of_poses(self.T_base_grid)
         plain = np.linalg.solve(change, np.linalg.solve(change, self.covariance).T)
-        return self.noise**2 * own + follows @ plain @ np.swapaxes(follows, 1, 2)
+        return self.taken_noise**2 * own + follows @ plain @ np.swapaxes(follows, 1, 2)
 
 
 class _State(NamedTuple):
@@ -120,8 +122,8 @@ def adjust_consistent(
 
     Returns ConsistentResult. Raises CalibrationError where a grid shares fewer than
     three rays with the others (points that the start has behind the centre do not
-    count), or there are more unknowns than points; InputError for a loss or shapes that
-    do not fit.
+    count), or there are more unknowns than points; InputError for a loss, a sigma or
+    shapes that do not fit.
     """
     centre, T = np.asarray(centre, float), np.asarray(T_base_grid, float)
     points, seen = _checked(points, seen, T, loss)
@@ -230,16 +232,17 @@ def _result(rays, state, sigma, loss, freedom, passes):
     variance = reduced
     if loss != "none":
         variance = _median_variance(rays, state.centre, state.T_base_grid, freedom)
+    noise = float(np.sqrt(variance))
+    taken = noise if sigma is None else 1.0
     change = steps_of_poses(state.T_base_grid)
-    covariance = change @ _inverse(state.equations.normal) @ change.T
-    if sigma is None:
-        covariance = covariance * variance
+    covariance = taken**2 * change @ _inverse(state.equations.normal) @ change.T
     return ConsistentResult(
         state.centre,
         state.T_base_grid,
         directions,
         covariance,
-        float(np.sqrt(variance)),
+        noise,
+        taken,
         state.equations.cost,
         float(reduced),
         freedom,

@@ -70,6 +70,11 @@ def frozen_whitening(seen, directions, centre, T_base_grid, sigma=None):
     if sigma is None:
         return whitening
     sigma = np.asarray(sigma)
+    if sigma.shape not in ((), seen.shape, (*seen.shape, 2)):
+        raise InputError(
+            f"adjustment: field 'sigma': shape {sigma.shape} found; give a number,"
+            f" {seen.shape} or {(*seen.shape, 2)}"
+        )
     sigma = sigma if sigma.ndim == 3 else sigma[..., None]
     sigma = np.broadcast_to(sigma, (*seen.shape, 2))
     ahead = whitening[..., 0] > 0
