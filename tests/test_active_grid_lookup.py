@@ -66,6 +66,15 @@ def test_a_camera_in_pieces_answers_from_one_piece():
     np.testing.assert_allclose(found, PLACES + [120, 0], atol=1e-3)
 
 
+def test_points_that_are_none_leave_the_others_alone():
+    points = apply_homography(H, PLACES[:3])
+    points[1, 0] = np.nan
+    found = pixels_of(seen_by(), points)
+    assert np.isnan(found[1]).all()
+    np.testing.assert_allclose(found[[0, 2]], PLACES[[0, 2]], atol=1e-3)
+    assert pixels_of(seen_by(), np.empty((0, 2))).shape == (0, 2)
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_few_points_are_found_too(count):
     found = pixels_of(seen_by(), apply_homography(H, PLACES[:count]))

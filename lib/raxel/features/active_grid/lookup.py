@@ -36,23 +36,27 @@ def pixels_of(location, points):
     location: (H, W, 2), as `Decoded.location`, is searched for the pixel that sees
     nearest to a point. The four nearest ones there, no three of them on a line, have a
     homography that takes their points to their pixels, and the point with them. NaN
-    where no four pixels about it have a location, or all see it from one side only.
+    where no four pixels about it have a location, or all see it from one side only, and
+    for points that are not finite.
     """
     points = np.asarray(points, float)
-    nearest = nearest_pixels(np.ascontiguousarray(location, np.float32), points)
-    found = [
-        _between(location, pixel, point) if pixel[0] >= 0 else np.full(2, np.nan)
-        for pixel, point in zip(nearest, points, strict=True)
-    ]
-    return np.array(found).reshape(-1, 2)
+    pixels = np.full((len(points), 2), np.nan)
+    asked = np.flatnonzero(np.isfinite(points).all(axis=1))
+    if len(asked):
+        single = np.ascontiguousarray(location, np.float32)
+        nearest = nearest_pixels(single, points[asked])
+        for k, pixel in zip(asked, nearest, strict=True):
+            if pixel[0] >= 0:
+                pixels[k] = _between(location, pixel, points[k])
+    return pixels
 
 
 def nearest_pixels(location, points):
     """The pixel (N, 2), u and v, that sees nearest to each point (N, 2); -1 for none.
 
-    location: (H, W, 2) float32 in one piece, NaN where there is none. Points are
-    sorted into as many square cells as there are points, and a pixel is compared with
-    those in its own cell and the eight around it.
+    location: (H, W, 2) float32 in one piece, NaN where there is none; points: finite,
+    N >= 1. They are sorted into as many square cells as there are points, and a pixel
+    is compared with those in its own cell and the eight around it.
     """
     low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
     side = extent / np.sqrt(len(points)) or ANYWHERE
