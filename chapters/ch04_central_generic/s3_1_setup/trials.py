@@ -93,7 +93,7 @@ def _shares(camera, rays, seen):
 
 
 def _solid_angle(camera, rays):
-    """Solid angle (N,) of each pixel, from its neighbours' directions; NaN at rims."""
+    """Solid angle (N,) of each pixel, from its neighbours' directions; 0 at rims."""
     shape = camera.height, camera.width, 3
     d = rays.directions.reshape(shape)
     solid = np.full(shape[:2], np.nan)

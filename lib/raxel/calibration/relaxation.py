@@ -31,9 +31,9 @@ def relax_poses(
     """Poses by relaxation, rays re-joined to the centroid after each round.
 
     points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,), kept; T_base_grid: (n, 4, 4)
-    start; grid 0, the base, is kept. weights: (n,) or (n, N), of the centroid; the
-    thesis gives the grids of the linear stage more. tolerance: it ends when a round
-    changes the cost by less than this share.
+    start; grid 0 is the base, whose pose is the identity. weights: (n,) or (n, N), of
+    the centroid; the thesis gives the grids of the linear stage more. tolerance: it
+    ends when a round changes the cost by less than this share.
 
     Returns BundleResult; its costs, of ray-point distances, may also rise: a round does
     not minimise over the rays. Raises CalibrationError when a grid shares fewer than

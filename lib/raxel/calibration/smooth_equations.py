@@ -1,4 +1,4 @@
-"""LinearParts equations of a smooth field and the poses of boards, poses eliminated.
+"""Linear equations of a smooth field and the poses of boards, poses eliminated.
 
 With its board posed, a corner's point is imaged by the trend at q, and by the camera at
 the place p that has p + s(p) = q (`raxel.cameras.ray_spline`). The corner was found at
@@ -105,7 +105,7 @@ def covered_cells(pixels, shape, spacing):
 
 
 def linearised(trend, T_camera_grid, corners, control, grid):
-    """The LinearParts equations' parts at poses (n, 4, 4) and control values."""
+    """The LinearParts at poses (n, 4, 4) and control values (rows, columns, 2)."""
     T = T_camera_grid[corners.board]
     R = T[:, :3, :3]
     points = (R @ corners.points[:, :, None])[..., 0] + T[:, :3, 3]

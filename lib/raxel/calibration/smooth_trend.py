@@ -18,8 +18,8 @@ FEWEST_RAYS = 40
 
 class RayTrend(NamedTuple):
     """camera: a KannalaBrandtCamera with its own axis as z; R_rays_trend (3, 3): to the
-    frame of the rays; rms_px: root mean square distance of pixels from the formula's,
-    of the half of the rays that fit best; scale_px: robust, of a coordinate.
+    frame of the rays; scale_px: robust standard deviation of a coordinate of pixels
+    about the formula's.
     """
 
     camera: KannalaBrandtCamera
