@@ -59,20 +59,27 @@ def _shifts(images, code, spread, of_windows, of_blur):
     """
     rows, columns = (size // SQUARE for size in images[0].shape)
     least = LEAST_MODULATION * spread
-    middle = _seen_places(images, code, (HALF, HALF), (rows, columns), least)
-    upright = _seen_places(images, code, (HALF, SQUARE), (rows, columns - 1), least)
-    level = _seen_places(images, code, (SQUARE, HALF), (rows - 1, columns), least)
+    middle, upright, level = (
+        _seen_places(images, code, _every_square(first, count), least)
+        for first, count in (
+            ((HALF, HALF), (rows, columns)),
+            ((HALF, SQUARE), (rows, columns - 1)),
+            ((SQUARE, HALF), (rows - 1, columns)),
+        )
+    )
     sd = spread / np.sqrt(2 * len(code.steps)) / (2 * np.pi * middle[1].clip(1e-6))
     shift, known, usual_step = np.zeros((rows, columns)), middle[2], 0.0
     for axis, sides in ((1, upright), (0, level)):
-        first = np.full((2, 2), HALF)
-        first[:, axis] = QUARTER, SQUARE - QUARTER
-        near = [
-            _seen_places(images, code, one, (rows, columns), least) for one in first
-        ]
         bent, step, brighter, there = _across(middle, sides, axis)
-        there &= near[0][2] & near[1][2]
-        there &= ~_unlike(bent, near[0][0] + near[1][0] - 2 * middle[0], sd)
+        # Few squares are so far from flat.
+        asked = np.nonzero(there & (np.abs(bent) > LEAST_JUMP))
+        near = [
+            _seen_places(images, code, _near_middles(asked, axis, away), least)
+            for away in (-QUARTER, QUARTER)
+        ]
+        there[asked] = near[0][2] & near[1][2]
+        over_quarter = near[0][0] + near[1][0] - 2 * middle[0][asked]
+        there[asked] &= _alike(bent[asked], over_quarter, sd[asked])
         known = known & there
         shift += (of_windows + of_blur) / 2 * bent / HALF**2
         shift += of_blur * step * brighter / SQUARE**2
@@ -105,14 +112,14 @@ def _across(middle, sides, axis):
     return bent, _last(place, axis) - _first(place, axis), np.log(shares), known
 
 
-def _unlike(bent, near, sd):
-    """Where second differences over HALF and QUARTER px are not of one bent surface.
+def _alike(bent, near, sd):
+    """Where second differences over HALF and QUARTER px are of one bent surface.
 
     sd: of a place.
     """
     # Of the five places the middle one counts -2 + 8 times, the near ones 4 times.
     limit = UNLIKE * np.abs(bent) + BEYOND * np.sqrt(70) * sd
-    return (np.abs(bent) > LEAST_JUMP) & (np.abs(bent - 4 * near) > limit)
+    return np.abs(bent - 4 * near) < limit
 
 
 def _first(values, axis):
@@ -124,30 +131,48 @@ def _last(values, axis):
     return values[:, 1:] if axis else values[1:]
 
 
-def _seen_places(images, code, first, count, least):
-    """Places in periods, modulation, and what is known, every SQUARE px both ways.
+def _every_square(first, count):
+    """Of 2 x 2 pixels that meet, SQUARE px apart both ways, the indices of each.
 
-    first, count: (row, column) of the first, and how many. Phases are of the 2 x 2
-    pixels that meet there; bits without an inverse are left out.
+    first, count: (row, column) of where the first meet, and how many.
     """
-    around = [
+    return [
         tuple(
             slice(begin - back, begin - back + SQUARE * (n - 1) + 1, SQUARE)
             for begin, back, n in zip(first, step, count, strict=True)
         )
         for step in product((1, 0), repeat=2)
     ]
-    wave = np.zeros(count, complex)
+
+
+def _near_middles(squares, axis, away):
+    """The same, `away` px along an axis from the middles of some squares."""
+    middles = SQUARE * np.array(squares) + HALF
+    middles[axis] += away
+    return [
+        tuple(middles - np.reshape(step, (2, 1))) for step in product((1, 0), repeat=2)
+    ]
+
+
+def _seen_places(images, code, around, least):
+    """Places in periods, modulation, and what is known.
+
+    around: four indices of pixels, whose mean is taken. A bit without an inverse is
+    compared with the mean of the steps.
+    """
+    count = images[0][around[0]].shape
+    wave, mean = np.zeros(count, complex), np.zeros(count, np.float32)
     sine, cosine, _ = phase_weights(len(code.steps))
     for k, weight in zip(code.steps, cosine + 1j * sine, strict=True):
         light = sum(images[k][part].astype(np.float32) for part in around)
         wave += weight / len(around) * light
+        mean += light / (len(around) * len(code.steps))
     turn = np.angle(wave) / (2 * np.pi) % 1
     value, cell, size = np.zeros(count, bool), np.zeros(count, int), np.abs(wave)
     for picture, inverse in code.bits:
-        if inverse is not None:
-            value = value ^ (images[picture][around[0]] > images[inverse][around[0]])
-            cell = 2 * cell + value
+        other = mean if inverse is None else images[inverse][around[0]]
+        value = value ^ (images[picture][around[0]] > other)
+        cell = 2 * cell + value
     of_cell = (cell + 0.5) * code.cell / code.period
     return np.ceil(of_cell - turn - 0.5) + turn, size, size > least
 
