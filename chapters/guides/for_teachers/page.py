@@ -1,11 +1,11 @@
 # %% [markdown]
-# # For teachers: chapters 1 to 3 in class
+# # For teachers: chapters 1 to 4 in class
 #
-# Nine routes through the first three chapters, with pages, exercises,
+# Ten routes through the first four chapters, with pages, exercises,
 # commands, questions to ask and wrong answers to expect. Each route stands
-# alone, and takes 50 minutes, the last one 75. A to D make a short course on
+# alone, and takes 50 minutes, I and J 75. A to D make a short course on
 # cameras and their calibration, E to H one on finding the corners that a
-# calibration needs; I does without corners.
+# calibration needs; I does without corners, and J with a single centre.
 
 # %% tags=["hide-cell"]
 from chapters.guides.for_teachers.exercises.on_pages import (
@@ -66,8 +66,8 @@ READS_PAGES = True
 # seconds. Do this at least a day before: the first run sets up everything,
 # which takes a few minutes more and needs a network, and so does the first
 # `make lab`. The quick report has all pages and few trials, so it shows
-# values and gives no verdicts. For the verdicts, with which routes C, H and
-# I end, use `make report` ({glue:text}`report_time`,
+# values and gives no verdicts. For the verdicts, with which routes C, H, I
+# and J end, use `make report` ({glue:text}`report_time`,
 # `report/site/index.html`), `make notebooks` and `make archive`.
 #
 # Either report is read from the disk, and the archive is one file of it to
@@ -85,7 +85,8 @@ READS_PAGES = True
 #
 # Students should know vectors and matrices, what a projection is, and a
 # little Python. For routes B, C and F: least squares. For route H: what a
-# significance test is. For route I: sines, and what a Fourier series is.
+# significance test is. For route I: sines, and what a Fourier series is. For
+# route J: homographies, and routes B and C.
 #
 # ## Route A: rays instead of formulas
 #
@@ -336,9 +337,39 @@ READS_PAGES = True
 # than an edge, which counts where there is much noise; the other rows are
 # claims of their own.
 #
+# ## Route J: one centre is enough
+#
+# *Aim.* Turn a fisheye into a pinhole without a lens formula, and find out
+# by steps which part of a method earns its success.
+#
+# - **5 min.** On paper: a pane of glass before a fisheye. What is the picture
+#   that its rays draw on the pane?
+# - **15 min.** The base grid as image plane, and its exercises.
+#   [4.1.1](../ch04_central_generic/s1_1_synthetic_pinhole.ipynb)
+# - **12 min.** Four numbers from two homographies: the first exercise by
+#   hand. [4.1.2](../ch04_central_generic/s1_2_linear_stage.ipynb)
+# - **15 min.** Fig. 4.2: who wins? Groups write down why, before they look
+#   at the steps. [4.1.5](../ch04_central_generic/s1_5_simulated.ipynb), then
+#   [What CGSP buys](../ch04_central_generic/ext_what_cgsp_buys.ipynb)
+# - **15 min.** A centre that may move: why the lowest residual is the wrong
+#   place. [4.1.4](../ch04_central_generic/s1_4_bundle_adjustment.ipynb),
+#   with its exercises
+# - **8 min.** Do the rays of a real mirror meet? [Central or
+#   not](../ch04_central_generic/ext_central_or_not.ipynb)
+# - **5 min.** The scoreboard: a claim whose two readings part ways.
+#
+# *Ask.* Why do two grids parallel to each other not tell the centre? What
+# does a camera lose that gets the nearest centre though it has none? Two
+# methods solve the same equations and differ tenfold: where is the difference?
+#
+# *Expect.* "The fisheye's picture is undistorted": the picture on the pane
+# is. "The adjusted centre has the smaller residual, so it is better": noise
+# is made smaller, too. "p is large, so the camera is central": no departure
+# larger than the bound was there to be seen.
+#
 # ## Exercises and how long they run
 #
-# The pages of chapters 1 to 3 and of Appendix A have
+# The pages of chapters 1 to 4 and of Appendix A have
 # {glue:text}`exercises` exercises that check their answers, on
 # {glue:text}`pages` pages. *Longest check* is the time to compute the right
 # answer, measured when this page was built, without the start of the

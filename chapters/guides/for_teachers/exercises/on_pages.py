@@ -18,7 +18,7 @@ from repro.page.reader import (
     pipe_table,
 )
 
-CHAPTERS = ("ch01_*", "ch02_*", "ch03_*", "appendix_a")
+CHAPTERS = ("ch01_*", "ch02_*", "ch03_*", "ch04_*", "appendix_a")
 
 
 class ExercisePage(NamedTuple):
