@@ -5,6 +5,9 @@ import pytest
 
 from raxel.calibration import calibrate_cgsp, dense, dense_view
 from raxel.calibration.board_rays import ray_table
+from raxel.calibration.central_views import centrality_of_views
+from raxel.cameras import AxialCamera, centrality
+from raxel.cameras.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.geometry.poses import inverse_pose, pose, transform
@@ -137,3 +140,39 @@ def test_a_grid_of_less_weight_moves_a_ray_less():
     share = [w * far / (near + w * far) for w in (1.0, 0.1)]
     ratio = np.median(off[1] / off[0] / (share[1] / share[0]))
     assert ratio == pytest.approx(1.0, abs=0.01)
+
+
+def one_centre(views):
+    """The CentralTest of these views, by the poses that CGSP gives them."""
+    found = calibrated(views)
+    used = [views[k] for k in found.used]
+    return centrality_of_views(used, WIDTH, HEIGHT, found.T_camera_grid)
+
+
+def test_grids_tell_how_far_from_one_point_the_rays_of_a_fisheye_pass():
+    law = "equidistance", 100.0, [122.0, 88.0]
+    camera = AxialCamera(*law, (30.0,), WIDTH, HEIGHT, np.pi / 2)
+    views = grids_of(POSES, camera, NOISE_MM)
+    found = one_centre(views)
+    shared = sum(view.covered(WIDTH, HEIGHT) for view in views) >= 3
+    true = centrality(camera.rays(pixel_grid(WIDTH, HEIGHT)[shared.ravel()]))
+    assert not found.central
+    assert found.at_least_mm < true < found.at_most_mm
+    assert found.noise_ratio == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("seen", [grids_of, views_of])
+def test_central_views_raise_no_alarm(seen):
+    noise = {grids_of: NOISE_MM, views_of: 0.1}[seen]
+    p_values = [
+        one_centre(seen(board_poses(k, 5), FISHEYE, noise, k)).p_value for k in (21, 22)
+    ]
+    assert min(p_values) > 1e-3
+    assert max(p_values) > 0.1
+
+
+def test_too_few_common_pixels_are_no_test():
+    T = board_poses(3, 3, spread=(0.0, 0.0))
+    T[:, :3, 3] += [[-60.0, 0, 0], [0, 0, 0], [60, 0, 0]]
+    views = grids_of(T, FISHEYE, NOISE_MM, size_mm=0.3 * SIZE_MM)
+    assert centrality_of_views(views, WIDTH, HEIGHT, T) is None

@@ -114,6 +114,8 @@ def test_what_went_into_no_camera_is_told(calibrate):
     assert said == result["warnings"]
     assert f"a ray for {share:.0f} % of the image" in printed
     assert "nan" not in printed
+    assert result["one_centre"]["central"]
+    assert f"with p = {result['one_centre']['p_value']:.2g}\n" in printed
 
 
 @pytest.mark.parametrize(
@@ -132,6 +134,15 @@ def test_a_camera_that_cannot_fit_is_told(calibrate, camera, model, said):
         f"{said}: off by {misfit['rms_px']:.2f} px (rms) where corners scatter singly "
         f"by {misfit['scatter_px']:.2g} px; "
     )
+    if model != "generic":
+        assert "one_centre" not in result
+        return
+    found = result["one_centre"]
+    # Lines move by 9 mm to and fro; poses and directions can follow a part of that.
+    assert 3 < found["at_least"] < 9 < found["at_most"] < 18
+    told = warnings_in(printed)[1]
+    assert told.startswith("the rays do not meet in one point, ")
+    assert f"they pass {found['distance']:.2g} mm from it (RMS, at least" in told
 
 
 def test_one_board_that_does_not_belong_is_named(calibrate):

@@ -4,6 +4,9 @@ import functools
 from contextlib import nullcontext
 from pathlib import Path
 
+import numpy as np
+
+from raxel.calibration.central_views import centrality_of_views
 from raxel.cli import described, models, scores
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written
@@ -96,6 +99,12 @@ def _calibrated(image_set, views, asked, say):
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
     found, warnings = _misfit(model, asked, views, evaluation, details, words)
     result["misfit"] = described.misfit_fields(found)
+    if model in models.TABLES:
+        test = _central_or_not(views, size, evaluation, details)
+        result["one_centre"] = described.centre_fields(test)
+        lengths = result["unit"], words.target
+        print(f"{image_set.name}: {described.centre_line(test, *lengths)}")
+        warnings += described.centre_warnings(test, *lengths)
     warnings += models.warnings(details, words)
     warnings += described.coverage_warnings(fields, words.target)
     if comparison:
@@ -103,6 +112,20 @@ def _calibrated(image_set, views, asked, say):
         result["cross_validation"] = _cross_validation(comparison)
         warnings = comparison.doubts() + warnings
     return result | {"warnings": warnings}, camera, evaluation
+
+
+def _central_or_not(views, size, evaluation, details):
+    """CentralTest of the views that went into the fit, None where there is none."""
+    out = {entry["file"] for entry in details["left_out"]}
+    pairs = [
+        (view, score.T_camera_grid)
+        for view, score in zip(views, evaluation.images, strict=True)
+        if view.name not in out and score.T_camera_grid is not None
+    ]
+    if len(pairs) < 3:
+        return None
+    used, poses = zip(*pairs, strict=True)
+    return centrality_of_views(used, *size, np.array(poses))
 
 
 def _misfit(model, asked, views, evaluation, details, words):

@@ -148,5 +148,49 @@ def misfit_warnings(found, what, cure, words):
     return [f"{what} these {words.target}s: {off}; {cure}"]
 
 
+def centre_fields(test):
+    """A CentralTest as JSON, lengths in the unit of the result; None where there is
+    none."""
+    if test is None:
+        return None
+    return {
+        "central": test.central,
+        "p_value": test.p_value,
+        "distance": test.distance_mm,
+        "at_least": test.at_least_mm,
+        "at_most": test.at_most_mm,
+        "noise_over_stated": known(test.noise_ratio),
+        "rays": test.rays,
+    }
+
+
+def centre_line(test, unit, target):
+    """How far from one point the rays pass, for people."""
+    if test is None:
+        return (
+            "whether the rays meet in one point was not tested: too few pixels see "
+            f"three {target}s"
+        )
+    bounds = f"{test.at_least_mm:.2g} to {test.at_most_mm:.2g} {unit}"
+    found = f"pass {test.distance_mm:.2g} {unit} from it (RMS; {bounds}, each bound"
+    return (
+        f"one centre: {test.rays} rays that see three {target}s or more {found} of "
+        f"95 %); if there is one, noise does so with p = {test.p_value:.2g}"
+    )
+
+
+def centre_warnings(test, unit, target):
+    """What to say of rays that do not meet in one point."""
+    if test is None or test.central:
+        return []
+    return [
+        f"the rays do not meet in one point, and the camera has one all the same: they "
+        f"pass {test.distance_mm:.2g} {unit} from it (RMS, at least "
+        f"{test.at_least_mm:.2g} {unit}), p = {test.p_value:.2g}; if the {target}s are "
+        "flat and stood still, try --model kannala-brandt or unified, whose pupil may "
+        "move, and take distances near the camera with care"
+    ]
+
+
 def _percent(share):
     return f"{100 * share:.0f} %"
