@@ -50,6 +50,12 @@ from repro.page.reader import results_behind, show_table, value
 #   {glue:text}`record.name`, {glue:text}`record.widest`° from the axis, it
 #   leaves {glue:text}`record.opencv_fisheye`, the generic camera
 #   {glue:text}`record.generic`.
+# - **A lens formula or smooth rays**, the last two of the methods below, are
+#   not in this table. On photographs they stand beside the others in [Every
+#   image set side by side](../photographs/by_distortion.ipynb), on cameras
+#   with a known truth in [A lens formula where one
+#   fits](../ch04_central_generic/ext_lens_formula.ipynb) and [Smooth
+#   rays](../ch04_central_generic/ext_smooth_rays.ipynb).
 # - **The generic camera** needs no formula and answers only where boards
 #   were: {glue:text}`fisheye.boards.all` placed pictures give rays to
 #   {glue:text}`fisheye.share.all` of the image circle,
@@ -77,15 +83,16 @@ from repro.page.reader import results_behind, show_table, value
 #   every pixel gets a ray of its own. All rays meet in one point. The poses
 #   of the boards are found on the way.
 #   `raxel calibrate SET --model generic`
+# - **CGSP and smooth rays**: the generic camera by the method of [chapter
+#   4](../ch04_central_generic/s1_2_linear_stage.ipynb), and a lens formula
+#   with a [smooth field of
+#   rays](../ch04_central_generic/ext_smooth_rays.ipynb) on it.
+#   `raxel calibrate SET --model cgsp`, or `spline`
 # - **General, known motion** ([section
 #   2.3.3](../ch02_general_camera_model/s3_general_camera.ipynb)): every
 #   pixel gets a ray of its own, and the rays need not meet. The motion of
 #   the target between its poses is *given*. This is
 #   `raxel.calibration.rays_from_known_motion`, in Python only.
-#
-# - **CGSP and smooth rays**: the generic camera by the method of chapter 4,
-#   and a lens formula with a smooth field of rays on it.
-#   `raxel calibrate SET --model cgsp`, or `spline`
 #
 # `raxel calibrate SET --model auto` makes all of them but OpenCV's and known
 # motion predict photographs that they have not seen, and keeps the best one.
@@ -102,8 +109,10 @@ from repro.page.reader import results_behind, show_table, value
 # which.
 #
 # - *No*: known motion, question 4. Zhang's and the generic method would
-#   give you a camera, but a wrong one.
-# - *Yes, or I do not know*: question 2.
+#   give you a camera, but a wrong one. A fisheye whose entrance pupil moves
+#   along its axis is the exception: a lens formula can hold that.
+# - *Yes, or I do not know*: question 2. Three active grids or more can tell
+#   ([Central or not](../ch04_central_generic/ext_central_or_not.ipynb)).
 #
 # **2. How wide is the view?** The noise of the simulated pixels is
 # {glue:text}`noise` px, and the angle is on the image diagonal of an ideal
@@ -208,11 +217,13 @@ from repro.page.reader import results_behind, show_table, value
 #
 # ## What is not known
 #
-# - **Cameras whose rays do not meet**, without a known motion: the library
-#   has many such models to render with, and no method that calibrates them
-#   from unknown poses.
+# - **Cameras whose rays do not meet**, without a known motion: a pupil that
+#   moves along the axis is fitted to boards, and the lines of single pixels
+#   can be freed from their centre when active grids were shown. For crossed
+#   slits, several mirrors or a reflecting ball the library has models to
+#   render with, and nothing that calibrates them from unknown poses.
 # - **Parametric models other than these.** The zoo has more fisheye and
-#   mirror models, but nothing here fits them to photographs.
+#   mirror models. They are rendered, and not fitted to photographs.
 # - **Boards or a monitor**: no camera of this page was calibrated from both,
 #   so which gives better rays is not said here.
 # - **Wrong boards.** No experiment uses a bent board or one of the wrong
@@ -220,7 +231,9 @@ from repro.page.reader import results_behind, show_table, value
 #   lengths and leaves the rays of a central camera alone. They promise
 #   nothing for a bent board, or for a pitch that differs between columns
 #   and rows.
-# - **Nearly central cameras.** How far rays may miss each other before the
-#   generic method suffers was not measured.
+# - **Nearly central cameras.** What it costs a centre and the corrected
+#   pictures when rays miss each other was measured for two rigs
+#   ([4.3.2](../ch04_central_generic/s3_2_results.ipynb)); a rule for other
+#   cameras is not known.
 # - **Seconds** depend on the machine; the resolution and the number of
 #   boards drive those of the generic method.
