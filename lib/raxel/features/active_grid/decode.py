@@ -29,10 +29,10 @@ from raxel.features.active_grid.layout import (
     SATURATED,
     UNREADABLE,
     empty_rows,
+    strips_of,
 )
 from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
 from raxel.features.active_grid.noise import Noise, estimate_noise
-from raxel.features.active_grid.phases import turn_rows
 from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
@@ -187,8 +187,7 @@ def _decode_all(stack, settings, pool, out):
 
     def decode_part(first):
         if not hasattr(kept, "rows"):
-            axes, (_, width) = len(stack.codes), stack.shape
-            kept.rows = empty_rows(axes, width, stack.dtype)
+            kept.rows = empty_rows(len(stack.codes), stack.dtype)
         _decode_part(stack, first, settings, kept.rows, out)
 
     list(pool.map(decode_part, range(0, stack.shape[0], ROWS_AT_ONCE)))
@@ -216,14 +215,14 @@ def _decode_part(stack, first, settings, rows, out):
     variance = tuple(map(np.float32, noise))
     stop = min(first + ROWS_AT_ONCE, stack.shape[0])
     pictures, start = stack.rows(first, stop)
-    known, end = max(first - start - REACH, 0), pictures.shape[1]
-    for y in range(first - start, stop - start, ROWS_A_CALL):
-        after = min(y + ROWS_A_CALL, stop - start)
-        ahead = min(after + AHEAD, end)
-        read_rows(pictures, known, ahead, plan, limit, variance, rows)
-        part, known = (y, after, y + start), ahead
-        turn_rows(y, after, end, plan, smooth, rows)
-        place_rows(pictures, part, plan, mark, bias, rows, out)
+    for strip in strips_of(pictures.shape[2]):
+        known, end = max(first - start - REACH, 0), pictures.shape[1]
+        for y in range(first - start, stop - start, ROWS_A_CALL):
+            after = min(y + ROWS_A_CALL, stop - start)
+            ahead = min(after + AHEAD, end)
+            read_rows(pictures, known, ahead, strip, plan, limit, variance, rows)
+            part, known = (y, after, y + start), ahead
+            place_rows(pictures, part, strip, plan, smooth, mark, bias, rows, out)
 
 
 def _both_axes(array, codes):

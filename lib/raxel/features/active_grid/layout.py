@@ -14,8 +14,19 @@ REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
 SQUARE = 32  # px; in each such square of the picture a bias is taken as the same
 ROWS_A_CALL = 16
-ROWS_A_PIECE = 8  # worked through as one, where no pixel looks at another row
 KEPT = 24  # rows in a ring: those of a call, as many as AHEAD before and behind
+# Pictures are decoded in strips of columns, at most so wide. Fields of one array lie at
+# distances known when loops are compiled: only then many arrays can run in one loop.
+STRIP = 2048
+PITCH = STRIP + 80  # from field to field: multiples of 4096 bytes hinder each other
+SINE, COSINE, VARIANCE = 0, PITCH, 2 * PITCH  # of Rows.waves
+LEAST, SECOND, MOST, APART = 0, PITCH, 2 * PITCH, 3 * PITCH  # of Rows.greys
+BAD, RIGHT, BELOW, CROSSED = 0, PITCH, 2 * PITCH, 3 * PITCH  # of Rows.marks
+LEVEL, SINES, COSINES, TURN = 0, PITCH, 2 * PITCH, 3 * PITCH  # of Rows.work
+SPREAD, PERIOD, OFF, PLACE = 4 * PITCH, 5 * PITCH, 6 * PITCH, 7 * PITCH
+SIGMA, WORK = 8 * PITCH, 9 * PITCH
+OWN, DOUBT, LOST = 0, PITCH, 2 * PITCH  # of Rows.flags
+BREAKS, MIXED, STATUS = 0, PITCH, 2 * PITCH  # of Rows.common
 
 
 class CodePlan(NamedTuple):
@@ -48,45 +59,62 @@ class CodePlan(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rings of rows. (A, KEPT, W): sine and cosine of unit length; turn, the phase that
-    is taken, and its variance in squared turns; code, the cell; alone, set where the
-    phase is that of one pixel; least distance of a picture from its inverse. (KEPT, W):
-    most distance; bad, why a pixel is not decoded; beside and below, whether it breaks
-    with the next pixel; crossed, either or bad.
+    """Rows of a strip, field after field of at most STRIP columns, PITCH apart.
 
-    Rows to work in, of ROWS_A_PIECE times W: level, the mean grey value, and second
-    least distance, of each axis; apart, the distance of one picture.
+    Rings, the row second or first. waves: (A, KEPT, 3 PITCH) float32: sine and cosine
+    of unit length, and the variance of a pixel's phase in squared turns. codes:
+    (A, KEPT, PITCH) uint16, the cell. greys: (A, KEPT, 4 PITCH), as the pictures:
+    least, second least and most distance of a picture from its inverse, the last one of
+    all axes in axis 0; that of one picture. marks: (KEPT, 4 PITCH) uint8: why a pixel
+    is not decoded; whether it breaks with the next one to the right, and below; either
+    or bad.
+
+    Rows to work in. work: (A, WORK) float32: the mean grey value; sums over seven rows;
+    the phase that is taken and its variance; period; by how much it is off; place and
+    its standard deviation. flags: (A, 3 PITCH) uint8: set where a phase is that of one
+    pixel; in doubt; lost. common: (3 PITCH,) uint8: breaks in seven rows and in a
+    window; status. asked: (STRIP,) int64, pixels picked out.
     """
 
-    sine: np.ndarray
-    cosine: np.ndarray
-    turn: np.ndarray
-    variance: np.ndarray
-    code: np.ndarray
-    alone: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
-    bad: np.ndarray
-    beside: np.ndarray
-    below: np.ndarray
-    crossed: np.ndarray
-    level: np.ndarray
-    second: np.ndarray
-    apart: np.ndarray
+    waves: np.ndarray
+    codes: np.ndarray
+    greys: np.ndarray
+    marks: np.ndarray
+    work: np.ndarray
+    flags: np.ndarray
+    common: np.ndarray
+    asked: np.ndarray
 
 
-def empty_rows(axes, width, dtype):
-    """Rows for pictures of this width and type."""
-    ring, three = (KEPT, width), (axes, KEPT, width)
-    piece = ROWS_A_PIECE * width
+class Strip(NamedTuple):
+    """Columns of the picture: those that are read, and those that are decoded."""
+
+    start: int
+    width: int
+    first: int
+    stop: int
+
+
+def strips_of(width):
+    """[Strip, ...] of equal width that cover a picture, AHEAD columns around each."""
+    around = 2 * AHEAD
+    count = max(1, -(-(width - around) // (STRIP - around)))
+    own = -(-(width + (count - 1) * around) // count)
+    own = min(-(-own // 64) * 64, STRIP, width)
+    starts = [k * (width - own) // max(count - 1, 1) for k in range(count)]
+    ends = [0, *(start + AHEAD for start in starts[1:]), width]
+    return [Strip(starts[k], own, ends[k], ends[k + 1]) for k in range(count)]
+
+
+def empty_rows(axes, dtype):
+    """Rows for pictures of this type."""
     return Rows(
-        *(np.zeros(three, np.float32) for _ in range(4)),
-        np.zeros(three, np.uint16),
-        np.zeros(three, np.uint8),
-        np.zeros(three, dtype),
-        np.zeros(ring, dtype),
-        *(np.zeros(ring, np.uint8) for _ in range(4)),
-        np.zeros((axes, piece), np.float32),
-        np.zeros((axes, piece), dtype),
-        np.zeros(piece, dtype),
+        np.zeros((axes, KEPT, 3 * PITCH), np.float32),
+        np.zeros((axes, KEPT, PITCH), np.uint16),
+        np.zeros((axes, KEPT, 4 * PITCH), dtype),
+        np.zeros((KEPT, 4 * PITCH), np.uint8),
+        np.zeros((axes, WORK), np.float32),
+        np.zeros((axes, 3 * PITCH), np.uint8),
+        np.zeros(3 * PITCH, np.uint8),
+        np.zeros(STRIP, np.int64),
     )

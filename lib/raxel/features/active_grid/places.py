@@ -1,19 +1,43 @@
 """From cells and phases to places, row by row, in compiled loops.
 
-Written as `reading`; what is compiled in from `phases` is `which`.
+Written as `reading`; what is compiled in from `phases` is `turn_row`.
 """
 
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid import layout
-from raxel.features.active_grid.layout import ALONE, BESIDE, DECODED, UNREADABLE
-from raxel.features.active_grid.phases import which
+from raxel.features.active_grid.layout import (
+    ALONE,
+    BAD,
+    BELOW,
+    BESIDE,
+    COSINE,
+    DECODED,
+    DOUBT,
+    KEPT,
+    LEAST,
+    LOST,
+    MOST,
+    OFF,
+    OWN,
+    PERIOD,
+    PLACE,
+    RIGHT,
+    SIGMA,
+    SINE,
+    SPREAD,
+    SQUARE,
+    STATUS,
+    STRIP,
+    TURN,
+    UNREADABLE,
+)
+from raxel.features.active_grid.phases import turn_row
 
 # Near the next period by less than this share of one; what a response shifts phases
 # by is less.
 CLOSE = np.float32(0.02)
-# The cosine of phases on one surface is above this: as for breaks, `reading.APART`.
+# The cosine of phases on one surface is above this: as for breaks, `reading.OPPOSED`.
 SAME = np.float32(-1e-6)
 # So far from a cell, in cells, its code may be read when an edge is blurred.
 BLURRED = np.float32(0.3)
@@ -25,47 +49,59 @@ _NOWHERE = np.float32(np.nan)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _nearest_period(code, turn, k, ratio, period, off):
+def _mark_seen(axis, y, height, n, rows):
+    """DOUBT beside an edge: one of four neighbours is elsewhere, or a bit is weak."""
+    codes, greys, flags = rows.codes, rows.greys, rows.flags
+    k, above, under = y % KEPT, max(y - 1, 0) % KEPT, min(y + 1, height - 1) % KEPT
+    for x in range(n):
+        own, least = codes[axis, k, x], greys[axis, k, LEAST + x]
+        weak = 2 * np.int32(least) < np.int32(greys[0, k, MOST + x])
+        upright = (own != codes[axis, above, x]) | (own != codes[axis, under, x])
+        flags[axis, DOUBT + x] = weak | upright
+    # Indices that are seen to be no less than 0 run on many pixels at once.
+    for x in range(n - 1):
+        flags[axis, DOUBT + x] |= codes[axis, k, x] != codes[axis, k, x + 1]
+    for x in range(n - 1):
+        flags[axis, DOUBT + x + 1] |= codes[axis, k, x] != codes[axis, k, x + 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _nearest_period(axis, k, n, ratio, rows):
     """The period whose place with this phase is nearest to the middle of the cell.
 
-    off: by how much it is beyond the middle, in periods.
+    OFF: by how much it is beyond the middle, in periods. DOUBT from where an edge is
+    seen to where it leaves the period in doubt: near the next one, and where noise
+    could turn one into the other (even). LOST if no edge is seen there: nothing says
+    which one it is.
     """
-    for x in range(len(period)):
-        middle = (np.float32(code[k, x]) + _HALF) * ratio
-        nearest = np.ceil(middle - turn[k, x] - _HALF)
-        period[x] = np.int16(nearest)
-        off[x] = nearest + turn[k, x] - middle
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_seen(code, k, above, under, least, most, seen):
-    """Set beside an edge: one of four neighbours is elsewhere, or a bit is weak."""
-    width = code.shape[1]
-    for x in range(width):
-        own = code[k, x]
-        weak = 2 * np.int32(least[k, x]) < np.int32(most[k, x])
-        seen[x] = weak | (own != code[above, x]) | (own != code[under, x])
-    # Indices that are seen to be no less than 0 run on many pixels at once.
-    for x in range(width - 1):
-        seen[x] |= code[k, x] != code[k, x + 1]
-    for x in range(width - 1):
-        seen[x + 1] |= code[k, x] != code[k, x + 1]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_doubt(off, ratio, variance, bad, k, doubt, lost):
-    """From where an edge is seen to where it leaves the period in doubt.
-
-    That is near the next one, and where noise could turn one into the other (even). If
-    no edge is seen there, nothing says which one it is.
-    """
+    codes, work, flags, marks = rows.codes, rows.work, rows.flags, rows.marks
     farthest, reach = _ONE - _HALF * ratio, BLURRED * ratio
-    for x in range(len(off)):
-        gap = farthest - abs(off[x])
-        even = gap * abs(gap) < FAR * variance[k, x]
-        seen, asked = doubt[x] != 0, bad[k, x] == DECODED
-        doubt[x] = asked & seen & ((gap < reach) | even)
-        lost[x] |= asked & even & (not seen)
+    for x in range(n):
+        turn = work[axis, TURN + x]
+        middle = (np.float32(codes[axis, k, x]) + _HALF) * ratio
+        nearest = np.ceil(middle - turn - _HALF)
+        off = nearest + turn - middle
+        work[axis, PERIOD + x] = nearest
+        work[axis, OFF + x] = off
+        gap = farthest - abs(off)
+        even = gap * abs(gap) < FAR * work[axis, SPREAD + x]
+        seen, asked = flags[axis, DOUBT + x] != 0, marks[k, BAD + x] == DECODED
+        flags[axis, DOUBT + x] = asked & seen & ((gap < reach) | even)
+        flags[axis, LOST + x] = asked & even & (not seen)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _which(axis, flags, out):
+    """How many pixels are in doubt; out: which, eight bytes looked at together."""
+    count, doubt = 0, flags[axis, DOUBT : DOUBT + STRIP]
+    eight = doubt.view(np.uint64)
+    for k in range(len(eight)):
+        if eight[k]:
+            for x in range(8 * k, 8 * k + 8):
+                if doubt[x]:
+                    out[count] = x
+                    count += 1
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -101,26 +137,28 @@ def _difference(images, y, x, pairs, edge):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sum_around(images, y, x, pairs, edge, sine, cosine, code, bad):
+def _sum_around(images, y, x, start, width, pairs, edge, axis, waves, codes, marks):
     """How many of 3 x 3 pixels see the same surface, and the sum of `_difference`.
 
     Not those that are bad, outside, or on the other side of a break. The sum is
-    positive where it agrees with the pixel in the middle.
+    positive where it agrees with the pixel in the middle. start, width: of the strip.
     """
-    kept, k, total, count = len(bad), y % len(bad), 0, 0
+    total, count, k = 0, 0, y % KEPT
     for v in range(max(y - 1, 0), min(y + 2, images.shape[1])):
-        i = v % kept
-        for u in range(max(x - 1, 0), min(x + 2, images.shape[2])):
-            along = sine[k, x] * sine[i, u] + cosine[k, x] * cosine[i, u]
-            same = abs(np.int64(code[i, u]) - np.int64(code[k, x])) <= 1
-            if same and bad[i, u] == DECODED and along >= SAME:
+        i = v % KEPT
+        for u in range(max(x - 1, 0), min(x + 2, width)):
+            along = waves[axis, k, SINE + x] * waves[axis, i, SINE + u]
+            along += waves[axis, k, COSINE + x] * waves[axis, i, COSINE + u]
+            apart = np.int64(codes[axis, i, u]) - np.int64(codes[axis, k, x])
+            if abs(apart) <= 1 and marks[i, BAD + u] == DECODED and along >= SAME:
                 count += 1
-                total += _difference(images, v, u, pairs, edge)
-    return count, total if _difference(images, y, x, pairs, edge) > 0 else -total
+                total += _difference(images, v, start + u, pairs, edge)
+    agrees = _difference(images, y, start + x, pairs, edge) > 0
+    return count, total if agrees else -total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _settle(images, y, axis, plan, rows, asked, off, period, lost):
+def _settle(images, y, axis, strip, plan, rows, asked):
     """The wrap rule: at an edge of cells the phase says on which side a pixel is.
 
     A pixel whose phase is near the start or end of its period is at one edge of its
@@ -133,128 +171,180 @@ def _settle(images, y, axis, plan, rows, asked, off, period, lost):
     first edge and from plan.edges on there is nothing to be seen.
     """
     pairs, edges = plan.pairs[axis, : plan.bits[axis]], plan.edges[axis]
-    kept, height, last = len(rows.bad), images.shape[1], images.shape[2] - 1
-    k, above, under = y % kept, max(y - 1, 0) % kept, min(y + 1, height - 1) % kept
-    code, variance = rows.code[axis], rows.variance[axis]
-    surface = rows.sine[axis], rows.cosine[axis], code, rows.bad
+    height, last = images.shape[1], strip.width - 1
+    surface = axis, rows.waves, rows.codes, rows.marks
+    k, above, under = y % KEPT, max(y - 1, 0) % KEPT, min(y + 1, height - 1) % KEPT
+    code, work, lost = rows.codes[axis], rows.work[axis], rows.flags[axis, LOST:]
+    greys, columns = rows.greys, (strip.start, strip.width)
     farthest = _ONE - _HALF * plan.ratio[axis]
     for x in asked:
-        gap = farthest - abs(off[x])
-        even = gap * abs(gap) < FAR * variance[k, x]
-        cell, most, below = np.int64(code[k, x]), np.int64(rows.most[k, x]), off[x] < 0
+        u, off = strip.start + x, work[OFF + x]
+        gap = farthest - abs(off)
+        even = gap * abs(gap) < FAR * work[SPREAD + x]
+        cell, most, below = (
+            np.int64(code[k, x]),
+            np.int64(greys[0, k, MOST + x]),
+            off < 0,
+        )
         near, across = (cell, cell + 1) if below else (cell + 1, cell)
         around = code[above, x], code[under, x], code[k, max(x - 1, 0)]
         seen_by = most, cell, (*around, code[k, min(x + 1, last)])
         near_is_seen = across_is_seen = False
         if 0 < near < edges:
-            contrast = abs(_difference(images, y, x, pairs, near))
+            contrast = abs(_difference(images, y, u, pairs, near))
             near_is_seen = _is_seen(near, contrast, *seen_by, True)
         if 0 < across < edges:
-            contrast = abs(_difference(images, y, x, pairs, across))
+            contrast = abs(_difference(images, y, u, pairs, across))
             close = even | (gap < CLOSE)
             across_is_seen = _is_seen(across, contrast, *seen_by, close)
         if not across_is_seen:
             lost[x] |= even & (not near_is_seen)
             continue
-        count, at_across = _sum_around(images, y, x, pairs, across, *surface)
+        count, at_across = _sum_around(images, y, x, *columns, pairs, across, *surface)
         half = at_near = count * most
         if 0 < near < edges:
-            at_near = 2 * abs(_sum_around(images, y, x, pairs, near, *surface)[1])
+            at_near = 2 * abs(
+                _sum_around(images, y, x, *columns, pairs, near, *surface)[1]
+            )
         if 2 * at_across < min(half, at_near):
-            period[x] += 1 if below else -1
+            work[PERIOD + x] += _ONE if below else -_ONE
         else:
             lost[x] |= even & (at_near >= half)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_period(images, y, axis, plan, rows, work, period, lost):
+def _find_period(images, y, axis, strip, plan, rows):
     """The period of each pixel of a row, from its code, and settled where in doubt."""
-    off, doubt, out = work
-    kept, height, ratio = len(rows.bad), images.shape[1], plan.ratio[axis]
-    k, above, under = y % kept, max(y - 1, 0) % kept, min(y + 1, height - 1) % kept
-    _nearest_period(rows.code[axis], rows.turn[axis], k, ratio, period, off)
+    n, ratio = strip.width, plan.ratio[axis]
     if plan.bits[axis]:
-        least, most = rows.least[axis], rows.most
-        _mark_seen(rows.code[axis], k, above, under, least, most, doubt)
-        _mark_doubt(off, ratio, rows.variance[axis], rows.bad, k, doubt, lost)
-        asked = out[: which(doubt, out)]
-        _settle(images, y, axis, plan, rows, asked, off, period, lost)
+        _mark_seen(axis, y, images.shape[1], n, rows)
+    _nearest_period(axis, y % KEPT, n, ratio, rows)
+    if plan.bits[axis]:
+        asked = rows.asked[: _which(axis, rows.flags, rows.asked)]
+        _settle(images, y, axis, strip, plan, rows, asked)
+    else:
+        rows.flags[axis, LOST : LOST + n] = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _place_row(period, turn, variance, k, length, extent, location, status):
-    """Locations, and where they are beyond the monitor's border by more than noise."""
+def _cell_as_period(axis, k, n, rows):
+    for x in range(n):
+        rows.work[axis, PERIOD + x] = np.float32(rows.codes[axis, k, x])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_alone(k, before, n, rows):
+    """STATUS: what is bad, and pixels that break with all four neighbours."""
+    marks, common = rows.marks, rows.common
+    for x in range(n):
+        apart = (marks[k, BELOW + x] != 0) & (marks[before, BELOW + x] != 0)
+        apart &= (marks[k, RIGHT + x] != 0) & (marks[k, BAD + x] == DECODED)
+        common[STATUS + x] = ALONE if apart else marks[k, BAD + x]
+    for x in range(n - 1):
+        status, own = common[STATUS + x + 1], marks[k, BAD + x + 1]
+        joined = marks[k, RIGHT + x] == 0
+        common[STATUS + x + 1] = own if joined else status
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_lost(axis, n, rows):
+    flags, common = rows.flags, rows.common
+    for x in range(n):
+        status = common[STATUS + x]
+        lost = (flags[axis, LOST + x] != 0) & (status == DECODED)
+        common[STATUS + x] = UNREADABLE if lost else status
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_place(axis, n, length, extent, rows):
+    """Places, and where they are beyond the monitor's border by more than noise."""
+    work, common = rows.work, rows.common
     slack = FAR * length * length
-    for x in range(len(status)):
-        place = length * (np.float32(period[x]) + turn[k, x])
-        location[x] = place
+    for x in range(n):
+        place = length * (work[axis, PERIOD + x] + work[axis, TURN + x])
+        work[axis, PLACE + x] = place
         beyond = max(-place, place - extent)
-        off = (beyond > _ZERO) & (beyond * beyond > slack * variance[k, x])
-        status[x] = BESIDE if (status[x] == DECODED) & off else status[x]
+        off = (beyond > _ZERO) & (beyond * beyond > slack * work[axis, SPREAD + x])
+        status = common[STATUS + x]
+        common[STATUS + x] = BESIDE if (status == DECODED) & off else status
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_alone(bad, beside, below, k, before, lost, status):
-    """status: what is bad or lost, and pixels that break with all four neighbours."""
-    for x in range(len(status)):
-        apart = (beside[k, x] != 0) & (below[k, x] != 0) & (below[before, x] != 0)
-        status[x] = ALONE if apart & (bad[k, x] == DECODED) else bad[k, x]
-    for x in range(len(status) - 1):
-        joined = (status[x + 1] == ALONE) & (beside[k, x] == 0)
-        status[x + 1] = DECODED if joined else status[x + 1]
-    for x in range(len(status)):
-        status[x] = UNREADABLE if (lost[x] != 0) & (status[x] == DECODED) else status[x]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _finish(status, variance, k, bias, length, location, sigma):
+def _find_sigma(axis, bias, length, rows):
     """Standard deviations, and NaN where nothing is decoded; bias: squared turns."""
-    for x in range(len(status)):
-        known = status[x] == DECODED
-        spread = length * np.sqrt(variance[k, x] + bias[x])
-        sigma[x] = spread if known else _NOWHERE
-        location[x] = location[x] if known else _NOWHERE
+    work, common = rows.work, rows.common
+    for x in range(len(bias)):
+        known = common[STATUS + x] == DECODED
+        spread = length * np.sqrt(work[axis, SPREAD + x] + bias[x])
+        work[axis, SIGMA + x] = spread if known else _NOWHERE
+        work[axis, PLACE + x] = work[axis, PLACE + x] if known else _NOWHERE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_own(alone, k, sigma):
+def _mark_own(axis, n, rows):
     """Sigma becomes negative where a phase is that of one pixel."""
-    for x in range(len(sigma)):
-        sigma[x] = -sigma[x] if alone[k, x] else sigma[x]
+    work, flags = rows.work, rows.flags
+    for x in range(n):
+        sigma = work[axis, SIGMA + x]
+        work[axis, SIGMA + x] = -sigma if flags[axis, OWN + x] else sigma
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def place_rows(images, part, plan, mark, bias, rows, out):
-    """Give rows their places, with phases found before (`phases.turn_rows`).
+def _copy(values, out):
+    for x in range(len(out)):
+        out[x] = values[x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _copy_whole(values, out):
+    for x in range(len(out)):
+        out[x] = np.int16(np.int32(values[x]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _hand_over(i, strip, rows, out):
+    """Write a row's own columns to row i of out."""
+    location, sigma, cells, status = out
+    columns, n = slice(strip.first, strip.stop), strip.stop - strip.first
+    first = strip.first - strip.start
+    for axis in range(len(location)):
+        work = rows.work[axis, first:]
+        _copy(work[PLACE : PLACE + n], location[axis, i, columns])
+        _copy(work[SIGMA : SIGMA + n], sigma[axis, i, columns])
+        _copy_whole(work[PERIOD : PERIOD + n], cells[axis, i, columns])
+    at = STATUS + first
+    _copy(rows.common[at : at + n], status[i, columns])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place_rows(images, part, strip, plan, smooth, mark, bias, rows, out):
+    """Give rows their places.
 
     images: (n, H, W) uint8 or uint16; part: (first, stop, place): the rows to decode,
-    and the row of `out` at which the first one goes; plan: CodePlan; mark: negative
-    sigma where a phase is that of one pixel; bias: `bias.squared_bias`; rows: Rows.
-    out: location (A, h, W) float32, sigma alike, cells (A, h, W) int16 and status
-    (h, W) uint8.
+    and the row of `out` at which the first one goes; with REACH rows before and AHEAD
+    behind, or all there are, they were read (`reading.read_rows`). strip: Strip; plan:
+    CodePlan; smooth, mark: average over windows, and negative sigma where a phase is
+    that of one pixel; bias: `bias.squared_bias`; rows: Rows. out: location (A, h, W)
+    float32, sigma alike, cells (A, h, W) int16 and status (h, W) uint8.
     """
-    location, sigma, cells, statuses = out
-    count, width, kept = len(plan.bits), images.shape[2], len(rows.bad)
-    doubt = np.zeros(-(-width // 8) * 8, np.uint8)
-    work = np.empty(width, np.float32), doubt, np.empty(width, np.int64)
-    lost = np.empty(width, np.uint8)
-    for y in range(part[0], part[1]):
-        i, k, before = y - part[0] + part[2], y % kept, (y - 1) % kept
-        status = statuses[i]
-        lost[:] = 0
+    first, stop, place = part
+    count, n, height = len(plan.bits), strip.width, images.shape[1]
+    columns = slice(strip.start, strip.start + n)
+    for y in range(first, stop):
+        i, k = y - first + place, y % KEPT
+        turn_row(y, y == first, height, smooth, strip, plan, rows)
         for axis in range(count):
             if plan.used[axis]:
-                _find_period(images, y, axis, plan, rows, work, cells[axis, i], lost)
+                _find_period(images, y, axis, strip, plan, rows)
             else:
-                cells[axis, i] = rows.code[axis, k]
-        _mark_alone(rows.bad, rows.beside, rows.below, k, before, lost, status)
+                _cell_as_period(axis, k, n, rows)
+        _mark_alone(k, (y - 1) % KEPT, n, rows)
         for axis in range(count):
-            phase = rows.turn[axis], rows.variance[axis], k, plan.length[axis]
-            place = plan.extent[axis], location[axis, i]
-            _place_row(cells[axis, i], *phase, *place, status)
+            _mark_lost(axis, n, rows)
         for axis in range(count):
-            bent, length = bias[axis, i // layout.SQUARE], plan.length[axis]
-            places = location[axis, i], sigma[axis, i]
-            _finish(status, rows.variance[axis], k, bent, length, *places)
+            _find_place(axis, n, plan.length[axis], plan.extent[axis], rows)
+        for axis in range(count):
+            _find_sigma(axis, bias[axis, i // SQUARE, columns], plan.length[axis], rows)
             if mark:
-                _mark_own(rows.alone[axis], k, sigma[axis, i])
+                _mark_own(axis, n, rows)
+        _hand_over(i, strip, rows, out)

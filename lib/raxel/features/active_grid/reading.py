@@ -1,27 +1,43 @@
 """What each row of an active grid's pictures says by itself, in compiled loops.
 
-Loops over few arrays of one type are compiled to run on many pixels at once. Arithmetic
-on grey values is in whole numbers where they are, or in float32 with one rounding for
-each operation. What these functions call stands in this file: compiled code is kept
-from run to run, and made again when this file changes, not when another one does.
+Loops are compiled to run on many pixels at once where few arrays are written and read,
+fields of one counting once (`layout`). Arithmetic on grey values is in whole numbers
+where they are, or in float32 with one rounding for each operation. What these functions
+call stands in this file: compiled code is kept from run to run, and made again when
+this file changes, not when another one does.
 """
 
 import numpy as np
 from numba import njit
 
 from raxel.features.active_grid.layout import (
+    APART,
+    BAD,
+    BELOW,
+    COSINE,
+    CROSSED,
     DARK,
     DECODED,
-    ROWS_A_PIECE,
+    KEPT,
+    LEAST,
+    LEVEL,
+    MOST,
+    RIGHT,
     SATURATED,
+    SECOND,
+    SINE,
     UNREADABLE,
+    VARIANCE,
 )
 
 # A pixel is dark below so many standard deviations of its noise.
 LEAST_CONTRAST = np.float32(7.0)
 LEAST_MODULATION = np.float32(5.0)
 # The cosine of what is more than a quarter of a turn; not quite 0, as it is rounded.
-APART = np.float32(-1e-6)
+OPPOSED = np.float32(-1e-6)
+# Where the last bit does not matter: 1 / sqrt from its approximation, products added
+# with one rounding.
+FAST = {"arcp", "contract"}
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 _TINY, _FOUR = np.float32(1e-20), np.float32(4)
 _FAINTEST, _WEAKEST = LEAST_CONTRAST**2, LEAST_MODULATION**2
@@ -29,42 +45,55 @@ _TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns in a squared radian
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_gray(images, part, pairs, apart, code, least, second, most):
-    """Gray code: the cell, and how far apart pictures and inverses are.
-
-    least, second, most: the smallest, second smallest and largest distance, the largest
-    value there is where there are not so many; the last one is of all axes and not
-    begun anew.
-    """
-    distant = np.iinfo(apart.dtype).max
-    code[:] = 0
-    least[:] = distant
-    second[:] = distant
-    for k in range(len(pairs)):
-        light, dark = images[pairs[k, 0], part], images[pairs[k, 1], part]
-        for x in range(len(code)):
-            one = light[x] > dark[x]
-            apart[x] = light[x] - dark[x] if one else dark[x] - light[x]
-        for x in range(len(code)):
-            higher = least[x] if apart[x] < least[x] else apart[x]
-            least[x] = apart[x] if apart[x] < least[x] else least[x]
-            second[x] = higher if higher < second[x] else second[x]
-        for x in range(len(code)):
-            most[x] = apart[x] if apart[x] > most[x] else most[x]
-        for x in range(len(code)):
-            one = light[x] > dark[x]
-            code[x] = 2 * code[x] + ((code[x] & 1) ^ one)
+def _read_bit(light, dark, axis, k, rows):
+    """One more bit of the cell, and how far apart picture and inverse are."""
+    codes, greys = rows.codes, rows.greys
+    for x in range(len(light)):
+        one = light[x] > dark[x]
+        # What is written has the type of grey values, and stays as short.
+        greys[axis, k, APART + x] = light[x] - dark[x] if one else dark[x] - light[x]
+        apart = greys[axis, k, APART + x]
+        least, second = greys[axis, k, LEAST + x], greys[axis, k, SECOND + x]
+        most = greys[axis, k, MOST + x]
+        higher = least if apart < least else apart
+        greys[axis, k, LEAST + x] = apart if apart < least else least
+        greys[axis, k, SECOND + x] = higher if higher < second else second
+        greys[axis, k, MOST + x] = apart if apart > most else most
+    # Arrays of one type in a loop are worked through twice as fast.
+    for x in range(len(light)):
+        code = codes[axis, k, x]
+        codes[axis, k, x] = 2 * code + ((code & 1) ^ (light[x] > dark[x]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weigh(images, part, steps, weights, out):
-    """out (W,) float32: a weighted sum of the steps, two at a time."""
-    begun = False
+def _read_gray(images, y, strip, pairs, axis, k, rows):
+    """Gray code: the cell, and the distances of pictures from inverses.
+
+    They are the largest value there is where there are not so many bits.
+    """
+    n, greys = strip.width, rows.greys[axis, k]
+    columns = slice(strip.start, strip.start + n)
+    distant = np.iinfo(greys.dtype).max
+    rows.codes[axis, k, :n] = 0
+    greys[LEAST : LEAST + n] = distant
+    greys[SECOND : SECOND + n] = distant
+    for bit in range(len(pairs)):
+        light, dark = (
+            images[pairs[bit, 0], y, columns],
+            images[pairs[bit, 1], y, columns],
+        )
+        _read_bit(light, dark, axis, k, rows)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weigh(images, y, strip, steps, weights, out):
+    """out (n,) float32: a weighted sum of the steps, two at a time."""
+    begun, columns = False, slice(strip.start, strip.start + strip.width)
     for k in range(0, len(steps), 2):
         p, q = weights[k], weights[k + 1]
         if p == _ZERO and q == _ZERO:
             break
-        a, b = images[steps[k], part], images[steps[k + 1], part]
+        a, b = images[steps[k], y, columns], images[steps[k + 1], y, columns]
         if begun:
             for x in range(len(out)):
                 out[x] += p * np.float32(a[x]) + q * np.float32(b[x])
@@ -75,112 +104,99 @@ def _weigh(images, part, steps, weights, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_saturated(images, part, steps, white, bad):
-    for k in range(0, len(steps), 2):
-        a, b = images[steps[k], part], images[steps[k + 1], part]
-        for x in range(len(bad)):
+def _join_most(axis, k, n, rows):
+    greys = rows.greys
+    for x in range(n):
+        one, other = greys[0, k, MOST + x], greys[axis, k, MOST + x]
+        greys[0, k, MOST + x] = other if other > one else one
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_saturated(images, y, strip, steps, white, k, rows):
+    columns, marks = slice(strip.start, strip.start + strip.width), rows.marks
+    for step in range(0, len(steps), 2):
+        a, b = images[steps[step], y, columns], images[steps[step + 1], y, columns]
+        for x in range(len(a)):
             full = (a[x] >= white) | (b[x] >= white)
-            bad[x] = SATURATED if full else bad[x]
+            marks[k, BAD + x] = SATURATED if full else marks[k, BAD + x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_weak(level, floor, slope, least, spread, strength, bad):
-    """Dark is where the modulation is small beside its noise of floor + slope level.
-
-    strength, its square, becomes the variance of the phase; spread: times that of a
-    grey value, the variance of the modulation.
-    """
-    for x in range(len(bad)):
-        noise = spread * max(floor + slope * level[x], least)
-        bad[x] = DARK if strength[x] < _WEAKEST * noise else bad[x]
-        strength[x] = _TURN * noise / strength[x]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_code(level, second, most, floor, slope, least, bad):
+def _mark_code(axis, k, n, noise, rows):
     """Dark is too little contrast; two edges at one place are no Gray code."""
-    for x in range(len(bad)):
-        contrast = np.float32(most[x])
-        bad[x] = UNREADABLE if _FOUR * second[x] < contrast else bad[x]
-        noise = max(floor + slope * level[x], least)
-        bad[x] = DARK if contrast * contrast < _FAINTEST * noise else bad[x]
+    (floor, slope, least), work, greys, marks = noise, rows.work, rows.greys, rows.marks
+    for x in range(n):
+        contrast = np.float32(greys[0, k, MOST + x])
+        second = np.float32(greys[axis, k, SECOND + x])
+        bad = UNREADABLE if _FOUR * second < contrast else marks[k, BAD + x]
+        variance = max(floor + slope * work[axis, LEVEL + x], least)
+        bad = DARK if contrast * contrast < _FAINTEST * variance else bad
+        marks[k, BAD + x] = bad
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _to_unit_length(axis, k, n, spread, noise, rows):
+    """Divide sine and cosine by the modulation, and find the variance of the phase.
+
+    Dark is where the modulation is small beside its noise of floor + slope level.
+    spread: times that of a grey value, the variance of the modulation.
+    """
+    (floor, slope, least), work, waves, marks = noise, rows.work, rows.waves, rows.marks
+    for x in range(n):
+        sine, cosine = waves[axis, k, SINE + x], waves[axis, k, COSINE + x]
+        strength = sine * sine + cosine * cosine + _TINY
+        share = _ONE / np.sqrt(strength)
+        waves[axis, k, SINE + x] = share * sine
+        waves[axis, k, COSINE + x] = share * cosine
+        variance = spread * max(floor + slope * work[axis, LEVEL + x], least)
+        waves[axis, k, VARIANCE + x] = _TURN * variance * (share * share)
+        weak = strength < _WEAKEST * variance
+        marks[k, BAD + x] = DARK if weak else marks[k, BAD + x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _to_unit_length(sine, cosine, strength):
-    """Divide sine and cosine by the modulation; strength becomes its square."""
-    for x in range(len(strength)):
-        strength[x] = sine[x] * sine[x] + cosine[x] * cosine[x] + _TINY
-    for x in range(len(strength)):
-        share = _ONE / np.sqrt(strength[x])
-        sine[x] = share * sine[x]
-        cosine[x] = share * cosine[x]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_breaks(sine, cosine, code, sine2, cosine2, code2, jump, broken):
+def _break_beside(axis, k, n, jump, rows):
     """Where the phases of two neighbours are more than a quarter of a turn apart.
 
     Or their cells more than `jump`.
     """
-    for x in range(len(broken)):
-        along = sine[x] * sine2[x] + cosine[x] * cosine2[x]
-        apart = abs(np.int32(code[x]) - np.int32(code2[x]))
-        broken[x] |= (along < APART) | (apart > jump)
+    waves, codes, marks = rows.waves, rows.codes, rows.marks
+    for x in range(n - 1):
+        sines = waves[axis, k, SINE + x] * waves[axis, k, SINE + x + 1]
+        cosines = waves[axis, k, COSINE + x] * waves[axis, k, COSINE + x + 1]
+        apart = abs(np.int32(codes[axis, k, x]) - np.int32(codes[axis, k, x + 1]))
+        marks[k, RIGHT + x] |= (sines + cosines < OPPOSED) | (apart > jump)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _either(first, second, out):
-    for x in range(len(out)):
-        out[x] = (first[x] != 0) | (second[x] != 0)
+def _break_below(axis, k, after, n, jump, rows):
+    """As `_break_beside`, with the row after."""
+    waves, codes, marks = rows.waves, rows.codes, rows.marks
+    for x in range(n):
+        sines = waves[axis, k, SINE + x] * waves[axis, after, SINE + x]
+        cosines = waves[axis, k, COSINE + x] * waves[axis, after, COSINE + x]
+        apart = abs(np.int32(codes[axis, k, x]) - np.int32(codes[axis, after, x]))
+        marks[k, BELOW + x] |= (sines + cosines < OPPOSED) | (apart > jump)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_piece(images, y, count, plan, white, noise, rows):
-    """All that the own pixels of some rows say, into the rows kept, in one piece."""
-    width, k = rows.bad.shape[1], y % len(rows.bad)
-    piece, size = slice(k * width, (k + count) * width), count * width
-    images, part = images.reshape(len(images), -1), slice(y * width, y * width + size)
-    most, bad, beside = rows.most, rows.bad, rows.beside
-    most, bad = most.reshape(-1)[piece], bad.reshape(-1)[piece]
-    most[:] = 0
-    bad[:] = DECODED
-    for axis in range(len(plan.bits)):
-        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, :size]
-        if bits:
-            code = rows.code[axis].reshape(-1)[piece]
-            least = rows.least[axis].reshape(-1)[piece]
-            far = rows.apart[:size], code, least, rows.second[axis, :size], most
-            _read_gray(images, part, plan.pairs[axis, :bits], *far)
-        if used:
-            own, share = plan.steps[axis, :, :used], plan.weights[axis]
-            sine = rows.sine[axis].reshape(-1)[piece]
-            cosine = rows.cosine[axis].reshape(-1)[piece]
-            _weigh(images, part, own[0], share[0], sine)
-            _weigh(images, part, own[1], share[1], cosine)
-            _weigh(images, part, own[2], share[2], level)
-            _to_unit_length(sine, cosine, rows.variance[axis].reshape(-1)[piece])
-        else:
-            light, dark = plan.pairs[axis, 0]
-            _mean_row(images[light, part], images[dark, part], level)
-    for axis in range(len(plan.bits)):
-        bits, used, level = plan.bits[axis], plan.used[axis], rows.level[axis, :size]
-        if bits:
-            _mark_code(level, rows.second[axis, :size], most, *noise, bad)
-        if used:
-            strength = rows.variance[axis].reshape(-1)[piece]
-            _mark_weak(level, *noise, plan.spread[axis], strength, bad)
-            _mark_saturated(images, part, plan.steps[axis, 2, :used], white, bad)
-    # Breaks to the right; the picture's border is one.
-    to_right = beside.reshape(-1)[piece][:-1]
-    _either(bad[:-1], bad[1:], to_right)
-    for axis in range(len(plan.bits)):
-        s = rows.sine[axis].reshape(-1)[piece]
-        c = rows.cosine[axis].reshape(-1)[piece]
-        code = rows.code[axis].reshape(-1)[piece]
-        here, after = (s[:-1], c[:-1], code[:-1]), (s[1:], c[1:], code[1:])
-        _mark_breaks(*here, *after, plan.jump[axis], to_right)
-    beside[k : k + count, -1] = 1
+def _bad_beside(k, n, marks):
+    for x in range(n - 1):
+        marks[k, RIGHT + x] = (marks[k, BAD + x] != 0) | (marks[k, BAD + x + 1] != 0)
+    marks[k, RIGHT + n - 1] = 1  # the picture's border
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bad_below(k, after, n, marks):
+    for x in range(n):
+        marks[k, BELOW + x] = (marks[k, BAD + x] != 0) | (marks[after, BAD + x] != 0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_crossed(k, n, marks):
+    for x in range(n):
+        crossed = (marks[k, RIGHT + x] != 0) | (marks[k, BELOW + x] != 0)
+        marks[k, CROSSED + x] = crossed
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -190,39 +206,70 @@ def _mean_row(light, dark, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _break_below(y, is_last, plan, rows):
-    """Breaks between rows y and y + 1, and with them where a window is crossed."""
-    k, after = y % len(rows.bad), (y + 1) % len(rows.bad)
-    below = rows.below[k]
-    if is_last:
-        below[:] = 1
-    else:
-        _either(rows.bad[k], rows.bad[after], below)
-        for axis in range(len(plan.bits)):
-            s, c, code = rows.sine[axis], rows.cosine[axis], rows.code[axis]
-            here, there = (s[k], c[k], code[k]), (s[after], c[after], code[after])
-            _mark_breaks(*here, *there, plan.jump[axis], below)
-    _either(rows.beside[k], below, rows.crossed[k])
+def _read_row(images, y, strip, plan, white, noise, rows):
+    """All that the own pixels of a row say, into the rows kept."""
+    n, k, marks = strip.width, y % KEPT, rows.marks
+    count, columns = len(plan.bits), slice(strip.start, strip.start + n)
+    rows.greys[:, k, MOST : MOST + n] = 0
+    marks[k, BAD : BAD + n] = DECODED
+    for axis in range(count):
+        bits, used = plan.bits[axis], plan.used[axis]
+        level = rows.work[axis, LEVEL : LEVEL + n]
+        if bits:
+            _read_gray(images, y, strip, plan.pairs[axis, :bits], axis, k, rows)
+        if axis:
+            _join_most(axis, k, n, rows)
+        if used:
+            own, share = plan.steps[axis, :, :used], plan.weights[axis]
+            sine = rows.waves[axis, k, SINE : SINE + n]
+            cosine = rows.waves[axis, k, COSINE : COSINE + n]
+            _weigh(images, y, strip, own[0], share[0], sine)
+            _weigh(images, y, strip, own[1], share[1], cosine)
+            _weigh(images, y, strip, own[2], share[2], level)
+        else:
+            light, dark = plan.pairs[axis, 0]
+            _mean_row(images[light, y, columns], images[dark, y, columns], level)
+    for axis in range(count):
+        used = plan.used[axis]
+        if plan.bits[axis]:
+            _mark_code(axis, k, n, noise, rows)
+        if used:
+            _to_unit_length(axis, k, n, plan.spread[axis], noise, rows)
+            own = plan.steps[axis, 2, :used]
+            _mark_saturated(images, y, strip, own, white, k, rows)
+    _bad_beside(k, n, marks)
+    for axis in range(count):
+        _break_beside(axis, k, n, plan.jump[axis], rows)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read_rows(images, first, stop, plan, white, noise, rows):
+def _close_row(y, is_last, n, plan, rows):
+    """Breaks between rows y and y + 1, and with them where a window is crossed."""
+    k, after, marks = y % KEPT, (y + 1) % KEPT, rows.marks
+    if is_last:
+        marks[k, BELOW : BELOW + n] = 1
+    else:
+        _bad_below(k, after, n, marks)
+        for axis in range(len(plan.bits)):
+            _break_below(axis, k, after, n, plan.jump[axis], rows)
+    _mark_crossed(k, n, marks)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def read_rows(images, first, stop, strip, plan, white, noise, rows):
     """Read rows of a stack of pictures (n, H, W) into the rows kept.
 
     first, stop: rows of the stack; the one before `first` is known, unless it is the
-    first that is read. plan: CodePlan; white: the value from which a phase step counts
-    as saturated, of the pictures' type; noise: a Noise in float32, of the variance
-    in grey levels; rows: Rows.
+    first that is read. strip: Strip; plan: CodePlan; white: the value from which a
+    phase step counts as saturated, of the pictures' type; noise: a Noise in float32, of
+    the variance in grey levels; rows: Rows.
     """
-    height = images.shape[1]
+    height, n = images.shape[1], strip.width
     if first == 0:
-        rows.below[-1] = 1  # above the first row is a break
-    y, kept = first, len(rows.bad)
-    while y < stop:
-        count = min(ROWS_A_PIECE, stop - y, kept - y % kept)
-        _read_piece(images, y, count, plan, white, noise, rows)
-        y += count
+        rows.marks[-1, BELOW : BELOW + n] = 1  # above the first row is a break
+    for y in range(first, stop):
+        _read_row(images, y, strip, plan, white, noise, rows)
     for y in range(max(first - 1, 0), stop - 1):
-        _break_below(y, False, plan, rows)
+        _close_row(y, False, n, plan, rows)
     if stop == height:
-        _break_below(stop - 1, True, plan, rows)
+        _close_row(stop - 1, True, n, plan, rows)
