@@ -13,9 +13,10 @@ SPECK = 2  # px; so small, a spot without light is no rim
 def trim_rim(first, stop, margin, out):
     """Leave out what is within `margin` px of pixels without light; specks are none."""
     location, sigma, _, status = out
-    around = SPECK + margin
-    start, end = max(0, first - around), min(len(status), stop + around)
-    unlit = cv2.LUT(status[start:end], _table(DARK, BESIDE))
+    reach = SPECK + margin
+    start, end = max(0, first - reach), min(len(status), stop + reach)
+    around = status[start:end]
+    unlit = ((around == DARK) | (around == BESIDE)).view(np.uint8)
     if not unlit.any():
         return
     # Beyond the picture it goes on as at its border, where strips are no specks.
@@ -66,10 +67,3 @@ def leave_out_breaks(first, stop, margin, broken, out):
     near = cv2.dilate(near, np.ones((2 * grow + 1,) * 2, np.uint8))
     near, part = near[first - start * EVERY :], slice(first, stop)
     mark_breaks(near, location[:, part], sigma[:, part], status[part])
-
-
-def _table(*members):
-    """1 for each of these, else 0."""
-    table = np.zeros(256, np.uint8)
-    table[list(members)] = 1
-    return table
