@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from raxel.cameras import FisheyeCamera, RaySplineCamera, load_camera
+from raxel.cameras import (
+    FisheyeCamera,
+    KannalaBrandtCamera,
+    MovingPupilCamera,
+    RaySplineCamera,
+    load_camera,
+)
 from raxel.cameras.cubic_field import (
     control_shape,
     field_at,
@@ -82,6 +88,18 @@ def test_far_from_the_control_values_it_is_the_trend():
     np.testing.assert_array_equal(seen.directions, trend.directions)
     edge = camera.displacement(np.array([[-0.5 - 2.99 * SPACING, 40]]))
     assert 0 < np.abs(edge).max() < 1e-6
+
+
+def test_a_trend_whose_pupil_moves_keeps_it(tmp_path):
+    lens = KannalaBrandtCamera([1, -0.03], (120, 120), (W / 2, H / 2), W, H)
+    spline(trend=MovingPupilCamera(lens, [6.0])).save(tmp_path / "camera.npz")
+    camera = load_camera(tmp_path / "camera.npz")
+    assert not camera.central
+    pixels = np.mgrid[5:W:40, 5:H:40].reshape(2, -1).T.astype(float)
+    rays = camera.rays(pixels)
+    assert np.ptp(rays.origins[:, 2]) > 1
+    again = camera.project(rays.origins + 80 * rays.directions)
+    np.testing.assert_allclose(again.pixels, pixels, atol=1e-9)
 
 
 def test_a_pose_moves_centre_and_rays():

@@ -9,6 +9,7 @@ How fine and how smooth the field is decide boards that are kept out, whose pose
 are fitted anew. Tukey's biweight leaves wrong corners out in the end.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +23,8 @@ from raxel.errors import CalibrationError
 from raxel.geometry.poses import transform
 
 CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
-SMOOTHNESS = 10.0 ** np.arange(-6, 7)  # in data of a cell, from TRIED_FIRST on
-TRIED_FIRST = 6
+SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell, from both TRIED_FIRST on
+TRIED_FIRST = 5, 9
 MOST_PARTS = 6  # of boards, kept out in turn
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
 # Scales below which no corner counts as wrong: before there is a field, and with it.
@@ -67,7 +68,7 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
     """
     corners, T = _stacked(boards), np.array(T_camera_grid, float)
     part = np.arange(len(T)) % MOST_PARTS
-    grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
+    grids = [grid_of(cells, width, height) for cells in CELLS]
     choice = _Choice(grids[0], SMOOTHNESS[-1], {})
     control = choice.grid.blank
     for step in range(MOST_STEPS):
@@ -138,21 +139,20 @@ def _chosen(corners, linear, weights, grids, part):
 
 
 def _best_smoothness(of, grid):
-    """(score, smoothness): downhill from TRIED_FIRST, one after the other."""
-    scores = {}
+    """(score, smoothness): the better end of two ways downhill. Where the trend is
+    nearly enough, a rise lies between it and the field that serves."""
 
+    @cache
     def score(k):
-        if k not in scores:
-            scores[k] = linear_part.held_out(of, grid, SMOOTHNESS[k])
-        return scores[k]
+        return linear_part.held_out(of, grid, SMOOTHNESS[k])
 
-    here = TRIED_FIRST
-    while True:
+    def downhill(here):
         around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))
         best = min(around, key=score)
-        if best == here:
-            return score(here), float(SMOOTHNESS[here])
-        here = best
+        return here if best == here else downhill(best)
+
+    best = min(map(downhill, TRIED_FIRST), key=score)
+    return score(best), float(SMOOTHNESS[best])
 
 
 # ----------------------------------------------------------------------------- result

@@ -1,10 +1,14 @@
 """What is expected of a smooth field before anything is measured.
 
 Squared second differences of neighbouring control values count against it, and a share
-TIE of the values' own squares. Control values about whose middle nothing was measured
-are tied to zero besides, by FAR of what the data of a cell would weigh: data of which
-they see a tail determine them less than that. So the field fades where there is no
-target, and the rays to the trend's. When errors are stated that tie does not count.
+TIE of the values' own squares. So a field that ends where targets end goes on smoothly
+there, and then fades over a cell or two, and the rays to the trend's.
+
+In a table of rays, control values about whose middle nothing was measured are tied to
+zero besides, by FAR of what the data of a cell would weigh: data of which they see a
+tail determine them less than that. Corners of boards are few, and do without: poses and
+field share what they tell, and a field held firmly at its rim bends them all. When
+errors are stated that tie does not count.
 
 Polynomials to the third degree count as unknown when errors are stated: a trend that
 was fitted to the same data has such errors, which no smoothness takes away.
