@@ -92,7 +92,8 @@ def test_far_from_the_control_values_it_is_the_trend():
 
 def test_a_trend_whose_pupil_moves_keeps_it(tmp_path):
     lens = KannalaBrandtCamera([1, -0.03], (120, 120), (W / 2, H / 2), W, H)
-    spline(trend=MovingPupilCamera(lens, [6.0])).save(tmp_path / "camera.npz")
+    moving = MovingPupilCamera(lens, [6.0])
+    RaySplineCamera(moving, SPACING, CONTROL, W, H).save(tmp_path / "camera.npz")
     camera = load_camera(tmp_path / "camera.npz")
     assert not camera.central
     pixels = np.mgrid[5:W:40, 5:H:40].reshape(2, -1).T.astype(float)
