@@ -346,8 +346,8 @@ def response_sweep(effort):
 # Open this page as a notebook (`make lab`) and run all cells. Then put an
 # answer in place of `None`, and run that cell again.
 #
-# **1.** A monitor has a gamma of 1.8. How large is order 3, as a share of
-# order 1? A share of 1 % is 0.01; the sign counts.
+# **1.** A monitor has a gamma of 1.8. How large is $A_3/A_1$? A share of 1 % is
+# 0.01; the sign counts.
 
 # %% tags=["active-ipynb"]
 # check(None, **amplitude_task())

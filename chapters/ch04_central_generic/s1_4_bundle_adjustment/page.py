@@ -253,8 +253,10 @@ def consistency_sweep(effort):
 # stage from {glue:text}`three grids.linear_mm:.2f` to
 # {glue:text}`three grids.consistent_mm:.2f` mm, with ten from
 # {glue:text}`ten grids.linear_mm:.2f` to
-# {glue:text}`ten grids.consistent_mm:.2f` mm. CGSP's homographies have the
-# same information as three grids, only weighted less well.
+# {glue:text}`ten grids.consistent_mm:.2f` mm. In CGSP all
+# homographies lead to the base grid, and the noise of its points is in each of
+# them. More grids do not average it out; the adjustment does, as it gives the
+# base no more weight than any other grid.
 #
 # **Limits.** The noise is Gaussian and the camera central. For outliers the
 # library has losses that grow less than squares, whose covariance is then

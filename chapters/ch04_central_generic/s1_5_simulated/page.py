@@ -211,8 +211,9 @@ def redrawn_sweep(effort):
 # check(None, **parameters_task())
 
 # %% [markdown]
-# **2.** A ray is joined to the mean of its three points. What share of the
-# error of one point does it keep, if centre and poses are known?
+# **2.** A ray is joined to the mean of its three points, whose errors are
+# independent and of one size (SD). How large is the error (SD) of the mean, in
+# units of that of one point, if centre and poses are known?
 
 # %% tags=["active-ipynb"]
 # check(None, **share_task())
