@@ -167,6 +167,16 @@ def test_a_solver_of_perspective_cameras_agrees():
     assert ours.rms == pytest.approx(np.sqrt(2) * sigma, rel=0.1)
 
 
+def test_deviations_of_angles_that_are_none_are_refused():
+    rng = np.random.default_rng(7)
+    far = pose(rotation_from_vector([0.9, 0.6, 0.2]), [20.0, 10.0, 8000.0])
+    points = rng.uniform(-200, 200, (30, 2))
+    directions = unit(transform(far, lifted(points)))
+    for sigma in (0.0, np.nan, -np.ones(30), np.ones(3), np.ones((30, 1))):
+        with pytest.raises(CalibrationError, match="'sigma'"):
+            refine_pose_angular(directions, points, far, sigma=sigma)
+
+
 def test_jacobian_of_the_angles_equals_differences():
     directions, points, rng = exact(8, count=40)
     directions[:20] = shaken(directions[:20], 0.5, rng)

@@ -159,12 +159,20 @@ def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=5
     likelihood estimate. Levenberg-Marquardt with an analytic Jacobian, at most `most`
     steps. Not in the thesis.
 
-    Returns AngularPose. Raises CalibrationError for points that leave the pose open.
+    Returns AngularPose. Raises CalibrationError for points that leave the pose open and
+    a sigma that does not fit.
     """
     directions, points = checked_rays(directions, points)
     if len(points) < 4:
         raise CalibrationError(
             f"pose from rays: {len(points)} points; four or more are needed to refine"
+        )
+    if sigma is not None and not (
+        np.shape(sigma) in ((), (len(points),)) and np.all(np.asarray(sigma) > 0)
+    ):
+        raise CalibrationError(
+            f"pose from rays: field 'sigma': found shape {np.shape(sigma)}; give a"
+            f" number or {len(points)} of them, all above 0"
         )
     weights = np.ones(len(points)) / (1.0 if sigma is None else np.asarray(sigma))
     across = tangent_bases(directions)
