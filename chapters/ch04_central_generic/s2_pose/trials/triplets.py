@@ -82,8 +82,8 @@ def count_trial(condition, rng):
 def error_trial(condition, rng):
     """Errors of the poses of triples of every kind, medians in one scene.
 
-    That of the solution nearest to the truth; triples without a solution
-    count as the worst.
+    Of a triple's solutions the least of either error; triples without a
+    solution count as the worst.
     """
     rays, points, true, pixels = further_grid(rng)
     out = {}
