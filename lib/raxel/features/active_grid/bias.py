@@ -97,14 +97,13 @@ def _shifts(images, code, spread, of_windows, of_blur):
 def _across(middle, sides, axis):
     """From side to side of each square: the second difference of places over HALF px,
     the first one, that of the logarithm of the modulation, and what is known."""
-    pad = [(0, 0), (0, 0)]
-    pad[axis] = (1, 1)  # the picture's border, where nothing is known
-    place, size, known = (np.pad(values, pad) for values in sides)
+    frame = (0, 1) if axis else (1, 0)  # the picture's border: nothing is known there
+    place, size, known = (_framed(values, *frame) for values in sides)
     bent = _first(place, axis) + _last(place, axis) - 2 * middle[0]
     shares = np.maximum(_last(size, axis), 1e-6) / np.maximum(_first(size, axis), 1e-6)
     known = _first(known, axis) & _last(known, axis) & (np.abs(bent) < MOST_BENT)
     # Over twice the distance, bending is four times as much, and a jump the same.
-    far, beside = (np.pad(values, pad) for values in (middle[0], middle[2]))
+    far, beside = _framed(middle[0], *frame), _framed(middle[2], *frame)
     before, behind = _first(_first(far, axis), axis), _last(_last(far, axis), axis)
     jump = np.abs(before + behind - 2 * middle[0]) < 2 * np.abs(bent)
     jump &= _first(_first(beside, axis), axis) & _last(_last(beside, axis), axis)
@@ -184,7 +183,7 @@ def _filled(values, known):
     """
     for _ in range(2):
         sums, count = np.zeros((2, *values.shape)), np.zeros((2, *values.shape))
-        framed = np.pad(values, FRAME), np.pad(known, FRAME)
+        framed = _framed(values, FRAME, FRAME), _framed(known, FRAME, FRAME)
         for step in product((-1, 0, 1), repeat=2):
             if step != (0, 0):
                 one, two = (_moved(*framed, n, step) for n in (1, 2))
@@ -195,6 +194,14 @@ def _filled(values, known):
         values = np.where(known, values, np.where(count[1] > 0, means[1], means[0]))
         known = known | (count[0] > 0)
     return values
+
+
+def _framed(values, rows, columns):
+    """With so many more of zeros on all sides."""
+    height, width = values.shape
+    framed = np.zeros((height + 2 * rows, width + 2 * columns), values.dtype)
+    framed[rows : rows + height, columns : columns + width] = values
+    return framed
 
 
 def _moved(values, known, times, step):

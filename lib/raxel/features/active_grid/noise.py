@@ -43,6 +43,7 @@ def estimate_noise(images, white):
     rows = min(height - 2, max(1, SAMPLES // (width * len(images))))
     middle = 1 + (np.arange(rows) * (height - 2)) // rows
     levels, responses = [], []
+    kind = np.uint16 if images[0].dtype == np.uint8 else np.uint32
     for picture in images:
         three = [picture[middle + d].astype(np.int32) for d in (-1, 0, 1)]
         clipped = [(row == 0) | (row >= white) for row in three]
@@ -51,8 +52,9 @@ def estimate_noise(images, white):
         down = three[0] - 2 * three[1] + three[2]
         response = down[:, :-2] - 2 * down[:, 1:-1] + down[:, 2:]
         level = (three[0] + three[2])[:, 1:-1] // 2
-        levels.append(level[~clipped].astype(np.uint16))  # sorted in linear time
-        responses.append(np.abs(response[~clipped]))
+        # Whole numbers so short are sorted in linear time.
+        levels.append(level[~clipped].astype(picture.dtype))
+        responses.append(np.abs(response[~clipped]).astype(kind))
     return _fitted(np.concatenate(levels), np.concatenate(responses))
 
 
@@ -76,7 +78,7 @@ def _fitted(levels, responses):
 
 def _median(whole):
     """The median of whole numbers, each taken as spread over its unit."""
-    below = np.sort(whole)
+    below = np.sort(whole, kind="stable" if whole.dtype == np.uint16 else None)
     at = int(below[len(below) // 2])
     low, high = np.searchsorted(below, (at, at + 1))
     share = (len(whole) / 2 - low) / max(high - low, 1)
