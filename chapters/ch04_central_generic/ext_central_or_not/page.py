@@ -38,7 +38,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - The two central cameras raise a false alarm in
 #   {glue:text}`false:.1f` % of the trials at a level of 1 %; the 95 %

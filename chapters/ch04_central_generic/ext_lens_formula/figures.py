@@ -87,7 +87,8 @@ def lens_formula(results):
             xlabel="Distance from the middle (px)",
             ylabel="RMS error, kept out (px)",
         )
-    panels[0].legend(fontsize=7)
+    panels[0].set_ylim(top=3e3)
+    panels[0].legend(fontsize=7, loc="upper left")
     return Drawing(
         drawn,
         data,

@@ -40,7 +40,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results, results_behind)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - With the right formula, boards kept out are predicted to
 #   {glue:text}`fisheye.kannala-brandt:.3f` px (fisheye) and
@@ -52,8 +52,9 @@ from repro.run.outcomes import Plan
 #   {glue:text}`pupil.kannala-brandt:.2f` px; with a pupil that may move
 #   {glue:text}`pupil.pupil:.3f` px.
 # - The test finds the pupil that moves in {glue:text}`moved.pupil` of
-#   {glue:text}`trials` trials, and one that does not exist in
-#   {glue:text}`moved.fisheye` of {glue:text}`trials`.
+#   {glue:text}`trials` trials. On the fisheye whose pupil rests it finds one
+#   in {glue:text}`moved.fisheye`, on the mirror, whose law the formula does
+#   not have, in {glue:text}`moved.mirror`.
 # - {glue:text}`photographs`
 
 # %% [markdown]

@@ -101,10 +101,11 @@ def said_of(found):
         return "No set of photographs in this build has one kept out."
     name, study = found
     errors = {model: counted(study, model).rms_px for model in SHOWN}
-    told = ", ".join(
-        f"{EVERY[model]} {errors[model]:.3f} px" for model in SHOWN
-    )
+    general = errors.pop("general")
+    best = min(errors, key=errors.get)
     return (
-        f"On the photographs of {literal(name)}, every corner counted, one "
-        f"without a ray as {MISSED_PX:g} px: {told}."
+        f"On the photographs of {literal(name)} the best formula, "
+        f"{EVERY[best]}, leaves {errors[best]:.3f} px, the table of rays "
+        f"{general:.3f} px. Every corner counts, one without a ray as "
+        f"{MISSED_PX:g} px."
     )

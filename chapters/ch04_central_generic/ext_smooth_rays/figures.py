@@ -100,7 +100,7 @@ def smooth_rays_map(results):
         *pixels[some].T, *field[some].T, angles="xy", color="C0",
         width=0.005, scale_units="xy", scale=1 / 30,
     )  # fmt: skip
-    left.quiverkey(arrows, 0.85, 1.04, 1.0, "1 px", labelpos="E")
+    left.quiverkey(arrows, 0.8, 1.04, 1.0, "1 px", labelpos="E")
     left.plot(
         *pixels[~covered].T, "x", color="0.5", markersize=2.5, zorder=1
     )
@@ -119,7 +119,7 @@ def smooth_rays_map(results):
         color="w", width=0.005, scale_units="xy", scale=1 / 60,
     )  # fmt: skip
     right.quiverkey(
-        true, 0.85, 1.04, 0.5, "0.5 px", labelpos="E", color="0.2"
+        true, 0.8, 1.04, 0.5, "0.5 px", labelpos="E", color="0.2"
     )
     right.set_title("stated and true error", loc="left")
     for axes in (left, right):

@@ -44,7 +44,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - A bent lens, three grids and 0.5 px of noise: the residual falls from
 #   {glue:text}`usual.table.left_px:.2f` px for the table to

@@ -81,4 +81,4 @@ def _cell(found):
     """A median with its interval, as far as they are finite."""
     if np.isfinite(found.high):
         return Measured(*found[:3])
-    return found.value if np.isfinite(found.value) else None
+    return float(f"{found.value:.3g}") if np.isfinite(found.value) else None

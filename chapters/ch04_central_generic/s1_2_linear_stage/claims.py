@@ -72,7 +72,11 @@ def judge_ransac(results):
             unit="1",
             reason="error with RANSAC over the error without outliers, at the "
             f"worst of {len(kept)} levels of noise; without RANSAC "
-            f"{least.value:.3g} at least (from {least.low:.3g})",
+            + (
+                f"{least.value:.3g} at least (from {least.low:.3g})"
+                if np.isfinite(least.value)
+                else "most trials give no centre at all"
+            ),
         )
     ]
 

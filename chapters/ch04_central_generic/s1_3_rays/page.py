@@ -42,7 +42,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - More weight for the linear stage's grids is right where the poses of the
 #   others come from few rays. From {glue:text}`posed.few:.0f` rays each, the

@@ -45,7 +45,7 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - The thesis's third scheme is of no use, as it says: the centre that it
 #   finds is {glue:text}`line_fitting.centre_mm:.0f` mm off, where the linear

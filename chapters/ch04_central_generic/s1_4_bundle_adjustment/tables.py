@@ -95,7 +95,8 @@ def ext_adjustment_targets(results):
     honest = mean_interval(result.column("nees", case="three grids"))[0]
     return Table(
         columns,
-        "Error of the centre: medians over trials with 95 % intervals. The "
+        "Error of the centre: medians over trials with 95 % intervals. *Asked "
+        "for*: the most that was set before the adjustment was written. The "
         "last column is the squared error of centre and poses in units of "
         "the covariance that the adjustment states, per unknown: mean over "
         "trials with its 95 % interval. It is 1 where the stated errors are "

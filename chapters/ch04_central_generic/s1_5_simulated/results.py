@@ -136,6 +136,9 @@ def name_values(open_results):
             found = PRIMARY.trials(result, method, stage, quantity, 0.5)
             value(f"{method}.{stage}.{quantity}", float(np.median(found)))
     for method in NAMES:
+        centre = PRIMARY.trials(result, method, "linear", "centre", 0.5)
+        off = np.abs(centre - np.median(centre))
+        value(f"{method}.spread", float(np.median(off)))
         failed, total = failures(result, method)
         value(f"{method}.failed", failed)
     value("total", total)

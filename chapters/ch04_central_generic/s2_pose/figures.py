@@ -254,7 +254,7 @@ def plane_tilt(results):
             ylabel=f"{unit} error ({measure.rpartition('_')[2]})",
         )
         panel.set_xticks(TILTS_DEG)
-    axes[0].legend()
+    axes[0].legend(loc="upper left")
     return Drawing(
         drawn,
         columns(

@@ -194,4 +194,4 @@ def coarse(number):
     scales = [m * 10.0**e for e in range(-3, 6) for m in NICE]
     gaps = [abs(np.log(number / scale)) for scale in scales]
     nearest = scales[int(np.argmin(gaps))]
-    return round(nearest, 3)
+    return round(nearest) if nearest >= 1 else round(nearest, 3)

@@ -44,11 +44,11 @@ def fig_4_5(results):
     return Drawing(
         drawn,
         data,
-        "The omnidirectional camera of the rig onevr-d70 in its own frame, z ahead "
-        "to the mirror and up in the room: a D70-like camera, the mirror above it, "
+        "The omnidirectional camera of the rig onevr-d70 in its own frame: the z "
+        "axis leads from a D70-like camera ahead to the mirror (in the room: up), "
         "and the monitor where the three grids of the linear stage stand. Blue: the "
         "edge of the field of view. The bracket between camera and mirror is not "
-        "drawn; it holds the mirror a mm off its place.",
+        "drawn; it holds the mirror 1 mm off its place.",
         Check(
             seen == len(poses), f"{seen} of {len(poses)} grids are in view"
         ),

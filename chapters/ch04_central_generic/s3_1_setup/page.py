@@ -45,12 +45,12 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings**
+# **Findings.**
 #
 # - Six grids calibrate {glue:text}`omni.horizontal_deg:.0f`° of the mirror's
 #   horizon and {glue:text}`omni.vertical_deg:.0f`° of elevation.
-# - Ten grids calibrate {glue:text}`fish.share:.3f` of the fisheye's picture;
-#   of its solid angle it is {glue:text}`fish.solid:.3f`.
+# - Ten grids calibrate {glue:text}`fish.share:.0f` % of the fisheye's
+#   picture; of its solid angle it is {glue:text}`fish.solid:.0f` %.
 # - A lens that moves by {glue:text}`omni.shift_2_px:.1f` px between the first
 #   grid and the others takes CGSP's centre on the mirror from
 #   {glue:text}`omni.upright.cgsp.centre_off_mm:.2f` to

@@ -29,22 +29,15 @@ def name_values(open_results):
     """Name the numbers of the prose: medians over the seeds."""
     field, turned = open_results(FIELD), open_results(TURNED)
     for short, camera in CAMERAS.items():
-        for key in ("share", "solid", "linear.share", "common"):
+        for key in ("share", "solid"):
             found = np.median(seeds_of(field, camera, key))
-            value(f"{short}.{key}", float(found))
-        for key in ("shift_1_px", "shift_2_px"):
-            found = np.median(seeds_of(turned, camera, key))
-            value(f"{short}.{key}", float(found))
+            value(f"{short}.{key}", 100 * float(found))
+        found = np.median(seeds_of(turned, camera, "shift_2_px"))
+        value(f"{short}.shift_2_px", float(found))
         for how in ("upright", "turned"):
-            for method in METHODS:
-                for key in ("ray_mean_mm", "ba_mean_mm", "centre_off_mm"):
-                    found = seeds_of(
-                        turned, camera, f"{how}.{method}.{key}"
-                    )
-                    value(
-                        f"{short}.{how}.{method}.{key}",
-                        float(np.nanmedian(found)),
-                    )
+            for key in ("ray_mean_mm", "centre_off_mm"):
+                found = seeds_of(turned, camera, f"{how}.cgsp.{key}")
+                value(f"{short}.{how}.cgsp.{key}", float(np.median(found)))
     for key in ("horizontal_deg", "vertical_deg"):
         value(f"omni.{key}", float(np.median(seeds_of(field, OMNI, key))))
     value("seeds", len(seeds_of(field, OMNI, "share")))

@@ -85,24 +85,38 @@ def name_values(open_results):
     for short, camera in CAMERAS.items():
         for method in NAMES:
             for key in (
-                "ray_mean_mm", "ba_mean_mm", "centre_off_mm", "share_apart",
+                "ray_mean_mm", "ba_mean_mm", "centre_off_mm",
                 "all.rms_mm", "apart.rms_mm", "all.kurtosis", "apart.kurtosis",
             ):  # fmt: skip
                 found = by_seed(results, camera, f"{method}.{key}")
                 value(f"{short}.{method}.{key}", float(np.nanmedian(found)))
         for key in ("rays", "used", "left_out", "true_scatter_mm"):
             found = rendered_seeds(results, camera, key)
-            value(f"{short}.{key}", float(np.median(found)))
+            share = 100 if key == "left_out" else 1
+            value(f"{short}.{key}", share * float(np.median(found)))
         for standard in ("as_printed", "well_conditioned"):
             a, b = (
                 by_seed(results, camera, f"{m}.ray_mean_mm")
                 for m in (standard, "cgsp")
             )
             value(f"{short}.{standard}.ratio", float(np.nanmedian(a / b)))
+            a, b = (
+                by_seed(results, camera, f"{m}.ba_mean_mm")
+                for m in (standard, "cgsp")
+            )
+            value(
+                f"{short}.{standard}.ba_ratio", float(np.nanmedian(a / b))
+            )
             value(
                 f"{short}.{standard}.disagree",
                 float(np.median(disagreement(results, camera, standard))),
             )
+    for method in ("as_printed", "cgsp"):
+        inside = by_seed(results, FISH, f"{method}.all.inside")
+        value(f"inside.{method}", int(np.nansum(inside)))
+    value("inside.seeds", len(inside))
+    apart = by_seed(results, OMNI, "cgsp.share_apart")
+    value("omni.left_close", 100 * float(1 - np.nanmedian(apart)))
     value("rendered", len(rendered_seeds(results, OMNI, "rays")))
     value("redrawn", results[REDRAWN].trials_per_condition)
     brackets = open_results(BRACKETS)

@@ -80,6 +80,7 @@ def fig_4_9(results):
         found = fields(result, camera, method)
         panel.set(title=title, xlabel="x (mm)", ylabel="y (mm)")
         panel.set_aspect("equal", adjustable="datalim")
+        panel.margins(0.15)
         if found is None:
             continue
         x, y, dx, dy = found[:, :4].T

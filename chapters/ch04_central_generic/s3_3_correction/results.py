@@ -7,7 +7,7 @@ import numpy as np
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
     STANDARD_METHODS,
 )
-from chapters.shared.central_sets import OMNI, RIGS
+from chapters.shared.central_sets import FISH, OMNI, RIGS
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
@@ -64,6 +64,10 @@ def name_values(open_results):
         found = of_camera(boards, camera, "boards_found")
         value(f"{short}.boards", int(found.sum()))
     for method in ("printed", "cgsp"):
+        beside = of_camera(boards, OMNI, f"{method}.seam_ratio")
+        value(f"seam.{method}", float(np.nanmedian(beside)))
+        skew = of_camera(boards, FISH, f"{method}.skew_spearman")
+        value(f"skew.{method}", float(np.nanmedian(skew)))
         high = of_camera(lines, OMNI, f"{method}.vertical_deg")
         value(f"vertical.{method}", float(np.nanmedian(high)))
     value("trials", lines.trials_per_condition)

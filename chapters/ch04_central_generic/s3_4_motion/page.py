@@ -1,5 +1,5 @@
 # %% [markdown]
-# # 4.3.2 Motion found again
+# # 4.3.2 The motion of a target, found from its rays
 #
 # **Question.** What is a calibration good for? A target is moved on a stage
 # by known amounts, and a calibrated mirror camera is to tell the motion from
@@ -71,9 +71,9 @@ from repro.run.outcomes import Plan
 #   {glue:text}`translation_cgsp:.2g` mm with CGSP and by
 #   {glue:text}`translation_printed:.2g` mm with the standard method as
 #   printed (medians).
-# - The whole turn of 110° is off by {glue:text}`rotation_cgsp:.2g`° with
-#   CGSP, by {glue:text}`rotation_printed:.2g`° with the standard method as
-#   printed, and by {glue:text}`rotation_well:.2g`° with the same equations
+# - The whole turn of 110° is off by {glue:text}`rotation_cgsp:.2f`° with
+#   CGSP, by {glue:text}`rotation_printed:.2f`° with the standard method as
+#   printed, and by {glue:text}`rotation_well:.2f`° with the same equations
 #   well conditioned.
 # - What differs is the centre: it is off by
 #   {glue:text}`centre_printed:.2g` mm as printed, by
