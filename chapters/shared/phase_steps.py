@@ -119,7 +119,7 @@ def power_law(gamma):
 
 
 def clipped_power_law(gamma, gain):
-    """As `power_law`, of a sine that is too large by `gain` and cut off at white."""
+    """As `power_law`, of a sine too large by `gain`, cut off at black and white."""
     return lambda phase: (
         np.minimum(0.5 + 0.5 * gain * np.sin(phase), 1.0).clip(0) ** gamma
     )
