@@ -1,8 +1,8 @@
 """Decoding an active grid: which point of the monitor does each pixel see?
 
 Thesis 3.2.2. The Gray code gives the cell, each bit by comparing a picture with its
-inverse (3.24), which puts an edge midway between where both show it; the phase of the
-sines gives the place in it, in four quadrants (3.23).
+inverse, which puts an edge midway between where both show it; the phase of the sines
+gives the place in it, in four quadrants (3.23). Both together are the location (3.24).
 """
 
 import threading
