@@ -25,8 +25,9 @@ def facets(u, v, monitor):
         {"noise": 20.0},
         {"noise": 2.0, "cells": (5, 12), "steps": 7, "monitor": (203, 151)},
         {"noise": 3.0, "place": facets},
+        {"noise": 3.0, "size": (2500, 32), "monitor": (1920, 1440)},
     ],
-    ids=["clean", "blurred", "noisy", "other plan", "facets"],
+    ids=["clean", "blurred", "noisy", "other plan", "facets", "in two strips"],
 )
 def test_cells_and_mask_are_those_of_the_plain_decoder(scene, smooth):
     scene = drawn(**scene)
