@@ -333,3 +333,20 @@ def test_a_camera_that_stops_counting_early(dtype):
     assert clipped.counts()["overexposed"] > 0.05 * clipped.mask.size
     assert unaware.counts()["overexposed"] == 0
     assert clipped_at(np.minimum(images, top + 1), one.patterns) == found
+
+
+def test_sines_that_nobody_showed_are_told():
+    images = scene().images.copy()
+    for step in range(4):
+        images[number(f"phase-y-{step}")] = 7 + step
+    doubt = first(images)
+    assert doubt.spoils
+    assert doubt.text.startswith("phase-y-0.png to phase-y-3.png show no sines along y")
+
+
+def test_clipped_sines_are_not_said_to_run_backwards():
+    images = np.clip(2.5 * scene().images.astype(float), 0, 255).astype(np.uint8)
+    one = scene()
+    texts = [doubt.text for doubt in told(images, one.patterns, one.grid)]
+    assert any("overexposed" in text for text in texts)
+    assert not any("falls where" in text for text in texts)

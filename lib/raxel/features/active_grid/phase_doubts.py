@@ -13,6 +13,7 @@ import numpy as np
 from raxel.features.active_grid.doubt_sample import Doubt, neighbours
 
 LEAST_PERIODS = 1.5  # of a sine that are in the picture
+FAINT = 0.01  # of the contrast: less is no sine
 SAME_STEP = 0.1  # of the distance between steps
 OF_SINES = 0.6  # share of a picture that is explained by what all have in common
 LEAST_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
@@ -42,6 +43,14 @@ def _order(sample, axis):
     values = sample.pictures[list(code.steps)][:, sample.lit]
     values = values - values.mean(axis=0)
     spread = np.sqrt(np.mean(values**2, axis=0))
+    contrast = np.median((sample.high - sample.low)[sample.lit])
+    if np.median(spread) < FAINT * contrast:
+        yield Doubt(
+            True,
+            f"{names[0]} to {names[-1]} show no sines along {'xy'[code.axis]}, but as "
+            "good as equal light; put the right pictures there or take them again",
+        )
+        return
     good = spread > 0.25 * np.median(spread)
     values = values[:, good] / spread[good]
     count, step = len(values), 2 * np.pi / len(values)
@@ -180,7 +189,7 @@ def _told_of_edges(sample, code, off, along):
         )
         return
     turns = np.angle(mean) / (2 * np.pi)
-    if np.mean(along > 0) < 0.5:
+    if np.mean(along < 0) > 0.5:  # where sines are clipped, they stand still
         yield Doubt(
             True,
             f"the phase along {name} falls where its Gray code rises; reverse the "

@@ -8,6 +8,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.active_grid.decode import Decoded, decode
 from raxel.features.active_grid.doubts import clipped_at, examine
+from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
 
@@ -62,6 +63,7 @@ def decode_view(image_set, view, **options):
         told, errors = examine(images, view.patterns, image_set.target, found, **levels)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
+    found, specks = without_specks(found)
     if errors.any():
         sigma = np.hypot(found.sigma, errors.astype(np.float32))
         found = replace(found, sigma=sigma)
@@ -74,6 +76,13 @@ def decode_view(image_set, view, **options):
         warnings.append(
             f"its blur cannot be measured; the margin of {found.margin_px} px is right "
             "for blur of 1 px or less: give more with --margin where it is larger"
+        )
+    if specks:
+        warnings.append(
+            f"{100 * specks:.0f} % of what was decoded were specks beside the lit area "
+            "and are left out: noise is larger in the dark than it seems, as in JPEG "
+            "files or behind a tone curve, and standard deviations do not know of it; "
+            "save PNG or TIFF without one"
         )
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
