@@ -317,7 +317,7 @@ def fig_3_18_facets(effort):
 #   monitor are seen in any facet, and {glue:text}`facets.corners` of
 #   {glue:text}`ball.corners` corners with all that is around them. Where two
 #   facets meet, blur mixes what they show: of the decoded pixels
-#   {glue:text}`ball.elsewhere:.0f` % see a gap. They make the ragged rims of
+#   {glue:text}`ball.elsewhere:.1g` % see a gap. They make the ragged rims of
 #   the pieces in Fig. 3.18, and nothing is filled in between.
 #   Light that facets scatter to each other, which the thesis names as its
 #   noise, is left out.

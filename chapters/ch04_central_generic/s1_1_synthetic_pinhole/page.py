@@ -71,7 +71,8 @@ from repro.run.outcomes import Plan
 #   picture is a perspective one, free of all distortion.
 # - So the base grid is the image plane of a **synthetic** pinhole camera. Its
 #   centre is the centre of the real camera, and *any* pinhole calibration
-#   finds it for *any* central camera. Two further grids suffice.
+#   finds it for *any* central camera. Two further grids suffice. The method
+#   is called *Central Generic Synthetic Pinhole* calibration, CGSP.
 # - Of two such methods, that of Sturm and Maybank {cite}`sturm1999` is more
 #   accurate and robust here than that of Wang and Liu (2006).
 # - A chessboard could be the base grid, but interpolation between its

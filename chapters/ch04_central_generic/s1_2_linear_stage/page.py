@@ -1,7 +1,8 @@
 # %% [markdown]
 # # 4.1.2 The linear stage of CGSP: from homographies to centre and poses
 #
-# **Question.** A homography leads from each grid to the base grid. How do the
+# **Question.** CGSP (Central Generic Synthetic Pinhole calibration) starts
+# from homographies: one leads from each grid to the base grid. How do the
 # camera's centre and the grids' poses follow from these matrices, how little
 # data is enough, and when do the data determine nothing?
 

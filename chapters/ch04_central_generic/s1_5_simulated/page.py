@@ -1,7 +1,8 @@
 # %% [markdown]
 # # 4.1.5 Simulated experiments: CGSP and the standard linear stage
 #
-# **Question.** Both methods find the camera's centre and the poses of two
+# **Question.** CGSP (Central Generic Synthetic Pinhole calibration) and the
+# standard method of chapter 2 find the camera's centre and the poses of two
 # grids from the points where rays meet three grids. Which one bears noise
 # better? Does a bundle adjustment make up for the difference? The thesis
 # answers with its Fig. 4.2: CGSP is ahead at every noise, and adjustment

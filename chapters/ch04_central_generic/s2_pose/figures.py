@@ -254,7 +254,8 @@ def plane_tilt(results):
             ylabel=f"{unit} error ({measure.rpartition('_')[2]})",
         )
         panel.set_xticks(TILTS_DEG)
-    axes[0].legend(loc="upper left")
+    handles, names = axes[0].get_legend_handles_labels()
+    drawn.legend(handles, names, loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
         columns(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from chapters.ch04_central_generic.s3_3_correction.results import fields
 from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import (
     MAGNIFIED,
@@ -80,11 +82,12 @@ def fig_4_9(results):
         found = fields(result, camera, method)
         panel.set(title=title, xlabel="x (mm)", ylabel="y (mm)")
         panel.set_aspect("equal", adjustable="datalim")
-        panel.margins(0.15)
         if found is None:
             continue
         x, y, dx, dy = found[:, :4].T
         panel.plot(x, y, ".", color=series(7)["color"], markersize=3)
+        ends = np.column_stack([x + MAGNIFIED * dx, y + MAGNIFIED * dy])
+        panel.update_datalim(ends)
         panel.quiver(
             x, y, MAGNIFIED * dx, MAGNIFIED * dy, angles="xy",
             scale_units="xy", scale=1, color=series(0)["color"], width=0.004,
