@@ -43,7 +43,7 @@ def test_the_equations_are_the_derivatives_of_the_errors():
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
     board = np.repeat(np.arange(3), 48)
     corners = CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
-    grid = grid_of(8, W, H)
+    grid = grid_of(8, W, H, pixels)
     start = np.ascontiguousarray(camera.control)
     first = linear_part.linearised(LENS, poses, corners, start, grid)
     step = 1e-5
@@ -81,13 +81,13 @@ def test_exact_corners_of_a_camera_it_can_be_are_met():
 
 @pytest.mark.parametrize("seed", [2, 3])
 def test_of_exact_corners_the_field_goes_on_to_the_rim(seed):
-    """Few boards leave gaps: a field held at their rim is 3 times as far off."""
+    """Few boards leave gaps: one held firmly at their rim is twice as far off."""
     camera, seen, start, rng = scene(seed, 0, count=10)
     found = adjust_spline(LENS, start, seen, W, H).camera
     fresh = positions(rng, 500)
     off = misfit_px(found, camera, fresh)
     assert rms(off[found.covers(fresh)]) < 0.02
-    assert rms(off) < 0.05
+    assert rms(off) < 0.06
 
 
 def test_exact_corners_of_the_trend_leave_no_field():
@@ -124,7 +124,7 @@ def test_the_field_turns_no_rays():
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
     board = np.repeat(np.arange(N_BOARDS), 48)
     corners = CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
-    grid = grid_of(found.cells, W, H)
+    grid = grid_of(found.cells, W, H, pixels)
     control = np.ascontiguousarray(found.camera.control)
     parts = linear_part.linearised(LENS, found.T_camera_grid, corners, control, grid)
     field = found.camera.displacement(parts.place)

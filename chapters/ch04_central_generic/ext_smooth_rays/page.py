@@ -60,7 +60,8 @@ from repro.run.outcomes import Plan
 # - Only the direct adjustment knows of such errors: its squared errors are
 #   {glue:text}`usual.direct.normalised:.1f` times those it states, for the
 #   smooth table {glue:text}`usual.smooth.normalised:.0f` times (medians).
-# - Where no target was, the rays are the formula's, and the camera says so.
+# - Past the last target the rays go over to those of the formula within a cell
+#   or two, and the camera says where that is.
 
 # %% [markdown]
 # ## What the thesis claims

@@ -68,7 +68,7 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
     """
     corners, T = _stacked(boards), np.array(T_camera_grid, float)
     part = np.arange(len(T)) % MOST_PARTS
-    grids = [grid_of(cells, width, height) for cells in CELLS]
+    grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
     choice = _Choice(grids[0], SMOOTHNESS[-1], {})
     control = choice.grid.blank
     for step in range(MOST_STEPS):

@@ -25,6 +25,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import pose, transform
 
 THINNED = 2000  # rays of a table that a trend is fitted to
+SHARE_STEP_PX = 8  # of the pixels that shares of the image are counted with
 
 
 class SplineCalibration(NamedTuple):
@@ -147,7 +148,7 @@ def _completed(laid, width, height):
         for k, out in zip(used, found.outliers, strict=True)
         if out.any()
     }
-    v, u = np.mgrid[:height:4, :width:4]
+    v, u = np.mgrid[:height:SHARE_STEP_PX, :width:SHARE_STEP_PX]
     pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
     return SplineCalibration(
         found.camera, found.T_camera_grid, used, left_out,

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from raxel.calibration.smooth_prior import penalty_matrix
+from raxel.calibration.smooth_prior import FADE, far_from_data, penalty_matrix
 from raxel.cameras.cubic_field import control_shape, field_at, shares, undisplaced
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
@@ -38,12 +38,13 @@ class CornersOfBoards(NamedTuple):
 
 class FieldGrid(NamedTuple):
     """cells along the longer side; spacing px; shape of the control values; penalty
-    (K, K) of `raxel.calibration.smooth_prior`."""
+    (K, K) and ties (K,) of `raxel.calibration.smooth_prior`."""
 
     cells: int
     spacing: float
     shape: tuple
     penalty: np.ndarray
+    ties: np.ndarray
 
     @property
     def blank(self):
@@ -85,11 +86,12 @@ class Equations(NamedTuple):
     by_values: np.ndarray
 
 
-def grid_of(cells, width, height):
-    """The FieldGrid with so many cells along the longer side."""
+def grid_of(cells, width, height, pixels):
+    """The FieldGrid with so many cells along the longer side, for corners at pixels."""
     spacing = max(width, height) / cells
     shape = control_shape(width, height, spacing)
-    return FieldGrid(cells, spacing, shape, penalty_matrix(shape).toarray())
+    far = far_from_data(covered_cells(pixels, shape, spacing))
+    return FieldGrid(cells, spacing, shape, penalty_matrix(shape).toarray(), FADE * far)
 
 
 def covered_cells(pixels, shape, spacing):
@@ -201,8 +203,8 @@ def _products(index, share, metric, group, groups, count):
 def system(of, grid, smoothness):
     """(normal (2K, 2K), right (2K,)) of all parts, with what is expected of a field,
     and without common rotations."""
-    expected = smoothness * of.of_a_cell * twice(grid.penalty)
-    normal = of.normal.sum(axis=0) + expected + held(of)
+    expected = of.of_a_cell * twice(grid.penalty + np.diag(grid.ties))
+    normal = of.normal.sum(axis=0) + smoothness * expected + held(of)
     return normal, of.right.sum(axis=0)
 
 

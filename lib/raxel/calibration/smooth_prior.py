@@ -1,14 +1,15 @@
 """What is expected of a smooth field before anything is measured.
 
 Squared second differences of neighbouring control values count against it, and a share
-TIE of the values' own squares. So a field that ends where targets end goes on smoothly
-there, and then fades over a cell or two, and the rays to the trend's.
+TIE of the values' own squares. Control values about whose middle nothing was measured
+are tied to zero besides: so the field fades where there is no target, and the rays to
+the trend's. When errors are stated that tie does not count.
 
-In a table of rays, control values about whose middle nothing was measured are tied to
-zero besides, by FAR of what the data of a cell would weigh: data of which they see a
-tail determine them less than that. Corners of boards are few, and do without: poses and
-field share what they tell, and a field held firmly at its rim bends them all. When
-errors are stated that tie does not count.
+In a table of rays that tie is FAR of what the data of a cell would weigh: data of which
+such a value sees a tail determine it less than that. Corners of boards are few, and
+every tail counts: there the tie is FADE times their own squares, and weakens with
+all else that is expected where corners are exact. Tied firmly next to data that know it
+well, a field would be bent among them.
 
 Polynomials to the third degree count as unknown when errors are stated: a trend that
 was fitted to the same data has such errors, which no smoothness takes away.
@@ -19,7 +20,7 @@ G. Wahba 1983, doi:10.1111/j.2517-6161.1983.tb01239.x (the covariance of such a 
 
 import numpy as np
 
-TIE, FAR = 1 / 4, 1e-3
+TIE, FAR, FADE = 1 / 4, 1e-3, 1.0
 
 
 def penalty_matrix(shape):
@@ -38,15 +39,15 @@ def penalty_matrix(shape):
     return (total + TIE * eye_array(rows * columns)).tocsr()
 
 
-def far_ties(covered):
-    """(K,) FAR for control values about whose middle no cell is covered, else 0.
+def far_from_data(covered):
+    """(K,) bool: control values about whose middle no cell is covered.
 
     covered: (rows - 3, columns - 3) bool, cells in which something was measured. Cells
     beyond the image count as their neighbours in it.
     """
     framed = np.pad(covered, 2, mode="edge")
     pairs = framed[:-1] | framed[1:]
-    return np.where(pairs[:, :-1] | pairs[:, 1:], 0.0, FAR).ravel()
+    return ~(pairs[:, :-1] | pairs[:, 1:]).ravel()
 
 
 def _differences(count, steps):

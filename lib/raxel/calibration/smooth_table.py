@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.smooth_prior import (
-    far_ties,
+    FAR,
+    far_from_data,
     free_polynomials,
     node_places,
     penalty_matrix,
@@ -238,7 +239,7 @@ def _penalty(sums, smoothness, ties=True):
     of_a_cell = sums.weights.sum() / max(np.count_nonzero(sums.cells), 1)
     band = smoothness * _penalty_band(sums.shape)
     if ties:
-        band[0] += far_ties(sums.cells > 0)
+        band[0] += FAR * far_from_data(sums.cells > 0)
     return of_a_cell * band
 
 
