@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.doubts import clipped_at, examine
+from raxel.features.active_grid.phase_doubts import _told_of_edges
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
@@ -344,9 +347,11 @@ def test_sines_that_nobody_showed_are_told():
     assert doubt.text.startswith("phase-y-0.png to phase-y-3.png show no sines along y")
 
 
-def test_clipped_sines_are_not_said_to_run_backwards():
-    images = np.clip(2.5 * scene().images.astype(float), 0, 255).astype(np.uint8)
+@pytest.mark.parametrize(("slope", "falls"), [(0.0, False), (-0.1, True)])
+def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
     one = scene()
-    texts = [doubt.text for doubt in told(images, one.patterns, one.grid)]
-    assert any("overexposed" in text for text in texts)
-    assert not any("falls where" in text for text in texts)
+    code = read_coding(one.patterns, one.grid.monitor_px)[0]
+    along = np.where(np.arange(300) % 3 == 0, 0.1, slope)
+    names = SimpleNamespace(names=[p.image for p in one.patterns])
+    found = list(_told_of_edges(names, code, np.ones(300, complex), along))
+    assert [("falls where" in doubt.text) for doubt in found] == [True] * falls

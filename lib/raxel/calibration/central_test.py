@@ -22,9 +22,13 @@ from scipy import stats
 from raxel.calibration.consistent import adjust_consistent
 from raxel.calibration.free_lines import relax_centrality
 from raxel.errors import CalibrationError
+from raxel.geometry.planes import intersect_rays_plane
 
 RAYS = 10_000  # tested at most, spread evenly over those that see three grids
 UNLIKELY = 1e-3
+GROSS = 8.0  # standard deviations of the points' distances from their lines
+ROUNDS = 4  # in which rays with gross errors are left out
+MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 WIDE = 4.0  # times the median variance: from here on a line counts less
 QUANTILE = stats.norm.ppf(0.95)
 
@@ -74,6 +78,7 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
     centre, T_base_grid: (3,) and (n, 4, 4), a central calibration as the start; sigma:
     as `adjust_consistent`. window: px, side of the square over which the decoder has
     averaged, where the rays are those of neighbouring pixels; 1 for rays far apart.
+    Rays with a point GROSS standard deviations or more beside their line are left out.
     Of more than RAYS rays every k-th is tested, which makes neighbours the less alike.
 
     Returns CentralTest. Raises CalibrationError as `adjust_consistent` and
@@ -91,21 +96,38 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
     alike = correlation(window, step)
     if sigma is not None and np.ndim(sigma):
         sigma = np.asarray(sigma)[:, rays]
-    chosen = points[:, rays]
-    central = adjust_consistent(
-        chosen, seen[:, rays], centre, T_base_grid, sigma=sigma, tolerance=1e-4
-    )
-    lines = relax_centrality(chosen, central, tolerance=1e-4)
-    if not lines.used.all():
-        # Both must be fitted to the same points.
-        keep = lines.used
-        sigma = sigma[:, keep] if sigma is not None and np.ndim(sigma) else sigma
-        chosen, rays = chosen[:, keep], rays[keep]
+    chosen, rounds = points[:, rays], 0
+    while True:
+        start = centre, T_base_grid
         central = adjust_consistent(
-            chosen, seen[:, rays], centre, T_base_grid, sigma=sigma, tolerance=1e-4
+            chosen, seen[:, rays], *start, sigma=sigma, tolerance=1e-4
         )
         lines = relax_centrality(chosen, central, tolerance=1e-4)
+        keep = lines.used
+        if rounds < ROUNDS:
+            keep = keep & _without_gross_errors(chosen, central, lines)
+        if keep.all():
+            break
+        # Both must be fitted to the same points.
+        sigma = sigma[:, keep] if sigma is not None and np.ndim(sigma) else sigma
+        chosen, rays, rounds = chosen[:, keep], rays[keep], rounds + 1
     return _judged(central, lines, alike, sigma is not None)
+
+
+def _without_gross_errors(points, central, lines):
+    """(N,) bool: rays whose points are all near their line, as noise leaves them."""
+    w = np.moveaxis(central.whitening.astype(float), 2, 0)
+    off = np.stack(
+        [
+            intersect_rays_plane(lines.origins, lines.directions, T).points - own
+            for T, own in zip(lines.T_base_grid, points, strict=True)
+        ]
+    )
+    x, y = np.moveaxis(off, 2, 0)
+    squares = (w[0] * x + w[1] * y) ** 2 + (w[2] * y) ** 2
+    counted = (w[0] > 0) & lines.used
+    usual = np.median(squares[counted]) / MEDIAN
+    return ~(counted & (squares > GROSS**2 * usual)).any(axis=0)
 
 
 def correlation(window, step=1):
