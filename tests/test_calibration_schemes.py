@@ -240,6 +240,25 @@ def test_central_or_not():
     assert str(found).startswith("not central: ")
 
 
+def test_gross_errors_neither_hide_a_distance_nor_make_one():
+    scene, linear = drawn(0, noise=0.0, grids=4)
+    rng = np.random.default_rng(0)
+    start = linear.centre, linear.T_base_grid
+    for most, central in ((0.0, True), (8.0, False)):
+        points, _ = beside_the_centre(scene, most, 0)
+        clean = centrality_test(points, None, *start, sigma=0.2)
+        wrong = rng.random(points.shape[:2]) < 0.01
+        points[wrong] += rng.uniform(-60, 60, (np.count_nonzero(wrong), 2))
+        found = centrality_test(points, None, *start, sigma=0.2)
+        assert found.central == clean.central == central
+        assert found.noise_ratio == pytest.approx(1.0, abs=0.1)
+        assert found.distance_mm == pytest.approx(clean.distance_mm, abs=1.0)
+        assert found.rays > 0.9 * clean.rays
+    points[rng.random(points.shape[:2]) < 0.2] += 40.0
+    with pytest.raises(CalibrationError, match="gross errors"):
+        centrality_test(points, None, *start, sigma=0.2)
+
+
 def test_neighbours_of_a_window_count_for_less():
     assert correlation(1) == 1.0
     rng = np.random.default_rng(0)

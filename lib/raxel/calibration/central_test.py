@@ -27,6 +27,7 @@ from raxel.geometry.planes import intersect_rays_plane
 RAYS = 10_000  # tested at most, spread evenly over those that see three grids
 UNLIKELY = 1e-3
 GROSS = 8.0  # standard deviations of the points' distances from their lines
+LEAST_CLEAN = 0.8  # of the rays: with more gross errors, lines follow some of them
 ROUNDS = 4  # in which rays with gross errors are left out
 MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 WIDE = 4.0  # times the median variance: from here on a line counts less
@@ -82,7 +83,8 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
     Of more than RAYS rays every k-th is tested, which makes neighbours the less alike.
 
     Returns CentralTest. Raises CalibrationError as `adjust_consistent` and
-    `relax_centrality`, and when fewer than ten rays see three grids.
+    `relax_centrality`, when fewer than ten rays see three grids, and when a fifth of
+    them or more have gross errors.
     """
     points = np.asarray(points, float)
     seen = np.isfinite(points).all(axis=2) if seen is None else np.asarray(seen, bool)
@@ -96,7 +98,7 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
     alike = correlation(window, step)
     if sigma is not None and np.ndim(sigma):
         sigma = np.asarray(sigma)[:, rays]
-    chosen, rounds = points[:, rays], 0
+    chosen, rounds, least = points[:, rays], 0, LEAST_CLEAN * len(rays)
     while True:
         start = centre, T_base_grid
         central = adjust_consistent(
@@ -111,6 +113,11 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
         # Both must be fitted to the same points.
         sigma = sigma[:, keep] if sigma is not None and np.ndim(sigma) else sigma
         chosen, rays, rounds = chosen[:, keep], rays[keep], rounds + 1
+        if len(rays) < least:
+            raise CalibrationError(
+                f"central or not: {len(rays)} rays are left without those that gross "
+                "errors are seen in; those unseen would be taken for a distance"
+            )
     return _judged(central, lines, alike, sigma is not None)
 
 

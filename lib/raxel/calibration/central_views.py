@@ -25,7 +25,7 @@ def centrality_of_views(views, width, height, T_camera_grid):
     views: BoardViews or DenseViews; width, height: the image in px; T_camera_grid
     (n, 4, 4): their poses, in the frame of the camera's centre, where adjustments
     begin. Active grids are tested with the standard deviations that they state. None
-    where too few pixels see three views for a test.
+    where too few pixels see three views for a test, or too many are far off.
     """
     if all(view.every_pixel for view in views):
         alike_px = DECODER_PX

@@ -169,7 +169,7 @@ def centre_line(test, unit, target):
     if test is None:
         return (
             "whether the rays meet in one point was not tested: too few pixels see "
-            f"three {target}s"
+            f"three {target}s, or too many of them are far off"
         )
     bounds = f"{test.at_least_mm:.2g} to {test.at_most_mm:.2g} {unit}"
     found = f"pass {test.distance_mm:.2g} {unit} from it (RMS; {bounds}, each bound"
