@@ -53,7 +53,7 @@ def test_svg_is_page_wide_and_needs_no_font(tmp_path):
     style.save_drawing(Drawing(drawn, {"u": [0, 1]}, ""), tmp_path / "fig_1_1")
     svg = (tmp_path / "fig_1_1.svg").read_text("utf-8")
     width_pt = float(svg.split('width="', 1)[1].split("pt", 1)[0])
-    # bbox_inches="tight" keeps a margin of 0.1 inch and may trim an empty one.
+    # A margin of 0.1 inch is kept, and an empty one trimmed.
     assert width_pt == pytest.approx(72 * style.WIDTH_IN, abs=15)
     assert "<text" not in svg
     assert "<dc:date>" not in svg

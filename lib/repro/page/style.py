@@ -20,6 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.category import StrCategoryFormatter
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter
+from matplotlib.transforms import Bbox
 
 from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
@@ -29,6 +30,9 @@ WIDTH_IN = 7.2
 """Width of the text column of a page, in inches of 96 CSS pixels."""
 
 PNG_DPI = 200
+
+MARGIN_IN = 0.1
+"""Of white around everything that is drawn, in inches."""
 
 INK = "#1b1f24"
 FAINT = "#d5d9de"
@@ -85,6 +89,9 @@ RC = {
     "svg.hashsalt": "raxel",
     "path.simplify": True,
 }
+
+PLACED = RC | {"figure.constrained_layout.use": False}
+"""For a figure whose axes have their places."""
 
 _UNIT = re.compile(r"\([^()]+\)\s*$")
 
@@ -200,21 +207,37 @@ def save_drawing(drawing: Drawing, stem: Path) -> None:
     the installed versions only: no date, no random ids.
     """
     check_axes(drawing.figure, stem.name)
-    table = csv_text(drawing.data)
+    kept = _laid_out(drawing.figure)
     svg = _rendered(
         drawing.figure,
+        kept,
         "svg",
         metadata={"Date": None, "Creator": None, "Title": stem.name},
     )
-    png = _rendered(drawing.figure, "png", metadata={"Software": None})
+    png = _rendered(drawing.figure, kept, "png", metadata={"Software": None})
+    table = csv_text(drawing.data)
     for ending, content in (("csv", table), ("png", png), ("svg", svg)):
         write_atomic(stem.with_name(f"{stem.name}.{ending}"), content)
 
 
-def _rendered(drawn: Figure, kind: str, metadata: dict) -> bytes:
-    buffer = BytesIO()
+def _laid_out(drawn: Figure) -> Bbox:
+    """Place the axes once, for both files; return the part to keep, in inches.
+
+    To place them is to draw everything, and each file would ask for it again.
+    """
     with matplotlib.rc_context(RC):
+        drawn.set_dpi(PNG_DPI)
+        drawn.draw_without_rendering()
+        kept = drawn.get_tightbbox().padded(MARGIN_IN)
+    with matplotlib.rc_context(PLACED):
+        drawn.set_layout_engine(None)
+    return kept
+
+
+def _rendered(drawn: Figure, kept: Bbox, kind: str, metadata: dict) -> bytes:
+    buffer = BytesIO()
+    with matplotlib.rc_context(PLACED):
         drawn.savefig(
-            buffer, format=kind, dpi=PNG_DPI, metadata=metadata, bbox_inches="tight"
+            buffer, format=kind, dpi=PNG_DPI, metadata=metadata, bbox_inches=kept
         )
     return buffer.getvalue()
