@@ -108,7 +108,7 @@ def checkout(tmp_path_factory) -> Path:
 
 def small_checkout(root: Path) -> Path:
     """A checkout with everything but chapters and photographs."""
-    ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    ignored = shutil.ignore_patterns("*.pyc", "*.egg-info")
     shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
     single = (
