@@ -5,6 +5,10 @@ I0 - I1 + I2 - I3. A picture that is brighter than the others, moved or spoilt l
 (N - 3) / N of what was done to it there, and turns the phase by 2 / N of that, over the
 modulation and in quadrature. Harmonics of the response are left as well: they follow
 the phase, two turns or more for one, and are taken off.
+
+Of three steps nothing is left. But they add up to three times what half the sum of a
+picture of the Gray code and its inverse is, and what is done to one of them is missing
+there, up to an even share of it.
 """
 
 from typing import NamedTuple
@@ -16,11 +20,16 @@ PIXELS, WINDOWS = 12_000, 800  # looked at
 LEAST_PIXELS = 1000
 SMOOTH_TURN = 0.5  # of the cosine: neighbours further apart lie across a break
 WINDOW = 7
+CLEAR = 0.75  # of the contrast: far from the edges of a code, where sums are plain
 CLIPPED = 4  # deviations: what is further off is left out of a second fit
 OF_MEDIAN = 0.4549364  # the median of the square of a normal value
-SURE = 8  # standard deviations of what was fitted
+# Standard deviations of what was fitted: noise reaches a shift of 8 by exp(-32). What a
+# response leaves and no column describes is a few.
+SURE = 8
 AS_WELL = 0.98  # of what the best one explains: it may be that one
-MORE_THAN_NOISE = 0.3  # of the variance of windows: less may be the noise's estimate
+# Of the variance of windows: 3.6 times the deviation of a median of WINDOWS squares,
+# which noise passes twice in 10 000.
+MORE_THAN_NOISE = 0.3
 LIGHT, MOTION = "light", "motion"
 
 
@@ -42,7 +51,8 @@ class Mismatch(NamedTuple):
 
 class _Pixels(NamedTuple):
     """P pixels of an axis' N steps: light (N, P), mean (P,), wave (P,) complex, their
-    slopes (2, P) along x and y, harmonics (C, P)."""
+    slopes (2, P) along x and y, harmonics (C, P); plain: (P,), the light without a
+    pattern where there are three steps, else None; spare: variance of `left`."""
 
     light: np.ndarray
     mean: np.ndarray
@@ -50,15 +60,23 @@ class _Pixels(NamedTuple):
     of_mean: np.ndarray
     of_wave: np.ndarray
     harmonics: np.ndarray
+    plain: np.ndarray | None
+    spare: float
 
     def left(self, k):
-        """Of step k, what is left of it, N / (N - 3) times; and what a change of its
-        light by 1, and shifts by 1 px along x and y would be: (P,), (3, P)."""
+        """Of step k, what was done to it if nothing was to the others; and what a
+        change of its light by 1, and shifts by 1 px along x and y would be: (P,),
+        (3, P)."""
         count = len(self.light)
         turn = np.exp(2j * np.pi * k / count)
-        fitted = self.mean + (self.wave * turn).imag
         slopes = self.of_mean + (self.of_wave * turn).imag
-        value = (self.light[k] - fitted) * (count / (count - 3))
+        if self.plain is None:
+            fitted = self.mean + (self.wave * turn).imag
+            value = (self.light[k] - fitted) * self.spare
+        else:
+            value = self.light.sum(axis=0) - count * self.plain
+            # Less what of its noise is in that.
+            fitted = self.light[k] - value / self.spare
         return value, np.stack([fitted, *slopes])
 
     def turned(self, k, change):
@@ -86,24 +104,29 @@ class _Fit(NamedTuple):
 
 
 def mismatch(sample, axis, noise):
-    """The Mismatch of the steps of an axis of a Sample, or None where there are three.
+    """The Mismatch of the steps of an axis of a Sample, or None where nothing is known.
 
-    noise: a Noise.
+    That is of three steps without a Gray code with its inverse. noise: a Noise.
     """
     steps = sample.codes[axis].steps
     count = len(steps)
-    if count < 4:
+    if count < 3:
         return None
     wave, mean = sample.wave(axis)
     light = sample.pictures[list(steps)]
-    one_surface = _on_one_surface(light, wave, sample.lit)
+    lit, plain, spare = sample.lit, None, count / max(count - 3, 1)
+    if count == 3:
+        plain, sums = _plain_light(sample)
+        lit = lit & (sums > 0)
+        spare = 3 + 9 / (2 * max(np.median(sums[sample.lit]), 1))
+    one_surface = _on_one_surface(light, wave, lit)
     good = np.argwhere(one_surface)
     if len(good) < LEAST_PIXELS:
         return None
     usual = float(np.median(np.abs(wave[tuple(good.T)])))
     some = good[:: -(-len(good) // PIXELS)].T
-    pixels = _pixels(light, wave, mean, some, usual)
-    variance = noise.at(pixels.mean).mean() * count / (count - 3)
+    pixels = _pixels(light, wave, mean, some, usual, (plain, spare))
+    variance = noise.at(pixels.mean).mean() * spare
     fits = [fit for k in range(count) for fit in _fits(pixels, k, variance)]
     best = max(fits, key=lambda fit: fit.explained)
     alike = [fit for fit in fits if fit.kind == best.kind]
@@ -115,18 +138,33 @@ def mismatch(sample, axis, noise):
     error = np.sqrt(np.mean(pixels.turned(best.k, best.change(pixels)) ** 2))
     windows = _windows(one_surface)
     if windows[0].size:
-        windows = _pixels(light, wave, mean, windows, usual)
+        windows = _pixels(light, wave, mean, windows, usual, (plain, spare))
         error = np.hypot(error, _unexplained(best, windows, variance))
-    return Mismatch(best.kind, names, *_size(best, count), float(error))
+    return Mismatch(best.kind, names, *_size(best, spare), float(error))
 
 
-def _size(fit, count):
+def _size(fit, spare):
     """Of a change, as in Mismatch, and its standard deviation."""
     if fit.kind == LIGHT:
         # The fitted step has its share of the change.
-        return float(fit.found[0] / (1 - 3 / count * fit.found[0])), float(fit.sd[0])
+        return float(fit.found[0] / (1 - (1 - 1 / spare) * fit.found[0])), float(
+            fit.sd[0]
+        )
     shift = fit.found[1:]
     return float(np.hypot(*shift)), float(fit.sd[1 + np.argmax(np.abs(shift))])
+
+
+def _plain_light(sample):
+    """The light of each pixel without a pattern, and of how many sums it is a mean."""
+    total, count = np.zeros_like(sample.high), np.zeros_like(sample.high)
+    for axis, code in enumerate(sample.codes):
+        for bit, (light, dark) in enumerate(code.bits):
+            if dark is not None:
+                clear = np.abs(sample.apart(axis, bit)) > CLEAR
+                both = sample.pictures[light] + sample.pictures[dark]
+                total += clear * both / 2
+                count += clear
+    return total / np.maximum(count, 1), count
 
 
 def _windows(one_surface):
@@ -154,7 +192,7 @@ def _on_one_surface(light, wave, lit):
     return np.array(bands).astype(bool)
 
 
-def _pixels(light, wave, mean, where, usual):
+def _pixels(light, wave, mean, where, usual, beside):
     """_Pixels at (band, row, column) of bands; usual: a modulation, as a unit."""
     n, v, u = where
     rows, width = wave.shape[1:]
@@ -165,12 +203,17 @@ def _pixels(light, wave, mean, where, usual):
         ]
         for array in (mean, wave)
     ]
-    own = wave[n, v, u]
+    own, (plain, spare) = wave[n, v, u], beside
     x, y = 2 * u / width - 1, 2 * (n * rows + v) / (len(wave) * rows) - 1
-    levels = np.abs(own) / usual, mean[n, v, u] / usual
-    harmonics = _harmonics(own, x, y, *levels, len(light))
+    if plain is None:
+        levels = np.abs(own) / usual, mean[n, v, u] / usual
+        harmonics = _harmonics(own, x, y, *levels, len(light))
+    else:
+        plain = plain[n, v, u]
+        harmonics = _of_three(own, x, y, plain, usual)
     slopes = map(np.array, slopes)
-    return _Pixels(light[:, n, v, u], mean[n, v, u], own, *slopes, harmonics)
+    steps = light[:, n, v, u], mean[n, v, u], own
+    return _Pixels(*steps, *slopes, harmonics, plain, spare)
 
 
 def _harmonics(wave, x, y, size, level, count):
@@ -190,6 +233,16 @@ def _harmonics(wave, x, y, size, level, count):
             value = np.abs(wave) * place * unit**order
             columns += [value.real, value.imag]
     return np.array(columns)
+
+
+def _of_three(wave, x, y, plain, usual):
+    """(C, P): what a smooth response leaves of the sum of three steps.
+
+    A changed step changes modulation and mean of the three, but not the plain light.
+    """
+    third = wave**3 / np.maximum(np.abs(wave), 1e-6) ** 2
+    shares = [1.0, plain / usual, x, y, x * x, x * y, y * y]
+    return np.array([*(plain * share for share in shares), third.real, third.imag])
 
 
 def _fits(pixels, k, variance):

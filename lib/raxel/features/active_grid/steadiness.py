@@ -1,9 +1,11 @@
 """Did light, camera and monitor stay as they were from picture to picture?
 
-Light: where a picture of the code is bright, it is as bright as the others are; over
-whole periods all steps of a sine give the same light. Rest: a picture and its inverse
-add up to one without pattern, as the steps of a sine do. Where these differ from each
-other as if the first were shifted, something moved, to first order in the shift.
+Light: where a picture of the code is bright, it is as bright as the others are. By a
+share q more of it an edge moves q sqrt(pi / 8) standard deviations of the blur, which
+spoils no place: limits far above noise miss nothing there. Over whole periods all steps
+of a sine give the same light. Rest: a picture and its inverse add up to one without
+pattern, as the steps of a sine do. Where these differ from each other as if the first
+were shifted, something moved, to first order in the shift.
 """
 
 from itertools import pairwise
@@ -29,6 +31,7 @@ EXPOSE = (
 EDGE = 0.2  # of the steepest slope
 FEW_EDGES = 0.3  # of those along the other direction
 SURE = 8  # standard deviations of the estimated motion
+TONE = 2  # times what a tone curve does: less may be its as well
 PHASE_BINS = 16
 LEAST_IN_BIN = 30
 
@@ -87,8 +90,11 @@ def _told_of_steps(sample, axis, found, times):
 
 def _unsteady_light(sample):
     groups = [dict(_light_of_bits(sample))]
-    # More steps than three say more, and more exactly (`step_errors`).
+    # More steps than three say more, and more exactly, and so do three beside a code
+    # with its inverse (`step_errors`).
     three = [k for k, code in enumerate(sample.codes) if len(code.steps) == 3]
+    if any(dark is not None for code in sample.codes for _, dark in code.bits):
+        three = []
     groups += [dict(_light_of_steps(sample, k)) for k in three]
     for group in groups:
         if len(group) < 3:
@@ -159,10 +165,12 @@ def _motion(sample):
     """The largest motion, as one Doubt or none."""
     found = []
     flat = sorted(_without_pattern(sample), key=lambda one: min(one[0]))
-    shifts = []
-    for pictures, plain, pattern in flat:
-        shift, within = _shifts(plain, flat[0][1], pattern)
-        shifts.append(shift)
+    fitted = [_shifts(plain, flat[0][1], pattern) for _, plain, pattern in flat]
+    shifts = [shift for shift, _, _ in fitted]
+    # One tone curve is behind all pictures, and coarse bits have few edges to know it.
+    least = TONE * max((np.hypot(*tone) for _, _, tone in fitted), default=0.0)
+    for (pictures, _, _), (_, within, _) in zip(flat, fitted, strict=True):
+        within = within * (np.hypot(*within) > least)
         found.append((within, "between {} and {}", pictures))
     for (before, after), (last, first) in zip(
         pairwise(shifts), pairwise(flat), strict=True
@@ -193,7 +201,8 @@ def _without_pattern(sample):
 
 
 def _shifts(plain, reference, pattern):
-    """Shift (2,) px against the reference, and of a picture against its inverse.
+    """Shift (2,) px against the reference, of a picture against its inverse, and what
+    the tone curve does to these two, alike.
 
     At an edge of the pattern a tone curve makes both together brighter or darker,
     whichever side is bright. What a shift leaves turns with the side; unless it is far
@@ -201,7 +210,7 @@ def _shifts(plain, reference, pattern):
     """
     columns = [reference, np.ones_like(reference), *_slopes(reference)]
     if pattern is None:
-        return _fitted(plain, columns)[2:], np.zeros(2)
+        return _fitted(plain, columns)[2:], np.zeros(2), np.zeros(2)
     slopes = [_edges(slope) for slope in _slopes(pattern)]
     # Where edges end at the monitor's border, a few go across their own direction.
     count = [np.count_nonzero(slope) for slope in slopes]
@@ -209,8 +218,7 @@ def _shifts(plain, reference, pattern):
         s * (n > FEW_EDGES * max(count)) for s, n in zip(slopes, count, strict=True)
     ]
     found = _fitted(plain, [*columns, *slopes, *map(np.abs, slopes)])
-    within, tone = found[4:6], found[6:]
-    return found[2:4], within * (np.hypot(*within) > 2 * np.hypot(*tone))
+    return found[2:4], found[4:6], found[6:]
 
 
 def _slopes(picture):
