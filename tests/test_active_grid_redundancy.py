@@ -147,9 +147,37 @@ def test_facets_seen_at_angles_of_their_own_agree():
     assert not examined(one, images)[2].errors.any()
 
 
-def test_of_three_steps_nothing_is_known():
+@pytest.mark.parametrize("share", [0.87, 0.95, 1.05, 1.3])
+def test_of_three_steps_the_code_knows_the_light(share):
+    """Half of a picture and its inverse is a third of all steps, with no pattern."""
     one = scene(3)
-    codes = read_coding(one.patterns, one.grid.monitor_px)
-    found = decode(one.images, one.patterns, one.grid)
-    sample = sampled(one.images, one.patterns, codes, found.noise, None, None)
+    assert not examined(one, one.images)[2].errors.any()
+    found, off, told = examined(one, spoilt(one, "phase-x-1", lambda p: share * p))
+    assert (off.kind, off.pictures) == (LIGHT, (13,))
+    assert off.size == pytest.approx(share - 1, rel=0.2)
+    clean = error(one, decode(one.images, one.patterns, one.grid))
+    by_it = np.sqrt(error(one, found) ** 2 - clean**2)
+    assert by_it < off.periods < 1.7 * by_it
+    assert "phase-x-1.png" in told.doubts[0].text
+
+
+def test_of_three_steps_without_inverses_nothing_is_known():
+    one = scene(3)
+    own = [k for k, pattern in enumerate(one.patterns) if not pattern.inverse]
+    images, patterns = one.images[own], [one.patterns[k] for k in own]
+    codes = read_coding(patterns, one.grid.monitor_px)
+    levels = {"white": one.white, "black": one.black}
+    found = decode(images, patterns, one.grid, **levels)
+    sample = sampled(images, patterns, codes, found.noise, *levels.values())
     assert mismatch(sample, 0, found.noise) is None
+
+
+@pytest.mark.parametrize("px", [1, 2])
+def test_what_moved_between_code_and_sines(px):
+    one = scene(4)
+    images = one.images.copy()
+    sines = [k for k, pattern in enumerate(one.patterns) if pattern.kind == "phase"]
+    images[sines] = np.roll(images[sines], px, axis=2)
+    texts = [doubt.text for doubt in examined(one, images)[2].doubts]
+    (text,) = (text for text in texts if text.startswith("the sines along x"))
+    assert f"about {px}" in text or f"about {px - 1}.9" in text

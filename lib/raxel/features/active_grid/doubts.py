@@ -15,7 +15,7 @@ from raxel.features.active_grid.code_doubts import code_doubts
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.doubt_sample import Doubt, sampled
 from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
-from raxel.features.active_grid.phase_doubts import phase_doubts
+from raxel.features.active_grid.phase_doubts import moved_doubts, phase_doubts
 from raxel.features.active_grid.steadiness import steadiness_doubts, step_errors
 from raxel.sets.patterns import pattern_picture
 
@@ -48,7 +48,11 @@ def examine(images, patterns, monitor, decoded, white=None, black=None):
     """What these pictures say against themselves, as Examined.
 
     As `decode`, whose result `decoded` is. What is not told: two axes exchanged as a
-    whole, or one of them reversed as a whole, which is what a mirror does.
+    whole, or one of them reversed as a whole, which is what a mirror does; light that
+    drifts by a few percent over all pictures, and turns no phase by more than noise; a
+    step of three that is brighter, where no Gray code has its inverse; and a movement
+    of a pixel between two pictures, where neither edges beside the pattern nor steps
+    and code of one axis, before and after it, show it.
     """
     found = list(_equal_pictures(images, patterns))
     errors = np.zeros(2)
@@ -63,6 +67,9 @@ def examine(images, patterns, monitor, decoded, white=None, black=None):
             found += steadiness_doubts(sample)
             told, errors = _of_steps(sample, monitor, decoded)
             found += told
+            for axis, code in enumerate(codes):
+                if not errors[code.axis]:
+                    found += moved_doubts(sample, axis)
     found += _outside(decoded, codes)
     found += _overexposed(decoded)
     return Examined(sorted(found, key=lambda doubt: not doubt.spoils), errors)

@@ -21,8 +21,11 @@ HEALED = 0.4  # of it is left by an order that explains the pictures
 LEAST_EDGES = 100  # pixels
 SMOOTH = 3  # times the usual change from pixel to pixel
 BREAK = 1.0  # rad
-TOGETHER = 0.7  # length of the mean of unit vectors
+# Length of the mean of unit vectors. Without inverses a tone curve moves edges to dark
+# and to bright apart, as far as blur reaches.
+TOGETHER, TOGETHER_ALONE = 0.7, 0.3
 OFF_CODE = 0.08  # periods
+MOVED, BEYOND_NOISE = 0.006, 6  # periods and standard deviations: more is no noise
 OFF_STEP = 0.45  # of a step: less is no exchange of steps
 MOST_NAMED = 8
 
@@ -126,9 +129,44 @@ def _best_order(alike):
 
 def _beside_code(sample, axis):
     """The phase where a bit changes, against what the code's cells make it there."""
+    off, along = _edges_of_code(sample, axis)
+    if len(off):
+        yield from _told_of_edges(sample, sample.codes[axis], off, along)
+
+
+def moved_doubts(sample, axis):
+    """A Doubt or none: did something move between Gray code and phases of an axis?
+
+    To be asked where the steps agree, as one that is brighter shifts the phase as well.
+    """
     code = sample.codes[axis]
-    if not code.bits:
+    # Of four steps and more, and edges midway between picture and inverse, the response
+    # shifts none where they meet.
+    if len(code.steps) < 4 or any(dark is None for _, dark in code.bits):
         return
+    off, along = _edges_of_code(sample, axis)
+    if not len(off):
+        return
+    mean = off.mean()
+    turn = abs(np.angle(mean))
+    spread = np.std(np.angle(off * np.conj(mean))) / np.sqrt(len(off))
+    if turn > max(BEYOND_NOISE * spread, 2 * np.pi * MOVED):
+        files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"
+        yield Doubt(
+            False,
+            f"the sines along {'xy'[code.axis]} ({files}) begin "
+            f"{turn / (2 * np.pi):.2g} periods, about "
+            f"{turn / np.median(np.abs(along)):.1f} px, off the cells of its Gray "
+            "code: something moved between them; camera and monitor must be at rest: "
+            "take the pictures again",
+        )
+
+
+def _edges_of_code(sample, axis):
+    """All edges that `_at_edges` finds: off, along; none where these cannot be told."""
+    code, none = sample.codes[axis], (np.empty(0),) * 2
+    if not code.bits:
+        return none
     apart = np.array([sample.apart(axis, bit) for bit in range(len(code.bits))])
     phase = sample.wave(axis)[0]
     phase = phase / np.maximum(np.abs(phase), 1e-9)
@@ -139,8 +177,7 @@ def _beside_code(sample, axis):
     ]
     off, along, breaks = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # Among many breaks between surfaces, some look like edges.
-    if len(off) >= max(LEAST_EDGES, breaks.sum()):
-        yield from _told_of_edges(sample, code, off, along)
+    return (off, along) if len(off) >= max(LEAST_EDGES, breaks.sum()) else none
 
 
 def _at_edges(sample, code, apart, phase, cells, first, second):
@@ -181,7 +218,8 @@ def _told_of_edges(sample, code, off, along):
     name = "xy"[code.axis]
     mean = off.mean()
     files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"
-    if abs(mean) < TOGETHER:
+    alone = any(dark is None for _, dark in code.bits)
+    if abs(mean) < (TOGETHER_ALONE if alone else TOGETHER):
         yield Doubt(
             True,
             f"the sines along {name} ({files}) do not fit the cells of its Gray code; "
