@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from raxel.cli import main
-from raxel.sets import load_set
+from raxel.errors import InputError
+from raxel.sets import PatternPlan, load_set
+from raxel.show.sets import set_scene
 from tests.active_grids import drawn
 from tests.test_cli_active_grid import recorded, refused
 
@@ -157,3 +159,49 @@ def test_twelve_bits_in_files_of_sixteen(tmp_path, capsys):
         assert (crest == 4095).mean() > 0.02
         assert not found["mask"][crest == 4095].any()
         assert found["mask"].mean() > 0.1
+
+
+@pytest.mark.parametrize("command", ["decode", "calibrate", "show"])
+def test_pictures_that_are_not_there(tmp_path, capsys, folder, command):
+    if command == "show":
+        with pytest.raises(InputError, match="found active_grid, and no truth"):
+            set_scene(load_set(folder))
+    (folder / "phase-y-2.png").unlink()
+    line = refused(capsys, command, folder, "--out", tmp_path / "out.png")
+    assert "patterns[18].image: no file 'phase-y-2.png'" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_what_the_summary_says_of_a_view(tmp_path, capsys):
+    """Along y the sines have periods of another length, and five steps."""
+    plan = PatternPlan((3, 4), True, 5, (8.0, 5.5))
+    folder = recorded(tmp_path / "set", drawn(noise=2.0, blur=0.8, plan=plan))
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    summary = json.loads((out / "decoded.json").read_text())
+    assert set(summary) == {"set", "views", "warnings"}
+    assert (summary["set"], summary["warnings"]) == ("drawn", [])
+    (view,) = summary["views"]
+    with np.load(out / "pose.npz") as found:
+        sigma, mask = found["sigma_mm"], found["mask"]
+    assert view["median_sigma"] == pytest.approx(np.nanmedian(sigma, axis=(0, 1)))
+    assert view["pixels"]["decoded"] == mask.sum()
+    assert sum(view["pixels"].values()) == mask.size
+    assert view["noise_floor"] + 110 * view["noise_slope"] == pytest.approx(4, rel=0.15)
+    assert view["blur_px"] == pytest.approx(0.8, abs=0.15)
+    known = {key: view[key] for key in ("view", "unit", "margin_px", "as_in_a_mirror")}
+    due = {"view": "pose", "unit": "mm", "margin_px": 7, "as_in_a_mirror": False}
+    assert known == due
+    assert view["step_errors"] == [0.0, 0.0]
+
+
+def test_without_a_gray_code_the_margin_is_a_guess(tmp_path, capsys):
+    plan = PatternPlan((0, 0), False, 4, (1.0, 1.0))
+    folder = recorded(tmp_path / "set", drawn(noise=2.0, plan=plan))
+    out = tmp_path / "points"
+    assert main(["decode", str(folder), "--out", str(out)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == (
+        "warning: pose: its blur cannot be measured; the margin of 6 px is right for "
+        "blur of 1 px or less: give more with --margin where it is larger"
+    )

@@ -9,7 +9,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.features.boards import check_chessboard, detect_boards
 from raxel.files import read_json
-from raxel.sets.model import Chessboard
+from raxel.sets.model import ActiveGrid, Chessboard
 from raxel.show.rigs import posed_targets
 
 FEWEST_VIEWS = 2
@@ -33,6 +33,12 @@ def set_scene(image_set, camera=None, say=None, boards=None):
     """
     if camera is None and boards is None and image_set.truth is not None:
         return _true_scene(image_set)
+    if isinstance(image_set.target, ActiveGrid):
+        raise InputError(
+            f"{image_set.description}: target.kind: found active_grid, and no truth "
+            "that says where it stood; boards alone are posed by their pictures: run "
+            "raxel calibrate and raxel show CAMERA, or raxel show RIG for a rig"
+        )
     check_chessboard(image_set)
     if boards is None:
         boards = detect_boards(image_set, say=say)
