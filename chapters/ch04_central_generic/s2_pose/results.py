@@ -117,6 +117,7 @@ def name_values(open_results):
         open_results("exp_c4_3pt_sensitive"),
     )
     of_planes(open_results("exp_c4_plane_orientation"))
+    of_sources(open_results("ext_pose_rays_run"))
 
 
 def of_noise(result):
@@ -131,6 +132,13 @@ def of_noise(result):
     coarse = trials_of(result, "three_points", "rotation_deg", SHOWN_PX)
     fine = trials_of(result, "standard", "rotation_deg", SHOWN_PX)
     value("refining", float(np.median(coarse) / np.median(fine)))
+
+
+def of_sources(result):
+    """Medians of the angular pose by the source of its rays."""
+    for source in ("exact", "base", "three", "smooth"):
+        trials = result.column(f"{source}.rotation_deg")
+        value(f"rays_{source}_deg", median_interval(trials).value)
 
 
 def of_table(result, where):
