@@ -156,6 +156,13 @@ def test_one_board_that_does_not_belong_is_named(calibrate):
     assert told.startswith("4.png: does not fit as the other boards do: with it off by")
 
 
+def test_a_picture_that_is_there_twice_is_told(calibrate):
+    boards = boards_of(PINHOLE)
+    printed, _ = calibrate([*boards, boards[2]], "--model", "zhang")
+    (told,) = warnings_in(printed)
+    assert told.startswith("6.png: its corners are those of 2.png, to the last digit")
+
+
 def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
     def without_some(image_set, views, options, say):
         boards = read_boards(options.corners, image_set, views)

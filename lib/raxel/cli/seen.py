@@ -94,7 +94,21 @@ def seen_in(image_set, views, options, say):
         return _grids(image_set, views, options, say)
     boards = boards_for(image_set, views, options, say)
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
-    return SeenViews(entries, board_views(image_set, boards), [], [])
+    seen = board_views(image_set, boards)
+    return SeenViews(entries, seen, [], list(_copies(seen)))
+
+
+def _copies(views):
+    """Warnings of views whose corners are those of another, to the last digit."""
+    first = {}
+    for view in views:
+        other = first.setdefault(view.pixels.tobytes(), view.name)
+        if other != view.name:
+            yield (
+                f"{view.name}: its corners are those of {other}, to the last digit: one "
+                "picture twice counts twice, and kept out it proves nothing; take it "
+                "out of views"
+            )
 
 
 def _grids(image_set, views, options, say):
