@@ -105,9 +105,9 @@ def _copies(views):
         other = first.setdefault(view.pixels.tobytes(), view.name)
         if other != view.name:
             yield (
-                f"{view.name}: its corners are those of {other}, to the last digit: one "
-                "picture twice counts twice, and kept out it proves nothing; take it "
-                "out of views"
+                f"{view.name}: its corners are those of {other}, to the last digit; a "
+                "picture that is there twice counts twice, and kept out it proves "
+                "nothing: take it out of views"
             )
 
 
