@@ -65,7 +65,10 @@ def _formula_fields(camera):
 def camera_lines(fields, target):
     """The same for people, in lines; target: what `raxel.sets.words` calls it."""
     if fields["kind"] == "ray spline":
-        yield "smooth rays for all of the trend's field; the numbers are the trend's"
+        yield (
+            f"smooth rays where {target}s were, beyond them those of the trend, which "
+            "nothing checks there; the numbers are the trend's"
+        )
     if "focal_px" in fields:
         f, p = fields["focal_px"], fields["principal_point_px"]
         told = [
