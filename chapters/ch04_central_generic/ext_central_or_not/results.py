@@ -50,7 +50,6 @@ def false_alarms(result):
 def name_values(open_results):
     """Name the numbers of the prose."""
     result = open_results(RUNS)
-    value("trials", result.trials_per_condition)
     false = false_alarms(result)
     value("false", 100 * false.value)
     value("false.high", 100 * false.high)
@@ -60,7 +59,6 @@ def name_values(open_results):
         for field in (
             "true_mm",
             "found_mm",
-            "most_mm",
             "central_miss_mm",
             "lines_miss_mm",
         ):

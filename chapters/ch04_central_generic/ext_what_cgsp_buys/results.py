@@ -51,12 +51,7 @@ def name_values(open_results):
     steps = open_results("ext_cgsp_steps")
     grids = open_results("ext_cgsp_grids")
     outliers = open_results("ext_cgsp_outliers")
-    value("trials", steps.trials_per_condition)
-    for method in STEPS:
-        value(f"step.{method}", centre(steps, method).value)
-        value(f"failed.{method}", failed(steps, method))
-    names = list(STEPS)
-    for before, after in pairwise(names):
+    for before, after in pairwise(STEPS):
         value(f"gain.{after}", gain(steps, before, after))
     for method in ("cgsp", "consistent"):
         for count in (GRIDS[0], GRIDS[-1]):

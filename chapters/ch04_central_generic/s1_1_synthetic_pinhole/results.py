@@ -27,15 +27,13 @@ def name_values(open_results):
 
 
 def of_pictures(found):
-    """Largest residual of a homography, relative and in mm."""
+    """Largest residual of a homography, relative."""
     value("residual", over_cameras(found, "residual"))
-    value("residual_mm", over_cameras(found, "residual_mm"))
 
 
 def of_centres(found):
     """Largest error of either solver on exact points."""
     value("exact_mm", max(over_cameras(found, name) for name in SOLVERS))
-    value("exact_trials", found.trials_per_condition * len(CAMERAS))
 
 
 def of_methods(found):

@@ -21,7 +21,11 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     of_minimum(open_results("exp_c4_min_triplets"))
     of_outliers(open_results("exp_c4_ransac_h"))
-    of_precision(open_results("exp_c4_svd_precision"))
+    svd = precision_ratio(
+        open_results("exp_c4_svd_precision"),
+        **SVD_CONDITIONS["noisy, normalised"],
+    )
+    value("svd.noisy, normalised", svd.value)
     of_angles(open_results("ext_degeneracy_sweep"))
     of_choices(open_results("ext_linear_choices_trials"))
 
@@ -42,46 +46,21 @@ def of_outliers(found):
     value("ransac_most", max(ratios))
 
 
-def of_precision(found):
-    """Single over double precision in each condition."""
-    for name, condition in SVD_CONDITIONS.items():
-        ratio = precision_ratio(found, **condition)
-        value(f"svd.{name}", ratio.value)
-
-
 def of_angles(found):
-    """Errors and refusals at the angles that the prose names."""
-    for which in ("base", "grids"):
-        angles = sorted(
-            c["angle_deg"] for c in found.conditions if c["which"] == which
-        )
-        refused = [
-            found.column("refused", which=which, angle_deg=a).mean()
-            for a in angles
-        ]
-        always = [
-            a
-            for a, share in zip(angles, refused, strict=True)
-            if share == 1
-        ]
-        never = [
-            a
-            for a, share in zip(angles, refused, strict=True)
-            if share == 0
-        ]
-        value(f"{which}.always_deg", max(always))
-        value(f"{which}.never_deg", min(never))
-        at = {"which": which, "angle_deg": 0.0}
-        value(
-            f"{which}.parallel_mm",
-            float(np.nanmedian(found.column("unguarded_mm", **at))),
-        )
-        wide = {"which": which, "angle_deg": max(angles)}
-        value(
-            f"{which}.wide_mm",
-            median_interval(found.column("centre_mm", **wide)).value,
-        )
-        value(f"{which}.wide_deg", max(angles))
+    """Errors and refusals at the angles to the base that the prose names."""
+    angles = sorted(
+        c["angle_deg"] for c in found.conditions if c["which"] == "base"
+    )
+    at = [{"which": "base", "angle_deg": angle} for angle in angles]
+    refused = [found.column("refused", **one).mean() for one in at]
+    told = list(zip(angles, refused, strict=True))
+    value("base.always_deg", max(a for a, share in told if share == 1))
+    value("base.never_deg", min(a for a, share in told if share == 0))
+    parallel = found.column("unguarded_mm", **at[0])
+    value("base.parallel_mm", float(np.nanmedian(parallel)))
+    wide = found.column("centre_mm", **at[-1])
+    value("base.wide_mm", median_interval(wide).value)
+    value("base.wide_deg", angles[-1])
 
 
 def of_choices(found):

@@ -36,7 +36,3 @@ def name_values(open_results):
         for weights in ("1", "4", VARIANCE, ALONE):
             found = ray_error(result, weights, "px", posed).value
             value(f"{name}.{weights}", found)
-    forms = open_results("exp_c4_mats_intersection")
-    value("largest", float(forms.column("printed").max()))
-    for name in ("bytes_a_ray", "least_bytes_a_ray"):
-        value(name, float(forms.column(name)[0]))

@@ -264,7 +264,7 @@ def noise_sweep(effort):
 # not possible with three points; 4.2.2 says that it was done, by minimising
 # ray-point distances. The primary reading is the second, which is what was
 # compared. Then the two methods are close: CGSP is ahead for certain at no
-# level, and the refined standard pose is a little better at most.
+# level, and at most levels the refined standard pose is a little nearer.
 # The ranking of Fig. 4.4 is found where the refinement is left out. The
 # standard's three points were drawn far apart here, the remedy that 4.2
 # names; it can only help.

@@ -77,7 +77,6 @@ def name_values(open_results):
     ):
         counted = [refusals(corners, motion, detector) for motion in STEPS]
         value(f"{short}_refused", sum(c[0] for c in counted))
-        value(f"{short}_px", corner_error(corners, "translation", detector))
     value("boards_shown", sum(c[1] for c in counted))
 
 
