@@ -318,7 +318,15 @@ def fig_3_18_facets(effort):
 #   {glue:text}`ball.corners` corners with all that is around them. Where two
 #   facets meet, blur mixes what they show: of the decoded pixels
 #   {glue:text}`ball.elsewhere:.1g` % see a gap. They make the ragged rims of
-#   the pieces in Fig. 3.18, and nothing is filled in between.
+#   the pieces in Fig. 3.18, and nothing is filled in between. These facets
+#   are glued with gaps, so places jump from one to the next, and the decoder
+#   sees it. Facets that met edge to edge, or a concave mirror that shows
+#   places twice, would fold: places go on, but by another step from pixel to
+#   pixel. The decoder does not see that. Where the step changes by $d$, the
+#   mean over $7 \times 7$ pixels is off by up to $\tfrac{6}{7} d$, in the three
+#   pixels on either side; $s$ px of blur alone make it $s d / \sqrt{2 \pi}$.
+#   Neither is in the standard deviation. Without the filter, as here, it is
+#   mostly hidden in the noise of single pixels.
 #   Light that facets scatter to each other, which the thesis names as its
 #   noise, is left out.
 # - **What a static grid can do.** It is given the true pixel of every corner
