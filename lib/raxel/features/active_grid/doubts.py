@@ -69,7 +69,7 @@ def examine(images, patterns, monitor, decoded, white=None, black=None):
             found += told
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
-                    found += moved_doubts(sample, axis)
+                    found += moved_doubts(sample, axis, decoded.blur_px)
     found += _outside(decoded, codes)
     found += _overexposed(decoded)
     return Examined(sorted(found, key=lambda doubt: not doubt.spoils), errors)

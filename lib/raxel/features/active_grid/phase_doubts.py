@@ -25,7 +25,9 @@ BREAK = 1.0  # rad
 # and to bright apart, as far as blur reaches.
 TOGETHER, TOGETHER_ALONE = 0.7, 0.3
 OFF_CODE = 0.08  # periods
-MOVED, BEYOND_NOISE = 0.006, 6  # periods and standard deviations: more is no noise
+# Periods, standard deviations by noise, and shares of the blur, which draws edges and
+# sines apart where a surface bends: what is beyond all three has moved.
+MOVED, BEYOND_NOISE, DRAWN = 0.006, 6, 0.1
 OFF_STEP = 0.45  # of a step: less is no exchange of steps
 MOST_NAMED = 8
 
@@ -134,10 +136,11 @@ def _beside_code(sample, axis):
         yield from _told_of_edges(sample, sample.codes[axis], off, along)
 
 
-def moved_doubts(sample, axis):
+def moved_doubts(sample, axis, blur_px):
     """A Doubt or none: did something move between Gray code and phases of an axis?
 
-    To be asked where the steps agree, as one that is brighter shifts the phase as well.
+    blur_px: its standard deviation, or None. To be asked where the steps agree, as one
+    that is brighter shifts the phase as well.
     """
     code = sample.codes[axis]
     # Of four steps and more, and edges midway between picture and inverse, the response
@@ -150,15 +153,16 @@ def moved_doubts(sample, axis):
     mean = off.mean()
     turn = abs(np.angle(mean))
     spread = np.std(np.angle(off * np.conj(mean))) / np.sqrt(len(off))
-    if turn > max(BEYOND_NOISE * spread, 2 * np.pi * MOVED):
+    px = turn / np.median(np.abs(along))
+    limit = max(BEYOND_NOISE * spread, 2 * np.pi * MOVED)
+    if turn > limit and px > DRAWN * (blur_px or 0.0):
         files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"
         yield Doubt(
             False,
             f"the sines along {'xy'[code.axis]} ({files}) begin "
-            f"{turn / (2 * np.pi):.2g} periods, about "
-            f"{turn / np.median(np.abs(along)):.1f} px, off the cells of its Gray "
-            "code: something moved between them; camera and monitor must be at rest: "
-            "take the pictures again",
+            f"{turn / (2 * np.pi):.2g} periods, about {px:.1f} px, off the cells of "
+            "its Gray code: something moved between them; camera and monitor must be "
+            "at rest: take the pictures again",
         )
 
 
