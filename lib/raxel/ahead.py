@@ -17,6 +17,8 @@ from raxel.calibration import (
 )
 from raxel.calibration.board_rays import ray_table
 from raxel.calibration.cgsp import homography_to_base, image_noise_weights
+from raxel.calibration.smooth_adjustment import adjust_spline
+from raxel.calibration.smooth_table import smoothed_rays
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
@@ -78,6 +80,7 @@ def compile_ahead():
         fit = homography_to_base(grids, np.ones(grids.shape[:2], bool), 1)
         image_noise_weights(*grids, fit.H, [0.0, 0.0, 1.0])
     _adjust_grids()
+    _smooth_rays()
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 
@@ -91,6 +94,23 @@ def _adjust_grids():
     points = intersect_rays_plane(centre, rays, grids).points
     found = adjust_consistent(points, None, centre, grids, loss="huber")
     return relax_centrality(points, found)
+
+
+def _smooth_rays():
+    """A field of rays on a lens, from boards and from rays of a table."""
+    places = pose(
+        rotation_from_vector([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0]]),
+        [-60.0, -40.0, DISTANCE_MM],
+    )
+    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    boards = [
+        (CAMERA.project(transform(T, flat)).pixels, BOARD.points()) for T in places
+    ]
+    adjust_spline(CAMERA, places, boards, CAMERA.width, CAMERA.height)
+    pixels = np.concatenate([found for found, _ in boards])
+    return smoothed_rays(
+        pixels, CAMERA.rays(pixels).directions, CAMERA.width, CAMERA.height
+    )
 
 
 def main(words=()):
