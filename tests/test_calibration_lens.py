@@ -7,6 +7,7 @@ import pytest
 
 from raxel.calibration import calibrate_lens
 from raxel.calibration.lens_laws import LensFormula, imaged_points
+from raxel.cameras import UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import evaluate_camera
 from tests.lens_scenes import CAMERAS, SIZE, boards
@@ -66,6 +67,14 @@ def test_exact_corners_come_back_on_boards_that_were_kept_out(name, law):
     assert evaluation.rms_px < 0.02
     if found.pupil:
         assert found.pupil.moves == (name == "moving pupil")
+
+
+@pytest.mark.parametrize(("count", "seed"), [(4, 4), (8, 1)])
+def test_a_lens_with_pincushion_distortion_is_found_from_few_boards(count, seed):
+    K = [[650.0, 0, 630], [0, 648, 488], [0, 0, 1]]
+    lens = UnifiedSphereCamera(0.0, K, *SIZE, radial=[0.345, 0.31])
+    views = boards(lens, count, (0.0, 0.35), seed, noise=0.05)
+    assert calibrate_lens(views, *SIZE, "unified", pupil="fixed").rms_px < 0.1
 
 
 def test_two_boards_will_do_where_they_cover_the_lens():

@@ -149,8 +149,9 @@ def _start(boards, width, height):
     for start in aligned_starts(
         boards.pixels, boards.points[..., :2], boards.seen, width, height
     ):
-        formula = LensFormula("kannala-brandt", 0, 0, 0)
-        values = [start.focal_px, start.focal_px, *start.centre]
+        formula = LensFormula("kannala-brandt", int(start.k1 != 0), 0, 0)
+        values = [start.focal_px, start.focal_px, *start.centre, start.k1]
+        values = values[: len(formula.names)]
         fit = _FormulaFit(
             formula, adjusted(formula, values, start.T_camera_grid, boards, "cauchy")
         )

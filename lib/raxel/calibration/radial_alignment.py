@@ -9,12 +9,15 @@ point's offset (x, y) across the axis,
 For each board that is linear in h1, h2: its pose but for the depth. It holds for angles
 beyond 90 degrees, for mirrors, and where the entrance pupil moves along the axis. The
 depths, and which of the two mirrored tilts is the right one, follow with the first
-guess of a law, r = F theta, whose F is searched for, and so does c.
+guess of a law: r = F theta of fisheyes, or r = F tan theta of lenses that keep lines
+straight. F is searched for, and so is c. A law that bends the other way than the lens
+takes tilts for their mirror images, from which no fit comes back: both are tried.
 
 Source of the constraint: R. Y. Tsai, IEEE J. Robotics and Automation 3(4), 1987,
 doi:10.1109/JRA.1987.1087109.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -24,28 +27,47 @@ from raxel.geometry.poses import pose
 CENTRES = 21  # tried each way, over the middle of the image
 SPREAD = 0.6  # of the image's sides, in which they lie
 ROUNDS = 5  # of reweighting against wrong corners
-WIDEST, NARROWEST, LENGTHS = 3.05, 0.08, 25  # radians at the rim, and how many between
+NARROWEST, LENGTHS = 0.08, 25  # radians at the rim, and how many up to the widest
+
+
+class StartLaw(NamedTuple):
+    """angle: r / F -> theta; radius: back; turned: how much r / F moves with theta;
+    widest: radians at the rim; k1: of r = F theta (1 + k1 theta^2), near the axis."""
+
+    angle: Callable
+    radius: Callable
+    turned: Callable
+    widest: float
+    k1: float
+
+
+LAWS = (
+    StartLaw(lambda x: x, lambda theta: theta, np.ones_like, 3.05, 0.0),
+    StartLaw(np.arctan, np.tan, lambda x: 1 + x**2, 1.3, 1 / 3),
+)
 
 
 class AlignedStart(NamedTuple):
-    """centre (2,) px, where the axis meets the image; focal_px: F of r = F theta;
-    T_camera_grid (n, 4, 4)."""
+    """centre (2,) px, where the axis meets the image; focal_px and k1, of
+    r = F theta (1 + k1 theta^2); T_camera_grid (n, 4, 4)."""
 
     centre: np.ndarray
     focal_px: float
+    k1: float
     T_camera_grid: np.ndarray
 
 
 def aligned_starts(pixels, points, seen, width, height):
-    """AlignedStarts to choose from, about the image's middle and about the centre that
-    fits best.
+    """AlignedStarts to choose from, of either law, about the image's middle and about
+    the centre that fits best.
 
     pixels: (n, M, 2), points: (n, M, 2) on n boards; seen: (n, M) bool.
     """
     middle = (np.array([width, height]) - 1) / 2
     return [
-        _started(pixels, points, seen, centre)
+        _started(law, pixels, points, seen, centre)
         for centre in (middle, _best_centre(pixels, points, seen, width, height))
+        for law in LAWS
     ]
 
 
@@ -85,19 +107,21 @@ def _misalignment(moments, c):
     return np.sum(np.linalg.eigvalsh(normal)[:, 0])
 
 
-def _started(pixels, points, seen, centre):
+def _started(law, pixels, points, seen, centre):
     offsets = np.where(seen[..., None], pixels - centre, 0.0)
     radius = np.linalg.norm(offsets, axis=2)
     h1, h2 = _aligned(offsets, points, seen)
-    lengths = np.geomspace(radius.max() / WIDEST, radius.max() / NARROWEST, LENGTHS)
+    rims = np.geomspace(law.widest, NARROWEST, LENGTHS)
+    lengths = radius.max() / law.radius(rims)
     rotations, shifts = _two_tilts(h1, h2)
-    fits = [_depths(rotations, shifts, points, seen, radius, f) for f in lengths]
+    fits = [_depths(law, rotations, shifts, points, seen, radius, f) for f in lengths]
     best = int(np.argmin([cost.sum() for _, _, cost in fits]))
     sign, depth, _ = fits[best]
     rows = np.arange(len(points))
     return AlignedStart(
         np.asarray(centre, float),
         float(lengths[best]),
+        law.k1,
         pose(rotations[sign, rows], np.column_stack([shifts, depth])),
     )
 
@@ -155,15 +179,16 @@ def _two_tilts(h1, h2):
     return np.stack(rotations), np.stack([h1[:, 2], h2[:, 2]], axis=1) / s[:, :1]
 
 
-def _depths(rotations, shifts, points, seen, radius, focal_px):
-    """For r = F theta: tilt (n,) 0 or 1, depth (n,), and cost (n,) px^2 (robust)."""
-    theta = np.clip(radius / focal_px, 1e-6, np.pi - 1e-3)
+def _depths(law, rotations, shifts, points, seen, radius, focal_px):
+    """For a law and F: tilt (n,) 0 or 1, depth (n,), and cost (n,) px^2 (robust)."""
+    theta = np.clip(law.angle(radius / focal_px), 1e-6, np.pi - 1e-3)
     across = np.einsum("nij,nmj->nmi", rotations[0, :, :2, :2], points)
     rho = np.linalg.norm(across + shifts[:, None], axis=2)
     tilted = np.einsum("knj,nmj->knm", rotations[:, :, 2, :2], points)
     gap = rho / np.tan(theta) - tilted  # the depth that each point asks for
-    # How much theta turns with the depth.
+    # How much r / F moves with the depth.
     turn = np.where(seen, np.sin(theta) ** 2 / np.maximum(rho, 1e-12), 0.0)
+    turn = turn * law.turned(radius / focal_px)
     weights = np.broadcast_to(turn**2, gap.shape)
     for _ in range(ROUNDS):
         depth = np.sum(weights * gap, 2) / np.maximum(np.sum(weights, 2), 1e-300)
