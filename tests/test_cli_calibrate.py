@@ -163,6 +163,12 @@ def test_a_picture_that_is_there_twice_is_told(calibrate):
     assert told.startswith("6.png: its corners are those of 2.png, to the last digit")
 
 
+def test_few_boards_are_told(calibrate):
+    printed, _ = calibrate(boards_of(PINHOLE)[:4], "--model", "zhang")
+    (told,) = warnings_in(printed)
+    assert told.startswith("4 boards went into the fit")
+
+
 def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
     def without_some(image_set, views, options, say):
         boards = read_boards(options.corners, image_set, views)

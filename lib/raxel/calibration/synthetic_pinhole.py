@@ -141,7 +141,8 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
     x, y, square = PINHOLE_METHODS[pinhole](homographies)
     if not square > 0:
         raise CalibrationError(
-            "linear stage: C_z^2 is negative; the points are too noisy for these tilts"
+            "linear stage: C_z^2 is negative; the points are too noisy for these tilts,"
+            " or the rays do not meet in one point"
         )
     centre = np.array([x, y, side * np.sqrt(square)])
     return centre, float(degeneracy), float(margin)

@@ -107,6 +107,8 @@ def _calibrated(image_set, views, asked, say):
         warnings += described.centre_warnings(test, *lengths)
     warnings += models.warnings(details, words)
     warnings += described.coverage_warnings(fields, words.target)
+    used = [view for view in views if view.name not in _left_out(details)]
+    warnings += described.few_warnings(used, words.target)
     if comparison:
         result["chosen_because"] = why
         result["cross_validation"] = _cross_validation(comparison)
@@ -114,9 +116,14 @@ def _calibrated(image_set, views, asked, say):
     return result | {"warnings": warnings}, camera, evaluation
 
 
+def _left_out(details):
+    """Names of the views that did not go into the fit."""
+    return {entry["file"] for entry in details["left_out"]}
+
+
 def _central_or_not(views, size, evaluation, details):
     """CentralTest of the views that went into the fit, None where there is none."""
-    out = {entry["file"] for entry in details["left_out"]}
+    out = _left_out(details)
     pairs = [
         (view, score.T_camera_grid)
         for view, score in zip(views, evaluation.images, strict=True)
@@ -130,7 +137,7 @@ def _central_or_not(views, size, evaluation, details):
 
 def _misfit(model, asked, views, evaluation, details, words):
     """(Misfit of the views that went into the fit, warnings)"""
-    out = {entry["file"] for entry in details["left_out"]}
+    out = _left_out(details)
     pairs = list(zip(evaluation.images, views, strict=True))
     used = [pair for pair in pairs if pair[1].name not in out]
     found = misfit(*zip(*used, strict=True))

@@ -7,6 +7,7 @@ from raxel.evaluation.coverage import board_counts, field_of_view
 
 # A table of fewer of the image's pixels is a small part of a camera.
 LEAST_TABLE = 1 / 3
+FEW_BOARDS, ENOUGH_BOARDS = 5, 10
 # Of a lens formula, beside focal lengths, principal point and radial terms.
 TERMS = {
     "xi": "xi",
@@ -110,6 +111,18 @@ def coverage_warnings(fields, target):
     return [
         f"the table has rays for {_percent(share)} of the image only: pixels that no "
         f"{target} covered have none; take pictures with {target}s there"
+    ]
+
+
+def few_warnings(views, target):
+    """What to say of a camera that few boards were seen by: [] for active grids."""
+    boards = sum(not view.every_pixel for view in views)
+    if not 0 < boards < FEW_BOARDS:
+        return []
+    return [
+        f"{boards} {target}s went into the fit: their own residuals hardly tell how "
+        f"wrong the camera is elsewhere; take {ENOUGH_BOARDS} or more, all over the "
+        "image and at other tilts"
     ]
 
 
