@@ -3,12 +3,14 @@
 import csv
 import inspect
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from repro.judge.ledger import LedgerError, load
 from repro.page import draw
 from repro.run import discover, experiment, jobs
+from repro.workflow.keys import CodeKeys
 from repro.workflow.work import Work
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -66,10 +68,11 @@ def test_what_is_no_number_of_the_ledger_is_refused(checkout, monkeypatch):
 
 def test_another_printed_value_fills_the_table_again(checkout):
     root = checkout("s3_3_1_noise_fail")
-    key = Work(root, "full", None, {})._key("table", "ext_beside", ())
+    wildcards = SimpleNamespace(artefact="ext_beside")
+    key = CodeKeys(Work(root, "full", None, {})).table(wildcards)
     numbers = root / "data" / "published" / "numbers.yaml"
     numbers.write_text(numbers.read_text().replace("  value: 26\n", "  value: 27\n"))
-    assert Work(root, "full", None, {})._key("table", "ext_beside", ()) != key
+    assert CodeKeys(Work(root, "full", None, {})).table(wildcards) != key
 
 
 @pytest.mark.parametrize("kind", ["experiment", "claim", "numbers"])

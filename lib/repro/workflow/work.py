@@ -1,4 +1,4 @@
-"""What the rules of the Snakefile ask: paths, jobs, and the code behind each."""
+"""What the rules of the Snakefile ask: paths and jobs; `keys` has the code behind."""
 
 from __future__ import annotations
 
@@ -11,18 +11,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from raxel.show import available
 from repro.judge.ledger import Ledger, load
 from repro.run import discover
 from repro.run.deciding import judged_with
-from repro.run.jobs import CODE, input_hashes
+from repro.run.jobs import input_hashes
 from repro.run.reach import Reach
 from repro.run.rendered import manifest
 from repro.run.sets_of_report import target_kind
 from repro.workflow.rendering import RenderedSets
 
-DRAW_CODE = (("repro.page.draw", "draw"),)
-JUDGE_CODE = (("repro.run.judging", "judge"),)
 GUIDE = "data/recorded/README.md"
 VIEWER = ("lib/raxel/show/page.html", "lib/raxel/show/page.js")
 ERRATA = "data/published/errata.md"
@@ -318,11 +315,12 @@ class Work:
     def judged_with(self, page: str) -> list[str]:
         """The page's judged file, and those that decide on its artefacts."""
         stem = self.pages[page].stem
-        others = judged_with(self.root, stem, self._ledger)[1:]
+        others = judged_with(self.root, stem, self.published)[1:]
         return [f"{self.base}/judged/{name}.json" for name in (page, *others)]
 
     @cached_property
-    def _ledger(self) -> Ledger:
+    def published(self) -> Ledger:
+        """What the thesis printed and claims."""
         return load(self.root)
 
     def judged(self) -> list[str]:
@@ -360,63 +358,6 @@ class Work:
             for path in shown
             if path.is_file() and "__pycache__" not in path.parts
         )
-
-    # Keys
-
-    def experiment_code(self, wildcards) -> str:
-        """Key over the code that an experiment reaches."""
-        return self._key("experiment", wildcards.experiment, CODE)
-
-    def figure_code(self, wildcards) -> str:
-        """Key over the code that draws a figure."""
-        return self._key("figure", wildcards.artefact, DRAW_CODE)
-
-    def scene_code(self, wildcards) -> str:
-        """The same for a figure with a scene, and whether scenes are rendered here."""
-        flat = "" if available().works else " not rendered"
-        return self.figure_code(wildcards) + flat
-
-    def table_code(self, wildcards) -> str:
-        """Key over the code that fills a table."""
-        return self._key("table", wildcards.artefact, DRAW_CODE)
-
-    def _key(self, kind: str, identifier: str, more) -> str:
-        producer = self.producers[kind, identifier]
-        key = self.reach.key((producer.module, producer.function), *more)
-        if not producer.published:
-            return key
-        printed = json.dumps(self._ledger.printed(producer.published))
-        return f"{key}-{hashlib.sha256(printed.encode()).hexdigest()[:16]}"
-
-    def judge_code(self, wildcards) -> str:
-        """Key over the code of a page's judgements."""
-        page = wildcards.page
-        functions = [
-            (self.producers[kind, i].module, self.producers[kind, i].function)
-            for kind in ("claim", "numbers")
-            for i in self.of_page(page, kind)
-        ]
-        return self.reach.key(*functions, *JUDGE_CODE)
-
-    def page_code(self, wildcards) -> str:
-        """Key over the code that a page's cells can call."""
-        module = discover.page_module(self.pages[wildcards.page].stem)
-        return self.reach.key(
-            (module, "*"), ("repro.page.execute", "*"), ("repro.page.reader", "*")
-        )
-
-    def scoreboard_code(self) -> str:
-        """Key over the code of the scoreboard."""
-        return self.reach.key(("repro.site.scoreboard", "*"))
-
-    def notebooks_code(self) -> str:
-        """Key over the code that makes notebooks to work in."""
-        return self.reach.key(("repro.site.notebooks", "*"))
-
-    def site_code(self) -> str:
-        """Key over the code that assembles the site."""
-        rooms = ("assemble", "codes", "sphinx", "check")
-        return self.reach.key(*((f"repro.site.{name}", "*") for name in rooms))
 
 
 def _one_of(names: Iterable[str]) -> str:

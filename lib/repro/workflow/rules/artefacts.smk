@@ -13,7 +13,7 @@ rule figure:
     conda:
         "environment.yaml"
     params:
-        code=WORK.figure_code,
+        code=KEYS.figure,
         results=WORK.folder(f"{WORK.base}/results"),
         sets=WORK.sets_option("figure"),
     message:
@@ -36,7 +36,7 @@ use rule figure as turnable_figure with:
     wildcard_constraints:
         artefact=WORK.pattern("figure", scene=True),
     params:
-        code=WORK.scene_code,
+        code=KEYS.scene,
         results=WORK.folder(f"{WORK.base}/results"),
         sets=WORK.sets_option("figure"),
 
@@ -54,7 +54,7 @@ rule table:
     conda:
         "environment.yaml"
     params:
-        code=WORK.table_code,
+        code=KEYS.table,
         results=WORK.folder(f"{WORK.base}/results"),
         sets=WORK.sets_option("table"),
     message:
@@ -74,7 +74,7 @@ rule judge:
     conda:
         "environment.yaml"
     params:
-        code=WORK.judge_code,
+        code=KEYS.judge,
         effort=WORK.effort,
         folder=WORK.folder(WORK.base),
         stem=WORK.page_stem,

@@ -3,6 +3,7 @@ from pathlib import Path
 from repro.run.rendered import TIMES
 from repro.run.sets_of_report import sets_of_report
 from repro.workflow.forks import PINNED
+from repro.workflow.keys import CodeKeys
 from repro.workflow.work import Work
 
 WORK = Work(
@@ -11,6 +12,7 @@ WORK = Work(
     trials=int(config["trials"]) if config.get("trials") else None,
     sets=sets_of_report(Path.cwd(), config.get("recorded", "")),
 )
+KEYS = CodeKeys(WORK)
 
 # A job is forked from a warm process where the build keeps one (repro.workflow.forks).
 # Ctrl-C reaches every process of a terminal; that one then ends what has to end.

@@ -11,7 +11,7 @@ rule whole:
     conda:
         "environment.yaml"
     params:
-        code=WORK.experiment_code,
+        code=KEYS.experiment,
         effort=WORK.effort,
         files=WORK.input_key,
         trials=WORK.trials_option,
@@ -39,7 +39,7 @@ rule shard:
     conda:
         "environment.yaml"
     params:
-        code=WORK.experiment_code,
+        code=KEYS.experiment,
         effort=WORK.effort,
         files=WORK.input_key,
         trials=WORK.trials_option,
@@ -69,7 +69,7 @@ rule gather:
     conda:
         "environment.yaml"
     params:
-        code=WORK.experiment_code,
+        code=KEYS.experiment,
         effort=WORK.effort,
         files=WORK.input_key,
         trials=WORK.trials_option,

@@ -11,7 +11,7 @@ rule scoreboard:
     conda:
         "environment.yaml"
     params:
-        code=WORK.scoreboard_code(),
+        code=KEYS.scoreboard(),
         effort=WORK.effort,
         judged=WORK.folder(f"{WORK.base}/judged"),
     message:
@@ -32,7 +32,7 @@ rule page:
     conda:
         "environment.yaml"
     params:
-        code=WORK.page_code,
+        code=KEYS.page,
         effort=WORK.effort,
         source=WORK.page_source,
         set=WORK.set_option,
@@ -57,7 +57,7 @@ rule site:
     conda:
         "environment.yaml"
     params:
-        code=WORK.site_code(),
+        code=KEYS.site(),
         effort=WORK.effort,
         source=WORK.folder(WORK.source),
         site=WORK.folder(WORK.site),
@@ -81,7 +81,7 @@ rule notebooks:
     conda:
         "environment.yaml"
     params:
-        code=WORK.notebooks_code(),
+        code=KEYS.notebooks(),
         folder=WORK.folder("report/notebooks"),
     message:
         "notebooks"

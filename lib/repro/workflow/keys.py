@@ -1,0 +1,77 @@
+"""Keys over the code behind each job: where one changes, the job runs again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from raxel.show import available
+from repro.run import discover
+from repro.run.jobs import CODE
+from repro.workflow.work import Work
+
+DRAW_CODE = (("repro.page.draw", "draw"),)
+JUDGE_CODE = (("repro.run.judging", "judge"),)
+
+
+class CodeKeys:
+    """The keys of one build's jobs."""
+
+    def __init__(self, work: Work) -> None:
+        self._work = work
+
+    def experiment(self, wildcards) -> str:
+        """Key over the code that an experiment reaches."""
+        return self._key("experiment", wildcards.experiment, CODE)
+
+    def figure(self, wildcards) -> str:
+        """Key over the code that draws a figure."""
+        return self._key("figure", wildcards.artefact, DRAW_CODE)
+
+    def scene(self, wildcards) -> str:
+        """The same for a figure with a scene, and whether scenes are rendered here."""
+        flat = "" if available().works else " not rendered"
+        return self.figure(wildcards) + flat
+
+    def table(self, wildcards) -> str:
+        """Key over the code that fills a table."""
+        return self._key("table", wildcards.artefact, DRAW_CODE)
+
+    def _key(self, kind: str, identifier: str, more) -> str:
+        producer = self._work.producers[kind, identifier]
+        key = self._work.reach.key((producer.module, producer.function), *more)
+        if not producer.published:
+            return key
+        printed = json.dumps(self._work.published.printed(producer.published))
+        return f"{key}-{hashlib.sha256(printed.encode()).hexdigest()[:16]}"
+
+    def judge(self, wildcards) -> str:
+        """Key over the code of a page's judgements."""
+        page = wildcards.page
+        functions = [
+            (producer.module, producer.function)
+            for kind in ("claim", "numbers")
+            for i in self._work.of_page(page, kind)
+            for producer in [self._work.producers[kind, i]]
+        ]
+        return self._work.reach.key(*functions, *JUDGE_CODE)
+
+    def page(self, wildcards) -> str:
+        """Key over the code that a page's cells can call."""
+        module = discover.page_module(self._work.pages[wildcards.page].stem)
+        return self._work.reach.key(
+            (module, "*"), ("repro.page.execute", "*"), ("repro.page.reader", "*")
+        )
+
+    def scoreboard(self) -> str:
+        """Key over the code of the scoreboard."""
+        return self._work.reach.key(("repro.site.scoreboard", "*"))
+
+    def notebooks(self) -> str:
+        """Key over the code that makes notebooks to work in."""
+        return self._work.reach.key(("repro.site.notebooks", "*"))
+
+    def site(self) -> str:
+        """Key over the code that assembles the site."""
+        rooms = ("assemble", "codes", "sphinx", "check")
+        return self._work.reach.key(*((f"repro.site.{name}", "*") for name in rooms))
