@@ -60,8 +60,9 @@ from repro.run.outcomes import Plan
 # - Only the direct adjustment knows of such errors: its squared errors are
 #   {glue:text}`usual.direct.normalised:.1f` times those it states, for the
 #   smooth table {glue:text}`usual.smooth.normalised:.0f` times (medians).
-# - Past the last target the rays go over to those of the formula within a cell
-#   or two, and the camera says where that is.
+# - Past the last target the field goes on, and fades slowly. Nothing checks the
+#   rays there: the deviation that the camera states rises, and the camera says
+#   where that is.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -104,8 +105,9 @@ from repro.run.outcomes import Plan
 # own, in px. Polynomials to the third degree count as unknown in it: the
 # trend comes from the same noisy data.
 #
-# **Where there is no target** a weak penalty draws the field to zero. The
-# cells without data are reported.
+# **Where there is no target** a weak penalty draws the field to zero. With
+# corners of boards it is as soft as the field is smooth: a firm one would bend
+# the field among the corners, too. The cells without data are reported.
 
 # %% tags=["active-ipynb", "hide-output"]
 # show_code(bent_lens, calibrate)

@@ -33,7 +33,7 @@ class SplineCalibration(NamedTuple):
     the boards in `used` (indices of views). left_out: {index: reason}.
 
     share_with_ray: share of the image's pixels that have a ray; share_covered: of those
-    that lie in a cell in which a corner was found: elsewhere the rays are the trend's.
+    that lie in a cell in which a corner was found: elsewhere nothing checks the rays.
     wrong_corners: {index: how many corners were left out as wrong}; trend: what it was
     fitted as; adjustment: SplineAdjustment; pupil: the trend's PupilTest where that
     moves, else None.

@@ -41,7 +41,7 @@ class RaySplineCamera(Camera):
     trend: a Camera that projects; spacing_px: side of the spline's cells; control:
     (rows, columns, 2), the field's control values in px, `control_shape` says how many;
     covered: (rows - 3, columns - 3) bool, cells in which something was measured (all,
-    if None): elsewhere the field fades to zero and the ray is the trend's;
+    if None): elsewhere the field goes on, fading, and nothing checks the rays;
     covariance: (2 rows - 5, 2 columns - 5, 3), variances uu, uv, vv of the field, px^2,
     at the cells' corners and half-way between; None where nobody states any;
     T_camera_trend: (4, 4), the identity if None.

@@ -67,8 +67,8 @@ def camera_lines(fields, target):
     """The same for people, in lines; target: what `raxel.sets.words` calls it."""
     if fields["kind"] == "ray spline":
         yield (
-            f"smooth rays where {target}s were, beyond them those of the trend, which "
-            "nothing checks there; the numbers are the trend's"
+            f"smooth rays where {target}s were; beyond them they go on towards the "
+            "trend's, and nothing checks them; the numbers are the trend's"
         )
     if "focal_px" in fields:
         f, p = fields["focal_px"], fields["principal_point_px"]
