@@ -299,7 +299,9 @@ def noise_sweep(effort):
 # little: {glue:text}`rays_smooth_deg:.3f`° beside
 # {glue:text}`rays_three_deg:.3f`°. What noise does to a pose, it does by
 # changes of all rays that are as smooth as a pose's own. These a smooth
-# field follows.
+# field follows. All these rays begin at the true centre, and the three grids
+# stand where they do. When the same three grids have to give centre and
+# poses, too, the error is {glue:text}`rays_calibrated_deg:.3f`°.
 #
 # **Tilted planes.** A plane at 60° loses {glue:text}`lost_rays:.0f` % of the
 # rays. The comparison takes those that all planes see, so that the

@@ -135,7 +135,7 @@ def of_noise(result):
 
 def of_sources(result):
     """Medians of the angular pose by the source of its rays."""
-    for source in ("exact", "base", "three", "smooth"):
+    for source in ("three", "smooth", "calibrated"):
         trials = result.column(f"{source}.rotation_deg")
         value(f"rays_{source}_deg", median_interval(trials).value)
 

@@ -180,8 +180,9 @@ def pose_rays(results):
             ("Rays", "Rotation error (°)", "Translation error (mm)"), rows
         ),
         "Error of a further grid's pose with the smallest angles, by where "
-        f"its rays come from; {NOISE_PX:g} px of noise on every grid, centre "
-        "and other poses known. Medians over trials with their intervals.",
+        f"its rays come from; {NOISE_PX:g} px of noise on every grid. Centre "
+        "and other poses are known in all rows but the last. Medians over "
+        "trials with their intervals.",
     )
 
 

@@ -1,4 +1,9 @@
-"""A further grid's pose by rays that are exact, or measured in several ways."""
+"""A further grid's pose by rays that are exact, or measured in several ways.
+
+All but the last take the true centre, and those from three grids their true poses, so
+that the rays alone differ. The last is what a user has: centre, poses and rays are all
+found from the same three grids.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +17,17 @@ from chapters.ch04_central_generic.s2_pose.trials.simulated import (
 )
 from chapters.shared.wide_angle import (
     CENTRE_MM,
+    SIDE,
     SIZE_PX,
     T_BASE_CAMERA,
     draw_scene,
     radial_lens,
 )
-from raxel.calibration import smoothed_rays
+from raxel.calibration import (
+    adjust_consistent,
+    linear_cgsp,
+    smoothed_rays,
+)
 from raxel.calibration.grid_pose import (
     linear_grid_pose,
     refine_pose_angular,
@@ -33,12 +43,13 @@ SOURCES = {
     "base": "measured on the base grid",
     "three": "measured on three grids",
     "smooth": "measured on three grids, smoothed",
+    "calibrated": "centre, poses and rays found from three grids",
 }
 TRIALS = {"quick": 3, "full": 50}
 
 
 def rays_of(scene):
-    """Rays (N, 3) of every source, from the true centre and the true poses."""
+    """Source -> rays (N, 3) and the centre (3,) that they begin at, base frame."""
     measured = [
         normalised(transform(T, lifted(points)) - CENTRE_MM)
         for T, points in zip(
@@ -48,12 +59,19 @@ def rays_of(scene):
     three = normalised(np.mean(measured, axis=0))
     R = T_BASE_CAMERA[:3, :3]
     smooth = smoothed_rays(scene.pixels, three @ R, SIZE_PX, SIZE_PX)
-    return {
+    given_centre = {
         "exact": scene.directions,
         "base": measured[0],
         "three": three,
         "smooth": smooth.camera.rays(scene.pixels).directions @ R.T,
     }
+    linear = linear_cgsp(scene.noisy[:GRIDS], side=SIDE)
+    found = adjust_consistent(
+        scene.noisy[:GRIDS], None, linear.centre, linear.T_base_grid
+    )
+    return {
+        name: (rays, CENTRE_MM) for name, rays in given_centre.items()
+    } | {"calibrated": (found.directions, found.centre)}
 
 
 def source_trial(condition, rng):
@@ -61,10 +79,12 @@ def source_trial(condition, rng):
     scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=GRIDS + 1)
     points, true = scene.noisy[GRIDS], scene.T_base_grid[GRIDS]
     out = {}
-    for source, directions in rays_of(scene).items():
+    for source, (directions, centre) in rays_of(scene).items():
         start = linear_grid_pose(directions, points).T_camera_grid
         found = refine_pose_angular(directions, points, start)
-        out[source] = scored(found.T_camera_grid, moved(true, -CENTRE_MM))
+        # Both are errors in the base frame, that of the centre among them.
+        posed = moved(found.T_camera_grid, centre - CENTRE_MM)
+        out[source] = scored(posed, moved(true, -CENTRE_MM))
     return out
 
 
