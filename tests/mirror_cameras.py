@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.cameras import (
-    OrthographicCamera,
-    PerspectiveCamera,
-    QuadricMirrorCamera,
-)
+from raxel.cameras import OrthographicCamera, PerspectiveCamera, QuadricMirrorCamera
 
 W, H = 640, 480
 PINHOLE = PerspectiveCamera([[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]], [], W, H)

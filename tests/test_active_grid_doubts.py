@@ -126,17 +126,11 @@ def test_other_orders_and_subsets_raise_no_doubt():
             "gray-x-00-inverse.png and gray-x-01-inverse.png are in each other's place",
         ),
         (
-            [
-                ("gray-x-00", "gray-x-02"),
-                ("gray-x-00-inverse", "gray-x-02-inverse"),
-            ],
+            [("gray-x-00", "gray-x-02"), ("gray-x-00-inverse", "gray-x-02-inverse")],
             "gray-x-00.png and gray-x-02.png, and their inverses, are in each other's",
         ),
         (
-            [
-                ("gray-x-01", "gray-y-01"),
-                ("gray-x-01-inverse", "gray-y-01-inverse"),
-            ],
+            [("gray-x-01", "gray-y-01"), ("gray-x-01-inverse", "gray-y-01-inverse")],
             "gray-x-01.png and gray-y-01.png, and their inverses, are in each other's",
         ),
         (

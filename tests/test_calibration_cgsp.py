@@ -14,11 +14,7 @@ from raxel.calibration.cgsp import image_noise_weights, linear_cgsp
 from raxel.calibration.synthetic_pinhole import PINHOLE_METHODS
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
-from tests.bench.calibrators import (
-    bench_calibrators,
-    calibrators_table,
-    contenders,
-)
+from tests.bench.calibrators import bench_calibrators, calibrators_table, contenders
 from tests.calibration_scenes import meet_grids, scene
 from tests.test_calibration_linear import CENTRES, assert_recovered
 

@@ -57,10 +57,7 @@ def test_sums_are_those_of_plain_least_squares():
 
 
 def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known():
-    free, matrix = (
-        free_polynomials(SHAPE),
-        penalty_matrix(SHAPE),
-    )
+    free, matrix = (free_polynomials(SHAPE), penalty_matrix(SHAPE))
     band = band_of(matrix, 3 * SHAPE[1] + 4)
     np.testing.assert_allclose(band_product(band, free), matrix @ free, atol=1e-12)
     # A plane bends nowhere: only the tie to zero counts.

@@ -5,10 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.cameras import (
-    BrownCamera,
-    PerspectiveCamera,
-)
+from raxel.cameras import BrownCamera, PerspectiveCamera
 from raxel.cameras.brown import BrownMap
 from raxel.cameras.fit import fit_camera, radii_of
 from raxel.cameras.kannala_brandt import AsymmetricMap
@@ -16,16 +13,7 @@ from raxel.cameras.polar_polynomial import PolarMap
 from raxel.cameras.rational import CubicMap, LiftedMap
 from raxel.cameras.rising import invert_rising, smallest_positive_root
 from raxel.errors import InputError
-from tests.camera_zoo import (
-    CUBIC,
-    KB_K,
-    KB_ODD,
-    KB_TURN,
-    SHAH,
-    SIZE,
-    ZOO,
-    K,
-)
+from tests.camera_zoo import CUBIC, KB_K, KB_ODD, KB_TURN, SHAH, SIZE, ZOO, K
 
 MAPS = {
     "brown": BrownMap(np.array([-0.2, 0.03]), np.array([0.01, -0.02]), 1.0),

@@ -96,8 +96,7 @@ def test_failed_trials_count_as_the_worst_in_the_signs():
 
 
 @pytest.mark.parametrize(
-    ("middle", "verdict"),
-    [(3.0, "reproduced"), (1.0, "differs"), (1.48, "undecided")],
+    ("middle", "verdict"), [(3.0, "reproduced"), (1.0, "differs"), (1.48, "undecided")]
 )
 def test_peripheral_noise_is_asked_of_infinite_planes_only(middle, verdict):
     def values(name, condition):

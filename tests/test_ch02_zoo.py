@@ -15,14 +15,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.results import fits_of
 from chapters.ch02_general_camera_model.s2_camera_models.tables import ext_zoo
 from chapters.ch02_general_camera_model.s2_camera_models.trials import zoo as trials
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import CURVES
-from chapters.shared.zoo import (
-    ELSEWHERE,
-    SIZE_PX,
-    ZOO,
-    K_of,
-    camera,
-    made,
-)
+from chapters.shared.zoo import ELSEWHERE, SIZE_PX, ZOO, K_of, camera, made
 from raxel.cameras import CAMERAS
 
 

@@ -41,10 +41,7 @@ def contour(name, merged):
 
 def run(corners=None, contours=(), failures=()):
     return SimpleNamespace(
-        found=corners is not None,
-        corners=corners,
-        contours=contours,
-        failures=failures,
+        found=corners is not None, corners=corners, contours=contours, failures=failures
     )
 
 

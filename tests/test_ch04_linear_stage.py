@@ -11,9 +11,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
     cameras,
     centres,
 )
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
-    scene as fig_4_1,
-)
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import scene as fig_4_1
 from chapters.ch04_central_generic.s1_2_linear_stage import claims as s1_2_claims
 from chapters.ch04_central_generic.s1_2_linear_stage import page as s1_2_page
 from chapters.ch04_central_generic.s1_2_linear_stage.trials import (

@@ -103,10 +103,7 @@ def test_a_result_holds_neither_nan_nor_anything_of_the_machine(tmp_path):
     assert "NaN" not in (tmp_path / "r.json").read_text()
 
 
-@given(
-    st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60),
-    st.integers(0, 5),
-)
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60), st.integers(0, 5))
 def test_summary_brackets_the_median_and_counts_what_is_missing(values, missing):
     found = results.summary(values + [None] * missing)
     low, high = found["median_interval"]

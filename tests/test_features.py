@@ -4,13 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import (
-    DETECTORS,
-    order_of_clicks,
-    refused,
-    symmetries,
-    verified,
-)
+from raxel.features import DETECTORS, order_of_clicks, refused, symmetries, verified
 from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
 from raxel.features.opencv import (
     PLAIN_FLAGS,

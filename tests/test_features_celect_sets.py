@@ -10,13 +10,7 @@ from raxel.features.boards import detect_boards
 from raxel.features.celect.clicked import find_celect
 from raxel.sets import load_set, write_set
 from raxel.sets.model import Chessboard, ImageSet, View
-from tests.test_features_celect import (
-    CLICKS,
-    COLUMNS,
-    IMAGE,
-    ROWS,
-    TRUTH,
-)
+from tests.test_features_celect import CLICKS, COLUMNS, IMAGE, ROWS, TRUTH
 
 HIDDEN = np.hypot(*(np.indices(IMAGE.shape)[::-1] - TRUTH[2, 3][:, None, None])) < 22
 COVERED = np.where(HIDDEN, 128, IMAGE).astype(np.uint8)

@@ -5,12 +5,7 @@ import pytest
 from scipy.special import erf
 
 from raxel.errors import InputError
-from raxel.features.localise import (
-    LOCALISERS,
-    corner_subpix,
-    derivative,
-    saddle_point,
-)
+from raxel.features.localise import LOCALISERS, corner_subpix, derivative, saddle_point
 from raxel.features.localise.ridges import _columns, _offsets
 from raxel.features.localise.subpix import opencv_subpix
 from raxel.features.localise.windows import cubic_taps, noise_variance

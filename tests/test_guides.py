@@ -7,10 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.guides.benchmarks.tables import (
-    ext_benchmarks,
-    ext_benchmarks_further,
-)
+from chapters.guides.benchmarks.tables import ext_benchmarks, ext_benchmarks_further
 from chapters.guides.benchmarks.trials import recorded_scores, rig_names
 from chapters.guides.choose_a_method import page as choose_a_method
 from chapters.guides.choose_a_method import tables
@@ -127,8 +124,7 @@ def calibration_record():
 
     sets = record("calibrations")["sets"]
     return SimpleNamespace(
-        conditions=[{"set": one["name"]} for one in sets],
-        column=column,
+        conditions=[{"set": one["name"]} for one in sets], column=column
     )
 
 

@@ -12,10 +12,7 @@ from raxel.lab.lens_shift import ShiftedLens
 from raxel.sets import load_set, read_image
 from tests.test_lab_rig import leaf, small_rig
 
-PLACE = {
-    "translation": leaf([-30, -20, 150], "mm"),
-    "rotation": leaf([0, 0, 0], "deg"),
-}
+PLACE = {"translation": leaf([-30, -20, 150], "mm"), "rotation": leaf([0, 0, 0], "deg")}
 SHIFT = [3, -2]
 
 

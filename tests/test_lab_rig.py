@@ -225,10 +225,7 @@ BAD = {
         {"target__pitch": leaf(-10, "mm")},
         "target.pitch.value: found -10; give a length above 0",
     ),
-    "field of view": (
-        {"camera__max_angle": leaf(200, "deg")},
-        "camera.max_angle: ",
-    ),
+    "field of view": ({"camera__max_angle": leaf(200, "deg")}, "camera.max_angle: "),
     "exposure": (
         {"sensor__white": leaf(0, "e")},
         "sensor.white.value: found 0; give a number of electrons, 1 or more",
@@ -277,10 +274,7 @@ BAD = {
     "falloff": (
         {
             "optics": {
-                "falloff": {
-                    "radius": leaf([9, 5], "px"),
-                    "light": leaf([1, 0], "1"),
-                }
+                "falloff": {"radius": leaf([9, 5], "px"), "light": leaf([1, 0], "1")}
             }
         },
         "optics.falloff: found 2 radii and 2 shares",

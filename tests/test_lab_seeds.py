@@ -9,10 +9,7 @@ from raxel.lab.rig import load_rig
 from raxel.sets import read_image
 from tests.test_lab_rig import changed, leaf
 
-POSE = {
-    "translation": leaf([-15, -10, 120], "mm"),
-    "rotation": leaf([0, 20, 0], "deg"),
-}
+POSE = {"translation": leaf([-15, -10, 120], "mm"), "rotation": leaf([0, 20, 0], "deg")}
 # The same pose twice: only what is drawn for a picture can differ between the two.
 TWICE = {
     "kind": "listed",

@@ -208,10 +208,7 @@ def test_the_test_of_a_claim_and_what_changed_in_it_are_shown():
 
 def test_what_nothing_produces_yet_is_folded_away():
     rows = scoreboard.checked(
-        [
-            row("c2_one", verdict="not yet", regenerated=None),
-            row("c2_two"),
-        ]
+        [row("c2_one", verdict="not yet", regenerated=None), row("c2_two")]
     )
     page = board_page.page(rows)
     shown, folded = page.split('<details class="rx-pending">')

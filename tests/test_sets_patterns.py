@@ -59,11 +59,7 @@ def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
     ("cells", "steps", "message"),
     [
         (0, 4, "cells: found 0 along x"),
-        (
-            (8, 200),
-            4,
-            "cells: found 200 along y on 480 px .* 160 along x and 120",
-        ),
+        ((8, 200), 4, "cells: found 200 along y on 480 px .* 160 along x and 120"),
         (8, 2, "steps: found 2; give 3 to 64"),
     ],
 )

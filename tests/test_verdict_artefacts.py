@@ -94,10 +94,7 @@ def test_an_artefact_that_nothing_draws_is_not_yet_whatever_its_claims():
     book = small(claims={"c": claim("fig_2_1")})
     page = judged(claims={"c": readings(("reproduced", {}))})
     row = by_id(book, page)["fig_2_1"]
-    assert (row["verdict"], row["reason"]) == (
-        "not yet",
-        "still missing: the rest",
-    )
+    assert (row["verdict"], row["reason"]) == ("not yet", "still missing: the rest")
 
 
 SECTION = {"sec_2_1": {"title": "Pinhole"}}

@@ -99,10 +99,7 @@ def test_folder_words_environment_streams_and_time(ask, folder):
 
 @pytest.mark.parametrize(
     ("words", "status", "reason"),
-    [
-        (("leave", "7"), 7, ""),
-        (("raise",), 1, "ValueError: wrong"),
-    ],
+    [(("leave", "7"), 7, ""), (("raise",), 1, "ValueError: wrong")],
 )
 def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
     (folder / "times" / "kind" / "label.json").unlink(missing_ok=True)

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raxel.geometry import (
-    pose,
-    rotation_from_vector,
-)
+from raxel.geometry import pose, rotation_from_vector
 
 SIZE_PX = 240
 COLUMNS, ROWS = 25, 21
@@ -29,6 +26,4 @@ def draw_poses(rng):
     """Poses T_camera_grid (n, 4, 4), tilted and shifted every way."""
     angles = np.radians(rng.uniform(-TILT_DEG, TILT_DEG, (BOARDS, 3)))
     shift = rng.uniform(-SHIFT_MM, SHIFT_MM, (BOARDS, 3))
-    return pose(
-        rotation_from_vector(angles), shift + [0.0, 0.0, DISTANCE_MM]
-    )
+    return pose(rotation_from_vector(angles), shift + [0.0, 0.0, DISTANCE_MM])

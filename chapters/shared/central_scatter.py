@@ -45,9 +45,7 @@ def best_lines(points, T_base_grid):
 
     points: (n, N, 2) mm on n grids with poses (n, 4, 4).
     """
-    placed = transform(
-        T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1)))
-    )
+    placed = transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
     middles = placed.mean(axis=0)
     off = np.moveaxis(placed - middles, 1, 0)
     _, vectors = np.linalg.eigh(np.swapaxes(off, 1, 2) @ off)

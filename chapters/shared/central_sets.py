@@ -6,11 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import (
-    decoded_grids,
-    true_camera,
-    true_poses,
-)
+from chapters.shared.active_grid_sets import decoded_grids, true_camera, true_poses
 from raxel.calibration import linear_cgsp
 from raxel.cameras import closest_point
 from raxel.geometry import inverse_pose, transform
@@ -66,11 +62,7 @@ class TrueGrids(NamedTuple):
 def grid_conditions(effort):
     """A condition for every rendered set of both cameras."""
     return [
-        {
-            "camera": camera,
-            "rig": RIGS[camera] + SMALL[effort],
-            "seed": seed,
-        }
+        {"camera": camera, "rig": RIGS[camera] + SMALL[effort], "seed": seed}
         for camera in RIGS
         for seed in SEEDS[effort]
     ]
@@ -96,9 +88,7 @@ def shared_rays(points, width, rng, most=MOST_RAYS):
     if len(common) > most:
         chosen = np.sort(rng.choice(common, most, replace=False))
     some = points[:, chosen].astype(float)
-    good = (
-        linear_cgsp(some, robust="ransac", rng=rng).inliers[1:].all(axis=0)
-    )
+    good = linear_cgsp(some, robust="ransac", rng=rng).inliers[1:].all(axis=0)
     kept = chosen[good]
     pixels = np.column_stack([kept % width, kept // width]).astype(float)
     return SharedRays(some[:, good], pixels, len(common), 1 - good.mean())

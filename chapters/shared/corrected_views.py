@@ -19,8 +19,6 @@ def in_view(camera, pixels):
     """Points (N, 2) of the corrected view under pixels, NaN without one."""
     plane = synthetic_plane(camera)
     rays = camera.rays(pixels)
-    seen, ahead = corrected_view(
-        rays.directions, plane, np.nan_to_num(rays.origins)
-    )
+    seen, ahead = corrected_view(rays.directions, plane, np.nan_to_num(rays.origins))
     usable = (rays.valid & ahead)[:, None]
     return np.where(usable, seen, np.nan), plane

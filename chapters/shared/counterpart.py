@@ -21,9 +21,7 @@ def decided(holds, found, reading, unit, reason):
         "reproduced" if share.value >= SHARE_OF_SEEDS else "differs",
         float(np.median(known)) if len(known) else "nothing",
         reading=reading,
-        interval=(float(known.min()), float(known.max()))
-        if len(known)
-        else None,
+        interval=(float(known.min()), float(known.max())) if len(known) else None,
         unit=unit,
         reason=f"{reason}; true in {np.count_nonzero(holds)} of {len(holds)} seeds "
         f"({share.low:.2f} to {share.high:.2f})",

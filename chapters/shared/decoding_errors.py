@@ -16,10 +16,7 @@ from scipy.signal import lfilter
 
 from raxel.geometry import inverse_pose, rotate, transform
 
-PHASES, ANGLES = (
-    48,
-    8,
-)  # cells of the bias, along a period and over the cosine
+PHASES, ANGLES = (48, 8)  # cells of the bias, along a period and over the cosine
 LAG = 3  # px, at which the likeness of neighbours is measured
 OUTLYING = 5.0  # standard deviations
 FEWEST = 200  # pixels of a cell of cosines
@@ -63,9 +60,7 @@ class DecodingErrors(NamedTuple):
     def sd_at(self, cosine):
         """Standard deviation (..., 2) mm of the rest at these cosines (...)."""
         middles = (np.arange(ANGLES) + 0.5) / ANGLES
-        return np.stack(
-            [np.interp(cosine, middles, sd) for sd in self.sd_mm], -1
-        )
+        return np.stack([np.interp(cosine, middles, sd) for sd in self.sd_mm], -1)
 
 
 def measured_errors(seen, periods=(8, 8), size_mm=(376.9, 301.5)):
@@ -84,14 +79,10 @@ def measured_errors(seen, periods=(8, 8), size_mm=(376.9, 301.5)):
         usual = np.abs(error[here]) < period / 20
         for k in (0, 1):
             one, good = cell[:, k], usual[:, k]
-            sums[k] += np.bincount(
-                one[good], error[here][good, k], shape[1]
-            )
+            sums[k] += np.bincount(one[good], error[here][good, k], shape[1])
             counts[k] += np.bincount(one[good], minlength=shape[1])
         kept.append((error, here, cell, cosine, grid.decoded.sigma))
-    bias = _filled(
-        (sums / np.maximum(counts, 1)).reshape(2, PHASES, ANGLES), counts
-    )
+    bias = _filled((sums / np.maximum(counts, 1)).reshape(2, PHASES, ANGLES), counts)
     return _with_rest(kept, period, bias)
 
 
@@ -104,19 +95,12 @@ def _with_rest(kept, period, bias):
             bias.reshape(2, -1).T, cell, axis=0
         )
         rest.append(left[here])
-        angles.append(
-            np.minimum(cosine[here] * ANGLES, ANGLES - 1).astype(int)
-        )
+        angles.append(np.minimum(cosine[here] * ANGLES, ANGLES - 1).astype(int))
         stated.append(sigma[here] ** 2)
         near.append(_likeness(left))
-    rest, angles, stated = (
-        np.concatenate(x) for x in (rest, angles, stated)
-    )
+    rest, angles, stated = (np.concatenate(x) for x in (rest, angles, stated))
     sd = np.array(
-        [
-            [_spread(rest[angles == a, k]) for a in range(ANGLES)]
-            for k in (0, 1)
-        ]
+        [[_spread(rest[angles == a, k]) for a in range(ANGLES)] for k in (0, 1)]
     )
     sd = _filled_along(sd)
     far = (np.abs(rest) > OUTLYING * sd[:, angles].T).any(axis=1)
@@ -154,18 +138,13 @@ def _filled_along(sd):
 
 def _spread(values):
     """Robust standard deviation; 0 for too few values."""
-    return (
-        1.4826 * np.median(np.abs(values)) if len(values) >= FEWEST else 0.0
-    )
+    return 1.4826 * np.median(np.abs(values)) if len(values) >= FEWEST else 0.0
 
 
 def _likeness(left):
     """Correlation (2,) of what is left (H, W, 2) with its neighbours LAG px off."""
     both = []
-    for one, other in (
-        (left[LAG:], left[:-LAG]),
-        (left[:, LAG:], left[:, :-LAG]),
-    ):
+    for one, other in ((left[LAG:], left[:-LAG]), (left[:, LAG:], left[:, :-LAG])):
         pair = np.isfinite(one[..., 0]) & np.isfinite(other[..., 0])
         a, b = (np.clip(x[pair], *_tails(left)) for x in (one, other))
         both.append((a * b).mean(axis=0) / (a**2).mean(axis=0))
@@ -187,9 +166,7 @@ def drawn_again(errors, points, cosine, rng, step=1):
     """
     inside = np.isfinite(points[..., 0])
     reach = -(-MARGIN_PX // step)
-    seen = binary_erosion(
-        inside, np.ones((2 * reach + 1,) * 2), border_value=1
-    )
+    seen = binary_erosion(inside, np.ones((2 * reach + 1,) * 2), border_value=1)
     out = np.where(seen[..., None], points, np.nan)
     noise = np.stack(
         [
@@ -211,21 +188,15 @@ def _alike(rng, shape, likeness):
     noise = rng.standard_normal(shape)
     fresh = np.sqrt(1 - likeness**2)
     for _ in range(2):
-        noise[0] /= (
-            fresh  # nothing comes before it that would add to its variance
-        )
+        noise[0] /= fresh  # nothing comes before it that would add to its variance
         noise = lfilter([fresh], [1, -likeness], noise, axis=0).T
     return noise
 
 
 def lattice_rays(camera, step):
     """`Rays` of every step-th pixel each way, and the lattice's shape (h, w)."""
-    v, u = np.mgrid[
-        step // 2 : camera.height : step, step // 2 : camera.width : step
-    ]
-    return camera.rays(
-        np.column_stack([u.ravel(), v.ravel()]).astype(float)
-    ), u.shape
+    v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
+    return camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float)), u.shape
 
 
 def true_lattice(rays, shape, T_camera_grid, size_mm):

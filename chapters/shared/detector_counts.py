@@ -6,24 +6,11 @@ from typing import NamedTuple
 
 from chapters.shared.grid_detectors import CLICKLESS, OPENCV, OPENCV_SB
 
-RENDERED = (
-    "table_3_4_grids",
-    "table_3_5_grids",
-    "table_3_6_grids",
-    "table_3_7_grids",
-)
+RENDERED = ("table_3_4_grids", "table_3_5_grids", "table_3_6_grids", "table_3_7_grids")
 RECORD = "ext_detector_record"
-DETECTORS = {
-    "raxel": "raxel",
-    "opencv": "OpenCV",
-    "opencv-sb": "OpenCV sector-based",
-}
+DETECTORS = {"raxel": "raxel", "opencv": "OpenCV", "opencv-sb": "OpenCV sector-based"}
 # The same detectors as 3.3.2 names them.
-NAMES_OF_3_3_2 = {
-    "raxel": CLICKLESS,
-    "opencv": OPENCV,
-    "opencv-sb": OPENCV_SB,
-}
+NAMES_OF_3_3_2 = {"raxel": CLICKLESS, "opencv": OPENCV, "opencv-sb": OPENCV_SB}
 
 
 class Counted(NamedTuple):
@@ -42,30 +29,21 @@ def rendered_counts(results):
     found = []
     for name in RENDERED:
         result = results[name]
-        ranges = dict.fromkeys(
-            c.get("poses", "") for c in result.conditions
-        )
+        ranges = dict.fromkeys(c.get("poses", "") for c in result.conditions)
         for poses in ranges:
-            some = [
-                c for c in result.conditions if c.get("poses", "") == poses
-            ]
+            some = [c for c in result.conditions if c.get("poses", "") == poses]
             title = some[0]["set"] + (f", {poses} range" if poses else "")
             right, returned = (
                 {
                     detector: int(
-                        sum(
-                            result.column(f"{own}.{what}", **c)[0]
-                            for c in some
-                        )
+                        sum(result.column(f"{own}.{what}", **c)[0] for c in some)
                     )
                     for detector, own in NAMES_OF_3_3_2.items()
                 }
                 for what in ("success", "returned")
             )
             wrong = {d: returned[d] - right[d] for d in right}
-            found.append(
-                Counted("rendered", title, len(some), right, wrong, poses)
-            )
+            found.append(Counted("rendered", title, len(some), right, wrong, poses))
     return found
 
 
@@ -75,17 +53,13 @@ def recorded_counts(record):
     for condition in record.conditions:
         right, wrong = (
             {
-                detector: int(
-                    record.column(f"{detector}.{what}", **condition)[0]
-                )
+                detector: int(record.column(f"{detector}.{what}", **condition)[0])
                 for detector in DETECTORS
             }
             for what in ("right", "wrong")
         )
         count = int(record.column("images", **condition)[0])
-        found.append(
-            Counted("photographs", condition["set"], count, right, wrong)
-        )
+        found.append(Counted("photographs", condition["set"], count, right, wrong))
     return found
 
 
@@ -105,9 +79,7 @@ def summed(counted, by=("evidence",)):
         poses = dict(zip(by, wanted, strict=True)).get("poses", "")
         title = f"{len(some)} sets" + (f", {poses} range" if poses else "")
         count = sum(c.count for c in some)
-        found.append(
-            Counted(some[0].evidence, title, count, right, wrong, poses)
-        )
+        found.append(Counted(some[0].evidence, title, count, right, wrong, poses))
     return found
 
 
@@ -120,7 +92,5 @@ def count_columns(counted):
     }
     for detector, name in DETECTORS.items():
         for what in ("right", "wrong"):
-            columns[f"{name}: {what}"] = [
-                getattr(c, what)[detector] for c in counted
-            ]
+            columns[f"{name}: {what}"] = [getattr(c, what)[detector] for c in counted]
     return columns

@@ -10,18 +10,9 @@ from chapters.shared.corrected_views import in_view, source_pixels_of
 from chapters.shared.methods import LINEAR
 from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of, rig_of
 from raxel.evaluation import synthetic_plane
-from raxel.geometry import (
-    inverse_pose,
-    pose,
-    rotation_from_vector,
-    transform,
-)
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.lab import facade
-from raxel.multiview.perspective_view import (
-    PerspectiveView,
-    resample,
-    source_pixels,
-)
+from raxel.multiview.perspective_view import PerspectiveView, resample, source_pixels
 
 EYE_MM = [600.0, -1600.0, -8500.0]
 PITCH_DEG = 14.0
@@ -52,9 +43,7 @@ def edge_pixels():
     flat = transform(inverse_pose(T_world_camera()), points.reshape(-1, 3))
     camera = camera_of(FACADE_ZOOM)
     seen = camera.project(flat)
-    inside = seen.valid & camera.in_image(
-        np.nan_to_num(seen.pixels, nan=-9)
-    )
+    inside = seen.valid & camera.in_image(np.nan_to_num(seen.pixels, nan=-9))
     pixels = np.where(inside[:, None], seen.pixels, np.nan)
     return pixels.reshape(*points.shape[:2], 2)
 
@@ -165,18 +154,12 @@ def view_matrix(camera):
     """K of the pinhole that corrected pictures are made for."""
     middle = (np.array([camera.width, camera.height]) - 1) / 2
     focal = middle[0] / np.tan(np.radians(HALF_VIEW_DEG))
-    return np.array(
-        [[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]]
-    )
+    return np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
 
 
 def pinhole_picture(picture, camera, R_camera_view):
     """The picture resampled for a pinhole that looks along the view's z."""
     view = PerspectiveView(
-        view_matrix(camera),
-        R_camera_view,
-        np.zeros(3),
-        camera.width,
-        camera.height,
+        view_matrix(camera), R_camera_view, np.zeros(3), camera.width, camera.height
     )
     return resample(picture, source_pixels(camera, view))

@@ -6,10 +6,7 @@ import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
-from raxel.geometry import (
-    pose,
-    rotation_from_vector,
-)
+from raxel.geometry import pose, rotation_from_vector
 
 APEX_MM = 300.0
 EDGE_MM = 260.0
@@ -33,9 +30,7 @@ def fisheye(width, height):
     middle = np.array([(width - 1) / 2, (height - 1) / 2])
     half = np.radians(FISHEYE_FOV_DEG) / 2
     focal = np.hypot(*middle) / half
-    return FisheyeCamera(
-        "equidistance", focal, middle, width, height, 1.01 * half
-    )
+    return FisheyeCamera("equidistance", focal, middle, width, height, 1.01 * half)
 
 
 def faceted(width, height):

@@ -28,10 +28,7 @@ RIGS = (
     "data/rigs/fisheye-12x9.yaml",
     "data/rigs/flexible-mirror.yaml",
 )
-LARGE_RIGS = (
-    "data/rigs/large-hyperboloidal.yaml",
-    "data/rigs/large-fisheye.yaml",
-)
+LARGE_RIGS = ("data/rigs/large-hyperboloidal.yaml", "data/rigs/large-fisheye.yaml")
 # Ranges that the poses of the four sets are drawn from (`pose_range` in the ledger).
 WHOLE, HARD = "whole", "hard"
 # Degrees; the hard ranges stand in the files of the rigs.
@@ -39,10 +36,7 @@ WHOLE_RANGES = {"polar": (0, 70), "tilt": (0, 70), "subtense": (35, 125)}
 WHOLE_POLAR = {"hyperboloidal": (40, 110), "flexible-mirror": (0, 25)}
 
 # What can be wiped off a rig's mirror, its random draws left as they are.
-CLEANED = {
-    "spots": {"spot_cover": (0.0, 0.0)},
-    "glare": {"glare_radiance": (0.0, 0.0)},
-}
+CLEANED = {"spots": {"spot_cover": (0.0, 0.0)}, "glare": {"glare_radiance": (0.0, 0.0)}}
 
 
 @lru_cache(maxsize=8)
@@ -56,9 +50,7 @@ def with_whole_range(rig):
     """The rig of one of the four sets with its poses drawn from the whole range."""
     ranges = dict(WHOLE_RANGES)
     ranges["polar"] = WHOLE_POLAR.get(rig.name, ranges["polar"])
-    limits = {
-        name: tuple(np.deg2rad(ends)) for name, ends in ranges.items()
-    }
+    limits = {name: tuple(np.deg2rad(ends)) for name, ends in ranges.items()}
     return replace(rig, poses=replace(rig.poses, **limits))
 
 

@@ -16,21 +16,14 @@ def clockwise(lattice):
 
 def outer(lattice):
     """Corners (4, 2) of a lattice (rows, columns, 2), around it by its rows."""
-    return np.array(
-        [lattice[0, 0], lattice[0, -1], lattice[-1, -1], lattice[-1, 0]]
-    )
+    return np.array([lattice[0, 0], lattice[0, -1], lattice[-1, -1], lattice[-1, 0]])
 
 
 def corner_areas(lattice):
     """Area (4,) in px² of the squares at the four outer corners, as `outer`."""
     rows, columns = lattice.shape[:2]
     areas = []
-    for r, c in (
-        (0, 0),
-        (0, columns - 2),
-        (rows - 2, columns - 2),
-        (rows - 2, 0),
-    ):
+    for r, c in ((0, 0), (0, columns - 2), (rows - 2, columns - 2), (rows - 2, 0)):
         a, b = lattice[r, c], lattice[r, c + 1]
         d, e = lattice[r + 1, c], lattice[r + 1, c + 1]
         (x, y), (p, q) = e - a, d - b

@@ -17,10 +17,7 @@ OTHERS = {
 }
 LOCALISED_PX = 0.46
 FARTHEST_START_PX = 8
-START_ERRORS_PX = {
-    "quick": (0, 4, 8),
-    "full": (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12),
-}
+START_ERRORS_PX = {"quick": (0, 4, 8), "full": (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12)}
 BASIN_BLUR_PX = 1.0
 
 
@@ -34,9 +31,7 @@ def basin_image():
 def off_by(distance, truth, rng):
     """Starts (N, 2) that are `distance` px from the truth (N, 2), in any direction."""
     angle = rng.uniform(0, 2 * np.pi, len(truth))
-    return truth + distance * np.column_stack(
-        [np.cos(angle), np.sin(angle)]
-    )
+    return truth + distance * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def basin_scores(localised, truth):

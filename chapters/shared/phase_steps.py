@@ -32,9 +32,7 @@ def phase_of(steps):
     The weights are the decoder's own; here they act on float64, without rounding.
     """
     sine, cosine, _ = phase_weights(len(steps))
-    return np.arctan2(
-        np.tensordot(sine, steps, 1), np.tensordot(cosine, steps, 1)
-    )
+    return np.arctan2(np.tensordot(sine, steps, 1), np.tensordot(cosine, steps, 1))
 
 
 def wrapped(angle):
@@ -54,9 +52,7 @@ def decoder_error(profile, count, samples):
     changes no phase. A pixel without a location is nan.
     """
     monitor = ActiveGrid((samples, STRIP_ROWS))
-    patterns = patterns_of(
-        PatternPlan(phase_steps=count, phase_periods=(1.0, 0.0))
-    )
+    patterns = patterns_of(PatternPlan(phase_steps=count, phase_periods=(1.0, 0.0)))
     phase = 2 * np.pi * (np.arange(samples) + 0.5) / samples
     steps = stepped(profile, count, phase)
     low, high = steps.min(), steps.max()
@@ -64,13 +60,7 @@ def decoder_error(profile, count, samples):
     lines = np.rint(TOP * share).astype(np.uint16)
     pictures = np.repeat(lines[:, None], STRIP_ROWS, axis=1)
     found = decode(
-        pictures,
-        patterns,
-        monitor,
-        smooth=False,
-        margin_px=0,
-        noise=1.0,
-        threads=1,
+        pictures, patterns, monitor, smooth=False, margin_px=0, noise=1.0, threads=1
     )
     place = found.location[STRIP_ROWS // 2, :, 0].astype(float)
     return phase, wrapped(2 * np.pi * place / samples - phase)

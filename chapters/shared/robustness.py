@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from chapters.shared.synthetic_board import (
-    FULL_RANGE,
-    SIZE_PX,
-    SyntheticBoard,
-)
+from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, SyntheticBoard
 from raxel.features.celect import CelectSettings
 
 # How far Canny's and Harris's gradients are smoothed: 3.3.1 is run with both.

@@ -37,11 +37,7 @@ def scored(result, lattice):
     """
     missed = np.array([missing_on(c, lattice) for c in result.contours])
     missed, on_rim = missed.sum(axis=0) if len(missed) else (0, 0)
-    values = {
-        "missed": int(missed),
-        "missed_on_rim": int(on_rim),
-        "success": False,
-    }
+    values = {"missed": int(missed), "missed_on_rim": int(on_rim), "success": False}
     if not result.found:
         first = result.failures[0]
         return values | {"stage": first.stage, "contour": first.contour}
@@ -50,8 +46,5 @@ def scored(result, lattice):
     stage = DONE if success else CORNER_OFF
     values |= {"success": success, "stage": stage, "contour": None}
     if success:
-        values |= {
-            "max_px": float(error.max()),
-            "mean_px": float(error.mean()),
-        }
+        values |= {"max_px": float(error.max()), "mean_px": float(error.mean())}
     return values

@@ -20,16 +20,12 @@ HEAD = (
 FOUND_PX = 1e-3
 
 
-def drawn_surroundings(
-    laboratory, camera, T_world_camera, caption, sight=SIGHT
-):
+def drawn_surroundings(laboratory, camera, T_world_camera, caption, sight=SIGHT):
     """The figure of a camera in a scene of the laboratory, world frame.
 
     Its numbers are the rays at the edge of the field of view.
     """
-    scene = surroundings_scene(
-        laboratory, camera, T_world_camera, sight=sight
-    )
+    scene = surroundings_scene(laboratory, camera, T_world_camera, sight=sight)
     drawn, axes = new_figure(height_in=HEIGHT_IN)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])
@@ -42,13 +38,7 @@ def drawn_surroundings(
     gap = float(np.nanmax(np.linalg.norm(back - pixels, axis=1)))
     return Drawing(
         drawn,
-        dict(
-            zip(
-                HEAD,
-                np.column_stack([pixels, starts, directions]).T,
-                strict=True,
-            )
-        ),
+        dict(zip(HEAD, np.column_stack([pixels, starts, directions]).T, strict=True)),
         caption,
         Check(
             gap < FOUND_PX,

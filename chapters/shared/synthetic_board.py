@@ -51,23 +51,14 @@ class SyntheticBoard:
     @property
     def focal_px(self):
         """Focal length that spreads the picture's diagonal over the field of view."""
-        return (
-            SIZE_PX
-            / math.sqrt(2)
-            / math.tan(math.radians(self.fov_deg) / 2)
-        )
+        return SIZE_PX / math.sqrt(2) / math.tan(math.radians(self.fov_deg) / 2)
 
     @property
     def camera(self):
         """Equisolid fisheye (2.7); it sees less than 90 deg off, as a pinhole does."""
         middle = [(SIZE_PX - 1) / 2] * 2
         return FisheyeCamera(
-            "equisolid",
-            self.focal_px,
-            middle,
-            SIZE_PX,
-            SIZE_PX,
-            math.pi / 2,
+            "equisolid", self.focal_px, middle, SIZE_PX, SIZE_PX, math.pi / 2
         )
 
     @property
@@ -93,9 +84,7 @@ class SyntheticBoard:
     def corners(self):
         """True corners (rows * columns, 2) row by row; NaN where out of sight."""
         points = np.pad(self.chessboard.points(), ((0, 0), (0, 1)))
-        return self.camera.project(
-            transform(self.T_camera_board, points)
-        ).pixels
+        return self.camera.project(transform(self.T_camera_board, points)).pixels
 
     @property
     def lattice(self):
@@ -116,20 +105,13 @@ class SyntheticBoard:
     def place(self, points):
         """Pixels (N, 2) of lattice points (N, 2): x along a row, 1 per square."""
         flat = np.pad(self.square_px * points, ((0, 0), (0, 1)))
-        return self.camera.project(
-            transform(self.T_camera_board, flat)
-        ).pixels
+        return self.camera.project(transform(self.T_camera_board, flat)).pixels
 
     @property
     def least_spacing(self):
         """Smallest distance in px between neighbouring corners."""
-        steps = (
-            np.diff(self.lattice, axis=0),
-            np.diff(self.lattice, axis=1),
-        )
-        return min(
-            float(np.nanmin(np.linalg.norm(s, axis=2))) for s in steps
-        )
+        steps = (np.diff(self.lattice, axis=0), np.diff(self.lattice, axis=1))
+        return min(float(np.nanmin(np.linalg.norm(s, axis=2))) for s in steps)
 
     @property
     def rim_spacing(self):
@@ -138,9 +120,7 @@ class SyntheticBoard:
         ends = np.array([[last + self.square_px, 0.0], [last, 0.0]])
         middle = self.chessboard.points().mean(axis=0)
         points = np.pad(ends + middle, ((0, 0), (0, 1)))
-        pixels = self.camera.project(
-            transform(self.T_camera_board, points)
-        ).pixels
+        pixels = self.camera.project(transform(self.T_camera_board, points)).pixels
         return float(np.linalg.norm(pixels[0] - pixels[1]))
 
     def image(self, blur_px=1.0, noise_sd=0.0, rng=None, levels=FULL_RANGE):
@@ -158,11 +138,7 @@ class SyntheticBoard:
     def flat_image(self):
         """The picture before it is bent, uint8 (1000, 1000), without blur."""
         middle = (SIZE_PX - 1) / 2
-        K = [
-            [self.focal_px, 0, middle],
-            [0, self.focal_px, middle],
-            [0, 0, 1],
-        ]
+        K = [[self.focal_px, 0, middle], [0, self.focal_px, middle], [0, 0, 1]]
         camera = PerspectiveCamera(np.array(K), (), SIZE_PX, SIZE_PX)
         return np.rint(255 * _rendered(self, camera)).astype(np.uint8)
 

@@ -30,9 +30,7 @@ class SweepCase:
         self.result = result
         self.options = options
 
-    def generic(
-        self, quantity: str, law: str | None = None, **condition
-    ) -> np.ndarray:
+    def generic(self, quantity: str, law: str | None = None, **condition) -> np.ndarray:
         """Trials of the generic method, (trials,).
 
         law: which one, in the sweep that holds several in every trial.
@@ -46,9 +44,7 @@ class SweepCase:
         """Trials of the parametric method, (trials,)."""
         return self._column("parametric", quantity, condition)
 
-    def exact(
-        self, quantity: str, law: str | None = None, **condition
-    ) -> np.ndarray:
+    def exact(self, quantity: str, law: str | None = None, **condition) -> np.ndarray:
         """Trials of exact rays, scored on fresh noise in any reading."""
         scale = SCALE[self._option("residual_scale")]
         place = f"exact.{scale}.{quantity}"
@@ -69,14 +65,10 @@ class SweepCase:
         """The same reading with other options."""
         return SweepCase(self.result, self.options | options)
 
-    def _column(
-        self, method: str, quantity: str, condition: dict
-    ) -> np.ndarray:
+    def _column(self, method: str, quantity: str, condition: dict) -> np.ndarray:
         scale = SCALE[self._option("residual_scale")]
         place = f"{method}.{SCORING[self._option('scoring')]}.{scale}"
-        return self.result.column(
-            f"{place}.{quantity}", **self._with(condition)
-        )
+        return self.result.column(f"{place}.{quantity}", **self._with(condition))
 
     def _with(self, condition: dict) -> dict:
         domain = {"domain": self._option("noise")}
@@ -86,9 +78,7 @@ class SweepCase:
         return self.options.get(question, QUESTIONS[question][0])
 
 
-def every_reading(
-    result, questions: dict[str, tuple[str, ...]]
-) -> Iterator[SweepCase]:
+def every_reading(result, questions: dict[str, tuple[str, ...]]) -> Iterator[SweepCase]:
     """One case per combination of options of the given questions."""
     for options in product(*questions.values()):
         yield SweepCase(result, dict(zip(questions, options, strict=True)))

@@ -30,9 +30,7 @@ def calibrated(points, true, centrality=True):
     out = {}
     for name, stage in METHODS.items():
         try:
-            out[name] = _calibrated(
-                LINEAR_STAGES[stage], points, true, centrality
-            )
+            out[name] = _calibrated(LINEAR_STAGES[stage], points, true, centrality)
         except CalibrationError as fault:
             out[name] = {"failed": str(fault)}
     return out
@@ -68,17 +66,13 @@ def _scatters(centre, points, poses):
         "all": scatter.measures(),
         "apart": scatter_about(centre, points[:, apart], poses).measures(),
         "share_apart": float(apart.mean()),
-        "crossing": np.column_stack([scatter.points, apart]).astype(
-            np.float32
-        ),
+        "crossing": np.column_stack([scatter.points, apart]).astype(np.float32),
     }
 
 
 def depth_spread(centre, points, T_base_grid):
     """How far apart the points of each ray lie, (N,), as a share of their distance."""
-    placed = transform(
-        T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1)))
-    )
+    placed = transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
     distance = np.linalg.norm(placed - centre, axis=2)
     return np.ptp(distance, axis=0) / distance.mean(axis=0)
 
@@ -98,9 +92,7 @@ def _turn(T):
 
 def ray_point_errors(points, centre, T_base_grid, directions):
     """Distances (n * N,) mm of points from their rays, (4.18)."""
-    placed = transform(
-        T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1)))
-    )
+    placed = transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
     reach = placed - centre
     along = np.sum(reach * directions, axis=2, keepdims=True)
     return np.linalg.norm(reach - along * directions, axis=2).ravel()

@@ -13,15 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.evaluation.distortion import (
-    distortion_residual,
-)
-from raxel.geometry import (
-    intersect_rays_plane,
-    pose,
-    rotation_from_vector,
-    transform,
-)
+from raxel.evaluation.distortion import distortion_residual
+from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
 
 SIZE_PX = 640
 POINTS = 999
@@ -46,17 +39,13 @@ def fisheye(projection, fov_deg):
         "stereographic": 2 * np.tan(half / 2),
     }[projection]
     focal = CORNER_RADIUS_PX / radius_at_unit_focal
-    return FisheyeCamera(
-        projection, focal, PRINCIPAL, SIZE_PX, SIZE_PX, 1.1 * half
-    )
+    return FisheyeCamera(projection, focal, PRINCIPAL, SIZE_PX, SIZE_PX, 1.1 * half)
 
 
 def perspective(fov_deg, radial=()):
     """A pinhole of that diagonal field of view, with radial distortion."""
     focal = CORNER_RADIUS_PX / np.tan(np.radians(fov_deg) / 2)
-    K = np.array(
-        [[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]]
-    )
+    K = np.array([[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]])
     return PerspectiveCamera(K, radial, SIZE_PX, SIZE_PX)
 
 
@@ -84,12 +73,8 @@ def _draw_grid(rng):
     """A grid facing the camera (z away from it), tilted, shifted."""
     axis = rng.uniform(0, 2 * np.pi)
     tilt = np.radians(rng.uniform(*TILT_DEG))
-    R = rotation_from_vector(
-        tilt * np.array([np.cos(axis), np.sin(axis), 0.0])
-    )
-    spin = rotation_from_vector(
-        np.array([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
-    )
+    R = rotation_from_vector(tilt * np.array([np.cos(axis), np.sin(axis), 0.0]))
+    spin = rotation_from_vector(np.array([0.0, 0.0, rng.uniform(0, 2 * np.pi)]))
     shift = rng.uniform(-SHIFT_MM, SHIFT_MM, 3)
     return pose(R @ spin, shift + [0.0, 0.0, DISTANCE_MM])
 
@@ -164,17 +149,13 @@ def observe(camera, grids, pixels, noise, domain):
     if domain == "px":
         noisy_pixels = pixels + noise
         seen = [
-            back_project(camera, p, T)
-            for p, T in zip(noisy_pixels, looks, strict=True)
+            back_project(camera, p, T) for p, T in zip(noisy_pixels, looks, strict=True)
         ]
         noisy_points = np.stack([s[0] for s in seen])
         keep = np.all([s[1] for s in seen], axis=0)
     else:
         noisy_points = points + noise
-    noisy_pixels, noisy_points = (
-        noisy_pixels[:, keep],
-        noisy_points[:, keep],
-    )
+    noisy_pixels, noisy_points = (noisy_pixels[:, keep], noisy_points[:, keep])
     return Data(
         camera, grids, pixels[keep], noisy_pixels[:3], points[:3, keep],
         noisy_points[:3], noisy_pixels[3], noisy_points[3],

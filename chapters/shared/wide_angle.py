@@ -55,9 +55,7 @@ def radial_lens(fov_deg=FOV_DEG, k1=LENS_K1):
     """A pinhole with one radial term whose circle shows ``fov_deg``."""
     tangent = np.tan(np.radians(fov_deg) / 2)
     focal = RADIUS_PX / (tangent * (1 + k1 * tangent**2))
-    K = np.array(
-        [[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]]
-    )
+    K = np.array([[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]])
     return PerspectiveCamera(K, (k1,), SIZE_PX, SIZE_PX)
 
 
@@ -65,12 +63,7 @@ def equidistance(fov_deg):
     """A fisheye with r = f theta whose circle shows ``fov_deg``."""
     half = np.radians(fov_deg) / 2
     return FisheyeCamera(
-        "equidistance",
-        RADIUS_PX / half,
-        PRINCIPAL,
-        SIZE_PX,
-        SIZE_PX,
-        1.1 * half,
+        "equidistance", RADIUS_PX / half, PRINCIPAL, SIZE_PX, SIZE_PX, 1.1 * half
     )
 
 
@@ -85,9 +78,7 @@ def _draw_pose(rng, euler_deg):
     shift = rng.uniform(-SHIFT_MM, SHIFT_MM, 3)
     R = np.eye(3)
     for axis, angle in zip(
-        np.eye(3),
-        np.radians(rng.uniform(-euler_deg, euler_deg, 3)),
-        strict=True,
+        np.eye(3), np.radians(rng.uniform(-euler_deg, euler_deg, 3)), strict=True
     ):
         R = rotation_from_vector(angle * axis) @ R
     return pose(R, shift)
@@ -98,16 +89,12 @@ def back_project(camera, pixels, T_base_grid):
 
     pixels may be (n, N, 2), others for each grid.
     """
-    pixels = np.broadcast_to(
-        pixels, (len(T_base_grid), *np.shape(pixels)[-2:])
-    )
+    pixels = np.broadcast_to(pixels, (len(T_base_grid), *np.shape(pixels)[-2:]))
     points, seen = [], []
     for T, seen_by in zip(T_base_grid, pixels, strict=True):
         T_camera_grid = inverse_pose(T_BASE_CAMERA) @ T
         rays = camera.rays(seen_by)
-        hit = intersect_rays_plane(
-            rays.origins, rays.directions, T_camera_grid
-        )
+        hit = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
         incidence = np.abs(rays.directions @ T_camera_grid[:3, 2])
         points.append(hit.points)
         seen.append(rays.valid & hit.valid & (incidence >= LEAST_INCIDENCE))
@@ -122,9 +109,7 @@ def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
     kept = np.empty((0, 2))
     for _ in range(1000):
         pixels = rng.uniform(-0.5, SIZE_PX - 0.5, (2 * rays, 2))
-        pixels = pixels[
-            np.linalg.norm(pixels - PRINCIPAL, axis=1) <= RADIUS_PX
-        ]
+        pixels = pixels[np.linalg.norm(pixels - PRINCIPAL, axis=1) <= RADIUS_PX]
         points, seen = back_project(camera, pixels, T_base_grid)
         on_grid = (np.abs(points) <= half_mm).all(axis=2)
         seen = (seen & on_grid).all(axis=0)
@@ -151,10 +136,7 @@ class MeasuredGrids:
     @property
     def directions(self):
         """True unit directions (N, 3) of the rays in the base frame."""
-        return (
-            self.camera.rays(self.pixels).directions
-            @ T_BASE_CAMERA[:3, :3].T
-        )
+        return self.camera.rays(self.pixels).directions @ T_BASE_CAMERA[:3, :3].T
 
 
 def observe(camera, T_base_grid, pixels, noise, domain, rng):
@@ -162,9 +144,7 @@ def observe(camera, T_base_grid, pixels, noise, domain, rng):
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":
-        return MeasuredGrids(
-            camera, T_base_grid, pixels, points, points + drawn
-        )
+        return MeasuredGrids(camera, T_base_grid, pixels, points, points + drawn)
     noisy, seen = back_project(camera, pixels + drawn, T_base_grid)
     keep = seen.all(axis=0)
     return MeasuredGrids(

@@ -80,9 +80,7 @@ def two_mirrors():
         poses[-1].append([0, 0, 0, 1])
     viewer = {"kind": "perspective", "K": K_of(130), "radial": []} | SIZE
     fields = {"viewer": viewer, "T_viewer_facets": np.array(poses)}
-    return camera_from(
-        "planar mirrors", fields | {"outlines": [outline] * 2}
-    )
+    return camera_from("planar mirrors", fields | {"outlines": [outline] * 2})
 
 
 def bent_sheet():
@@ -147,12 +145,7 @@ ZOO = {
     ),
     "radial and decentring": Model(
         "2.2.1",
-        made(
-            "brown",
-            K=K_of(130),
-            radial=[-0.12, 0.03],
-            tangential=[0.01, -0.02],
-        ),
+        made("brown", K=K_of(130), radial=[-0.12, 0.03], tangential=[0.01, -0.02]),
         "ordinary lenses with elements off their axis",
         PLANE_END,
     ),
@@ -171,8 +164,7 @@ ZOO = {
     "lifted rational": Model(
         "2.2.2",
         made("lifted rational", A=lifted(97)),
-        "rays quadratic in the pixel, beyond 90° too; epipolar curves "
-        "become lines",
+        "rays quadratic in the pixel, beyond 90° too; epipolar curves become lines",
         "laws of higher order; rays that miss the centre",
     ),
     "field of view": Model(
@@ -213,24 +205,14 @@ ZOO = {
     "Micusik-Pajdla, rational": Model(
         "2.2.2",
         made(
-            "micusik-pajdla",
-            law="rational",
-            a=1 / 60,
-            b=3.9e-6,
-            principal_point=CENTRE,
+            "micusik-pajdla", law="rational", a=1 / 60, b=3.9e-6, principal_point=CENTRE
         ),
         "the one lens it was found for, and like ones",
         ONE_CENTRE,
     ),
     "Micusik-Pajdla, sine": Model(
         "2.2.2",
-        made(
-            "micusik-pajdla",
-            law="sine",
-            a=66,
-            b=0.3,
-            principal_point=CENTRE,
-        ),
+        made("micusik-pajdla", law="sine", a=66, b=0.3, principal_point=CENTRE),
         "equidistance to orthographic laws, with one number",
         ONE_CENTRE,
     ),
@@ -259,11 +241,7 @@ ZOO = {
     ),
     "Tardif": Model(
         "2.2.3",
-        made(
-            "tardif",
-            coefficients=[62, -0.05, -6e-3],
-            principal_point=CENTRE,
-        ),
+        made("tardif", coefficients=[62, -0.05, -6e-3], principal_point=CENTRE),
         "round cameras of any field of view below 360°",
         ONE_CENTRE,
     ),
@@ -302,9 +280,7 @@ ZOO = {
     ),
     "hyperboloid off the focus": Model(
         "2.2.3",
-        mirror(
-            "hyperboloid", (30, 20), 280, ((3, -2, 10), (0.05, 0.02, 0))
-        ),
+        mirror("hyperboloid", (30, 20), 280, ((3, -2, 10), (0.05, 0.02, 0))),
         "a quadric mirror in any pose before the viewer",
         "mirrors that are not quadrics",
     ),

@@ -10,11 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from chapters.shared.synthetic_readings import (
-    METHOD,
-    SCALE,
-    readings_of,
-)
+from chapters.shared.synthetic_readings import METHOD, SCALE, readings_of
 from chapters.shared.zoom_rigs import FACADE_ZOOM, ZOOMS
 from repro.judge.statistics import wins
 
@@ -29,24 +25,14 @@ QUESTIONS = {
 }
 LABORATORY = ("corner_noise", "interpolation")
 NOT_CROSSED = {
-    question: {
-        "standard_method",
-        "noise",
-        "scoring",
-        "extent",
-        *LABORATORY,
-    }
+    question: {"standard_method", "noise", "scoring", "extent", *LABORATORY}
     - {question}
     for question in LABORATORY
 }
 NOISE_PX = {"none": 0.0, "0.06 px": 0.06, "0.45 px": 0.45}
 OF_SEEDS = ("table_2_2_redrawn", "table_2_2_readings", "fig_2_7_smooth")
 REDRAWN, READ, PAIRED = OF_SEEDS
-OTHERS = (
-    ("none", "smooth"),
-    ("0.06 px", "homographic"),
-    ("0.45 px", "homographic"),
-)
+OTHERS = (("none", "smooth"), ("0.06 px", "homographic"), ("0.45 px", "homographic"))
 
 
 def condition_of(zoom, corner_noise, interpolation):
@@ -63,10 +49,7 @@ READINGS = [
     for other in OTHERS
     if (condition := condition_of(zoom, *other)) not in IN_PAIRS
 ]
-IMAGES = {
-    "calibration images": "calibration",
-    "held-out images": "held_out",
-}
+IMAGES = {"calibration images": "calibration", "held-out images": "held_out"}
 STATISTIC = {"RMS": "rms_px", "mean": "mean_px"}
 
 
@@ -111,9 +94,7 @@ class ZoomCase:
 
     def residual(self, name, zoom, statistic=None):
         """Residual (px) of every seed, NaN where the method failed."""
-        statistic = (
-            statistic or STATISTIC[self.option("residual_statistic")]
-        )
+        statistic = statistic or STATISTIC[self.option("residual_statistic")]
         place = f"{self.method(name)}.{self.images}.{self.scale}"
         return self.column(f"{place}.{statistic}", zoom)
 

@@ -9,12 +9,7 @@ import sys
 
 import numpy as np
 
-from raxel.calibration import (
-    BoardView,
-    adjust_consistent,
-    dense_view,
-    relax_centrality,
-)
+from raxel.calibration import BoardView, adjust_consistent, dense_view, relax_centrality
 from raxel.calibration.board_rays import ray_table
 from raxel.calibration.cgsp import homography_to_base, image_noise_weights
 from raxel.calibration.smooth_adjustment import adjust_spline
@@ -24,12 +19,7 @@ from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
 from raxel.features.celect import celect
-from raxel.geometry import (
-    intersect_rays_plane,
-    pose,
-    rotation_from_vector,
-    transform,
-)
+from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
 from raxel.multiview.plane_view import remap_to_plane
 from raxel.sets import (

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from chapters.appendix_a.phase_and_harmonics.results import (
-    odd_pairs,
-    over,
-)
+from chapters.appendix_a.phase_and_harmonics.results import odd_pairs, over
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
@@ -13,9 +10,7 @@ ROUNDING_RAD = 1e-12
 MARGIN = 0.1
 
 
-@claim(
-    "c3_even_cancels", needs=("exp_c3_even_cancels",), evidence="analytic"
-)
+@claim("c3_even_cancels", needs=("exp_c3_even_cancels",), evidence="analytic")
 def judge_even_cancels(results):
     """Phase error below 1e-12 rad for orders 2, 4, 6, sine or cosine."""
     ran = results["exp_c3_even_cancels"]
@@ -33,11 +28,7 @@ def judge_even_cancels(results):
     ]
 
 
-@claim(
-    "c3_odd_orders_matter",
-    needs=("exp_c3_odd_orders_matter",),
-    evidence="analytic",
-)
+@claim("c3_odd_orders_matter", needs=("exp_c3_odd_orders_matter",), evidence="analytic")
 def judge_odd_orders(results):
     """Amplitude within 10 % of (b3 + b5) / b1, at four times the fundamental."""
     pairs = odd_pairs(results["exp_c3_odd_orders_matter"])

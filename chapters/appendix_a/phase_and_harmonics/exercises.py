@@ -24,9 +24,7 @@ def amplitude_task():
         "hint": "go from order 1 to 2, and from there to 3",
         "slips": {
             "That is order 2.": lambda: power_law_orders(GAMMA, 3)[1],
-            "That is order 3 as a share of order 2.": lambda: (
-                (GAMMA - 2) / (GAMMA + 3)
-            ),
+            "That is order 3 as a share of order 2.": lambda: (GAMMA - 2) / (GAMMA + 3),
             "The sign: is the gamma below or above 2?": lambda: (
                 -power_law_orders(GAMMA, 3)[2]
             ),
@@ -40,8 +38,8 @@ def alias_task():
         "expected": lambda: np.array([SEVEN - 1.0, SEVEN + 1.0]),
         "hint": "m is 1 for the lowest",
         "slips": {
-            "An order of 7 adds the same to all seven pictures.": lambda: (
-                np.array([SEVEN, SEVEN + 1.0])
+            "An order of 7 adds the same to all seven pictures.": lambda: np.array(
+                [SEVEN, SEVEN + 1.0]
             ),
             "Those are the second and third; one lower one disturbs too.": lambda: (
                 np.array([SEVEN + 1.0, 2 * SEVEN - 1.0])
@@ -59,12 +57,8 @@ def steps_task():
             "Amplitudes add with their signs.": lambda: (
                 CELL_MM * (abs(B3) + abs(B5)) / (2 * np.pi)
             ),
-            "That takes a period for 1 rad.": lambda: (
-                CELL_MM * abs(B3 + B5)
-            ),
-            "Order 5 counts as well.": lambda: (
-                CELL_MM * abs(B3) / (2 * np.pi)
-            ),
+            "That takes a period for 1 rad.": lambda: CELL_MM * abs(B3 + B5),
+            "Order 5 counts as well.": lambda: CELL_MM * abs(B3) / (2 * np.pi),
         },
     }
 

@@ -31,17 +31,11 @@ FLOOR = 1e-3
 AGREE = 5e-3
 
 
-@figure(
-    "ext_phase_error_gamma",
-    needs=("ext_phase_error_gamma",),
-    evidence="analytic",
-)
+@figure("ext_phase_error_gamma", needs=("ext_phase_error_gamma",), evidence="analytic")
 def ext_phase_error_gamma(results):
     """Largest error of the decoder against gamma, beside the prediction."""
     ran = results["ext_phase_error_gamma"]
-    gammas = sorted(
-        {c["gamma"] for c in ran.conditions if c["law"] == "power"}
-    )
+    gammas = sorted({c["gamma"] for c in ran.conditions if c["law"] == "power"})
     drawn, both = new_figure(1, 2, height_in=3.6, sharey=True)
     data = {"law": [], "steps": [], "gamma": []}
     data |= {"decoder (%)": [], "predicted (%)": []}
@@ -95,11 +89,7 @@ def ext_phase_error_gamma(results):
     )
 
 
-@figure(
-    "ext_orders_of_steps",
-    needs=("ext_orders_of_steps",),
-    evidence="analytic",
-)
+@figure("ext_orders_of_steps", needs=("ext_orders_of_steps",), evidence="analytic")
 def ext_orders_of_steps(results):
     """Which orders disturb which number of steps."""
     ran = results["ext_orders_of_steps"]
@@ -107,10 +97,7 @@ def ext_orders_of_steps(results):
     size = np.array(
         [
             [
-                max(
-                    one(ran, f"{kind}.{n}", steps=steps)
-                    for kind in ("sine", "cosine")
-                )
+                max(one(ran, f"{kind}.{n}", steps=steps) for kind in ("sine", "cosine"))
                 for n in orders
             ]
             for steps in STEPS
@@ -119,28 +106,17 @@ def ext_orders_of_steps(results):
     size = size / SMALL
     drawn, axes = new_figure(height_in=2.4)
     axes.grid(False)
-    picture = axes.imshow(
-        size, cmap="Blues", vmin=0, vmax=1.3, aspect="auto"
-    )
+    picture = axes.imshow(size, cmap="Blues", vmin=0, vmax=1.3, aspect="auto")
     picture.set_rasterized(True)
     for row in range(len(STEPS)):
         for column, n in enumerate(orders):
             if size[row, column] > 1e-6:
-                axes.text(
-                    column,
-                    row,
-                    f"{n}",
-                    ha="center",
-                    va="center",
-                    color="white",
-                )
+                axes.text(column, row, f"{n}", ha="center", va="center", color="white")
     axes.set_xticks(range(len(orders)), [f"{n}" for n in orders])
     axes.set_yticks(range(len(STEPS)), [f"{n}" for n in STEPS])
     axes.set_xlabel("Order of the profile (1)")
     axes.set_ylabel("Phase steps (1)")
-    expected = np.array(
-        [[n % s in (1, s - 1) for n in orders] for s in STEPS]
-    )
+    expected = np.array([[n % s in (1, s - 1) for n in orders] for s in STEPS])
     return Drawing(
         drawn,
         {
@@ -152,20 +128,13 @@ def ext_orders_of_steps(results):
         "orders that shift a phase, by as much as they have of the first order; "
         "empty: those that cancel.",
         Check(
-            bool(
-                np.all((size > 0.5) == expected)
-                and size[~expected].max() < 1e-9
-            ),
+            bool(np.all((size > 0.5) == expected) and size[~expected].max() < 1e-9),
             "the orders that disturb are mN ± 1, and no others",
         ),
     )
 
 
-@figure(
-    "ext_phase_error_period",
-    needs=("ext_phase_error_gamma",),
-    evidence="analytic",
-)
+@figure("ext_phase_error_period", needs=("ext_phase_error_gamma",), evidence="analytic")
 def ext_phase_error_period(results):
     """A profile, whole and cut off, and the error over its period."""
     ran = results["ext_phase_error_gamma"]

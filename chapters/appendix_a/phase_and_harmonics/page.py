@@ -39,13 +39,7 @@ from chapters.shared.phase_steps import (
     sum_of_orders,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -191,17 +185,13 @@ def even_trial(condition, rng):
     phase = phases(condition["phases"])
     formula, decoder = [], []
     for amplitude in AMPLITUDES:
-        profile = one_order(
-            condition["order"], condition["kind"], amplitude
-        )
+        profile = one_order(condition["order"], condition["kind"], amplitude)
         formula.append(largest(formula_error(profile, 4, phase)))
         decoder.append(largest(decoder_error(profile, 4, len(phase))[1]))
     return {"formula_rad": max(formula), "decoder_rad": max(decoder)}
 
 
-@experiment(
-    "exp_c3_even_cancels", artefact="app_a", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c3_even_cancels", artefact="app_a", shards={"quick": 1, "full": 1})
 def even_orders(effort):
     """Orders 2, 4 and 6, sine and cosine, up to 30 % of the first."""
     conditions = [
@@ -216,9 +206,7 @@ def even_orders(effort):
 def odd_trial(condition, rng):
     """The error that orders 3 and 5 make: its size, and how it oscillates."""
     phase = phases(condition["phases"])
-    profile = sum_of_orders(
-        {1: 1.0, 3: condition["b3"], 5: condition["b5"]}
-    )
+    profile = sum_of_orders({1: 1.0, 3: condition["b3"], 5: condition["b5"]})
     error = formula_error(profile, 4, phase)
     parts = error_orders(error)
     decoded = decoder_error(profile, 4, len(phase))[1]
@@ -232,9 +220,7 @@ def odd_trial(condition, rng):
 
 
 @experiment(
-    "exp_c3_odd_orders_matter",
-    artefact="app_a",
-    shards={"quick": 1, "full": 1},
+    "exp_c3_odd_orders_matter", artefact="app_a", shards={"quick": 1, "full": 1}
 )
 def odd_orders(effort):
     """Orders 3 and 5, each up to 5 % of the first, and together."""

@@ -34,9 +34,7 @@ def odd_pairs(result):
         pair = {k: condition[k] for k in ("b3", "b5")}
         size = one(result, "amplitude_rad", **pair)
         order = int(one(result, "strongest_order", **pair))
-        found.append(
-            (tuple(pair.values()), size, size / sum(pair.values()), order)
-        )
+        found.append((tuple(pair.values()), size, size / sum(pair.values()), order))
     return found
 
 
@@ -61,22 +59,14 @@ def name_values(open_results):
     size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
     value("odd.one_percent", size)
     value("odd.share", PERCENT_OF_PERIOD * size)
-    for name, ratio in zip(
-        ("true", "printed"), ratios_at(0.4, 0.05), strict=True
-    ):
+    for name, ratio in zip(("true", "printed"), ratios_at(0.4, 0.05), strict=True):
         value(f"ratio.{name}", ratio)
     swept = open_results("ext_phase_error_gamma")
-    for name, steps in (
-        ("three", 3),
-        ("four", 4),
-        ("six", 6),
-        ("eight", 8),
-    ):
+    for name, steps in (("three", 3), ("four", 4), ("six", 6), ("eight", 8)):
         value(f"gamma.{name}", percent(swept, "power", steps))
         value(f"clipped.{name}", percent(swept, "clipped", steps))
     value(
-        "gamma.four_over_five",
-        percent(swept, "power", 4) / percent(swept, "power", 5),
+        "gamma.four_over_five", percent(swept, "power", 4) / percent(swept, "power", 5)
     )
     value("clipped.gain", 100 * (GAIN - 1))
     law = power_law_orders(GAMMA, 3)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from chapters.appendix_a.phase_and_harmonics.results import (
-    PERCENT_OF_PERIOD,
-    one,
-)
+from chapters.appendix_a.phase_and_harmonics.results import PERCENT_OF_PERIOD, one
 from chapters.appendix_a.phase_and_harmonics.trials import SMALL, STEPS
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
@@ -27,10 +24,7 @@ def across(n):
         return "0", "0"
     wave = r"\phi" if n == 1 else rf"{n}\phi"
     sign = "" if n % 4 == 1 else "-"
-    return (
-        rf"$2 b_{n} \sin {wave}$",
-        rf"${sign}2 b_{n} \cos {wave}$",
-    )
+    return (rf"$2 b_{n} \sin {wave}$", rf"${sign}2 b_{n} \cos {wave}$")
 
 
 def first_order(n):
@@ -63,9 +57,7 @@ def app_a(results):
             for kind in ("sine", "cosine")
         ]
         if n > 1:
-            agree &= all(
-                abs(error - SMALL * size) <= SMALL**2 for error in found
-            )
+            agree &= all(abs(error - SMALL * size) <= SMALL**2 for error in found)
         # What is left of the rounding of double precision is shown as zero.
         found = [v if v is None or v > 1e-12 else 0.0 for v in found]
         cells = (n, *across(n), text, *found)
@@ -84,9 +76,7 @@ def app_a(results):
     )
 
 
-@table(
-    "ext_responses", needs=("ext_phase_error_gamma",), evidence="analytic"
-)
+@table("ext_responses", needs=("ext_phase_error_gamma",), evidence="analytic")
 def ext_responses(results):
     """Orders and phase errors of responses that monitors have."""
     ran = results["ext_phase_error_gamma"]
@@ -99,10 +89,7 @@ def ext_responses(results):
         ]
     for steps in STEPS:
         columns[f"{steps} steps (% of period)"] = [
-            _shown(
-                PERCENT_OF_PERIOD
-                * one(ran, "decoder_rad", steps=steps, **response)
-            )
+            _shown(PERCENT_OF_PERIOD * one(ran, "decoder_rad", steps=steps, **response))
             for response in given
         ]
     return Table(

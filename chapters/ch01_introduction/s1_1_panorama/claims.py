@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from chapters.ch01_introduction.s1_1_panorama.results import over_mirrors
-from chapters.ch01_introduction.s1_1_panorama.trials import (
-    LEAST_RATIO,
-    RIG_MIRROR,
-)
+from chapters.ch01_introduction.s1_1_panorama.trials import LEAST_RATIO, RIG_MIRROR
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
 
-@claim(
-    "c1_unwrap_resolution",
-    needs=("fig_1_1_resolution",),
-    evidence="analytic",
-)
+@claim("c1_unwrap_resolution", needs=("fig_1_1_resolution",), evidence="analytic")
 def judge_unwrap_resolution(results):
     """Source pixels in the top and the bottom row, more than 1.5 apart."""
     ran = results["fig_1_1_resolution"]

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch01_introduction.s1_1_panorama.trials import (
-    laboratory,
-    viewer_angle,
-)
+from chapters.ch01_introduction.s1_1_panorama.trials import laboratory, viewer_angle
 
 EYE_HIGH_DEG = 30.0
 
@@ -19,9 +16,7 @@ def rows_task():
         "expected": lambda: rows_above_horizon(1280, 45),
         "hint": "how many pixels is the radius of the cylinder?",
         "slips": {
-            "Rows are no angles here: upwards the cylinder is flat.": lambda: (
-                1280 / 8
-            ),
+            "Rows are no angles here: upwards the cylinder is flat.": lambda: 1280 / 8
         },
     }
 

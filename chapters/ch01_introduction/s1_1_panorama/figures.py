@@ -19,12 +19,7 @@ from repro.run.outcomes import Check, Drawing
 
 EXACT_PX = 1e-6
 STRAIGHT_PX = 0.5
-BORDER_COLUMNS = (
-    "edge_column_px",
-    "found_column_px",
-    "deviation_px",
-    "rows_found",
-)
+BORDER_COLUMNS = ("edge_column_px", "found_column_px", "deviation_px", "rows_found")
 SCALES = {
     "area": ("Area", "Source per unwrapped pixel (px²)"),
     "along_row": ("Along a row", "Source per unwrapped pixel (px)"),
@@ -41,9 +36,7 @@ def fig_1_1(results):
     )
     drawn, axes = new_figure(2, 1, height_in=7.4, height_ratios=(4.4, 2.9))
     titles = ("(a) picture in the mirror", "(b) unwrapped on a cylinder")
-    for panel, image, title in zip(
-        axes, (picture, unwrapped), titles, strict=True
-    ):
+    for panel, image, title in zip(axes, (picture, unwrapped), titles, strict=True):
         panel.imshow(image, interpolation="antialiased")
         panel.set(title=title, xlabel="u (px)", ylabel="v (px)")
         panel.grid(False)
@@ -69,9 +62,7 @@ def fig_1_1(results):
     )
 
 
-@figure(
-    "ext_fig_1_1_room", needs=("ext_rigs",), evidence="analytic", scene=True
-)
+@figure("ext_fig_1_1_room", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_fig_1_1_room(results):
     """The room of Fig. 1.1 with its camera."""
     camera = laboratory(1.0).camera
@@ -87,11 +78,7 @@ def ext_fig_1_1_room(results):
     )
 
 
-@figure(
-    "ext_fig_1_1_resolution",
-    needs=("fig_1_1_resolution",),
-    evidence="analytic",
-)
+@figure("ext_fig_1_1_resolution", needs=("fig_1_1_resolution",), evidence="analytic")
 def ext_fig_1_1_resolution(results):
     """Source pixels per unwrapped pixel against elevation."""
     ran = results["fig_1_1_resolution"]

@@ -38,20 +38,10 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     view_of,
 )
 from raxel.lab import room
-from raxel.multiview.cylindrical_view import (
-    CylindricalView,
-    cylindrical_view,
-)
+from raxel.multiview.cylindrical_view import CylindricalView, cylindrical_view
 from raxel.multiview.perspective_view import resample, source_pixels
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -136,9 +126,7 @@ def picture_trial(condition, rng):
     """Photograph the room, unwrap the picture, look for its verticals."""
     lab = laboratory(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
-    picture = lab.photograph(
-        room(), T_world_camera(camera), rng, colour=True
-    )
+    picture = lab.photograph(room(), T_world_camera(camera), rng, colour=True)
     unwrapped = resample(picture, source_pixels(camera, view))
     row, columns = through_the_mirror(camera, view)
     return {
@@ -155,10 +143,7 @@ def picture_trial(condition, rng):
 
 
 @experiment(
-    "fig_1_1_picture",
-    artefact="fig_1_1",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
+    "fig_1_1_picture", artefact="fig_1_1", shards={"quick": 1, "full": 1}, inputs=RIGS
 )
 def picture(effort):
     """The room in the mirror, and the picture unwrapped."""

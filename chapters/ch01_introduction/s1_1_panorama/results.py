@@ -14,9 +14,7 @@ from repro.page.reader import value
 
 def over_mirrors(ran, name):
     """One value for each mirror, in the order of ECCENTRICITIES."""
-    return np.array(
-        [ran.column(name, mirror=mirror)[0] for mirror in ECCENTRICITIES]
-    )
+    return np.array([ran.column(name, mirror=mirror)[0] for mirror in ECCENTRICITIES])
 
 
 def name_values(open_results):

@@ -14,9 +14,7 @@ SCALES = {
 }
 
 
-@table(
-    "ext_fig_1_1_rows", needs=("fig_1_1_resolution",), evidence="rendered"
-)
+@table("ext_fig_1_1_rows", needs=("fig_1_1_resolution",), evidence="rendered")
 def unwrapped_rows(results):
     """Source pixels of one unwrapped pixel at the top and at the bottom."""
     ran = results["fig_1_1_resolution"]
@@ -26,9 +24,7 @@ def unwrapped_rows(results):
         top, bottom = float(scale[0]), float(scale[-1])
         rows.append((said, top, bottom, top / bottom))
     return Table(
-        columns(
-            ("One unwrapped pixel", "Top row", "Bottom row", "Ratio"), rows
-        ),
+        columns(("One unwrapped pixel", "Top row", "Bottom row", "Ratio"), rows),
         "How much of the source picture makes one pixel of the panorama: its "
         "area, and its length each way, in pixels of the source.",
     )

@@ -181,17 +181,13 @@ def mirror_camera(name):
     if e == 1:
         scale = RIM_PX / RIM_MM
         viewer = OrthographicCamera(scale, MIDDLE, WIDTH, HEIGHT)
-        return QuadricMirrorCamera.aligned(
-            viewer, "paraboloid", [R / 2], RIM_MM
-        )
+        return QuadricMirrorCamera.aligned(viewer, "paraboloid", [R / 2], RIM_MM)
     a = R / (e * e - 1)
     b = a * np.sqrt(e * e - 1)
     focal = RIM_PX / np.tan(viewer_angle(e, psi))
     K = [[focal, 0, MIDDLE[0]], [0, focal, MIDDLE[1]], [0, 0, 1]]
     viewer = PerspectiveCamera(K, [], WIDTH, HEIGHT)
-    return QuadricMirrorCamera.aligned(
-        viewer, "hyperboloid", [a, b], RIM_MM
-    )
+    return QuadricMirrorCamera.aligned(viewer, "hyperboloid", [a, b], RIM_MM)
 
 
 def viewer_angle(e, psi):
@@ -220,8 +216,6 @@ def scales(camera, view, elevations):
     surface of revolution, and so every column is like that one.
     """
     v = view.horizon - view.radius * np.tan(elevations)
-    J = jacobians(
-        camera, view, np.column_stack([np.full_like(v, view.middle), v])
-    )
+    J = jacobians(camera, view, np.column_stack([np.full_like(v, view.middle), v]))
     along = np.linalg.norm(J, axis=1)
     return np.abs(np.linalg.det(J)), along[:, 0], along[:, 1]

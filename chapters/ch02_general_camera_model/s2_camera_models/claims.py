@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.results import (
-    feasible_shares,
-)
-from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import (
-    FOVS_DEG,
-)
+from chapters.ch02_general_camera_model.s2_camera_models.results import feasible_shares
+from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import FOVS_DEG
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
@@ -24,14 +20,9 @@ def judge_fov180(results):
         verdict = "undecided"
     elif (shares[below] == 1).all() and (shares[~below] == 0).all():
         verdict = "reproduced"
-    feasible = [
-        fov
-        for fov, share in zip(FOVS_DEG, shares, strict=True)
-        if share > 0
-    ]
+    feasible = [fov for fov, share in zip(FOVS_DEG, shares, strict=True) if share > 0]
     reason = "share of trials with a plane: " + ", ".join(
-        f"{share:.2f} at {fov} deg"
-        for fov, share in zip(FOVS_DEG, shares, strict=True)
+        f"{share:.2f} at {fov} deg" for fov, share in zip(FOVS_DEG, shares, strict=True)
     )
     if verdict == "reproduced":
         reason = (

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.results import (
-    free_of_cubics,
-)
-from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
-    mirror_trial,
-)
+from chapters.ch02_general_camera_model.s2_camera_models.results import free_of_cubics
+from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import mirror_trial
 from chapters.shared.zoo import K_of, camera, made
 from raxel.cameras.fit import fit_camera
 
@@ -21,9 +17,7 @@ def omega_task():
         "expected": omega_of_equidistance,
         "hint": "when does the arctangent undo the tangent?",
         "slips": {
-            "That is in radians.": lambda: np.radians(
-                omega_of_equidistance()
-            ),
+            "That is in radians.": lambda: np.radians(omega_of_equidistance()),
             "That is half of it.": lambda: omega_of_equidistance() / 2,
         },
     }
@@ -50,9 +44,7 @@ def edge_task():
     return {
         "expected": divided_edge,
         "hint": "what happens to a ratio at 90 degrees?",
-        "slips": {
-            "That is in units of the focal length.": lambda: 2.0,
-        },
+        "slips": {"That is in units of the focal length.": lambda: 2.0},
     }
 
 

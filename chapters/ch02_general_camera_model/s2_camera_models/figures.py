@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.results import (
-    NONE_PX,
-    fits_of,
-)
+from chapters.ch02_general_camera_model.s2_camera_models.results import NONE_PX, fits_of
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     DRAWN_MM,
     FAMILIES,
@@ -34,15 +31,10 @@ def ext_zoo_curves(results):
     for panel, (title, names) in zip(axes, PANELS.items(), strict=True):
         grid = np.linspace(0, np.radians(125), 50)
         for index, name in enumerate(names):
-            theta, r = (
-                ran.arrays(part, model=name)[0] for part in ("theta", "r")
-            )
+            theta, r = (ran.arrays(part, model=name)[0] for part in ("theta", "r"))
             look = series(index) | {"marker": "", "lw": 1.4}
             panel.plot(np.degrees(theta), r, label=name, **look)
-            rows += [
-                (name, *cells)
-                for cells in zip(np.degrees(theta), r, strict=True)
-            ]
+            rows += [(name, *cells) for cells in zip(np.degrees(theta), r, strict=True)]
         tangent = grid[grid < 1.24]
         panel.plot(
             np.degrees(tangent),
@@ -58,10 +50,7 @@ def ext_zoo_curves(results):
         panel.set_xlabel("Angle θ (deg)")
         panel.set_xticks([0, 30, 60, 90, 120])
         panel.legend(
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.2),
-            fontsize=7.5,
-            frameon=False,
+            loc="upper center", bbox_to_anchor=(0.5, -0.2), fontsize=7.5, frameon=False
         )
     axes[0].set_ylabel("Radius r / r′(0) (1)")
     return Drawing(
@@ -109,9 +98,7 @@ def ext_zoo_fits(results):
         panel.set_xticks(range(1, 6))
     axes[0].set_ylabel("RMS radius error (px)")
     handles, labels = axes[0].get_legend_handles_labels()
-    drawn.legend(
-        handles, labels, loc="outside lower center", ncols=3, fontsize=8
-    )
+    drawn.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
     return Drawing(
         drawn,
         columns(("lens", "model", "free", "rms_px", "to_deg"), rows),
@@ -135,9 +122,7 @@ def ext_zoo_room(results):
         panel.imshow(ran.arrays("picture", model=name)[0])
         panel.set_title(name, fontsize=8.5)
         panel.set_axis_off()
-        cells = (
-            ran.column(what, model=name)[0] for what in ("mean", "seen")
-        )
+        cells = (ran.column(what, model=name)[0] for what in ("mean", "seen"))
         rows.append((name, *cells))
     return Drawing(
         drawn,
@@ -181,12 +166,7 @@ class DrawnModel:
             return points[far < self.reach]
 
 
-@figure(
-    "ext_zoo_rays",
-    needs=("exp_zoo_rays",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_zoo_rays", needs=("exp_zoo_rays",), evidence="analytic", scene=True)
 def ext_zoo_rays(results):
     """Rays and caustics of six cameras that are not central."""
     ran = results["exp_zoo_rays"]
@@ -198,21 +178,15 @@ def ext_zoo_rays(results):
         zip(axes.flat, cameras.items(), strict=True)
     ):
         down, across = divmod(number, 3)
-        panel.set_position(
-            [0.33 * across + 0.005, 0.49 - 0.49 * down, 0.31, 0.46]
-        )
+        panel.set_position([0.33 * across + 0.005, 0.49 - 0.49 * down, 0.31, 0.46])
         panel.set_title(name, fontsize=9.5)
         # The caption says what a legend in each panel would.
-        parts = moved(
-            _parts(one, name in ROUND), np.eye(4), unlabelled=True
-        )
+        parts = moved(_parts(one, name in ROUND), np.eye(4), unlabelled=True)
         draw_scene(panel, framed(parts, SIGHT, aspect=PANEL_ASPECT))
         parts = {"ray start": one.origins, "ray end": one.ends}
         parts |= {f"caustic sheet {k + 1}": one.sheet(k) for k in (0, 1)}
         rows += [
-            (name, part, *point)
-            for part, points in parts.items()
-            for point in points
+            (name, part, *point) for part, points in parts.items() for point in points
         ]
     return Drawing(
         drawn,

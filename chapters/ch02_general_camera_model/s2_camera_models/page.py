@@ -14,9 +14,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
     omega_task,
     sphere_task,
 )
-from chapters.ch02_general_camera_model.s2_camera_models.results import (
-    name_values,
-)
+from chapters.ch02_general_camera_model.s2_camera_models.results import name_values
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     CURVES,
     DRAWN_MM,
@@ -46,13 +44,7 @@ from raxel.cameras import (
 )
 from raxel.cameras.fit import fit_camera
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -193,9 +185,7 @@ def census(effort):
     return Plan(census_trial, conditions, 1, settings)
 
 
-@experiment(
-    "exp_zoo_curves", artefact="sec_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_zoo_curves", artefact="sec_2_2", shards={"quick": 1, "full": 1})
 def curves(effort):
     """Angle and radius along a row of every round camera."""
     return Plan(curve_trial, [{"model": name} for name in CURVES], 1)
@@ -227,12 +217,7 @@ def fit_trial(condition, rng):
 def fits(effort):
     """Every round model, with more and more terms, fitted to two lenses."""
     conditions = [
-        {
-            "lens": lens,
-            "family": family,
-            "extra": extra,
-            "angles": ANGLES[effort],
-        }
+        {"lens": lens, "family": family, "extra": extra, "angles": ANGLES[effort]}
         for lens, most in zip(LENSES, MOST_TERMS[effort], strict=True)
         for family, (_, terms, _) in FAMILIES.items()
         for extra in terms
@@ -245,30 +230,22 @@ def fits(effort):
     return Plan(fit_trial, conditions, 1, settings)
 
 
-@experiment(
-    "exp_zoo_mirrors", artefact="sec_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_zoo_mirrors", artefact="sec_2_2", shards={"quick": 1, "full": 1})
 def mirrors(effort):
     """The unified sphere fitted to the three central mirrors."""
     return Plan(mirror_trial, [{"model": name} for name in MIRRORS], 1)
 
 
-@experiment(
-    "exp_zoo_rays", artefact="sec_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_zoo_rays", artefact="sec_2_2", shards={"quick": 1, "full": 1})
 def rays(effort):
     """Rays and caustic points of cameras that are not central."""
     return Plan(rays_trial, [{"model": name} for name in DRAWN_MM], 1)
 
 
-@experiment(
-    "exp_zoo_room", artefact="sec_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_zoo_room", artefact="sec_2_2", shards={"quick": 1, "full": 1})
 def pictures(effort):
     """One room through eight cameras, without lens blur or noise."""
-    conditions = [
-        {"model": name, "samples": SAMPLES[effort]} for name in ROOM
-    ]
+    conditions = [{"model": name, "samples": SAMPLES[effort]} for name in ROOM]
     return Plan(room_trial, conditions, 1)
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import (
-    FOVS_DEG,
-)
+from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import FOVS_DEG
 from chapters.shared.zoo import ELSEWHERE, ZOO
 from repro.page.reader import value
 
@@ -56,20 +54,13 @@ def name_values(open_results):
     for name, (what, model) in OF_ONE.items():
         value(name, counted.column(what, model=model)[0])
     mirrors = [condition["model"] for condition in reflected.conditions]
-    value(
-        "sphere_px",
-        max(reflected.column("rms_px", model=m)[0] for m in mirrors),
-    )
+    value("sphere_px", max(reflected.column("rms_px", model=m)[0] for m in mirrors))
     value("plane_fov", fov_with_plane(open_results("exp_c2_fov180")))
 
 
 def fits_of(result, lens, family):
     """Free parameters (n,) and rms (n,) px of a family's fits."""
-    rows = [
-        c
-        for c in result.conditions
-        if c["lens"] == lens and c["family"] == family
-    ]
+    rows = [c for c in result.conditions if c["lens"] == lens and c["family"] == family]
     free = [result.column("free", **row)[0] for row in rows]
     rms = [result.column("rms_px", **row)[0] for row in rows]
     return np.array(free), np.array(rms)
@@ -77,9 +68,7 @@ def fits_of(result, lens, family):
 
 def feasible_shares(result):
     """Share of trials with a plane, for every field of view: (fov,)."""
-    return np.array(
-        [result.column("feasible", fov_deg=fov).mean() for fov in FOVS_DEG]
-    )
+    return np.array([result.column("feasible", fov_deg=fov).mean() for fov in FOVS_DEG])
 
 
 def free_of_cubics(coordinates):

@@ -10,9 +10,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.results import (
     NONE_PX,
     fits_of,
 )
-from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
-    FAMILIES,
-)
+from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import FAMILIES
 from chapters.shared.zoo import ZOO
 from repro.run.columns import columns
 from repro.run.experiment import table
@@ -32,27 +30,20 @@ def ext_zoo(results):
     returned = np.array(column("returned"))
     centres = np.array(column("centrality_mm"))
     central = np.array([c < NONE_MM for c in centres])
-    said = np.array(
-        [ran.texts("central", model=m)[0] for m in ZOO], dtype=bool
-    )
+    said = np.array([ran.texts("central", model=m)[0] for m in ZOO], dtype=bool)
     return Table(
         {
             "model": list(ZOO),
             "section": [model.section for model in ZOO.values()],
-            "kind in the library": [
-                ran.texts("kind", model=m)[0] for m in ZOO
-            ],
+            "kind in the library": [ran.texts("kind", model=m)[0] for m in ZOO],
             "parameters": [int(n) for n in column("parameters")],
             "central": ["yes" if c else "no" for c in said],
             "projects": [
-                "yes" if ran.texts("projects", model=m)[0] else "no"
-                for m in ZOO
+                "yes" if ran.texts("projects", model=m)[0] else "no" for m in ZOO
             ],
             "widest ray (deg)": column("widest_deg"),
             "law ends (deg)": [x if np.isfinite(x) else None for x in ends],
-            "from central (mm)": [
-                0.0 if x < NONE_MM else x for x in centres
-            ],
+            "from central (mm)": [0.0 if x < NONE_MM else x for x in centres],
             "round trip (px)": list(trips),
         },
         "One example camera of every model, 200 × 200 pixels. Widest ray: "
@@ -73,23 +64,15 @@ def ext_zoo(results):
     )
 
 
-@table(
-    "ext_zoo_scope",
-    needs=("exp_zoo", "exp_zoo_mirrors"),
-    evidence="analytic",
-)
+@table("ext_zoo_scope", needs=("exp_zoo", "exp_zoo_mirrors"), evidence="analytic")
 def ext_zoo_scope(results):
     """What each model can and cannot represent, with how many numbers."""
     ran, mirrors = results["exp_zoo"], results["exp_zoo_mirrors"]
-    worst = max(
-        mirrors.column("rms_px", **one)[0] for one in mirrors.conditions
-    )
+    worst = max(mirrors.column("rms_px", **one)[0] for one in mirrors.conditions)
     return Table(
         {
             "model": list(ZOO),
-            "parameters": [
-                int(ran.column("parameters", model=m)[0]) for m in ZOO
-            ],
+            "parameters": [int(ran.column("parameters", model=m)[0]) for m in ZOO],
             "represents": [model.can for model in ZOO.values()],
             "does not represent": [m.cannot for m in ZOO.values()],
         },
@@ -112,9 +95,7 @@ def ext_zoo_few(results):
         widest = float(np.degrees(FAMILIES[family][0]))
         rows.append((family, free, widest, float(rms[counts == free][0])))
     return Table(
-        columns(
-            ("Model", "Radial numbers", "Fitted to (deg)", "RMS (px)"), rows
-        ),
+        columns(("Model", "Radial numbers", "Fitted to (deg)", "RMS (px)"), rows),
         "Models with few numbers, fitted to the FC-E8 fisheye: what each "
         "leaves. Radial numbers include the focal length. Models of the "
         "image plane are fitted to 70° from the axis, the others to the "

@@ -19,9 +19,7 @@ LEAST_R2 = 0.98
 
 
 @claim(
-    "c2_pluecker_invariant",
-    needs=("exp_c2_pluecker_invariant",),
-    evidence="analytic",
+    "c2_pluecker_invariant", needs=("exp_c2_pluecker_invariant",), evidence="analytic"
 )
 def judge_pluecker_invariant(results):
     """Relative difference below 1e-12 over pairs of points of a line."""
@@ -40,11 +38,7 @@ def judge_pluecker_invariant(results):
     ]
 
 
-@claim(
-    "c2_pluecker_origin",
-    needs=("exp_c2_pluecker_origin",),
-    evidence="analytic",
-)
+@claim("c2_pluecker_origin", needs=("exp_c2_pluecker_origin",), evidence="analytic")
 def judge_pluecker_origin(results):
     """Norm ratio below 1e-12 through the origin, above 0 otherwise."""
     ran = results["exp_c2_pluecker_origin"]
@@ -62,11 +56,7 @@ def judge_pluecker_origin(results):
     ]
 
 
-@claim(
-    "c2_nonparam_any",
-    needs=("exp_c2_nonparam_any",),
-    evidence="analytic",
-)
+@claim("c2_nonparam_any", needs=("exp_c2_nonparam_any",), evidence="analytic")
 def judge_nonparametric(results):
     """Faceted mirror, two known grid poses: ray error below 1e-9."""
     ran = results["exp_c2_nonparam_any"]
@@ -88,9 +78,7 @@ def judge_nonparametric(results):
     ]
 
 
-@claim(
-    "c2_two_pose_needs_T", needs=("fig_2_2_error",), evidence="synthetic"
-)
+@claim("c2_two_pose_needs_T", needs=("fig_2_2_error",), evidence="synthetic")
 def judge_two_pose_needs_motion(results):
     """The ray error grows linearly with the error of T_1, R2 >= 0.98.
 
@@ -113,7 +101,6 @@ def judge_two_pose_needs_motion(results):
             middle.value,
             interval=(middle.low, middle.high),
             reason="R² of the straight line of a trial; lowest of all "
-            "trials: "
-            + ", ".join(f"{r2:.6f} ({kind})" for kind, r2 in worst.items()),
+            "trials: " + ", ".join(f"{r2:.6f} ({kind})" for kind, r2 in worst.items()),
         )
     ]

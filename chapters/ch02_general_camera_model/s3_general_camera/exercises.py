@@ -24,9 +24,7 @@ def line_task():
             "The moment has the other sign in (2.12).": lambda: (
                 vector_through() * [1, 1, 1, -1, -1, -1]
             ),
-            "The direction comes first.": lambda: np.roll(
-                vector_through(), 3
-            ),
+            "The direction comes first.": lambda: np.roll(vector_through(), 3),
         },
     }
 
@@ -51,11 +49,7 @@ def shift_task():
     return {
         "expected": lambda: angle_per_shift(1, 250),
         "hint": "draw the triangle of the shift and the distance of the grids",
-        "slips": {
-            "That is in radians.": lambda: np.radians(
-                angle_per_shift(1, 250)
-            ),
-        },
+        "slips": {"That is in radians.": lambda: np.radians(angle_per_shift(1, 250))},
     }
 
 
@@ -68,9 +62,7 @@ def bytes_task():
             "That is the vector, not the matrix.": lambda: (
                 float(bytes_of_table(3008, 2000)) * 6 / 16
             ),
-            "That is in megabytes.": lambda: (
-                bytes_of_table(3008, 2000) / 1e6
-            ),
+            "That is in megabytes.": lambda: bytes_of_table(3008, 2000) / 1e6,
         },
     }
 

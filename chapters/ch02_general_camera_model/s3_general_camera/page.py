@@ -14,9 +14,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.exercises import (
     ray_task,
     shift_task,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.results import (
-    name_values,
-)
+from chapters.ch02_general_camera_model.s3_general_camera.results import name_values
 from chapters.ch02_general_camera_model.s3_general_camera.trials.drawn_rays import (
     DRAWN_STEP,
     IMAGE_PX,
@@ -52,13 +50,7 @@ from raxel.geometry import (
     rotation_from_vector,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -153,9 +145,7 @@ ERROR_TRIALS = {"quick": 6, "full": 50}
 
 
 # %%
-@experiment(
-    "fig_2_1_tables", artefact="fig_2_1", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_2_1_tables", artefact="fig_2_1", shards={"quick": 1, "full": 1})
 def tables(effort):
     """The look-up tables of a fisheye and of a faceted-mirror camera."""
     conditions = [{"camera": name} for name in ("fisheye", "faceted")]
@@ -171,8 +161,7 @@ def grids_trial(condition, rng):
     """
     camera = pinhole(*IMAGE_PX)
     grids = pose(
-        rotation_from_vector(np.radians(TILTS_DEG)),
-        np.array(SHIFTS_MM, float),
+        rotation_from_vector(np.radians(TILTS_DEG)), np.array(SHIFTS_MM, float)
     )
     if condition["method"] == "general":
         known = pose(np.eye(3), np.array(KNOWN_SHIFT_MM, float))
@@ -202,9 +191,7 @@ def grids_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_2_2_grids", artefact="fig_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_2_2_grids", artefact="fig_2_2", shards={"quick": 1, "full": 1})
 def grids(effort):
     """One camera, calibrated with two known and three unknown poses."""
     conditions = [{"method": name} for name in ("general", "generic")]
@@ -237,9 +224,7 @@ def wrong_motion_trial(condition, rng):
     return out
 
 
-@experiment(
-    "fig_2_2_error", artefact="fig_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_2_2_error", artefact="fig_2_2", shards={"quick": 1, "full": 1})
 def wrong_motion(effort):
     """The two-pose method with a growing error put on T_1."""
     settings = {

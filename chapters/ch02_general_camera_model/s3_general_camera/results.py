@@ -14,16 +14,10 @@ from repro.page.reader import value
 def line_fits(result, kind):
     """R2 of a straight line through the error of each trial, (trials,)."""
     errors = np.stack(
-        [
-            result.column(f"ray_deg.{level:g}", kind=kind)
-            for level in LEVELS
-        ],
-        axis=1,
+        [result.column(f"ray_deg.{level:g}", kind=kind) for level in LEVELS], axis=1
     )
     weights = np.ones(len(LEVELS))
-    return np.array(
-        [weighted_line(LEVELS, error, weights).r2 for error in errors]
-    )
+    return np.array([weighted_line(LEVELS, error, weights).r2 for error in errors])
 
 
 def slope(result, kind):

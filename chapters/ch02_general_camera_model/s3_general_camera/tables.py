@@ -7,9 +7,7 @@ from repro.run.experiment import table
 from repro.run.outcomes import Table
 
 
-@table(
-    "ext_any_camera", needs=("exp_c2_nonparam_any",), evidence="synthetic"
-)
+@table("ext_any_camera", needs=("exp_c2_nonparam_any",), evidence="synthetic")
 def any_camera(results):
     """Largest errors of the rays, and how far neighbours differ."""
     ran = results["exp_c2_nonparam_any"]

@@ -54,30 +54,20 @@ def judge_rank_d(results):
     ]
 
 
-@claim(
-    "c2_linear_exact", needs=("exp_c2_linear_exact",), evidence="analytic"
-)
+@claim("c2_linear_exact", needs=("exp_c2_linear_exact",), evidence="analytic")
 def judge_linear_exact(results):
     """1e-6 mm and 1e-8 rad corrected; the printed C_z must fail."""
     ran = results["exp_c2_linear_exact"]
     found = {
-        form: exact_errors(ran, form)
-        for form in ("corrected", "well_conditioned")
+        form: exact_errors(ran, form) for form in ("corrected", "well_conditioned")
     }
-    lengths = max(
-        found["corrected"]["centre_mm"],
-        found["corrected"]["translation_mm"],
-    )
+    lengths = max(found["corrected"]["centre_mm"], found["corrected"]["translation_mm"])
     printed = np.nan_to_num(ran.column("printed_depth_mm"), nan=np.inf)
     negative = int(ran.column("printed_negative").sum())
-    exact = (
-        lengths < EXACT_MM
-        and found["corrected"]["rotation_rad"] < EXACT_RAD
-    )
+    exact = lengths < EXACT_MM and found["corrected"]["rotation_rad"] < EXACT_RAD
     fails = printed.min() > EXACT_MM
     other = max(
-        found["well_conditioned"][name]
-        for name in ("centre_mm", "translation_mm")
+        found["well_conditioned"][name] for name in ("centre_mm", "translation_mm")
     )
     return [
         Reading(
@@ -115,11 +105,7 @@ def judge_pose_eight(results):
     ]
 
 
-@claim(
-    "c2_generic_no_motion",
-    needs=("exp_c2_generic_no_motion",),
-    evidence="analytic",
-)
+@claim("c2_generic_no_motion", needs=("exp_c2_generic_no_motion",), evidence="analytic")
 def judge_generic_no_motion(results):
     """T_1, T_2 to 1e-6 without noise; a wrong T_1 leaves a ray error."""
     ran = results["exp_c2_generic_no_motion"]
@@ -127,9 +113,7 @@ def judge_generic_no_motion(results):
     angle = np.nan_to_num(ran.column("pose_rad"), nan=np.inf).max()
     right = ran.column("two_pose_deg.right").max()
     wrong = ran.column("two_pose_deg.wrong")
-    holds = max(lengths, angle) < RECOVERED and wrong.min() > max(
-        1e-6, 10 * right
-    )
+    holds = max(lengths, angle) < RECOVERED and wrong.min() > max(1e-6, 10 * right)
     return [
         Reading(
             "reproduced" if holds else "differs",
@@ -143,25 +127,17 @@ def judge_generic_no_motion(results):
     ]
 
 
-@numbers(
-    "sec_2_4_1",
-    needs=("exp_c2_rank_A", "exp_c2_rank_D"),
-    evidence="analytic",
-)
+@numbers("sec_2_4_1", needs=("exp_c2_rank_A", "exp_c2_rank_D"), evidence="analytic")
 def values_of_ranks(results):
     """Ranks of A and D, the same in every scene or not given at all."""
     return {
         "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
-        "s2_4_1_rankD": Value(
-            only_value(results["exp_c2_rank_D"], "orthonormal.rank")
-        ),
+        "s2_4_1_rankD": Value(only_value(results["exp_c2_rank_D"], "orthonormal.rank")),
     }
 
 
 @numbers("sec_2_4_2", needs=("exp_c2_pose_eight",), evidence="analytic")
 def values_of_solutions(results):
     """The largest number of real solutions that any triplet had."""
-    found = results["exp_c2_pose_eight"].column(
-        "solutions", anchors="common"
-    )
+    found = results["exp_c2_pose_eight"].column("solutions", anchors="common")
     return {"s2_4_2_solutions": Value(float(found.max()))}

@@ -34,9 +34,7 @@ def depth_task():
         "expected": depth_of_triangle,
         "hint": "how far is a corner from the middle of the triangle?",
         "slips": {
-            "That is the height, not the depth along the ray.": lambda: (
-                HEIGHT_MM
-            ),
+            "That is the height, not the depth along the ray.": lambda: HEIGHT_MM
         },
     }
 
@@ -48,9 +46,7 @@ def solutions_task():
         "expected": solutions_of_triangle,
         "hint": "may one corner be nearer than the others? Which one?",
         "slips": {
-            "Count those behind the camera too.": lambda: (
-                solutions_of_triangle() // 2
-            ),
+            "Count those behind the camera too.": lambda: solutions_of_triangle() // 2
         },
     }
 
@@ -61,9 +57,7 @@ def nearer_task():
     return {
         "expected": nearer_depth,
         "hint": "two corners stay; where else may the third be on its ray?",
-        "slips": {
-            "That is the depth of the other two.": depth_of_triangle,
-        },
+        "slips": {"That is the depth of the other two.": depth_of_triangle},
     }
 
 

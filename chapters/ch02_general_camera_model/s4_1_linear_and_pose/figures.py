@@ -14,11 +14,7 @@ NAMES = ("base grid", "grid 2", "grid 3")
 TOLERANCE_MM = 1e-6
 
 
-@figure(
-    "ext_linear_scene",
-    needs=("ext_worked_row_scene",),
-    evidence="synthetic",
-)
+@figure("ext_linear_scene", needs=("ext_worked_row_scene",), evidence="synthetic")
 def linear_scene(results):
     """Three grids, one centre and one ray, seen from the side."""
     result = results["ext_worked_row_scene"]
@@ -49,10 +45,7 @@ def linear_scene(results):
         "centre $\\mathbf{C}$", ray[0], (9, 0),
         textcoords="offset points", va="center",
     )  # fmt: skip
-    axes.set(
-        xlabel="along the x axis of the base grid (mm)",
-        ylabel="across (mm)",
-    )
+    axes.set(xlabel="along the x axis of the base grid (mm)", ylabel="across (mm)")
     axes.set_aspect("equal", adjustable="datalim")
     rows = [("C", *centre)]
     rows += [(f"Q{n}", *point) for n, point in enumerate(met, 1)]

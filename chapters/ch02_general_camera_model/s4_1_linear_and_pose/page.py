@@ -12,9 +12,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.exercises import (
     nearer_task,
     solutions_task,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
-    name_values,
-)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import name_values
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.quadrics import (
     real_solutions,
 )
@@ -43,13 +41,7 @@ from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import calibrate_generic
 from raxel.geometry import inverse_pose
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

@@ -53,9 +53,7 @@ def exact_errors(result, form):
     A trial that gave nothing counts as an infinite error.
     """
     return {
-        name: float(
-            np.nan_to_num(result.column(f"{form}.{name}"), nan=np.inf).max()
-        )
+        name: float(np.nan_to_num(result.column(f"{form}.{name}"), nan=np.inf).max())
         for name in ("centre_mm", "translation_mm", "rotation_rad")
     }
 

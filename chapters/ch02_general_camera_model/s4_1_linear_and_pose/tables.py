@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
-    exact_errors,
-)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import exact_errors
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
@@ -19,14 +17,8 @@ STEPS = (
         "of them to cover the field of view",
         "BoardView",
     ),
-    (
-        "find the location on each grid that each pixel sees",
-        "locate_pixels",
-    ),
-    (
-        "estimate the poses, and the centre, linearly",
-        "linear_well_conditioned",
-    ),
+    ("find the location on each grid that each pixel sees", "locate_pixels"),
+    ("estimate the poses, and the centre, linearly", "linear_well_conditioned"),
     ("bundle adjust poses and rays", "bundle_adjust_fixed_centre"),
     (
         "pose of each further grid, then its rays; bundle adjust",
@@ -48,8 +40,7 @@ def outcomes(ran, camera):
         f"{100 * found('overlap.three'):.0f} % on three or more",
         f"{found('locate.pixels'):.0f} locations, median error "
         f"{found('locate.median_mm'):.1g} mm",
-        "three boards; largest error of a position "
-        f"{found('linear.pose_mm'):.1g} mm",
+        f"three boards; largest error of a position {found('linear.pose_mm'):.1g} mm",
         f"ray-point distance (RMS) from {found('bundle.start_mm'):.3g} to "
         f"{found('bundle.end_mm'):.3g} mm; largest error of a position "
         f"{found('bundle.pose_mm'):.1g} mm",
@@ -88,9 +79,7 @@ def alg_1(results):
     )
 
 
-@table(
-    "ext_worked_row", needs=("ext_worked_row_scene",), evidence="synthetic"
-)
+@table("ext_worked_row", needs=("ext_worked_row_scene",), evidence="synthetic")
 def worked_row(results):
     """The first row of (2.24) with the numbers of one scene."""
     result = results["ext_worked_row_scene"]
@@ -102,11 +91,7 @@ def worked_row(results):
     gap = np.abs(found["left"] - found["right"]).max()
     size = np.abs(found["right"]).max()
     rows = [
-        (
-            r"$\lambda_1$",
-            "scale of the vectors of grid 2",
-            found["scales"][0],
-        ),
+        (r"$\lambda_1$", "scale of the vectors of grid 2", found["scales"][0]),
         ("$V'_4$", r"seen: $\lambda_1 R^2_{31}$", v[3]),
         ("$V'_7$", r"seen: $\lambda_1(C_z R^2_{21} - C_y R^2_{31})$", v[6]),
         ("$u_2$", "sought: $C_y$ (mm)", u[1]),
@@ -120,8 +105,7 @@ def worked_row(results):
         "centre and poses put in. Left and right side agree.",
         Check(
             bool(gap < WORKED_SHARE * size),
-            "in all twelve rows both sides agree, to "
-            f"{gap / size:.1g} of the largest",
+            f"in all twelve rows both sides agree, to {gap / size:.1g} of the largest",
         ),
     )
 
@@ -174,9 +158,7 @@ def linear_stage(results):
     )
 
 
-@table(
-    "ext_three_points", needs=("exp_c2_pose_eight",), evidence="synthetic"
-)
+@table("ext_three_points", needs=("exp_c2_pose_eight",), evidence="synthetic")
 def three_points(results):
     """How many triplets have how many real solutions."""
     ran = results["exp_c2_pose_eight"]

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from chapters.ch02_general_camera_model.s4_generic_calibration.results import (
-    summary_of,
-)
-from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
-    VECTORS,
-)
+from chapters.ch02_general_camera_model.s4_generic_calibration.results import summary_of
+from chapters.ch02_general_camera_model.s4_generic_calibration.trials import VECTORS
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
 
-@claim(
-    "c2_table_coefficients", needs=("table_2_1_sums",), evidence="analytic"
-)
+@claim("c2_table_coefficients", needs=("table_2_1_sums",), evidence="analytic")
 def judge_table_coefficients(results):
     """Relative residual below 1e-12 corrected, above 1e-3 as printed."""
     ran = results["table_2_1_sums"]
     corrected = max(
-        ran.column(f"corrected.{vector}.relative").max()
-        for vector in VECTORS
+        ran.column(f"corrected.{vector}.relative").max() for vector in VECTORS
     )
-    exact = all(
-        ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS
-    )
+    exact = all(ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS)
     printed = [summary_of(ran, vector) for vector in ("W", "N")]
     few = sum(
         int((ran.column(f"printed.{vector}.relative") <= 1e-3).sum())

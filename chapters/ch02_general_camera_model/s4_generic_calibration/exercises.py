@@ -31,10 +31,8 @@ def meeting_task(scene):
         "slips": {
             "That is in the frame of the base grid.": lambda: [
                 place + float(scene[f"t_{axis}_2"])
-                for place, axis in zip(
-                    where_it_meets(scene), "xy", strict=True
-                )
-            ],
+                for place, axis in zip(where_it_meets(scene), "xy", strict=True)
+            ]
         },
     }
 

@@ -11,9 +11,7 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.exercises import 
     exercise_scene,
     meeting_task,
 )
-from chapters.ch02_general_camera_model.s4_generic_calibration.results import (
-    summary_of,
-)
+from chapters.ch02_general_camera_model.s4_generic_calibration.results import summary_of
 from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
     draw_scene,
     library_difference,
@@ -21,13 +19,7 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
     substitute,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import compared, open_results, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -123,9 +115,7 @@ def substitution_trial(condition, rng):
     return out
 
 
-@experiment(
-    "table_2_1_sums", artefact="table_2_1", shards={"quick": 1, "full": 1}
-)
+@experiment("table_2_1_sums", artefact="table_2_1", shards={"quick": 1, "full": 1})
 def substitution(effort):
     """Exact substitution of Table 2.1 in random scenes."""
     return Plan(substitution_trial, [{}], TRIALS[effort], {"rays": 8})

@@ -29,19 +29,14 @@ def table_2_1(results):
     columns["j"] = [row[0] for row in TABLE_2_1]
     columns["k"] = [row[1] for row in TABLE_2_1]
     for vector in VECTORS:
-        columns[f"${vector}_i$"] = [
-            cell_text(row, vector) for row in range(9)
-        ]
-    zero = [
-        ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS
-    ]
+        columns[f"${vector}_i$"] = [cell_text(row, vector) for row in range(9)]
+    zero = [ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS]
     return Table(
         columns,
         "The four vectors of equations 2.14, with row 3 corrected (bold). "
         "Superscripts name the grid; grid 1 is the base grid.",
         Check(
             all(zero),
-            "all four sums are exactly zero in every scene, in rational "
-            "arithmetic",
+            "all four sums are exactly zero in every scene, in rational arithmetic",
         ),
     )

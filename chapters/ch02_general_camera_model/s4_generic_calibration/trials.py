@@ -48,21 +48,9 @@ def rational_rotation(quaternion):
     a, b, c, d = (Fraction(int(part)) for part in quaternion)
     n = a * a + b * b + c * c + d * d
     rows = (
-        (
-            a * a + b * b - c * c - d * d,
-            2 * (b * c - a * d),
-            2 * (b * d + a * c),
-        ),
-        (
-            2 * (b * c + a * d),
-            a * a - b * b + c * c - d * d,
-            2 * (c * d - a * b),
-        ),
-        (
-            2 * (b * d - a * c),
-            2 * (c * d + a * b),
-            a * a - b * b - c * c + d * d,
-        ),
+        (a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)),
+        (2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)),
+        (2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d),
     )
     return [[entry / n for entry in row] for row in rows]
 
@@ -96,17 +84,14 @@ def meet(names, grid, base_point):
     through = [*base_point, Fraction(0)]
     ray = [q - c for q, c in zip(through, centre, strict=True)]
     t = [names[f"t_{axis}_{grid}"] for axis in "xyz"]
-    columns = [
-        [names[f"R{r}{c}_{grid}"] for r in (1, 2, 3)] for c in (1, 2)
-    ]
+    columns = [[names[f"R{r}{c}_{grid}"] for r in (1, 2, 3)] for c in (1, 2)]
     system = [*columns, [-part for part in ray]]
     wanted = [c - shift for c, shift in zip(centre, t, strict=True)]
     whole = _determinant(system)
     if whole == 0:
         return None
     return [
-        _determinant([wanted if k == i else system[k] for k in range(3)])
-        / whole
+        _determinant([wanted if k == i else system[k] for k in range(3)]) / whole
         for i in range(2)
     ]
 
@@ -138,9 +123,7 @@ def substitute(names, printed=False, rays=8):
             point = meet(names, grid, base)
             if point is None:
                 continue
-            terms = _terms(
-                cells, [*base, Fraction(1)], [*point, Fraction(1)]
-            )
+            terms = _terms(cells, [*base, Fraction(1)], [*point, Fraction(1)])
             total, size = sum(terms), sum(abs(term) for term in terms)
             zero &= total == 0
             largest = max(largest, float(abs(total) / size))
@@ -149,10 +132,7 @@ def substitute(names, printed=False, rays=8):
 
 
 def _base_points(count):
-    return [
-        [Fraction(37 * k - 120), Fraction(91 - 53 * k)]
-        for k in range(count)
-    ]
+    return [[Fraction(37 * k - 120), Fraction(91 - 53 * k)] for k in range(count)]
 
 
 def _terms(cells, first, second):
@@ -171,22 +151,14 @@ def library_difference(names):
     centre = np.array([float(names[f"C_{axis}"]) for axis in "xyz"])
     poses = []
     for grid in (2, 3):
-        R = [
-            [float(names[f"R{r}{c}_{grid}"]) for c in (1, 2, 3)]
-            for r in (1, 2, 3)
-        ]
+        R = [[float(names[f"R{r}{c}_{grid}"]) for c in (1, 2, 3)] for r in (1, 2, 3)]
         t = [float(names[f"t_{axis}_{grid}"]) for axis in "xyz"]
         poses.append(pose(np.array(R), np.array(t)))
     worst = 0.0
     for printed in (False, True):
         exact = np.array(
-            [
-                [float(c) for c in evaluated(v, names, printed)]
-                for v in VECTORS
-            ]
+            [[float(c) for c in evaluated(v, names, printed)] for v in VECTORS]
         )
-        made = table_2_1(
-            centre, *poses, row_3="printed" if printed else "corrected"
-        )
+        made = table_2_1(centre, *poses, row_3="printed" if printed else "corrected")
         worst = max(worst, np.abs(made - exact).max() / np.abs(exact).max())
     return worst

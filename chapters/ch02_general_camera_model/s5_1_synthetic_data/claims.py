@@ -20,11 +20,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     LEVELS,
     NOISE_FOV_DEG,
 )
-from chapters.shared.synthetic_readings import (
-    QUESTIONS,
-    SweepCase,
-    judged,
-)
+from chapters.shared.synthetic_readings import QUESTIONS, SweepCase, judged
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import (
     FAILS,
@@ -80,35 +76,25 @@ def _proportional(series: Callable) -> tuple[str, float, tuple, str]:
     return decision, slope.value, (slope.low, slope.high), remark
 
 
-@claim(
-    "c2_noise_linear_generic",
-    needs=("fig_2_3_noise",),
-    evidence="synthetic",
-)
+@claim("c2_noise_linear_generic", needs=("fig_2_3_noise",), evidence="synthetic")
 def judge_noise_linear_generic(results):
     """The generic residual grows in proportion to the noise."""
 
     def judge(case):
         return _proportional(
-            lambda level: case.generic(
-                "mean_px", noise=level, fov_deg=NOISE_FOV_DEG
-            )
+            lambda level: case.generic("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
         )
 
     return judged(results["fig_2_3_noise"], ALL, judge)
 
 
-@claim(
-    "c2_noise_linear_persp", needs=("fig_2_3_noise",), evidence="synthetic"
-)
+@claim("c2_noise_linear_persp", needs=("fig_2_3_noise",), evidence="synthetic")
 def judge_noise_linear_parametric(results):
     """The parametric residual grows in proportion to the noise."""
 
     def judge(case):
         return _proportional(
-            lambda level: case.parametric(
-                "mean_px", noise=level, fov_deg=NOISE_FOV_DEG
-            )
+            lambda level: case.parametric("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
         )
 
     return judged(results["fig_2_3_noise"], PARAMETRIC, judge)
@@ -119,13 +105,9 @@ def judge_fov_parametric_rises(results):
     """Spearman >= 0.9, and 150 deg more than twice 60 deg."""
 
     def judge(case):
-        trials = [
-            case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG
-        ]
+        trials = [case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG]
         rank = trend(np.array(FOVS_DEG), trials, rank_trend)
-        wide, narrow = (
-            case.parametric("mean_px", fov_deg=fov) for fov in (150, 60)
-        )
+        wide, narrow = (case.parametric("mean_px", fov_deg=fov) for fov in (150, 60))
         ratio = median_ratio(wide, narrow)
         exact = median_ratio(
             *(case.exact("mean_px", fov_deg=fov) for fov in (150, 60))
@@ -167,17 +149,11 @@ def judge_fov_generic_flat(results):
         if lower == HOLDS and p >= SIGNIFICANCE:
             lower = UNDECIDED
         decision = all_of(
-            [
-                spread["mean_px"].below(1.5),
-                spread["sd_px"].below(2.0),
-                lower,
-            ]
+            [spread["mean_px"].below(1.5), spread["sd_px"].below(2.0), lower]
         )
         mean, sd = spread["mean_px"], spread["sd_px"]
         exact = {
-            q: spread_of_medians(
-                *(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS)
-            )
+            q: spread_of_medians(*(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS))
             for q in spread
         }
         return (
@@ -231,9 +207,7 @@ def _excess_left(finite_150, finite_120, unbounded_150, unbounded_120):
     return (finite - 1) / (unbounded - 1)
 
 
-@claim(
-    "c2_infinite_plane_cause", needs=("fig_2_3_fov",), evidence="synthetic"
-)
+@claim("c2_infinite_plane_cause", needs=("fig_2_3_fov",), evidence="synthetic")
 def judge_infinite_plane_cause(results):
     """Finite grids halve the rise; the residual follows 1/sin(angle).
 
@@ -245,9 +219,7 @@ def judge_infinite_plane_cause(results):
         trials = []
         for extent in ("finite", "unbounded"):
             for fov in (150, 120):
-                found = case.other(extent=extent).over_exact(
-                    "mean_px", fov_deg=fov
-                )
+                found = case.other(extent=extent).over_exact("mean_px", fov_deg=fov)
                 trials.append(with_worst(found, np.nanmax(found)))
         rise = median_ratio(trials[2], trials[3])
         left = bootstrap(_excess_left, *trials)
@@ -345,9 +317,7 @@ def judge_crossover(results):
     return judged(results["fig_2_3_fov"], ALL, judge)
 
 
-@claim(
-    "c2_modality_independent", needs=("fig_2_3_laws",), evidence="synthetic"
-)
+@claim("c2_modality_independent", needs=("fig_2_3_laws",), evidence="synthetic")
 def judge_modality_independent(results):
     """Four projection laws at 90 deg: means within 15 % of each other.
 
@@ -359,23 +329,18 @@ def judge_modality_independent(results):
         trials = [
             with_worst(found, np.nanmax(found))
             for found in (
-                case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG)
-                for law in LAWS
+                case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG) for law in LAWS
             )
         ]
         spread = bootstrap(spread_of_medians, *trials, paired=True)
         exact = spread_of_medians(
-            *(
-                case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG)
-                for law in LAWS
-            )
+            *(case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG) for law in LAWS)
         )
         return (
             spread.below(1.15),
             spread.value,
             (spread.low, spread.high),
-            "largest over smallest of the four means (exact rays "
-            f"{exact:.2f})",
+            f"largest over smallest of the four means (exact rays {exact:.2f})",
         )
 
     return judged(results["fig_2_3_laws"], OF_LAWS, judge)

@@ -20,11 +20,9 @@ def residual_task():
         "expected": lambda: clean_residual(NOISE_PX, GRIDS),
         "hint": "what is the mean length of an error that has two axes?",
         "slips": {
-            "That is the SD on one axis.": lambda: (
-                NOISE_PX / np.sqrt(GRIDS)
-            ),
-            "That is of one point; a ray is fitted to three.": lambda: (
-                clean_residual(NOISE_PX, 1)
+            "That is the SD on one axis.": lambda: NOISE_PX / np.sqrt(GRIDS),
+            "That is of one point; a ray is fitted to three.": lambda: clean_residual(
+                NOISE_PX, 1
             ),
             "That is the RMS length, not the mean.": lambda: (
                 NOISE_PX * np.sqrt(2 / GRIDS)
@@ -41,11 +39,9 @@ def unseen_task():
         "hint": "whose noise is in the ray?",
         "slips": {
             "That is of the squares.": lambda: seen_over_unseen(GRIDS) ** 2,
-            "That is the other way round.": lambda: (
-                1 / seen_over_unseen(GRIDS)
-            ),
-            "The ray has noise too when a fourth point comes.": lambda: (
-                np.sqrt(1 - 1 / GRIDS)
+            "That is the other way round.": lambda: 1 / seen_over_unseen(GRIDS),
+            "The ray has noise too when a fourth point comes.": lambda: np.sqrt(
+                1 - 1 / GRIDS
             ),
         },
     }
@@ -58,15 +54,11 @@ def focal_task():
         "expected": lambda: focal_of_equidistance(FOV_DEG),
         "hint": "which radius and which angle belong to the corner of the image?",
         "slips": {
-            "The law takes radians.": lambda: (
-                HALF_DIAGONAL_PX / (FOV_DEG / 2)
-            ),
+            "The law takes radians.": lambda: HALF_DIAGONAL_PX / (FOV_DEG / 2),
             "The field of view has two sides.": lambda: (
                 HALF_DIAGONAL_PX / np.radians(FOV_DEG)
             ),
-            "The diagonal has two halves.": lambda: (
-                2 * focal_of_equidistance(FOV_DEG)
-            ),
+            "The diagonal has two halves.": lambda: 2 * focal_of_equidistance(FOV_DEG),
             "That is a pinhole.": lambda: (
                 HALF_DIAGONAL_PX / np.tan(np.radians(FOV_DEG / 2))
             ),
@@ -87,9 +79,7 @@ def stretch_task():
             "The plane is farther away there, and oblique to the ray too.": lambda: (
                 np.sqrt(stretch_at(STEP_AT_DEG))
             ),
-            "That is the other way round.": lambda: (
-                1 / stretch_at(STEP_AT_DEG)
-            ),
+            "That is the other way round.": lambda: 1 / stretch_at(STEP_AT_DEG),
         },
     }
 

@@ -74,9 +74,7 @@ class Curves:
                     for x in xs
                 ]
             ).T  # fmt: skip
-            plot_interval(
-                axes, np.array(xs), *found, index=one.style, label=one.label
-            )
+            plot_interval(axes, np.array(xs), *found, index=one.style, label=one.label)
             for row in zip(xs, *found, strict=True):
                 told = (x_name, one.value, one.method, *condition.values())
                 for name, cell in zip(self.data, told + row, strict=True):
@@ -95,10 +93,7 @@ class Curves:
             handles, labels = axes.get_legend_handles_labels()
             shown |= dict(zip(labels, handles, strict=True))
         self.drawn.legend(
-            shown.values(),
-            shown.keys(),
-            loc="outside lower center",
-            ncols=columns,
+            shown.values(), shown.keys(), loc="outside lower center", ncols=columns
         )
         return Drawing(self.drawn, self.data, caption)
 
@@ -109,11 +104,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-@figure(
-    "fig_2_3",
-    needs=("fig_2_3_noise", "fig_2_3_fov"),
-    evidence="synthetic",
-)
+@figure("fig_2_3", needs=("fig_2_3_noise", "fig_2_3_fov"), evidence="synthetic")
 def fig_2_3(results):
     """Mean and SD of the residual in the primary reading, both sweeps."""
     curves = Curves(results, 2, 2, height_in=6.4, sharex="col")
@@ -166,17 +157,13 @@ def ext_fig_2_3_fisheye(results):
     )
 
 
-@figure(
-    "ext_fig_2_3_readings", needs=("fig_2_3_fov",), evidence="synthetic"
-)
+@figure("ext_fig_2_3_readings", needs=("fig_2_3_fov",), evidence="synthetic")
 def ext_fig_2_3_readings(results):
     """Fig. 2.3(b) in every reading, but for the well-conditioned stage."""
     curves = Curves(results, 3, 4, height_in=7.2, sharex=True, sharey="row")
     cases = list(product(DOMAINS, EXTENTS))
     in_words = {name: words for words, name in SCALE.items()}
-    for panels, (words, scoring) in zip(
-        curves.axes, SCORING.items(), strict=True
-    ):
+    for panels, (words, scoring) in zip(curves.axes, SCORING.items(), strict=True):
         for panel, (domain, extent) in zip(panels, cases, strict=True):
             shown = [
                 Curve(
@@ -210,9 +197,7 @@ def ext_fig_2_3_readings(results):
 
 
 @figure(
-    "ext_fig_2_3_rays",
-    needs=("fig_2_3_noise", "fig_2_3_fov"),
-    evidence="synthetic",
+    "ext_fig_2_3_rays", needs=("fig_2_3_noise", "fig_2_3_fov"), evidence="synthetic"
 )
 def ext_fig_2_3_rays(results):
     """What the residual cannot see: the error of the rays themselves."""

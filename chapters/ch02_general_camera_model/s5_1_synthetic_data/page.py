@@ -13,9 +13,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.exercises import (
     stretch_task,
     unseen_task,
 )
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
-    name_values,
-)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import name_values
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     FOV_NOISE,
     LEVELS,
@@ -30,20 +28,9 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     widest_angle_deg,
 )
 from chapters.shared.methods import METHODS
-from chapters.shared.three_planes import (
-    FOVS_DEG,
-    measure,
-    observe,
-    score,
-)
+from chapters.shared.three_planes import FOVS_DEG, measure, observe, score
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -179,18 +166,14 @@ def trial(condition, rng):
     return out | scores(data, METHODS)
 
 
-@experiment(
-    "fig_2_3_noise", artefact="fig_2_3", shards={"quick": 2, "full": 6}
-)
+@experiment("fig_2_3_noise", artefact="fig_2_3", shards={"quick": 2, "full": 6})
 def noise_sweep(effort):
     """Fig. 2.3(a): rising noise, a lens the pinhole model can follow."""
     cases = conditions("lens", [NOISE_FOV_DEG], LEVELS)
     return Plan(trial, cases, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "fig_2_3_fov", artefact="fig_2_3", shards={"quick": 2, "full": 8}
-)
+@experiment("fig_2_3_fov", artefact="fig_2_3", shards={"quick": 2, "full": 8})
 def fov_sweep(effort):
     """Fig. 2.3(b): rising field of view of an equidistance lens."""
     cases = conditions("equidistance", FOVS_DEG, [FOV_NOISE])

@@ -6,9 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
-    EXTENTS,
-)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import EXTENTS
 from chapters.shared.methods import METHODS
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
@@ -79,11 +77,7 @@ def ahead(fov, method, of=MEAN, **condition):
     Ahead is the one whose median of the value ``of`` is smaller.
     """
     every = sorted({c["fov_deg"] for c in fov.conditions})
-    found = [
-        at
-        for at in every
-        if is_ahead(fov, method, of, fov_deg=at, **condition)
-    ]
+    found = [at for at in every if is_ahead(fov, method, of, fov_deg=at, **condition)]
     if not found or found == every:
         return "everywhere" if found else "nowhere"
     if found == every[every.index(found[0]) :]:
@@ -93,9 +87,7 @@ def ahead(fov, method, of=MEAN, **condition):
 
 def is_ahead(fov, method, of, **condition):
     """Whether a method's median of a value is below the parametric one's."""
-    own, other = (
-        median_of(fov, m, of, **condition) for m in (method, "parametric")
-    )
+    own, other = (median_of(fov, m, of, **condition) for m in (method, "parametric"))
     return own < other
 
 
@@ -105,9 +97,7 @@ def crossing(fov, method):
     In the primary reading; the last time, where it does so more than once.
     """
     levels = sorted({c["fov_deg"] for c in fov.conditions})
-    behind = [
-        at for at in levels if not is_ahead(fov, method, MEAN, fov_deg=at)
-    ]
+    behind = [at for at in levels if not is_ahead(fov, method, MEAN, fov_deg=at)]
     after = levels.index(behind[-1]) + 1 if behind else 0
     return levels[max(after - 1, 0)], levels[min(after, len(levels) - 1)]
 
@@ -119,9 +109,7 @@ def name_values(open_results):
     )
     name_failures([noise, fov], fisheye)
     name_medians(fov, fisheye)
-    for name, at in zip(
-        ("below", "above"), crossing(fov, METHODS[1]), strict=True
-    ):
+    for name, at in zip(("below", "above"), crossing(fov, METHODS[1]), strict=True):
         value(f"crossing.{name}", at)
     trials = {
         f"{name}.{extent}.150": fov.column(
@@ -130,9 +118,7 @@ def name_values(open_results):
         for extent in EXTENTS
         for name in ("accepted_share", "widest_angle_deg")
     }
-    trials["noise_ratio"] = fov.column(
-        "point_noise_ratio", **PRIMARY, fov_deg=150
-    )
+    trials["noise_ratio"] = fov.column("point_noise_ratio", **PRIMARY, fov_deg=150)
     for name, found in trials.items():
         value(name, float(np.median(found)))
 
@@ -155,11 +141,7 @@ def name_medians(fov, fisheye):
         value(f"parametric.mean.{at}", found)
     clean = [
         median_of(
-            fov,
-            "parametric",
-            "clean.corrected.mean_px",
-            fov_deg=at,
-            extent="finite",
+            fov, "parametric", "clean.corrected.mean_px", fov_deg=at, extent="finite"
         )
         for at in sorted({c["fov_deg"] for c in fov.conditions})
     ]
@@ -177,7 +159,5 @@ def name_medians(fov, fisheye):
     for method in METHODS[1:]:
         value(f"{method}.rays_ahead", ahead(fov, method, "ray_deg"))
     for at in (30, 150):
-        found = median_of(
-            fisheye, "opencv_fisheye", "over_exact", fov_deg=at
-        )
+        found = median_of(fisheye, "opencv_fisheye", "over_exact", fov_deg=at)
         value(f"opencv_fisheye.over.{at}", found)

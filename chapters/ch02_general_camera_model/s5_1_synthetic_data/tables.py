@@ -47,11 +47,7 @@ def ext_fig_2_3_methods(results):
     for method, result in shown:
         name = NAMES[method]
         columns[f"{name[0].upper()}{name[1:]} (px)"] = [
-            Measured(
-                *median_interval(
-                    trials_of(result, method, MEAN, fov_deg=at)
-                )[:3]
-            )
+            Measured(*median_interval(trials_of(result, method, MEAN, fov_deg=at))[:3])
             for at in FOVS_DEG
         ]
     lost = ", ".join(
@@ -69,11 +65,7 @@ def ext_fig_2_3_methods(results):
     )
 
 
-@table(
-    "ext_fig_2_3_exact",
-    needs=("fig_2_3_fov", "fig_2_3_laws"),
-    evidence="synthetic",
-)
+@table("ext_fig_2_3_exact", needs=("fig_2_3_fov", "fig_2_3_laws"), evidence="synthetic")
 def ext_fig_2_3_exact(results):
     """What the tests' quantities are for exact rays, that is by the measure."""
     fov, laws = results["fig_2_3_fov"], results["fig_2_3_laws"]
@@ -86,13 +78,7 @@ def ext_fig_2_3_exact(results):
     }
     for words, test, method, of in QUANTITIES:
         source = laws if of is _over_laws else fov
-        row = (
-            words,
-            test,
-            NAMES[method],
-            of(source, method),
-            of(source, "exact"),
-        )
+        row = (words, test, NAMES[method], of(source, method), of(source, "exact"))
         for column, cell in zip(columns.values(), row, strict=True):
             column.append(cell)
     return Table(
@@ -142,8 +128,7 @@ def _rank_of_grazing(scale):
 
 def _over_laws(laws, method):
     trials = [
-        trials_of(laws, f"{law}.{method}", MEAN, fov_deg=LAWS_FOV_DEG)
-        for law in LAWS
+        trials_of(laws, f"{law}.{method}", MEAN, fov_deg=LAWS_FOV_DEG) for law in LAWS
     ]
     return float(spread_of_medians(*trials))
 
@@ -177,9 +162,7 @@ def ext_fig_2_3_ahead(results):
     columns = {
         name: list(cells)
         for name, cells in zip(
-            ("Scored on", "Noise in", "Planes"),
-            zip(*cases, strict=True),
-            strict=True,
+            ("Scored on", "Noise in", "Planes"), zip(*cases, strict=True), strict=True
         )
     }
     for words, scale in SCALE.items():

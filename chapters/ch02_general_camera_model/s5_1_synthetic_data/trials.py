@@ -25,10 +25,7 @@ from chapters.shared.three_planes import (
 )
 from raxel.calibration.bundle import bundle_adjust_fixed_centre
 from raxel.calibration.correspondence import BoardView
-from raxel.calibration.generic_linear import (
-    linear_as_printed,
-    linear_well_conditioned,
-)
+from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
 from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.zhang import calibrate_zhang
 from raxel.errors import CalibrationError, InputError
@@ -76,10 +73,7 @@ def calibrate_fisheye(data):
 
 
 # Methods whose camera has few numbers, and takes any pixel.
-FEW_NUMBERS = {
-    "parametric": calibrate_parametric,
-    "opencv_fisheye": calibrate_fisheye,
-}
+FEW_NUMBERS = {"parametric": calibrate_parametric, "opencv_fisheye": calibrate_fisheye}
 
 
 def calibrate_generic(data, linear):
@@ -135,11 +129,7 @@ def score_generic(data, focal, linear):
     directions = calibrate_generic(data, linear)
     corrected = view(about_principal_ray(directions, data.pixels), focal)
     known, grazing = targets(data, focal), 1 / least_sine(data)
-    out = {
-        "ray_deg": _ray_error(
-            directions, data.camera.rays(data.pixels).directions
-        )
-    }
+    out = {"ray_deg": _ray_error(directions, data.camera.rays(data.pixels).directions)}
     for scoring in SCORINGS:
         lengths = score(corrected, known[scoring], data.camera, focal)
         out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
@@ -165,9 +155,7 @@ def _ray_error(found, true):
 def least_sine(data):
     """Sine of the smallest angle between each ray and the three planes."""
     directions = data.camera.rays(data.pixels).directions
-    on_normals = [
-        rotate(inverse_pose(T), directions)[:, 2] for T in data.grids
-    ]
+    on_normals = [rotate(inverse_pose(T), directions)[:, 2] for T in data.grids]
     return np.min(np.abs(on_normals), axis=0)
 
 
@@ -249,16 +237,8 @@ SETTINGS = {
         "fov_deg": NOISE_FOV_DEG,
         "levels": list(LEVELS),
     },
-    "fov_sweep": {
-        "law": "equidistance",
-        "fov_deg": list(FOVS_DEG),
-        "noise": FOV_NOISE,
-    },
-    "law_sweep": {
-        "laws": list(LAWS),
-        "fov_deg": LAWS_FOV_DEG,
-        "noise": FOV_NOISE,
-    },
+    "fov_sweep": {"law": "equidistance", "fov_deg": list(FOVS_DEG), "noise": FOV_NOISE},
+    "law_sweep": {"laws": list(LAWS), "fov_deg": LAWS_FOV_DEG, "noise": FOV_NOISE},
     "fov": "on the image diagonal",
     "fresh_noise": "the base grid measured once more, only to be scored on",
     "finite_grids_mm": [-FINITE_MM, FINITE_MM],
@@ -290,9 +270,7 @@ def fisheye_trial(condition, rng):
     return scores(data, ("opencv_fisheye",))
 
 
-@experiment(
-    "fig_2_3_fisheye", artefact="fig_2_3", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_2_3_fisheye", artefact="fig_2_3", shards={"quick": 1, "full": 2})
 def fisheye_sweep(effort):
     """The first trials of `fov_sweep` in the primary reading."""
     cases = [
@@ -309,9 +287,7 @@ def laws_trial(condition, rng):
     return {law: scores(measured[law], METHODS[1:]) for law in LAWS}
 
 
-@experiment(
-    "fig_2_3_laws", artefact="fig_2_3", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_2_3_laws", artefact="fig_2_3", shards={"quick": 1, "full": 2})
 def law_sweep(effort):
     """Four laws at 90 degrees: same image radius, rays and noise."""
     cases = conditions("all four", [LAWS_FOV_DEG], [FOV_NOISE])

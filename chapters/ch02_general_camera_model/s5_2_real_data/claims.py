@@ -20,9 +20,7 @@ from chapters.ch02_general_camera_model.s5_2_real_data.results import (
     swept_slopes,
     typical,
 )
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
-    QUINTILES,
-)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import QUINTILES
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
     STAGE_IMAGES,
     STEP_MM,
@@ -64,12 +62,7 @@ RESIDUAL = (
     "residual_statistic",
     *LABORATORY,
 )
-FIELD = (
-    "standard_method",
-    "residual_image",
-    "residual_scale",
-    *LABORATORY,
-)
+FIELD = ("standard_method", "residual_image", "residual_scale", *LABORATORY)
 
 SCORING = dict(zip(OF_SWEEP["scoring"], SCORINGS, strict=True))
 ASKED = OF_SWEEP | {question: OF_SETS[question] for question in RESIDUAL}
@@ -97,19 +90,12 @@ def every_case(result):
 
 
 def _taken(case, questions):
-    return tuple(
-        (question, case.options[question]) for question in questions
-    )
+    return tuple((question, case.options[question]) for question in questions)
 
 
 @claim(
     "c2_real_vs_sim_agree",
-    needs=(
-        "fig_2_3_fov",
-        "table_2_2_redrawn",
-        "table_2_2_readings",
-        "fig_2_7_smooth",
-    ),
+    needs=("fig_2_3_fov", "table_2_2_redrawn", "table_2_2_readings", "fig_2_7_smooth"),
     evidence="rendered",
 )
 def judge_depends_on_distortion(results):
@@ -128,10 +114,7 @@ def judge_depends_on_distortion(results):
         return rendered_slopes(ZoomCase(results, dict(options)))
 
     def judge(case):
-        halves = (
-            of_sweep(_taken(case, OF_SWEEP)),
-            of_sets(_taken(case, RESIDUAL)),
-        )
+        halves = (of_sweep(_taken(case, OF_SWEEP)), of_sets(_taken(case, RESIDUAL)))
         _, generic = halves[0]
         return (
             all_of([_depends(*half) for half in halves]),
@@ -140,9 +123,7 @@ def judge_depends_on_distortion(results):
             "generic slope of log residual in the sweep; "
             + "; ".join(
                 f"{name}: {_as_text(*half)}"
-                for name, half in zip(
-                    ("sweep", "three sets"), halves, strict=True
-                )
+                for name, half in zip(("sweep", "three sets"), halves, strict=True)
             ),
         )
 
@@ -190,12 +171,7 @@ def judge_parametric_worse(results):
         holds = np.isfinite(generic) & (parametric > WORSE * generic)
         decision, share, interval, words = in_seeds(holds)
         ratio = np.median(parametric) / np.median(with_worst(generic))
-        return (
-            decision,
-            share,
-            interval,
-            f"{words}; ratio of medians {ratio:.2f}",
-        )
+        return (decision, share, interval, f"{words}; ratio of medians {ratio:.2f}")
 
     return judged(results, RESIDUAL, judge)
 
@@ -220,9 +196,7 @@ def judge_radial_bias(results):
     def judge(case):
         means, p, _ = quintiles(case, "parametric")
         sure = p < BIAS_P
-        inner = [
-            sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)
-        ]
+        inner = [sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)]
         decision, share, interval, words = in_seeds(inner[0] | inner[1])
         medians = ", ".join(f"{m:+.2f}" for m in np.nanmedian(means, 1))
         return (
@@ -248,8 +222,7 @@ def judge_no_radial_bias(results):
             decision,
             share,
             interval,
-            f"{words}; largest fifth, median {np.nanmedian(largest):.2f} of "
-            "the RMS",
+            f"{words}; largest fifth, median {np.nanmedian(largest):.2f} of the RMS",
         )
 
     return judged(results, FIELD, judge)
@@ -290,8 +263,7 @@ def judge_systematic(results):
         "residual_scale": OF_SETS["residual_scale"],
     } | {question: OF_SETS[question] for question in LABORATORY}
     return readings_of(
-        (ZoomCase(results, taken) for taken in combinations(questions)),
-        judge,
+        (ZoomCase(results, taken) for taken in combinations(questions)), judge
     )
 
 
@@ -310,9 +282,7 @@ def judge_motion(results):
 
 
 @claim(
-    "c2_homography_harmless",
-    needs=("exp_c2_homography_harmless",),
-    evidence="analytic",
+    "c2_homography_harmless", needs=("exp_c2_homography_harmless",), evidence="analytic"
 )
 def judge_homography(results):
     """A homography leaves nothing without distortion, and something with."""

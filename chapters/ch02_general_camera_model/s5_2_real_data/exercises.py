@@ -18,12 +18,8 @@ def zoom_task():
         "hint": "what of the sensor is known both in mm and in px?",
         "slips": {
             "That is in mm.": lambda: LENS_MM * CONVERTER,
-            "That is without the converter.": lambda: (
-                zoom_focal_px() / CONVERTER
-            ),
-            "The converter shortens the lens.": lambda: (
-                zoom_focal_px() / CONVERTER**2
-            ),
+            "That is without the converter.": lambda: zoom_focal_px() / CONVERTER,
+            "The converter shortens the lens.": lambda: zoom_focal_px() / CONVERTER**2,
         },
     }
 
@@ -35,12 +31,8 @@ def edge_task():
         "hint": "which angle does the law speak of, and in which unit?",
         "slips": {
             "That is in radians.": lambda: RADIUS_PX / FOCAL_PX,
-            "That is a pinhole.": lambda: np.degrees(
-                np.arctan(RADIUS_PX / FOCAL_PX)
-            ),
-            "One edge is asked for, not both.": lambda: (
-                2 * edge_angle_deg()
-            ),
+            "That is a pinhole.": lambda: np.degrees(np.arctan(RADIUS_PX / FOCAL_PX)),
+            "One edge is asked for, not both.": lambda: 2 * edge_angle_deg(),
         },
     }
 
@@ -51,9 +43,7 @@ def rms_task():
         "expected": lambda: np.hypot(MEAN_PX, SD_PX),
         "hint": "write the SD with the help of the mean square",
         "slips": {
-            "Mean and SD do not add as they stand.": lambda: (
-                MEAN_PX + SD_PX
-            ),
+            "Mean and SD do not add as they stand.": lambda: MEAN_PX + SD_PX,
             "An RMS is never less than the mean.": lambda: np.sqrt(
                 MEAN_PX**2 - SD_PX**2
             ),

@@ -36,8 +36,7 @@ def fig_2_4(results):
         found = rendered.column("found.calibration", zoom=zoom)
         rows.append((zoom, *picture.shape[::-1], int(found[0])))
     levels = [
-        np.median(rendered.column("distortion_level", zoom=zoom))
-        for zoom in ZOOMS
+        np.median(rendered.column("distortion_level", zoom=zoom)) for zoom in ZOOMS
     ]
     return Drawing(
         drawn,
@@ -63,9 +62,7 @@ def fig_2_5(results):
         ("a", "parametric", COARSE_SCALE, 5.0),
         ("b", "generic_as_printed", FIELD_SCALE, 1.0),
     )
-    for panel, (letter, method, scale, bar) in zip(
-        axes, panels, strict=True
-    ):
+    for panel, (letter, method, scale, bar) in zip(axes, panels, strict=True):
         field = rendered.arrays(f"field.{method}", zoom=STAGE_ZOOM)[0]
         u, v, du, dv = field[:, :4].T
         arrows = panel.quiver(
@@ -73,9 +70,7 @@ def fig_2_5(results):
             scale=1 / scale, width=0.004,
             color=SERIES[METHODS.index(method)]["color"],
         )  # fmt: skip
-        panel.quiverkey(
-            arrows, 0.8, 0.05, bar, f"{bar:g} px ", labelpos="W"
-        )
+        panel.quiverkey(arrows, 0.8, 0.05, bar, f"{bar:g} px ", labelpos="W")
         panel.plot(u, v, "o", ms=1.2, color="0.4", zorder=0)
         rms = np.sqrt(np.nanmean(du**2 + dv**2))
         panel.set_title(
@@ -99,9 +94,7 @@ def fig_2_5(results):
 
 
 @figure(
-    "fig_2_6",
-    needs=("table_2_2_rendered", "table_2_2_redrawn"),
-    evidence="rendered",
+    "fig_2_6", needs=("table_2_2_rendered", "table_2_2_redrawn"), evidence="rendered"
 )
 def fig_2_6(results):
     """Recovered steps end to end, deviations twenty times as large."""
@@ -113,17 +106,13 @@ def fig_2_6(results):
         "-", color="0.6", lw=5, zorder=0, label="true steps",
     )  # fmt: skip
     for index, method in enumerate(METHODS):
-        steps = rendered.arrays(
-            f"{method}.stage.grid.steps", zoom=STAGE_ZOOM
-        )
+        steps = rendered.arrays(f"{method}.stage.grid.steps", zoom=STAGE_ZOOM)
         if not steps:
             continue
         path = path_of(steps[0])
         axes[0].plot(*path.T, **SERIES[index], label=NAMES[method])
         rows += [(method, x, y) for x, y in path]
-    axes[0].set_xlabel(
-        f"Along the mean step, deviation x {STEP_SCALE} (mm)"
-    )
+    axes[0].set_xlabel(f"Along the mean step, deviation x {STEP_SCALE} (mm)")
     axes[0].set_ylabel(f"Across, deviation x {STEP_SCALE} (mm)")
     axes[0].set_title("One rendered seed")
     trials = [

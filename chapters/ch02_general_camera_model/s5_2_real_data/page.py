@@ -17,9 +17,7 @@ from chapters.ch02_general_camera_model.s5_2_real_data.exercises import (
     rms_task,
     zoom_task,
 )
-from chapters.ch02_general_camera_model.s5_2_real_data.results import (
-    name_values,
-)
+from chapters.ch02_general_camera_model.s5_2_real_data.results import name_values
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
     calibrate,
     example_view,
@@ -43,24 +41,10 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
     photograph,
     redrawn,
 )
-from chapters.shared.facade import (
-    corrected_pictures,
-    edges_in_pictures,
-    facade_picture,
-)
-from chapters.shared.zoom_rigs import (
-    FACADE_ZOOM,
-    STAGE_ZOOM,
-    ZOOM_RIGS,
-)
+from chapters.shared.facade import corrected_pictures, edges_in_pictures, facade_picture
+from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOM_RIGS
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -228,9 +212,7 @@ def rendered_seeds(effort):
 )
 def redrawn_seeds(effort, results):
     """Seeds with the corner errors of the rendered ones."""
-    trial = partial(
-        redrawn_trial, counts=COUNTS[effort], errors=errors_in(results)
-    )
+    trial = partial(redrawn_trial, counts=COUNTS[effort], errors=errors_in(results))
     return Plan(trial, SETS, REDRAWN[effort], settings(effort))
 
 

@@ -4,21 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
-    QUINTILES,
-)
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
-    true_shape,
-)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import QUINTILES
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import true_shape
 from chapters.shared.methods import SCORINGS
 from chapters.shared.three_planes import FOVS_DEG
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
-from repro.judge.statistics import (
-    bootstrap,
-    trend,
-    with_worst,
-)
+from repro.judge.statistics import bootstrap, trend, with_worst
 from repro.page.reader import value
 
 FIELD_SCALE, COARSE_SCALE = 50, 10
@@ -64,10 +56,7 @@ def name_values(open_results):
         "generic_as_printed.calibration.corrected.rms_px", zoom=STAGE_ZOOM
     )
     value("exact_generic", typical(exact))
-    value(
-        "rendered_seeds",
-        open_results("table_2_2_rendered").trials_per_condition,
-    )
+    value("rendered_seeds", open_results("table_2_2_rendered").trials_per_condition)
     for name, options in CASES.items():
         residuals = ZoomCase(results, options).residuals("generic")
         medians = [typical(trials) for trials in residuals]
@@ -75,21 +64,14 @@ def name_values(open_results):
     noisy = ZoomCase(results, CASES["most"])
     value("parametric_most_1", typical(noisy.residual("parametric", 1)))
     for zoom in (1, 3):
-        value(
-            f"parametric_{zoom}", typical(made.residual("parametric", zoom))
-        )
+        value(f"parametric_{zoom}", typical(made.residual("parametric", zoom)))
         value(f"generic_{zoom}", typical(made.residual("generic", zoom)))
-    value(
-        "image_share_3", image_share(made, "generic_as_printed", STAGE_ZOOM)
-    )
+    value("image_share_3", image_share(made, "generic_as_printed", STAGE_ZOOM))
     name_radial(made)
     name_steps(made)
     name_fisheye(ZoomCase(results, CASES["smooth"]))
     name_centre(open_results("fig_2_5_true_centre"))
-    for name, case in (
-        ("", made),
-        ("_smooth", ZoomCase(results, CASES["smooth"])),
-    ):
+    for name, case in (("", made), ("_smooth", ZoomCase(results, CASES["smooth"]))):
         p = case.of("generic", "moran.corrected.p", STAGE_ZOOM)
         value(f"moran{name}", round(100 * float(np.mean(p < MORAN_P))))
 
@@ -114,19 +96,14 @@ def name_radial(made):
 def name_steps(made):
     """The mean step of the stage, and how much the steps scatter."""
     for name in ("parametric", "generic"):
-        value(
-            f"step_{name}",
-            typical(made.of(name, "stage.grid.step_mm", STAGE_ZOOM)),
-        )
+        value(f"step_{name}", typical(made.of(name, "stage.grid.step_mm", STAGE_ZOOM)))
         scatter = made.of(name, "stage.grid.deviation_mm", STAGE_ZOOM)
         value(f"scatter_{name}", typical(scatter))
 
 
 def name_fisheye(made):
     """In how many seeds of set 3 OpenCV's fisheye model misses by much."""
-    trials = made.column(
-        "opencv_fisheye.calibration.corrected.rms_px", STAGE_ZOOM
-    )
+    trials = made.column("opencv_fisheye.calibration.corrected.rms_px", STAGE_ZOOM)
     value("fisheye_seeds", len(trials))
     value("fisheye_off", int(np.sum(~(trials < FAR_OFF_PX))))
     value("far_off", FAR_OFF_PX)
@@ -164,11 +141,7 @@ def swept_slopes(case):
     widest = [case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG]
     levels = np.array([distortion_level(np.median(w)) for w in widest])
     return [
-        trend(
-            levels,
-            [one("mean_px", fov_deg=f) for f in FOVS_DEG],
-            _log_slope,
-        )
+        trend(levels, [one("mean_px", fov_deg=f) for f in FOVS_DEG], _log_slope)
         for one in (case.parametric, case.generic)
     ]
 

@@ -13,20 +13,12 @@ from chapters.ch02_general_camera_model.s5_2_real_data.results import (
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOMS
-from repro.judge.statistics import (
-    SIGNIFICANCE,
-    holm,
-    median_interval,
-    with_worst,
-)
+from repro.judge.statistics import SIGNIFICANCE, holm, median_interval, with_worst
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
 
-SOURCES = {
-    "table_2_2_redrawn": "redrawn",
-    "table_2_2_rendered": "rendered",
-}
+SOURCES = {"table_2_2_redrawn": "redrawn", "table_2_2_rendered": "rendered"}
 # As in the thesis: what a row is called there, and in the ledger's ids.
 ROWS = (("parametric", "persp"), ("generic_as_printed", "gen"))
 STATISTICS = {"rms": "RMS", "sd": "SD"}
@@ -96,8 +88,7 @@ def ext_table_2_2_seeds(results):
         + [
             measured(
                 results[name].column(
-                    f"{method}.calibration.corrected.{statistic}_px",
-                    zoom=zoom,
+                    f"{method}.calibration.corrected.{statistic}_px", zoom=zoom
                 )
             )
             for zoom in ZOOMS
@@ -170,16 +161,8 @@ def peers(results):
         # Corners do not depend on what the generic method does between them.
         _Row(FISHEYE, smooth, "opencv_fisheye"),
         _Row(NAMES["generic_as_printed"], as_found, "generic_as_printed"),
-        _Row(
-            f"{NAMES['generic_as_printed']}, smooth",
-            smooth,
-            "generic_as_printed",
-        ),
-        _Row(
-            NAMES["generic_well_conditioned"],
-            as_found,
-            "generic_well_conditioned",
-        ),
+        _Row(f"{NAMES['generic_as_printed']}, smooth", smooth, "generic_as_printed"),
+        _Row(NAMES["generic_well_conditioned"], as_found, "generic_well_conditioned"),
     ]
 
 
@@ -232,9 +215,7 @@ def ext_table_2_2_readings(results):
             for method in LINES
         ),
     ):
-        case = ZoomCase(
-            results, {"corner_noise": noise, "interpolation": between}
-        )
+        case = ZoomCase(results, {"corner_noise": noise, "interpolation": between})
         residuals = [
             case.column(f"{method}.calibration.corrected.rms_px", zoom)
             for zoom in ZOOMS
@@ -288,8 +269,7 @@ def agreement(redrawn, rendered):
         name = f"{method}.calibration.corrected.rms_px"
         for zoom in ZOOMS:
             both = [
-                with_worst(ran.column(name, zoom=zoom))
-                for ran in (redrawn, rendered)
+                with_worst(ran.column(name, zoom=zoom)) for ran in (redrawn, rendered)
             ]
             p.append(mannwhitneyu(*both).pvalue)
             ratios.append(np.median(both[0]) / np.median(both[1]))

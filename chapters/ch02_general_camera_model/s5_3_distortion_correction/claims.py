@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from chapters.shared.zoom_readings import (
-    OF_SEEDS,
-    generic_wins,
-    judged,
-)
+from chapters.shared.zoom_readings import OF_SEEDS, generic_wins, judged
 from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.run.experiment import claim
 
@@ -21,9 +17,7 @@ def judge_periphery(results):
             case.column(f"{place}.{name}.{case.scale}", FACADE_ZOOM)
             for name in ("generic", "parametric")
         )
-        return generic_wins(
-            generic, parametric, "RMS distance from straight lines"
-        )
+        return generic_wins(generic, parametric, "RMS distance from straight lines")
 
     questions = ("standard_method", "residual_scale", "interpolation")
     return judged(results, questions, judge)

@@ -17,9 +17,7 @@ def focal_task():
         "expected": view_focal_px,
         "hint": "draw the triangle of centre, middle and rim of the picture",
         "slips": {
-            "That is the whole width for half the angle.": lambda: (
-                2 * view_focal_px()
-            ),
+            "That is the whole width for half the angle.": lambda: 2 * view_focal_px(),
             "That is an equidistance lens, not a pinhole.": lambda: (
                 (WIDTH_PX - 1) / 2 / np.radians(HALF_VIEW_DEG)
             ),
@@ -36,9 +34,7 @@ def lean_task():
         "slips": {
             "That is in radians.": lambda: np.radians(convergence_deg()),
             "That is off horizontal.": lambda: 90 - convergence_deg(),
-            "Half the tangent is not half the angle.": lambda: (
-                PITCH_DEG * SEEN_AT
-            ),
+            "Half the tangent is not half the angle.": lambda: PITCH_DEG * SEEN_AT,
         },
     }
 

@@ -86,9 +86,7 @@ def draw_part(panel, edge, both, at):
     return f"edge up to {np.max(np.abs(off[here])):.1f} px off"
 
 
-@figure(
-    "ext_fig_2_7_lines", needs=("table_2_2_rendered",), evidence="rendered"
-)
+@figure("ext_fig_2_7_lines", needs=("table_2_2_rendered",), evidence="rendered")
 def ext_fig_2_7_lines(results):
     """How far the front's edges leave their lines, by the distance from mid-image."""
     edges = edges_of(results["table_2_2_rendered"])
@@ -107,9 +105,7 @@ def ext_fig_2_7_lines(results):
             (both, SERIES[METHODS.index(method)]["color"], "on the boards"),
         ):
             some = inside & np.isfinite(off)
-            panel.plot(
-                radius[some], off[some], ".", ms=2, color=mark, label=label
-            )
+            panel.plot(radius[some], off[some], ".", ms=2, color=mark, label=label)
             rows += [
                 (method, label, *pair)
                 for pair in zip(radius[some], off[some], strict=True)
@@ -130,12 +126,7 @@ def ext_fig_2_7_lines(results):
     )
 
 
-@figure(
-    "ext_fig_2_7_facade",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_fig_2_7_facade", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_fig_2_7_facade(results):
     """The building front of Fig. 2.7 with its camera."""
     return drawn_surroundings(
@@ -155,6 +146,4 @@ def frame_around(at):
     from matplotlib.patches import Rectangle
 
     corner = np.asarray(at) - HALF_PX
-    return Rectangle(
-        corner, 2 * HALF_PX, 2 * HALF_PX, fill=False, color=COLOUR, lw=1.5
-    )
+    return Rectangle(corner, 2 * HALF_PX, 2 * HALF_PX, fill=False, color=COLOUR, lw=1.5)

@@ -16,10 +16,7 @@ HALF_PX = 110  # of the side of the enlarged parts
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {name: open_results(name) for name in OF_SEEDS}
-    for word, options in (
-        ("", {}),
-        ("_smooth", {"interpolation": "smooth"}),
-    ):
+    for word, options in (("", {}), ("_smooth", {"interpolation": "smooth"})):
         case = ZoomCase(results, options)
         for name in ("generic", "parametric"):
             value(f"{name}{word}", line_median(case, name))
@@ -43,8 +40,7 @@ def edges_of(rendered):
     """The front's edges (edges, points, 2) as taken and as corrected, px."""
     names = ("as_taken", "parametric", "generic_as_printed")
     return {
-        name: rendered.arrays(f"edges.{name}", zoom=FACADE_ZOOM)[0]
-        for name in names
+        name: rendered.arrays(f"edges.{name}", zoom=FACADE_ZOOM)[0] for name in names
     }
 
 

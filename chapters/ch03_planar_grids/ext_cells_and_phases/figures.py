@@ -104,9 +104,7 @@ def ext_cells(results):
                 one = measured(result, name, f"{way}.rms_px", grid)
                 found.append(one if good else None)
                 period = period_px(cells, width)
-                theory = float(
-                    sigma_px(period, blur, OUR_NOISE, steps, way)
-                )
+                theory = float(sigma_px(period, blur, OUR_NOISE, steps, way))
                 ends = (
                     [found[-1].value, found[-1].low, found[-1].high]
                     if found[-1]
@@ -161,15 +159,10 @@ def ext_steps(results):
             name = name_of(gamma, OUR_BLUR_PX, 0.0)
             one = measured(result, name, f"{BY_PIXEL}.rms_px", grid)
             found.append(one)
-            theory = np.hypot(
-                bias_px(period, OUR_BLUR_PX, gamma, steps), floor
-            )
+            theory = np.hypot(bias_px(period, OUR_BLUR_PX, gamma, steps), floor)
             ends = [one.value, one.low, one.high]
             _note(data, steps, gamma, *ends, float(theory))
-        line = [
-            np.hypot(bias_px(period, OUR_BLUR_PX, g, steps), floor)
-            for g in curve
-        ]
+        line = [np.hypot(bias_px(period, OUR_BLUR_PX, g, steps), floor) for g in curve]
         _curve(axes, curve, line, index)
         _errorbar(axes, gammas, found, index, label=f"{steps} steps")
     noise = float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, 4))

@@ -46,13 +46,7 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
     through_lens,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -179,28 +173,22 @@ def grid_trial(condition, rng):
     return found
 
 
-@experiment(
-    "ext_cells_runs", artefact="ext_cells", shards={"quick": 1, "full": 2}
-)
+@experiment("ext_cells_runs", artefact="ext_cells", shards={"quick": 1, "full": 2})
 def cells_runs(effort):
     """Numbers of cells against blur and noise, with four steps."""
     changed = {"blurs_px": BLURS_PX[effort], "noises": NOISES[effort]}
     conditions = [
-        condition_of(effort, cells, OUR_STEPS, **changed)
-        for cells in CELLS[effort]
+        condition_of(effort, cells, OUR_STEPS, **changed) for cells in CELLS[effort]
     ]
     return Plan(grid_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "ext_steps_runs", artefact="ext_steps", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_steps_runs", artefact="ext_steps", shards={"quick": 1, "full": 1})
 def steps_runs(effort):
     """Numbers of steps against the monitor's response, without noise."""
     changed = {"gammas": GAMMAS[effort], "noises": (0.0,)}
     conditions = [
-        condition_of(effort, OUR_CELLS, steps, **changed)
-        for steps in STEPS[effort]
+        condition_of(effort, OUR_CELLS, steps, **changed) for steps in STEPS[effort]
     ]
     return Plan(grid_trial, conditions, OTHER_TRIALS[effort], SETTINGS)
 
@@ -213,9 +201,7 @@ def steps_runs(effort):
 
 # %%
 @experiment(
-    "ext_pictures_runs",
-    artefact="ext_equal_pictures",
-    shards={"quick": 1, "full": 1},
+    "ext_pictures_runs", artefact="ext_equal_pictures", shards={"quick": 1, "full": 1}
 )
 def pictures_runs(effort):
     """Grids of equally many pictures, on an ordinary monitor."""
@@ -242,15 +228,11 @@ def light_trial(condition, rng):
 
 
 @experiment(
-    "ext_light_runs",
-    artefact="ext_steps_light",
-    shards={"quick": 1, "full": 1},
+    "ext_light_runs", artefact="ext_steps_light", shards={"quick": 1, "full": 1}
 )
 def light_runs(effort):
     """Numbers of steps with the same pictures, and with the same light."""
-    conditions = [
-        condition_of(effort, OUR_CELLS, steps) for steps in STEPS[effort]
-    ]
+    conditions = [condition_of(effort, OUR_CELLS, steps) for steps in STEPS[effort]]
     return Plan(light_trial, conditions, OTHER_TRIALS[effort], SETTINGS)
 
 

@@ -58,11 +58,7 @@ def widest(result, names):
         for name in names
         for grid in grids(result)
     ]
-    ends = [
-        max(one.high / one.value, one.value / one.low)
-        for one in found
-        if one
-    ]
+    ends = [max(one.high / one.value, one.value / one.low) for one in found if one]
     return 100 * (max(ends) - 1)
 
 
@@ -121,9 +117,7 @@ def bias_px(period, blur, gamma, steps):
     orders = np.fft.rfft((0.5 + 0.5 * np.sin(phase)) ** gamma)
     k = np.arange(len(orders))
     orders = orders * np.exp(-2 * (np.pi * blur * k / period) ** 2)
-    turned = orders * np.exp(
-        2j * np.pi * np.outer(np.arange(steps), k) / steps
-    )
+    turned = orders * np.exp(2j * np.pi * np.outer(np.arange(steps), k) / steps)
     light = np.fft.irfft(turned, PHASES, axis=1)
     angle = 2 * np.pi * np.arange(steps)[:, None] / steps
     sine = np.sum(light * np.cos(angle), axis=0)
@@ -148,9 +142,7 @@ def best_cells(result, blur, noise, way):
     return min(found)[::-1] if found else None
 
 
-def rms(
-    result, cells, steps, way, *, gamma=LINEAR, blur=OUR_BLUR_PX, noise=None
-):
+def rms(result, cells, steps, way, *, gamma=LINEAR, blur=OUR_BLUR_PX, noise=None):
     """Median RMS error of one grid in one condition, px."""
     noise = OUR_NOISE if noise is None else noise
     name = name_of(gamma, blur, noise)
@@ -167,10 +159,7 @@ def name_values(open_results):
     """Name what the prose quotes."""
     cells = open_results("ext_cells_runs")
     width = width_of(cells)
-    sharp, soft = (
-        min(swept(cells, "blurs_px")),
-        max(swept(cells, "blurs_px")),
-    )
+    sharp, soft = (min(swept(cells, "blurs_px")), max(swept(cells, "blurs_px")))
     value("trials", cells.trials_per_condition)
     value("fewer", open_results("ext_steps_runs").trials_per_condition)
     value("width", width)
@@ -213,9 +202,7 @@ def _name_steps(open_results):
             for g in swept(steps, "gammas")
         )
         value(f"bias.{count}", worst)
-        at = rms(
-            steps, OUR_CELLS, count, BY_PIXEL, gamma=ORDINARY, noise=0.0
-        )
+        at = rms(steps, OUR_CELLS, count, BY_PIXEL, gamma=ORDINARY, noise=0.0)
         value(f"ordinary.{count}", at)
     value("noise_alone", float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, 4)))
     pictures = open_results("ext_pictures_runs")
@@ -249,18 +236,11 @@ def _theory_and_gross(result):
             name = name_of(LINEAR, blur, noise)
             for cells, steps in grids(result):
                 grid = grid_of(cells, steps)
-                gross += result.column(
-                    f"{name}.{BY_PIXEL}.gross", **grid
-                ).sum()
-                gross += result.column(
-                    f"{name}.{SMOOTHED}.gross", **grid
-                ).sum()
+                gross += result.column(f"{name}.{BY_PIXEL}.gross", **grid).sum()
+                gross += result.column(f"{name}.{SMOOTHED}.gross", **grid).sum()
                 if is_readable(result, name, BY_PIXEL, grid):
                     theory = sigma_px(
-                        period_px(cells, width_of(result)),
-                        blur,
-                        noise,
-                        steps,
+                        period_px(cells, width_of(result)), blur, noise, steps
                     )
                     found = middle(result, name, f"{BY_PIXEL}.rms_px", grid)
                     off.append(abs(found / theory - 1))

@@ -48,10 +48,7 @@ def ext_cells_advice(results):
             name = name_of(LINEAR, blur, noise)
             for way in (SMOOTHED, BY_PIXEL):
                 ours = middle(
-                    result,
-                    name,
-                    f"{way}.rms_px",
-                    grid_of(OUR_CELLS, OUR_STEPS),
+                    result, name, f"{way}.rms_px", grid_of(OUR_CELLS, OUR_STEPS)
                 )
                 best = best_cells(result, blur, noise, way)
                 if best is None:
@@ -83,12 +80,7 @@ def ext_cells_scores(results):
     """Every grid at one noise: errors, stated SD, pixels decoded."""
     result = results["ext_cells_runs"]
     rows = [
-        [
-            blur,
-            cells,
-            way,
-            *_scores(result, blur, way, grid_of(cells, steps)),
-        ]
+        [blur, cells, way, *_scores(result, blur, way, grid_of(cells, steps))]
         for blur in swept(result, "blurs_px")
         for cells, steps in grids(result)
         for way in (SMOOTHED, BY_PIXEL)
@@ -126,14 +118,7 @@ def ext_cells_scores(results):
 
 def _scores(result, blur, way, grid):
     name = f"{name_of(LINEAR, blur, OUR_NOISE)}.{way}"
-    keys = (
-        "rms_px",
-        "median_px",
-        "p95_px",
-        "sigma_px",
-        "within",
-        "decoded",
-    )
+    keys = ("rms_px", "median_px", "p95_px", "sigma_px", "within", "decoded")
     *found, within, read = (middle(result, name, key, grid) for key in keys)
     cells = [*found, 100 * within, 100 * read]
     return [
@@ -142,11 +127,7 @@ def _scores(result, blur, way, grid):
     ]
 
 
-@table(
-    "ext_steps_advice",
-    needs=("ext_steps_runs",),
-    evidence="rendered",
-)
+@table("ext_steps_advice", needs=("ext_steps_runs",), evidence="rendered")
 def ext_steps_advice(results):
     """The error of each number of steps by gamma, and the steps that suffice."""
     result = results["ext_steps_runs"]
@@ -155,10 +136,7 @@ def ext_steps_advice(results):
     rows = []
     for gamma in swept(result, "gammas"):
         name = f"{name_of(gamma, OUR_BLUR_PX, 0.0)}.{BY_PIXEL}"
-        found = [
-            middle(result, name, "rms_px", grid_of(OUR_CELLS, n))
-            for n in counts
-        ]
+        found = [middle(result, name, "rms_px", grid_of(OUR_CELLS, n)) for n in counts]
         gross = [
             result.column(f"{name}.gross", **grid_of(OUR_CELLS, n)).sum()
             for n in counts
@@ -188,8 +166,7 @@ NOISES = (1.0, 3.0, 8.0)
 def _enough(period, steps, error, gross):
     """For each of NOISES: whether the response adds little to what noise does."""
     return [
-        gross == 0
-        and error < sigma_px(period, OUR_BLUR_PX, noise, steps) / 2
+        gross == 0 and error < sigma_px(period, OUR_BLUR_PX, noise, steps) / 2
         for noise in NOISES
     ]
 
@@ -197,17 +174,12 @@ def _enough(period, steps, error, gross):
 def _first(counts, enough):
     """The fewest steps that are enough, for each noise."""
     return [
-        next(
-            (n for n, good in zip(counts, column, strict=True) if good),
-            None,
-        )
+        next((n for n, good in zip(counts, column, strict=True) if good), None)
         for column in zip(*enough, strict=True)
     ]
 
 
-@table(
-    "ext_equal_pictures", needs=("ext_pictures_runs",), evidence="rendered"
-)
+@table("ext_equal_pictures", needs=("ext_pictures_runs",), evidence="rendered")
 def ext_equal_pictures(results):
     """Errors of grids that take the same number of pictures."""
     result = results["ext_pictures_runs"]

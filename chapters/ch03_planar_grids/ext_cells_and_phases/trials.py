@@ -9,14 +9,7 @@ import numpy as np
 from raxel.cameras import PerspectiveCamera
 from raxel.features.active_grid import decode
 from raxel.geometry import pose, rotation_from_vector
-from raxel.lab import (
-    Monitor,
-    MonitorPattern,
-    Optics,
-    Sensor,
-    monitor_scene,
-    trace,
-)
+from raxel.lab import Monitor, MonitorPattern, Optics, Sensor, monitor_scene, trace
 from raxel.lab.monitor_views import points_seen
 from raxel.sets import ActiveGrid
 from raxel.sets.patterns import patterns_of, plan_of_cells
@@ -37,16 +30,10 @@ CELLS = {"quick": (4, 8, 32), "full": (4, 8, 12, 16, 24, 32)}
 BLURS_PX = {"quick": (0.5, 4.0), "full": (0.5, 1.0, 2.0, 4.0)}
 NOISES = {"quick": (3.0,), "full": (1.0, 3.0, 8.0)}
 STEPS = {"quick": (3, 4, 6), "full": (3, 4, 5, 6, 8)}
-GAMMAS = {
-    "quick": (LINEAR, ORDINARY),
-    "full": (LINEAR, 1.4, 1.8, ORDINARY, 2.6),
-}
+GAMMAS = {"quick": (LINEAR, ORDINARY), "full": (LINEAR, 1.4, 1.8, ORDINARY, 2.6)}
 SHARED_BLURS_PX = {"quick": (0.5,), "full": (0.5, 2.0, 4.0)}
 # (cells, steps) of grids with the same number of pictures.
-BUDGETS = {
-    20: ((4, 6), (8, 4)),
-    28: ((4, 10), (8, 8), (16, 6), (32, 4)),
-}
+BUDGETS = {20: ((4, 6), (8, 4)), 28: ((4, 10), (8, 8), (16, 6), (32, 4))}
 TRIALS = {"quick": 1, "full": 4}
 OTHER_TRIALS = {"quick": 1, "full": 3}
 # The grid of the thesis, and the picture that is changed in one thing at a time.
@@ -118,9 +105,7 @@ def drawn_view(width, rng):
     T = pose(R, centre + R @ corner)
     scene = monitor_scene(MONITOR, T)
     traced = trace(camera, np.eye(4), scene)
-    points = _inside(
-        points_seen(camera, T, MONITOR.monitor_mm), BORDER_PX + RING_PX
-    )
+    points = _inside(points_seen(camera, T, MONITOR.monitor_mm), BORDER_PX + RING_PX)
     return FilledView(traced, points, DISTANCE_MM / focal)
 
 
@@ -154,12 +139,7 @@ def scores(view, plan, pictures):
     found, noise = {}, None
     for name, smooth in WAYS.items():
         decoded = decode(
-            pictures,
-            patterns,
-            MONITOR,
-            smooth=smooth,
-            noise=noise,
-            threads=1,
+            pictures, patterns, MONITOR, smooth=smooth, noise=noise, threads=1
         )
         noise = decoded.noise
         found[name] = _scored(view, plan, decoded)
@@ -168,8 +148,7 @@ def scores(view, plan, pictures):
 
 def _scored(view, plan, decoded):
     mask, location, sigma = (
-        _inside(one, RING_PX)
-        for one in (decoded.mask, decoded.location, decoded.sigma)
+        _inside(one, RING_PX) for one in (decoded.mask, decoded.location, decoded.sigma)
     )
     seen = mask & np.isfinite(view.points[..., 0])
     values = {"decoded": float(seen.mean()), "gross": 0}
@@ -224,11 +203,7 @@ def pictures_of(cells, steps):
 
 def condition_of(effort, cells, steps, **changed):
     """A grid, and the responses, blurs and noises under which it is decoded."""
-    usual = {
-        "gammas": [LINEAR],
-        "blurs_px": [OUR_BLUR_PX],
-        "noises": [OUR_NOISE],
-    }
+    usual = {"gammas": [LINEAR], "blurs_px": [OUR_BLUR_PX], "noises": [OUR_NOISE]}
     grid = {"cells": cells, "steps": steps, "width_px": WIDTH_PX[effort]}
     return grid | usual | {name: list(v) for name, v in changed.items()}
 

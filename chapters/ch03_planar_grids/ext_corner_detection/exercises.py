@@ -19,9 +19,7 @@ def window_task():
     return {
         "expected": lambda: largest_window(144),
         "hint": "the curvature is one over the radius of curvature",
-        "slips": {
-            "That is its square.": lambda: largest_window(144) ** 2,
-        },
+        "slips": {"That is its square.": lambda: largest_window(144) ** 2},
     }
 
 

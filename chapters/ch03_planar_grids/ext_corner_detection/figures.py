@@ -11,9 +11,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.results import (
     name_of,
     successes,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
-    OUTCOMES,
-)
+from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import OUTCOMES
 from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     OTHERS,
     PUBLISHED,
@@ -31,11 +29,7 @@ HATCHES = ("", "..", "", "//", "xx")
 MARGIN_PX = 40
 
 
-@figure(
-    "ext_split_corners",
-    needs=("ext_split_corners_runs",),
-    evidence="synthetic",
-)
+@figure("ext_split_corners", needs=("ext_split_corners_runs",), evidence="synthetic")
 def ext_split_corners(results):
     """Candidates at three corners of a blurred contour, by either detector."""
     result = results["ext_split_corners_runs"]
@@ -89,11 +83,7 @@ def _draw_corner(panel, picture, corner, inliers):
     panel.grid(visible=False)
 
 
-@figure(
-    "ext_further_changes",
-    needs=("ext_further_ideas_runs",),
-    evidence="synthetic",
-)
+@figure("ext_further_changes", needs=("ext_further_ideas_runs",), evidence="synthetic")
 def ext_further_changes(results):
     """Change of the share of successes, with its interval, by picture."""
     result = results["ext_further_ideas_runs"]
@@ -105,10 +95,7 @@ def ext_further_changes(results):
     for index, method in enumerate(OTHERS):
         found = [compared[picture, method] for picture in pictures]
         change = 100 * np.array([v["after"] - v["before"] for v in found])
-        low, high = (
-            100 * np.array([v[end] for v in found])
-            for end in ("low", "high")
-        )
+        low, high = (100 * np.array([v[end] for v in found]) for end in ("low", "high"))
         look = dict(series(index), linestyle="none")
         axes.errorbar(
             change,
@@ -120,9 +107,7 @@ def ext_further_changes(results):
         )
         for cells in zip(pictures, change, low, high, strict=True):
             picture, *numbers = cells
-            for column, cell in zip(
-                data, (picture, method, *numbers), strict=True
-            ):
+            for column, cell in zip(data, (picture, method, *numbers), strict=True):
                 data[column].append(cell)
     axes.axvline(0, color="#4a4a4a", linewidth=1)
     labels = [
@@ -171,8 +156,7 @@ def ext_coded_grid(results):
 def _draw_block(panel, result, data):
     """Draw the first block that was found; returns what became of it."""
     picture, clicked, corners, numbers = (
-        result.arrays(name)[0]
-        for name in ("picture", "clicks", "corners", "numbers")
+        result.arrays(name)[0] for name in ("picture", "clicks", "corners", "numbers")
     )
     panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
     panel.grid(visible=False)
@@ -190,9 +174,7 @@ def _draw_block(panel, result, data):
             va="center",
             bbox={"boxstyle": "round,pad=0.2", "fc": "#1b1f24"},
         )
-    for (row, column), (u, v) in zip(
-        numbers.reshape(-1, 2), points, strict=True
-    ):
+    for (row, column), (u, v) in zip(numbers.reshape(-1, 2), points, strict=True):
         cells = ("a", "corner", row, column, u, v)
         for name, cell in zip(data, cells, strict=True):
             data[name].append(cell)

@@ -14,31 +14,17 @@ from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
     places_task,
     window_task,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.results import (
-    name_values,
-)
-from chapters.ch03_planar_grids.ext_corner_detection.trials import (
-    coded,
-    further,
-)
+from chapters.ch03_planar_grids.ext_corner_detection.results import name_values
+from chapters.ch03_planar_grids.ext_corner_detection.trials import coded, further
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import clicks
 from raxel.features.celect import celect
 from raxel.features.celect.clustering import clustered
 from raxel.features.celect.curvature import curved_side
-from raxel.features.celect.symmetric import (
-    symmetric_corners,
-    symmetry_at,
-)
+from raxel.features.celect.symmetric import symmetric_corners, symmetry_at
 from raxel.features.coded_grid import coded_grid, locate, read_squares
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -173,8 +159,7 @@ def method_values(settings, image, outer, lattice):
     rows, columns = lattice.shape[:2]
     result = celect(image, outer, columns, rows, settings=settings)
     wanted = sum(
-        columns if c.name in ("side 1", "side 3") else rows
-        for c in result.contours
+        columns if c.name in ("side 1", "side 3") else rows for c in result.contours
     )
     seen = sum(len(c.inliers) for c in result.contours)
     values = scored(result, lattice)
@@ -195,10 +180,7 @@ def _kind(contour):
 def further_ideas(effort):
     """Published stages, each further one, and all three; same pictures."""
     return Plan(
-        further_trial,
-        further.conditions(),
-        further.TRIALS[effort],
-        further.SETTINGS,
+        further_trial, further.conditions(), further.TRIALS[effort], further.SETTINGS
     )
 
 
@@ -209,12 +191,7 @@ def further_ideas(effort):
 )
 def split_corners(effort):
     """One blurred contour: what either detector finds on it."""
-    return Plan(
-        further.split_trial,
-        [{"picture": "blur SD 5 px"}],
-        1,
-        further.SETTINGS,
-    )
+    return Plan(further.split_trial, [{"picture": "blur SD 5 px"}], 1, further.SETTINGS)
 
 
 # %% [markdown]
@@ -237,30 +214,21 @@ def coded_trial(condition, rng):
 
 
 @experiment(
-    "ext_coded_grid_runs",
-    artefact="ext_coded_grid",
-    shards={"quick": 1, "full": 2},
+    "ext_coded_grid_runs", artefact="ext_coded_grid", shards={"quick": 1, "full": 2}
 )
 def coded_grids(effort):
     """Blocks of a coded grid: found, refused, or put in a wrong place."""
     return Plan(
-        coded_trial,
-        coded.conditions(effort),
-        coded.TRIALS[effort],
-        coded.SETTINGS,
+        coded_trial, coded.conditions(effort), coded.TRIALS[effort], coded.SETTINGS
     )
 
 
 @experiment(
-    "ext_coded_grid_picture",
-    artefact="ext_coded_grid",
-    shards={"quick": 1, "full": 1},
+    "ext_coded_grid_picture", artefact="ext_coded_grid", shards={"quick": 1, "full": 1}
 )
 def coded_picture(effort):
     """Some pictures, for looking at the first that is decoded."""
-    return Plan(
-        coded.picture_trial, [coded.DEFAULT], coded.PICTURES, coded.SETTINGS
-    )
+    return Plan(coded.picture_trial, [coded.DEFAULT], coded.PICTURES, coded.SETTINGS)
 
 
 # %% [markdown]

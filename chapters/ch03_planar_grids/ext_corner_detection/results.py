@@ -67,8 +67,7 @@ def name_of(condition):
     if condition["grid"] != "coded":
         return condition["grid"]
     return (
-        f"{condition['marks']}, {condition['fov_deg']}°, "
-        f"noise {condition['noise_sd']}"
+        f"{condition['marks']}, {condition['fov_deg']}°, noise {condition['noise_sd']}"
     )
 
 
@@ -135,8 +134,7 @@ def failed_on_column(result):
         kinds = result.texts(f"{PUBLISHED}.failed_on", picture=picture)
         lost += int((~won).sum())
         on_column += sum(
-            kind == "column" and not good
-            for kind, good in zip(kinds, won, strict=True)
+            kind == "column" and not good for kind, good in zip(kinds, won, strict=True)
         )
     return on_column, lost
 
@@ -144,9 +142,7 @@ def failed_on_column(result):
 def of_marks(result, marks):
     """Conditions with the grid looked for and marks of this contrast."""
     return [
-        c
-        for c in result.conditions
-        if c["grid"] == "coded" and c["marks"] == marks
+        c for c in result.conditions if c["grid"] == "coded" and c["marks"] == marks
     ]
 
 

@@ -14,10 +14,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.results import (
     silently_wrong,
     successes,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
-    MARKS,
-    OUTCOMES,
-)
+from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import MARKS, OUTCOMES
 from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     METHODS,
     OTHERS,
@@ -28,11 +25,7 @@ from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
 
-@table(
-    "ext_further_ideas",
-    needs=("ext_further_ideas_runs",),
-    evidence="synthetic",
-)
+@table("ext_further_ideas", needs=("ext_further_ideas_runs",), evidence="synthetic")
 def ext_further_ideas(results):
     """Share of pictures in which every corner is right, method by method."""
     result = results["ext_further_ideas_runs"]
@@ -42,14 +35,11 @@ def ext_further_ideas(results):
         "Picture": pictures,
         **{
             f"{method} (%)": [
-                100 * float(successes(result, p, method).mean())
-                for p in pictures
+                100 * float(successes(result, p, method).mean()) for p in pictures
             ]
             for method in METHODS
         },
-        "Better than published": [
-            _named(compared, p, better=True) for p in pictures
-        ],
+        "Better than published": [_named(compared, p, better=True) for p in pictures],
         "Worse": [_named(compared, p, better=False) for p in pictures],
     }
     consistent = all(
@@ -64,10 +54,7 @@ def ext_further_ideas(results):
         "Pictures in which every corner is found within 8 px, "
         f"{result.trials_per_condition} of each kind. Better, worse: p < 0.05 "
         "by McNemar's exact test, corrected over the table (Holm).",
-        Check(
-            consistent,
-            "shares differ by just the pictures gained and lost",
-        ),
+        Check(consistent, "shares differ by just the pictures gained and lost"),
     )
 
 
@@ -77,20 +64,13 @@ def _named(compared, picture, better):
         method
         for method in OTHERS
         if compared[picture, method]["p"] < SIGNIFICANT
-        and (
-            compared[picture, method]["after"]
-            > compared[picture, method]["before"]
-        )
+        and (compared[picture, method]["after"] > compared[picture, method]["before"])
         == better
     ]
     return ", ".join(found) or None
 
 
-@table(
-    "ext_further_gains",
-    needs=("ext_further_ideas_runs",),
-    evidence="synthetic",
-)
+@table("ext_further_gains", needs=("ext_further_ideas_runs",), evidence="synthetic")
 def ext_further_gains(results):
     """What every further stage gains and loses over all kinds of pictures."""
     result = results["ext_further_ideas_runs"]
@@ -124,11 +104,7 @@ def ext_further_gains(results):
     )
 
 
-@table(
-    "ext_further_errors",
-    needs=("ext_further_ideas_runs",),
-    evidence="synthetic",
-)
+@table("ext_further_errors", needs=("ext_further_ideas_runs",), evidence="synthetic")
 def ext_further_errors(results):
     """Errors before localisation and candidates, where both succeed."""
     result = results["ext_further_ideas_runs"]
@@ -136,9 +112,7 @@ def ext_further_errors(results):
     for condition in result.conditions:
         picture = condition["picture"]
         for method in METHODS:
-            rows.append(
-                (picture, method, *_errors(result, picture, method))
-            )
+            rows.append((picture, method, *_errors(result, picture, method)))
     heads = (
         "picture",
         "method",
@@ -170,21 +144,13 @@ def _errors(result, picture, method):
         return None, None, None, per_corner
     mean, before, largest = (
         result.column(name, picture=picture)[both]
-        for name in (
-            f"{method}.mean_px",
-            f"{PUBLISHED}.mean_px",
-            f"{method}.max_px",
-        )
+        for name in (f"{method}.mean_px", f"{PUBLISHED}.mean_px", f"{method}.max_px")
     )
     middle = float(np.median(mean)), float(np.median(before))
     return *middle, float(largest.max()), per_corner
 
 
-@table(
-    "ext_coded_outcomes",
-    needs=("ext_coded_grid_runs",),
-    evidence="rendered",
-)
+@table("ext_coded_outcomes", needs=("ext_coded_grid_runs",), evidence="rendered")
 def ext_coded_outcomes(results):
     """Outcomes by the contrast of the marks, and of grids that are another."""
     result = results["ext_coded_grid_runs"]
@@ -204,11 +170,7 @@ def ext_coded_outcomes(results):
     )
 
 
-@table(
-    "ext_coded_places",
-    needs=("ext_coded_grid_runs",),
-    evidence="rendered",
-)
+@table("ext_coded_places", needs=("ext_coded_grid_runs",), evidence="rendered")
 def ext_coded_places(results):
     """What became of the clicked blocks, and how their marks were read."""
     result = results["ext_coded_grid_runs"]
@@ -216,9 +178,7 @@ def ext_coded_places(results):
     found = [counts(result, c) for c in result.conditions]
     cells = {"Picture": [name_of(c) for c in result.conditions]}
     for number, outcome in enumerate(OUTCOMES):
-        cells[f"{outcome} (%)"] = [
-            100 * float(n[number]) / trials for n in found
-        ]
+        cells[f"{outcome} (%)"] = [100 * float(n[number]) / trials for n in found]
     cells["wrong marks"] = [_marks(result, c) for c in result.conditions]
     total = int(sum(n.sum() for n in found))
     wrong = int(sum(n[-1] for n in found))

@@ -29,9 +29,7 @@ def arc_task():
     return {
         "expected": widest_arc,
         "hint": "which angle do the chord and the tangent of an arc enclose?",
-        "slips": {
-            "The chord turns by half the arc.": lambda: widest_arc() / 2,
-        },
+        "slips": {"The chord turns by half the arc.": lambda: widest_arc() / 2},
     }
 
 
@@ -43,16 +41,14 @@ def tangent_task():
         "slips": {
             "An arc of radius R leaves its tangent by half of r^2 / R.": (
                 lambda: largest_radius(470) / 2
-            ),
+            )
         },
     }
 
 
 def least_square(length_px, corners):
     """Smallest square (px) on a side that t8 does not merge: 0.8 s_i."""
-    return (
-        PUBLISHED.merge * length_px / (PUBLISHED.radius_divisor * corners)
-    )
+    return PUBLISHED.merge * length_px / (PUBLISHED.radius_divisor * corners)
 
 
 def widest_arc():

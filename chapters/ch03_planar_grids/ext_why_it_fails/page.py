@@ -15,9 +15,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.exercises import (
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.results import name_values
 from chapters.ch03_planar_grids.ext_why_it_fails.trials import runs, stages
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
-    SectorBoard,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import SectorBoard
 from chapters.shared.robustness import DEFAULTS, LEVELS, board_of
 from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import clicks
@@ -28,12 +26,7 @@ from raxel.features.celect.baselines import (
     row_margin,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -158,34 +151,19 @@ def sweep_trial(condition, rng):
     if np.isnan(board.corners).any():
         return {"stage": stages.UNSEEN, "contour": "", "returned": False}
     image = board.image(
-        condition["blur_px"],
-        condition["noise_sd"],
-        rng,
-        LEVELS[condition["levels"]],
+        condition["blur_px"], condition["noise_sd"], rng, LEVELS[condition["levels"]]
     )
     outer = clicks(board.outer_corners, rng)
     run = celect(image, outer, board.columns, board.rows)
     lost = stages.lost_at(run, board.coordinates, board.place, LOST_PX)
-    return {
-        "stage": lost.stage,
-        "contour": lost.contour,
-        "returned": run.found,
-    }
+    return {"stage": lost.stage, "contour": lost.contour, "returned": run.found}
 
 
-@experiment(
-    "ext_why_sweeps",
-    artefact="ext_why_sweeps",
-    shards={"quick": 1, "full": 2},
-)
+@experiment("ext_why_sweeps", artefact="ext_why_sweeps", shards={"quick": 1, "full": 2})
 def sweeps(effort):
     """The levels of Fig. 3.11 at which trials are lost."""
     levels = FEW if effort == "quick" else LOSING
-    conditions = [
-        DEFAULTS | {name: value}
-        for name in levels
-        for value in levels[name]
-    ]
+    conditions = [DEFAULTS | {name: value} for name in levels for value in levels[name]]
     return Plan(sweep_trial, conditions, TRIALS[effort])
 
 

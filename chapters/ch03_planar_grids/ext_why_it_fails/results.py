@@ -26,10 +26,7 @@ SWEEPS = {
     "yaw_deg": "yaw {0}°",
 }
 # What the prose calls the drawn levels, in their order.
-DRAWN = {
-    2: ("broken", "kept"),
-    3: ("broken", "kept", "other"),
-}
+DRAWN = {2: ("broken", "kept"), 3: ("broken", "kept", "other")}
 FORETOLD = ("first_corner", "wrong_contour", "direction")
 # Further levels that the prose quotes; a quick build does not run them.
 ALSO = (
@@ -52,8 +49,7 @@ def shares_of(stages):
     """Level -> stage -> share of the trials in %."""
     return {
         level: {
-            stage: 100 * count / len(lost)
-            for stage, count in Counter(lost).items()
+            stage: 100 * count / len(lost) for stage, count in Counter(lost).items()
         }
         for level, lost in stages.items()
     }
@@ -71,12 +67,8 @@ def name_values(open_results):
             pairs["kept" if name == "kept" else "broken"] += lost
     _name_pairs(pairs)
     for case, level in ALSO:
-        value(
-            f"{case}_{level}", rights(stages_of(results[case]).get(level))
-        )
-    small = stages_of(results["window"])[
-        CASES["window"]["drawn"]["too small"]
-    ]
+        value(f"{case}_{level}", rights(stages_of(results[case]).get(level)))
+    small = stages_of(results["window"])[CASES["window"]["drawn"]["too small"]]
     value("window_broken_stage", commonest(small).partition(" (")[0])
     _name_sweeps(open_results("ext_why_sweeps"))
     agree = np.concatenate([foretold(results[case]) for case in FORETOLD])
@@ -85,9 +77,7 @@ def name_values(open_results):
     for ordering in ("line", "homography"):
         for family in ("arc", "fov"):
             bend = first_failure(orderings, ordering, family)
-            told = (
-                f"{bend:.0f}°" if np.isfinite(bend) else "none that was run"
-            )
+            told = f"{bend:.0f}°" if np.isfinite(bend) else "none that was run"
             value(f"{ordering}_{family}", told)
     value("line_criterion", agreeing_criterion(orderings))
 
@@ -136,10 +126,7 @@ def foretold(result):
     agree = []
     for level in result.conditions[0]["levels"]:
         wrong = result.column(f"{level}.first_line_wrong") == 1
-        lost = [
-            contour == "side 1"
-            for contour in result.texts(f"{level}.contour")
-        ]
+        lost = [contour == "side 1" for contour in result.texts(f"{level}.contour")]
         agree.append(wrong == np.array(lost))
     return np.concatenate(agree)
 

@@ -6,10 +6,7 @@ from collections import Counter
 
 from chapters.ch03_planar_grids.ext_why_it_fails.results import stages_of
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
-    DONE,
-    STAGES,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import DONE, STAGES
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 

@@ -10,9 +10,7 @@ def part_task():
     return {
         "expected": least_in_order,
         "hint": "how many corners are left, and what is part of a corner?",
-        "slips": {
-            "That counts the lost column too.": lambda: ceil(0.95 * 54),
-        },
+        "slips": {"That counts the lost column too.": lambda: ceil(0.95 * 54)},
     }
 
 

@@ -15,18 +15,14 @@ from repro.run.outcomes import Check, Drawing
 
 
 @figure(
-    "ext_click_free_sweeps",
-    needs=("ext_without_clicks_sweeps",),
-    evidence="rendered",
+    "ext_click_free_sweeps", needs=("ext_without_clicks_sweeps",), evidence="rendered"
 )
 def ext_click_free_sweeps(results):
     """The worst corner of each board over five sweeps, and the refusals."""
     result = results["ext_without_clicks_sweeps"]
     drawn, axes = new_figure(2, 3, height_in=4.4)
     data = {name: [] for name in ("sweep", "level", "worst_px", "found")}
-    for axis, (sweep, (_, label, unit)) in zip(
-        axes.flat, SWEPT.items(), strict=False
-    ):
+    for axis, (sweep, (_, label, unit)) in zip(axes.flat, SWEPT.items(), strict=False):
         for one in result.conditions:
             if one["sweep"] != sweep:
                 continue
@@ -38,17 +34,9 @@ def ext_click_free_sweeps(results):
                 data["worst_px"].append(y)
                 data["found"].append(x)
             right = np.isfinite(off)
-            axis.plot(
-                [one["level"]] * right.sum(),
-                off[right],
-                "o",
-                color="C0",
-                ms=4,
-            )
+            axis.plot([one["level"]] * right.sum(), off[right], "o", color="C0", ms=4)
             lost = np.count_nonzero(found == 0)
-            axis.plot(
-                [one["level"]] * lost, [1.0] * lost, "x", color="C1", ms=5
-            )
+            axis.plot([one["level"]] * lost, [1.0] * lost, "x", color="C1", ms=5)
         axis.axhline(RIGHT_PX, color="0.6", lw=0.8)
         axis.set_ylim(0, 1.15)
         axis.set_xlabel(f"{label} ({unit})")

@@ -8,13 +8,9 @@
 # %% tags=["hide-cell"]
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_without_clicks.exercises import (
-    part_task,
-)
+from chapters.ch03_planar_grids.ext_without_clicks.exercises import part_task
 from chapters.ch03_planar_grids.ext_without_clicks.results import facts
-from chapters.ch03_planar_grids.ext_without_clicks.trials import (
-    requests,
-)
+from chapters.ch03_planar_grids.ext_without_clicks.trials import requests
 from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
     ANIMALS,
     zoo_board,
@@ -23,14 +19,7 @@ from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features import DETECTORS, find_board
 from raxel.features.find import compiled, grids, growth
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -134,9 +123,7 @@ def zoo_trial(condition, rng):
     size = board.columns, board.rows
     out = {}
     for name, detector in DETECTORS.items():
-        out[name] = {
-            "known": requests.scored(detector(image, *size), corners, *size)
-        }
+        out[name] = {"known": requests.scored(detector(image, *size), corners, *size)}
         if name in requests.COUNTING:
             counted = detector(image, None, None)
             out[name]["counted"] = requests.scored(counted, corners, *size)
@@ -161,9 +148,7 @@ def refusals(board):
     for name, (picture, *size) in asked.items():
         found = find_board(picture, *size)
         out[name] = {"refused": not found.found}
-        true = (
-            board.corners - [cut, 0] if "cropped" in name else board.corners
-        )
+        true = board.corners - [cut, 0] if "cropped" in name else board.corners
         if "two" not in name:
             out[name]["share"] = requests.handed_over(
                 found, true, columns, picture.shape
@@ -179,21 +164,15 @@ def refusals(board):
 def zoo(effort):
     """Boards before the cameras of the zoo, every detector, and refusals."""
     conditions = [{"camera": name} for name in CAMERAS[effort]]
-    return Plan(
-        zoo_trial, conditions, ZOO_TRIALS[effort], requests.SETTINGS
-    )
+    return Plan(zoo_trial, conditions, ZOO_TRIALS[effort], requests.SETTINGS)
 
 
 def sweep_trial(condition, rng):
     """The synthetic board of 3.3.1 with one thing changed, its size given."""
     name = requests.SWEPT[condition["sweep"]][0]
     changed = {name: condition["level"]}
-    geometry = {
-        k: v for k, v in changed.items() if k not in ("noise_sd", "blur_px")
-    }
-    optics = {
-        k: v for k, v in changed.items() if k in ("noise_sd", "blur_px")
-    }
+    geometry = {k: v for k, v in changed.items() if k not in ("noise_sd", "blur_px")}
+    optics = {k: v for k, v in changed.items() if k in ("noise_sd", "blur_px")}
     board = SyntheticBoard(**geometry)
     image = board.image(rng=rng, **optics)
     size = board.columns, board.rows

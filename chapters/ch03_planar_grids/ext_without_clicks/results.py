@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import (
-    NAMES,
-)
+from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import NAMES
 
 ROWS = (
     ("raxel", "known"),

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_without_clicks.results import (
-    ROWS,
-    found_row,
-    over,
-)
-from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import (
-    RIGHT_PX,
-)
+from chapters.ch03_planar_grids.ext_without_clicks.results import ROWS, found_row, over
+from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import RIGHT_PX
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
@@ -25,11 +19,7 @@ ASKED = (
 )
 
 
-@table(
-    "ext_without_clicks",
-    needs=("ext_without_clicks_zoo",),
-    evidence="rendered",
-)
+@table("ext_without_clicks", needs=("ext_without_clicks_zoo",), evidence="rendered")
 def ext_without_clicks(results):
     """Detectors side by side on boards before the cameras of the zoo."""
     result = results["ext_without_clicks_zoo"]
@@ -40,17 +30,12 @@ def ext_without_clicks(results):
         f"Boards before {len(result.conditions)} cameras of the zoo. Right: every "
         f"corner within {RIGHT_PX:g} px. Wrong: returned, and not right. Worst: of a "
         "board's corners, over the boards that are right.",
-        Check(
-            wrong == 0,
-            f"raxel returned {wrong} wrong boards; the aim is none",
-        ),
+        Check(wrong == 0, f"raxel returned {wrong} wrong boards; the aim is none"),
     )
 
 
 @table(
-    "ext_click_free_refusals",
-    needs=("ext_without_clicks_zoo",),
-    evidence="rendered",
+    "ext_click_free_refusals", needs=("ext_without_clicks_zoo",), evidence="rendered"
 )
 def ext_click_free_refusals(results):
     """What must be refused, and what is handed over all the same."""
@@ -61,27 +46,18 @@ def ext_click_free_refusals(results):
         {key: [row[key] for row in rows] for key in rows[0]},
         "Pictures that do not show the board asked for, given to raxel. In order: "
         "share of the visible corners that the refusal holds, in order.",
-        Check(
-            returned == 0,
-            f"{returned} boards were returned; the aim is none",
-        ),
+        Check(returned == 0, f"{returned} boards were returned; the aim is none"),
     )
 
 
 def _refusal_row(result, name):
     refused = over(result, f"refusals.{name}.refused")
-    row = {
-        "Asked for": name,
-        "Pictures": len(refused),
-        "Refused": int(refused.sum()),
-    }
+    row = {"Asked for": name, "Pictures": len(refused), "Refused": int(refused.sum())}
     share = np.array([])
     if "two" not in name:
         share = over(result, f"refusals.{name}.share")
         share = share[np.isfinite(share)]
     told = len(share) > 0
-    row["In order, median (%)"] = (
-        100 * float(np.median(share)) if told else None
-    )
+    row["In order, median (%)"] = 100 * float(np.median(share)) if told else None
     row["In order, least (%)"] = 100 * float(share.min()) if told else None
     return row

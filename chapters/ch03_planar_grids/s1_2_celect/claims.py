@@ -10,14 +10,8 @@ from chapters.ch03_planar_grids.s1_2_celect.results import (
     THRESHOLDS,
     interior,
 )
-from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
-    BIG_FOVS,
-    BROKEN,
-)
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
-    CAMERAS,
-    LEAST_PX,
-)
+from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import CAMERAS, LEAST_PX
 from raxel.features.celect import CelectSettings
 from repro.judge.statistics import (
     FAILS,
@@ -58,17 +52,13 @@ def judge_trace_orders(results):
                 interval=(rates[worst].low, rates[worst].high),
                 unit="1",
                 reason=f"least share of boards in order ({worst}); "
-                + ", ".join(
-                    f"{c} {100 * r.value:.0f} %" for c, r in rates.items()
-                ),
+                + ", ".join(f"{c} {100 * r.value:.0f} %" for c, r in rates.items()),
             )
         )
     return readings
 
 
-@claim(
-    "c3_window_tradeoff", needs=("table_3_1_window",), evidence="synthetic"
-)
+@claim("c3_window_tradeoff", needs=("table_3_1_window",), evidence="synthetic")
 def judge_window_tradeoff(results):
     """Both ends of the multiplier lower than the best by 20 points."""
     result = results["table_3_1_window"]
@@ -78,9 +68,7 @@ def judge_window_tradeoff(results):
     decisions, drops = [], []
     for end in (run[0], run[-1]):
         drop = bootstrap(
-            lambda a, b: a.mean(axis=-1) - b.mean(axis=-1),
-            success[best],
-            success[end],
+            lambda a, b: a.mean(axis=-1) - b.mean(axis=-1), success[best], success[end]
         )
         few = len(success[end]) < LEAST_TRIALS
         decisions.append(UNDECIDED if few else drop.above(DROP - 1e-9))
@@ -98,9 +86,7 @@ def judge_window_tradeoff(results):
     ]
 
 
-@claim(
-    "c3_window_growth", needs=("table_3_1_growth",), evidence="synthetic"
-)
+@claim("c3_window_growth", needs=("table_3_1_growth",), evidence="synthetic")
 def judge_window_growth(results):
     """McNemar's test of runs with and without growing windows."""
     result = results["table_3_1_growth"]
@@ -167,9 +153,7 @@ def judge_split_peaks(results):
     return readings
 
 
-@claim(
-    "c3_start_condition", needs=("table_3_2_start",), evidence="synthetic"
-)
+@claim("c3_start_condition", needs=("table_3_2_start",), evidence="synthetic")
 def judge_start_condition(results):
     """Wrong exactly where the text's two conditions say so."""
     result = results["table_3_2_start"]
@@ -204,16 +188,10 @@ def falling_trend(scores, counts, trials):
     spread = rate * (1 - rate) * (trials * (scores - middle) ** 2).sum()
     if spread == 0:
         return 0.0
-    return float(
-        ((counts - trials * rate) * (scores - middle)).sum()
-    ) / np.sqrt(spread)
+    return float(((counts - trials * rate) * (scores - middle)).sum()) / np.sqrt(spread)
 
 
-@claim(
-    "c3_big_square_curved",
-    needs=("exp_c3_big_square",),
-    evidence="synthetic",
-)
+@claim("c3_big_square_curved", needs=("exp_c3_big_square",), evidence="synthetic")
 def judge_big_square(results):
     """Success falls with the size of the square, one-sided p < 0.05."""
     from scipy.stats import norm
@@ -221,19 +199,10 @@ def judge_big_square(results):
     result = results["exp_c3_big_square"]
     readings = []
     for fov in BIG_FOVS:
-        across = [
-            c["squares_across"]
-            for c in result.conditions
-            if c["fov_deg"] == fov
-        ]
-        runs = [
-            result.column("success", squares_across=n, fov_deg=fov)
-            for n in across
-        ]
+        across = [c["squares_across"] for c in result.conditions if c["fov_deg"] == fov]
+        runs = [result.column("success", squares_across=n, fov_deg=fov) for n in across]
         trials = [len(r) for r in runs]
-        z = falling_trend(
-            1000 / np.array(across), [r.sum() for r in runs], trials
-        )
+        z = falling_trend(1000 / np.array(across), [r.sum() for r in runs], trials)
         p = float(norm.cdf(z))
         verdict = HOLDS if p < P_MAX else FAILS
         if min(trials) < LEAST_TRIALS:
@@ -262,9 +231,7 @@ def judge_merge_multi(results):
     """
     result = results["fig_3_1_cameras"]
     success, candidates, merged, wanted = (
-        np.concatenate(
-            [result.column(name, **c) for c in result.conditions]
-        )
+        np.concatenate([result.column(name, **c) for c in result.conditions])
         for name in ("success", "candidates", "merged", "wanted")
     )
     right = success == 1
@@ -272,9 +239,7 @@ def judge_merge_multi(results):
         values[right] for values in (candidates, merged, wanted)
     )
     if not right.any():
-        return [
-            Reading(DECISIONS[UNDECIDED], "none", reason="no board read")
-        ]
+        return [Reading(DECISIONS[UNDECIDED], "none", reason="no board read")]
     holds = (candidates > wanted).all() and (merged == wanted).all()
     return [
         Reading(
@@ -293,8 +258,7 @@ def judge_border_formula(results):
     """(l-1)(k-1) - (l-3)(k-3) = 2 l + 2 k - 8 for all boards up to 60 x 60."""
     sizes = [(a, b) for a in range(4, 61) for b in range(4, 61)]
     holds = all(
-        interior(size, 0) - interior(size, 1) == 2 * sum(size) - 8
-        for size in sizes
+        interior(size, 0) - interior(size, 1) == 2 * sum(size) - 8 for size in sizes
     )
     return [
         Reading(
@@ -330,9 +294,7 @@ def numbers_of_table_3_1(results):
     divisor = CelectSettings().radius_divisor
     return {
         f"t3_1_s{i}": Value(f"|{side}| / ({divisor:g}*{count})", unit="px")
-        for i, (side, count) in enumerate(
-            zip(SIDES, COUNTS, strict=True), 1
-        )
+        for i, (side, count) in enumerate(zip(SIDES, COUNTS, strict=True), 1)
     }
 
 
@@ -341,9 +303,7 @@ def numbers_of_table_3_2(results):
     """The thresholds, as the code has them."""
     settings = CelectSettings()
     values = {
-        f"t3_2_{name}": Value(
-            f"{getattr(settings, field):g}*s_i", unit=unit
-        )
+        f"t3_2_{name}": Value(f"{getattr(settings, field):g}*s_i", unit=unit)
         for name, (field, unit, _) in THRESHOLDS.items()
         if name != "t4"
     }
@@ -366,7 +326,5 @@ def numbers_of_section(results):
         "s3_1_2_lambda": Value(squares[0], unit="count"),
         "s3_1_2_kappa": Value(squares[1], unit="count"),
         "s3_1_2_extra": Value(extra, unit="count"),
-        "s3_1_2_extra_pct": Value(
-            100 * extra / interior(squares, 1), unit="%"
-        ),
+        "s3_1_2_extra_pct": Value(100 * extra / interior(squares, 1), unit="%"),
     }

@@ -16,9 +16,7 @@ def growth_task():
             "Ten corners have nine squares between them.": lambda: (
                 largest_growth() * 10 / 9
             ),
-            "Each growth takes 20 % of what is there.": lambda: (
-                9 / 19 * 1.8
-            ),
+            "Each growth takes 20 % of what is there.": lambda: 9 / 19 * 1.8,
         },
     }
 
@@ -28,9 +26,7 @@ def border_task():
     return {
         "expected": borderless_gain,
         "hint": "inner corners with a border of one square, and without",
-        "slips": {
-            "Count corners, not squares.": lambda: 12 * 9 - 10 * 7,
-        },
+        "slips": {"Count corners, not squares.": lambda: 12 * 9 - 10 * 7},
     }
 
 
@@ -43,7 +39,7 @@ def turn_task():
         "slips": {
             "That is t4; the edge starts 40 degrees away.": lambda: (
                 CelectSettings().first_angle_deg
-            ),
+            )
         },
     }
 

@@ -12,9 +12,7 @@ from chapters.ch03_planar_grids.s1_2_celect.exercises import (
     growth_task,
     turn_task,
 )
-from chapters.ch03_planar_grids.s1_2_celect.figures.animation import (
-    animation,
-)
+from chapters.ch03_planar_grids.s1_2_celect.figures.animation import animation
 from chapters.ch03_planar_grids.s1_2_celect.results import name_values
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
 from chapters.shared.lattices import outer
@@ -26,13 +24,7 @@ from raxel.features.celect.hough import peaks_of
 from raxel.features.celect.processing import processed
 from raxel.features.celect.trace import first_line, next_anchor, next_line
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -202,9 +194,7 @@ PAIRS = {"quick": 1, "full": 50}
 def camera_trial(condition, rng):
     """One board before one of the four cameras."""
     size = condition["size_px"]
-    view = scenes.board_view(
-        condition["camera"], size, scenes.LEAST_PX[size], rng
-    )
+    view = scenes.board_view(condition["camera"], size, scenes.LEAST_PX[size], rng)
     rows, columns = view.lattice.shape[:2]
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
@@ -228,9 +218,7 @@ def candidates_of(result):
     return len(np.unique(np.vstack(seen), axis=0)) if seen else 0
 
 
-@experiment(
-    "fig_3_1_cameras", artefact="fig_3_1", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_3_1_cameras", artefact="fig_3_1", shards={"quick": 1, "full": 2})
 def cameras(effort):
     """The same values on pictures of four kinds of camera."""
     conditions = [
@@ -247,36 +235,22 @@ def window_trial(condition, rng):
     image = board.image(1.0, boards.NOISE_SD, rng)
     where = clicks(board.outer_corners, rng)
     settings = CelectSettings(radius_scale=condition["multiplier"])
-    result = celect(
-        image, where, board.columns, board.rows, settings=settings
-    )
+    result = celect(image, where, board.columns, board.rows, settings=settings)
     return scored(result, board.lattice)
 
 
-@experiment(
-    "table_3_1_window",
-    artefact="table_3_1",
-    shards={"quick": 1, "full": 2},
-)
+@experiment("table_3_1_window", artefact="table_3_1", shards={"quick": 1, "full": 2})
 def windows(effort):
     """The radius of Table 3.1 times a factor; thresholds as they are."""
-    taken = (
-        boards.MULTIPLIERS[::4] if effort == "quick" else boards.MULTIPLIERS
-    )
+    taken = boards.MULTIPLIERS[::4] if effort == "quick" else boards.MULTIPLIERS
     conditions = [{"multiplier": m} for m in taken]
     return Plan(window_trial, conditions, BOARDS[effort])
 
 
-@experiment(
-    "table_3_1_growth",
-    artefact="table_3_1",
-    shards={"quick": 1, "full": 2},
-)
+@experiment("table_3_1_growth", artefact="table_3_1", shards={"quick": 1, "full": 2})
 def growth(effort):
     """Broken edges, each picture with and without growing windows."""
-    return Plan(
-        boards.growth_trial, list(boards.BROKEN.values()), PAIRS[effort]
-    )
+    return Plan(boards.growth_trial, list(boards.BROKEN.values()), PAIRS[effort])
 
 
 # %% [markdown]

@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
-    BIG_FOVS,
-    BROKEN,
-)
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
-    CAMERAS,
-    LEAST_PX,
-)
+from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import CAMERAS, LEAST_PX
 from raxel.features.celect import CelectSettings
 from repro.page.reader import value
 
-NAMES = dict(
-    zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=True)
-)
+NAMES = dict(zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=True))
 
 
 def name_values(open_results):
@@ -29,10 +21,7 @@ def name_values(open_results):
     value("fixed", percent(growth.column("no growth.success", **first)))
     split = open_results("table_3_2_split")
     windows = split.conditions[0]["windows"]
-    for name, column in (
-        ("with", "published"),
-        ("without", "no averaging"),
-    ):
+    for name, column in (("with", "published"), ("without", "no averaging")):
         rate = split.column(f"{column}.near").mean() / windows
         value(f"near_{name}", 100 * float(rate))
     of_squares(open_results("exp_c3_big_square"))
@@ -48,9 +37,7 @@ def of_cameras(result):
     tiny, many = [], []
     for camera in NAMES:
         here = {"camera": camera, "size_px": large}
-        ratio = result.column("candidates", **here) / result.column(
-            "wanted", **here
-        )
+        ratio = result.column("candidates", **here) / result.column("wanted", **here)
         many.append(ratio[result.column("success", **here) == 1])
         tiny.append(result.column("success", camera=camera, size_px=small))
     fisheye = result.column("success", camera="fisheye", size_px=large)
@@ -65,14 +52,10 @@ def of_squares(result):
     fov = BIG_FOVS[0]
     value("wide_fov", fov)
     across = sorted(
-        c["squares_across"]
-        for c in result.conditions
-        if c["fov_deg"] == fov
+        c["squares_across"] for c in result.conditions if c["fov_deg"] == fov
     )
     for name, count in (("large", across[0]), ("small", across[-1])):
-        success = result.column(
-            "success", fov_deg=fov, squares_across=count
-        )
+        success = result.column("success", fov_deg=fov, squares_across=count)
         value(f"{name}_squares", percent(success))
 
 
@@ -151,26 +134,10 @@ COUNTS = ("width", "height", "width", "height")
 THRESHOLDS = {
     "t1": ("split_peaks", "Hough bins", "peaks nearer than this are one"),
     "t2": ("wrap", "deg", "peaks this near to 0° and to 180° are one"),
-    "t3": (
-        "near_centre",
-        "px",
-        "distance of a line from the window's middle",
-    ),
-    "t4": (
-        "first_angle_deg",
-        "deg",
-        "angle that is too near to side 4, at c1",
-    ),
-    "t5": (
-        "edge_band",
-        "px",
-        "distance of edge pixels from the chosen line",
-    ),
-    "t6": (
-        "arrival",
-        "px",
-        "distance from the contour's end: it is reached",
-    ),
+    "t3": ("near_centre", "px", "distance of a line from the window's middle"),
+    "t4": ("first_angle_deg", "deg", "angle that is too near to side 4, at c1"),
+    "t5": ("edge_band", "px", "distance of edge pixels from the chosen line"),
+    "t6": ("arrival", "px", "distance from the contour's end: it is reached"),
     "t7": ("corner_band", "px", "distance of candidates from the trace"),
     "t8": ("merge", "px", "candidates nearer than this are one corner"),
 }

@@ -26,18 +26,12 @@ ENDS_AND_COUNTS = (
 )
 
 
-@table(
-    "table_3_1",
-    needs=("fig_3_1_run", "table_3_1_window"),
-    evidence="synthetic",
-)
+@table("table_3_1", needs=("fig_3_1_run", "table_3_1_window"), evidence="synthetic")
 def table_3_1(results):
     """The formula of each side's window radius, and its value in the run."""
     divisor = CelectSettings().radius_divisor
     run = Run(results["fig_3_1_run"])
-    sides = np.linalg.norm(
-        np.roll(run.outer, -1, axis=0) - run.outer, axis=1
-    )
+    sides = np.linalg.norm(np.roll(run.outer, -1, axis=0) - run.outer, axis=1)
     rows, columns = run.grid.shape[:2]
     counts = np.array([columns, rows, columns, rows])
     expected = sides / (divisor * counts)
@@ -60,11 +54,7 @@ def table_3_1(results):
     )
 
 
-@table(
-    "table_3_2",
-    needs=("fig_3_1_run", "table_3_2_start"),
-    evidence="synthetic",
-)
+@table("table_3_2", needs=("fig_3_1_run", "table_3_2_start"), evidence="synthetic")
 def table_3_2(results):
     """Every threshold, its unit, and its value on side 1 of the run."""
     settings = CelectSettings()
@@ -76,9 +66,7 @@ def table_3_2(results):
             share, here = None, number
         else:
             share, here = number, number * float(run.s[0])
-        rows.append(
-            (f"$t_{name[1]}$", bounds, share, here, unit, f"`{field}`")
-        )
+        rows.append((f"$t_{name[1]}$", bounds, share, here, unit, f"`{field}`"))
     names = (
         "Threshold", "What it bounds", "Share of $s_i$", "Side 1", "Unit",
         "Field of `CelectSettings`",
@@ -125,9 +113,7 @@ def step_table(results):
     )
 
 
-@table(
-    "ext_celect_cameras", needs=("fig_3_1_cameras",), evidence="rendered"
-)
+@table("ext_celect_cameras", needs=("fig_3_1_cameras",), evidence="rendered")
 def camera_table(results):
     """Share of boards read before each camera, by size of the picture."""
     result = results["fig_3_1_cameras"]
@@ -135,19 +121,11 @@ def camera_table(results):
     for camera, name in NAMES.items():
         row = [name]
         for size in LEAST_PX:
-            found = proportion(
-                result.column("success", camera=camera, size_px=size)
-            )
-            percents = (
-                100 * found.value,
-                100 * found.low,
-                100 * found.high,
-            )
+            found = proportion(result.column("success", camera=camera, size_px=size))
+            percents = (100 * found.value, 100 * found.low, 100 * found.high)
             row.append(Measured(*percents))
         rows.append(row)
-    heads = [
-        f"Squares from {least} px on (%)" for least in LEAST_PX.values()
-    ]
+    heads = [f"Squares from {least} px on (%)" for least in LEAST_PX.values()]
     return Table(
         columns(("Camera", *heads), rows),
         "Boards read completely and in order, with exact 95 % intervals: "
@@ -156,26 +134,17 @@ def camera_table(results):
     )
 
 
-@table(
-    "ext_celect_smoothing",
-    needs=("ext_celect_limits",),
-    evidence="synthetic",
-)
+@table("ext_celect_smoothing", needs=("ext_celect_limits",), evidence="synthetic")
 def smoothing_table(results):
     """Success by smoothing, over noise and over the size of squares."""
     result = results["ext_celect_limits"]
-    rules = list(
-        dict.fromkeys(c["smoothing_px"] for c in result.conditions)
-    )
+    rules = list(dict.fromkeys(c["smoothing_px"] for c in result.conditions))
     scenes = list(
-        dict.fromkeys(
-            (c["squares_across"], c["noise_sd"]) for c in result.conditions
-        )
+        dict.fromkeys((c["squares_across"], c["noise_sd"]) for c in result.conditions)
     )
     found = {
         "smoothing (px)": [
-            "0.1 s (chosen)" if rule is None else f"{rule:g}"
-            for rule in rules
+            "0.1 s (chosen)" if rule is None else f"{rule:g}" for rule in rules
         ]
     }
     for across, noise in scenes:
@@ -184,10 +153,7 @@ def smoothing_table(results):
             100
             * float(
                 result.column(
-                    "success",
-                    smoothing_px=rule,
-                    squares_across=across,
-                    noise_sd=noise,
+                    "success", smoothing_px=rule, squares_across=across, noise_sd=noise
                 ).mean()
             )
             for rule in rules

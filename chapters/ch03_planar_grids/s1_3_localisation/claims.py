@@ -18,14 +18,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.results import (
     modal_windows,
     ratio_of_one_blur,
 )
-from repro.judge.statistics import (
-    FAILS,
-    HOLDS,
-    RESAMPLES,
-    Estimate,
-    all_of,
-    bootstrap,
-)
+from repro.judge.statistics import FAILS, HOLDS, RESAMPLES, Estimate, all_of, bootstrap
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 
@@ -41,15 +34,13 @@ MOST_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
 def judge_no_relation(results):
     """A choice per bin saves less than 10 % for both methods."""
     swept = {
-        name: Swept(results[f"fig_3_5_{name}"])
-        for name in ("derivative", "saddle")
+        name: Swept(results[f"fig_3_5_{name}"]) for name in ("derivative", "saddle")
     }
     gains = {name: gain_of_bins(one) for name, one in swept.items()}
     medians = [gain_of_bins(s, np.median).value for s in swept.values()]
     larger = max(gains.values(), key=lambda gain: gain.value)
     said = "; ".join(
-        f"{name} {100 * g.value:.1f} % "
-        f"({100 * g.low:.1f} to {100 * g.high:.1f})"
+        f"{name} {100 * g.value:.1f} % ({100 * g.low:.1f} to {100 * g.high:.1f})"
         for name, g in gains.items()
     )
     decision = all_of([gain.below(MOST_GAIN) for gain in gains.values()])
@@ -69,11 +60,7 @@ def _shares(values, levels):
     return np.mean(values[:, None] == levels, axis=0)
 
 
-@claim(
-    "c3_loc_deriv_small",
-    needs=("fig_3_5_derivative",),
-    evidence="rendered",
-)
+@claim("c3_loc_deriv_small", needs=("fig_3_5_derivative",), evidence="rendered")
 def judge_derivative_small(results):
     """Modal best window in the lowest third in at least 80 % of bins."""
     swept = Swept(results["fig_3_5_derivative"])
@@ -82,9 +69,7 @@ def judge_derivative_small(results):
     drawn = np.zeros(RESAMPLES)
     for k in swept.bins:
         best = swept.best_window[swept.bin == k]
-        counts = rng.multinomial(
-            len(best), _shares(best, swept.windows), RESAMPLES
-        )
+        counts = rng.multinomial(len(best), _shares(best, swept.windows), RESAMPLES)
         drawn += small[counts.argmax(axis=1)] / len(swept.bins)
     windows = modal_windows(swept)
     value = float(np.mean(windows <= swept.lowest_third))
@@ -127,11 +112,7 @@ def entropies(swept, rng, draws):
     return np.stack(out, axis=1)
 
 
-@claim(
-    "c3_loc_deriv_dense",
-    needs=("fig_3_5_derivative",),
-    evidence="rendered",
-)
+@claim("c3_loc_deriv_dense", needs=("fig_3_5_derivative",), evidence="rendered")
 def judge_derivative_dense(results):
     """Entropy in the nearest bin above the median over bins."""
     swept = Swept(results["fig_3_5_derivative"])
@@ -165,9 +146,7 @@ def rank_tie(swept, values):
             for images, pick in zip(swept.images_of, picked, strict=True)
         ]
         index = np.concatenate(index, axis=-1)
-        a, b = (
-            rankdata(x[index], axis=-1) for x in (values, swept.distance)
-        )
+        a, b = (rankdata(x[index], axis=-1) for x in (values, swept.distance))
         a = a - a.mean(axis=-1, keepdims=True)
         b = b - b.mean(axis=-1, keepdims=True)
         scale = np.sqrt((a**2).sum(axis=-1) * (b**2).sum(axis=-1))
@@ -206,9 +185,7 @@ def judge_saddle_blur(results):
         places = swept.mid_range_blurs(option)
         ratios = ratio_of_one_blur(swept, places)
         worst = max(ratios, key=lambda ratio: ratio.value)
-        decision = all_of(
-            [r.below(np.nextafter(MOST_RATIO, 2)) for r in ratios]
-        )
+        decision = all_of([r.below(np.nextafter(MOST_RATIO, 2)) for r in ratios])
         readings.append(
             Reading(
                 DECISIONS[decision],
@@ -219,8 +196,7 @@ def judge_saddle_blur(results):
                 reason="largest ratio over the bins at one blur of "
                 f"{_listed(swept.chosen_blurs(places))} px; by bin "
                 + ", ".join(
-                    f"{r.value:.2f} ({r.low:.2f} to {r.high:.2f})"
-                    for r in ratios
+                    f"{r.value:.2f} ({r.low:.2f} to {r.high:.2f})" for r in ratios
                 ),
             )
         )
@@ -233,9 +209,7 @@ def judge_saddle_weak(results):
     swept = Swept(results["fig_3_5_saddle"])
     tie = rank_tie(swept, swept.best_blur)
     low, high = WEAK_TIE
-    size = (
-        tie if tie.value >= 0 else Estimate(-tie.value, -tie.high, -tie.low)
-    )
+    size = tie if tie.value >= 0 else Estimate(-tie.value, -tie.high, -tie.low)
     return [
         Reading(
             DECISIONS[size.within(low, high)],

@@ -16,12 +16,10 @@ def saddle_task():
         "expected": stationary_point,
         "hint": "how steep is the surface at its saddle?",
         "slips": {
-            "Both signs are the other way round.": lambda: (
-                -stationary_point()
-            ),
+            "Both signs are the other way round.": lambda: -stationary_point(),
             "That is (y, x).": lambda: stationary_point()[::-1],
-            "Mind the factors of the derivatives of the squares.": lambda: (
-                level_at(*[SURFACE[name] for name in "abc"])
+            "Mind the factors of the derivatives of the squares.": lambda: level_at(
+                *[SURFACE[name] for name in "abc"]
             ),
         },
     }
@@ -37,9 +35,7 @@ def start_task():
             "That is along one axis; there are luckier directions.": lambda: (
                 HALF_WINDOW_PX
             ),
-            "That is the full window on each axis.": lambda: (
-                WINDOW_PX * np.sqrt(2)
-            ),
+            "That is the full window on each axis.": lambda: WINDOW_PX * np.sqrt(2),
             "OpenCV's half window leaves out the middle pixel.": lambda: (
                 WINDOW_PX / 2 * np.sqrt(2)
             ),
@@ -74,9 +70,7 @@ def stationary_point():
 
 def level_at(xx, xy, yy):
     """Where a surface with these second derivatives is level."""
-    return np.linalg.solve(
-        [[xx, xy], [xy, yy]], [-SURFACE["d"], -SURFACE["e"]]
-    )
+    return np.linalg.solve([[xx, xy], [xy, yy]], [-SURFACE["d"], -SURFACE["e"]])
 
 
 def farthest_return():

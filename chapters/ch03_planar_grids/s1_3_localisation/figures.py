@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_3_localisation.results import (
-    BIN_EDGES_PX,
-    Swept,
-)
+from chapters.ch03_planar_grids.s1_3_localisation.results import BIN_EDGES_PX, Swept
 from chapters.shared.localiser_basin import (
     largest_by_start,
     results_by_localiser,
@@ -44,11 +41,7 @@ def medians(swept):
     return out
 
 
-@figure(
-    "fig_3_5",
-    needs=("fig_3_5_derivative", "fig_3_5_saddle"),
-    evidence="rendered",
-)
+@figure("fig_3_5", needs=("fig_3_5_derivative", "fig_3_5_saddle"), evidence="rendered")
 def fig_3_5(results):
     """Histograms of the best setting, and the median residual beside them."""
     derivative = Swept(results["fig_3_5_derivative"])
@@ -59,9 +52,7 @@ def fig_3_5(results):
             "(a) derivative: window",
             "Window (px)",
             derivative.windows,
-            frequencies(
-                derivative, derivative.best_window, derivative.windows
-            ),
+            frequencies(derivative, derivative.best_window, derivative.windows),
             medians(derivative),
         ),
         (
@@ -91,20 +82,14 @@ def _drawn(rows):
     all_medians = np.concatenate([row[4].ravel() for row in rows])
     norm = LogNorm(np.nanmin(all_medians), min(1.5, np.nanmax(all_medians)))
     sums = []
-    for panels, (title, label, levels, share, median) in zip(
-        axes, rows, strict=True
-    ):
+    for panels, (title, label, levels, share, median) in zip(axes, rows, strict=True):
         _slices(drawn, panels[0], levels, 100 * share, "Best for (%)")
-        mesh = _slices(
-            drawn, panels[1], levels, median, "Median (px)", norm=norm
-        )
+        mesh = _slices(drawn, panels[1], levels, median, "Median (px)", norm=norm)
         mesh.set_cmap("viridis_r")
         middles = (BIN_EDGES_PX[1:] + BIN_EDGES_PX[:-1]) / 2
         seen = np.isfinite(median[0])
         lowest = np.nanargmin(median[:, seen], axis=0)
-        panels[1].plot(
-            middles[seen], levels[lowest], "wo", ms=5, mec="black", ls=""
-        )
+        panels[1].plot(middles[seen], levels[lowest], "wo", ms=5, mec="black", ls="")
         panels[0].set_title(title)
         panels[1].set_title("median residual")
         panels[0].set_ylabel(label)
@@ -126,9 +111,7 @@ def _drawn(rows):
         "parameter); dots mark its least value. (a) The window of the "
         "derivative method, (b) window and blur of the saddle point method, "
         "which the thesis draws in one solid.",
-        check=Check(
-            off < 1e-9, "every slice of the histograms adds up to one"
-        ),
+        check=Check(off < 1e-9, "every slice of the histograms adds up to one"),
     )
 
 
@@ -136,15 +119,9 @@ def _slices(drawn, panel, levels, values, label, norm=None):
     """One panel: levels over distance bins, with its colour bar."""
     steps = np.diff(levels) / 2
     edges = np.concatenate(
-        [
-            [levels[0] - steps[0]],
-            levels[:-1] + steps,
-            [levels[-1] + steps[-1]],
-        ]
+        [[levels[0] - steps[0]], levels[:-1] + steps, [levels[-1] + steps[-1]]]
     )
-    mesh = panel.pcolormesh(
-        BIN_EDGES_PX, edges, values, norm=norm, rasterized=True
-    )
+    mesh = panel.pcolormesh(BIN_EDGES_PX, edges, values, norm=norm, rasterized=True)
     panel.grid(False)
     panel.set_xticks(BIN_EDGES_PX[::2])
     drawn.colorbar(mesh, ax=panel, label=label, pad=0.02)

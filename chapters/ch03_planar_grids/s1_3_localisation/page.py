@@ -27,22 +27,12 @@ from chapters.ch03_planar_grids.s1_3_localisation.trials import (
 )
 from chapters.shared.localiser_basin import START_ERRORS_PX
 from chapters.shared.synthetic_board import SIZE_PX
-from raxel.features.localise import (
-    corner_subpix,
-    derivative,
-    saddle_point,
-)
+from raxel.features.localise import corner_subpix, derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient
 from raxel.features.localise.saddle import blurred, fit_saddles
 from raxel.features.localise.windows import noise_variance
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -160,14 +150,8 @@ from repro.run.outcomes import Plan
 
 # %%
 IMAGES = {"quick": 1, "full": 4}
-WINDOWS = {
-    "quick": list(range(5, 34, 14)),
-    "full": list(range(5, 62, 2)),
-}
-BLURS = {
-    "quick": [0.5, 4.25, 8.0],
-    "full": [0.5 + 0.75 * k for k in range(11)],
-}
+WINDOWS = {"quick": list(range(5, 34, 14)), "full": list(range(5, 62, 2))}
+BLURS = {"quick": [0.5, 4.25, 8.0], "full": [0.5 + 0.75 * k for k in range(11)]}
 SETTINGS = {
     "image_px": SIZE_PX,
     "squares_px": list(SQUARES_PX),
@@ -186,9 +170,7 @@ def derivative_trial(condition, rng):
     errors, share = [], []
     for window in condition["windows"]:
         ridges, settled = fit_ridges(slopes, start, window)
-        errors.append(
-            residuals(ridges[:, :2], settled, start, board.corners)
-        )
+        errors.append(residuals(ridges[:, :2], settled, start, board.corners))
         share.append(settled.mean())
     return {
         "error": np.stack(errors, axis=-1).astype(np.float32),
@@ -197,14 +179,11 @@ def derivative_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_3_5_derivative", artefact="fig_3_5", shards={"quick": 1, "full": 4}
-)
+@experiment("fig_3_5_derivative", artefact="fig_3_5", shards={"quick": 1, "full": 4})
 def derivative_sweep(effort):
     """The derivative method with every window, on boards of four scales."""
     conditions = [
-        {"square_px": square, "windows": WINDOWS[effort]}
-        for square in SQUARES_PX
+        {"square_px": square, "windows": WINDOWS[effort]} for square in SQUARES_PX
     ]
     return Plan(derivative_trial, conditions, IMAGES[effort], SETTINGS)
 
@@ -230,17 +209,11 @@ def saddle_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_3_5_saddle", artefact="fig_3_5", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_3_5_saddle", artefact="fig_3_5", shards={"quick": 1, "full": 1})
 def saddle_sweep(effort):
     """The saddle point method with every window and blur."""
     conditions = [
-        {
-            "square_px": square,
-            "windows": WINDOWS[effort],
-            "blurs": BLURS[effort],
-        }
+        {"square_px": square, "windows": WINDOWS[effort], "blurs": BLURS[effort]}
         for square in SQUARES_PX
     ]
     return Plan(saddle_trial, conditions, IMAGES[effort], SETTINGS)
@@ -278,9 +251,7 @@ def spread_trial(condition, rng):
 
 
 @experiment(
-    "ext_localiser_spread",
-    artefact="ext_localisers",
-    shards={"quick": 1, "full": 1},
+    "ext_localiser_spread", artefact="ext_localisers", shards={"quick": 1, "full": 1}
 )
 def spreads(effort):
     """Errors of three localisers beside the SD that they state."""
@@ -289,11 +260,7 @@ def spreads(effort):
 
 
 # %%
-@experiment(
-    "ext_localiser_basin",
-    artefact="fig_3_11",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_localiser_basin", artefact="fig_3_11", shards={"quick": 1, "full": 1})
 def others_basin(effort):
     """The starts of Fig. 3.11(f), with the localisers beside OpenCV's."""
     conditions = [{"start_px": start} for start in START_ERRORS_PX[effort]]

@@ -19,9 +19,7 @@ SHARE_OF_BINS = 0.8
 # Most that one blur may cost in a bin, as a factor.
 MOST_RATIO = 1.15
 # What the text leaves open here; the option that decides comes first.
-QUESTIONS = {
-    "mid_range_blur": ("best interior blur", "middle of the sweep")
-}
+QUESTIONS = {"mid_range_blur": ("best interior blur", "middle of the sweep")}
 
 
 class Swept:
@@ -42,17 +40,13 @@ class Swept:
             place = before + np.arange(sum(map(len, distance)))
             images_of.append(place.reshape(len(distance), -1).T)
             before += len(place)
-            for trial, (one, apart) in enumerate(
-                zip(error, distance, strict=True)
-            ):
+            for trial, (one, apart) in enumerate(zip(error, distance, strict=True)):
                 errors.append(one)
                 distances.append(apart)
                 # A single image is halved corner by corner.
                 alone = len(error) == 1
                 halves.append(
-                    np.arange(len(one)) % 2
-                    if alone
-                    else np.full(len(one), trial % 2)
+                    np.arange(len(one)) % 2 if alone else np.full(len(one), trial % 2)
                 )
         first = result.conditions[0]
         self.error = np.concatenate(errors).astype(float)
@@ -111,9 +105,7 @@ class Swept:
         flat = self.error.reshape(len(self.error), -1)
         return sorted(
             {
-                float(
-                    self.blurs[best_blur(scores, len(self.blurs), places)]
-                )
+                float(self.blurs[best_blur(scores, len(self.blurs), places)])
                 for half in (0, 1)
                 for scores in [np.median(flat[self.half == half], axis=0)]
             }
@@ -147,9 +139,7 @@ def per_bin(statistic, allowed=None):
         for k in range(len(places)):
             inside = errors[bins == k]
             places[k] = (
-                _best(statistic(inside, axis=0), allowed)
-                if len(inside)
-                else whole
+                _best(statistic(inside, axis=0), allowed) if len(inside) else whole
             )
         return places
 
@@ -181,9 +171,7 @@ def at_one_blur(statistic, count, places):
     def choose(errors, bins):
         blur = best_blur(statistic(errors, axis=0), count, places)
         settings = np.arange(errors.shape[1])
-        return per_bin(statistic, settings[settings % count == blur])(
-            errors, bins
-        )
+        return per_bin(statistic, settings[settings % count == blur])(errors, bins)
 
     return choose
 
@@ -228,9 +216,7 @@ def ratio_of_one_blur(swept, places):
 
 def modal_windows(swept):
     """Most frequent best window (bins,) px, nearest bin first."""
-    return np.array(
-        [modal(swept.best_window[swept.bin == k]) for k in swept.bins]
-    )
+    return np.array([modal(swept.best_window[swept.bin == k]) for k in swept.bins])
 
 
 def modal(values):
@@ -262,8 +248,7 @@ def best_setting(swept):
 def best_windows(swept):
     """Window (bins,) px of the least median residual, nearest bin first."""
     places = [
-        np.median(swept.error[swept.bin == k], axis=0).argmin()
-        for k in swept.bins
+        np.median(swept.error[swept.bin == k], axis=0).argmin() for k in swept.bins
     ]
     return swept.windows[places]
 
@@ -293,8 +278,7 @@ def numbers_fig_3_5(results):
         "fig3_5_n": Value(
             len(result.conditions),
             unit="count",
-            reason="square sizes; "
-            f"{result.trials_per_condition} images of each",
+            reason=f"square sizes; {result.trials_per_condition} images of each",
         ),
         "fig3_5_blur": Value(ran["blur_px"], unit="px"),
         "fig3_5_noise": Value(ran["noise_sd"], unit="grey levels"),
@@ -305,8 +289,7 @@ def numbers_fig_3_5(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {
-        name: open_results(f"fig_3_5_{name}")
-        for name in ("derivative", "saddle")
+        name: open_results(f"fig_3_5_{name}") for name in ("derivative", "saddle")
     }
     swept = {name: Swept(result) for name, result in results.items()}
     value("images", results["saddle"].trials_per_condition)
@@ -315,9 +298,7 @@ def name_values(open_results):
         window, _, median = best_setting(one)
         value(f"{name}.window", float(window))
         value(f"{name}.median", float(median))
-        value(
-            f"{name}.gain_median", 100 * gain_of_bins(one, np.median).value
-        )
+        value(f"{name}.gain_median", 100 * gain_of_bins(one, np.median).value)
     windows = best_windows(swept["derivative"])
     value("derivative.narrowest", float(windows.min()))
     value("derivative.widest", float(windows.max()))
@@ -329,10 +310,7 @@ def name_values(open_results):
     value("small.range", least_range(swept["derivative"], SHARE_OF_BINS))
     value("saddle.lucky", _median_of_winners(swept["saddle"]))
     value("derivative.at_5", _median_at(swept["derivative"], 0))
-    value(
-        "blur.middle",
-        float(swept["saddle"].blurs[swept["saddle"].middle_blur]),
-    )
+    value("blur.middle", float(swept["saddle"].blurs[swept["saddle"].middle_blur]))
     for name, reading in zip(
         ("interior", "middle"), QUESTIONS["mid_range_blur"], strict=True
     ):
@@ -367,6 +345,4 @@ def _median_at(swept, place):
 
 def _median_of_winners(swept):
     """Median residual (px) of a corner's own best setting: luck included."""
-    return float(
-        np.median(swept.error.reshape(len(swept.error), -1).min(1))
-    )
+    return float(np.median(swept.error.reshape(len(swept.error), -1).min(1)))

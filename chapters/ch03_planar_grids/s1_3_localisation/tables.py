@@ -27,9 +27,7 @@ from repro.run.outcomes import Measured, Table
 LOCALISERS = ("saddle point", "derivative", "OpenCV")
 
 
-@table(
-    "ext_localisers", needs=("ext_localiser_spread",), evidence="rendered"
-)
+@table("ext_localisers", needs=("ext_localiser_spread",), evidence="rendered")
 def ext_localisers(results):
     """Error, stated SD and bias of three localisers with their defaults."""
     result = results["ext_localiser_spread"]
@@ -48,9 +46,7 @@ def ext_localisers(results):
             columns["square (px)"].append(square)
             columns["localiser"].append(localiser)
             for key, name in names.items():
-                trials = result.column(
-                    f"{localiser}.{key}", square_px=square
-                )
+                trials = result.column(f"{localiser}.{key}", square_px=square)
                 scale = 100 if "%" in name else 1
                 columns[name].append(float(scale * np.mean(trials)))
     return Table(
@@ -69,10 +65,7 @@ def ext_localisers(results):
 def ext_localiser_choice(results):
     """The best single setting, and what a choice by distance would save."""
     rows = []
-    for name, title in (
-        ("derivative", "derivative"),
-        ("saddle", "saddle point"),
-    ):
+    for name, title in (("derivative", "derivative"), ("saddle", "saddle point")):
         swept = Swept(results[f"fig_3_5_{name}"])
         window, blur, median = best_setting(swept)
         saved = [gain_of_bins(swept, s) for s in (np.median, np.mean)]
@@ -83,10 +76,7 @@ def ext_localiser_choice(results):
                 None if np.isnan(blur) else float(blur),
                 float(median),
                 100 * float(excess_of_one_setting(swept) - 1),
-                *(
-                    Measured(100 * s.value, 100 * s.low, 100 * s.high)
-                    for s in saved
-                ),
+                *(Measured(100 * s.value, 100 * s.low, 100 * s.high) for s in saved),
             )
         )
     names = (

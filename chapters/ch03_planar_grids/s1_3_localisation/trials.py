@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.localiser_basin import (
-    OTHERS,
-    basin_image,
-    basin_scores,
-    off_by,
-)
+from chapters.shared.localiser_basin import OTHERS, basin_image, basin_scores, off_by
 from chapters.shared.synthetic_board import SyntheticBoard
 
 SQUARES_PX = (50, 100, 150, 200)

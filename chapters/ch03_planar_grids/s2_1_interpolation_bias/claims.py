@@ -46,11 +46,7 @@ def at_least(estimate, bound):
     return estimate.above(np.nextafter(bound, -np.inf))
 
 
-@claim(
-    "c3_interp_radial_growth",
-    needs=("fig_3_6_vectors",),
-    evidence="synthetic",
-)
+@claim("c3_interp_radial_growth", needs=("fig_3_6_vectors",), evidence="synthetic")
 def judge_radial_growth(results):
     """Spearman(radius, |error|) >= 0.4, and means that rise over four bins."""
     readings = []
@@ -76,9 +72,7 @@ def judge_radial_growth(results):
     return readings
 
 
-@claim(
-    "c3_interp_radial_dir", needs=("fig_3_6_vectors",), evidence="synthetic"
-)
+@claim("c3_interp_radial_dir", needs=("fig_3_6_vectors",), evidence="synthetic")
 def judge_radial_direction(results):
     """Radial with the nearest four, and more so with the enclosing cell."""
     shares = [
@@ -111,9 +105,7 @@ def judge_pitch(results):
     pitch = swept(result, "pitch_mm")
     readings = []
     for name in READINGS:
-        trials = [
-            result.column(f"{name}.rms_mm", **c) for c in result.conditions
-        ]
+        trials = [result.column(f"{name}.rms_mm", **c) for c in result.conditions]
         levels = [median_interval(t) for t in trials]
         rises = [
             HOLDS if after.low > before.high else FAILS
@@ -134,9 +126,7 @@ def judge_pitch(results):
     return readings
 
 
-@claim(
-    "c3_interp_cause", needs=("fig_3_6_distortion",), evidence="synthetic"
-)
+@claim("c3_interp_cause", needs=("fig_3_6_distortion",), evidence="synthetic")
 def judge_cause(results):
     """Exact without distortion, and nearly in proportion to it."""
     result = results["fig_3_6_distortion"]
@@ -176,9 +166,7 @@ def judge_discontinuous(results):
     readings = []
     for known in KNOWN:
         for smoothing in SMOOTHING:
-            gain = median_interval(
-                gain_of_decoding(result, known, smoothing)
-            )
+            gain = median_interval(gain_of_decoding(result, known, smoothing))
             said = [
                 f"{np.median(result.column(f'{name}.rms_mm')):.3g} mm"
                 for name in (known, smoothing)

@@ -36,9 +36,7 @@ def balance_task():
         "hint": "put both RMS on the grid, in mm, and solve for the pitch",
         "slips": {
             "The pitch enters squared.": lambda: balanced_pitch() ** 2,
-            "A px of this camera is not 0.3 mm.": lambda: (
-                balanced_pitch() * np.sqrt(4)
-            ),
+            "A px of this camera is not 0.3 mm.": lambda: balanced_pitch() * np.sqrt(4),
             "The RMS of the found point is larger than the noise.": lambda: (
                 balanced_pitch() * (45 / 52) ** 0.25
             ),
@@ -53,15 +51,9 @@ def sagitta_task():
         "expected": sagitta,
         "hint": "which second derivative bends a row, and how long is the chord?",
         "slips": {
-            "The chord is two squares long, from -h to h.": lambda: (
-                sagitta() / 4
-            ),
-            "Half of the second derivative, times the square.": lambda: (
-                2 * sagitta()
-            ),
-            "That is for a row at the side, along the radius.": lambda: (
-                3 * sagitta()
-            ),
+            "The chord is two squares long, from -h to h.": lambda: sagitta() / 4,
+            "Half of the second derivative, times the square.": lambda: 2 * sagitta(),
+            "That is for a row at the side, along the radius.": lambda: 3 * sagitta(),
         },
     }
 

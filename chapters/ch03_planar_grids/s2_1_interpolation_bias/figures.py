@@ -36,10 +36,7 @@ from repro.run.outcomes import Check, Drawing
 
 SHOWN_MM = (1e-2, 1e3)
 INK = "#1b1f24"
-ACTIVE_NAMES = {
-    "7 x 7": "active grid, 7 × 7 filter",
-    "none": "active grid, no filter",
-}
+ACTIVE_NAMES = {"7 x 7": "active grid, 7 × 7 filter", "none": "active grid, no filter"}
 DRAWN_PX, SIDE_PX = 360, 1e-6
 DRAWN_ROWS_PX = np.linspace(40, 320, 3)
 CAMERA_MM = 60.0
@@ -61,9 +58,7 @@ def fig_3_6(results):
     rows, asked = [], len(result.arrays("points")[0])
     for panel, reading, letter in zip(axes, READINGS, "ab", strict=True):
         points, errors = trials_of_vectors(result, reading)[0]
-        rows += [
-            (reading, *p, *e) for p, e in zip(points, errors, strict=True)
-        ]
+        rows += [(reading, *p, *e) for p, e in zip(points, errors, strict=True)]
         _arrows(panel, points, errors, series(0)["color"])
         panel.set_title(f"({letter}) {reading}")
         panel.set_aspect("equal")
@@ -117,13 +112,8 @@ def fig_3_7(results):
             for end in ("value", "low", "high")
         )
         for panel in axes:
-            plot_interval(
-                panel, pitch, middle, low, high, index=k, label=reading
-            )
-        rows += [
-            (reading, *row)
-            for row in zip(pitch, middle, low, high, strict=True)
-        ]
+            plot_interval(panel, pitch, middle, low, high, index=k, label=reading)
+        rows += [(reading, *row) for row in zip(pitch, middle, low, high, strict=True)]
     fine = np.linspace(pitch[0], pitch[-1], 60)
     for panel in axes:
         panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
@@ -164,15 +154,10 @@ def ext_interpolation_methods(results):
         axes[1].plot(one.pitch, one.total_px, label=name, **look)
         rows += [
             (name, *row)
-            for row in zip(
-                one.pitch, one.bias_px, one.total_px, strict=True
-            )
+            for row in zip(one.pitch, one.bias_px, one.total_px, strict=True)
         ]
     conditions = [{"camera": LENS, "pitch_mm": p} for p in one.pitch]
-    needed = [
-        np.median(result.column("by need.total_px", **c))
-        for c in conditions
-    ]
+    needed = [np.median(result.column("by need.total_px", **c)) for c in conditions]
     axes[1].plot(one.pitch, needed, label="by need", **series(len(METHODS)))
     rows += [
         ("by need", p, None, float(size))
@@ -186,12 +171,7 @@ def ext_interpolation_methods(results):
         rows.append((label, None, None, float(rms_px)))
     axes[0].set_title("exact corners")
     axes[1].set_title(f"corners with {CORNER_NOISE_PX} px of noise")
-    axes[0].set(
-        xscale="log",
-        yscale="log",
-        ylabel="RMS error (px)",
-        ylim=(1e-3, 1.5),
-    )
+    axes[0].set(xscale="log", yscale="log", ylabel="RMS error (px)", ylim=(1e-3, 1.5))
     ticks = [10, 20, 30, 60]
     axes[0].set_xticks(ticks, [str(t) for t in ticks])
     axes[0].minorticks_off()
@@ -232,9 +212,7 @@ def ext_two_mirrors(results):
         parts.append(Segments(rays.origins, ends[k], colour, label))
         rows += [
             (side, *row)
-            for row in np.column_stack(
-                [DRAWN_ROWS_PX, rays.origins, ends[k]]
-            )
+            for row in np.column_stack([DRAWN_ROWS_PX, rays.origins, ends[k]])
         ]
     start = np.zeros_like(rays.origins)
     parts.append(Segments(start, rays.origins, INK, "line of sight", 1.0))
@@ -246,16 +224,7 @@ def ext_two_mirrors(results):
     axes.set_position([0.0, 0.0, 1.0, 1.0])
     draw_scene(axes, scene)
     jump = np.linalg.norm(ends[1] - ends[0], axis=1)
-    names = (
-        "side",
-        "v_px",
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "end_x",
-        "end_y",
-        "end_z",
-    )
+    names = ("side", "v_px", "x_mm", "y_mm", "z_mm", "end_x", "end_y", "end_z")
     return Drawing(
         drawn,
         columns(names, rows),
@@ -271,20 +240,14 @@ def ext_two_mirrors(results):
     )
 
 
-@figure(
-    "ext_two_facets",
-    needs=("exp_c3_interp_discontinuous",),
-    evidence="rendered",
-)
+@figure("ext_two_facets", needs=("exp_c3_interp_discontinuous",), evidence="rendered")
 def ext_two_facets(results):
     """RMS error over the distance from the ridge."""
     result = results["exp_c3_interp_discontinuous"]
     drawn, axes = new_figure(height_in=3.2)
     rows, places = [], result.arrays("from_ridge_px")
     for k, (name, label) in enumerate(RIDGE_NAMES.items()):
-        place, size = _over_trials(
-            places, result.arrays(f"{name}.by_column_mm")
-        )
+        place, size = _over_trials(places, result.arrays(f"{name}.by_column_mm"))
         # Rounding alone would only draw a line down to the axis.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
         masked = np.flatnonzero(np.diff(place) > 1) + 1

@@ -14,9 +14,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.exercises import (
     largest_task,
     sagitta_task,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
-    name_values,
-)
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import name_values
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.active import (
     decoding_errors,
 )
@@ -40,13 +38,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     rms,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -214,9 +206,7 @@ def errors_between_corners(condition, rng, methods):
     scene = lens(condition["share"])
     points = rng.uniform(0, SIDE_MM, (POINTS, 2))
     pixels, view = scene.pixels(points), scene.view(condition["pitch_mm"])
-    return points, {
-        name: find(pixels, view) - points for name, find in methods.items()
-    }
+    return points, {name: find(pixels, view) - points for name, find in methods.items()}
 
 
 def vector_trial(condition, rng):
@@ -235,9 +225,7 @@ def rms_trial(condition, rng):
 
 
 # %%
-@experiment(
-    "fig_3_6_vectors", artefact="fig_3_6", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_3_6_vectors", artefact="fig_3_6", shards={"quick": 1, "full": 1})
 def vectors(effort):
     """Fig. 3.6: 500 random points at a pitch of 20 mm."""
     trials = {"quick": 2, "full": 50}[effort]
@@ -245,9 +233,7 @@ def vectors(effort):
     return Plan(vector_trial, [condition], trials, SETTINGS)
 
 
-@experiment(
-    "fig_3_7_pitches", artefact="fig_3_7", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_3_7_pitches", artefact="fig_3_7", shards={"quick": 1, "full": 1})
 def pitches(effort):
     """Fig. 3.7: the RMS against the pitch."""
     swept = QUICK_PITCHES_MM if effort == "quick" else PITCHES_MM
@@ -255,11 +241,7 @@ def pitches(effort):
     return Plan(rms_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "fig_3_6_distortion",
-    artefact="fig_3_6",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("fig_3_6_distortion", artefact="fig_3_6", shards={"quick": 1, "full": 1})
 def distortions(effort):
     """The RMS against the distortion, both coefficients scaled together."""
     conditions = [{"pitch_mm": 20, "share": share} for share in SHARES]

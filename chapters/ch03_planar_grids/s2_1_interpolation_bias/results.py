@@ -69,9 +69,7 @@ def means_in_bins(vectors):
     """Mean size (4,) mm of the errors between BIN_EDGES_MM."""
     size = np.linalg.norm(vectors.errors, axis=1)
     place = np.digitize(radii(vectors.points), BIN_EDGES_MM[1:-1])
-    return np.array(
-        [size[place == k].mean() for k in range(len(BIN_EDGES_MM) - 1)]
-    )
+    return np.array([size[place == k].mean() for k in range(len(BIN_EDGES_MM) - 1)])
 
 
 def radial_share(vectors):
@@ -85,9 +83,7 @@ def with_other_corners(result):
     """Trial by trial, which points (n,) have other corners in the other reading."""
     return [
         np.abs(a - b).max(axis=1) > OTHER_CORNERS_MM
-        for a, b in zip(
-            *(result.arrays(name) for name in READINGS), strict=True
-        )
+        for a, b in zip(*(result.arrays(name) for name in READINGS), strict=True)
     ]
 
 
@@ -106,13 +102,7 @@ def swept(result, name):
 def formula_mm(pitch_mm):
     """RMS of the bias over the grid with k1 alone, in mm."""
     strength = abs(RADIAL[0]) / FOCAL_MM**2
-    return (
-        strength
-        * np.square(pitch_mm)
-        * np.sqrt(11 / 90)
-        * SIDE_MM
-        / np.sqrt(6)
-    )
+    return strength * np.square(pitch_mm) * np.sqrt(11 / 90) * SIDE_MM / np.sqrt(6)
 
 
 class Method:
@@ -127,15 +117,11 @@ class Method:
         self.pitch = np.array([c["pitch_mm"] for c in conditions], float)
         self.px_per_mm = self._of(result, conditions, "px_per_mm").mean()
         for key in ("bias_px", "bias_mm", "noise_px", "total_px"):
-            setattr(
-                self, key, self._of(result, conditions, f"{name}.{key}")
-            )
+            setattr(self, key, self._of(result, conditions, f"{name}.{key}"))
 
     @staticmethod
     def _of(result, conditions, key):
-        return np.array(
-            [np.median(result.column(key, **c)) for c in conditions]
-        )
+        return np.array([np.median(result.column(key, **c)) for c in conditions])
 
     @property
     def slope(self):
@@ -169,14 +155,11 @@ def name_values(open_results):
     for short, name in (("nearest", PRIMARY), ("enclosing", READINGS[1])):
         shares = [radial_share(v) for v in trials_of_vectors(vectors, name)]
         value(f"radial.{short}", 100 * float(np.median(shares)))
-    value(
-        "parallelograms", 100 * float(np.mean(with_other_corners(vectors)))
-    )
+    value("parallelograms", 100 * float(np.mean(with_other_corners(vectors))))
     pitches = open_results("fig_3_7_pitches")
     levels = swept(pitches, "pitch_mm")
     medians = [
-        np.median(pitches.column(f"{PRIMARY}.rms_mm", **c))
-        for c in pitches.conditions
+        np.median(pitches.column(f"{PRIMARY}.rms_mm", **c)) for c in pitches.conditions
     ]
     value("slope", loglog_slope(levels, np.array(medians)))
     at_20 = {"pitch_mm": STATED_MM}

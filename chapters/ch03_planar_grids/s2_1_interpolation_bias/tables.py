@@ -8,9 +8,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
     Method,
     at_stated_pitch,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
-    GROSS_MM,
-)
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import GROSS_MM
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
     METHODS,
 )
@@ -90,11 +88,7 @@ def ext_breaks(results):
             trusted = np.median(result.column("trusted", **condition))
             for method, label in RIDGE_METHODS.items():
                 rms, median, gross = (
-                    float(
-                        np.median(
-                            result.column(f"{method}.{key}", **condition)
-                        )
-                    )
+                    float(np.median(result.column(f"{method}.{key}", **condition)))
                     for key in ("rms_mm", "median_mm", "gross")
                 )
                 rows.append(

@@ -20,12 +20,8 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
     CORNER_METHODS,
     EXPOSURES,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
-    EDGES_AND_LIGHT,
-)
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
-    DATA_SHEET_GAMMA,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import EDGES_AND_LIGHT
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import DATA_SHEET_GAMMA
 from repro.judge.statistics import (
     all_of,
     bootstrap,
@@ -106,9 +102,7 @@ def values_of_fits(results):
     """Misfits with zero, one and two harmonics, medians over the views."""
     found = {}
     for k in range(3):
-        rms = profile_column(
-            results["fig_3_9"], "linear", DATA_SHEET_GAMMA, f"rms_{k}"
-        )
+        rms = profile_column(results["fig_3_9"], "linear", DATA_SHEET_GAMMA, f"rms_{k}")
         found[f"fig3_9_rms_h{k}"] = Value(
             float(np.median(rms)),
             interval=(float(rms.min()), float(rms.max())),
@@ -117,11 +111,7 @@ def values_of_fits(results):
     return found
 
 
-@claim(
-    "c3_radiometric_ok",
-    needs=("exp_c3_radiometric_ok",),
-    evidence="synthetic",
-)
+@claim("c3_radiometric_ok", needs=("exp_c3_radiometric_ok",), evidence="synthetic")
 def judge_radiometric(results):
     """Error at most 0.1 % of a period, at a misfit of about 10 grey levels."""
     ran = results["exp_c3_radiometric_ok"]
@@ -145,11 +135,7 @@ def judge_radiometric(results):
     return readings
 
 
-@claim(
-    "c3_offset_cancels",
-    needs=("exp_c3_offset_cancels",),
-    evidence="analytic",
-)
+@claim("c3_offset_cancels", needs=("exp_c3_offset_cancels",), evidence="analytic")
 def judge_offset(results):
     """Phase change below 1e-12 rad for offsets of up to 50 grey levels."""
     ran = results["exp_c3_offset_cancels"]
@@ -207,11 +193,7 @@ def judge_gray_single(results):
     ]
 
 
-@claim(
-    "c3_inverse_helps",
-    needs=("exp_c3_inverse_helps",),
-    evidence="synthetic",
-)
+@claim("c3_inverse_helps", needs=("exp_c3_inverse_helps",), evidence="synthetic")
 def judge_inverse(results):
     """Half as many wrong bits as a threshold near edges, McNemar p < 0.01."""
     ran = results["exp_c3_inverse_helps"]
@@ -219,9 +201,7 @@ def judge_inverse(results):
     for (edges, light), threshold in itertools.product(
         EDGES_AND_LIGHT, QUESTIONS["bit_threshold"]
     ):
-        wrong, paired, pixels, only, other = bit_counts(
-            ran, edges, light, threshold
-        )
+        wrong, paired, pixels, only, other = bit_counts(ran, edges, light, threshold)
         ratio = bootstrap(
             lambda a, b: a.sum(axis=-1) / np.maximum(b.sum(axis=-1), 1),
             wrong,
@@ -289,9 +269,7 @@ def judge_blooming(results):
             reason="smallest ratio of medians, corner over active grid; ratios "
             + ", ".join(f"{r:.2g}" for r in ratios)
             + " (saddle point at 1.05 and 1.2 full wells, then derivative); "
-            "growth by spilling, corner less active grid: "
-            + ", ".join(grown)
-            + " px",
+            "growth by spilling, corner less active grid: " + ", ".join(grown) + " px",
         )
     ]
 

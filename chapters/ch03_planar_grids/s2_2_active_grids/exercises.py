@@ -31,12 +31,9 @@ def place_task():
         "expected": place_mm,
         "hint": "a negative phase is one whole turn too low",
         "slips": {
-            "The phase must be from 0 to a whole turn.": lambda: (
-                place_mm() - CELL_MM
-            ),
+            "The phase must be from 0 to a whole turn.": lambda: place_mm() - CELL_MM,
             "That is the sine's part for the cosine's.": lambda: (
-                (gray_value(GRAY) + np.arctan2(100, -80) / (2 * np.pi))
-                * CELL_MM
+                (gray_value(GRAY) + np.arctan2(100, -80) / (2 * np.pi)) * CELL_MM
             ),
             "That counts cells from 1.": lambda: place_mm() + CELL_MM,
         },
@@ -52,12 +49,8 @@ def sigma_task():
             "A mean of 49 has a seventh of the scatter.": lambda: (
                 sigma_mm() * np.sqrt(WINDOW) / WINDOW
             ),
-            "That is one pixel alone.": lambda: (
-                sigma_mm() * np.sqrt(WINDOW)
-            ),
-            "B is half of the length of the two differences.": lambda: (
-                sigma_mm() / 2
-            ),
+            "That is one pixel alone.": lambda: sigma_mm() * np.sqrt(WINDOW),
+            "B is half of the length of the two differences.": lambda: sigma_mm() / 2,
         },
     }
 

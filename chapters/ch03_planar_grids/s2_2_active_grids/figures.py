@@ -65,13 +65,7 @@ def ext_active_grid(results):
     along.set_ylabel("Location along x (mm)")
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
     for axis, picture, title, name, look in (
-        (
-            where,
-            place,
-            "(c) location along x",
-            "x (mm)",
-            {"cmap": "cividis"},
-        ),
+        (where, place, "(c) location along x", "x (mm)", {"cmap": "cividis"}),
         (
             wrong,
             1000 * error,
@@ -96,10 +90,7 @@ def ext_active_grid(results):
     where.axhline(at, color="white", linewidth=1, linestyle="--")
     columns = np.arange(len(row))
     data = {"u": columns.tolist(), "x (mm)": row.tolist()}
-    data |= {
-        label: line.tolist()
-        for label, line in zip(labels, strip, strict=True)
-    }
+    data |= {label: line.tolist() for label, line in zip(labels, strip, strict=True)}
     return Drawing(
         drawn,
         data,
@@ -114,39 +105,27 @@ def ext_active_grid(results):
 def fig_3_8(results):
     """The patterns of the vertical axis, as the monitor is sent them."""
     counted = results["exp_c3_20_patterns"]
-    patterns = [
-        p for p in patterns_of(plan_of_cells(SHOWN_PX)) if p.axis == "y"
-    ]
+    patterns = [p for p in patterns_of(plan_of_cells(SHOWN_PX)) if p.axis == "y"]
     drawn, axes = new_figure(2, 6, height_in=2.9)
     binary = [p for p in patterns if p.kind == "gray"]
     sines = [p for p in patterns if p.kind == "phase"]
     data = {"row": list(range(SHOWN_PX[1]))}
     for cells in axes.ravel():
         cells.axis("off")
-    for panel, row, group in (
-        ("a", axes[0], binary),
-        ("b", axes[1], sines),
-    ):
+    for panel, row, group in (("a", axes[0], binary), ("b", axes[1], sines)):
         for cell, pattern in zip(row, group, strict=False):
             picture = pattern_picture(pattern, SHOWN_PX)
             cell.imshow(picture, cmap="gray", vmin=0, vmax=255)
             name = (
-                f"bit {pattern.bit}"
-                + ("\ninverse" if pattern.inverse else "")
+                f"bit {pattern.bit}" + ("\ninverse" if pattern.inverse else "")
                 if pattern.kind == "gray"
                 else f"sine\n{360 * pattern.step // pattern.of}°"
             )
-            cell.set_title(
-                name, fontsize=8, loc="center", fontweight="normal"
-            )
+            cell.set_title(name, fontsize=8, loc="center", fontweight="normal")
             data[name.replace("\n", ", ")] = picture[:, 0].tolist()
-        row[0].text(
-            -0.25, 0.5, f"({panel})", transform=row[0].transAxes, ha="right"
-        )
+        row[0].text(-0.25, 0.5, f"({panel})", transform=row[0].transAxes, ha="right")
     both = counted.column("patterns", **counted.conditions[0])[0]
-    right = (len(binary), len(sines)) == (6, 4) and both == 2 * len(
-        patterns
-    )
+    right = (len(binary), len(sines)) == (6, 4) and both == 2 * len(patterns)
     return Drawing(
         drawn,
         data,
@@ -187,10 +166,7 @@ def fig_3_9(results):
     left.legend(fontsize=8)
     gammas = ran.conditions[0]["gammas"]
     for k, name in zip(HARMONICS, MODELS, strict=True):
-        rms = [
-            np.median(profile_column(ran, "linear", g, f"rms_{k}"))
-            for g in gammas
-        ]
+        rms = [np.median(profile_column(ran, "linear", g, f"rms_{k}")) for g in gammas]
         right.plot(gammas, rms, **series(k), label=name)
     right.set_yscale("log")
     right.set_xlabel("Gamma of the monitor (1)")
@@ -215,9 +191,7 @@ def ext_harmonics_gamma(results):
     data = {"gamma": list(gammas)}
     fine = np.linspace(gammas[0], gammas[-1], 81)
     law = np.abs([power_law_orders(g, 3) for g in fine])
-    for axes, camera in zip(
-        both, QUESTIONS["camera_response"], strict=True
-    ):
+    for axes, camera in zip(both, QUESTIONS["camera_response"], strict=True):
         for k, n in enumerate((2, 3)):
             size = [
                 np.median(
@@ -240,9 +214,7 @@ def ext_harmonics_gamma(results):
                     **look | {"marker": ""},
                     label=f"order {n}, power law",
                 )
-            data[f"{camera}, order {n} (%)"] = (
-                100 * np.array(size)
-            ).tolist()
+            data[f"{camera}, order {n} (%)"] = (100 * np.array(size)).tolist()
         axes.set_title(f"camera: {camera}")
         axes.set_xlabel("Gamma of the monitor (1)")
     both[0].set_ylabel("Amplitude (% of order 1)")
@@ -261,14 +233,10 @@ def ext_cell_edge(results):
     """The edge of a cell along a row: bits, place in the cell, and location."""
     ran = results["ext_wrap_rule"]
     names = ("u", "pattern", "inverse", "d", "printed", "decoder", "true")
-    row = {
-        name: ran.arrays(f"edge.{name}")[0].astype(float) for name in names
-    }
+    row = {name: ran.arrays(f"edge.{name}")[0].astype(float) for name in names}
     drawn, (left, middle, right) = new_figure(1, 3, height_in=3.0)
     for k, name in enumerate(("pattern", "inverse")):
-        left.plot(
-            row["u"], row[name], **series(k), markersize=3, label=name
-        )
+        left.plot(row["u"], row[name], **series(k), markersize=3, label=name)
     left.set_title("(a) the bit that changes")
     left.set_ylabel("Grey value (grey levels)")
     middle.plot(row["u"], row["d"], **series(2), markersize=3)

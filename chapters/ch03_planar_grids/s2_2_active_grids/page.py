@@ -15,22 +15,15 @@ from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (
     place_task,
     sigma_task,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.results import (
-    name_values,
-    worked,
-)
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
-    bits_trial,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.results import name_values, worked
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import bits_trial
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
     NOISE_GREY,
     smoothing_trial,
     view_trial,
     wrap_trial,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import (
-    response_trial,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import response_trial
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     AMPLITUDE_GREY,
     GAMMAS,
@@ -38,19 +31,10 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     profile_trial,
     rectifying_map,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
-    COARSENESS,
-    RIGS,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import COARSENESS, RIGS
 from chapters.shared.phase_steps import phase_of
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -249,17 +233,11 @@ def edges_of_cells(effort):
     return Plan(wrap_trial, [condition], SEEDS[effort], settings)
 
 
-GRIDS = {
-    "quick": ((8, 4),),
-    "full": ((8, 4), (8, 6), (16, 4), (32, 4)),
-}
+GRIDS = {"quick": ((8, 4),), "full": ((8, 4), (8, 6), (16, 4), (32, 4))}
 
 
 @experiment(
-    "ext_window",
-    artefact="ext_window",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
+    "ext_window", artefact="ext_window", shards={"quick": 1, "full": 1}, inputs=RIGS
 )
 def windows(effort):
     """The 7 x 7 window on wide and on narrow cells, with four and six steps."""
@@ -271,12 +249,7 @@ def windows(effort):
 
 
 # %%
-@experiment(
-    "fig_3_9",
-    artefact="fig_3_9",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
-)
+@experiment("fig_3_9", artefact="fig_3_9", shards={"quick": 1, "full": 1}, inputs=RIGS)
 def profiles(effort):
     """One period of the imaged sine for a range of gammas and two cameras."""
     condition = {"coarseness": COARSENESS[effort], "gammas": GAMMAS[effort]}

@@ -14,16 +14,9 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
     SLANT_PX,
     light_along,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
-    BLURS_PX,
-)
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
-    DATA_SHEET_GAMMA,
-)
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
-    CELLS,
-    STEPS,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import BLURS_PX
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import DATA_SHEET_GAMMA
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import CELLS, STEPS
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
@@ -32,11 +25,7 @@ PERCENT_OF_PERIOD = 100 / (2 * np.pi)
 QUESTIONS = {
     "camera_response": ("linear", "sRGB"),
     "profile_rest": ("noise", "order 5"),
-    "bit_threshold": (
-        "one grey value",
-        "white and black",
-        "mean of the sines",
-    ),
+    "bit_threshold": ("one grey value", "white and black", "mean of the sines"),
 }
 METHODS = (*CORNER_METHODS, "active grid")
 
@@ -48,17 +37,13 @@ def profile_column(result, camera, gamma, name):
 
 def misfit_ratio(result, camera, gamma=DATA_SHEET_GAMMA):
     """RMS misfit (seeds,) without further harmonics over that with one."""
-    rms = [
-        profile_column(result, camera, gamma, f"rms_{k}") for k in (0, 1)
-    ]
+    rms = [profile_column(result, camera, gamma, f"rms_{k}") for k in (0, 1)]
     return rms[0] / rms[1]
 
 
 def third_gain(result, camera, gamma=DATA_SHEET_GAMMA):
     """Share (seeds,) of the misfit that order 3 takes away."""
-    rms = [
-        profile_column(result, camera, gamma, f"rms_{k}") for k in (1, 2)
-    ]
+    rms = [profile_column(result, camera, gamma, f"rms_{k}") for k in (1, 2)]
     return (rms[0] - rms[1]) / rms[0]
 
 
@@ -67,9 +52,7 @@ def bit_counts(result, edges, light, threshold):
     summed over blur and noise; and the pixels that only one of the two has wrong.
     """
     asked = SLANT_PX[edges], light
-    ones = [
-        c for c in result.conditions if (c["slant_px"], c["light"]) == asked
-    ]
+    ones = [c for c in result.conditions if (c["slant_px"], c["light"]) == asked]
 
     def total(name):
         return sum(result.column(name, **c) for c in ones)
@@ -91,8 +74,7 @@ def bloom_errors(result, method, exposure, share, name="rms_px"):
 def bloom_growth(result, method, exposure):
     """Growth (trials,) of the error by spilling, px."""
     with_spill, without = (
-        bloom_errors(result, method, exposure, share)
-        for share in reversed(SHARES)
+        bloom_errors(result, method, exposure, share) for share in reversed(SHARES)
     )
     return with_spill - without
 
@@ -126,9 +108,7 @@ def of_profile(profile):
     """Misfits at the data-sheet gamma."""
     for camera in QUESTIONS["camera_response"]:
         for k in range(3):
-            rms = profile_column(
-                profile, camera, DATA_SHEET_GAMMA, f"rms_{k}"
-            )
+            rms = profile_column(profile, camera, DATA_SHEET_GAMMA, f"rms_{k}")
             value(f"{camera}.rms_{k}", float(np.median(rms)))
         gain = np.median(third_gain(profile, camera))
         value(f"{camera}.third", 100 * float(gain))
@@ -139,21 +119,13 @@ def of_light(open_results):
     offset = open_results("exp_c3_offset_cancels")
     value("offset.formula", offset.column("formula_rad").max())
     gain = open_results("exp_c3_vignetting")
-    value(
-        "gain.eight", gain.column("decoder_8_rad").max() * PERCENT_OF_PERIOD
-    )
+    value("gain.eight", gain.column("decoder_8_rad").max() * PERCENT_OF_PERIOD)
     response = open_results("exp_c3_radiometric_ok")
     for rest, name in (("noise", "three"), ("order 5", "five")):
         error = response.column("largest_rad", rest=rest)[0]
         value(f"response.{name}", PERCENT_OF_PERIOD * error)
-    value(
-        "response.two_grey",
-        response.column("order_2_grey", rest="noise")[0],
-    )
-    value(
-        "response.three_grey",
-        response.column("order_3_grey", rest="noise")[0],
-    )
+    value("response.two_grey", response.column("order_2_grey", rest="noise")[0])
+    value("response.three_grey", response.column("order_3_grey", rest="noise")[0])
 
 
 def of_codes(open_results):
@@ -177,9 +149,7 @@ def of_codes(open_results):
 def of_blooming(bloom):
     """Errors in a little too much light that spills."""
     for method in METHODS:
-        found = median_interval(
-            bloom_errors(bloom, method, EXPOSURES[0], 1.0)
-        )
+        found = median_interval(bloom_errors(bloom, method, EXPOSURES[0], 1.0))
         value(f"bloom.{method.split()[0]}", found.value)
     share = bloom_errors(bloom, "active grid", EXPOSURES[1], 1.0, "share")
     value("bloom.left", 100 * float(np.median(share)))
@@ -194,13 +164,8 @@ def pixel_rows(view, steps=STEPS):
     bits = int(np.log2(CELLS))
     rows = []
     for bit in range(bits):
-        pair = [
-            told(a, f"bit_{bit}") - told(a, f"bit_{bit}_inverse")
-            for a in "xy"
-        ]
-        rows.append(
-            (f"bit {bit}: pattern less inverse (grey levels)", *pair)
-        )
+        pair = [told(a, f"bit_{bit}") - told(a, f"bit_{bit}_inverse") for a in "xy"]
+        rows.append((f"bit {bit}: pattern less inverse (grey levels)", *pair))
     for k in range(steps):
         rows.append(
             (f"step {k + 1}, $I_{k + 1}$ (grey levels)",)
@@ -216,9 +181,7 @@ def worked(view, axis, width_mm):
         return float(view.column(f"pixel.{axis}.{name}")[0])
 
     bits = int(np.log2(CELLS))
-    gray = [
-        told(f"bit_{b}") > told(f"bit_{b}_inverse") for b in range(bits)
-    ]
+    gray = [told(f"bit_{b}") > told(f"bit_{b}_inverse") for b in range(bits)]
     binary = np.cumsum(gray) % 2
     cell = int("".join(str(int(b)) for b in binary), 2)
     i1, i2, i3, i4 = (told(f"step_{k}") for k in range(STEPS))
@@ -226,8 +189,7 @@ def worked(view, axis, width_mm):
     level = (i1 + i2 + i3 + i4) / STEPS
     swing = 0.5 * np.hypot(i1 - i3, i2 - i4)
     floor, slope = (
-        float(view.column(f"pixel.noise_{n}")[0])
-        for n in ("floor", "slope")
+        float(view.column(f"pixel.noise_{n}")[0]) for n in ("floor", "slope")
     )
     noise = np.sqrt(floor + slope * level)
     spread = np.sqrt(2 / STEPS) * noise / swing

@@ -15,12 +15,8 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
     EXPOSURES,
     SHARES,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
-    SLANT_PX,
-)
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
-    BLURS_PX,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import SLANT_PX
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import BLURS_PX
 from repro.judge.statistics import median_interval
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
@@ -34,9 +30,7 @@ def ext_one_pixel(results):
     """The twenty grey values of one pixel, and what follows from them."""
     view = results["ext_active_grid"]
     rows = pixel_rows(view)
-    found = [
-        worked(view, axis, w) for axis, w in zip("xy", CELL_MM, strict=True)
-    ]
+    found = [worked(view, axis, w) for axis, w in zip("xy", CELL_MM, strict=True)]
     steps = {
         "Gray code": "gray",
         "cell b": "cell",

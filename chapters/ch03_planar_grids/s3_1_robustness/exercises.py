@@ -17,9 +17,7 @@ def yaw_task():
         "hint": "how much nearer does a yaw bring an outer corner?",
         "slips": {
             "That is in radians.": lambda: math.radians(farthest_yaw()),
-            "At yaw 0 the board faces the camera.": lambda: (
-                90 - farthest_yaw()
-            ),
+            "At yaw 0 the board faces the camera.": lambda: 90 - farthest_yaw(),
             "A corner keeps its distance from the board's middle.": lambda: (
                 math.degrees(math.atan(FOCAL_PX / CORNER_PX))
             ),
@@ -38,8 +36,8 @@ def step_task():
                 FOCAL_PX * (seen_at(STEP_PX[1]) - seen_at(STEP_PX[0]))
             ),
             "That is where the step ends.": lambda: bent(STEP_PX[1]),
-            "That is where a step of 50 px from the middle ends.": lambda: (
-                bent(STEP_PX[1] - STEP_PX[0])
+            "That is where a step of 50 px from the middle ends.": lambda: bent(
+                STEP_PX[1] - STEP_PX[0]
             ),
         },
     }
@@ -53,9 +51,7 @@ def click_task():
         "hint": "a distance has two axes; which law does it follow?",
         "slips": {
             "That is the SD on one axis.": lambda: CLICK_SD_PX,
-            "That is the RMS, not the mean.": lambda: (
-                CLICK_SD_PX * math.sqrt(2)
-            ),
+            "That is the RMS, not the mean.": lambda: CLICK_SD_PX * math.sqrt(2),
             "That is the mean on one axis.": lambda: (
                 CLICK_SD_PX * math.sqrt(2 / math.pi)
             ),

@@ -37,23 +37,13 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     picture_trial,
     sweep,
 )
-from chapters.shared.localiser_basin import (
-    BASIN_BLUR_PX,
-    HALF_WINDOWS,
-    START_ERRORS_PX,
-)
+from chapters.shared.localiser_basin import BASIN_BLUR_PX, HALF_WINDOWS, START_ERRORS_PX
 from chapters.shared.robustness import LEVELS, board_of
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -153,25 +143,17 @@ def robustness_trial(condition, rng):
     is not in the picture nobody can click it: lost.
     """
     board = board_of(condition)
-    distances = {
-        "least_px": board.least_spacing,
-        "rim_px": board.rim_spacing,
-    }
+    distances = {"least_px": board.least_spacing, "rim_px": board.rim_spacing}
     if np.isnan(board.corners).any():
         lost = {"success": False, "stage": OUT_OF_SIGHT}
         return distances | by_smoothing(lambda settings: lost)
     outer = clicks(board.outer_corners, rng)
     image = board.image(
-        condition["blur_px"],
-        condition["noise_sd"],
-        rng,
-        LEVELS[condition["levels"]],
+        condition["blur_px"], condition["noise_sd"], rng, LEVELS[condition["levels"]]
     )
 
     def score(settings):
-        result = celect(
-            image, outer, board.columns, board.rows, settings=settings
-        )
+        result = celect(image, outer, board.columns, board.rows, settings=settings)
         ordered = largest_in_order(result, board.lattice)
         return scored(result, board.lattice) | {"ordered_px": ordered}
 
@@ -180,9 +162,7 @@ def robustness_trial(condition, rng):
 
 
 # %%
-@experiment(
-    "fig_3_11_noise", artefact="fig_3_11", shards={"quick": 1, "full": 4}
-)
+@experiment("fig_3_11_noise", artefact="fig_3_11", shards={"quick": 1, "full": 4})
 def noise_sweep(effort):
     """Fig. 3.11(a): noise, at full and at half contrast."""
     conditions = [
@@ -193,36 +173,28 @@ def noise_sweep(effort):
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "fig_3_11_blur", artefact="fig_3_11", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_3_11_blur", artefact="fig_3_11", shards={"quick": 1, "full": 2})
 def blur_sweep(effort):
     """Fig. 3.11(b): blur."""
     conditions = sweep("blur_px", BLUR_PX, effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "fig_3_11_square", artefact="fig_3_11", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_3_11_square", artefact="fig_3_11", shards={"quick": 1, "full": 2})
 def square_sweep(effort):
     """Fig. 3.11(c): size of the squares."""
     conditions = sweep("squares_across", SQUARES_ACROSS, effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "fig_3_11_fov", artefact="fig_3_11", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_3_11_fov", artefact="fig_3_11", shards={"quick": 1, "full": 2})
 def fov_sweep(effort):
     """Fig. 3.11(d): fisheye distortion."""
     conditions = sweep("fov_deg", FOV_DEG, effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment(
-    "fig_3_11_yaw", artefact="fig_3_11", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_3_11_yaw", artefact="fig_3_11", shards={"quick": 1, "full": 2})
 def yaw_sweep(effort):
     """Fig. 3.11(e): yaw of the board."""
     conditions = sweep("yaw_deg", YAW_DEG, effort)
@@ -231,9 +203,7 @@ def yaw_sweep(effort):
 
 # %%
 @experiment(
-    "ext_celect_merging",
-    artefact="ext_celect_merging",
-    shards={"quick": 1, "full": 1},
+    "ext_celect_merging", artefact="ext_celect_merging", shards={"quick": 1, "full": 1}
 )
 def merging(effort):
     """Steps, gaps and merging distance on side 1 of a turned board."""
@@ -242,9 +212,7 @@ def merging(effort):
 
 
 @experiment(
-    "ext_celect_columns",
-    artefact="ext_celect_columns",
-    shards={"quick": 1, "full": 1},
+    "ext_celect_columns", artefact="ext_celect_columns", shards={"quick": 1, "full": 1}
 )
 def columns_alone(effort):
     """Which columns are lost beyond 134 deg when the sides are known."""
@@ -258,11 +226,7 @@ def columns_alone(effort):
 
 
 # %%
-@experiment(
-    "fig_3_11_localised",
-    artefact="fig_3_11",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("fig_3_11_localised", artefact="fig_3_11", shards={"quick": 1, "full": 1})
 def localised_starts(effort):
     """Error after localisation for starts of falling accuracy."""
     settings = {
@@ -277,9 +241,7 @@ def localised_starts(effort):
 
 
 # %%
-@experiment(
-    "fig_3_10_pictures", artefact="fig_3_10", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_3_10_pictures", artefact="fig_3_10", shards={"quick": 1, "full": 1})
 def pictures(effort):
     """The two pictures of Fig. 3.10."""
     default = SETTINGS["defaults"]

@@ -37,10 +37,7 @@ TEXT_SQUARES = 20  # across the board: those of 50 px
 QUESTIONS = {
     "celect_smoothing": tuple(SMOOTHINGS),
     "board_levels": tuple(LEVELS),
-    "corner_distance": (
-        "interior corners",
-        "last corner and rim of the board",
-    ),
+    "corner_distance": ("interior corners", "last corner and rim of the board"),
     "failed_trials_of_a_level": ("left out", "count as the worst"),
     "localiser_window": tuple(HALF_WINDOWS),
 }
@@ -106,10 +103,7 @@ def full_range_levels(sweeps):
     seen = []
     for result in sweeps.values():
         for condition in result.conditions:
-            if (
-                condition["levels"] == "full range"
-                and condition not in seen
-            ):
+            if condition["levels"] == "full range" and condition not in seen:
                 seen.append(condition)
                 yield result, condition
 
@@ -192,17 +186,13 @@ def bracketed(before, first, unit, reason):
     if np.isinf(first):
         reason = "not reached: this is the last level of the sweep"
         first = before
-    return Value(
-        first, interval=(max(before, 0.0), first), unit=unit, reason=reason
-    )
+    return Value(first, interval=(max(before, 0.0), first), unit=unit, reason=reason)
 
 
 def smallest_square(result):
     """(square px, least spacing px) of the smallest never lost."""
     across = levels_of(result, "squares_across")
-    kept = [
-        n for n in across if successes(result, squares_across=n).min() == 1
-    ]
+    kept = [n for n in across if successes(result, squares_across=n).min() == 1]
     if not kept:
         return np.nan, np.nan
     spacing = result.result.column("least_px", squares_across=max(kept))
@@ -222,9 +212,7 @@ def blur_that_hurts(result):
     levels = [b for b in levels_of(result, "blur_px") if b >= 1]
     right = [successes(result, blur_px=b).mean() for b in levels]
     means = [
-        np.nanmedian(result.column("mean_px", blur_px=b))
-        if right[k]
-        else np.inf
+        np.nanmedian(result.column("mean_px", blur_px=b)) if right[k] else np.inf
         for k, b in enumerate(levels)
     ]
     for k in range(1, len(levels)):
@@ -268,8 +256,7 @@ def numbers_fig_3_11(results):
             unit="px",
             reason="largest over all trials of four sweeps; "
             + "; ".join(
-                f"with a smoothing of {name} {largest[name]:.2f} px"
-                for name in OTHERS
+                f"with a smoothing of {name} {largest[name]:.2f} px" for name in OTHERS
             ),
         ),
         "s3_3_1_noise_fail": first_limit(
@@ -281,9 +268,7 @@ def numbers_fig_3_11(results):
             interval=(square, square),
             unit="px",
             reason="smallest square of the sweep in which no trial is lost; "
-            + in_others(
-                lambda name: smallest_square(swept[name]["square"])[0]
-            ),
+            + in_others(lambda name: smallest_square(swept[name]["square"])[0]),
         ),
         "s3_3_1_intercorner": Value(
             spacing,
@@ -300,9 +285,7 @@ def numbers_fig_3_11(results):
             "first blur worse than 1 px by a fifth of the trials or a "
             "quarter of the mean error; the interval begins at the level "
             "before it; "
-            + in_others(
-                lambda name: blur_that_hurts(swept[name]["blur"])[1]
-            ),
+            + in_others(lambda name: blur_that_hurts(swept[name]["blur"])[1]),
         ),
     }
 
@@ -369,9 +352,7 @@ def numbers_sec_3_3_1(results):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    results = {
-        experiment_of(s): open_results(experiment_of(s)) for s in SWEEPS
-    }
+    results = {experiment_of(s): open_results(experiment_of(s)) for s in SWEEPS}
     noise = results["fig_3_11_noise"]
     value("trials", noise.trials_per_condition)
     swept = {name: sweeps_under(results, name) for name in SMOOTHINGS}

@@ -25,14 +25,7 @@ NAMES = {
     "fov": "fisheye",
     "yaw": "perspective",
 }
-STAGES = (
-    OUTER_CORNER,
-    TRACING,
-    TOO_FEW,
-    TOO_MANY,
-    CORNER_OFF,
-    OUT_OF_SIGHT,
-)
+STAGES = (OUTER_CORNER, TRACING, TOO_FEW, TOO_MANY, CORNER_OFF, OUT_OF_SIGHT)
 SWEPT = (
     "fig_3_11_noise",
     "fig_3_11_blur",
@@ -71,9 +64,7 @@ def ext_celect_bounds(results, published):
         "field of view, first loss (deg)",
         "yaw, first loss (deg)",
     )
-    found = {
-        name: _limits(sweeps_under(results, name)) for name in SMOOTHINGS
-    }
+    found = {name: _limits(sweeps_under(results, name)) for name in SMOOTHINGS}
     return Table(
         {"limit": names, "thesis": printed} | found,
         "Where CELECT begins to fail along the sweeps of Fig. 3.11, with "
@@ -91,9 +82,7 @@ def _limits(sweeps):
         limit(sweeps["fov"], "fov_deg")[1],
         limit(sweeps["yaw"], "yaw_deg")[1],
     )
-    return [
-        round(float(x), 1) if 0 < x < float("inf") else None for x in first
-    ]
+    return [round(float(x), 1) if 0 < x < float("inf") else None for x in first]
 
 
 @table("ext_celect_losses", needs=SWEPT, evidence="rendered")
@@ -103,9 +92,7 @@ def ext_celect_losses(results):
     for smoothing in SMOOTHINGS:
         for sweep, result in sweeps_under(results, smoothing).items():
             lost = losses(result)
-            run = sum(
-                c["levels"] == "full range" for c in result.conditions
-            )
+            run = sum(c["levels"] == "full range" for c in result.conditions)
             rows.append(
                 (
                     NAMES[sweep],
@@ -122,9 +109,7 @@ def ext_celect_losses(results):
     )
 
 
-@table(
-    "ext_celect_columns", needs=("ext_celect_columns",), evidence="rendered"
-)
+@table("ext_celect_columns", needs=("ext_celect_columns",), evidence="rendered")
 def ext_celect_columns(results):
     """Which columns break when the sides are known."""
     result = results["ext_celect_columns"]
@@ -135,9 +120,7 @@ def ext_celect_columns(results):
             smoothing,
             result.trials_per_condition,
             *(
-                int(
-                    Under(result, smoothing).column(name, **condition).sum()
-                )
+                int(Under(result, smoothing).column(name, **condition).sum())
                 for name in names
             ),
         )

@@ -21,10 +21,7 @@ from raxel.features.localise import corner_subpix
 
 HALF_NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50)
 # With half the contrast nothing is read at 50 any more.
-NOISE_SD = {
-    "full range": (*HALF_NOISE_SD, 65, 80, 100),
-    "half range": HALF_NOISE_SD,
-}
+NOISE_SD = {"full range": (*HALF_NOISE_SD, 65, 80, 100), "half range": HALF_NOISE_SD}
 BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
 SQUARES_ACROSS = (5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
 FOV_DEG = (60, 80, 100, 120, 134, 140, 146, 152, 158, 164)
@@ -62,9 +59,7 @@ def sweep(name, values, effort, **other):
 def by_smoothing(score):
     """score(settings) for every smoothing; the values of the first have no prefix."""
     first, *others = SMOOTHINGS
-    return score(SMOOTHINGS[first]) | {
-        name: score(SMOOTHINGS[name]) for name in others
-    }
+    return score(SMOOTHINGS[first]) | {name: score(SMOOTHINGS[name]) for name in others}
 
 
 def largest_in_order(result, lattice):
@@ -111,11 +106,7 @@ def merging_trial(condition, rng):
 
     def along_side(settings):
         result = celect(
-            image,
-            board.outer_corners,
-            board.columns,
-            board.rows,
-            settings=settings,
+            image, board.outer_corners, board.columns, board.rows, settings=settings
         )
         side = result.contours[0]
         return {
@@ -158,8 +149,7 @@ def column_trial(condition, rng):
         off = np.linalg.norm(result.corners - lattice, axis=2)
         right = (off <= LOST_PX).all(axis=0)
         return {
-            f"column {k + 1}": bool(not right[k])
-            for k in range(1, board.columns - 1)
+            f"column {k + 1}": bool(not right[k]) for k in range(1, board.columns - 1)
         }
 
     return by_smoothing(lost)

@@ -48,27 +48,20 @@ FEWEST_FAILURES = 10
 EDGE = 1e-9
 
 
-@claim(
-    "c3_low_contrast", needs=("exp_c3_low_contrast",), evidence="rendered"
-)
+@claim("c3_low_contrast", needs=("exp_c3_low_contrast",), evidence="rendered")
 def judge_low_contrast(results):
     """CELECT at least 0.3 ahead in the lowest light in which it has 0.7."""
     result = results["exp_c3_low_contrast"]
     return [
         ahead_in_low_light(result, method, poses, spots)
-        for method, poses, spots in product(
-            DETECTORS_OF_TODAY, POSE_RANGES, SPOTS
-        )
+        for method, poses, spots in product(DETECTORS_OF_TODAY, POSE_RANGES, SPOTS)
     ]
 
 
 def ahead_in_low_light(result, method, poses, spots):
     """One reading of it."""
     ours, theirs = (
-        {
-            v: in_light(result, v, m, poses, spots)
-            for v in levels_run(result)
-        }
+        {v: in_light(result, v, m, poses, spots) for v in levels_run(result)}
         for m in (CELECT, method)
     )
     rates = {v: found.mean() for v, found in ours.items()}
@@ -87,11 +80,7 @@ def ahead_in_low_light(result, method, poses, spots):
         DECISIONS[decision],
         found.value,
         interval=(found.low, found.high),
-        reading={
-            "opencv_detector": method,
-            "pose_range": poses,
-            "spots": spots,
-        },
+        reading={"opencv_detector": method, "pose_range": poses, "spots": spots},
         unit="1",
         reason=f"success of CELECT less OpenCV's in {level:g} of full light, "
         f"{told}; {len(ours[level])} images",
@@ -143,17 +132,12 @@ def partial_predicates(ours, theirs, method):
             for who, result in ((CELECT, ours), (method, theirs))
         )
         ratio = np.divide(
-            a["count"],
-            b["count"],
-            out=np.full(seeds, np.inf),
-            where=b["count"] > 0,
+            a["count"], b["count"], out=np.full(seeds, np.inf), where=b["count"] > 0
         )
         holds &= ratio > LEAST_RATIO
         if camera == NEARER_WITH:
             holds &= np.where(
-                b["count"] > 0,
-                a["border_px"] < b["border_px"],
-                a["count"] > 0,
+                b["count"] > 0, a["border_px"] < b["border_px"], a["count"] > 0
             )
         ratios = np.minimum(ratios, ratio)
     return holds, ratios
@@ -168,16 +152,11 @@ def judge_partial_grid(results):
     """Larger by 1.3 for both cameras, and nearer to the frame by fisheye."""
     ours = results["fig_3_14_parts"]
     readings = []
-    for method, theirs in (
-        (OPENCV, ours),
-        (OPENCV_SB, results["fig_3_14_parts_sb"]),
-    ):
+    for method, theirs in ((OPENCV, ours), (OPENCV_SB, results["fig_3_14_parts_sb"])):
         holds, ratios = partial_predicates(ours, theirs, method)
         readings.append(
             Reading(
-                DECISIONS[
-                    HOLDS if holds.mean() >= SEEDS_THAT_HOLD else FAILS
-                ],
+                DECISIONS[HOLDS if holds.mean() >= SEEDS_THAT_HOLD else FAILS],
                 float(np.median(ratios)),
                 interval=(float(ratios.min()), float(ratios.max())),
                 reading={"opencv_detector": method},
@@ -190,11 +169,7 @@ def judge_partial_grid(results):
     return readings
 
 
-@claim(
-    "c3_trace_direction",
-    needs=("exp_c3_trace_direction",),
-    evidence="rendered",
-)
+@claim("c3_trace_direction", needs=("exp_c3_trace_direction",), evidence="rendered")
 def judge_trace_direction(results):
     """Some images differ, fewer than a quarter."""
     readings = []
@@ -220,11 +195,7 @@ def judge_trace_direction(results):
     return readings
 
 
-@claim(
-    "c3_first_corner",
-    needs=("exp_c3_trace_direction",),
-    evidence="rendered",
-)
+@claim("c3_first_corner", needs=("exp_c3_trace_direction",), evidence="rendered")
 def judge_first_corner(results):
     """Smallest square first, less largest first: not below 0."""
     readings = []

@@ -17,9 +17,7 @@ def contrast_task():
         "expected": lambda: veiled_contrast(LIGHT, HAZE),
         "hint": "how bright does each of the two squares look?",
         "slips": {
-            "That is without the haze.": lambda: veiled_contrast(
-                LIGHT, 0.0
-            ),
+            "That is without the haze.": lambda: veiled_contrast(LIGHT, 0.0),
             "That is in full light.": lambda: veiled_contrast(1.0, HAZE),
             "That is the difference over white.": lambda: (
                 1 - (BLACK * LIGHT + HAZE) / (WHITE * LIGHT + HAZE)
@@ -35,15 +33,13 @@ def step_task():
         "expected": lambda: smallest_over_merging(CORNERS - 1),
         "hint": "how long is the chord in units of the first step?",
         "slips": {
-            "Between ten corners are fewer steps.": lambda: (
-                smallest_over_merging(CORNERS)
+            "Between ten corners are fewer steps.": lambda: smallest_over_merging(
+                CORNERS
             ),
             "That is without the 0.8.": lambda: (
                 0.8 * smallest_over_merging(CORNERS - 1)
             ),
-            "That is in units of the first step.": lambda: (
-                RATIO ** (CORNERS - 2)
-            ),
+            "That is in units of the first step.": lambda: RATIO ** (CORNERS - 2),
         },
     }
 
@@ -56,12 +52,8 @@ def shadow_task():
         "hint": "how far may the response fall, and the contrast with it?",
         "slips": {
             "That must stay.": lambda: KEPT_RESPONSE**0.25,
-            "The response falls faster than the light.": lambda: (
-                1 - KEPT_RESPONSE
-            ),
-            "That is for the square of contrast.": lambda: (
-                1 - KEPT_RESPONSE**0.5
-            ),
+            "The response falls faster than the light.": lambda: 1 - KEPT_RESPONSE,
+            "That is for the square of contrast.": lambda: 1 - KEPT_RESPONSE**0.5,
         },
     }
 

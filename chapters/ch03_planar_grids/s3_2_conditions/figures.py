@@ -16,9 +16,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.results import (
     merging_of,
     numbers_of,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
-    level_name,
-)
+from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import level_name
 from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
@@ -65,9 +63,7 @@ def fig_3_14(results):
         "extracts from the picture as it is. Right: the largest that OpenCV's "
         "findChessboardCorners returns when all around the squares of that "
         "part is painted white. Red: corners; yellow and green: their order.",
-        check=Check(
-            all(inside), "every drawn corner is a corner of the grid"
-        ),
+        check=Check(all(inside), "every drawn corner is a corner of the grid"),
     )
 
 
@@ -76,19 +72,9 @@ def _draw_part(panel, picture, lattice, corners):
     high = lattice.reshape(-1, 2).max(axis=0) + MARGIN_PX
     panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
     if corners is not None:
-        panel.plot(
-            *corners.transpose(2, 1, 0), "-", color=GREEN, lw=0.7, marker=""
-        )
-        panel.plot(
-            *corners.transpose(2, 0, 1),
-            "-",
-            color=YELLOW,
-            lw=0.7,
-            marker="",
-        )
-        panel.plot(
-            *corners.reshape(-1, 2).T, "o", color=RED, ms=1.8, linestyle=""
-        )
+        panel.plot(*corners.transpose(2, 1, 0), "-", color=GREEN, lw=0.7, marker="")
+        panel.plot(*corners.transpose(2, 0, 1), "-", color=YELLOW, lw=0.7, marker="")
+        panel.plot(*corners.reshape(-1, 2).T, "o", color=RED, ms=1.8, linestyle="")
     panel.set_xlim(max(low[0], -0.5), min(high[0], picture.shape[1] - 0.5))
     panel.set_ylim(min(high[1], picture.shape[0] - 0.5), max(low[1], -0.5))
     panel.grid(visible=False)
@@ -135,14 +121,7 @@ def _note(data, camera, method, corners):
 def ext_conditions(results):
     """Light, shadow, order of the clicks, size variation."""
     drawn, panels = new_figure(2, 2, height_in=6.6)
-    data = {
-        "panel": [],
-        "series": [],
-        "x": [],
-        "y": [],
-        "low": [],
-        "high": [],
-    }
+    data = {"panel": [], "series": [], "x": [], "y": [], "low": [], "high": []}
     _draw_light(panels[0, 0], results["exp_c3_low_contrast"], data)
     _draw_shadow(panels[0, 1], results["exp_c3_shadow"], data)
     _draw_orders(panels[1, 0], results["exp_c3_trace_direction"], data)
@@ -200,13 +179,10 @@ def _draw_light(panel, result, data):
         x = np.array(levels) * BESIDE ** (index - 2)
         _draw(panel, "a", x, trials, index, label, data, bars=True)
     grey = [
-        np.median(numbers_of(result, f"{level_name(v)}.contrast_grey"))
-        for v in levels
+        np.median(numbers_of(result, f"{level_name(v)}.contrast_grey")) for v in levels
     ]
     for level, contrast in zip(levels, grey, strict=True):
-        panel.annotate(
-            f"{contrast:.0f}", (level, 104), ha="center", fontsize=7.5
-        )
+        panel.annotate(f"{contrast:.0f}", (level, 104), ha="center", fontsize=7.5)
     panel.set_xscale("log")
     panel.set_xticks(levels, [f"{v:g}" for v in levels], rotation=45)
     panel.minorticks_off()
@@ -219,8 +195,7 @@ def _draw_light(panel, result, data):
 def _draw_shadow(panel, result, data):
     for index, (method, label) in enumerate(METHODS.items()):
         trials = [
-            numbers_of(result, f"{name}.{method}")
-            for name in ("plain", "shadow")
+            numbers_of(result, f"{name}.{method}") for name in ("plain", "shadow")
         ]
         x = np.array([0, 1]) + 0.06 * (index - 2)
         _draw(panel, "b", x, trials, index, label, data, bars=True)
@@ -236,9 +211,7 @@ def _draw_orders(panel, result, data):
     for index, way in enumerate(WAYS):
         x = np.arange(1, 5) + 0.08 * (index - 0.5)
         label = "clockwise" if way == "clockwise" else "the other way"
-        _draw(
-            panel, "c", x, orders[index], index + 5, label, data, bars=True
-        )
+        _draw(panel, "c", x, orders[index], index + 5, label, data, bars=True)
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)
     panel.set_ylim(0, 103)
@@ -252,14 +225,7 @@ def _draw_merging(panel, results, data):
     groups = np.array_split(np.argsort(ratio), min(BINS, len(ratio)))
     x = [float(np.median(ratio[g])) for g in groups]
     _draw(
-        panel,
-        "d",
-        x,
-        [failed[g] for g in groups],
-        0,
-        "merge failure",
-        data,
-        bars=True,
+        panel, "d", x, [failed[g] for g in groups], 0, "merge failure", data, bars=True
     )
     along = np.linspace(ratio.min(), ratio.max(), 60)
     curve = logistic_curve(ratio, failed, along)

@@ -40,22 +40,10 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     level_name,
     lit_sheet,
 )
-from chapters.shared.grid_rigs import (
-    HARD,
-    LARGE_RIGS,
-    RIGS,
-    WHOLE,
-    wiped,
-)
+from chapters.shared.grid_rigs import HARD, LARGE_RIGS, RIGS, WHOLE, wiped
 from raxel.lab.lighting import Shadow
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -188,25 +176,17 @@ def in_blocks(effort, blocks, **more):
     ]
 
 
-@experiment(
-    "fig_3_14_parts", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS
-)
+@experiment("fig_3_14_parts", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
 def parts(effort):
     """The largest part for CELECT, and for OpenCV inside a white border."""
-    return Plan(
-        partial_trial, large_grids(effort), PICTURES[effort], SETTINGS
-    )
+    return Plan(partial_trial, large_grids(effort), PICTURES[effort], SETTINGS)
 
 
-@experiment(
-    "fig_3_14_parts_sb", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS
-)
+@experiment("fig_3_14_parts_sb", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
 def parts_sb(effort):
     """The first of the same pictures for the sector-based detector."""
     conditions = large_grids(effort)
-    return Plan(
-        partial_sb_trial, conditions, SECTOR_PICTURES[effort], SETTINGS
-    )
+    return Plan(partial_sb_trial, conditions, SECTOR_PICTURES[effort], SETTINGS)
 
 
 # %%
@@ -223,16 +203,12 @@ def contrast_trial(condition, rng):
         values[level_name(level)] = {
             "contrast_grey": contrast(image, lattice),
             **every_detector(image, lattice, offsets),
-            "spotless": every_detector(
-                spotless, lattice, offsets, NO_CLICKS[:2]
-            ),
+            "spotless": every_detector(spotless, lattice, offsets, NO_CLICKS[:2]),
         }
     return values
 
 
-@experiment(
-    "exp_c3_low_contrast", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS
-)
+@experiment("exp_c3_low_contrast", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
 def low_contrast(effort):
     """Spherical images, each in every light."""
     conditions = in_blocks(effort, LIGHT_BLOCKS, levels=LEVELS[effort])
@@ -277,9 +253,7 @@ def direction_trial(condition, rng):
     return eight_orders(image, lattice, offsets)
 
 
-@experiment(
-    "exp_c3_trace_direction", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS
-)
+@experiment("exp_c3_trace_direction", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
 def trace_direction(effort):
     """Images of all sets, four first corners times two ways round."""
     conditions = [
@@ -299,9 +273,7 @@ def merging_trial(condition, rng):
     return merging(image, lattice, offsets)
 
 
-@experiment(
-    "exp_c3_merge_images", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS
-)
+@experiment("exp_c3_merge_images", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
 def merge_images(effort):
     """More fisheye images without shadow, for CELECT alone."""
     # Named, as equal conditions would draw the images of the shadow study again.

@@ -6,21 +6,12 @@ from collections import Counter
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
-    DONE,
-    WRONG,
-)
+from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import DONE, WRONG
 from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     LIGHT_LEVELS,
     level_name,
 )
-from chapters.shared.grid_detectors import (
-    CELECT,
-    CLICKLESS,
-    LINEAR,
-    OPENCV,
-    OPENCV_SB,
-)
+from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import paired_gain
 from repro.page.reader import value
@@ -90,10 +81,7 @@ def all_orders(result, tone="", poses=WHOLE):
     """
     return np.array(
         [
-            [
-                numbers_of(result, f"{tone}{way}_{rank}", poses)
-                for rank in range(4)
-            ]
+            [numbers_of(result, f"{tone}{way}_{rank}", poses) for rank in range(4)]
             for way in WAYS
         ]
     )
@@ -187,9 +175,7 @@ def numbers_fig_3_14(results):
             counts = result.column(f"{method}.count", camera=camera)
             others = ", ".join(f"{n:.0f}" for n in counts)
             for axis, name in (("columns", "cols"), ("rows", "rows")):
-                sizes = np.nan_to_num(
-                    result.column(f"{method}.{axis}", camera=camera)
-                )
+                sizes = np.nan_to_num(result.column(f"{method}.{axis}", camera=camera))
                 found[f"fig3_14_{short}_{name_of}_{name}"] = Value(
                     float(sizes[0]),
                     interval=(float(sizes.min()), float(sizes.max())),
@@ -246,10 +232,7 @@ def _name_light(result):
     levels = levels_run(result)
     for name, spots in (("spots", SPOTTED), ("clean", CLEAN)):
         ours, theirs = (
-            [
-                int(in_light(result, v, method, WHOLE, spots).sum())
-                for v in levels
-            ]
+            [int(in_light(result, v, method, WHOLE, spots).sum()) for v in levels]
             for method in (CELECT, OPENCV)
         )
         pairs = list(zip(ours, theirs, strict=True))
@@ -257,9 +240,7 @@ def _name_light(result):
         value(f"light.{name}.behind", sum(a < b for a, b in pairs))
         value(f"light.{name}.first", ours[0])
         value(f"light.{name}.most", max(ours))
-        kept = [
-            v for v, n in zip(levels, ours, strict=True) if n >= ours[0]
-        ]
+        kept = [v for v, n in zip(levels, ours, strict=True) if n >= ours[0]]
         value(f"light.{name}.last", kept[-1])
     best = max(levels, key=lambda v: in_light(result, v, CELECT).mean())
     ours, theirs = (in_light(result, best, m) for m in (CELECT, OPENCV))
@@ -287,10 +268,7 @@ def _name_parts(result):
             result.column(f"{method}.count", camera=camera)
             for method in (CELECT, OPENCV)
         )
-        value(
-            f"part.{camera}",
-            float(np.median(ours / np.maximum(theirs, 1))),
-        )
+        value(f"part.{camera}", float(np.median(ours / np.maximum(theirs, 1))))
         for name in result.names():
             if name.startswith("celect.lost."):
                 count = np.nansum(result.column(name, camera=camera))

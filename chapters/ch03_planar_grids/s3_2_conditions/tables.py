@@ -20,9 +20,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.results import (
     numbers_of,
     thirds_of,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
-    level_name,
-)
+from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import level_name
 from chapters.shared.grid_detectors import CELECT, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import proportion
@@ -30,10 +28,7 @@ from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
-SHADOWS = {
-    "plain": "fisheye, no shadow",
-    "shadow": "fisheye, a shadow of 30 %",
-}
+SHADOWS = {"plain": "fisheye, no shadow", "shadow": "fisheye, a shadow of 30 %"}
 
 
 @table(
@@ -47,11 +42,7 @@ def ext_partial_grids(results):
     rows = [
         row
         for camera in CAMERAS
-        for method, result in (
-            (CELECT, plain),
-            (OPENCV, plain),
-            (OPENCV_SB, sector),
-        )
+        for method, result in ((CELECT, plain), (OPENCV, plain), (OPENCV_SB, sector))
         for row in parts_of(result, method, camera)
     ]
     heads = (
@@ -77,9 +68,7 @@ def parts_of(result, method, camera):
     """A row for each picture of one camera."""
     names = ("columns", "rows", "count", "border_px", "tries")
     found = [result.column(f"{method}.{n}", camera=camera) for n in names]
-    for k, (long, short, count, border, tries) in enumerate(
-        zip(*found, strict=True)
-    ):
+    for k, (long, short, count, border, tries) in enumerate(zip(*found, strict=True)):
         size = [int(long), int(short)] if count else [None, None]
         yield [
             camera,
@@ -92,11 +81,7 @@ def parts_of(result, method, camera):
         ]
 
 
-CONDITIONS = (
-    "exp_c3_low_contrast",
-    "exp_c3_shadow",
-    "exp_c3_trace_direction",
-)
+CONDITIONS = ("exp_c3_low_contrast", "exp_c3_shadow", "exp_c3_trace_direction")
 ORDERS = {
     "all sets, first corner at the smallest square": lambda o: o[0, 0],
     "all sets, first corner at the largest square": lambda o: o[0, -1],
@@ -116,15 +101,10 @@ def ext_condition_rates(results):
         for level in sorted(shown, reverse=True):
             for spots in SPOTS:
                 told = f"mirror ball, {level:g} of full light, {spots}"
-                found = {
-                    m: in_light(light, level, m, poses, spots)
-                    for m in METHODS
-                }
+                found = {m: in_light(light, level, m, poses, spots) for m in METHODS}
                 rows.append(rates_row(told, poses, found))
         for name, told in SHADOWS.items():
-            found = {
-                m: numbers_of(shadow, f"{name}.{m}", poses) for m in METHODS
-            }
+            found = {m: numbers_of(shadow, f"{name}.{m}", poses) for m in METHODS}
             rows.append(rates_row(told, poses, found))
         for told, taken in ORDERS.items():
             found = {
@@ -163,8 +143,7 @@ def ext_merge_failures(results):
         for told, tone in (("as it is", ""), ("undone", "linear.")):
             ratio, failed, success = merging_of(results, tone, poses)
             even, uneven = (
-                Measured(*proportion(part)[:3])
-                for part in thirds_of(ratio, failed)
+                Measured(*proportion(part)[:3]) for part in thirds_of(ratio, failed)
             )
             lost = int((success == 0).sum())
             counts = [len(failed), lost, int(failed.sum())]

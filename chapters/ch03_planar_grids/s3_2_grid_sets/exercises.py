@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import (
-    chance_of_split,
-)
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import chance_of_split
 
 ONLY_ONE, ONLY_OTHER = 27, 2
 SIDE_PX, SIDE_CORNERS = 120.0, 7
@@ -20,9 +18,7 @@ def split_task():
         "expected": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER),
         "hint": "which splits are no less unequal than this one?",
         "slips": {
-            "That is one-sided.": lambda: (
-                chance_of_split(ONLY_ONE, ONLY_OTHER) / 2
-            ),
+            "That is one-sided.": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER) / 2,
             "More unequal splits count too.": lambda: 2 * this_split(),
             "More unequal splits count too, and those of the other side.": this_split,
         },
@@ -39,9 +35,7 @@ def clicks_task():
             "Three sets have the small board.": lambda: (
                 15 * 7 * 5 + 7 * 9 * 7 + 8 * 12 * 9
             ),
-            "Those are the squares.": lambda: (
-                3 * 15 * 8 * 6 + 7 * 10 * 8 + 8 * 13 * 10
-            ),
+            "Those are the squares.": lambda: 3 * 15 * 8 * 6 + 7 * 10 * 8 + 8 * 13 * 10,
         },
     }
 

@@ -12,9 +12,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
     reach_task,
     split_task,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import (
-    name_values,
-)
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import name_values
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
     CLICKS,
     IMAGES,
@@ -53,13 +51,7 @@ from raxel.evaluation.board_scores import in_order_of, in_place
 from raxel.features.celect import celect
 from raxel.features.tone_curve import undo_srgb
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -163,19 +155,13 @@ def grid_trial(condition, rng):
     """
     where = tuple(condition[k] for k in ("set", "image", "seed", "poses"))
     view = grid_view(*where)
-    lattice = from_smallest(
-        view.corners.reshape(view.rows, view.columns, 2)
-    )
-    clicks = outer(lattice) + stream(*where[:3], CLICKS).normal(
-        0, CLICK_SD_PX, (4, 2)
-    )
+    lattice = from_smallest(view.corners.reshape(view.rows, view.columns, 2))
+    clicks = outer(lattice) + stream(*where[:3], CLICKS).normal(0, CLICK_SD_PX, (4, 2))
     result, values = every_method(METHODS, view, clicks, lattice)
     both = ("spherical", SPOTLESS_SEED)
     if (condition["set"], condition["seed"]) == both:
         clean = grid_view(*where, without="spots")
-        _, values["spotless"] = every_method(
-            SPOTLESS, clean, clicks, lattice
-        )
+        _, values["spotless"] = every_method(SPOTLESS, clean, clicks, lattice)
     if not values[CELECT]["success"]:
         for blemish in BLEMISHES.get(condition["set"], ()):
             clean = grid_view(*where, without=blemish)
@@ -196,9 +182,7 @@ def every_method(methods, view, clicks, lattice):
     values, errors, result = {}, {}, None
     for name in methods:
         if name in CELECTS:
-            found, values[name], right = run_celect(
-                name, view.image, clicks, lattice
-            )
+            found, values[name], right = run_celect(name, view.image, clicks, lattice)
             result = found if name == CELECT else result
         else:
             values[name], right = no_clicks(name, view)
@@ -264,33 +248,25 @@ def plan_of(set_name, effort):
     return Plan(grid_trial, conditions, 1, settings_of(set_name))
 
 
-@experiment(
-    "table_3_4_grids", artefact="table_3_4", shards=JOBS, inputs=RIGS
-)
+@experiment("table_3_4_grids", artefact="table_3_4", shards=JOBS, inputs=RIGS)
 def spherical(effort):
     """15 pictures of three seeds of the Spherical set."""
     return plan_of("spherical", effort)
 
 
-@experiment(
-    "table_3_5_grids", artefact="table_3_5", shards=JOBS, inputs=RIGS
-)
+@experiment("table_3_5_grids", artefact="table_3_5", shards=JOBS, inputs=RIGS)
 def hyperboloidal(effort):
     """15 pictures of three seeds of the Hyperboloidal set."""
     return plan_of("hyperboloidal", effort)
 
 
-@experiment(
-    "table_3_6_grids", artefact="table_3_6", shards=JOBS, inputs=RIGS
-)
+@experiment("table_3_6_grids", artefact="table_3_6", shards=JOBS, inputs=RIGS)
 def fisheye(effort):
     """7 + 8 pictures of three seeds of the Fisheye set."""
     return plan_of("fisheye", effort)
 
 
-@experiment(
-    "table_3_7_grids", artefact="table_3_7", shards=JOBS, inputs=RIGS
-)
+@experiment("table_3_7_grids", artefact="table_3_7", shards=JOBS, inputs=RIGS)
 def flexible_mirror(effort):
     """15 pictures of three seeds of the Flexible Mirror set."""
     return plan_of("flexible-mirror", effort)

@@ -20,13 +20,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     REFERENCE,
     TRUTH,
 )
-from chapters.shared.grid_detectors import (
-    CELECT,
-    CLICKLESS,
-    LINEAR,
-    OPENCV,
-    OPENCV_SB,
-)
+from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from repro.judge.statistics import bootstrap
 from repro.run.columns import columns
 from repro.run.experiment import table
@@ -69,8 +63,7 @@ def table_3_3(results):
         ):
             camera = ran["camera"].split(" (thesis")[0].split(", 9 x")[0]
             rows.append(
-                [title_of(set_name), camera, *ran["image_px"], *grid]
-                + [pitch, images]
+                [title_of(set_name), camera, *ran["image_px"], *grid] + [pitch, images]
             )
     heads = (
         "Image set",

@@ -77,10 +77,7 @@ def judge_active_best(results):
 def judge_active_distance(results):
     """At seven tenths of the distances no method leaves less."""
     return share_readings(
-        results,
-        lambda result: points_along(result, "distance"),
-        MOST_LEVELS,
-        OF_FIRST,
+        results, lambda result: points_along(result, "distance"), MOST_LEVELS, OF_FIRST
     )
 
 
@@ -99,10 +96,7 @@ def judge_active_orientation(results):
 def judge_active_noise(results):
     """At seven tenths of the levels of noise no method leaves less."""
     return share_readings(
-        results,
-        lambda result: points_along(result, "noise"),
-        MOST_LEVELS,
-        ALL,
+        results, lambda result: points_along(result, "noise"), MOST_LEVELS, ALL
     )
 
 
@@ -115,8 +109,7 @@ def judge_active_blur(results):
         ours, theirs = ratios[ACTIVE], [ratios[method] for method in STATIC]
         holds = (ours < np.minimum(*theirs)) & (ours <= MOST_BLUR_RATIO)
         told = ", ".join(
-            f"{method} {np.median(ratio):.3f}"
-            for method, ratio in ratios.items()
+            f"{method} {np.median(ratio):.3f}" for method, ratio in ratios.items()
         )
         readings.append(
             Reading(
@@ -146,9 +139,7 @@ def judge_active_viewing_angle(results):
         {"with the rim": "share", "without the rim": "without_rim"}.items(),
         {"gamma 2.2": 2.2, "linear": 1.0}.items(),
     ):
-        found = np.array(
-            [shares(result, t, name, gamma=gamma) for t in turns]
-        )
+        found = np.array([shares(result, t, name, gamma=gamma) for t in turns])
         fall = np.round(found[0] - found[-1], 9)
         holds = [
             drop > LEAST_FALL and spearmanr(turns, along)[0] <= LEAST_RANK
@@ -165,8 +156,7 @@ def judge_active_viewing_angle(results):
                 reason=f"fall of the share from 0 to {turns[-1]} deg, median "
                 f"and range over {len(fall)} seeds; holds in {sum(holds)}"
                 + (
-                    "; a monitor without fall-off loses "
-                    f"{np.median(plain):.3f}"
+                    f"; a monitor without fall-off loses {np.median(plain):.3f}"
                     if gamma > 1
                     else ""
                 ),

@@ -33,15 +33,11 @@ def noise_task():
         "expected": point_noise,
         "hint": "noise of the phase first, then a period in mm, then the filter",
         "slips": {
-            "The filter averages 49 pixels.": lambda: (
-                point_noise() * WINDOW
-            ),
+            "The filter averages 49 pixels.": lambda: point_noise() * WINDOW,
             "A mean of 49 values divides by their root.": lambda: (
                 point_noise() / WINDOW
             ),
-            "A period of the phase is 2 pi.": lambda: (
-                point_noise() * 2 * math.pi
-            ),
+            "A period of the phase is 2 pi.": lambda: point_noise() * 2 * math.pi,
         },
     }
 
@@ -52,9 +48,7 @@ def floor_task():
         "expected": seen_residual,
         "hint": "do the two errors know of each other?",
         "slips": {
-            "Independent errors add by their squares.": lambda: (
-                OWN_MM + SECOND_MM
-            ),
+            "Independent errors add by their squares.": lambda: OWN_MM + SECOND_MM,
             "The second grid's error comes on top.": lambda: OWN_MM,
         },
     }

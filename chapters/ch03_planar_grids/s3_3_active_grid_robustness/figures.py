@@ -47,8 +47,7 @@ def _along(panel, result, sweep, values, look, label):
     found = np.array([values(level) for level in levels])
     found[~np.isfinite(found)] = np.nan
     low, middle, high = (
-        np.array([of(row) for row in found])
-        for of in (np.min, np.median, np.max)
+        np.array([of(row) for row in found]) for of in (np.min, np.median, np.max)
     )
     panel.plot(levels, middle, label=label, **look)
     band = {"color": look["color"], "alpha": 0.18, "linewidth": 0}
@@ -64,32 +63,23 @@ def fig_3_15(results):
     rows = []
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
         for method in (*METHODS, TRUE):
-            look = (
-                FLOOR if method == TRUE else series(METHODS.index(method))
-            )
+            look = FLOOR if method == TRUE else series(METHODS.index(method))
             found = _along(
                 panel,
                 result,
                 sweep,
-                lambda level, s=sweep, m=method: residuals(
-                    result, s, level, m
-                ),
+                lambda level, s=sweep, m=method: residuals(result, s, level, m),
                 look,
                 method,
             )
-            rows += [
-                (sweep, level, method, *rest) for level, *rest in found
-            ]
+            rows += [(sweep, level, method, *rest) for level, *rest in found]
         panel.set_xlabel(AXES[sweep])
         panel.set_ylabel("RMS residual (mm)")
         panel.set_ylim(bottom=0)
     _legend(drawn, panels[0, 0], 4)
     return Drawing(
         drawn,
-        columns(
-            ("sweep", "level", "method", "rms_mm", "low_mm", "high_mm"),
-            rows,
-        ),
+        columns(("sweep", "level", "method", "rms_mm", "low_mm", "high_mm"), rows),
         "RMS residual of the chessboard's corners after a homography from a "
         "second active grid, in mm on the chessboard: median and range over "
         f"{_sets(result)}. Dotted: the true corners, whose residual is the "
@@ -121,8 +111,7 @@ def ext_active_errors(results):
                     label,
                 )
                 rows += [
-                    (sweep, level, exposure, method, *rest)
-                    for level, *rest in found
+                    (sweep, level, exposure, method, *rest) for level, *rest in found
                 ]
         panel.set_xlabel(AXES[sweep])
         panel.set_ylabel("RMS error (px)")
@@ -144,9 +133,7 @@ def ext_active_errors(results):
 
 
 @figure(
-    "ext_active_viewing",
-    needs=("exp_c3_active_viewing_angle",),
-    evidence="rendered",
+    "ext_active_viewing", needs=("exp_c3_active_viewing_angle",), evidence="rendered"
 )
 def ext_active_viewing(results):
     """What is decoded of a turned monitor, and how surely."""
@@ -154,20 +141,14 @@ def ext_active_viewing(results):
     drawn, panels = new_figure(1, 3, height_in=3.2)
     turns = sorted({c["turn_deg"] for c in result.conditions})
     shown = sorted(
-        {
-            (c["falloff_exponent"], c["camera_gamma"])
-            for c in result.conditions
-        },
+        {(c["falloff_exponent"], c["camera_gamma"]) for c in result.conditions},
         key=lambda pair: (-pair[1], pair[0]),
     )
     rows = []
-    for panel, (name, factor, title, label) in zip(
-        panels, VIEWED, strict=True
-    ):
+    for panel, (name, factor, title, label) in zip(panels, VIEWED, strict=True):
         for number, (falloff, gamma) in enumerate(shown):
             found = [
-                factor
-                * shares(result, turn, name, falloff=falloff, gamma=gamma)
+                factor * shares(result, turn, name, falloff=falloff, gamma=gamma)
                 for turn in turns
             ]
             middle = [float(np.median(seeds)) for seeds in found]
@@ -185,14 +166,7 @@ def ext_active_viewing(results):
     return Drawing(
         drawn,
         columns(
-            (
-                "panel",
-                "turn_deg",
-                "falloff_exponent",
-                "camera_gamma",
-                "value",
-            ),
-            rows,
+            ("panel", "turn_deg", "falloff_exponent", "camera_gamma", "value"), rows
         ),
         "Share of the visible area of the grid that is decoded, at 200 mm, "
         "for monitors whose light falls off with a power of the cosine of "
@@ -212,6 +186,4 @@ def _legend(drawn, panel, columns_in_it):
 
 def _sets(result):
     count = len({condition["set"] for condition in result.conditions})
-    return (
-        "one set of pictures" if count == 1 else f"{count} sets of pictures"
-    )
+    return "one set of pictures" if count == 1 else f"{count} sets of pictures"

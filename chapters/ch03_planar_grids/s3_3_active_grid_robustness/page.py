@@ -13,9 +13,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.exercises import (
     lens_task,
     noise_task,
 )
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (
-    name_values,
-)
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import name_values
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
     exposures,
     sweeps,
@@ -23,13 +21,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
 )
 from raxel.features.active_grid.lookup import pixels_of, points_at
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -167,12 +159,7 @@ from repro.run.outcomes import Plan
 )
 def all_sweeps(effort):
     """Fig. 3.15: distance, orientation, blur and noise, on every set."""
-    return Plan(
-        sweeps.robustness_trial,
-        sweeps.conditions(effort),
-        1,
-        sweeps.SETTINGS,
-    )
+    return Plan(sweeps.robustness_trial, sweeps.conditions(effort), 1, sweeps.SETTINGS)
 
 
 @experiment(
@@ -183,12 +170,7 @@ def all_sweeps(effort):
 )
 def viewing_angles(effort):
     """How much of a turned monitor is decoded, with other fall-offs."""
-    return Plan(
-        viewing.viewing_trial,
-        viewing.conditions(effort),
-        1,
-        viewing.SETTINGS,
-    )
+    return Plan(viewing.viewing_trial, viewing.conditions(effort), 1, viewing.SETTINGS)
 
 
 @experiment(

@@ -77,10 +77,7 @@ def points_of(result):
 
 def residuals(result, sweep, level, method, reading=PRIMARY):
     """RMS residuals (sets,) in mm; infinite where the method failed."""
-    window, again = (
-        reading["corner_window"],
-        reading["second_grid_pictures"],
-    )
+    window, again = (reading["corner_window"], reading["second_grid_pictures"])
     name = f"{reading['exposure']}.{window}.{again}.{method}"
     found = at(result, sweep, level, name)
     return np.where(np.isnan(found), np.inf, found)
@@ -88,16 +85,12 @@ def residuals(result, sweep, level, method, reading=PRIMARY):
 
 def errors(result, sweep, level, method, exposure=WITHIN):
     """RMS errors (sets,) in px against the true corners, of those found."""
-    return at(
-        result, sweep, level, f"{exposure}.{ONE_WINDOW}.off_px.{method}"
-    )
+    return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.off_px.{method}")
 
 
 def lost(result, sweep, level, method, exposure=WITHIN):
     """How many corners (sets,) a method lost."""
-    return at(
-        result, sweep, level, f"{exposure}.{ONE_WINDOW}.lost.{method}"
-    )
+    return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.lost.{method}")
 
 
 def wins(result, points, reading=PRIMARY):
@@ -221,9 +214,5 @@ def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
     Or another value of the trials, by its name.
     """
     return along(
-        result,
-        name,
-        turn_deg=turn,
-        falloff_exponent=falloff,
-        camera_gamma=gamma,
+        result, name, turn_deg=turn, falloff_exponent=falloff, camera_gamma=gamma
     )

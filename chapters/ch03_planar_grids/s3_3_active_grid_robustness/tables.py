@@ -66,16 +66,10 @@ def _middle(found):
     """Median and range (n,) over sets; None where a set has no value."""
     if not np.isfinite(found).all():
         return None
-    return Measured(
-        float(np.median(found)), float(found.min()), float(found.max())
-    )
+    return Measured(float(np.median(found)), float(found.min()), float(found.max()))
 
 
-@table(
-    "ext_active_exposure",
-    needs=("ext_active_exposure",),
-    evidence="rendered",
-)
+@table("ext_active_exposure", needs=("ext_active_exposure",), evidence="rendered")
 def ext_active_exposure(results):
     """What blooming does to each method at the default condition."""
     result = results["ext_active_exposure"]
@@ -84,9 +78,7 @@ def ext_active_exposure(results):
         cells = [white, _median(result, "full_wells", white, 100)]
         for kind, digits in (("off_px", 3), ("lost", 0)):
             cells += [
-                _median(
-                    result, f"{ONE_WINDOW}.{kind}.{m}", white, 1, digits
-                )
+                _median(result, f"{ONE_WINDOW}.{kind}.{m}", white, 1, digits)
                 for m in METHODS
             ]
         rows.append(cells)
@@ -111,9 +103,7 @@ def _median(result, name, white, factor, digits=1):
     return round(middle, digits) if np.isfinite(middle) else None
 
 
-@table(
-    "ext_active_pixels", needs=("ext_active_pixels",), evidence="rendered"
-)
+@table("ext_active_pixels", needs=("ext_active_pixels",), evidence="rendered")
 def ext_active_pixels(results):
     """Errors of the first grid over all its pixels and next to the corners."""
     result = results["ext_active_pixels"]

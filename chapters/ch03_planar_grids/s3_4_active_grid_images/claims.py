@@ -23,9 +23,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     seeds_of,
     spread_between,
 )
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
-    rig_of,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from raxel.features.localise.subpix import TERMINATION_PX
 from repro.judge.statistics import median_interval, proportion
 from repro.run.experiment import claim, numbers
@@ -84,9 +82,7 @@ def judge_order(results):
         rest = [m for m in METHODS if m != "derivative"]
         best = np.all([mean["derivative"] < mean[m] for m in rest], axis=0)
         others = [m for m in METHODS if m != "saddle point"]
-        worst = np.all(
-            [mean["saddle point"] > mean[m] for m in others], axis=0
-        )
+        worst = np.all([mean["saddle point"] > mean[m] for m in others], axis=0)
         told = ", ".join(f"{m} {np.median(mean[m]):.4f}" for m in METHODS)
         readings.append(
             decided(
@@ -109,11 +105,7 @@ def judge_close(results):
     for options in options_of(OF_TABLE):
         case = Corners(results[CORNERS], options)
         means = np.array(
-            [
-                case.statistic(m, "mean")
-                for m in METHODS
-                if "saddle" not in m
-            ]
+            [case.statistic(m, "mean") for m in METHODS if "saddle" not in m]
         )
         ratio = means.max(axis=0) / means.min(axis=0)
         readings.append(
@@ -208,9 +200,7 @@ def radial_residuals(case, method, middle):
     return out
 
 
-@claim(
-    "c3_residual_radial", needs=("table_3_8_corners",), evidence="rendered"
-)
+@claim("c3_residual_radial", needs=("table_3_8_corners",), evidence="rendered")
 def judge_radial(results):
     """The mean radial residual of the outer quintile is not 0."""
     from scipy.stats import ttest_1samp
@@ -219,8 +209,7 @@ def judge_radial(results):
     for options in options_of(("active_corner",)):
         case = Corners(results[CORNERS], options)
         middle = [
-            case.ran.arrays("middle", case=case.case, seed=s)[0]
-            for s in case.seeds
+            case.ran.arrays("middle", case=case.case, seed=s)[0] for s in case.seeds
         ]
         worst, told = np.zeros(len(middle)), []
         for method in METHODS:
@@ -244,21 +233,15 @@ def judge_radial(results):
     return readings
 
 
-@claim(
-    "c3_active_undistort", needs=("fig_3_17_lines",), evidence="rendered"
-)
+@claim("c3_active_undistort", needs=("fig_3_17_lines",), evidence="rendered")
 def judge_undistort(results):
     """Lines bent by at least 5 % before, and by at most 1 % after."""
     ran, readings = results[LINES], []
     for options in options_of((VIEW, POINTS, WHICH)):
-        measure = (
-            np.max if options[WHICH] == QUESTIONS[WHICH][0] else np.median
-        )
+        measure = np.max if options[WHICH] == QUESTIONS[WHICH][0] else np.median
         before, after = [], []
         for seed in seeds_of(ran, view=options[VIEW]):
-            lines = lines_of(
-                ran, options[POINTS], seed=seed, view=options[VIEW]
-            )
+            lines = lines_of(ran, options[POINTS], seed=seed, view=options[VIEW])
             before.append(measure(lines.before))
             after.append(measure(lines.after))
         holds = [
@@ -290,14 +273,10 @@ def judge_pitch(results):
                     ran, options[POINTS], seed=seed, view=QUESTIONS[VIEW][0]
                 )
                 found = spread_between(lines, lines.lean)
-                gaps.append(
-                    abs(found - spread_between(lines, lines.predicted))
-                )
+                gaps.append(abs(found - spread_between(lines, lines.predicted)))
                 bent.append(lines.after[lines.vertical].max())
                 angles.append(f"{lines.pitch:.1f}: {found:.2f}")
-                holds.append(
-                    gaps[-1] <= MOST_ANGLE_DEG and bent[-1] < MOST_BENT
-                )
+                holds.append(gaps[-1] <= MOST_ANGLE_DEG and bent[-1] < MOST_BENT)
         readings.append(
             decided(
                 holds,
@@ -321,9 +300,7 @@ def judge_disco(results):
         name = "across" if whole else "within"
         errors, failed = [], []
         for seed in seeds_of(ran):
-            errors.append(
-                np.nanmedian(ran.arrays("corner_squares", seed=seed)[0])
-            )
+            errors.append(np.nanmedian(ran.arrays("corner_squares", seed=seed)[0]))
             right = ran.arrays(name, seed=seed)[0]
             failed.append(float(np.mean(right < 0.5)))
         holds = [
@@ -346,9 +323,7 @@ def judge_disco(results):
 def of_seeds(values, unit):
     """A Value of one number by seed: median and range."""
     middle = float(np.median(values))
-    return Value(
-        middle, (float(np.min(values)), float(np.max(values))), unit
-    )
+    return Value(middle, (float(np.min(values)), float(np.max(values))), unit)
 
 
 @numbers("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
@@ -356,11 +331,7 @@ def numbers_of_table(results):
     """Means, SDs and best settings of Table 3.8."""
     case = Corners(results[CORNERS], {})
     short = dict(
-        zip(
-            METHODS,
-            ("derivative", "opencv", "saddle", "active"),
-            strict=True,
-        )
+        zip(METHODS, ("derivative", "opencv", "saddle", "active"), strict=True)
     )
     found = {}
     for method, name in short.items():
@@ -369,9 +340,7 @@ def numbers_of_table(results):
                 case.statistic(method, which), "px"
             )
         if method != "active grid":
-            found[f"t3_8_{name}_win"] = of_seeds(
-                case.best_window(method), "px"
-            )
+            found[f"t3_8_{name}_win"] = of_seeds(case.best_window(method), "px")
     found["t3_8_saddle_blur"] = of_seeds(case.best_blur(), "px")
     found["t3_8_term"] = Value(TERMINATION_PX, unit="px")
     return found
@@ -388,8 +357,4 @@ def numbers_of_fisheye(results):
     """The focal length of the rig, from its focal length in px and its pixels."""
     rig = rig_of(results[LINES].conditions[0]["rig"])
     pixel_mm = SENSOR_MM / rig.camera.width
-    return {
-        "fig3_17_f": Value(
-            round(rig.camera.focal_px * pixel_mm, 1), unit="mm"
-        )
-    }
+    return {"fig3_17_f": Value(round(rig.camera.focal_px * pixel_mm, 1), unit="mm")}

@@ -31,9 +31,7 @@ def facet_task():
     """A flat mirror shows what a camera behind it would see, so lines of sight
     through its ends go on to spread: s (c + m) / c."""
     return {
-        "expected": lambda: (
-            FACET_MM * (TO_CAMERA_MM + TO_MONITOR_MM) / TO_CAMERA_MM
-        ),
+        "expected": lambda: FACET_MM * (TO_CAMERA_MM + TO_MONITOR_MM) / TO_CAMERA_MM,
         "hint": "a flat mirror turns rays and leaves them as far apart as they were",
         "slips": {
             "That leaves out the way to the mirror.": lambda: (

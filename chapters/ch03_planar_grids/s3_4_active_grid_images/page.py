@@ -13,9 +13,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.exercises import (
     phase_task,
     vertical_task,
 )
-from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
-    name_values,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.results import name_values
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.conditions import (
     BALL_RIGS,
     BALL_SETS,
@@ -33,9 +31,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.corners import (
     corner_trial,
     sweep,
 )
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import (
-    facet_trial,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import facet_trial
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.metric_search import (
     at_four_pixels,
 )
@@ -45,13 +41,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
     straight_trial,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

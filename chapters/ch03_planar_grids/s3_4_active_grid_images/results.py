@@ -83,25 +83,19 @@ class Corners(NamedTuple):
         true = self.option("lens_left") == "true lens"
         name = f"{self.name(method)}.{'true_lens.' * true}{which}"
         return np.array(
-            [
-                self.ran.column(name, case=self.case, seed=seed)[0]
-                for seed in self.seeds
-            ]
+            [self.ran.column(name, case=self.case, seed=seed)[0] for seed in self.seeds]
         )
 
     def arrays(self, method, which):
         """An array of each seed."""
         name = f"{self.name(method)}.{which}"
         return [
-            self.ran.arrays(name, case=self.case, seed=seed)[0]
-            for seed in self.seeds
+            self.ran.arrays(name, case=self.case, seed=seed)[0] for seed in self.seeds
         ]
 
     def curve(self, method):
         """(windows (n,), mean residual (n,) at each) of each seed, whole ones alone."""
-        condition = next(
-            c for c in self.ran.conditions if c["case"] == self.case
-        )
+        condition = next(c for c in self.ran.conditions if c["case"] == self.case)
         windows = np.array(condition["windows"])
         curves = []
         for means in self.arrays(method, "means"):
@@ -119,9 +113,7 @@ class Corners(NamedTuple):
 
     def best_blur(self):
         """Blur SD (px) of the saddle point method's best setting of each seed."""
-        condition = next(
-            c for c in self.ran.conditions if c["case"] == self.case
-        )
+        condition = next(c for c in self.ran.conditions if c["case"] == self.case)
         return np.array(
             [
                 condition["blurs"][means.min(axis=1).argmin()]
@@ -161,9 +153,7 @@ def lines_of(ran, points=QUESTIONS["line_points"][0], **condition):
             "predicted_deg", "place",
         )
     }  # fmt: skip
-    return Lines(
-        *one.values(), float(ran.column("pitch_deg", **condition)[0])
-    )
+    return Lines(*one.values(), float(ran.column("pitch_deg", **condition)[0]))
 
 
 def spread_between(lines, of):
@@ -187,10 +177,7 @@ def name_values(open_results):
     near = Corners(open_results(CORNERS), {})
     for method in METHODS:
         word = method.replace(" ", "_")
-        value(
-            f"{word}.mean",
-            median_interval(near.statistic(method, "mean")).value,
-        )
+        value(f"{word}.mean", median_interval(near.statistic(method, "mean")).value)
     value("seeds", len(near.seeds))
     for option, word in (
         ({"lens_left": "true lens"}, "true_lens"),
@@ -229,26 +216,17 @@ def name_lines(open_results):
     """Name what the prose says of the fisheye."""
     ran, other = open_results(LINES), open_results(HALF_PITCH)
     found = [
-        lines_of(ran, seed=s, view="long wall")
-        for s in seeds_of(ran, view="long wall")
+        lines_of(ran, seed=s, view="long wall") for s in seeds_of(ran, view="long wall")
     ]
     half = [lines_of(other, seed=s) for s in seeds_of(other)]
-    value(
-        "before.worst", percent(np.median([x.before.max() for x in found]))
-    )
+    value("before.worst", percent(np.median([x.before.max() for x in found])))
     value("after.worst", percent(np.median([x.after.max() for x in found])))
-    value(
-        "after.median",
-        percent(np.median([np.median(x.after) for x in found])),
-    )
+    value("after.median", percent(np.median([np.median(x.after) for x in found])))
     projected = [
         lines_of(ran, QUESTIONS["line_points"][1], seed=s, view="long wall")
         for s in seeds_of(ran, view="long wall")
     ]
-    value(
-        "after.projected",
-        percent(np.median([x.after.max() for x in projected])),
-    )
+    value("after.projected", percent(np.median([x.after.max() for x in projected])))
     value("edges", int(np.median([len(x.after) for x in found])))
     gaps = [
         abs(spread_between(x, x.lean) - spread_between(x, x.predicted))
@@ -276,33 +254,19 @@ def name_lines(open_results):
 
 def name_facets(ran):
     """Name what the prose says of the mirror ball."""
-    errors = [
-        ran.arrays("corner_squares", seed=s)[0] for s in seeds_of(ran)
-    ]
-    value(
-        "facets.median", float(np.median([np.nanmedian(e) for e in errors]))
-    )
+    errors = [ran.arrays("corner_squares", seed=s)[0] for s in seeds_of(ran)]
+    value("facets.median", float(np.median([np.nanmedian(e) for e in errors])))
     value("facets.worst", float(np.max([np.nanmax(e) for e in errors])))
-    value(
-        "facets.corners",
-        int(np.median([np.isfinite(e).sum() for e in errors])),
-    )
+    value("facets.corners", int(np.median([np.isfinite(e).sum() for e in errors])))
     for name in ("facets", "corners"):
-        value(
-            f"ball.{name}", int(ran.column(name, seed=seeds_of(ran)[0])[0])
-        )
+        value(f"ball.{name}", int(ran.column(name, seed=seeds_of(ran)[0])[0]))
     one = {"seed": seeds_of(ran)[0]}
-    value(
-        "ball.share_of_grid", percent(ran.column("share_of_grid", **one)[0])
-    )
+    value("ball.share_of_grid", percent(ran.column("share_of_grid", **one)[0]))
     value("ball.off_mm", float(ran.column("decoded_off_mm", **one)[0]))
     elsewhere = ran.column("decoded_elsewhere", **one)[0]
     decoded = ran.column("decoded", **one)[0]
     value("ball.elsewhere", percent(elsewhere / (decoded + elsewhere)))
     value(
         "ball.found",
-        sum(
-            int(ran.column("detector_found", seed=s)[0])
-            for s in seeds_of(ran)
-        ),
+        sum(int(ran.column("detector_found", seed=s)[0]) for s in seeds_of(ran)),
     )

@@ -28,9 +28,7 @@ OTHERS = (
 def of_seeds(values):
     """Median and range over seeds."""
     return Measured(
-        float(np.median(values)),
-        float(np.min(values)),
-        float(np.max(values)),
+        float(np.median(values)), float(np.min(values)), float(np.max(values))
     )
 
 
@@ -43,9 +41,7 @@ def table_3_8(results):
     return Table(
         {
             "Method": list(METHODS),
-            "Mean (px)": [
-                of_seeds(case.statistic(m, "mean")) for m in METHODS
-            ],
+            "Mean (px)": [of_seeds(case.statistic(m, "mean")) for m in METHODS],
             "SD (px)": [of_seeds(case.statistic(m, "sd")) for m in METHODS],
             "Best window (px)": [*windows, None],
             "Best blur SD (px)": [None, None, blur, None],
@@ -58,19 +54,13 @@ def table_3_8(results):
     )
 
 
-@table(
-    "ext_table_3_8_readings",
-    needs=("table_3_8_corners",),
-    evidence="rendered",
-)
+@table("ext_table_3_8_readings", needs=("table_3_8_corners",), evidence="rendered")
 def ext_table_3_8_readings(results):
     """The means of Table 3.8 in every reading."""
     rows = {"Reading": [word for word, _ in OTHERS]}
     for method in METHODS:
         rows[f"{method} (px)"] = [
-            of_seeds(
-                Corners(results[CORNERS], options).statistic(method, "mean")
-            )
+            of_seeds(Corners(results[CORNERS], options).statistic(method, "mean"))
             for _, options in OTHERS
         ]
     return Table(
@@ -80,9 +70,7 @@ def ext_table_3_8_readings(results):
     )
 
 
-@table(
-    "ext_fig_3_18_numbers", needs=("fig_3_18_facets",), evidence="rendered"
-)
+@table("ext_fig_3_18_numbers", needs=("fig_3_18_facets",), evidence="rendered")
 def ext_fig_3_18_numbers(results):
     """The mirror ball by seed."""
     ran = results[FACETS]
@@ -93,10 +81,7 @@ def ext_fig_3_18_numbers(results):
         for name in ("facets", "corners", "detector_found")
     }
     failed = {
-        option: [
-            float(100 * np.mean(ran.arrays(name, seed=s)[0] < 0.5))
-            for s in seeds
-        ]
+        option: [float(100 * np.mean(ran.arrays(name, seed=s)[0] < 0.5)) for s in seeds]
         for option, name in zip(
             QUESTIONS["static_grid"], ("across", "within"), strict=True
         )
@@ -109,12 +94,8 @@ def ext_fig_3_18_numbers(results):
             "Corners measured": [int(np.isfinite(e).sum()) for e in off],
             "Median error (squares)": [float(np.nanmedian(e)) for e in off],
             "Largest error (squares)": [float(np.nanmax(e)) for e in off],
-            "Static grid fails, all facets (%)": failed[
-                QUESTIONS["static_grid"][0]
-            ],
-            "Static grid fails, each alone (%)": failed[
-                QUESTIONS["static_grid"][1]
-            ],
+            "Static grid fails, all facets (%)": failed[QUESTIONS["static_grid"][0]],
+            "Static grid fails, each alone (%)": failed[QUESTIONS["static_grid"][1]],
             "Boards found by a detector": count["detector_found"],
         },
         "Corners of the chessboard put together from the facets, and facets on which a "

@@ -11,12 +11,8 @@ def unknowns_task():
         "hint": "count what a line needs beyond a direction, and what the "
         "central camera has that the lines do not",
         "slips": {
-            "The central camera has three unknowns of its own.": lambda: (
-                2 * 500
-            ),
-            "A line has four unknowns, a direction two of them.": lambda: (
-                4 * 500 - 3
-            ),
+            "The central camera has three unknowns of its own.": lambda: 2 * 500,
+            "A line has four unknowns, a direction two of them.": lambda: 4 * 500 - 3,
         },
     }
 
@@ -28,8 +24,6 @@ def alarms_task():
         "hint": "how is a p-value distributed where nothing is wrong?",
         "slips": {
             "That is the share of alarms at 5 %.": lambda: 1000 * 0.05,
-            "That is the number of those that give no alarm.": lambda: (
-                1000 * 0.99
-            ),
+            "That is the number of those that give no alarm.": lambda: 1000 * 0.99,
         },
     }

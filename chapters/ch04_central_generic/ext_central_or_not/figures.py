@@ -11,10 +11,7 @@ from chapters.ch04_central_generic.ext_central_or_not.results import (
     alarms,
     median,
 )
-from chapters.ch04_central_generic.ext_central_or_not.trials import (
-    CAMERAS,
-    NOISES_MM,
-)
+from chapters.ch04_central_generic.ext_central_or_not.trials import CAMERAS, NOISES_MM
 from repro.page.style import figure as new_figure
 from repro.page.style import series
 from repro.run.columns import columns
@@ -22,9 +19,7 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 
-@figure(
-    "ext_centrality", needs=("ext_centrality_runs",), evidence="synthetic"
-)
+@figure("ext_centrality", needs=("ext_centrality_runs",), evidence="synthetic")
 def central_or_not(results):
     """Distances with their bounds on the left, shares of alarms on the right."""
     result = results[RUNS]
@@ -37,12 +32,7 @@ def central_or_not(results):
             [
                 [
                     median(result, field, camera, noise).value
-                    for field in (
-                        "true_mm",
-                        "found_mm",
-                        "least_mm",
-                        "most_mm",
-                    )
+                    for field in ("true_mm", "found_mm", "least_mm", "most_mm")
                 ]
                 for camera in CAMERAS
             ]
@@ -63,26 +53,15 @@ def central_or_not(results):
             for i, camera in enumerate(CAMERAS)
         ]
     reach = [0, 1.1 * max(row[2] for row in told)]
-    left.plot(
-        reach, reach, color="0.5", linewidth=0.8, marker="", label="equal"
-    )
-    left.set(
-        xlabel="True RMS distance (mm)", ylabel="Measured RMS distance (mm)"
-    )
+    left.plot(reach, reach, color="0.5", linewidth=0.8, marker="", label="equal")
+    left.set(xlabel="True RMS distance (mm)", ylabel="Measured RMS distance (mm)")
     left.legend()
     right.set_yticks(rows)
     right.yaxis.set_major_formatter(
         FixedFormatter([NAMES[camera] for camera in CAMERAS])
     )
     right.set(xlabel="Called non-central at 1 % (%)", xlim=(-3, 103))
-    names = [
-        "camera",
-        "noise_mm",
-        "true_mm",
-        "found_mm",
-        "least_mm",
-        "most_mm",
-    ]
+    names = ["camera", "noise_mm", "true_mm", "found_mm", "least_mm", "most_mm"]
     names += ["alarms_percent", "alarms_low", "alarms_high"]
     return Drawing(
         drawn,

@@ -10,9 +10,7 @@ from chapters.ch04_central_generic.ext_central_or_not.exercises import (
     alarms_task,
     unknowns_task,
 )
-from chapters.ch04_central_generic.ext_central_or_not.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.ext_central_or_not.results import name_values
 from chapters.ch04_central_generic.ext_central_or_not.trials import (
     CAMERAS,
     CHOSEN,
@@ -22,12 +20,7 @@ from chapters.ch04_central_generic.ext_central_or_not.trials import (
     one_camera,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

@@ -26,9 +26,7 @@ RUNS = "ext_centrality_runs"
 
 def median(result, field, camera, noise_mm):
     """Median of a field over the trials of a camera at a noise, an Estimate."""
-    return median_interval(
-        result.column(field, camera=camera, noise_mm=noise_mm)
-    )
+    return median_interval(result.column(field, camera=camera, noise_mm=noise_mm))
 
 
 def alarms(result, camera, noise_mm):
@@ -56,11 +54,6 @@ def name_values(open_results):
     most = max(NOISES_MM)
     for camera in CAMERAS:
         value(f"alarms.{camera}", 100 * alarms(result, camera, most).value)
-        for field in (
-            "true_mm",
-            "found_mm",
-            "central_miss_mm",
-            "lines_miss_mm",
-        ):
+        for field in ("true_mm", "found_mm", "central_miss_mm", "lines_miss_mm"):
             found = median(result, field, camera, most)
             value(f"{field}.{camera}", found.value)

@@ -8,10 +8,7 @@ from chapters.ch04_central_generic.ext_central_or_not.results import (
     alarms,
     median,
 )
-from chapters.ch04_central_generic.ext_central_or_not.trials import (
-    CAMERAS,
-    NOISES_MM,
-)
+from chapters.ch04_central_generic.ext_central_or_not.trials import CAMERAS, NOISES_MM
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -25,11 +22,7 @@ COLUMNS = {
 }
 
 
-@table(
-    "ext_centrality_table",
-    needs=("ext_centrality_runs",),
-    evidence="synthetic",
-)
+@table("ext_centrality_table", needs=("ext_centrality_runs",), evidence="synthetic")
 def centrality_table(results):
     """Medians for every camera and noise."""
     result = results[RUNS]
@@ -39,12 +32,9 @@ def centrality_table(results):
         "Noise (mm)": [noise for _, noise in rows],
     }
     for title, field in COLUMNS.items():
-        cells[title] = [
-            Measured(*median(result, field, *row)[:3]) for row in rows
-        ]
+        cells[title] = [Measured(*median(result, field, *row)[:3]) for row in rows]
     cells["Called non-central (%)"] = [
-        Measured(*(100 * part for part in alarms(result, *row)[:3]))
-        for row in rows
+        Measured(*(100 * part for part in alarms(result, *row)[:3])) for row in rows
     ]
     return Table(
         cells,

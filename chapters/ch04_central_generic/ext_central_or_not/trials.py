@@ -19,11 +19,7 @@ from raxel.calibration.cgsp import linear_cgsp
 from raxel.calibration.consistent import adjust_consistent
 from raxel.calibration.free_lines import relax_centrality
 from raxel.cameras import AxialCamera, centrality, closest_point
-from raxel.geometry import (
-    intersect_rays_plane,
-    inverse_pose,
-    transform,
-)
+from raxel.geometry import intersect_rays_plane, inverse_pose, transform
 
 RAYS = 500
 GRIDS = 3
@@ -100,10 +96,7 @@ def _on_monitors(rig, poses, rng):
 def met(camera, pixels, poses):
     """Points (n, N, 2) of grids that pixels (N, 2) see, and which are seen (n, N)."""
     rays = camera.rays(pixels)
-    hits = [
-        intersect_rays_plane(rays.origins, rays.directions, T)
-        for T in poses
-    ]
+    hits = [intersect_rays_plane(rays.origins, rays.directions, T) for T in poses]
     points = np.stack([hit.points for hit in hits])
     return points, np.stack([rays.valid & hit.valid for hit in hits])
 

@@ -12,9 +12,7 @@ def pupil_task():
         "expected": lambda: 4.0 * theta**2 + theta**4,
         "hint": "angles in the formula are radians",
         "slips": {
-            "Degrees went in where radians belong.": lambda: (
-                4.0 * 80.0**2 + 80.0**4
-            ),
+            "Degrees went in where radians belong.": lambda: 4.0 * 80.0**2 + 80.0**4,
             "That is the second term alone.": lambda: theta**4,
         },
     }

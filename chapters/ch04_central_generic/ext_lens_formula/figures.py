@@ -12,11 +12,7 @@ from chapters.ch04_central_generic.ext_lens_formula.results import (
     residuals_by_radius,
     ring_errors,
 )
-from chapters.ch04_central_generic.ext_lens_formula.trials import (
-    LENSES,
-    MODELS,
-    RINGS,
-)
+from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS, RINGS
 from chapters.shared.photographs.notes import note
 from chapters.shared.photographs.reading import EVERY
 from repro.page.style import figure as new_figure
@@ -26,12 +22,7 @@ from repro.run.outcomes import Drawing
 
 BINS = 8  # of the photographs' corners, by their distance from the middle
 LOOKS = {"zhang": 0, "kannala-brandt": 1, "unified": 2, "pupil": 3}
-OF_PHOTOGRAPHS = {
-    "zhang": 0,
-    "kannala_brandt": 1,
-    "unified": 2,
-    "general": 4,
-}
+OF_PHOTOGRAPHS = {"zhang": 0, "kannala_brandt": 1, "unified": 2, "general": 4}
 
 
 @figure(
@@ -57,15 +48,7 @@ def lens_formula(results):
         for model in MODELS:
             rms = ring_errors(results["ext_lens_known"], lens, model)
             if rms is not None:
-                add(
-                    panel,
-                    lens,
-                    model,
-                    NAMES[model],
-                    LOOKS[model],
-                    middle,
-                    rms,
-                )
+                add(panel, lens, model, NAMES[model], LOOKS[model], middle, rms)
         panel.set_title(TITLES[lens])
     of_photographs = first_study(results["photograph_study"])
     panels = list(axes.flat)

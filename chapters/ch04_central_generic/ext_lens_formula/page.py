@@ -11,9 +11,7 @@ from chapters.ch04_central_generic.ext_lens_formula.exercises import (
     near_task,
     pupil_task,
 )
-from chapters.ch04_central_generic.ext_lens_formula.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.ext_lens_formula.results import name_values
 from chapters.ch04_central_generic.ext_lens_formula.trials import (
     LENSES,
     SETTINGS,
@@ -23,13 +21,7 @@ from chapters.ch04_central_generic.ext_lens_formula.trials import (
     lens_trial,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    results_behind,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import open_results, results_behind, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -121,9 +113,7 @@ from repro.run.outcomes import Plan
 
 # %%
 @experiment(
-    "ext_lens_known",
-    artefact="ext_lens_formula_figure",
-    shards={"quick": 1, "full": 2},
+    "ext_lens_known", artefact="ext_lens_formula_figure", shards={"quick": 1, "full": 2}
 )
 def known_lenses(effort):
     """Three known lenses, every model."""

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.ext_lens_formula.trials import (
-    LENSES,
-    MODELS,
-)
+from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS
 from chapters.shared.photographs.reading import EVERY, Study, counted
 from raxel.evaluation.comparison import MISSED_PX
 from repro.judge.statistics import median_interval
@@ -40,9 +37,7 @@ def ring_errors(result, lens, model):
     if not len(rings):
         return None
     known = np.isfinite(rings).any(axis=0)
-    return np.where(
-        known, np.nanmedian(np.where(known, rings, 0.0), axis=0), np.nan
-    )
+    return np.where(known, np.nanmedian(np.where(known, rings, 0.0), axis=0), np.nan)
 
 
 def moved(result, lens):
@@ -71,9 +66,7 @@ def residuals_by_radius(study, model):
     radius, off = [], []
     for row in study.held_out:
         if score := row.own.get(model):
-            radius.append(
-                np.linalg.norm(row.image.corners - middle, axis=1)
-            )
+            radius.append(np.linalg.norm(row.image.corners - middle, axis=1))
             off.append(np.linalg.norm(score.residuals_px, axis=1))
     if not off:
         return None

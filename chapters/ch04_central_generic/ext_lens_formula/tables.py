@@ -9,19 +9,12 @@ from chapters.ch04_central_generic.ext_lens_formula.results import (
     moved,
     shift,
 )
-from chapters.ch04_central_generic.ext_lens_formula.trials import (
-    LENSES,
-    MODELS,
-)
+from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 
-@table(
-    "ext_lens_formula_table",
-    needs=("ext_lens_known",),
-    evidence="synthetic",
-)
+@table("ext_lens_formula_table", needs=("ext_lens_known",), evidence="synthetic")
 def lens_formula_table(results):
     """Median errors of every model on every known lens."""
     result = results["ext_lens_known"]
@@ -36,9 +29,7 @@ def lens_formula_table(results):
             },
             "Pupil moves, trials": [moved(result, lens) for lens in LENSES],
             "of": [result.trials_per_condition for _ in LENSES],
-            "Shift found (mm)": [
-                _measured(shift(result, lens)) for lens in LENSES
-            ],
+            "Shift found (mm)": [_measured(shift(result, lens)) for lens in LENSES],
         },
         "RMS distance on exact boards that were kept out, medians over trials "
         "with 95 % intervals; corners that were fitted had 0.1 px of noise. "

@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from raxel.calibration import BoardView, calibrate_lens, calibrate_zhang
-from raxel.cameras import (
-    KannalaBrandtCamera,
-    MovingPupilCamera,
-    UnifiedSphereCamera,
-)
+from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, UnifiedSphereCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation import evaluate_camera
 from raxel.geometry import pose, rotation_from_vector, transform
@@ -63,9 +59,7 @@ def boards(camera, angles, count, rng, noise_px):
     """Views of boards at random poses, all of them whole in the image."""
     views = []
     while len(views) < count:
-        points = transform(
-            _held(angles, rng), np.pad(BOARD, ((0, 0), (0, 1)))
-        )
+        points = transform(_held(angles, rng), np.pad(BOARD, ((0, 0), (0, 1))))
         pixels, seen = camera.project(points)
         if seen.all() and camera.in_image(pixels).all():
             pixels = pixels + noise_px * rng.normal(size=pixels.shape)
@@ -121,9 +115,7 @@ def lens_trial(condition, rng):
 def kept_out(camera, views):
     """RMS distance (px) over boards, and in rings about the middle of the image."""
     scored = evaluate_camera(camera, views)
-    squares = np.concatenate(
-        [np.sum(i.residuals_px**2, axis=1) for i in scored.images]
-    )
+    squares = np.concatenate([np.sum(i.residuals_px**2, axis=1) for i in scored.images])
     pixels = np.concatenate([view.pixels for view in views])
     radius = np.linalg.norm(pixels - (np.array(SIZE) - 1) / 2, axis=1)
     ring, seen = np.digitize(radius, RINGS) - 1, np.isfinite(squares)

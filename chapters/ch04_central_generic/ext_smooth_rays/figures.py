@@ -4,15 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.ext_smooth_rays.results import (
-    NAMES,
-    NOISES,
-    median,
-)
-from chapters.ch04_central_generic.ext_smooth_rays.trials import (
-    METHODS,
-    SIZE_PX,
-)
+from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, NOISES, median
+from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS, SIZE_PX
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval
 from repro.run.experiment import figure
@@ -24,31 +17,18 @@ MEASURES = {
 }
 
 
-@figure(
-    "ext_smooth_rays_figure",
-    needs=("ext_smooth_rays_runs",),
-    evidence="synthetic",
-)
+@figure("ext_smooth_rays_figure", needs=("ext_smooth_rays_runs",), evidence="synthetic")
 def smooth_rays_figure(results):
     """Both measures against noise, for every method."""
     result = results["ext_smooth_rays_runs"]
     drawn, panels = new_figure(1, 2, height_in=3.6)
-    data = {
-        n: []
-        for n in ("measure", "method", "noise_px", "median", "low", "high")
-    }
-    for axes, (measure, (title, label)) in zip(
-        panels, MEASURES.items(), strict=True
-    ):
+    data = {n: [] for n in ("measure", "method", "noise_px", "median", "low", "high")}
+    for axes, (measure, (title, label)) in zip(panels, MEASURES.items(), strict=True):
         for index, method in enumerate(METHODS):
             found = np.array(
                 [
                     median(
-                        result,
-                        f"{method}.{measure}",
-                        lens="bent",
-                        noise=noise,
-                        grids=3,
+                        result, f"{method}.{measure}", lens="bent", noise=noise, grids=3
                     )[:3]
                     for noise in NOISES
                 ]
@@ -81,9 +61,7 @@ def smooth_rays_figure(results):
 
 
 @figure(
-    "ext_smooth_rays_map_figure",
-    needs=("ext_smooth_rays_map",),
-    evidence="synthetic",
+    "ext_smooth_rays_map_figure", needs=("ext_smooth_rays_map",), evidence="synthetic"
 )
 def smooth_rays_map(results):
     """Correction, stated deviation and true error of one calibration."""
@@ -101,26 +79,19 @@ def smooth_rays_map(results):
         width=0.005, scale_units="xy", scale=1 / 30,
     )  # fmt: skip
     left.quiverkey(arrows, 0.8, 1.04, 1.0, "1 px", labelpos="E")
-    left.plot(
-        *pixels[~covered].T, "x", color="0.5", markersize=2.5, zorder=1
-    )
+    left.plot(*pixels[~covered].T, "x", color="0.5", markersize=2.5, zorder=1)
     left.set_title("correction of the law", loc="left")
     shown = right.scatter(
         *pixels.T, c=sd, s=9, marker="s", cmap="viridis", vmin=0, vmax=0.6
     )
     drawn.colorbar(
-        shown,
-        ax=right,
-        label="Stated standard deviation (px)",
-        extend="max",
+        shown, ax=right, label="Stated standard deviation (px)", extend="max"
     )
     true = right.quiver(
         *pixels[some & covered].T, *off[some & covered].T, angles="xy",
         color="w", width=0.005, scale_units="xy", scale=1 / 60,
     )  # fmt: skip
-    right.quiverkey(
-        true, 0.8, 1.04, 0.5, "0.5 px", labelpos="E", color="0.2"
-    )
+    right.quiverkey(true, 0.8, 1.04, 0.5, "0.5 px", labelpos="E", color="0.2")
     right.set_title("stated and true error", loc="left")
     for axes in (left, right):
         axes.set(

@@ -11,9 +11,7 @@ from chapters.ch04_central_generic.ext_smooth_rays.exercises import (
     averaging_task,
     controls_task,
 )
-from chapters.ch04_central_generic.ext_smooth_rays.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.ext_smooth_rays.results import name_values
 from chapters.ch04_central_generic.ext_smooth_rays.trials import (
     BOARDS,
     CONDITIONS,
@@ -28,12 +26,7 @@ from chapters.ch04_central_generic.ext_smooth_rays.trials import (
 )
 from chapters.shared.wide_angle import draw_scene
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -126,9 +119,7 @@ from repro.run.outcomes import Plan
 def trial(condition, rng):
     """One scene, calibrated in every way, and what is left."""
     camera = LENSES[condition["lens"]]()
-    scene = draw_scene(
-        camera, condition["noise"], rng, grids=condition["grids"]
-    )
+    scene = draw_scene(camera, condition["noise"], rng, grids=condition["grids"])
     return scores(scene, *calibrate(scene))
 
 
@@ -155,9 +146,7 @@ def map_trial(_condition, rng):
 def field_map(effort):
     """The bent lens from chessboards on the left of the image."""
     settings = {"boards": BOARDS, "corner_noise_px": CORNER_NOISE_PX}
-    return Plan(
-        map_trial, [{"lens": "bent"}], 1, SMOOTH_SETTINGS | settings
-    )
+    return Plan(map_trial, [{"lens": "bent"}], 1, SMOOTH_SETTINGS | settings)
 
 
 # %% [markdown]

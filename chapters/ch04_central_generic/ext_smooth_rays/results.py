@@ -27,11 +27,7 @@ def name_values(open_results):
     """Name the numbers of the prose."""
     runs = open_results("ext_smooth_rays_runs")
     value("trials", runs.trials_per_condition)
-    for what, condition in (
-        ("usual", USUAL),
-        ("radial", RADIAL),
-        ("many", MANY),
-    ):
+    for what, condition in (("usual", USUAL), ("radial", RADIAL), ("many", MANY)):
         for method in METHODS:
             for name in ("off_px", "left_px"):
                 found = median(runs, f"{method}.{name}", **condition)

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from chapters.ch04_central_generic.ext_smooth_rays.results import (
-    NAMES,
-    median,
-)
-from chapters.ch04_central_generic.ext_smooth_rays.trials import (
-    CONDITIONS,
-    METHODS,
-)
+from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, median
+from chapters.ch04_central_generic.ext_smooth_rays.trials import CONDITIONS, METHODS
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -26,19 +20,13 @@ def _condition_columns():
     }
 
 
-@table(
-    "ext_smooth_rays_table",
-    needs=("ext_smooth_rays_runs",),
-    evidence="synthetic",
-)
+@table("ext_smooth_rays_table", needs=("ext_smooth_rays_runs",), evidence="synthetic")
 def smooth_rays_table(results):
     """Residuals of the corrected view by condition and method."""
     result = results["ext_smooth_rays_runs"]
     columns = _condition_columns()
     for method in METHODS:
-        columns[f"{NAMES[method]} (px)"] = _cells(
-            result, f"{method}.left_px"
-        )
+        columns[f"{NAMES[method]} (px)"] = _cells(result, f"{method}.left_px")
     return Table(
         columns,
         "Residual of the corrected view after the best homography, root mean "
@@ -57,9 +45,7 @@ def smooth_rays_honest_table(results):
     result = results["ext_smooth_rays_runs"]
     columns = _condition_columns()
     for method in METHODS:
-        columns[f"{NAMES[method]} (px)"] = _cells(
-            result, f"{method}.off_px"
-        )
+        columns[f"{NAMES[method]} (px)"] = _cells(result, f"{method}.off_px")
     for method in ("smooth", "direct"):
         columns[f"squared over stated, {NAMES[method]} (1)"] = _cells(
             result, f"{method}.normalised"

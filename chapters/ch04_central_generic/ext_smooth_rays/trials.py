@@ -40,8 +40,7 @@ CONDITIONS = (
 METHODS = ("table", "formula", "smooth", "direct")
 SMOOTH_SETTINGS = SETTINGS | {
     "field_of_view_deg": FOV_DEG,
-    "bent_lens": "waves of 1 px, about half as long as the image, on the "
-    "radial lens",
+    "bent_lens": "waves of 1 px, about half as long as the image, on the radial lens",
 }
 # The boards of the map: they leave the right quarter of the image out.
 BOARDS, CORNER_NOISE_PX = 24, 0.1
@@ -54,9 +53,7 @@ def bent_lens():
     """The radial lens, its image pushed about by waves no formula knows."""
     shape = control_shape(SIZE_PX, SIZE_PX, SPACING_PX)
     v, u = np.mgrid[: shape[0], : shape[1]] / shape[1]
-    waves = np.stack(
-        [np.sin(1 + 9 * u + 4 * v), np.cos(2 + 8 * v - 5 * u)], axis=2
-    )
+    waves = np.stack([np.sin(1 + 9 * u + 4 * v), np.cos(2 + 8 * v - 5 * u)], axis=2)
     return RaySplineCamera(
         radial_lens(FOV_DEG), SPACING_PX, BENT_PX * waves, SIZE_PX, SIZE_PX
     )
@@ -71,9 +68,7 @@ def calibrate(scene):
     All begin with the same CGSP, its centre and poses adjusted.
     """
     start = linear_cgsp(scene.noisy, side=SIDE)
-    found = adjust_consistent(
-        scene.noisy, None, start.centre, start.T_base_grid
-    )
+    found = adjust_consistent(scene.noisy, None, start.centre, start.T_base_grid)
     to_camera = T_BASE_CAMERA[:3, :3].T
     table = found.directions @ to_camera.T
     smooth = smoothed_rays(scene.pixels, table, SIZE_PX, SIZE_PX)
@@ -104,9 +99,7 @@ def left_px(camera, pixels, directions):
     focal = radial_lens(FOV_DEG).K[0, 0]
     exact = camera.rays(pixels).directions
     R = nearest_rotation(exact.T @ directions)
-    metric, corrected = (
-        focal * d[:, :2] / d[:, 2:] for d in (exact, directions @ R.T)
-    )
+    metric, corrected = (focal * d[:, :2] / d[:, 2:] for d in (exact, directions @ R.T))
     return distortion_residual(corrected, metric)
 
 

@@ -13,9 +13,7 @@ def rays_task():
         "hint": "how does a mean of independent errors shrink?",
         "slips": {
             "That is how the variance shrinks.": lambda: 100 / 3000,
-            "The error gets smaller with more rays.": lambda: np.sqrt(
-                3000 / 100
-            ),
+            "The error gets smaller with more rays.": lambda: np.sqrt(3000 / 100),
         },
     }
 
@@ -27,9 +25,7 @@ def coefficients_task():
         "expected": lambda: 2 * (6 - 1) - (9 - 1),
         "hint": "count the free numbers on both sides, without common factors",
         "slips": {
-            "Each vector is known up to a factor of its own.": lambda: (
-                12 - 9
-            ),
+            "Each vector is known up to a factor of its own.": lambda: 12 - 9,
             "The homography, too, is known up to a factor.": lambda: 10 - 9,
         },
     }

@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import FixedFormatter
 
-from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
-    NAMES,
-    centre,
-)
+from chapters.ch04_central_generic.ext_what_cgsp_buys.results import NAMES, centre
 from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     GRIDS,
     OF_MANY_GRIDS,
@@ -29,11 +26,7 @@ LABELS = {
 IN_SWEEPS = NAMES | {"well_conditioned": "standard, well conditioned"}
 
 
-@figure(
-    "ext_what_cgsp_buys_figure",
-    needs=("ext_cgsp_steps",),
-    evidence="synthetic",
-)
+@figure("ext_what_cgsp_buys_figure", needs=("ext_cgsp_steps",), evidence="synthetic")
 def what_cgsp_buys(results):
     """The error of the centre after every change, from top to bottom."""
     result = results["ext_cgsp_steps"]
@@ -42,13 +35,9 @@ def what_cgsp_buys(results):
     rows = np.arange(len(found))[::-1]
     middle, low, high = np.array([e[:3] for e in found]).T
     look = series(0) | {"linestyle": ""}
-    axes.errorbar(
-        middle, rows, xerr=[middle - low, high - middle], capsize=3, **look
-    )
+    axes.errorbar(middle, rows, xerr=[middle - low, high - middle], capsize=3, **look)
     axes.set_yticks(rows)
-    axes.yaxis.set_major_formatter(
-        FixedFormatter([NAMES[method] for method in STEPS])
-    )
+    axes.yaxis.set_major_formatter(FixedFormatter([NAMES[method] for method in STEPS]))
     axes.set(xscale="log", xlabel="Median error of the centre (mm)")
     return Drawing(
         drawn,
@@ -71,17 +60,9 @@ def what_cgsp_buys(results):
 def cgsp_sensitivity(results):
     """Error of the centre against tilt, size, rays and grids."""
     drawn, axes = new_figure(2, 2, height_in=5.6)
-    data = {
-        n: [] for n in ("sweep", "method", "x", "median", "low", "high")
-    }
+    data = {n: [] for n in ("sweep", "method", "x", "median", "low", "high")}
     panels = [
-        (
-            results["ext_cgsp_sensitivity"],
-            sweep,
-            name,
-            levels,
-            LABELS[sweep],
-        )
+        (results["ext_cgsp_sensitivity"], sweep, name, levels, LABELS[sweep])
         for sweep, (name, levels) in SWEEPS.items()
     ]
     panels.append(
@@ -115,9 +96,7 @@ def cgsp_sensitivity(results):
                 told = (sweep or "grids", method, level, *row)
                 for column, cell in zip(data, told, strict=True):
                     data[column].append(cell)
-        panel.set(
-            xscale="log", yscale="log", title=words[0], xlabel=words[1]
-        )
+        panel.set(xscale="log", yscale="log", title=words[0], xlabel=words[1])
         panel.set_ylabel("Error of the centre (mm)")
         panel.set_xticks(levels, [f"{level:g}" for level in levels])
         panel.minorticks_off()

@@ -11,9 +11,7 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.exercises import (
     coefficients_task,
     rays_task,
 )
-from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.ext_what_cgsp_buys.results import name_values
 from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     NOISE_PX,
     STEPS,
@@ -22,18 +20,9 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     in_normalised_coordinates,
     one_scale,
 )
-from chapters.shared.wide_angle import (
-    SETTINGS,
-    draw_scene,
-    radial_lens,
-)
+from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

@@ -9,17 +9,12 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
     centre,
     failed,
 )
-from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
-    OUTLIERS,
-    STEPS,
-)
+from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import OUTLIERS, STEPS
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 
-@table(
-    "ext_cgsp_steps_table", needs=("ext_cgsp_steps",), evidence="synthetic"
-)
+@table("ext_cgsp_steps_table", needs=("ext_cgsp_steps",), evidence="synthetic")
 def cgsp_steps(results):
     """Median error of the centre after every change."""
     result = results["ext_cgsp_steps"]
@@ -32,9 +27,7 @@ def cgsp_steps(results):
     return Table(
         {
             "Method": [NAMES[method] for method in STEPS],
-            "Error of the centre (mm)": [
-                Measured(*e[:3]) for e in found.values()
-            ],
+            "Error of the centre (mm)": [Measured(*e[:3]) for e in found.values()],
             "Smaller by (1)": ratios,
             "Gave nothing (trials)": [failed(result, m) for m in STEPS],
         },
@@ -45,26 +38,16 @@ def cgsp_steps(results):
     )
 
 
-@table(
-    "ext_cgsp_outliers_table",
-    needs=("ext_cgsp_outliers",),
-    evidence="synthetic",
-)
+@table("ext_cgsp_outliers_table", needs=("ext_cgsp_outliers",), evidence="synthetic")
 def cgsp_outliers(results):
     """Median error of the centre by the share of wrong points."""
     result = results["ext_cgsp_outliers"]
-    shown = (
-        "well_conditioned",
-        "cgsp",
-        "cgsp_robust",
-        "well_conditioned_robust",
-    )
+    shown = ("well_conditioned", "cgsp", "cgsp_robust", "well_conditioned_robust")
     words = NAMES | {"well_conditioned": "standard, well conditioned"}
     columns = {"Wrong points (%)": [100 * share for share in OUTLIERS]}
     for method in shown:
         columns[f"{words[method]} (mm)"] = [
-            _cell(centre(result, method, outliers=share))
-            for share in OUTLIERS
+            _cell(centre(result, method, outliers=share)) for share in OUTLIERS
         ]
     return Table(
         columns,

@@ -58,9 +58,7 @@ def in_normalised_coordinates(solve, points):
     similarities = [normalising_similarity(p) for p in points]
     scale = np.mean([s.scale for s in similarities])
     offsets = [s.offset for s in similarities]
-    found = solve(
-        [scale * (p - o) for p, o in zip(points, offsets, strict=True)]
-    )
+    found = solve([scale * (p - o) for p, o in zip(points, offsets, strict=True)])
     base = np.append(offsets[0], 0.0)
     poses = []
     for T, offset in zip(found.T_base_grid, offsets, strict=True):
@@ -84,10 +82,7 @@ def one_scale(points):
     centre = np.array([u[0], u[1], printed_depth(u, v, SIDE)])
     poses = [np.eye(4)] + [
         printed_pose(vector, part, centre, on_grid, "corrected")
-        for vector, part, on_grid in (
-            (v, u[2:8], points[1]),
-            (m, u[8:14], points[2]),
-        )
+        for vector, part, on_grid in ((v, u[2:8], points[1]), (m, u[8:14], points[2]))
     ]
     return LinearSolution(centre, np.stack(poses), degeneracy)
 
@@ -116,12 +111,8 @@ def consistent(points):
 # Every one differs from that before it by one change.
 STEPS = {
     "as_printed": as_printed,
-    "normalised": lambda points: in_normalised_coordinates(
-        as_printed, points
-    ),
-    "one_scale": lambda points: in_normalised_coordinates(
-        one_scale, points
-    ),
+    "normalised": lambda points: in_normalised_coordinates(as_printed, points),
+    "one_scale": lambda points: in_normalised_coordinates(one_scale, points),
     "well_conditioned": well_conditioned,
     "cgsp": cgsp,
     "cgsp_weighted": cgsp_weighted,
@@ -144,9 +135,7 @@ def centre_errors(points, methods):
 
 def grids_trial(condition, rng):
     """More than three grids: methods that take any number."""
-    scene = draw_scene(
-        radial_lens(), NOISE_PX, rng, grids=condition["grids"]
-    )
+    scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=condition["grids"])
     methods = {name: STEPS[name] for name in OF_MANY_GRIDS}
     return centre_errors(scene.noisy, methods)
 
@@ -167,9 +156,7 @@ def with_outliers(points, share, rng):
     spoiled = points.copy()
     for on_grid in spoiled[1:]:
         wrong = rng.permutation(len(on_grid))[: round(share * len(on_grid))]
-        on_grid[wrong] = rng.uniform(
-            -OUTLIER_MM, OUTLIER_MM, (len(wrong), 2)
-        )
+        on_grid[wrong] = rng.uniform(-OUTLIER_MM, OUTLIER_MM, (len(wrong), 2))
     return spoiled
 
 

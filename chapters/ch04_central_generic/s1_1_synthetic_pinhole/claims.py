@@ -20,9 +20,7 @@ WIDE = ("equidistance, 183°", "hyperboloid mirror")
 BIAS_MM = 0.1
 
 
-@claim(
-    "c4_synth_pinhole", needs=("exp_c4_synth_pinhole",), evidence="analytic"
-)
+@claim("c4_synth_pinhole", needs=("exp_c4_synth_pinhole",), evidence="analytic")
 def judge_picture(results):
     """Every pair lies on one homography, for any central camera."""
     found = results["exp_c4_synth_pinhole"]
@@ -48,9 +46,7 @@ def judge_centres(results):
         for camera in CAMERAS
         for solver in SOLVERS
     }
-    worst = max(
-        off[camera, solver] for camera in WIDE for solver in SOLVERS
-    )
+    worst = max(off[camera, solver] for camera in WIDE for solver in SOLVERS)
     others = max(off.values())
     return [
         Reading(
@@ -86,9 +82,7 @@ def judge_methods(results):
 
 
 @claim(
-    "c4_interp_bias_centre",
-    needs=("exp_c4_interp_bias_centre",),
-    evidence="synthetic",
+    "c4_interp_bias_centre", needs=("exp_c4_interp_bias_centre",), evidence="synthetic"
 )
 def judge_interpolation(results):
     """Above 0.1 mm, and above what 0.1 px of noise does."""

@@ -68,10 +68,7 @@ def focal_mm():
 
 def circle_radius():
     """Radius (mm) of the circle that a grid leaves for the centre."""
-    T = pose(
-        rotation_from_vector([np.radians(TILT_DEG), 0.0, 0.0]),
-        [0.0, 0.0, -100.0],
-    )
+    T = pose(rotation_from_vector([np.radians(TILT_DEG), 0.0, 0.0]), [0.0, 0.0, -100.0])
     x, y, z = CENTRE_MM
     M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])
     columns = T[:3, [0, 1, 3]] - np.outer(CENTRE_MM, [0.0, 0.0, 1.0])

@@ -28,18 +28,12 @@ HALF_MM = 640.0  # of the base grid, as drawn
 SPARSE = (slice(None, None, 3), slice(None, None, 4))
 
 
-@figure(
-    "fig_4_1",
-    needs=("fig_4_1_scene",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("fig_4_1", needs=("fig_4_1_scene",), evidence="analytic", scene=True)
 def fig_4_1(results):
     """The base grid as the image plane of a pinhole camera."""
     found = results["fig_4_1_scene"]
     corners, picture, flat = (
-        found.arrays(name)[0]
-        for name in ("corners", "picture", "synthetic")
+        found.arrays(name)[0] for name in ("corners", "picture", "synthetic")
     )
     bent, straight = straightness(picture), straightness(flat)
     drawn, axes = new_figure(1, 3, height_in=4.6)
@@ -88,9 +82,7 @@ def _scene(corners, flat):
         Surface(sheet, BLUE, 0.25, "base grid"),
         Polyline(np.concatenate([rim, rim[:1]]), BLUE, "base grid", 2.5),
         *_lines(on_base, BLUE, "picture on the base grid"),
-        Points(
-            on_base[SPARSE].reshape(-1, 3), BLUE, "picture on the base grid"
-        ),
+        Points(on_base[SPARSE].reshape(-1, 3), BLUE, "picture on the base grid"),
         Segments(starts, some, GREEN, "ray", 1.5),
         Points(CENTRE_MM[None], INK, "centre C", 12.0),
         Labels([CENTRE_MM + [90.0, 0.0, 60.0]], ["C"], INK),
@@ -124,15 +116,11 @@ def _lattice(panel, points, colour, title, unit):
     panel.tick_params(labelsize=7.5)
 
 
-@figure(
-    "ext_pinhole_methods", needs=("exp_c4_sm_vs_wl",), evidence="synthetic"
-)
+@figure("ext_pinhole_methods", needs=("exp_c4_sm_vs_wl",), evidence="synthetic")
 def ext_pinhole_methods(results):
     """Error of both solvers, and their ratio, over noise and field of view."""
     found = results["exp_c4_sm_vs_wl"]
-    drawn, axes = new_figure(
-        2, 2, height_in=5.6, sharex="col", sharey="row"
-    )
+    drawn, axes = new_figure(2, 2, height_in=5.6, sharex="col", sharey="row")
     rows = []
     names = ("noise_px", "fov_deg")
     labels = ("Noise (px)", "Field of view (deg)")
@@ -150,15 +138,12 @@ def ext_pinhole_methods(results):
                 (name, at, solver, *median[:3])
                 for at, median in zip(x, medians, strict=True)
             ]
-        ratios = [
-            centre_ratio(found, condition) for condition in conditions
-        ]
+        ratios = [centre_ratio(found, condition) for condition in conditions]
         look = {"index": 2, "label": "ratio"}
         plot_interval(axes[1, column], x, *_bounds(ratios), **look)
         axes[1, column].axhline(1, color=INK, lw=0.8, ls=":", marker="")
         rows += [
-            (name, at, "ratio", *ratio[:3])
-            for at, ratio in zip(x, ratios, strict=True)
+            (name, at, "ratio", *ratio[:3]) for at, ratio in zip(x, ratios, strict=True)
         ]
         axes[1, column].set_xlabel(label)
     for panel in axes[:, 0]:
@@ -182,27 +167,18 @@ def _bounds(estimates):
     return np.array([estimate[:3] for estimate in estimates]).T
 
 
-@figure(
-    "ext_board_as_base",
-    needs=("ext_board_as_base_sweep",),
-    evidence="synthetic",
-)
+@figure("ext_board_as_base", needs=("ext_board_as_base_sweep",), evidence="synthetic")
 def ext_board_as_base(results):
     """Centre error over the pitch of a chessboard that is the base."""
     found = results["ext_board_as_base_sweep"]
     drawn, axes = new_figure(1, 2, height_in=3.4, sharey=True)
     rows = []
-    shown = {
-        "base_mm": "chessboard, no noise",
-        "noise_mm": "every pixel, 0.1 px",
-    }
+    shown = {"base_mm": "chessboard, no noise", "noise_mm": "every pixel, 0.1 px"}
     for panel, lens in zip(axes, LENSES, strict=True):
         conditions = [c for c in found.conditions if c["lens"] == lens]
         x = np.array([c["pitch_mm"] for c in conditions])
         for index, (name, label) in enumerate(shown.items()):
-            medians = [
-                median_interval(found.column(name, **c)) for c in conditions
-            ]
+            medians = [median_interval(found.column(name, **c)) for c in conditions]
             look = {"index": index, "label": label}
             plot_interval(panel, x, *_bounds(medians), **look)
             rows += [
@@ -217,9 +193,7 @@ def ext_board_as_base(results):
     axes[0].legend()
     return Drawing(
         drawn,
-        columns(
-            ("lens", "pitch_mm", "series", "value", "low", "high"), rows
-        ),
+        columns(("lens", "pitch_mm", "series", "value", "low", "high"), rows),
         "A chessboard as the base grid: what interpolation between its corners "
         "does to the centre, without any noise (median and 95 % interval), "
         "beside 0.1 px of noise on grids read at every pixel.",

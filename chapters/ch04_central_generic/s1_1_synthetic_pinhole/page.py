@@ -12,9 +12,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
     picture_task,
     radius_task,
 )
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import name_values
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.boards import (
     board_trial,
     interpolated,
@@ -33,12 +31,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.centres import 
 from chapters.shared.wide_angle import SETTINGS, draw_poses
 from raxel.calibration.synthetic_pinhole import circle, circle_of
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-)
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -137,11 +130,7 @@ def exact_trial(condition, rng):
     return {stage: centre_off(stage, points) for stage in SOLVERS}
 
 
-@experiment(
-    "exp_c4_any_pinhole",
-    artefact="sec_4_1_1",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_any_pinhole", artefact="sec_4_1_1", shards={"quick": 1, "full": 1})
 def exact_centres(effort):
     """Two solvers on the same exact points, for cameras of every kind."""
     conditions = [{"camera": name} for name in CAMERAS]

@@ -38,10 +38,7 @@ def of_centres(found):
 
 def of_methods(found):
     """Ratio of the two solvers over all conditions."""
-    ratios = [
-        centre_ratio(found, condition).value
-        for condition in found.conditions
-    ]
+    ratios = [centre_ratio(found, condition).value for condition in found.conditions]
     value("ratio_least", min(ratios))
     value("ratio_most", max(ratios))
 
@@ -56,10 +53,7 @@ def of_sweep(found):
     """The fisheye before the same squares."""
     at = {"lens": LENSES[1], "pitch_mm": 20.0, "all_grids": False}
     for name in ("base_mm", "noise_mm"):
-        value(
-            f"fisheye.{name}",
-            median_interval(found.column(name, **at)).value,
-        )
+        value(f"fisheye.{name}", median_interval(found.column(name, **at)).value)
 
 
 def largest(found, name, **condition):
@@ -83,8 +77,7 @@ def levels_of(found, name):
 def centre_ratio(found, condition):
     """Median over trials of the circles' error over Sturm-Maybank's: Estimate."""
     one, other = (
-        found.column(solver, **condition)
-        for solver in ("CGSP", "CGSP circle")
+        found.column(solver, **condition) for solver in ("CGSP", "CGSP circle")
     )
     both = np.isfinite(one) & np.isfinite(other)
     return median_interval(other[both] / one[both])

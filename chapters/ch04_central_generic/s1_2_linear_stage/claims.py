@@ -21,9 +21,7 @@ WITH_RANSAC, WITHOUT = 1.2, 5.0
 SVD_RATIO = 10.0
 
 
-@claim(
-    "c4_min_triplets", needs=("exp_c4_min_triplets",), evidence="analytic"
-)
+@claim("c4_min_triplets", needs=("exp_c4_min_triplets",), evidence="analytic")
 def judge_minimum(results):
     """Exact from four rays; with three, each homography lacks two equations."""
     found = results["exp_c4_min_triplets"]
@@ -31,9 +29,7 @@ def judge_minimum(results):
     angle = largest(found, "angle_rad", rays=4)
     ranks = found.column("rank", rays=3)
     refused = np.isnan(found.column("length_mm", rays=3)).all()
-    holds = (
-        max(length, angle) < EXACT and ranks.max() < FULL_RANK and refused
-    )
+    holds = max(length, angle) < EXACT and ranks.max() < FULL_RANK and refused
     return [
         Reading(
             "reproduced" if holds else "differs",
@@ -52,10 +48,7 @@ def judge_ransac(results):
     """At every level: 1.2 x at most with RANSAC, more than 5 x without."""
     found = results["exp_c4_ransac_h"]
     kept, spoilt = (
-        [
-            ratio_of_medians(found, name, "clean_mm", **c)
-            for c in found.conditions
-        ]
+        [ratio_of_medians(found, name, "clean_mm", **c) for c in found.conditions]
         for name in ("ransac_mm", "spoilt_mm")
     )
     decision = all_of(
@@ -81,11 +74,7 @@ def judge_ransac(results):
     ]
 
 
-@claim(
-    "c4_svd_precision",
-    needs=("exp_c4_svd_precision",),
-    evidence="synthetic",
-)
+@claim("c4_svd_precision", needs=("exp_c4_svd_precision",), evidence="synthetic")
 def judge_precision(results):
     """Single over double precision, in each of the four conditions."""
     found = results["exp_c4_svd_precision"]

@@ -64,7 +64,5 @@ def rank_of_turned_grid():
     x, y, z = CENTRE_MM / 500.0
     M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])
     shift = np.array([0.1, 0.2, -0.3])
-    columns = [
-        np.column_stack([r[:, :2], shift - [x, y, z]]) for r in (R, turned)
-    ]
+    columns = [np.column_stack([r[:, :2], shift - [x, y, z]]) for r in (R, turned)]
     return int(np.linalg.matrix_rank(conic_system(M @ np.stack(columns))))

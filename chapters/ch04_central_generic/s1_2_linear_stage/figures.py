@@ -17,9 +17,7 @@ ZERO_DEG = 0.02  # where an angle of 0 is drawn
 REFUSES = 5.0  # margin over the noise
 
 
-@figure(
-    "ext_degeneracy", needs=("ext_degeneracy_sweep",), evidence="synthetic"
-)
+@figure("ext_degeneracy", needs=("ext_degeneracy_sweep",), evidence="synthetic")
 def ext_degeneracy(results):
     """Centre error, measured degeneracy and refusals over one angle."""
     found = results["ext_degeneracy_sweep"]
@@ -36,9 +34,7 @@ def ext_degeneracy(results):
             (axes[0, column], "unguarded_mm", 1, "if nothing were refused"),
             (axes[1, column], "degeneracy", 0, "singular values 3 / 1"),
         ):
-            medians = [
-                median_interval(found.column(name, **c)) for c in conditions
-            ]
+            medians = [median_interval(found.column(name, **c)) for c in conditions]
             middle, low, high = np.array([m[:3] for m in medians]).T
             top = 1e4
             plot_interval(
@@ -46,12 +42,9 @@ def ext_degeneracy(results):
                 np.minimum(high, top), index=index, label=label,
             )  # fmt: skip
             rows += [
-                (which, at, name, *m[:3])
-                for at, m in zip(angles, medians, strict=True)
+                (which, at, name, *m[:3]) for at, m in zip(angles, medians, strict=True)
             ]
-        refused = np.array(
-            [found.column("refused", **c).mean() for c in conditions]
-        )
+        refused = np.array([found.column("refused", **c).mean() for c in conditions])
         axes[2, column].plot(x, 100 * refused, **series(2))
         rows += [
             (which, at, "refused", share, share, share)
@@ -71,9 +64,7 @@ def ext_degeneracy(results):
     axes[1, 0].legend()
     return Drawing(
         drawn,
-        columns(
-            ("which", "angle_deg", "series", "value", "low", "high"), rows
-        ),
+        columns(("which", "angle_deg", "series", "value", "low", "high"), rows),
         "Two planes become parallel, with 0.5 px of noise: the error that the "
         "centre has or would have (medians with 95 % intervals), the measured "
         f"degeneracy (dotted: {WARNS}, below which a centre deserves suspicion), "

@@ -14,12 +14,8 @@ from chapters.ch04_central_generic.s1_2_linear_stage.exercises import (
     rows_task,
     turned_task,
 )
-from chapters.ch04_central_generic.s1_2_linear_stage.results import (
-    name_values,
-)
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import (
-    minimal_trial,
-)
+from chapters.ch04_central_generic.s1_2_linear_stage.results import name_values
+from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import minimal_trial
 from chapters.ch04_central_generic.s1_2_linear_stage.trials.outliers import (
     SHARE,
     centre_off,
@@ -33,20 +29,10 @@ from chapters.ch04_central_generic.s1_2_linear_stage.trials.precision import (
 )
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.cgsp import image_noise_weights
-from raxel.calibration.synthetic_pinhole import (
-    conic_rows,
-    grid_pose,
-    sturm_maybank,
-)
+from raxel.calibration.synthetic_pinhole import conic_rows, grid_pose, sturm_maybank
 from raxel.geometry.robust_homography import robust_start
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -206,11 +192,7 @@ def outlier_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c4_ransac_h",
-    artefact="ext_outliers",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_ransac_h", artefact="ext_outliers", shards={"quick": 1, "full": 1})
 def outliers(effort):
     """5 % gross outliers on each grid, at every level of noise."""
     conditions = [{"noise_px": noise} for noise in NOISES_PX[effort]]

@@ -22,8 +22,7 @@ def name_values(open_results):
     of_minimum(open_results("exp_c4_min_triplets"))
     of_outliers(open_results("exp_c4_ransac_h"))
     svd = precision_ratio(
-        open_results("exp_c4_svd_precision"),
-        **SVD_CONDITIONS["noisy, normalised"],
+        open_results("exp_c4_svd_precision"), **SVD_CONDITIONS["noisy, normalised"]
     )
     value("svd.noisy, normalised", svd.value)
     of_angles(open_results("ext_degeneracy_sweep"))
@@ -48,9 +47,7 @@ def of_outliers(found):
 
 def of_angles(found):
     """Errors and refusals at the angles to the base that the prose names."""
-    angles = sorted(
-        c["angle_deg"] for c in found.conditions if c["which"] == "base"
-    )
+    angles = sorted(c["angle_deg"] for c in found.conditions if c["which"] == "base")
     at = [{"which": "base", "angle_deg": angle} for angle in angles]
     refused = [found.column("refused", **one).mean() for one in at]
     told = list(zip(angles, refused, strict=True))
@@ -79,14 +76,9 @@ def largest(found, name, **condition):
 
 def ratio_of_medians(found, one, other, **condition):
     """Ratio of the medians of two errors of the same trials: Estimate."""
-    a, b = (
-        with_worst(found.column(name, **condition)) for name in (one, other)
-    )
+    a, b = (with_worst(found.column(name, **condition)) for name in (one, other))
     return bootstrap(
-        lambda x, y: np.median(x, axis=-1) / np.median(y, axis=-1),
-        a,
-        b,
-        paired=True,
+        lambda x, y: np.median(x, axis=-1) / np.median(y, axis=-1), a, b, paired=True
     )
 
 

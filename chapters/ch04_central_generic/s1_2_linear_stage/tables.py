@@ -8,9 +8,7 @@ from chapters.ch04_central_generic.s1_2_linear_stage.results import (
     SVD_CONDITIONS,
     precision_ratio,
 )
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.choices import (
-    CHOICES,
-)
+from chapters.ch04_central_generic.s1_2_linear_stage.trials.choices import CHOICES
 from repro.judge.statistics import median_interval
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
@@ -36,26 +34,16 @@ def ext_outliers(results):
     return Table(
         {
             "noise (px)": [c["noise_px"] for c in conditions],
-            "no outliers (mm)": [
-                measured(found, "clean_mm", c) for c in conditions
-            ],
+            "no outliers (mm)": [measured(found, "clean_mm", c) for c in conditions],
             "5 %, all fitted (mm)": [
-                float(np.nanmedian(found.column("spoilt_mm", **c)))
-                for c in conditions
+                float(np.nanmedian(found.column("spoilt_mm", **c))) for c in conditions
             ],
             "no centre then (%)": [
-                float(
-                    100 * np.mean(np.isnan(found.column("spoilt_mm", **c)))
-                )
+                float(100 * np.mean(np.isnan(found.column("spoilt_mm", **c))))
                 for c in conditions
             ],
-            "5 %, RANSAC (mm)": [
-                measured(found, "ransac_mm", c) for c in conditions
-            ],
-            **{
-                name: list(map(float, cells))
-                for name, cells in shares.items()
-            },
+            "5 %, RANSAC (mm)": [measured(found, "ransac_mm", c) for c in conditions],
+            **{name: list(map(float, cells)) for name, cells in shares.items()},
         },
         "Centre error with 5 % of the points of each grid anywhere on it: "
         "medians with their 95 % intervals; with outliers in the fit, of the "
@@ -64,11 +52,7 @@ def ext_outliers(results):
     )
 
 
-@table(
-    "ext_svd_precision",
-    needs=("exp_c4_svd_precision",),
-    evidence="synthetic",
-)
+@table("ext_svd_precision", needs=("exp_c4_svd_precision",), evidence="synthetic")
 def ext_svd_precision(results):
     """Residuals and errors of 20 000 pairs in two precisions."""
     found = results["exp_c4_svd_precision"]
@@ -82,9 +66,7 @@ def ext_svd_precision(results):
     conditions = SVD_CONDITIONS.values()
     for name, key in cells.items():
         if name != "pairs":
-            cells[name] = [
-                float(np.median(found.column(key, **c))) for c in conditions
-            ]
+            cells[name] = [float(np.median(found.column(key, **c))) for c in conditions]
     cells["single / double (1)"] = [
         Measured(*precision_ratio(found, **c)[:3]) for c in conditions
     ]
@@ -96,11 +78,7 @@ def ext_svd_precision(results):
     )
 
 
-@table(
-    "ext_linear_choices",
-    needs=("ext_linear_choices_trials",),
-    evidence="synthetic",
-)
+@table("ext_linear_choices", needs=("ext_linear_choices_trials",), evidence="synthetic")
 def ext_linear_choices(results):
     """Centre errors with each choice, in four scenes."""
     found = results["ext_linear_choices_trials"]
@@ -109,9 +87,7 @@ def ext_linear_choices(results):
             "field of view (deg)": [c["fov_deg"] for c in found.conditions],
             "grids": [c["grids"] for c in found.conditions],
             **{
-                f"{name} (mm)": [
-                    measured(found, name, c) for c in found.conditions
-                ]
+                f"{name} (mm)": [measured(found, name, c) for c in found.conditions]
                 for name in CHOICES
             },
         },

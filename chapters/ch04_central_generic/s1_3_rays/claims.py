@@ -8,17 +8,11 @@ from repro.run.outcomes import Reading
 EQUAL = 1e-12
 
 
-@claim(
-    "c4_mats_intersection",
-    needs=("exp_c4_mats_intersection",),
-    evidence="analytic",
-)
+@claim("c4_mats_intersection", needs=("exp_c4_mats_intersection",), evidence="analytic")
 def judge_mats_intersection(results):
     """-M^T S, stacked, equals M_i S ray by ray, sign included."""
     result = results["exp_c4_mats_intersection"]
-    largest = max(
-        float(result.column(name).max()) for name in ("printed", "stacked")
-    )
+    largest = max(float(result.column(name).max()) for name in ("printed", "stacked"))
     return [
         Reading(
             "reproduced" if largest < EQUAL else "differs",

@@ -16,9 +16,7 @@ def image_noise_task():
         "expected": lambda: FAR_MM / NEAR_MM,
         "hint": "how do length and variance grow with the distance?",
         "slips": {
-            "That is the ratio of the variances.": lambda: (
-                (FAR_MM / NEAR_MM) ** 2
-            ),
+            "That is the ratio of the variances.": lambda: (FAR_MM / NEAR_MM) ** 2,
             "The near point counts more.": lambda: NEAR_MM / FAR_MM,
         },
     }
@@ -30,9 +28,7 @@ def pose_task():
         "expected": lambda: 1 + (POSE_MM / SIGMA_MM) ** 2,
         "hint": "which variances does a point on the second grid have?",
         "slips": {
-            "Its own noise is there too.": lambda: (
-                (POSE_MM / SIGMA_MM) ** 2
-            ),
+            "Its own noise is there too.": lambda: (POSE_MM / SIGMA_MM) ** 2,
             "Variances count, not deviations.": lambda: float(
                 np.hypot(1, POSE_MM / SIGMA_MM)
             ),
@@ -47,8 +43,6 @@ def table_task():
         "hint": "how many numbers has the matrix, and how many bytes a number?",
         "slips": {
             "That is for directions alone.": lambda: 3 * 8 * PIXELS / 1e6,
-            "That is for the six numbers of the vector.": lambda: (
-                6 * 8 * PIXELS / 1e6
-            ),
+            "That is for the six numbers of the vector.": lambda: 6 * 8 * PIXELS / 1e6,
         },
     }

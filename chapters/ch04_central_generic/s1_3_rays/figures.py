@@ -5,38 +5,20 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from chapters.ch04_central_generic.s1_3_rays.results import (
-    VARIANCE,
-    ray_error,
-)
-from chapters.ch04_central_generic.s1_3_rays.trials import (
-    FACTORS,
-    NOISE,
-    POSED,
-)
+from chapters.ch04_central_generic.s1_3_rays.results import VARIANCE, ray_error
+from chapters.ch04_central_generic.s1_3_rays.trials import FACTORS, NOISE, POSED
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 
-@figure(
-    "ext_ray_weights",
-    needs=("ext_ray_weights_trials",),
-    evidence="synthetic",
-)
+@figure("ext_ray_weights", needs=("ext_ray_weights_trials",), evidence="synthetic")
 def ray_weights(results):
     """Error of rays against the weight of the linear stage's grids."""
     result = results["ext_ray_weights_trials"]
     drawn, axes = new_figure(1, 2, height_in=4.0)
-    names = (
-        "noise_in",
-        "posed_from",
-        "weights",
-        "median_mm",
-        "low",
-        "high",
-    )
+    names = ("noise_in", "posed_from", "weights", "median_mm", "low", "high")
     data = {name: [] for name in names}
     for panel, domain in zip(axes, NOISE, strict=True):
         for index, posed in enumerate(POSED):
@@ -63,9 +45,7 @@ def ray_weights(results):
             ylabel="Rays to true points (mm)",
             title=f"noise of {NOISE[domain]:g} {domain}",
         )
-        panel.xaxis.set_major_locator(
-            FixedLocator([0.125, 0.5, 1, 4, 16, 64])
-        )
+        panel.xaxis.set_major_locator(FixedLocator([0.125, 0.5, 1, 4, 16, 64]))
         panel.xaxis.set_minor_locator(NullLocator())
         panel.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
         panel.set_ylim(bottom=0)

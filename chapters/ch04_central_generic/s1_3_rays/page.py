@@ -14,24 +14,12 @@ from chapters.ch04_central_generic.s1_3_rays.exercises import (
     table_task,
 )
 from chapters.ch04_central_generic.s1_3_rays.results import name_values
-from chapters.ch04_central_generic.s1_3_rays.trials import (
-    NOISE,
-    weights_trial,
-)
+from chapters.ch04_central_generic.s1_3_rays.trials import NOISE, weights_trial
 from chapters.shared.wide_angle import SETTINGS
-from raxel.calibration.centroid_rays import (
-    centroid_directions,
-    centroid_weights,
-)
+from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
 from raxel.geometry import intersect_lines_plane
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -119,9 +107,7 @@ from repro.run.outcomes import Plan
 
 # %%
 @experiment(
-    "ext_ray_weights_trials",
-    artefact="ext_ray_weights",
-    shards={"quick": 1, "full": 1},
+    "ext_ray_weights_trials", artefact="ext_ray_weights", shards={"quick": 1, "full": 1}
 )
 def weights_of_rays(effort):
     """Rays by centroids, with weights."""

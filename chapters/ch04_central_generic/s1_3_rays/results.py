@@ -20,8 +20,7 @@ def ray_error(result, weights, domain, posed):
 def best_factor(result, domain, posed):
     """The factor of FACTORS with the least median error."""
     found = [
-        ray_error(result, f"{factor:g}", domain, posed).value
-        for factor in FACTORS
+        ray_error(result, f"{factor:g}", domain, posed).value for factor in FACTORS
     ]
     return FACTORS[int(np.argmin(found))]
 

@@ -4,22 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.wide_angle import (
-    RAYS,
-    SIDE,
-    draw_scene,
-    radial_lens,
-)
-from raxel.calibration.centroid_rays import (
-    centroid_directions,
-    centroid_weights,
-)
+from chapters.shared.wide_angle import RAYS, SIDE, draw_scene, radial_lens
+from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
 from raxel.calibration.cgsp import linear_cgsp
 from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.three_point import (
-    ray_point_system,
-    refine_pose_ray_point,
-)
+from raxel.calibration.three_point import ray_point_system, refine_pose_ray_point
 from raxel.errors import CalibrationError
 from raxel.geometry import (
     intersect_lines_plane,
@@ -76,9 +65,7 @@ def stacked_trial(condition, rng):
 
 
 @experiment(
-    "exp_c4_mats_intersection",
-    artefact="sec_4_1_3",
-    shards={"quick": 1, "full": 1},
+    "exp_c4_mats_intersection", artefact="sec_4_1_3", shards={"quick": 1, "full": 1}
 )
 def stacked(effort):
     """Rays met with a plane by one transpose and one product."""
@@ -103,9 +90,7 @@ def weights_trial(condition, rng):
     except CalibrationError as fault:
         return {"refused": str(fault)}
     sigma = NOISE["mm"] if domain == "mm" else None
-    found = adjust_consistent(
-        first, None, start.centre, start.T_base_grid, sigma=sigma
-    )
+    found = adjust_consistent(first, None, start.centre, start.T_base_grid, sigma=sigma)
     noise = found.noise if domain == "px" else NOISE["mm"]
     return {
         "ray_mm": {
@@ -123,10 +108,7 @@ def _by_weights(scene, found, noise, domain, count):
     chosen = slice(0, count)
     for j in range(LINEAR_GRIDS, ALL_GRIDS):
         T, spread = _posed(
-            rays[chosen],
-            scene.noisy[j, chosen],
-            scene.T_base_grid[j],
-            centre,
+            rays[chosen], scene.noisy[j, chosen], scene.T_base_grid[j], centre
         )
         poses.append(T)
         spreads.append(spread)
@@ -142,11 +124,7 @@ def _by_weights(scene, found, noise, domain, count):
     for name, weights in given.items():
         grids = LINEAR_GRIDS if weights is None else ALL_GRIDS
         u = centroid_directions(
-            scene.noisy[:grids],
-            seen[:grids],
-            centre,
-            poses[:grids],
-            weights,
+            scene.noisy[:grids], seen[:grids], centre, poses[:grids], weights
         )
         out[name] = off_true_points(scene, centre, u)
     return out
@@ -165,9 +143,7 @@ def _posed(rays, points, T_start, centre):
     It starts at the true pose, so that nothing but noise makes the error.
     """
     T, cost = refine_pose_ray_point(rays, points, T_start, origins=centre)
-    _, jacobian = ray_point_system(
-        rays, points, T, centre, np.ones(len(rays))
-    )
+    _, jacobian = ray_point_system(rays, points, T, centre, np.ones(len(rays)))
     variance = cost / (2 * len(rays) - 6)
     spread = variance * np.linalg.inv(jacobian.T @ jacobian)
     # Its shift is in the grid's frame.

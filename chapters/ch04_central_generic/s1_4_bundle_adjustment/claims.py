@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.formulas import (
-    GRIDS,
-)
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.formulas import GRIDS
 from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_interval
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import DECISIONS, Reading, Value
@@ -24,9 +22,7 @@ EXACT_MM = 1e-9
 
 
 @claim(
-    "c4_centre_ba_unstable",
-    needs=("exp_c4_centre_ba_unstable",),
-    evidence="synthetic",
+    "c4_centre_ba_unstable", needs=("exp_c4_centre_ba_unstable",), evidence="synthetic"
 )
 def judge_centre_ba_unstable(results):
     """A fifth of the starts end above 1.1 of the best cost, or a spread over 10."""
@@ -55,11 +51,7 @@ def judge_centre_ba_unstable(results):
     return readings
 
 
-@claim(
-    "c4_ba_param_count",
-    needs=("exp_c4_ba_param_count",),
-    evidence="analytic",
-)
+@claim("c4_ba_param_count", needs=("exp_c4_ba_param_count",), evidence="analytic")
 def judge_param_count(results):
     """The optimiser's vector has 6 (n - 1) entries."""
     found = _unknowns(results)
@@ -76,11 +68,7 @@ def judge_param_count(results):
     ]
 
 
-@claim(
-    "c4_raypoint_formula",
-    needs=("exp_c4_raypoint_formula",),
-    evidence="analytic",
-)
+@claim("c4_raypoint_formula", needs=("exp_c4_raypoint_formula",), evidence="analytic")
 def judge_raypoint_formula(results):
     """The closed form equals a search along the line within 1e-9."""
     largest = results["exp_c4_raypoint_formula"].column("largest_mm").max()

@@ -37,8 +37,8 @@ def slant_task():
         "hint": "how long is the step across the ray, and its shadow on the grid?",
         "slips": {
             "That is across the ray.": lambda: moved_mm(0.0),
-            "The angle is from the normal, not from the plane.": lambda: (
-                moved_mm(90.0 - ASLANT_DEG)
+            "The angle is from the normal, not from the plane.": lambda: moved_mm(
+                90.0 - ASLANT_DEG
             ),
             "The shadow is longer than the step.": lambda: (
                 moved_mm(0.0) * np.cos(np.radians(ASLANT_DEG))
@@ -52,9 +52,7 @@ def more_rays_task():
     return {
         "expected": lambda: ERROR_MM * np.sqrt(FEW / MANY),
         "hint": "how does the mean of independent errors shrink?",
-        "slips": {
-            "That would be without a root.": lambda: ERROR_MM * FEW / MANY,
-        },
+        "slips": {"That would be without a root.": lambda: ERROR_MM * FEW / MANY},
     }
 
 

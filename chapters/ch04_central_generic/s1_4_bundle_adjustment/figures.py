@@ -23,9 +23,7 @@ TITLES = {
 
 
 @figure(
-    "ext_consistent_adjustment",
-    needs=("ext_consistency_sweep",),
-    evidence="synthetic",
+    "ext_consistent_adjustment", needs=("ext_consistency_sweep",), evidence="synthetic"
 )
 def consistency(results):
     """Centre error against the number of rays, at two sizes of noise."""
@@ -73,9 +71,7 @@ def consistency(results):
 
 
 @figure(
-    "ext_free_centre_starts",
-    needs=("exp_c4_centre_ba_unstable",),
-    evidence="synthetic",
+    "ext_free_centre_starts", needs=("exp_c4_centre_ba_unstable",), evidence="synthetic"
 )
 def free_centre_starts(results):
     """Error of the centre at the end against that at the start."""
@@ -83,9 +79,7 @@ def free_centre_starts(results):
     drawn, axes = new_figure(1, 3, height_in=3.4, sharex=True, sharey=True)
     data = {"scheme": [], "scene": [], "start_mm": [], "end_mm": []}
     ends = []
-    for index, (panel, scheme) in enumerate(
-        zip(axes, TITLES, strict=True), 1
-    ):
+    for index, (panel, scheme) in enumerate(zip(axes, TITLES, strict=True), 1):
         starts = result.arrays(f"{scheme}.starts_mm")
         found = result.arrays(f"{scheme}.ends_mm")
         look = series(index) | {"linestyle": "", "ms": 3, "alpha": 0.6}

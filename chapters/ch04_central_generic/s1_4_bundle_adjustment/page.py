@@ -28,13 +28,7 @@ from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.relaxation import relax_poses
 from raxel.errors import CalibrationError
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -173,9 +167,7 @@ def consistency_trial(condition, rng):
 def consistency_sweep(effort):
     """Errors of the centre as rays become more."""
     cases = [
-        {"noise": noise, "rays": rays}
-        for noise in CURVES
-        for rays in RAYS[effort]
+        {"noise": noise, "rays": rays} for noise in CURVES for rays in RAYS[effort]
     ]
     trials = {"quick": 2, "full": 40}[effort]
     return Plan(consistency_trial, cases, trials, SETTINGS)

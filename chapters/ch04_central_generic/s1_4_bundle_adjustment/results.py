@@ -33,9 +33,7 @@ def centre_medians(result, method, noise):
     """Numbers of rays, and Estimates of the median centre error for each."""
     found, rays = [], []
     for count in counts_of(result, noise):
-        trials = result.column(
-            f"{method}.centre_mm", noise=noise, rays=count
-        )
+        trials = result.column(f"{method}.centre_mm", noise=noise, rays=count)
         if not np.isnan(trials).all():
             rays.append(count)
             found.append(median_interval(trials))
@@ -100,22 +98,13 @@ def name_values(open_results):
         found = targets.column(name, case="three grids")
         value(name, mean_interval(found)[0])
     value("refused", refusals(sweep, noise=2.0))
-    value(
-        "refused.of",
-        sweep.trials_per_condition * len(counts_of(sweep, 2.0)),
-    )
+    value("refused.of", sweep.trials_per_condition * len(counts_of(sweep, 2.0)))
     for scheme in ("line_fitting", "ray_point", "consistent"):
-        for name in (
-            "spread_over_starts",
-            "spread_over_draws",
-            "above_best",
-        ):
+        for name in ("spread_over_starts", "spread_over_draws", "above_best"):
             found = starts.column(f"{scheme}.{name}")
             value(f"starts.{scheme}.{name}", float(np.median(found)))
     rest = starts.column("line_fitting.at_rest")
     spread = starts.column("line_fitting.spread_over_starts")
     value("scenes", starts.trials_per_condition)
-    value(
-        "scenes.one_place", int(np.sum((rest == 1) & (spread < ONE_PLACE)))
-    )
+    value("scenes.one_place", int(np.sum((rest == 1) & (spread < ONE_PLACE))))
     value("scenes.no_rest", int(np.sum(rest < 1)))

@@ -32,25 +32,18 @@ ASKED_MM = {
 HONEST = (0.8, 1.25)
 
 
-@table(
-    "ext_adjustment_schemes",
-    needs=("ext_schemes_trials",),
-    evidence="synthetic",
-)
+@table("ext_adjustment_schemes", needs=("ext_schemes_trials",), evidence="synthetic")
 def ext_adjustment_schemes(results):
     """Every scheme on the same data."""
     result = results["ext_schemes_trials"]
     columns = {"Method": list(NAMES.values())}
     for name, title in SHOWN.items():
         columns[title] = [
-            Measured(
-                *median_interval(result.column(f"{method}.{name}"))[:3]
-            )
+            Measured(*median_interval(result.column(f"{method}.{name}"))[:3])
             for method in NAMES
         ]
     columns["Rounds (1)"] = [
-        float(np.nanmedian(result.column(f"{method}.rounds")))
-        for method in NAMES
+        float(np.nanmedian(result.column(f"{method}.rounds"))) for method in NAMES
     ]
     return Table(
         columns,
@@ -88,8 +81,7 @@ def ext_adjustment_targets(results):
         for case, conditions in TARGETS.items()
     ]
     reached = [
-        median_interval(result.column("consistent_mm", case=case)).value
-        <= most
+        median_interval(result.column("consistent_mm", case=case)).value <= most
         for case, most in ASKED_MM.items()
     ]
     honest = mean_interval(result.column("nees", case="three grids"))[0]

@@ -11,14 +11,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
 )
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
 from chapters.shared.synthetic_readings import readings_of
-from repro.judge.statistics import (
-    FAILS,
-    HOLDS,
-    all_of,
-    bootstrap,
-    median_ratio,
-    wins,
-)
+from repro.judge.statistics import FAILS, HOLDS, all_of, bootstrap, median_ratio, wins
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Value
 
@@ -111,9 +104,7 @@ def judge_little_gain(results):
         }
         at = min(left, key=lambda key: left[key].value)
         least = left[at]
-        little = all_of(
-            [found.above(LEAST_GAIN) for found in left.values()]
-        )
+        little = all_of([found.above(LEAST_GAIN) for found in left.values()])
         return (
             all_of([fall[0], little]),
             least.value,
@@ -149,15 +140,11 @@ def judge_rotation_worse(results):
                 for stage in ("linear", "ba")
             )
             up, down = np.sum(after > before), np.sum(after < before)
-            p = binomtest(
-                int(up), int(up + down), alternative="greater"
-            ).pvalue
+            p = binomtest(int(up), int(up + down), alternative="greater").pvalue
             ratio = median_ratio(after, before)
             ratios.append(ratio)
             worse += ratio.value > 1 and p < 0.05
-        middle = sorted(ratios, key=lambda found: found.value)[
-            len(ratios) // 2
-        ]
+        middle = sorted(ratios, key=lambda found: found.value)[len(ratios) // 2]
         return (
             HOLDS if worse > len(LEVELS) / 2 else FAILS,
             middle.value,
@@ -190,9 +177,7 @@ def judge_centre_cause(results):
         left = {
             (quantity, level): bootstrap(
                 _ratio_of_medians,
-                case.trials(
-                    result, "standard", "ba_true_centre", quantity, level
-                ),
+                case.trials(result, "standard", "ba_true_centre", quantity, level),
                 case.trials(result, "standard", "ba", quantity, level),
                 paired=True,
             )
@@ -211,11 +196,7 @@ def judge_centre_cause(results):
     return readings_of(cases(*POSES), judge)
 
 
-@claim(
-    "c4_sd_smaller",
-    needs=BOTH_SWEEPS,
-    evidence="synthetic",
-)
+@claim("c4_sd_smaller", needs=BOTH_SWEEPS, evidence="synthetic")
 def judge_sd_smaller(results):
     """Scatter of the standard method at least three times that of CGSP."""
 
@@ -223,12 +204,8 @@ def judge_sd_smaller(results):
         found = {
             (name, quantity, level): bootstrap(
                 lambda a, b: _scatter(a) / _scatter(b),
-                case.trials(
-                    results[name], "standard", "linear", quantity, level
-                ),
-                case.trials(
-                    results[name], "cgsp", "linear", quantity, level
-                ),
+                case.trials(results[name], "standard", "linear", quantity, level),
+                case.trials(results[name], "cgsp", "linear", quantity, level),
                 paired=True,
             )
             for name in (REDRAWN, FIXED)
@@ -238,9 +215,7 @@ def judge_sd_smaller(results):
         at = min(found, key=lambda key: found[key].value)
         least = found[at]
         where = "poses redrawn" if at[0] == REDRAWN else "one configuration"
-        held = sum(
-            one.above(LEAST_SPREAD) == HOLDS for one in found.values()
-        )
+        held = sum(one.above(LEAST_SPREAD) == HOLDS for one in found.values())
         return (
             all_of([one.above(LEAST_SPREAD) for one in found.values()]),
             least.value,

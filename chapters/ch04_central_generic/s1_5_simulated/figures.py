@@ -41,12 +41,7 @@ def fig_4_2(results):
     for panel, quantity in zip(axes.flat, QUANTITIES, strict=True):
         for index, (method, stage) in enumerate(CURVES):
             found = np.array(
-                [
-                    e[:3]
-                    for e in medians(
-                        result, PRIMARY, method, stage, quantity
-                    )
-                ]
+                [e[:3] for e in medians(result, PRIMARY, method, stage, quantity)]
             )
             plot_interval(
                 panel,

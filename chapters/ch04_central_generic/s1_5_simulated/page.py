@@ -14,9 +14,7 @@ from chapters.ch04_central_generic.s1_5_simulated.exercises import (
     parameters_task,
     share_task,
 )
-from chapters.ch04_central_generic.s1_5_simulated.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.s1_5_simulated.results import name_values
 from chapters.ch04_central_generic.s1_5_simulated.trials import (
     TRIALS,
     calibrate,
@@ -34,13 +32,7 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -151,9 +143,7 @@ def trial(condition, rng):
     return out
 
 
-@experiment(
-    "fig_4_2_redrawn", artefact="fig_4_2", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_4_2_redrawn", artefact="fig_4_2", shards={"quick": 1, "full": 2})
 def redrawn_sweep(effort):
     """Fig. 4.2: rising noise, every trial with its own grids and rays."""
     settings = SETTINGS | {"fov_deg": FOV_DEG}

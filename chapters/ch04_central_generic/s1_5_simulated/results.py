@@ -30,18 +30,9 @@ RUNS = [
 ]
 # Questions of the ledger -> what their options name in a result.
 NOISE = {"px": "px", "mm": "mm"}
-STANDARD = {
-    "as printed": "as_printed",
-    "well conditioned": "well_conditioned",
-}
-TRANSLATION = {
-    "difference of lengths": "length_mm",
-    "length of the difference": "mm",
-}
-RAY_POINT = {
-    "true points": "ray_mm",
-    "noisy points": "own_ray_mm",
-}
+STANDARD = {"as printed": "as_printed", "well conditioned": "well_conditioned"}
+TRANSLATION = {"difference of lengths": "length_mm", "length of the difference": "mm"}
+RAY_POINT = {"true points": "ray_mm", "noisy points": "own_ray_mm"}
 QUESTIONS = {
     "noise": tuple(NOISE),
     "standard_method": tuple(STANDARD),
@@ -118,9 +109,7 @@ def cases(*questions):
     ]
 
 
-PRIMARY = NoiseCase(
-    {question: options[0] for question, options in QUESTIONS.items()}
-)
+PRIMARY = NoiseCase({question: options[0] for question, options in QUESTIONS.items()})
 
 
 def medians(result, case, method, stage, quantity):

@@ -23,9 +23,7 @@ SHOWN = {
 }
 
 
-@table(
-    "ext_fig_4_2_methods", needs=("fig_4_2_redrawn",), evidence="synthetic"
-)
+@table("ext_fig_4_2_methods", needs=("fig_4_2_redrawn",), evidence="synthetic")
 def ext_fig_4_2_methods(results):
     """Medians at 0.5 px of every method, linear and adjusted."""
     result = results["fig_4_2_redrawn"]
@@ -34,9 +32,7 @@ def ext_fig_4_2_methods(results):
     for method, stage in RUNS:
         columns["Method"].append(NAMES[method] + STAGES[stage])
         for quantity, title in SHOWN.items():
-            found = PRIMARY.trials(
-                result, method, stage, quantity, NOISE_PX
-            )
+            found = PRIMARY.trials(result, method, stage, quantity, NOISE_PX)
             columns[title].append(Measured(*median_interval(found)[:3]))
         columns["Gave nothing (trials)"].append(failures(result, method)[0])
     return Table(

@@ -16,10 +16,7 @@ from chapters.shared.wide_angle import (
 from raxel.calibration.centroid_rays import centroid_directions
 from raxel.calibration.cgsp import linear_cgsp
 from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.generic_linear import (
-    linear_as_printed,
-    linear_well_conditioned,
-)
+from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
 from raxel.calibration.relaxation import relax_poses
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, transform
@@ -47,11 +44,7 @@ def cgsp(points):
     return linear_cgsp(points, side=SIDE)
 
 
-METHODS = {
-    "as_printed": as_printed,
-    "well_conditioned": well_conditioned,
-    "cgsp": cgsp,
-}
+METHODS = {"as_printed": as_printed, "well_conditioned": well_conditioned, "cgsp": cgsp}
 
 
 def errors(centre, T_base_grid, directions, scene):
@@ -78,9 +71,7 @@ def errors(centre, T_base_grid, directions, scene):
     return out | {
         "ray_mm": _off_rays(placed, centre, directions),
         "own_ray_mm": _off_rays(own, centre, directions),
-        "point_mm": float(
-            np.linalg.norm(moved[1:] - placed[1:], axis=2).mean()
-        ),
+        "point_mm": float(np.linalg.norm(moved[1:] - placed[1:], axis=2).mean()),
     }
 
 
@@ -121,19 +112,14 @@ def calibrate(scene, linear):
     poses = start.T_base_grid
     return {"linear": unadjusted(scene, start)} | {
         name: errors(centre, *relaxed(scene.noisy, centre, poses), scene)
-        for name, centre in (
-            ("ba", start.centre),
-            ("ba_true_centre", CENTRE_MM),
-        )
+        for name, centre in (("ba", start.centre), ("ba_true_centre", CENTRE_MM))
     }
 
 
 def calibrate_consistent(scene):
     """Errors of CGSP after an adjustment of centre, poses and rays together."""
     start = cgsp(scene.noisy)
-    found = adjust_consistent(
-        scene.noisy, None, start.centre, start.T_base_grid
-    )
+    found = adjust_consistent(scene.noisy, None, start.centre, start.T_base_grid)
     return errors(found.centre, found.T_base_grid, found.directions, scene)
 
 
@@ -157,25 +143,18 @@ def fixed_trial(condition, rng):
     noise, domain = condition["noise"], condition["domain"]
     scene = observe(camera, poses, pixels, noise, domain, rng)
     return each_method(
-        scene,
-        lambda scene, linear: {
-            "linear": unadjusted(scene, linear(scene.noisy))
-        },
+        scene, lambda scene, linear: {"linear": unadjusted(scene, linear(scene.noisy))}
     )
 
 
 def levels():
     """All sizes of noise, in px and in mm."""
     return [
-        {"domain": domain, "noise": level}
-        for domain in DOMAINS
-        for level in LEVELS
+        {"domain": domain, "noise": level} for domain in DOMAINS for level in LEVELS
     ]
 
 
-@experiment(
-    "fig_4_2_fixed", artefact="fig_4_2", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_4_2_fixed", artefact="fig_4_2", shards={"quick": 1, "full": 2})
 def fixed_sweep(effort):
     """The sweep of Fig. 4.2 with one configuration of grids and rays."""
     settings = SETTINGS | {"fixed_seed": FIXED_SEED}

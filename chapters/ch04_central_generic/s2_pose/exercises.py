@@ -33,9 +33,7 @@ def outliers_task():
     return {
         "expected": lambda: SHARE * PAIRS,
         "hint": "0.3 % is 3 in a thousand",
-        "slips": {
-            "Mind the percent.": lambda: 100 * SHARE * PAIRS,
-        },
+        "slips": {"Mind the percent.": lambda: 100 * SHARE * PAIRS},
     }
 
 
@@ -45,9 +43,7 @@ def sample_task():
         "expected": lambda: 100 * (1 - MANY) ** SAMPLES[1],
         "hint": "all of the pairs of a sample have to be right",
         "slips": {
-            "That is for a sample of three.": lambda: (
-                100 * (1 - MANY) ** SAMPLES[0]
-            ),
+            "That is for a sample of three.": lambda: 100 * (1 - MANY) ** SAMPLES[0],
             "That is the share of samples with a wrong pair.": lambda: (
                 100 * (1 - (1 - MANY) ** SAMPLES[1])
             ),
@@ -66,6 +62,4 @@ def lean_of_normal():
 def lean_of_sum():
     """Angle (deg) of the sum of the three rays to the z axis."""
     lean = np.radians(LEAN_DEG)
-    return float(
-        np.degrees(np.arctan2(np.sin(lean).sum(), np.cos(lean).sum()))
-    )
+    return float(np.degrees(np.arctan2(np.sin(lean).sum(), np.cos(lean).sum())))

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.results import (
-    MEASURES,
-    levels_of,
-    trials_of,
-)
+from chapters.ch04_central_generic.s2_pose.results import MEASURES, levels_of, trials_of
 from chapters.ch04_central_generic.s2_pose.trials.drawn import (
     COLUMNS,
     PITCH_MM,
@@ -16,18 +12,10 @@ from chapters.ch04_central_generic.s2_pose.trials.drawn import (
     ROWS,
     lattice,
 )
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    ESTIMATORS,
-    NAMES,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG
 from chapters.shared.wide_angle import CENTRE_MM
-from raxel.geometry import (
-    apply_homography,
-    homography_dlt,
-    pose,
-    transform,
-)
+from raxel.geometry import apply_homography, homography_dlt, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.judge.statistics import median_interval
 from repro.page.space import draw_scene
@@ -88,10 +76,7 @@ def plane_sheet(case):
     across = np.cross(case.normal, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     T = pose(
-        np.column_stack(
-            [across, np.cross(case.normal, across), case.normal]
-        ),
-        middle,
+        np.column_stack([across, np.cross(case.normal, across), case.normal]), middle
     )
     x, y = 110.0, 90.0
     flat = np.array([[-x, -y, 0], [x, -y, 0], [-x, y, 0], [x, y, 0]])
@@ -139,9 +124,7 @@ def fig_4_3(results):
     draw_scene(axes, scene)
     ray, bent, off = case.gaps()
     rows = [
-        (name, *point)
-        for name in ("there", "image")
-        for point in getattr(case, name)
+        (name, *point) for name in ("there", "image") for point in getattr(case, name)
     ]
     return Drawing(
         drawn,
@@ -171,28 +154,19 @@ def fig_4_4(results):
         for index, estimator in enumerate(ESTIMATORS):
             found = np.array(
                 [
-                    median_interval(
-                        trials_of(result, estimator, measure, level)
-                    )[:3]
+                    median_interval(trials_of(result, estimator, measure, level))[:3]
                     for level in levels
                 ]
             )
             plot_interval(
-                panel,
-                np.array(levels),
-                *found.T,
-                index=index,
-                label=NAMES[estimator],
+                panel, np.array(levels), *found.T, index=index, label=NAMES[estimator]
             )
             rows += [
                 (measure, estimator, level, *row)
                 for level, row in zip(levels, found, strict=True)
             ]
         panel.set(
-            xscale="log",
-            yscale="log",
-            xlabel="Noise SD (px)",
-            ylabel=LABELS[measure],
+            xscale="log", yscale="log", xlabel="Noise SD (px)", ylabel=LABELS[measure]
         )
         panel.set_xticks(levels, [f"{level:g}" for level in levels])
         panel.minorticks_off()
@@ -200,10 +174,7 @@ def fig_4_4(results):
     drawn.legend(handles, names, loc="outside lower center", ncols=3)
     return Drawing(
         drawn,
-        columns(
-            ("measure", "estimator", "noise_px", "median", "low", "high"),
-            rows,
-        ),
+        columns(("measure", "estimator", "noise_px", "median", "low", "high"), rows),
         "Errors of a further grid's pose against the noise: medians over "
         "trials with 95 % intervals. The standard method's pose is shown as "
         "three points give it and refined on all inliers, as 4.2.2 says it "
@@ -211,11 +182,7 @@ def fig_4_4(results):
     )
 
 
-@figure(
-    "ext_plane_tilt",
-    needs=("exp_c4_plane_orientation",),
-    evidence="synthetic",
-)
+@figure("ext_plane_tilt", needs=("exp_c4_plane_orientation",), evidence="synthetic")
 def plane_tilt(results):
     """Errors of the linear pose against the plane's tilt."""
     result = results["exp_c4_plane_orientation"]
@@ -231,19 +198,11 @@ def plane_tilt(results):
         ):
             found = np.array(
                 [
-                    median_interval(
-                        result.column(f"{kind}.{tilt}.{measure}")
-                    )[:3]
+                    median_interval(result.column(f"{kind}.{tilt}.{measure}"))[:3]
                     for tilt in TILTS_DEG
                 ]
             )
-            plot_interval(
-                panel,
-                np.array(TILTS_DEG),
-                *found.T,
-                index=index,
-                label=name,
-            )
+            plot_interval(panel, np.array(TILTS_DEG), *found.T, index=index, label=name)
             rows += [
                 (measure, kind, tilt, *row)
                 for tilt, row in zip(TILTS_DEG, found, strict=True)
@@ -258,9 +217,7 @@ def plane_tilt(results):
     drawn.legend(handles, names, loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
-        columns(
-            ("measure", "rays", "tilt_deg", "median", "low", "high"), rows
-        ),
+        columns(("measure", "rays", "tilt_deg", "median", "low", "high"), rows),
         "Error of the linear pose on synthetic planes that are tilted "
         "against the one of (4.24), with half a pixel of noise.",
     )

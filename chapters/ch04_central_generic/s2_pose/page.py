@@ -20,9 +20,7 @@ from chapters.ch04_central_generic.s2_pose.trials.estimators import (
     all_estimates,
     scored,
 )
-from chapters.ch04_central_generic.s2_pose.trials.kodak import (
-    with_outliers,
-)
+from chapters.ch04_central_generic.s2_pose.trials.kodak import with_outliers
 from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     DOMAINS,
     LEVELS,
@@ -43,13 +41,7 @@ from chapters.shared.wide_angle import (
 )
 from raxel.calibration.grid_pose import synthetic_plane_normal
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -171,9 +163,7 @@ def noise_trial(condition, rng):
     true = scene.T_base_grid[1]
     size = np.linalg.norm(true[:3, 3])
     out = {}
-    found = all_estimates(
-        directions, points, rng, limit, METRICS[condition["unit"]]
-    )
+    found = all_estimates(directions, points, rng, limit, METRICS[condition["unit"]])
     for name, T in found.items():
         out[name] = scored(T, moved(true, -CENTRE_MM))
         if "translation_mm" in out[name]:
@@ -182,19 +172,12 @@ def noise_trial(condition, rng):
     return out
 
 
-@experiment(
-    "fig_4_4_noise", artefact="fig_4_4", shards={"quick": 1, "full": 2}
-)
+@experiment("fig_4_4_noise", artefact="fig_4_4", shards={"quick": 1, "full": 2})
 def noise_sweep(effort):
     """Pose errors against the noise, in px and mm, on two kinds of rays."""
     levels = LEVELS if effort == "full" else LEVELS[::2]
     conditions = [
-        {
-            "noise": noise,
-            "domain": domain,
-            "rays": rays,
-            "unit": unit,
-        }
+        {"noise": noise, "domain": domain, "rays": rays, "unit": unit}
         for domain in DOMAINS
         for rays in RAYS
         for unit in METRICS

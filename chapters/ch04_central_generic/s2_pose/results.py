@@ -6,19 +6,14 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    STANDARD,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     DOMAINS,
     LEVELS,
     METRICS,
     RAYS,
 )
-from chapters.ch04_central_generic.s2_pose.trials.triplets import (
-    APART,
-    DRAWS,
-)
+from chapters.ch04_central_generic.s2_pose.trials.triplets import APART, DRAWS
 from repro.judge.statistics import bootstrap, median_interval, with_worst
 from repro.page.reader import value
 from repro.run.outcomes import DECISIONS, Reading
@@ -51,10 +46,7 @@ def table_trials(result, estimator, measure, outliers=PUT_IN):
     """Errors (n,) of Table 4.1's scenes, or seeds, nan where it failed."""
     name = f"errors.{outliers}.{estimator}.{measure}"
     return np.concatenate(
-        [
-            result.column(name, **condition)
-            for condition in result.conditions
-        ]
+        [result.column(name, **condition) for condition in result.conditions]
     )
 
 
@@ -112,8 +104,7 @@ def name_values(open_results):
     of_table(open_results("table_4_1_redrawn"))
     of_decoding(open_results("table_4_1_rendered"))
     of_triplets(
-        open_results("exp_c4_3pt_no_solution"),
-        open_results("exp_c4_3pt_sensitive"),
+        open_results("exp_c4_3pt_no_solution"), open_results("exp_c4_3pt_sensitive")
     )
     of_planes(open_results("exp_c4_plane_orientation"))
     of_sources(open_results("ext_pose_rays_run"))
@@ -124,9 +115,7 @@ def of_noise(result):
     for estimator in ("three_points", "cgsp_ransac", "angular"):
         trials = trials_of(result, estimator, "rotation_deg", SHOWN_PX)
         value(f"{estimator}_deg", median_interval(trials).value)
-    exact = trials_of(
-        result, "angular", "rotation_deg", SHOWN_PX, rays="exact"
-    )
+    exact = trials_of(result, "angular", "rotation_deg", SHOWN_PX, rays="exact")
     value("angular_exact_deg", median_interval(exact).value)
     coarse = trials_of(result, "three_points", "rotation_deg", SHOWN_PX)
     fine = trials_of(result, "standard", "rotation_deg", SHOWN_PX)
@@ -154,9 +143,7 @@ def of_decoding(result):
     wrong, bias, sd, rms = [], [], [], []
     for seed in seeds:
         wrong.append(result.column("decoding.outlier_share", seed=seed)[0])
-        bias.append(
-            np.abs(result.arrays("decoding.bias_mm", seed=seed)[0]).max()
-        )
+        bias.append(np.abs(result.arrays("decoding.bias_mm", seed=seed)[0]).max())
         sd.append(result.arrays("decoding.sd_mm", seed=seed)[0].mean())
         rms.append(result.column("zhang.rms_px", seed=seed)[0])
     value("wrong_percent", 100 * float(max(wrong)))
@@ -180,8 +167,7 @@ def of_triplets(counts, errors):
 def of_planes(result):
     """How much worse a plane at 60 degrees is."""
     best, other = (
-        np.median(result.column(f"common.{tilt}.rotation_deg"))
-        for tilt in (0, 60)
+        np.median(result.column(f"common.{tilt}.rotation_deg")) for tilt in (0, 60)
     )
     value("tilt_60", float(other / best))
     lost = 1 - np.median(result.column("share_common"))

@@ -11,15 +11,9 @@ from chapters.ch04_central_generic.s2_pose.results import (
     table_trials,
     without_solution,
 )
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    ESTIMATORS,
-    NAMES,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
 from chapters.ch04_central_generic.s2_pose.trials.kodak import OUTLIERS
-from chapters.ch04_central_generic.s2_pose.trials.sources import (
-    NOISE_PX,
-    SOURCES,
-)
+from chapters.ch04_central_generic.s2_pose.trials.sources import NOISE_PX, SOURCES
 from chapters.ch04_central_generic.s2_pose.trials.triplets import APART
 from repro.judge.statistics import median_interval, proportion
 from repro.run.columns import columns
@@ -54,9 +48,7 @@ def table_4_1(results):
         for unit, measure in zip(units, TABLE_MEASURES, strict=True)
     ]
     return Table(
-        columns(
-            ("Error", "Standard + RANSAC", "CGSP", "CGSP + RANSAC"), rows
-        ),
+        columns(("Error", "Standard + RANSAC", "CGSP", "CGSP + RANSAC"), rows),
         "Error of the pose of an active grid relative to another, decoded "
         f"from rendered pictures, with {PUT_IN} of outliers put in: medians "
         f"over {len(result.conditions)} seeds, against a laser scan. The "
@@ -72,8 +64,7 @@ def table_4_1(results):
 def all_of_table_4_1(results):
     """Every estimator, with and without outliers, rendered and redrawn."""
     rendered, redrawn = (
-        results[name]
-        for name in ("table_4_1_rendered", "table_4_1_redrawn")
+        results[name] for name in ("table_4_1_rendered", "table_4_1_redrawn")
     )
     rows = []
     for outliers in OUTLIERS:
@@ -104,11 +95,7 @@ def all_of_table_4_1(results):
 
 @table(
     "ext_samples",
-    needs=(
-        "exp_c4_3pt_sensitive",
-        "exp_c4_3pt_no_solution",
-        "exp_c4_linear_always",
-    ),
+    needs=("exp_c4_3pt_sensitive", "exp_c4_3pt_no_solution", "exp_c4_linear_always"),
     evidence="synthetic",
 )
 def samples(results):
@@ -176,9 +163,7 @@ def pose_rays(results):
         for source, name in SOURCES.items()
     ]
     return Table(
-        columns(
-            ("Rays", "Rotation error (°)", "Translation error (mm)"), rows
-        ),
+        columns(("Rays", "Rotation error (°)", "Translation error (mm)"), rows),
         "Error of a further grid's pose with the smallest angles, by where "
         f"its rays come from; {NOISE_PX:g} px of noise on every grid. Centre "
         "and other poses are known in all rows but the last. Medians over "
@@ -186,9 +171,7 @@ def pose_rays(results):
     )
 
 
-@table(
-    "ext_pose_times", needs=("ext_pose_times_run",), evidence="synthetic"
-)
+@table("ext_pose_times", needs=("ext_pose_times_run",), evidence="synthetic")
 def pose_times(results):
     """Processor time of each estimator, coarsely."""
     result = results["ext_pose_times_run"]
@@ -196,21 +179,12 @@ def pose_times(results):
     rows = [
         (
             NAMES[name],
-            *(
-                coarse(1000 * result.column(name, points=count)[0])
-                for count in counts
-            ),
+            *(coarse(1000 * result.column(name, points=count)[0]) for count in counts),
         )
         for name in ESTIMATORS
     ]
     return Table(
-        columns(
-            (
-                "Estimator",
-                *(f"{count} points (ms)" for count in counts),
-            ),
-            rows,
-        ),
+        columns(("Estimator", *(f"{count} points (ms)" for count in counts)), rows),
         "Time of each estimator on one processor, to the nearest of 1, 2, "
         "5, 10, ... ms.",
     )

@@ -16,8 +16,8 @@ def shift_task():
         "hint": "r = f theta, with r and f in px",
         "slips": {
             "In degrees, please.": lambda: SHIFT_PX / FOCAL_PX,
-            "The shift over the focal length, not the other way round.": lambda: (
-                float(np.degrees(FOCAL_PX / SHIFT_PX))
+            "The shift over the focal length, not the other way round.": lambda: float(
+                np.degrees(FOCAL_PX / SHIFT_PX)
             ),
         },
     }
@@ -29,9 +29,7 @@ def foci_task():
         "expected": lambda: 2 * float(np.hypot(*AXES_MM)),
         "hint": "for a hyperbola the squares of the half axes add up",
         "slips": {
-            "That is from the centre to one focus.": lambda: float(
-                np.hypot(*AXES_MM)
-            ),
+            "That is from the centre to one focus.": lambda: float(np.hypot(*AXES_MM)),
             "For an ellipse they subtract; here they add.": lambda: float(
                 2 * np.sqrt(AXES_MM[0] ** 2 - AXES_MM[1] ** 2)
             ),

@@ -25,11 +25,7 @@ def fig_4_5(results):
     poses = drawn_poses(rig, SEED)[:LINEAR_GRIDS]
     count = len(poses)
     scene = posed_targets(
-        rig.camera,
-        [rig.target] * count,
-        poses,
-        ["calibrate"] * count,
-        rig.summary,
+        rig.camera, [rig.target] * count, poses, ["calibrate"] * count, rig.summary
     )
     drawn, axes = new_figure(height_in=HEIGHT_IN)
     drawn.set_layout_engine("none")
@@ -49,16 +45,12 @@ def fig_4_5(results):
         "and the monitor where the three grids of the linear stage stand. Blue: the "
         "edge of the field of view. The bracket between camera and mirror is not "
         "drawn; it holds the mirror 1 mm off its place.",
-        Check(
-            seen == len(poses), f"{seen} of {len(poses)} grids are in view"
-        ),
+        Check(seen == len(poses), f"{seen} of {len(poses)} grids are in view"),
         scene,
     )
 
 
-@figure(
-    "ext_fig_4_5_coverage", needs=("sec_4_3_1_field",), evidence="rendered"
-)
+@figure("ext_fig_4_5_coverage", needs=("sec_4_3_1_field",), evidence="rendered")
 def ext_fig_4_5_coverage(results):
     """How many grids each pixel has seen, of the first set of each camera."""
     result = results[FIELD]

@@ -22,19 +22,9 @@ from chapters.ch04_central_generic.s3_1_setup.trials import (
     turned_conditions,
     turned_trial,
 )
-from chapters.shared.central_sets import (
-    GRID_RIGS,
-    GRID_SETS,
-    grid_conditions,
-)
+from chapters.shared.central_sets import GRID_RIGS, GRID_SETS, grid_conditions
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

@@ -45,12 +45,8 @@ def ext_lens_shift(results):
                 columns["Method"].append(name)
                 columns["Grids 2, 3"].append(how)
                 for key, head in heads.items():
-                    found = seeds_of(
-                        result, camera, f"{how}.{method}.{key}"
-                    )
-                    columns[head].append(
-                        Measured(*median_interval(found)[:3])
-                    )
+                    found = seeds_of(result, camera, f"{how}.{method}.{key}")
+                    columns[head].append(Measured(*median_interval(found)[:3]))
     return Table(
         columns,
         "Calibrations from three grids, taken upright, or with the camera turned "
@@ -61,16 +57,12 @@ def ext_lens_shift(results):
 
 def _of_seeds(values, unit):
     return Value(
-        float(np.median(values)),
-        (float(np.min(values)), float(np.max(values))),
-        unit,
+        float(np.median(values)), (float(np.min(values)), float(np.max(values))), unit
     )
 
 
 @numbers(
-    "sec_4_3_1",
-    needs=("sec_4_3_1_field", "sec_4_3_1_turned"),
-    evidence="rendered",
+    "sec_4_3_1", needs=("sec_4_3_1_field", "sec_4_3_1_turned"), evidence="rendered"
 )
 def numbers_of_section(results):
     """Shares of the field, counts of grids, shifts of the lens."""
@@ -82,21 +74,13 @@ def numbers_of_section(results):
     }
     angle = np.degrees(rigs[FISH].camera.max_angle)
     return {
-        "s4_3_1_omni_h": _of_seeds(
-            seeds_of(field, OMNI, "horizontal_deg"), "deg"
-        ),
-        "s4_3_1_omni_v": _of_seeds(
-            seeds_of(field, OMNI, "vertical_deg"), "deg"
-        ),
+        "s4_3_1_omni_h": _of_seeds(seeds_of(field, OMNI, "horizontal_deg"), "deg"),
+        "s4_3_1_omni_v": _of_seeds(seeds_of(field, OMNI, "vertical_deg"), "deg"),
         "s4_3_1_fish": _of_seeds(100 * seeds_of(field, FISH, "share"), "%"),
         "s4_3_1_fish_fov": Value(round(2 * float(angle), 6), unit="deg"),
         "s4_3_1_lin": Value(LINEAR_GRIDS, unit="count"),
-        "s4_3_1_omni_extra": Value(
-            rigs[OMNI].count - LINEAR_GRIDS, unit="count"
-        ),
-        "s4_3_1_fish_extra": Value(
-            rigs[FISH].count - LINEAR_GRIDS, unit="count"
-        ),
+        "s4_3_1_omni_extra": Value(rigs[OMNI].count - LINEAR_GRIDS, unit="count"),
+        "s4_3_1_fish_extra": Value(rigs[FISH].count - LINEAR_GRIDS, unit="count"),
         "s4_3_1_d70_shift": shift[OMNI],
         "s4_3_1_cp_shift": shift[FISH],
     }

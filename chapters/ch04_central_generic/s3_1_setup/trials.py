@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import (
-    decoded_grids,
-    true_camera,
-    true_poses,
-)
+from chapters.shared.active_grid_sets import decoded_grids, true_camera, true_poses
 from chapters.shared.central_sets import (
     FISH,
     LINEAR_GRIDS,
@@ -61,9 +57,7 @@ def field_trial(condition, rng):
     masks = np.array([found.mask for _, found in decoded_grids(folder)])
     count = masks.sum(axis=0)
     v, u = np.indices(count.shape)
-    rays = camera.rays(
-        np.column_stack([u.ravel(), v.ravel()]).astype(float)
-    )
+    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
     some = _shares(camera, rays, count.ravel() > 0)
     linear = _shares(camera, rays, masks[:LINEAR_GRIDS].any(axis=0).ravel())
     if condition["camera"] == OMNI:
@@ -74,9 +68,7 @@ def field_trial(condition, rng):
     shown = np.where(rays.valid.reshape(count.shape), count, -1)
     return some | {
         "linear": linear,
-        "by_grid": {
-            f"{n}": float(m.mean()) for n, m in enumerate(masks, 1)
-        },
+        "by_grid": {f"{n}": float(m.mean()) for n, m in enumerate(masks, 1)},
         "common": int(masks[:LINEAR_GRIDS].all(axis=0).sum()),
         "count": shown[::step, ::step].astype(np.int8),
     }
@@ -98,18 +90,14 @@ def _solid_angle(camera, rays):
     d = rays.directions.reshape(shape)
     solid = np.full(shape[:2], np.nan)
     across, down = d[:, 1:] - d[:, :-1], d[1:] - d[:-1]
-    solid[:-1, :-1] = np.linalg.norm(
-        np.cross(across[:-1], down[:, :-1]), axis=2
-    )
+    solid[:-1, :-1] = np.linalg.norm(np.cross(across[:-1], down[:, :-1]), axis=2)
     return np.nan_to_num(solid.ravel())
 
 
 def _angles(rays, seen, towards):
     """Degrees of azimuth at the horizon and of elevation ahead that are seen."""
     x, y, z = rays.directions.T
-    azimuth = np.degrees(
-        np.arctan2(y, x) - np.arctan2(towards[1], towards[0])
-    )
+    azimuth = np.degrees(np.arctan2(y, x) - np.arctan2(towards[1], towards[0]))
     azimuth = (azimuth + 180) % 360 - 180
     elevation = np.degrees(np.arcsin(np.clip(z, -1, 1)))
     good = rays.valid & seen
@@ -134,17 +122,13 @@ def turned_trial(condition, rng):
     camera = true_camera(upright)
     shape = camera.height, camera.width, 2
     points = {
-        name: first_points(f)
-        for name, f in (("upright", upright), ("turned", turned))
+        name: first_points(f) for name, f in (("upright", upright), ("turned", turned))
     }
     shifts = [
         BINNED * shift_between(a.reshape(shape), b.reshape(shape))
         for a, b in zip(points["upright"], points["turned"], strict=True)
     ]
-    out = {
-        f"shift_{n}_px": float(np.hypot(*s))
-        for n, s in enumerate(shifts, 1)
-    }
+    out = {f"shift_{n}_px": float(np.hypot(*s)) for n, s in enumerate(shifts, 1)}
     for name, seen in points.items():
         rays = shared_rays(seen, camera.width, rng)
         true = true_grids_of_set(upright, rays.pixels)
@@ -164,9 +148,7 @@ def shift_between(points, moved):
     down = (points[2 * r :, r:-r] - points[: -2 * r, r:-r]) / (2 * r)
     by_pixel = np.stack([along, down], axis=-1)
     off = (moved - points)[inner]
-    good = np.isfinite(by_pixel).all(axis=(2, 3)) & np.isfinite(off).all(
-        axis=2
-    )
+    good = np.isfinite(by_pixel).all(axis=(2, 3)) & np.isfinite(off).all(axis=2)
     found = -np.linalg.solve(by_pixel[good], off[good][..., None])[..., 0]
     return np.median(found, axis=0)
 

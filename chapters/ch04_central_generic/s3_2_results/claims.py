@@ -68,9 +68,7 @@ def judge_smaller_gap(results):
     readings = []
     for options in cases("standard_method"):
         omni, fish = (
-            np.array(
-                [_ratio(results, camera, options, s) for s in ("ray", "ba")]
-            )
+            np.array([_ratio(results, camera, options, s) for s in ("ray", "ba")])
             for camera in (OMNI, FISH)
         )
         readings.append(
@@ -119,13 +117,8 @@ def judge_similar_cameras(results):
     """CGSP's errors are alike on both cameras, the standard method's are not."""
     readings = []
     for options in cases("standard_method"):
-        omni, fish = (
-            _means(results, camera, options) for camera in (OMNI, FISH)
-        )
-        apart = [
-            np.maximum(a / b, b / a)
-            for a, b in zip(omni, fish, strict=True)
-        ]
+        omni, fish = (_means(results, camera, options) for camera in (OMNI, FISH))
+        apart = [np.maximum(a / b, b / a) for a, b in zip(omni, fish, strict=True)]
         readings.append(
             decided(
                 (apart[1] <= MOST_SIMILAR) & (apart[0] >= LEAST_RATIO),
@@ -139,9 +132,7 @@ def judge_similar_cameras(results):
     return readings
 
 
-@claim(
-    "c4_accuracy_not_needed_ba", needs=SEEDS_OF_BOTH, evidence="rendered"
-)
+@claim("c4_accuracy_not_needed_ba", needs=SEEDS_OF_BOTH, evidence="rendered")
 def judge_unadjusted(results):
     """CGSP as it comes out against the adjusted standard method."""
     readings = []
@@ -171,9 +162,7 @@ def judge_agreement(results):
     for options in cases("standard_method"):
         standard = STANDARD[options["standard_method"]]
         fish = disagreement(results, FISH, standard)
-        a, b = (
-            by_seed(results, OMNI, f"{m}.cz") for m in (standard, "cgsp")
-        )
+        a, b = (by_seed(results, OMNI, f"{m}.cz") for m in (standard, "cgsp"))
         depth = 100 * np.abs(b / a - 1)
         readings.append(
             decided(
@@ -209,19 +198,11 @@ def judge_omnidirectional_scatter(results):
         told = ", ".join(
             f"{word} in {100 * np.mean(part):.0f} %"
             for word, part in zip(
-                ("tighter", "rounder", "nearer to Gaussian"),
-                parts,
-                strict=True,
+                ("tighter", "rounder", "nearer to Gaussian"), parts, strict=True
             )
         )
         readings.append(
-            decided(
-                np.all(parts, axis=0),
-                ratio,
-                options,
-                "",
-                f"RMS ratio; {told}",
-            )
+            decided(np.all(parts, axis=0), ratio, options, "", f"RMS ratio; {told}")
         )
     return readings
 
@@ -237,9 +218,7 @@ def judge_fisheye_scatter(results):
         alike = (ratio >= SIMILAR[0]) & (ratio <= SIMILAR[1])
         told = f"RMS ratio; alike in {100 * np.mean(alike):.0f} %, "
         told += f"not less Gaussian in {100 * np.mean(near <= far):.0f} %"
-        readings.append(
-            decided(alike & (near <= far), ratio, options, "", told)
-        )
+        readings.append(decided(alike & (near <= far), ratio, options, "", told))
     return readings
 
 
@@ -289,11 +268,7 @@ def judge_both_cameras(results):
     return readings
 
 
-@claim(
-    "c4_small_misalign",
-    needs=("exp_c4_small_misalign",),
-    evidence="rendered",
-)
+@claim("c4_small_misalign", needs=("exp_c4_small_misalign",), evidence="rendered")
 def judge_misalignment(results):
     """CGSP's error with a bracket 1 mm off against one that is right."""
     result = results[BRACKETS]
@@ -308,27 +283,11 @@ def judge_misalignment(results):
     return [decided(ratio <= MOST_OF_ALIGNED, ratio, {}, "", told)]
 
 
-@claim(
-    "c4_caustic_floor",
-    needs=("exp_c4_caustic_floor",),
-    evidence="synthetic",
-)
+@claim("c4_caustic_floor", needs=("exp_c4_caustic_floor",), evidence="synthetic")
 def judge_caustic(results):
     """The scatter of exact rays after CGSP against the caustic's own."""
     result = results[CAUSTIC]
-    scatter, caustic = (
-        result.column(k) for k in ("scatter_mm", "caustic_mm")
-    )
+    scatter, caustic = (result.column(k) for k in ("scatter_mm", "caustic_mm"))
     ratio = scatter / caustic
-    told = (
-        f"scatter over the caustic's spread of {np.median(caustic):.2f} mm"
-    )
-    return [
-        decided(
-            (scatter > 0) & (np.abs(ratio - 1) <= WITHIN),
-            ratio,
-            {},
-            "",
-            told,
-        )
-    ]
+    told = f"scatter over the caustic's spread of {np.median(caustic):.2f} mm"
+    return [decided((scatter > 0) & (np.abs(ratio - 1) <= WITHIN), ratio, {}, "", told)]

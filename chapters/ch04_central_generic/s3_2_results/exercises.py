@@ -20,9 +20,7 @@ def lever_task():
             "That is the error of the mean, where the points are.": lambda: (
                 SD_MM / np.sqrt(3)
             ),
-            "The mean has an error too.": lambda: (
-                SD_MM * middle / np.sqrt(spread)
-            ),
+            "The mean has an error too.": lambda: SD_MM * middle / np.sqrt(spread),
         },
     }
 

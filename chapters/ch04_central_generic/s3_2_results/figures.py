@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_2_results.results import (
-    CAMERAS,
-    NAMES,
-    RENDERED,
-)
+from chapters.ch04_central_generic.s3_2_results.results import CAMERAS, NAMES, RENDERED
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -22,31 +18,19 @@ def fig_4_6(results):
     """Two cameras by two methods, of the first rendered set each."""
     result = results[RENDERED]
     drawn, axes = new_figure(2, 2, height_in=7.0)
-    data = {
-        name: [] for name in ("camera", "method", "x_mm", "y_mm", "apart")
-    }
+    data = {name: [] for name in ("camera", "method", "x_mm", "y_mm", "apart")}
     for row, camera in zip(axes, CAMERAS.values(), strict=True):
         for panel, method in zip(row, PANELS, strict=True):
-            first = next(
-                c for c in result.conditions if c["camera"] == camera
-            )
+            first = next(c for c in result.conditions if c["camera"] == camera)
             x, y, apart = result.arrays(f"{method}.crossing", **first)[0].T
             for good, colour, label in (
                 (apart < 1, "#e69f00", "points close together"),
                 (apart > 0, "#0072b2", "points apart"),
             ):
                 panel.plot(
-                    x[good],
-                    y[good],
-                    ".",
-                    color=colour,
-                    ms=2,
-                    alpha=0.5,
-                    label=label,
+                    x[good], y[good], ".", color=colour, ms=2, alpha=0.5, label=label
                 )
-            panel.plot(
-                0, 0, "+", color="#d00000", ms=14, mew=2, label="centre"
-            )
+            panel.plot(0, 0, "+", color="#d00000", ms=14, mew=2, label="centre")
             reach = 1.15 * np.quantile(np.maximum(abs(x), abs(y)), SHOWN)
             panel.set(
                 xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal",

@@ -15,10 +15,7 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
     kurtosis_task,
     lever_task,
 )
-from chapters.ch04_central_generic.s3_2_results.results import (
-    ERRORS,
-    name_values,
-)
+from chapters.ch04_central_generic.s3_2_results.results import ERRORS, name_values
 from chapters.ch04_central_generic.s3_2_results.trials import (
     BRACKET_RIGS,
     BRACKET_SETS,
@@ -45,13 +42,7 @@ from chapters.shared.central_sets import (
 )
 from chapters.shared.three_grids import LEAST_SPREAD
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -219,9 +210,7 @@ def brackets(effort):
 )
 def caustic(effort):
     """The fisheye without noise, grids set up anew in each trial."""
-    return Plan(
-        caustic_trial, caustic_conditions(effort), TRIALS[effort], {}
-    )
+    return Plan(caustic_trial, caustic_conditions(effort), TRIALS[effort], {})
 
 
 # %% tags=["active-ipynb", "hide-output"]

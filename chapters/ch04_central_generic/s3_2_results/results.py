@@ -17,15 +17,9 @@ BRACKETS = "exp_c4_small_misalign"
 CAUSTIC = "exp_c4_caustic_floor"
 ERRORS = "table_4_3_errors"
 SEEDS_OF_BOTH = ("table_4_3_rendered", "table_4_3_redrawn")
-STANDARD = {
-    "as printed": "as_printed",
-    "well conditioned": "well_conditioned",
-}
+STANDARD = {"as printed": "as_printed", "well conditioned": "well_conditioned"}
 SCATTER = {"all rays": "all", "rays whose points lie apart": "apart"}
-QUESTIONS = {
-    "standard_method": tuple(STANDARD),
-    "scatter_rays": tuple(SCATTER),
-}
+QUESTIONS = {"standard_method": tuple(STANDARD), "scatter_rays": tuple(SCATTER)}
 NAMES = {
     "as_printed": "standard, as printed",
     "well_conditioned": "standard, well conditioned",
@@ -70,10 +64,7 @@ def measured(values):
 def disagreement(results, camera, standard):
     """Largest difference of CGSP from a standard method, in %, by seed, (seeds,)."""
     pairs = [
-        [
-            by_seed(results, camera, f"{m}.{name}")
-            for m in (standard, "cgsp")
-        ]
+        [by_seed(results, camera, f"{m}.{name}") for m in (standard, "cgsp")]
         for name in PARAMETERS
     ]
     return np.max([100 * np.abs(b / a - 1) for a, b in pairs], axis=0)

@@ -104,9 +104,7 @@ def ext_fig_4_6_measures(results):
                 columns["Method"].append(name)
                 columns["Rays"].append(words)
                 for key, head in heads.items():
-                    found = by_seed(
-                        results, camera, f"{method}.{which}.{key}"
-                    )
+                    found = by_seed(results, camera, f"{method}.{which}.{key}")
                     cell = measured(found)
                     if key == "inside":
                         cell = float(np.nanmean(found))
@@ -120,11 +118,7 @@ def ext_fig_4_6_measures(results):
     )
 
 
-@table(
-    "ext_misalignment",
-    needs=("exp_c4_small_misalign",),
-    evidence="rendered",
-)
+@table("ext_misalignment", needs=("exp_c4_small_misalign",), evidence="rendered")
 def ext_misalignment(results):
     """CGSP on the mirror with brackets more and less off."""
     result = results[BRACKETS]
@@ -138,8 +132,7 @@ def ext_misalignment(results):
     columns = {"Bracket off (mm)": list(offsets)}
     for key, head in heads.items():
         columns[head] = [
-            measured(bracket_errors(result, offset, key))
-            for offset in offsets
+            measured(bracket_errors(result, offset, key)) for offset in offsets
         ]
     return Table(
         columns,
@@ -151,9 +144,7 @@ def ext_misalignment(results):
 def of_seeds(values, unit):
     """A Value of one number by seed: median and range."""
     return Value(
-        float(np.median(values)),
-        (float(np.min(values)), float(np.max(values))),
-        unit,
+        float(np.median(values)), (float(np.min(values)), float(np.max(values))), unit
     )
 
 
@@ -180,19 +171,13 @@ def numbers_of_table_4_3(results):
         for method, which in (("std", "as_printed"), ("cgsp", "cgsp")):
             for stage, key in (("pre", "ray"), ("ba", "ba")):
                 for statistic in ("mean", "sd"):
-                    values = by_seed(
-                        results, camera, f"{which}.{key}_{statistic}_mm"
-                    )
+                    values = by_seed(results, camera, f"{which}.{key}_{statistic}_mm")
                     name = f"t4_3_{short}_{method}_{statistic}_{stage}"
-                    found[name] = of_seeds(
-                        values[np.isfinite(values)], "mm"
-                    )
+                    found[name] = of_seeds(values[np.isfinite(values)], "mm")
         standard, cgsp = (
             by_seed(results, camera, f"{method}.ray_mean_mm")
             for method in ("as_printed", "cgsp")
         )
         ratio = standard / cgsp
-        found[f"s4_4_ratio_{short}"] = of_seeds(
-            ratio[np.isfinite(ratio)], "ratio"
-        )
+        found[f"s4_4_ratio_{short}"] = of_seeds(ratio[np.isfinite(ratio)], "ratio")
     return found

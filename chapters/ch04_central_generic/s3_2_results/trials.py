@@ -41,9 +41,7 @@ BRACKETS_MM = {
     1.0: "small",
     2.0: "double-small",
 }
-BRACKETS = {
-    offset: f"{RIGS[OMNI]}-{name}" for offset, name in BRACKETS_MM.items()
-}
+BRACKETS = {offset: f"{RIGS[OMNI]}-{name}" for offset, name in BRACKETS_MM.items()}
 BRACKET_STEP = 3
 OFFSETS_MM = {"quick": (0.0, 1.0), "full": tuple(BRACKETS_MM)}
 DRAWN = 3000  # points of a scatter that are drawn
@@ -107,9 +105,7 @@ def errors_trial(condition, rng):
         for folder in folders
         for grid in seen_grids(folder, count=LINEAR_GRIDS)
     )
-    return {
-        name: np.asarray(value) for name, value in found._asdict().items()
-    } | {
+    return {name: np.asarray(value) for name, value in found._asdict().items()} | {
         "share_of_outliers": found.outlier_share,
         "correlation": float(found.correlation_px.mean()),
         "stated_x": float(found.stated[0]),
@@ -125,10 +121,7 @@ def _cosine(rays, shape, T_camera_grid):
 
 def errors_of(result, rig):
     """The DecodingErrors that `errors_trial` has found for a rig."""
-    parts = {
-        name: result.arrays(name, rig=rig)[0]
-        for name in DecodingErrors._fields
-    }
+    parts = {name: result.arrays(name, rig=rig)[0] for name in DecodingErrors._fields}
     parts["outlier_share"] = parts["outlier_share"].item()
     return DecodingErrors(**parts)
 
@@ -160,9 +153,7 @@ def drawn_grids(rig, step, rng, errors=None):
         if errors is not None:
             seen = drawn_again(errors, seen, cosine, rng, step)
         points.append(seen.reshape(-1, 2))
-    v, u = np.mgrid[
-        step // 2 : camera.height : step, step // 2 : camera.width : step
-    ]
+    v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
     return (
         np.array(points),
         np.column_stack([u.ravel(), v.ravel()]).astype(float),
@@ -173,9 +164,7 @@ def drawn_grids(rig, step, rng, errors=None):
 def redrawn_trial(condition, rng, errors):
     """Grids set up anew, decoding errors drawn again; as `rendered_trial`."""
     rig = condition["rig"]
-    points, pixels, poses = drawn_grids(
-        rig, condition["step"], rng, errors[rig]
-    )
+    points, pixels, poses = drawn_grids(rig, condition["step"], rng, errors[rig])
     rays = shared_rays(points, 1, rng)
     chosen = pixels[rays.pixels[:, 1].astype(int)]
     true = true_grids(rig_named(rig).camera, poses, chosen)
@@ -188,11 +177,7 @@ def redrawn_trial(condition, rng, errors):
 def redrawn_conditions(effort):
     """A condition for each camera."""
     return [
-        {
-            "camera": camera,
-            "rig": rig + SMALL[effort],
-            "step": STEPS[effort],
-        }
+        {"camera": camera, "rig": rig + SMALL[effort], "step": STEPS[effort]}
         for camera, rig in RIGS.items()
     ]
 
@@ -201,8 +186,7 @@ def bracket_trial(condition, rng):
     """CGSP's ray-point errors on rendered sets of one misalignment."""
     found = rendered_trial(condition, rng)
     return {
-        name: found[name]
-        for name in ("cgsp", "true_scatter_mm", "used", "left_out")
+        name: found[name] for name in ("cgsp", "true_scatter_mm", "used", "left_out")
     }
 
 

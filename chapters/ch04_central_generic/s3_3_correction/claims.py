@@ -11,12 +11,7 @@ from chapters.ch04_central_generic.s3_3_correction.results import (
 )
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.counterpart import decided
-from repro.judge.statistics import (
-    all_of,
-    median_interval,
-    wins,
-    with_worst,
-)
+from repro.judge.statistics import all_of, median_interval, wins, with_worst
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import DECISIONS, Reading, Value
 
@@ -113,9 +108,7 @@ def judge_fisheye_residuals(results):
     for options, standard in readings():
         mean = ratio(result, FISH, standard, "mean_mm")
         inside = (mean >= EQUAL[0]) & (mean <= EQUAL[1])
-        found.append(
-            decided(inside, mean, options, "", "ratio of the means")
-        )
+        found.append(decided(inside, mean, options, "", "ratio of the means"))
     return found
 
 
@@ -150,8 +143,7 @@ def judge_seams(results):
     result, found = results["fig_4_9_boards"], []
     for options, standard in readings():
         own, cgsp = (
-            of_camera(result, OMNI, f"{m}.seam_ratio")
-            for m in (standard, "cgsp")
+            of_camera(result, OMNI, f"{m}.seam_ratio") for m in (standard, "cgsp")
         )
         found.append(
             decided(
@@ -172,10 +164,7 @@ def judge_skew(results):
     result, found = results["fig_4_9_boards"], []
     for options, standard in readings():
         least = np.min(
-            [
-                of_camera(result, FISH, f"{m}.skew_spearman")
-                for m in (standard, "cgsp")
-            ],
+            [of_camera(result, FISH, f"{m}.skew_spearman") for m in (standard, "cgsp")],
             axis=0,
         )
         found.append(
@@ -184,8 +173,7 @@ def judge_skew(results):
                 least,
                 options,
                 "",
-                "rank correlation of angle and residual, the smaller of both "
-                "methods",
+                "rank correlation of angle and residual, the smaller of both methods",
             )
         )
     return found

@@ -30,11 +30,7 @@ def radius_task():
         "expected": lambda: PANORAMA_PX / np.radians(PANORAMA_DEG),
         "hint": "the arc that the picture shows is as long as it is wide",
         "slips": {
-            "Angles in radians, not degrees.": lambda: (
-                PANORAMA_PX / PANORAMA_DEG
-            ),
-            "It does not go all the way round.": lambda: (
-                PANORAMA_PX / (2 * np.pi)
-            ),
+            "Angles in radians, not degrees.": lambda: PANORAMA_PX / PANORAMA_DEG,
+            "It does not go all the way round.": lambda: PANORAMA_PX / (2 * np.pi),
         },
     }

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.results import fields
-from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import (
-    MAGNIFIED,
-)
+from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import MAGNIFIED
 from chapters.shared.central_sets import FISH, OMNI
 from repro.page.style import figure as new_figure
 from repro.page.style import series
@@ -76,9 +74,7 @@ def fig_4_9(results):
     result = results["fig_4_9_boards"]
     drawn, axes = new_figure(2, 2, height_in=6.0)
     rows = []
-    for panel, (title, camera, method) in zip(
-        axes.flat, PANELS, strict=True
-    ):
+    for panel, (title, camera, method) in zip(axes.flat, PANELS, strict=True):
         found = fields(result, camera, method)
         panel.set(title=title, xlabel="x (mm)", ylabel="y (mm)")
         panel.set_aspect("equal", adjustable="datalim")
@@ -95,9 +91,7 @@ def fig_4_9(results):
         rows += [(camera, method, *row[:4]) for row in found]
     return Drawing(
         drawn,
-        columns(
-            ("camera", "method", "x_mm", "y_mm", "dx_mm", "dy_mm"), rows
-        ),
+        columns(("camera", "method", "x_mm", "y_mm", "dx_mm", "dy_mm"), rows),
         "Residuals of one chessboard after its view was corrected and carried "
         f"onto the metric grid, {MAGNIFIED} times as long as they are (in the "
         "thesis, 15 times). Each panel shows the board that most calibrated "

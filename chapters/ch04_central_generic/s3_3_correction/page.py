@@ -11,9 +11,7 @@ from chapters.ch04_central_generic.s3_3_correction.exercises import (
     radius_task,
     stretch_task,
 )
-from chapters.ch04_central_generic.s3_3_correction.results import (
-    name_values,
-)
+from chapters.ch04_central_generic.s3_3_correction.results import name_values
 from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     corner_residuals,
     on_plane,
@@ -21,17 +19,9 @@ from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
     calibrate_central,
 )
-from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
-    straightness,
-)
+from chapters.ch04_central_generic.s3_3_correction.trials.scenes import straightness
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 
 # %% tags=["active-ipynb"]
 # show("fig_4_9")

@@ -25,8 +25,7 @@ def of_camera(result, camera, name):
 def ratio(result, camera, standard, name):
     """Standard over CGSP, (seeds,); a failed standard run counts as the worst."""
     over, under = (
-        of_camera(result, camera, f"{method}.{name}")
-        for method in (standard, "cgsp")
+        of_camera(result, camera, f"{method}.{name}") for method in (standard, "cgsp")
     )
     return with_worst(over) / under
 
@@ -58,9 +57,7 @@ def name_values(open_results):
             mean = of_camera(boards, camera, f"{method}.mean_mm")
             value(f"{short}.{method}.mean", float(np.nanmedian(mean)))
             worst = of_camera(lines, camera, f"{method}.worst_share")
-            value(
-                f"{short}.{method}.worst", 100 * float(np.nanmedian(worst))
-            )
+            value(f"{short}.{method}.worst", 100 * float(np.nanmedian(worst)))
         found = of_camera(boards, camera, "boards_found")
         value(f"{short}.boards", int(found.sum()))
     for method in ("printed", "cgsp"):

@@ -43,6 +43,4 @@ def _cell(found):
     known = found[np.isfinite(found)]
     if len(known) < len(found) or not len(known):
         return None
-    return Measured(
-        float(np.median(known)), float(known.min()), float(known.max())
-    )
+    return Measured(float(np.median(known)), float(known.min()), float(known.max()))

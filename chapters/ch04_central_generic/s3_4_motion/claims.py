@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from chapters.ch04_central_generic.s3_4_motion.results import (
-    SCALE,
-    STANDARD,
-    trials_of,
-)
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
-    DETECTORS,
-)
+from chapters.ch04_central_generic.s3_4_motion.results import SCALE, STANDARD, trials_of
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
 from repro.judge.statistics import wins
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import DECISIONS, Reading, Value
@@ -67,13 +61,9 @@ def numbers_fig_4_10(results):
     settings = results["fig_4_10_seeds"].settings
     steps = settings["steps"]
     return {
-        "fig4_10_t": Value(
-            steps["translation"] * settings["step_mm"], unit="mm"
-        ),
+        "fig4_10_t": Value(steps["translation"] * settings["step_mm"], unit="mm"),
         "fig4_10_ts": Value(settings["step_mm"], unit="mm"),
-        "fig4_10_r": Value(
-            steps["rotation"] * settings["step_deg"], unit="deg"
-        ),
+        "fig4_10_r": Value(steps["rotation"] * settings["step_deg"], unit="deg"),
         "fig4_10_rs": Value(settings["step_deg"], unit="deg"),
         "fig4_10_scale": Value(SCALE, unit="x"),
     }

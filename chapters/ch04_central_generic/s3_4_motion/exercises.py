@@ -26,9 +26,7 @@ def parallax_task():
     return {
         "expected": lambda: np.degrees(np.arctan(SHIFT_MM / AWAY_MM)),
         "hint": "draw the triangle of camera and both places of the point",
-        "slips": {
-            "That is in radians.": lambda: np.arctan(SHIFT_MM / AWAY_MM),
-        },
+        "slips": {"That is in radians.": lambda: np.arctan(SHIFT_MM / AWAY_MM)},
     }
 
 
@@ -38,11 +36,7 @@ def sum_task():
         "expected": lambda: STEP_ERROR_DEG * np.sqrt(STEPS),
         "hint": "variances add",
         "slips": {
-            "That is so if all errors have one sign.": lambda: (
-                STEP_ERROR_DEG * STEPS
-            ),
-            "That is the error of the mean.": lambda: (
-                STEP_ERROR_DEG / np.sqrt(STEPS)
-            ),
+            "That is so if all errors have one sign.": lambda: STEP_ERROR_DEG * STEPS,
+            "That is the error of the mean.": lambda: STEP_ERROR_DEG / np.sqrt(STEPS),
         },
     }

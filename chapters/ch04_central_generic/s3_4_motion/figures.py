@@ -83,15 +83,10 @@ def fig_4_10(results):
         right.plot(stage, turned - stage, **series(index))
         rows += [("a", method, *place) for place in path]
         rows += [
-            ("b", method, *pair)
-            for pair in zip(stage, turned - stage, strict=True)
+            ("b", method, *pair) for pair in zip(stage, turned - stage, strict=True)
         ]
         deviation = np.sqrt(
-            np.mean(
-                np.sum(
-                    (shifts[method] - shifts[method].mean(axis=0)) ** 2, 1
-                )
-            )
+            np.mean(np.sum((shifts[method] - shifts[method].mean(axis=0)) ** 2, 1))
         )
         gaps.append(
             abs(
@@ -141,9 +136,7 @@ def motion_seeds(results):
         "rotation": "Total turn off 110° (deg)",
     }
     rows = []
-    for panel, (motion, measure) in zip(
-        axes, MEASURES.items(), strict=True
-    ):
+    for panel, (motion, measure) in zip(axes, MEASURES.items(), strict=True):
         for index, method in enumerate(METHODS):
             trials = trials_of(result, motion, measure, method, DRAWN)
             look = series(index)
@@ -172,10 +165,7 @@ def motion_seeds(results):
 
 
 @figure(
-    "ext_motion_target",
-    needs=("fig_4_10_corners",),
-    evidence="rendered",
-    scene=True,
+    "ext_motion_target", needs=("fig_4_10_corners",), evidence="rendered", scene=True
 )
 def motion_target(results):
     """The target on its stage in space, and in three pictures."""
@@ -193,10 +183,7 @@ def motion_target(results):
     for k, panel in enumerate(axes[1:]):
         panel.set_position([0.52 + 0.16 * k, 0.05, 0.15, 0.9])
     draw_scene(axes[0], scene)
-    rows = [
-        (k, *T[:3, 3])
-        for k, T in enumerate(target_poses("rotation", STRAIGHT))
-    ]
+    rows = [(k, *T[:3, 3]) for k, T in enumerate(target_poses("rotation", STRAIGHT))]
     return Drawing(
         drawn,
         columns(("pose", "x_mm", "y_mm", "z_mm"), rows),
@@ -219,9 +206,7 @@ def target_scene():
         parts += board(face, middle @ T, BORDER_MM, label="target")
     # Where the fold of the boards goes while the stage turns.
     parts += [
-        Polyline(
-            poses[:, :3, 3], series(1)["color"], "path of the fold", 2.0
-        ),
+        Polyline(poses[:, :3, 3], series(1)["color"], "path of the fold", 2.0),
         Points(CENTRE_MM[None], INK, "focus of the mirror", 12.0),
         Labels(CENTRE_MM[None] + [0, 0, 25], ["mirror"], INK),
     ]

@@ -23,13 +23,8 @@ from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
     drawn_grids,
     rays_of_pixels,
 )
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
-    DETECTORS,
-)
-from chapters.ch04_central_generic.s3_4_motion.trials.motion import (
-    motions,
-    scored,
-)
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
+from chapters.ch04_central_generic.s3_4_motion.trials.motion import motions, scored
 from chapters.ch04_central_generic.s3_4_motion.trials.seeds import (
     CALIBRATION,
     MEASURED,
@@ -48,13 +43,7 @@ from chapters.shared.grid_rigs import rig_named
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
 from repro.page.exercise import check
-from repro.page.reader import (
-    compared,
-    open_results,
-    show,
-    show_code,
-    show_table,
-)
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -171,9 +160,7 @@ def motion_trial(condition, rng, corners, decoding):
     for motion in STEPS:
         setup = corners.setup(motion, seed, rng)
         poses = target_poses(motion, setup)
-        pixels = np.stack(
-            [np.concatenate(true_pixels(camera, T)) for T in poses]
-        )
+        pixels = np.stack([np.concatenate(true_pixels(camera, T)) for T in poses])
         out[motion] = {}
         for detector in DETECTORS:
             errors = corners.of_seed(motion, detector, seed, rng)
@@ -212,9 +199,7 @@ def viewpoint(camera):
     d = rays.directions[rays.valid]
     o = np.broadcast_to(rays.origins, rays.directions.shape)[rays.valid]
     across = np.eye(3) - d[:, :, None] * d[:, None, :]
-    return np.linalg.solve(
-        across.sum(axis=0), np.einsum("nij,nj->i", across, o)
-    )
+    return np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, o))
 
 
 def trial_of(results, effort):

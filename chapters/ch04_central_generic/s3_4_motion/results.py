@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
-    DETECTORS,
-)
-from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
-    BOARDS,
-    STEPS,
-)
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
+from chapters.ch04_central_generic.s3_4_motion.trials.stage import BOARDS, STEPS
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
@@ -30,10 +25,7 @@ def trials_of(result, motion, measure, method, detector):
     """Trials (n,) of one measure of one method, nan where it failed."""
     name = f"{motion}.{detector}.{method}.{measure}"
     return np.concatenate(
-        [
-            result.column(name, **condition)
-            for condition in result.conditions
-        ]
+        [result.column(name, **condition) for condition in result.conditions]
     )
 
 
@@ -58,23 +50,16 @@ def corner_error(result, motion, detector):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     seeds = open_results("fig_4_10_seeds")
-    for method, short in zip(
-        METHODS, ("printed", "well", "cgsp"), strict=True
-    ):
+    for method, short in zip(METHODS, ("printed", "well", "cgsp"), strict=True):
         for motion, measure in MEASURES.items():
             trials = trials_of(seeds, motion, measure, method, DRAWN)
             value(f"{motion}_{short}", median_interval(trials).value)
-        value(
-            f"centre_{short}",
-            float(np.median(seeds.column(f"centre_mm.{method}"))),
-        )
+        value(f"centre_{short}", float(np.median(seeds.column(f"centre_mm.{method}"))))
     lost = trials_lost(seeds)
     value("lost_percent", 100 * lost)
     corners = open_results("fig_4_10_corners")
     value("seeds_rendered", corners.trials_per_condition)
-    for detector, short in zip(
-        DETECTORS, ("celect", "clickless"), strict=True
-    ):
+    for detector, short in zip(DETECTORS, ("celect", "clickless"), strict=True):
         counted = [refusals(corners, motion, detector) for motion in STEPS]
         value(f"{short}_refused", sum(c[0] for c in counted))
     value("boards_shown", sum(c[1] for c in counted))

@@ -12,9 +12,7 @@ from chapters.ch04_central_generic.s3_4_motion.results import (
     refusals,
     trials_of,
 )
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
-    DETECTORS,
-)
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import STEPS
 from repro.judge.statistics import median_interval
 from repro.run.columns import columns
@@ -30,11 +28,7 @@ def measured(trials):
     return Measured(found.value, found.low, found.high)
 
 
-@table(
-    "ext_motion",
-    needs=("fig_4_10_seeds", "fig_4_10_rendered"),
-    evidence="rendered",
-)
+@table("ext_motion", needs=("fig_4_10_seeds", "fig_4_10_rendered"), evidence="rendered")
 def motion_table(results):
     """Medians of both errors, redrawn and rendered."""
     result, rendered = (
@@ -45,13 +39,9 @@ def motion_table(results):
         for method in METHODS:
             cells = []
             for motion, measure in MEASURES.items():
-                of_seeds = trials_of(
-                    rendered, motion, measure, method, detector
-                )
+                of_seeds = trials_of(rendered, motion, measure, method, detector)
                 cells += [
-                    measured(
-                        trials_of(result, motion, measure, method, detector)
-                    ),
+                    measured(trials_of(result, motion, measure, method, detector)),
                     float(np.median(of_seeds)),
                 ]
             rows.append((detector, NAMES[method], *cells))
@@ -73,9 +63,7 @@ def motion_table(results):
     )
 
 
-@table(
-    "ext_motion_refused", needs=("fig_4_10_corners",), evidence="rendered"
-)
+@table("ext_motion_refused", needs=("fig_4_10_corners",), evidence="rendered")
 def refused_table(results):
     """How many boards each detector refused, and its errors."""
     result = results["fig_4_10_corners"]

@@ -15,9 +15,7 @@ def shift_task():
     return {
         "expected": shift_rms,
         "hint": "the distance of each corner, not of each coordinate",
-        "slips": {
-            "That is per coordinate.": lambda: shift_rms() / np.sqrt(2),
-        },
+        "slips": {"That is per coordinate.": lambda: shift_rms() / np.sqrt(2)},
     }
 
 
@@ -26,7 +24,5 @@ def shift_rms():
     board = Chessboard(7, 5, 30.0)
     corners, everywhere = board.points(), np.ones(35, bool)
     truth = ReferenceCorners(corners, everywhere, 7, 5, 1.0)
-    errors = corner_errors(
-        Detection(True, corners + [0.3, 0.4], 7, 5), truth
-    )
+    errors = corner_errors(Detection(True, corners + [0.3, 0.4], 7, 5), truth)
     return float(np.sqrt(np.mean(errors**2)))

@@ -13,12 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from chapters.guides.benchmarks import exercises
-from chapters.guides.benchmarks.results import (
-    counted,
-    facts,
-    worst_corner,
-    worst_of,
-)
+from chapters.guides.benchmarks.results import counted, facts, worst_corner, worst_of
 from chapters.guides.benchmarks.trials import (
     CHECKS,
     DETECTORS,
@@ -39,11 +34,7 @@ from chapters.shared.records import record
 from chapters.shared.rigs import rig_named
 from chapters.shared.zoom_rigs import ZOOM_RIGS
 from raxel.calibration.board_views import board_views
-from raxel.evaluation.benchmark import (
-    corner_errors,
-    score_camera,
-    score_corners,
-)
+from raxel.evaluation.benchmark import corner_errors, score_camera, score_corners
 from raxel.features.boards import detect_boards
 from raxel.lab import render_set
 from repro.page.exercise import check
@@ -112,9 +103,7 @@ def ext_lab_accuracy_checks(effort):
 
 
 @experiment(
-    "ext_lab_rendering",
-    artefact="ext_lab_accuracy",
-    shards={"quick": 1, "full": 1},
+    "ext_lab_rendering", artefact="ext_lab_accuracy", shards={"quick": 1, "full": 1}
 )
 def ext_lab_rendering(effort):
     """Pictures of one megapixel; their time stands in the run record."""

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 
-from chapters.guides.benchmarks.results import (
-    FAILED,
-    scored_rigs,
-    worst_corner,
-)
+from chapters.guides.benchmarks.results import FAILED, scored_rigs, worst_corner
 from chapters.guides.benchmarks.trials import DETECTORS, rig_names
 from chapters.shared import detector_counts
 from chapters.shared.rigs import rig_named
@@ -60,11 +56,7 @@ ASKS = {
     "panorama-hyperboloid": "detector: small, mirrored, bent boards",
     "spherical": "detector: dim light and flaws in a ball",
 }
-CAMERAS = {
-    "zhang": "Zhang",
-    "opencv_fisheye": "OpenCV fisheye",
-    "general": "Generic",
-}
+CAMERAS = {"zhang": "Zhang", "opencv_fisheye": "OpenCV fisheye", "general": "Generic"}
 CHECK_NAMES = {
     "area": "light of a turned sheet",
     "edge": "share of a pixel that an edge covers",
@@ -72,11 +64,7 @@ CHECK_NAMES = {
 }
 
 
-@table(
-    "ext_benchmarks",
-    needs=("ext_benchmark_scores",),
-    evidence="rendered",
-)
+@table("ext_benchmarks", needs=("ext_benchmark_scores",), evidence="rendered")
 def ext_benchmarks(results):
     """Today's scores on the rigs that are scored."""
     result = results["ext_benchmark_scores"]
@@ -96,12 +84,8 @@ def _score_row(name, result):
     row = {"Rig": name, "Boards": int(result.settings["views"])}
     for one in DETECTORS:
         title = detector_counts.DETECTORS[one]
-        row[f"{title}: right"] = int(
-            result.column(f"{one}.right", rig=name)[0]
-        )
-        row[f"{title} (px)"] = _known(
-            result.column(f"{one}.rms_px", rig=name)[0]
-        )
+        row[f"{title}: right"] = int(result.column(f"{one}.right", rig=name)[0])
+        row[f"{title} (px)"] = _known(result.column(f"{one}.rms_px", rig=name)[0])
     for model, title in CAMERAS.items():
         row[f"{title} (deg)"] = (
             _known(result.column(f"{model}.rms_deg", rig=name)[0]) or FAILED
@@ -116,11 +100,7 @@ def _known(x):
     return float(x) if isfinite(x) else None
 
 
-@table(
-    "ext_benchmarks_further",
-    needs=("ext_benchmark_scores",),
-    evidence="analytic",
-)
+@table("ext_benchmarks_further", needs=("ext_benchmark_scores",), evidence="analytic")
 def ext_benchmarks_further(results):
     """Rigs without scores here, and what each one asks."""
     scored = scored_rigs(results["ext_benchmark_scores"])
@@ -197,9 +177,7 @@ def ext_lab_accuracy(results):
                 else "closed form",
                 "Unit": "px" if check == "corners" else "1",
                 "RMS error": float(result.column("rms", **condition)[0]),
-                "Largest error": float(
-                    result.column("largest", **condition)[0]
-                ),
+                "Largest error": float(result.column("largest", **condition)[0]),
             }
         )
     aim, worst = result.settings["aim_px"], worst_corner(result)
@@ -208,8 +186,5 @@ def ext_lab_accuracy(results):
         "What the laboratory renders against what it should. Cameras: corners "
         "of pictures without lens and noise, fitted by areas. Photometry: as "
         "shares of light, of a pixel, and of the spread.",
-        Check(
-            worst < aim,
-            f"largest corner error {worst:.3g} px; the aim is {aim} px",
-        ),
+        Check(worst < aim, f"largest corner error {worst:.3g} px; the aim is {aim} px"),
     )

@@ -12,19 +12,9 @@ from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
-from raxel.evaluation.benchmark import (
-    score_camera,
-    scoring_grid,
-)
+from raxel.evaluation.benchmark import score_camera, scoring_grid
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.lab import (
-    Plain,
-    Rectangle,
-    Sensor,
-    TexturedScene,
-    board_scene,
-    render,
-)
+from raxel.lab import Plain, Rectangle, Sensor, TexturedScene, board_scene, render
 from raxel.lab.corner_check import board_before, fitted_corners
 from raxel.sets import Chessboard
 
@@ -116,21 +106,12 @@ def cameras():
         "division": {"K": K, "coefficients": [-0.3]},
         "field of view": {"K": K, "omega": 1.1},
         "fisheye": {"projection": "equidistance", **fisheye},
-        "kannala-brandt": {
-            "k": [1, -0.02, 0.003],
-            "pixels_per_unit": [80, 78],
-            **at,
-        },
+        "kannala-brandt": {"k": [1, -0.02, 0.003], "pixels_per_unit": [80, 78], **at},
         "unified sphere": {"xi": 0.9, "K": K},
     }
-    named = {
-        kind: camera_from(kind, SIZE | fields)
-        for kind, fields in made.items()
-    }
+    named = {kind: camera_from(kind, SIZE | fields) for kind, fields in made.items()}
     mirror = CAMERAS["quadric mirror"]
-    named["hyperboloidal mirror"] = mirror.aligned(
-        viewer, "hyperboloid", (30, 40), 25
-    )
+    named["hyperboloidal mirror"] = mirror.aligned(viewer, "hyperboloid", (30, 40), 25)
     return named
 
 
@@ -146,10 +127,7 @@ def corners_check(condition, rng):
         found = fitted_corners(image, pixels)[0]
         errors.append(np.linalg.norm(found - pixels, axis=1))
     errors = np.concatenate(errors)
-    return {
-        "rms": float(np.sqrt(np.mean(errors**2))),
-        "largest": float(errors.max()),
-    }
+    return {"rms": float(np.sqrt(np.mean(errors**2))), "largest": float(errors.max())}
 
 
 def _tilted_sheet(rng):
@@ -163,12 +141,8 @@ def _tilted_sheet(rng):
     }
     camera = camera_from("orthographic", fields)
     R = rotation_from_vector([0, 0, rng.uniform(0, np.pi / 2)])
-    sheet = Rectangle(
-        pose(R, [0, 0, 100]), width, height, (-width / 2, -height / 2)
-    )
-    picture = render(
-        camera, np.eye(4), TexturedScene(((sheet, Plain(1.0)),), 0.0)
-    )
+    sheet = Rectangle(pose(R, [0, 0, 100]), width, height, (-width / 2, -height / 2))
+    picture = render(camera, np.eye(4), TexturedScene(((sheet, Plain(1.0)),), 0.0))
     return picture, scale**2 * width * height
 
 
@@ -186,12 +160,7 @@ def area_check(condition, rng):
 
 def edge_check(condition, rng):
     """Pixels that an upright edge crosses against the share it covers."""
-    fields = {
-        "pixels_per_mm": 1,
-        "principal_point": [0, 0],
-        "width": 12,
-        "height": 10,
-    }
+    fields = {"pixels_per_mm": 1, "principal_point": [0, 0], "width": 12, "height": 10}
     camera = camera_from("orthographic", fields)
     board = Chessboard(3, 3, 4.0)
     off = []
@@ -200,21 +169,13 @@ def edge_check(condition, rng):
         scene = board_scene(board, T, 4.0, black=0.0, white=1.0)
         value = float(render(camera, np.eye(4), scene)[1, 0])
         off.append(abs(value - (0.5 - x)))
-    return {
-        "rms": float(np.sqrt(np.mean(np.square(off)))),
-        "largest": float(max(off)),
-    }
+    return {"rms": float(np.sqrt(np.mean(np.square(off)))), "largest": float(max(off))}
 
 
 def noise_check(condition, rng):
     """Spread of a plain picture against shot and read noise, as a share."""
     white, read = NOISE["white_e"], NOISE["read_noise_e"]
-    sensor = Sensor(
-        white_e=white,
-        full_well_e=2 * white,
-        read_noise_e=read,
-        bits=16,
-    )
+    sensor = Sensor(white_e=white, full_well_e=2 * white, read_noise_e=read, bits=16)
     plain = np.full((500, 500), NOISE["radiance"], np.float32)
     values = sensor.expose(plain, rng).astype(float) / (2**16 - 1)
     electrons = values / values.mean() * white * NOISE["radiance"]

@@ -31,17 +31,12 @@ def typical(result, name, **condition):
 
 def of_both(result, name, **condition):
     """The same value of Zhang's and of the generic method."""
-    return [
-        typical(result, f"{method}.{name}", **condition)
-        for method in METHODS
-    ]
+    return [typical(result, f"{method}.{name}", **condition) for method in METHODS]
 
 
 def of_peer(result, name, **condition):
     """The same value of OpenCV's fisheye model; None where nobody ran it."""
-    runs = any(
-        condition.items() <= one.items() for one in result.conditions
-    )
+    runs = any(condition.items() <= one.items() for one in result.conditions)
     if not runs:
         return None
     return typical(result, f"{PEER}.{name}", **condition)
@@ -77,8 +72,7 @@ def share_kept_out(zoom, at):
     rig = rig_of(at).target
     stem = f"{METHODS[1]}.held_out"
     lost, boards = (
-        zoom.column(f"{stem}.{what}", zoom=at)
-        for what in ("left_out", "boards")
+        zoom.column(f"{stem}.{what}", zoom=at) for what in ("left_out", "boards")
     )
     shares = 1 - lost / (boards * rig.columns * rig.rows)
     shares = shares[np.isfinite(shares)]
@@ -115,9 +109,7 @@ def peer_facts(results):
     out = {}
     for at in FOVS_DEG:
         for name in SIMULATED:
-            found = of_peer(
-                results["fig_2_3_fisheye"], name, fov_deg=at, **PRIMARY
-            )
+            found = of_peer(results["fig_2_3_fisheye"], name, fov_deg=at, **PRIMARY)
             out[f"peer.{name}.{at}"] = short(found)
     for at in ZOOMS:
         found = peer_in_zoom(results, HELD_OUT, at)
@@ -148,9 +140,7 @@ def motion_facts(wrong):
     """Ray error of the two-pose method for one unit of error of T_1."""
     out = {"motion.grids": wrong.settings["grids"]}
     for kind in KINDS:
-        out[f"motion.{kind}"] = short(
-            typical(wrong, "ray_deg.1", kind=kind)
-        )
+        out[f"motion.{kind}"] = short(typical(wrong, "ray_deg.1", kind=kind))
     return out
 
 

@@ -60,10 +60,7 @@ CAPTION = (
 GENERIC = METHODS[1]
 INNER, ALL = "inner", "all"
 WHICH = {INNER: "inner boards", ALL: "all boards"}
-SCORED = {
-    "kept_out_px": "residual, kept out (px)",
-    "ray_deg": "ray error (deg)",
-}
+SCORED = {"kept_out_px": "residual, kept out (px)", "ray_deg": "ray error (deg)"}
 
 
 def told(estimate):
@@ -102,10 +99,7 @@ def rendered_rows(results):
         camera = f"fisheye converter, set {at}"
         seen = zoom.column(f"{GENERIC}.share_of_image", zoom=at)
         kept = share_kept_out(zoom, at) if name == HELD_OUT else np.nan
-        shares = [
-            finite(100 * share, None)
-            for share in (kept, picture_share(seen))
-        ]
+        shares = [finite(100 * share, None) for share in (kept, picture_share(seen))]
         yield ("rendered", camera, quantity, zhang, peer, generic, *shares)
 
 
@@ -132,9 +126,7 @@ def fisheye_rows(scores):
     """The walk through a calibration: boards to the rim, and none there."""
     for use, which in WHICH.items():
         image, corners = (
-            finite(
-                100 * scores.column(f"generic.{what}", boards=use)[0], None
-            )
+            finite(100 * scores.column(f"generic.{what}", boards=use)[0], None)
             for what in ("image_with_ray", "corners_with_ray")
         )
         for name, quantity in SCORED.items():
@@ -161,9 +153,7 @@ def photograph_rows(study):
         models = ("zhang", PEER, "general")
         found = [told(errors.get(model)) for model in models]
         quantity = "residual, kept out (px)"
-        shares = (
-            finite(100 * x, None) for x in (one.share, one.image_share)
-        )
+        shares = (finite(100 * x, None) for x in (one.share, one.image_share))
         yield ("photographs", one.name, quantity, *found, *shares)
 
 
@@ -194,9 +184,7 @@ def recorded_cell(kept, model, condition):
 
 def answers(results):
     """Where the other methods have rays, for the caption."""
-    share = picture_share(
-        peer_column(results, "share_of_image", STAGE_ZOOM)
-    )
+    share = picture_share(peer_column(results, "share_of_image", STAGE_ZOOM))
     told_share = (
         f": on set {STAGE_ZOOM} of the converter, {100 * share:.0f} % of the picture"
         if np.isfinite(share)
@@ -247,9 +235,7 @@ def ext_known_motion(results):
     errors = [typical(wrong, "ray_deg.1", kind=kind) for kind in KINDS]
     return Table(
         {
-            "Wrong by": [
-                f"1 {unit} of {kind}" for kind, unit in KINDS.items()
-            ],
+            "Wrong by": [f"1 {unit} of {kind}" for kind, unit in KINDS.items()],
             "Ray error (deg)": [told(e) for e in errors],
         },
         "Known motion: the ray error that a wrong motion of the target costs, "
@@ -272,10 +258,7 @@ def ext_known_motion(results):
 def ext_detectors_in_short(results):
     """Boards right of all rendered sets together, and of all photographs."""
     rows = summed(
-        [
-            *rendered_counts(results),
-            *recorded_counts(results["ext_detector_record"]),
-        ],
+        [*rendered_counts(results), *recorded_counts(results["ext_detector_record"])],
         by=("evidence", "poses"),
     )
     return Table(

@@ -41,9 +41,7 @@ def method_seconds():
     hits = intersect_rays_plane(rays.origins, rays.directions, grids)
     return {
         "zhang": timed(lambda: calibrate_zhang(views, *size)),
-        "opencv_fisheye": timed(
-            lambda: calibrate_opencv_fisheye(views, *size)
-        ),
+        "opencv_fisheye": timed(lambda: calibrate_opencv_fisheye(views, *size)),
         "general": timed(lambda: calibrate_generic(views, *size, rng=rng)),
         "motion": timed(lambda: rays_from_known_motion(hits.points, grids)),
     }

@@ -15,14 +15,8 @@ from chapters.guides.fisheye_in_ten_minutes.results import (
     shares,
 )
 from chapters.guides.fisheye_in_ten_minutes.trials.boards import SIZES
-from chapters.guides.fisheye_in_ten_minutes.trials.commands import (
-    ASIDE_DEG,
-)
-from chapters.guides.fisheye_in_ten_minutes.trials.models import (
-    ANYWHERE,
-    PLANNED,
-    lit,
-)
+from chapters.guides.fisheye_in_ten_minutes.trials.commands import ASIDE_DEG
+from chapters.guides.fisheye_in_ten_minutes.trials.models import ANYWHERE, PLANNED, lit
 from repro.page.style import INK, plot_interval
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
@@ -38,9 +32,7 @@ COUNTS = ("#e4d9d2", "#c6dbef", "#6baed6", "#2171b5", "#08306b")
 ARROW_SHARE = 0.06  # of the picture's width, for the 95th percentile
 
 
-@figure(
-    "ext_fisheye_views", needs=("ext_fisheye_look",), evidence="rendered"
-)
+@figure("ext_fisheye_views", needs=("ext_fisheye_look",), evidence="rendered")
 def ext_fisheye_views(results):
     """A street as taken, straightened, and as seen by a pinhole aimed aside."""
     look = results[VIEWS]
@@ -79,15 +71,11 @@ def ext_fisheye_corners(results):
     kept_out = len(images) - SIZES[pictures.effort].kept_out
     rows = -(-len(images) // COLUMNS)
     drawn, grid = new_figure(rows, COLUMNS, height_in=1.08 * rows)
-    drawn.get_layout_engine().set(
-        w_pad=0.02, h_pad=0.02, wspace=0, hspace=0
-    )
+    drawn.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0, hspace=0)
     data = {"picture": [], "corner": [], "u_px": [], "v_px": []}
     for axes in grid.ravel():
         axes.set_axis_off()
-    for k, (axes, image) in enumerate(
-        zip(grid.ravel(), images, strict=False)
-    ):
+    for k, (axes, image) in enumerate(zip(grid.ravel(), images, strict=False)):
         png = pictures.arrays("png", view=k)[0]
         picture = cv2.imdecode(png, cv2.IMREAD_GRAYSCALE)
         height, width = picture.shape
@@ -107,10 +95,7 @@ def ext_fisheye_corners(results):
             continue
         corners = np.array(image["corners"], float)
         axes.plot(
-            *corners.T,
-            ".",
-            markersize=0.35,
-            color=PATH if k < kept_out else KEPT_OUT,
+            *corners.T, ".", markersize=0.35, color=PATH if k < kept_out else KEPT_OUT
         )
         data["picture"] += [image["file"]] * len(corners)
         data["corner"] += list(range(len(corners)))
@@ -125,11 +110,7 @@ def ext_fisheye_corners(results):
     )
 
 
-@figure(
-    "ext_fisheye_residuals",
-    needs=("ext_fisheye_camera",),
-    evidence="rendered",
-)
+@figure("ext_fisheye_residuals", needs=("ext_fisheye_camera",), evidence="rendered")
 def ext_fisheye_residuals(results):
     """What the boards cover, and what is left at the corners kept out."""
     camera = results[CAMERA]
@@ -138,10 +119,7 @@ def ext_fisheye_residuals(results):
     drawn, axes = new_figure(1, 2, height_in=3.2, sharey=True)
     shown = np.where(lit(SIZES[camera.effort]), counts, np.nan)
     image = axes[0].imshow(
-        shown,
-        cmap=ListedColormap(COUNTS),
-        vmin=-0.5,
-        vmax=len(COUNTS) - 0.5,
+        shown, cmap=ListedColormap(COUNTS), vmin=-0.5, vmax=len(COUNTS) - 0.5
     )
     axes[0].set_title("Boards over each pixel")
     bar = drawn.colorbar(
@@ -189,22 +167,12 @@ def ext_fisheye_residuals(results):
     )
 
 
-@figure(
-    "ext_fisheye_coverage",
-    needs=("ext_fisheye_draws",),
-    evidence="synthetic",
-)
+@figure("ext_fisheye_coverage", needs=("ext_fisheye_draws",), evidence="synthetic")
 def ext_fisheye_coverage(results):
     """Coverage of the image circle against the number of pictures."""
     drawn_sets = results[DRAWN]
     drawn, axes = new_figure(height_in=3.2)
-    data = {
-        "held": [],
-        "pictures": [],
-        "median": [],
-        "least": [],
-        "most": [],
-    }
+    data = {"held": [], "pictures": [], "median": [], "least": [], "most": []}
     for index, held in enumerate((PLANNED, ANYWHERE)):
         percent = 100 * shares(drawn_sets, held)
         count = np.arange(1, percent.shape[1] + 1)

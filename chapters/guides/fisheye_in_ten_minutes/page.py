@@ -9,11 +9,7 @@
 from functools import partial
 
 from chapters.guides.fisheye_in_ten_minutes import results, tables
-from chapters.guides.fisheye_in_ten_minutes.trials import (
-    boards,
-    commands,
-    models,
-)
+from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
 from chapters.shared.records import record, set_of
 from repro.page.reader import (
     open_results,
@@ -42,9 +38,7 @@ def ext_fisheye_pictures(effort):
     size = boards.SIZES[effort]
     count = len(boards.places_of(size.plan)) + size.kept_out
     return Plan(
-        lambda condition, rng: boards.photograph(
-            size, condition["view"], rng
-        ),
+        lambda condition, rng: boards.photograph(size, condition["view"], rng),
         [{"view": view} for view in range(count)],
         1,
         {"lens": boards.LENS, "board": [size.columns, size.rows]},

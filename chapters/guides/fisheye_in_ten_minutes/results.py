@@ -11,9 +11,7 @@ from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
     inner_boards,
     places_of,
 )
-from chapters.guides.fisheye_in_ten_minutes.trials.commands import (
-    ASIDE_DEG,
-)
+from chapters.guides.fisheye_in_ten_minutes.trials.commands import ASIDE_DEG
 from chapters.guides.fisheye_in_ten_minutes.trials.models import (
     ANYWHERE,
     MODELS,
@@ -24,11 +22,7 @@ from chapters.shared.photographs.compared import compared_sets
 from repro.judge.statistics import median_interval
 from repro.page.wording import literal
 
-NAMES = {
-    "zhang": "Zhang",
-    "opencv_fisheye": "OpenCV fisheye",
-    "generic": "Generic",
-}
+NAMES = {"zhang": "Zhang", "opencv_fisheye": "OpenCV fisheye", "generic": "Generic"}
 SETS = ("inner", "all")
 GOAL = 0.9
 CAMERA, VIEWS = "ext_fisheye_camera", "ext_fisheye_look"
@@ -67,9 +61,7 @@ def shares(drawn, held):
 def boards_for(drawn, held, goal):
     """Boards until the goal is covered, one number a draw; NaN where never."""
     reached = shares(drawn, held) >= goal
-    return np.where(
-        reached.any(axis=1), reached.argmax(axis=1) + 1.0, np.nan
-    )
+    return np.where(reached.any(axis=1), reached.argmax(axis=1) + 1.0, np.nan)
 
 
 def outcomes(drawn, held, boards):
@@ -84,9 +76,7 @@ def numbers(results, effort):
     found, camera, views, scores, drawn = (
         results[name] for name in (FOUND, CAMERA, VIEWS, SCORES, DRAWN)
     )
-    right, pictures = (
-        int(found.column(name)[0]) for name in ("right", "boards")
-    )
+    right, pictures = (int(found.column(name)[0]) for name in ("right", "boards"))
     warnings = said(camera, "calibrate").count("warning:")
     circle = float(np.mean(lit(size)))
     planned, random = shares(drawn, PLANNED), shares(drawn, ANYWHERE)
@@ -160,12 +150,8 @@ def recorded(kept):
 
 def told_far(of_sets):
     """In how many sets OpenCV's model leaves several times the generic's error."""
-    peer, generic = (
-        of_sets(f"models.{m}.px") for m in ("opencv_fisheye", "generic")
-    )
-    return (
-        f"{np.count_nonzero(peer > SEVERAL * generic)} of {len(peer)} sets"
-    )
+    peer, generic = (of_sets(f"models.{m}.px") for m in ("opencv_fisheye", "generic"))
+    return f"{np.count_nonzero(peer > SEVERAL * generic)} of {len(peer)} sets"
 
 
 def best_of(of_sets):
@@ -183,9 +169,7 @@ def of_model(scores, name, use):
     reason = scores.texts(f"{name}.reason", boards=use)[0]
     stem = f"{name}.{use}"
     if reason:
-        return dict.fromkeys(
-            (f"{stem}.px", f"{stem}.image", f"{stem}.ray"), "refused"
-        )
+        return dict.fromkeys((f"{stem}.px", f"{stem}.image", f"{stem}.ray"), "refused")
     kept, image, ray = (
         float(scores.column(f"{name}.{what}", boards=use)[0])
         for what in ("kept_out_px", "image_with_ray", "ray_deg")
@@ -239,20 +223,14 @@ def steps_taken(seconds):
         ("print and glue", "the script above", "5 min"),
         ("photograph, write `set.yaml`", "a camera, an editor", "5 min"),
         ("find corners", "`raxel corners`", seconds(FOUND)),
-        (
-            "calibrate, evaluate",
-            "`raxel calibrate`, `raxel evaluate`",
-            seconds(CAMERA),
-        ),
+        ("calibrate, evaluate", "`raxel calibrate`, `raxel evaluate`", seconds(CAMERA)),
         ("correct", "`raxel undistort`, `cv2.remap`", seconds(VIEWS)),
     ]
 
 
 def wide_sets(study):
     """The image sets of this build whose lens is wide, as `compared_sets` has them."""
-    return [
-        one for one in compared_sets(study) if one.widest_deg > WIDE_DEG
-    ]
+    return [one for one in compared_sets(study) if one.widest_deg > WIDE_DEG]
 
 
 def photographs(study):

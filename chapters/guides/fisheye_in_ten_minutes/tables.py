@@ -33,11 +33,7 @@ WIDTH = 68  # characters of a line of output
 WHICH = {"inner": "inner rings", "all": "all"}
 
 
-@table(
-    "ext_fisheye_models",
-    needs=("ext_fisheye_scores",),
-    evidence="rendered",
-)
+@table("ext_fisheye_models", needs=("ext_fisheye_scores",), evidence="rendered")
 def ext_fisheye_models(results):
     """Zhang, OpenCV's fisheye model and the generic camera on the same corners."""
     scores = results[SCORES]
@@ -53,8 +49,7 @@ def ext_fisheye_models(results):
             rows.append(row)
             if reason:
                 refused.append(
-                    f" No camera: {name}, boards: {WHICH[use]} "
-                    f"({literal(reason)})."
+                    f" No camera: {name}, boards: {WHICH[use]} ({literal(reason)})."
                 )
     return Table(
         {title: [row[title] for row in rows] for title in rows[0]},
@@ -94,9 +89,7 @@ def _recorded_row(kept, condition):
         return kind(x) if isfinite(x) else None
 
     def interval(model):
-        ends = [
-            of(f"models.{model}.{x}") for x in ("px", "px_low", "px_high")
-        ]
+        ends = [of(f"models.{model}.{x}") for x in ("px", "px_low", "px_high")]
         return None if None in ends else Measured(*ends)
 
     return {
@@ -106,22 +99,16 @@ def _recorded_row(kept, condition):
         "Pictures": of("pictures", int),
         "Boards found": of("boards_found", int),
         "Boards compared": of("compared", int),
-        **{
-            f"{name} (px)": interval(model) for model, name in NAMES.items()
-        },
+        **{f"{name} (px)": interval(model) for model, name in NAMES.items()},
         "Parts": of("parts", int),
-        "without OpenCV fisheye": of(
-            "models.opencv_fisheye.parts_without_camera", int
-        ),
+        "without OpenCV fisheye": of("models.opencv_fisheye.parts_without_camera", int),
         "Corners with a ray (%)": of("corners_with_ray", _percent),
         "Picture with a ray (%)": of("image_with_ray", _percent),
     }
 
 
 def _built_row(one):
-    errors = [
-        one.errors["rms_px"].get(m) for m in ("zhang", PEER, "general")
-    ]
+    errors = [one.errors["rms_px"].get(m) for m in ("zhang", PEER, "general")]
     cells = [None if e is None else Measured(*e[:3]) for e in errors]
     return {
         "Set": one.name,
@@ -130,9 +117,7 @@ def _built_row(one):
         "Pictures": len(one.study.images),
         "Boards found": len(one.study.found),
         "Boards compared": None,
-        **dict(
-            zip((f"{n} (px)" for n in NAMES.values()), cells, strict=True)
-        ),
+        **dict(zip((f"{n} (px)" for n in NAMES.values()), cells, strict=True)),
         "Parts": len(one.study.folds),
         "without OpenCV fisheye": len(one.study.fold_refusals(PEER)),
         "Corners with a ray (%)": _percent(one.share),
@@ -158,12 +143,7 @@ def folded(text, end="\n"):
     """Long lines go on in the next one, further in, so that none is cut off."""
     return "\n".join(
         f"{end}    ".join(
-            textwrap.wrap(
-                line,
-                WIDTH,
-                break_long_words=False,
-                break_on_hyphens=False,
-            )
+            textwrap.wrap(line, WIDTH, break_long_words=False, break_on_hyphens=False)
         )
         if len(line) > WIDTH
         else line

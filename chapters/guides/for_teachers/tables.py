@@ -25,9 +25,7 @@ def ext_class_runs(results):
         {
             "Experiment": list(results),
             "Conditions": [len(r.conditions) for r in results.values()],
-            "Trials each": [
-                r.trials_per_condition for r in results.values()
-            ],
+            "Trials each": [r.trials_per_condition for r in results.values()],
         },
         "Size of the experiments behind Figs 2.2, 2.3 and 3.11, and of that "
         "on the cells of active grids.",

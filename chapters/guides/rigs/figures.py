@@ -49,9 +49,7 @@ def drawn_rig(results, name):
             zip(uses, middles, distances, tilts, strict=True), 1
         )
     ]
-    seen, whole = (
-        int(ran.column(n, rig=name)[0]) for n in ("seen", "whole")
-    )
+    seen, whole = (int(ran.column(n, rig=name)[0]) for n in ("seen", "whole"))
     caption = f"{rig.summary[0].upper()}{rig.summary[1:]}. {FRAME}"
     caption += MIRROR if hasattr(rig.camera, "viewer") else ""
     caption += TWO_USES if rig.evaluate else ""
@@ -69,10 +67,7 @@ def drawn_rig(results, name):
 
 
 @figure(
-    "ext_rig_active_grid_demo",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_active_grid_demo", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_active_grid_demo(results):
     """The rig active-grid-demo."""
@@ -91,10 +86,7 @@ def ext_rig_coolpix_4500_fce8_boards(results):
 
 
 @figure(
-    "ext_rig_coolpix_4500_fce8",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_coolpix_4500_fce8", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_coolpix_4500_fce8(results):
     """The rig coolpix-4500-fce8."""
@@ -102,10 +94,7 @@ def ext_rig_coolpix_4500_fce8(results):
 
 
 @figure(
-    "ext_rig_coolpix_fce8_zoom_1",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_coolpix_fce8_zoom_1", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_coolpix_fce8_zoom_1(results):
     """The rig coolpix-fce8-zoom-1."""
@@ -113,10 +102,7 @@ def ext_rig_coolpix_fce8_zoom_1(results):
 
 
 @figure(
-    "ext_rig_coolpix_fce8_zoom_2",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_coolpix_fce8_zoom_2", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_coolpix_fce8_zoom_2(results):
     """The rig coolpix-fce8-zoom-2."""
@@ -124,220 +110,128 @@ def ext_rig_coolpix_fce8_zoom_2(results):
 
 
 @figure(
-    "ext_rig_coolpix_fce8_zoom_3",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_coolpix_fce8_zoom_3", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_coolpix_fce8_zoom_3(results):
     """The rig coolpix-fce8-zoom-3."""
     return drawn_rig(results, "coolpix-fce8-zoom-3")
 
 
-@figure(
-    "ext_rig_d200_boards",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_d200_boards", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_d200_boards(results):
     """The rig d200-boards."""
     return drawn_rig(results, "d200-boards")
 
 
-@figure(
-    "ext_rig_d200_fisheye",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_d200_fisheye", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_d200_fisheye(results):
     """The rig d200-fisheye."""
     return drawn_rig(results, "d200-fisheye")
 
 
-@figure(
-    "ext_rig_d200_lens",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_d200_lens", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_d200_lens(results):
     """The rig d200-lens."""
     return drawn_rig(results, "d200-lens")
 
 
-@figure(
-    "ext_rig_d200_lens_sharp",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_d200_lens_sharp", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_d200_lens_sharp(results):
     """The rig d200-lens-sharp."""
     return drawn_rig(results, "d200-lens-sharp")
 
 
-@figure(
-    "ext_rig_fisheye_12x9",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_fisheye_12x9", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_fisheye_12x9(results):
     """The rig fisheye-12x9."""
     return drawn_rig(results, "fisheye-12x9")
 
 
-@figure(
-    "ext_rig_fisheye_9x7",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_fisheye_9x7", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_fisheye_9x7(results):
     """The rig fisheye-9x7."""
     return drawn_rig(results, "fisheye-9x7")
 
 
-@figure(
-    "ext_rig_flexible_mirror",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_flexible_mirror", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_flexible_mirror(results):
     """The rig flexible-mirror."""
     return drawn_rig(results, "flexible-mirror")
 
 
-@figure(
-    "ext_rig_hyperboloidal",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_hyperboloidal", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_hyperboloidal(results):
     """The rig hyperboloidal."""
     return drawn_rig(results, "hyperboloidal")
 
 
-@figure(
-    "ext_rig_kodak_boards",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_kodak_boards", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_kodak_boards(results):
     """The rig kodak-boards."""
     return drawn_rig(results, "kodak-boards")
 
 
-@figure(
-    "ext_rig_kodak_megaplus",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_kodak_megaplus", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_kodak_megaplus(results):
     """The rig kodak-megaplus."""
     return drawn_rig(results, "kodak-megaplus")
 
 
-@figure(
-    "ext_rig_large_fisheye",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_large_fisheye", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_large_fisheye(results):
     """The rig large-fisheye."""
     return drawn_rig(results, "large-fisheye")
 
 
 @figure(
-    "ext_rig_large_hyperboloidal",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_large_hyperboloidal", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_large_hyperboloidal(results):
     """The rig large-hyperboloidal."""
     return drawn_rig(results, "large-hyperboloidal")
 
 
-@figure(
-    "ext_rig_mirror_ball",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_mirror_ball", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_mirror_ball(results):
     """The rig mirror-ball."""
     return drawn_rig(results, "mirror-ball")
 
 
-@figure(
-    "ext_rig_monitor_d200",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_monitor_d200", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_monitor_d200(results):
     """The rig monitor-d200."""
     return drawn_rig(results, "monitor-d200")
 
 
 @figure(
-    "ext_rig_onevr_d70_boards",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_onevr_d70_boards", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_onevr_d70_boards(results):
     """The rig onevr-d70-boards."""
     return drawn_rig(results, "onevr-d70-boards")
 
 
-@figure(
-    "ext_rig_onevr_d70",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_onevr_d70", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_onevr_d70(results):
     """The rig onevr-d70."""
     return drawn_rig(results, "onevr-d70")
 
 
-@figure(
-    "ext_rig_ordinary_lens",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_ordinary_lens", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_ordinary_lens(results):
     """The rig ordinary-lens."""
     return drawn_rig(results, "ordinary-lens")
 
 
 @figure(
-    "ext_rig_panorama_hyperboloid",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
+    "ext_rig_panorama_hyperboloid", needs=("ext_rigs",), evidence="analytic", scene=True
 )
 def ext_rig_panorama_hyperboloid(results):
     """The rig panorama-hyperboloid."""
     return drawn_rig(results, "panorama-hyperboloid")
 
 
-@figure(
-    "ext_rig_spherical",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_rig_spherical", needs=("ext_rigs",), evidence="analytic", scene=True)
 def ext_rig_spherical(results):
     """The rig spherical."""
     return drawn_rig(results, "spherical")

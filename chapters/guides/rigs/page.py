@@ -9,23 +9,14 @@
 # %% tags=["hide-cell"]
 from chapters.guides.rigs.results import facts
 from chapters.guides.rigs.trials import FILES, NAMES, SEED, rig_trial
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 
 # %% tags=["hide-cell"]
 @experiment(
-    "ext_rigs",
-    artefact="ext_rigs",
-    shards={"quick": 1, "full": 1},
-    inputs=FILES,
+    "ext_rigs", artefact="ext_rigs", shards={"quick": 1, "full": 1}, inputs=FILES
 )
 def ext_rigs(effort):
     """Poses of the targets of every rig, and its sizes."""

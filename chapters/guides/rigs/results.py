@@ -34,10 +34,7 @@ def facts(ran):
 
 def pose_numbers(ran, name):
     """Distances (mm) and tilts (deg) of the targets of a rig, each (poses,)."""
-    return [
-        ran.arrays(column, rig=name)[0]
-        for column in ("distance_mm", "tilt_deg")
-    ]
+    return [ran.arrays(column, rig=name)[0] for column in ("distance_mm", "tilt_deg")]
 
 
 def _sizes(ran, name):

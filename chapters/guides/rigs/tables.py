@@ -28,9 +28,7 @@ def ext_rigs_in_numbers(results):
                 "Nearest (mm)": float(distances.min()),
                 "Farthest (mm)": float(distances.max()),
                 "Largest tilt (deg)": float(tilts.max()),
-                "Whole target in view": int(
-                    ran.column("whole", rig=name)[0]
-                ),
+                "Whole target in view": int(ran.column("whole", rig=name)[0]),
             }
         )
     return Table(

@@ -93,9 +93,7 @@ def angle_seen(camera):
         pixels.shape[:2] + (3,)
     )
     turns = (rays[1:] * rays[:-1]).sum(axis=2)
-    return float(
-        np.degrees(np.nanmax(np.arccos(np.clip(turns, -1, 1)).sum(axis=0)))
-    )
+    return float(np.degrees(np.nanmax(np.arccos(np.clip(turns, -1, 1)).sum(axis=0))))
 
 
 def told_target(rig):

@@ -17,9 +17,7 @@ def spread_task(noise):
         "expected": lambda: spread(noise, 4),
         "hint": "noise of the phase in rad first; then what a rad is in mm",
         "slips": {
-            "That is for a single picture, not for four.": lambda: spread(
-                noise, 2
-            ),
+            "That is for a single picture, not for four.": lambda: spread(noise, 2),
             "A turn has 2 pi rad.": lambda: 2 * np.pi * spread(noise, 4),
         },
     }
@@ -39,9 +37,7 @@ def cell_task():
             "That reads the bits as a plain binary number.": lambda: float(
                 int("".join(map(str, BITS)), 2)
             ),
-            "The first bit is the most significant.": lambda: float(
-                cell(BITS[::-1])
-            ),
+            "The first bit is the most significant.": lambda: float(cell(BITS[::-1])),
         },
     }
 

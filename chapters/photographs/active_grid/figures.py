@@ -7,10 +7,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from chapters.photographs.active_grid.results import (
-    MOST_SHOWN,
-    study_of,
-)
+from chapters.photographs.active_grid.results import MOST_SHOWN, study_of
 from chapters.shared.photographs.notes import note
 from raxel.features.active_grid import REASONS
 from repro.page.style import WIDTH_IN
@@ -30,14 +27,10 @@ COLOURS = (
 
 def _rows(study, columns):
     """A figure of one row for each of the views, and these."""
-    views = [
-        study.view(k) for k in range(min(len(study.names), MOST_SHOWN))
-    ]
+    views = [study.view(k) for k in range(min(len(study.names), MOST_SHOWN))]
     shape = study.settings["height_px"] / study.settings["width_px"]
     height = len(views) * (WIDTH_IN / columns * 0.92 * shape + 0.3) + 0.75
-    drawn, axes = new_figure(
-        len(views), columns, height_in=height, squeeze=False
-    )
+    drawn, axes = new_figure(len(views), columns, height_in=height, squeeze=False)
     for place in axes.ravel():
         place.set_xticks([])
         place.set_yticks([])
@@ -61,9 +54,7 @@ def _named(axes, views):
         place.set_ylabel(view.name, fontsize=8, parse_math=False)
 
 
-@figure(
-    "ext_grid_places", needs=NEEDS, evidence="photograph", per_set=KINDS
-)
+@figure("ext_grid_places", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_places(results):
     """Where on the monitor each pixel looks, view by view."""
     study = study_of(results)
@@ -136,23 +127,16 @@ def ext_grid_mask(results):
         place.set_axis_off()
     for k, place in zip(range(count), axes.ravel(), strict=False):
         view = study.view(k)
-        place.imshow(
-            view.status, cmap=colours, norm=norm, interpolation="none"
-        )
-        place.set_title(
-            view.name, fontsize=8, fontweight="normal", parse_math=False
-        )
+        place.imshow(view.status, cmap=colours, norm=norm, interpolation="none")
+        place.set_title(view.name, fontsize=8, fontweight="normal", parse_math=False)
         present |= set(np.unique(view.status).tolist())
     handles = [
-        Patch(color=COLOURS[code], label=REASONS[code])
-        for code in sorted(present)
+        Patch(color=COLOURS[code], label=REASONS[code]) for code in sorted(present)
     ]
     drawn.legend(handles=handles, loc="outside lower center", ncols=3)
     data = {"view": list(study.names)}
     for why in REASONS.values():
-        data[why] = [
-            study.number(f"share.{why}", k) for k in range(len(study.names))
-        ]
+        data[why] = [study.number(f"share.{why}", k) for k in range(len(study.names))]
     return Drawing(
         drawn,
         data,
@@ -169,9 +153,7 @@ def ext_grid_sigma(results):
     drawn, axes, views = _rows(study, 2)
     _named(axes, views)
     known = [
-        view.sigma[np.isfinite(view.sigma)]
-        for view in views
-        if view.sigma is not None
+        view.sigma[np.isfinite(view.sigma)] for view in views if view.sigma is not None
     ]
     known = np.concatenate(known) if known else np.array([1.0])
     low, high = np.quantile(known, (0.02, 0.98))
@@ -196,9 +178,7 @@ def ext_grid_sigma(results):
         bar = drawn.colorbar(shown, ax=axes, location="bottom", aspect=40)
         bar.locator, bar.minorlocator = MaxNLocator(6), NullLocator()
         bar.formatter = FuncFormatter(lambda value, _: f"{value:.3g}")
-        bar.set_label(
-            f"Standard deviation of the place ({study.settings['unit']})"
-        )
+        bar.set_label(f"Standard deviation of the place ({study.settings['unit']})")
     why = "from the noise of the pictures and the contrast of the pixel"
     if not study.has_sines:
         why = "without sines as good as a cell is wide"

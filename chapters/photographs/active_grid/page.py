@@ -11,10 +11,7 @@
 from functools import partial
 
 from chapters.photographs.active_grid import results
-from chapters.photographs.active_grid.exercises import (
-    cell_task,
-    spread_task,
-)
+from chapters.photographs.active_grid.exercises import cell_task, spread_task
 from chapters.photographs.active_grid.trials import (
     calibration_part,
     settings_of,
@@ -22,13 +19,7 @@ from chapters.photographs.active_grid.trials import (
 )
 from raxel.sets import load_set
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -52,9 +43,7 @@ def grid_trial(folder, width_px, condition, rng):
 def active_grid_study(effort, folder):
     """Every view decoded, and a camera where there are enough."""
     image_set = load_set(folder)
-    views = [
-        {"part": "view", "view": k} for k in range(len(image_set.views))
-    ]
+    views = [{"part": "view", "view": k} for k in range(len(image_set.views))]
     return Plan(
         partial(grid_trial, folder, PICTURE_PX[effort]),
         [*views, {"part": "camera"}],

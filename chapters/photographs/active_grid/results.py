@@ -54,9 +54,7 @@ class GridStudy:
     @property
     def used(self):
         """The numbers of the views that could be decoded."""
-        return [
-            k for k in range(len(self.names)) if not self.text("reason", k)
-        ]
+        return [k for k in range(len(self.names)) if not self.text("reason", k)]
 
     def view(self, index):
         """What is to be drawn of a view."""
@@ -141,9 +139,7 @@ def shown(study):
 
 def origin(study):
     """Where the photographs come from, as set.yaml tells it."""
-    source, licence = (
-        literal(study.settings[k]) for k in ("source", "licence")
-    )
+    source, licence = (literal(study.settings[k]) for k in ("source", "licence"))
     if not source:
         return "The set does not say where its photographs come from."
     licence = f" Licence: {licence}." if licence else ""
@@ -178,9 +174,7 @@ def left_out(study):
     }
     lost = sorted(reasons, key=reasons.get, reverse=True)
     told = [
-        f"{why} ({100 * reasons[why]:.1f} %)"
-        for why in lost
-        if reasons[why] > 0.0005
+        f"{why} ({100 * reasons[why]:.1f} %)" for why in lost if reasons[why] > 0.0005
     ]
     if not told:
         return "Nearly every pixel has a place."
@@ -191,24 +185,15 @@ def precision(study):
     """The median standard deviation of a place, for each axis."""
     parts = []
     for axis in study.axes:
-        values = [
-            study.number(f"spread.{axis}.median", k) for k in study.used
-        ]
+        values = [study.number(f"spread.{axis}.median", k) for k in study.used]
         values = [value for value in values if np.isfinite(value)]
         if values:
             unit = study.settings["unit"]
             parts.append(f"{np.median(values):.2g} {unit} along {axis}")
     if not parts:
         return "No standard deviation is known."
-    how = (
-        ""
-        if study.has_sines
-        else "; without sines it is that of a cell's width"
-    )
-    return (
-        f"The median standard deviation of a place is {' and '.join(parts)}"
-        f"{how}."
-    )
+    how = "" if study.has_sines else "; without sines it is that of a cell's width"
+    return f"The median standard deviation of a place is {' and '.join(parts)}{how}."
 
 
 def doubted(study):
@@ -231,10 +216,7 @@ def mirrored(study):
     """Whether the grid is seen as in a mirror."""
     ways = {study.text("mirrored", k) for k in study.used} - {""}
     if ways == {"True"}:
-        return (
-            "The grid is seen as in a mirror: right where the camera looks "
-            "into one."
-        )
+        return "The grid is seen as in a mirror: right where the camera looks into one."
     if ways == {"True", "False"}:
         return (
             "Some views show the grid as in a mirror and others do not; one "
@@ -268,9 +250,7 @@ def exercise(study):
     """Where the numbers of the exercise come from."""
     if _modulated(study) is None:
         return "Its numbers are made up: the set has no view with sines."
-    return (
-        f"Its noise is that of {literal(study.names[_modulated(study)])}."
-    )
+    return f"Its noise is that of {literal(study.names[_modulated(study)])}."
 
 
 def _modulated(study):
@@ -286,9 +266,7 @@ def noise_of(study):
     k = _modulated(study)
     if k is None:
         return 2.0
-    floor, slope = (
-        study.number(f"noise.{name}", k) for name in ("floor", "slope")
-    )
+    floor, slope = (study.number(f"noise.{name}", k) for name in ("floor", "slope"))
     return float(np.round(np.sqrt(floor + 100 * slope), 3))
 
 

@@ -29,15 +29,10 @@ def ext_grid_views(results):
     for axis in study.axes:
         for name, words in (("median", "median"), ("high", "90 % below")):
             columns[f"σ {axis}, {words} ({unit})"] = [
-                _known(study.number(f"spread.{axis}.{name}", k))
-                for k in every
+                _known(study.number(f"spread.{axis}.{name}", k)) for k in every
             ]
     remarks = [
-        "; ".join(
-            filter(
-                None, (study.text("reason", k), study.text("warnings", k))
-            )
-        )
+        "; ".join(filter(None, (study.text("reason", k), study.text("warnings", k))))
         for k in every
     ]
     if any(remarks):
@@ -52,9 +47,7 @@ def ext_grid_views(results):
 
 
 def _noise(study, k):
-    floor, slope = (
-        study.number(f"noise.{name}", k) for name in ("floor", "slope")
-    )
+    floor, slope = (study.number(f"noise.{name}", k) for name in ("floor", "slope"))
     return _known(np.sqrt(floor + 100 * slope))
 
 

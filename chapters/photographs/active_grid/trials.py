@@ -77,8 +77,7 @@ def view_part(folder, index, width_px):
     result["location"] = found.location[::step, ::step]
     result["sigma"] = found.sigma[::step, ::step]
     result["spread"] = {
-        name: _spread(found.sigma[..., axis])
-        for axis, name in enumerate("xy")
+        name: _spread(found.sigma[..., axis]) for axis, name in enumerate("xy")
     }
     return result
 
@@ -100,9 +99,7 @@ def calibration_part(folder):
         found, reason, *_ = decoded(folder, index)
         both = np.isfinite(found.location).all(axis=2).any()
         if view.use == "calibrate" and not reason and both:
-            views.append(
-                dense_view(found.location, found.sigma, None, view.label)
-            )
+            views.append(dense_view(found.location, found.sigma, None, view.label))
     if len(views) < FEWEST_VIEWS:
         return {
             "reason": f"{len(views)} views with both axes; a calibration "

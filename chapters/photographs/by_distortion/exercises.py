@@ -38,9 +38,7 @@ def photographs_task():
         "expected": lambda: _fewest(SIGNIFICANCE),
         "hint": "all signs agree by chance once in 2^n",
         "slips": {
-            "That is for a two-sided test.": lambda: _fewest(
-                SIGNIFICANCE / 2
-            ),
+            "That is for a two-sided test.": lambda: _fewest(SIGNIFICANCE / 2),
             "That is for p < 0.05.": lambda: _fewest(0.05),
         },
     }

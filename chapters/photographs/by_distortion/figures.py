@@ -19,9 +19,7 @@ NAME_APART = 0.055  # of the names above the figure
 
 
 @figure(
-    "ext_real_by_distortion_figure",
-    needs=("photograph_study",),
-    evidence="photograph",
+    "ext_real_by_distortion_figure", needs=("photograph_study",), evidence="photograph"
 )
 def ext_real_by_distortion_figure(results):
     """Both errors of every model against the distortion level, by set."""
@@ -30,14 +28,10 @@ def ext_real_by_distortion_figure(results):
     data = _figure_data(sets)
     if not sets:
         drawn, axes = new_figure(height_in=EMPTY_IN)
-        note(
-            axes, "No image set of this build compares the two models.", 60
-        )
+        note(axes, "No image set of this build compares the two models.", 60)
         return Drawing(drawn, data, _figure_caption(sets))
     drawn, axes = new_figure(2, 1, height_in=5.6, sharex=True, sharey=True)
-    for place, (quantity, label) in zip(
-        axes, QUANTITIES.items(), strict=True
-    ):
+    for place, (quantity, label) in zip(axes, QUANTITIES.items(), strict=True):
         _panel(place, sets, quantity)
         place.set_ylabel(label)
         place.set_yscale("log")
@@ -64,12 +58,10 @@ def _panel(axes, sets, quantity):
     for index, (model, name) in enumerate(ALL_NAMES.items()):
         known = [one for one in shown if model in one.errors[quantity]]
         at = [one.level + 2 * (index - 1) * APART * span for one in known]
-        found = np.array(
-            [one.errors[quantity][model][:3] for one in known]
-        ).reshape(-1, 3)
-        plot_interval(
-            axes, np.array(at), *found.T, index=index, label=name, bars=True
+        found = np.array([one.errors[quantity][model][:3] for one in known]).reshape(
+            -1, 3
         )
+        plot_interval(axes, np.array(at), *found.T, index=index, label=name, bars=True)
     for line in axes.get_lines():
         line.set_linestyle(
             "none" if line.get_marker() not in ("None", "", None) else "-"

@@ -15,20 +15,10 @@ from chapters.photographs.by_distortion.exercises import (
     photographs_task,
 )
 from chapters.shared.photographs.compared import compared_sets, outcome_of
-from chapters.shared.photographs.level import (
-    distortion_level,
-    fitted_curve,
-    level_of,
-)
+from chapters.shared.photographs.level import distortion_level, fitted_curve, level_of
 from chapters.shared.photographs.undistort import corrected_errors
 from repro.page.exercise import check
-from repro.page.reader import (
-    results_behind,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import results_behind, show, show_code, show_table, value
 
 # %% tags=["active-ipynb", "remove-input"]
 # behind = results_behind("ext_real_by_distortion")

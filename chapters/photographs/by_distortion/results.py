@@ -24,10 +24,7 @@ def brought(results, sets):
     usable = [one for one in sets if one.comparable]
     text = f"This build has {_sets(len(results))}: {_listed(results)}."
     for later, first in twins(results).items():
-        text += (
-            f" The photographs of {later} are those of {first}; they count "
-            "once."
-        )
+        text += f" The photographs of {later} are those of {first}; they count once."
     text += f" {_judged(len(usable), len(sets))}"
     for one in sets:
         if not one.comparable:
@@ -60,8 +57,7 @@ def trend(sets):
 def _both(one):
     zhang, general = (one.errors["rms_px"][model].value for model in MODELS)
     return (
-        f"Zhang's model leaves {zhang:.2g} px and the general camera "
-        f"{general:.2g} px"
+        f"Zhang's model leaves {zhang:.2g} px and the general camera {general:.2g} px"
     )
 
 
@@ -120,23 +116,17 @@ def _beside(errors):
             parts.append(f"less than {_CALLED[model]}")
         elif errors[PEER].low > errors[model].high:
             parts.append(f"more than {_CALLED[model]}")
-    return (
-        " and ".join(parts) or "no error that can be told from the others"
-    )
+    return " and ".join(parts) or "no error that can be told from the others"
 
 
 def corrected(sets):
     """What the thesis's own measure says, where the intervals are apart."""
-    usable = [
-        one for one in sets if one.comparable and one.errors["corrected_px"]
-    ]
+    usable = [one for one in sets if one.comparable and one.errors["corrected_px"]]
     if not usable:
         return "No set has a corrected view to measure."
     said = {}
     for one in usable:
-        zhang, general = (
-            one.errors["corrected_px"][model] for model in MODELS
-        )
+        zhang, general = (one.errors["corrected_px"][model] for model in MODELS)
         words = OVERLAP
         if general.high < zhang.low:
             words = "with the general camera"
@@ -153,15 +143,11 @@ def recorded(kept):
     """Zhang and the general camera on the record's real cameras."""
 
     def of_sets(name):
-        return np.array(
-            [kept.column(name, **one)[0] for one in kept.conditions], float
-        )
+        return np.array([kept.column(name, **one)[0] for one in kept.conditions], float)
 
     widest = of_sets("widest_deg")
     ends = {
-        model: [
-            of_sets(f"models.{model}.px_{end}") for end in ("low", "high")
-        ]
+        model: [of_sets(f"models.{model}.px_{end}") for end in ("low", "high")]
         for model in ("zhang", "generic")
     }
     (zhang_low, zhang_high), (generic_low, generic_high) = ends.values()
@@ -177,11 +163,7 @@ def recorded(kept):
 
 def _sorted_out(said):
     """{words: names of sets} as a phrase, without the words that hold for none."""
-    parts = [
-        f"{words} on {_listed(names)}"
-        for words, names in said.items()
-        if names
-    ]
+    parts = [f"{words} on {_listed(names)}" for words, names in said.items() if names]
     return "; ".join(parts)
 
 

@@ -6,11 +6,7 @@ from math import isfinite
 
 import numpy as np
 
-from chapters.shared.photographs.compared import (
-    QUANTITIES,
-    compared_sets,
-    twins,
-)
+from chapters.shared.photographs.compared import QUANTITIES, compared_sets, twins
 from chapters.shared.photographs.reading import ALL_NAMES, EVERY, counted
 from raxel.evaluation.comparison import MISSED_PX
 from repro.run.experiment import table
@@ -44,8 +40,7 @@ def _row(one):
     images = one.study.images if one else []
     found = one.study.found if one else []
     residuals, corrected = (
-        {model: _measured(one, q, model) for model in ALL_NAMES}
-        for q in QUANTITIES
+        {model: _measured(one, q, model) for model in ALL_NAMES} for q in QUANTITIES
     )
     return {
         "Set": one.name if one else "",
@@ -56,16 +51,9 @@ def _row(one):
         **{f"{ALL_NAMES[m]} (px)": x for m, x in residuals.items()},
         "OpenCV fisheye answers in": one.of_peer if one else 0,
         "of": one.photographs if one else 0,
-        **{
-            f"{ALL_NAMES[m]}, corrected (px)": x
-            for m, x in corrected.items()
-        },
-        "Corners with a ray (%)": _number(
-            100 * one.share if one else np.nan
-        ),
-        "Picture with a ray (%)": _number(
-            100 * one.image_share if one else np.nan
-        ),
+        **{f"{ALL_NAMES[m]}, corrected (px)": x for m, x in corrected.items()},
+        "Corners with a ray (%)": _number(100 * one.share if one else np.nan),
+        "Picture with a ray (%)": _number(100 * one.image_share if one else np.nan),
         "Better": one.outcome if one else "",
     }
 
@@ -87,17 +75,10 @@ def _said_of_twins(results):
     )
 
 
-@table(
-    "ext_real_every_corner",
-    needs=("photograph_study",),
-    evidence="photograph",
-)
+@table("ext_real_every_corner", needs=("photograph_study",), evidence="photograph")
 def ext_real_every_corner(results):
     """Every set of the build and every model, on every corner kept out."""
-    made = [
-        _counted_row(one)
-        for one in compared_sets(results["photograph_study"])
-    ]
+    made = [_counted_row(one) for one in compared_sets(results["photograph_study"])]
     return Table(
         {name: [row[name] for row in made] for name in _counted_row(None)},
         "Image sets of this build and all models: RMS distance in px of "

@@ -7,14 +7,7 @@ import numpy as np
 from raxel.cameras import PerspectiveCamera
 from raxel.geometry import pose, rotation_from_vector, transform
 
-MADE_UP = {
-    "fx": 500.0,
-    "fy": 502.0,
-    "u0": 322.0,
-    "v0": 238.0,
-    "k1": -0.25,
-    "k2": 0.08,
-}
+MADE_UP = {"fx": 500.0, "fy": 502.0, "u0": 322.0, "v0": 238.0, "k1": -0.25, "k2": 0.08}
 
 
 def exercise_camera(study):
@@ -22,10 +15,7 @@ def exercise_camera(study):
     size = {k: study.settings[f"{k}_px"] for k in ("width", "height")}
     if study.refusal("zhang"):
         return size | MADE_UP
-    numbers = {
-        name: study.fit(f"zhang.{name}_px")
-        for name in ("fx", "fy", "u0", "v0")
-    }
+    numbers = {name: study.fit(f"zhang.{name}_px") for name in ("fx", "fy", "u0", "v0")}
     numbers |= {name: study.fit(f"zhang.{name}") for name in ("k1", "k2")}
     return size | {name: round(x, 6) for name, x in numbers.items()}
 
@@ -43,9 +33,7 @@ def exercise_corner(study):
         T = study.array("zhang.T_camera_grid", part="fit")[0]
         k = np.flatnonzero(np.isfinite(image.corners[:, 0]))[-1]
         pitch = study.settings["pitch_mm"] or 1.0
-        point = pitch * np.array(
-            [k % image.columns, k // image.columns], float
-        )
+        point = pitch * np.array([k % image.columns, k // image.columns], float)
         pixel = image.corners[k]
     return {
         "T_camera_grid": np.round(T, 6),
@@ -61,9 +49,7 @@ def field_of_view_task(camera):
         "expected": lambda: field_of_view_deg(camera),
         "hint": "the rims are half a pixel outside; one angle to each side",
         "slips": {
-            "That is in radians.": lambda: np.radians(
-                field_of_view_deg(camera)
-            ),
+            "That is in radians.": lambda: np.radians(field_of_view_deg(camera)),
             "That is half of it.": lambda: field_of_view_deg(camera) / 2,
         },
     }
@@ -77,9 +63,7 @@ def residual_task(camera, corner):
         "tolerance": 0.02,
         "hint": "x / z and y / z first, then the radial factor, then K",
         "slips": {
-            "That is predicted less found.": lambda: (
-                -residual_of(camera, corner)
-            ),
+            "That is predicted less found.": lambda: -residual_of(camera, corner),
             "The radial terms are missing.": lambda: residual_of(
                 camera | {"k1": 0.0, "k2": 0.0}, corner
             ),
@@ -96,17 +80,13 @@ def field_of_view_deg(camera):
 
 def residual_of(camera, corner):
     """Found corner less prediction (2,) in px."""
-    predicted = _predicted(
-        _camera(camera), corner["T_camera_grid"], corner["point"]
-    )
+    predicted = _predicted(_camera(camera), corner["T_camera_grid"], corner["point"])
     return corner["found"] - predicted
 
 
 def _predicted(camera, T_camera_grid, point):
     """Pixel (2,) of a point of the board."""
-    return camera.project(
-        transform(T_camera_grid, np.array([[*point, 0.0]]))
-    ).pixels[0]
+    return camera.project(transform(T_camera_grid, np.array([[*point, 0.0]]))).pixels[0]
 
 
 def _camera(numbers):

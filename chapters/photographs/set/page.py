@@ -47,13 +47,7 @@ from raxel.features.detector import as_8_bit
 from raxel.sets import Chessboard, load_set, read_image
 from raxel.sets.reference import load_reference
 from repro.page.exercise import check
-from repro.page.reader import (
-    open_results,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

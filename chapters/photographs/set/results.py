@@ -17,10 +17,7 @@ from chapters.shared.photographs.reading import (
     paired,
     share_with_ray,
 )
-from repro.judge.statistics import (
-    median_interval,
-    wins,
-)
+from repro.judge.statistics import median_interval, wins
 from repro.page.wording import literal
 
 
@@ -38,11 +35,7 @@ def about(study):
     text = f"The camera: {camera}. " if camera else ""
     text += f"Its images are {s['width_px']} × {s['height_px']} px. "
     counted = s["columns"] and s["rows"]
-    size = (
-        f"{s['columns']} × {s['rows']}"
-        if counted
-        else "an unknown number of"
-    )
+    size = f"{s['columns']} × {s['rows']}" if counted else "an unknown number of"
     text += f"The chessboard has {size} interior corners"
     if s["pitch_mm"] is None:
         return text + (
@@ -53,9 +46,7 @@ def about(study):
 
 def origin(study):
     """Where the photographs come from, as set.yaml tells it."""
-    source, licence = (
-        literal(study.settings[k]) for k in ("source", "licence")
-    )
+    source, licence = (literal(study.settings[k]) for k in ("source", "licence"))
     if not source:
         return "The set does not say where its photographs come from."
     licence = f" Licence: {licence}." if licence else ""
@@ -85,15 +76,7 @@ def zhang(study):
         return f"Zhang's method gave no camera ({literal(because(why))})."
     n = {
         name: study.fit(f"zhang.{name}")
-        for name in (
-            "fx_px",
-            "fy_px",
-            "u0_px",
-            "v0_px",
-            "k1",
-            "k2",
-            "rms_px",
-        )
+        for name in ("fx_px", "fy_px", "u0_px", "v0_px", "k1", "k2", "rms_px")
     }
     return (
         f"Zhang's method gives focal lengths of {n['fx_px']:.1f} and "
@@ -134,8 +117,7 @@ def peer(study):
     text = f"{name} gave a camera in {parts - refused} of {parts} parts."
     for quantity, unit in (("rms_px", " px"), ("mean_deg", "°")):
         errors = {
-            model: column(rows, "same", model, quantity)
-            for model in (PEER, *NAMES)
+            model: column(rows, "same", model, quantity) for model in (PEER, *NAMES)
         }
         known = np.all([np.isfinite(e) for e in errors.values()], axis=0)
         if not known.any():
@@ -143,9 +125,7 @@ def peer(study):
         told = [
             f"{np.median(e[known]):.2g}{unit} with {model_name}"
             for e, model_name in zip(
-                errors.values(),
-                (name, "Zhang's", "the general camera"),
-                strict=True,
+                errors.values(), (name, "Zhang's", "the general camera"), strict=True
             )
         ]
         text += f" The median error kept out is {', '.join(told)}."
@@ -156,9 +136,7 @@ def kept_out(study):
     """How many photographs were kept out, in how many parts, with what failures."""
     rows = [row for row in study.held_out if row.own]
     if not rows:
-        whys = {
-            literal(because(study.why_nothing_kept_out(m))) for m in NAMES
-        }
+        whys = {literal(because(study.why_nothing_kept_out(m))) for m in NAMES}
         return (
             "No photograph could be judged by a camera that was calibrated without "
             f"it ({'; '.join(sorted(whys))})."
@@ -214,9 +192,7 @@ def comparison(study):
         f"{ratio.high:.3g}). "
     )
     if decided(for_general):
-        return (
-            text + "**The general camera predicts these corners better.**"
-        )
+        return text + "**The general camera predicts these corners better.**"
     if decided(for_zhang):
         return text + "**Zhang's model predicts these corners better.**"
     return text + "**These photographs do not decide between the two.**"
@@ -224,9 +200,7 @@ def comparison(study):
 
 def angles(study):
     """Median angular errors over photographs kept out."""
-    pairs = dict(
-        zip(NAMES, paired(study.held_out, "mean_deg"), strict=True)
-    )
+    pairs = dict(zip(NAMES, paired(study.held_out, "mean_deg"), strict=True))
     if len(pairs["zhang"]):
         where = "on the corners that both have a ray for"
     else:
@@ -260,11 +234,7 @@ def straightness(study):
         name: study.fit(f"undistorted.{key}.distortion_px")
         for key, name in names.items()
     }
-    parts = [
-        f"{name} {value:.3g} px"
-        for name, value in left.items()
-        if value == value
-    ]
+    parts = [f"{name} {value:.3g} px" for name, value in left.items() if value == value]
     if len(parts) < 2:
         return "There is no undistorted board to measure."
     if study.refusal("general"):
@@ -290,8 +260,7 @@ def _photographs(count):
 
 def _counted(reasons):
     return "; ".join(
-        literal(because(reason))
-        + (f" ({count} times)" if count > 1 else "")
+        literal(because(reason)) + (f" ({count} times)" if count > 1 else "")
         for reason, count in reasons.most_common()
     )
 

@@ -81,18 +81,14 @@ def _model_row(study, model, kind, scored_on):
         "Model": ALL_NAMES[model],
         "Scored on": scored_on,
         "Parameters": parameters,
-        "Fitted: RMS (px)": _known(
-            pooled_rms(study.in_sample, kind, model)
-        ),
+        "Fitted: RMS (px)": _known(pooled_rms(study.in_sample, kind, model)),
         "Kept out: RMS (px)": _median(errors),
         "Kept out: angle (deg)": _median(degrees),
         "Photographs": int(np.isfinite(errors).sum()),
         "Corners scored (%)": _known(100 * scored / all_corners)
         if all_corners
         else None,
-        "Picture with a ray (%)": _known(
-            100 * study.fit(f"{model}.image_with_ray")
-        ),
+        "Picture with a ray (%)": _known(100 * study.fit(f"{model}.image_with_ray")),
     }
 
 
@@ -109,12 +105,8 @@ def every_corner_table(study):
             "Model": [name for name, *_ in rows],
             "Kept out: RMS (px)": [found.rms_px for _, found, *_ in rows],
             "Median (px)": [found.median_px for _, found, *_ in rows],
-            "Corners with a ray (%)": [
-                100 * found.share for _, found, *_ in rows
-            ],
-            "Parts without a camera": [
-                found.parts for _, found, *_ in rows
-            ],
+            "Corners with a ray (%)": [100 * found.share for _, found, *_ in rows],
+            "Parts without a camera": [found.parts for _, found, *_ in rows],
             "Terms": [_whole(terms) for *_, terms, _ in rows],
             "Entrance pupil": [pupil for *_, pupil in rows],
         },
@@ -139,9 +131,7 @@ def _pupil(study, model):
 def images_table(study):
     """Every photograph: whether the board was found, and its errors kept out."""
     held_out = {row.image.index: row for row in study.held_out}
-    made = [
-        _image_row(study, i, held_out.get(i.index)) for i in study.images
-    ]
+    made = [_image_row(study, i, held_out.get(i.index)) for i in study.images]
     names = list(_image_row(study, None, None))
     if not any(row["Remark"] for row in made):
         names.remove("Remark")
@@ -158,11 +148,7 @@ def _image_row(study, image, row):
     """Cells of one photograph; of none, for the names of the columns."""
 
     def error(kind, model, quantity="rms_px"):
-        return (
-            None
-            if row is None
-            else _known(column([row], kind, model, quantity)[0])
-        )
+        return None if row is None else _known(column([row], kind, model, quantity)[0])
 
     shared = error("same", "zhang", "corners")
     return {
@@ -188,9 +174,7 @@ def _remark(study, image, row):
     if image.use == "evaluate":
         remarks.append("only evaluates")
     if image.index in study.left_out:
-        remarks.append(
-            f"not in the general camera: {study.left_out[image.index]}"
-        )
+        remarks.append(f"not in the general camera: {study.left_out[image.index]}")
     if row is not None:
         remarks += [
             f"kept out, {EVERY[model]}: {score.reason}"
@@ -213,23 +197,13 @@ def _whole(number):
     return int(number) if np.isfinite(number) else None
 
 
-@table(
-    "ext_images",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
+@table("ext_images", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
 def ext_images(results):
     """Every photograph: corners found, errors, remarks."""
     return images_table(study_of(results))
 
 
-@table(
-    "ext_models",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
+@table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
 def ext_models(results):
     """Every model: parameters, fit, prediction, coverage."""
     return models_table(study_of(results))
@@ -307,9 +281,7 @@ def _statistics(result, trials, name):
 
 
 def _caption(result, trials):
-    start = (
-        "Tables 3.4 to 3.7 on these photographs: boards returned and right"
-    )
+    start = "Tables 3.4 to 3.7 on these photographs: boards returned and right"
     if not trials:
         return f"{start}. Nothing to compare: {UNSUITED}."
     if not any(result.column("judged", **c)[0] for c in trials):

@@ -18,12 +18,7 @@ from chapters.shared.photographs.reading import (
     paired,
     share_with_ray,
 )
-from repro.judge.statistics import (
-    SIGNIFICANCE,
-    Estimate,
-    median_interval,
-    wins,
-)
+from repro.judge.statistics import SIGNIFICANCE, Estimate, median_interval, wins
 
 QUANTITIES = {
     "rms_px": "Residual, kept out (px)",
@@ -73,9 +68,7 @@ def compared_sets(results):
         for name, result in results.items()
         if name not in again
     ]
-    return sorted(
-        sets, key=lambda s: (not isfinite(s.level), s.level, s.name)
-    )
+    return sorted(sets, key=lambda s: (not isfinite(s.level), s.level, s.name))
 
 
 def twins(results):
@@ -117,16 +110,12 @@ def _medians(rows, quantity):
     peers = _of_peer(rows, quantity)
     if len(peers):
         found[PEER] = peers
-    return {
-        model: median_interval(values) for model, values in found.items()
-    }
+    return {model: median_interval(values) for model, values in found.items()}
 
 
 def _of_peer(rows, quantity):
     """Errors of OpenCV's fisheye model in photographs that both others answer for."""
-    every = np.array(
-        [column(rows, "same", m, quantity) for m in (*MODELS, PEER)]
-    )
+    every = np.array([column(rows, "same", m, quantity) for m in (*MODELS, PEER)])
     return every[-1, np.isfinite(every).all(axis=0)]
 
 
@@ -139,8 +128,4 @@ def outcome_of(study, zhangs, generals):
         return f"too few photographs ({len(zhangs)})"
     if decided(wins([(generals, zhangs)])[0]):
         return NAMES["general"]
-    return (
-        NAMES["zhang"]
-        if decided(wins([(zhangs, generals)])[0])
-        else "undecided"
-    )
+    return NAMES["zhang"] if decided(wins([(zhangs, generals)])[0]) else "undecided"

@@ -50,9 +50,7 @@ def distortion_level(camera):
     if len(pixels) < FEWEST_RAYS:
         return Distortion(*[np.nan] * 6, np.full(len(POWERS), np.nan))
     middle = np.array([camera.width - 1, camera.height - 1]) / 2
-    centre, turn, curve, distances = fitted_curve(
-        pixels, directions, middle
-    )
+    centre, turn, curve, distances = fitted_curve(pixels, directions, middle)
     widest = angles_to_axis(directions, turn).max()
     return Distortion(
         level_of(curve, widest),
@@ -69,16 +67,12 @@ def level_of(curve, widest):
     if widest >= np.pi / 2:
         return LEVEL_AT_RIGHT_ANGLES
     angle = np.linspace(0, widest, 500)[1:]
-    return np.abs(
-        radius(curve, angle) / (curve[0] * np.tan(angle)) - 1
-    ).max()
+    return np.abs(radius(curve, angle) / (curve[0] * np.tan(angle)) - 1).max()
 
 
 def radius(curve, angle):
     """Distance from the axis's pixel in px at angles (N,) in radians."""
-    return sum(
-        a * angle**power for a, power in zip(curve, POWERS, strict=True)
-    )
+    return sum(a * angle**power for a, power in zip(curve, POWERS, strict=True))
 
 
 def angles_to_axis(directions, turn):

@@ -143,8 +143,7 @@ class Study:
     def fold_refusals(self, model: str) -> list[str]:
         """Why the model gave no camera, for the parts where it gave none."""
         reasons = [
-            self.text(f"{model}.reason", part="fold", fold=fold)
-            for fold in self.folds
+            self.text(f"{model}.reason", part="fold", fold=fold) for fold in self.folds
         ]
         return [reason for reason in reasons if reason]
 
@@ -152,23 +151,15 @@ class Study:
     def left_out(self) -> dict[int, str]:
         """Boards that the generic method left out of its table, with the reason."""
         reasons = {
-            image.index: self.text(
-                f"general.left_out.{image.index}", part="fit"
-            )
+            image.index: self.text(f"general.left_out.{image.index}", part="fit")
             for image in self.found
         }
-        return {
-            index: reason for index, reason in reasons.items() if reason
-        }
+        return {index: reason for index, reason in reasons.items() if reason}
 
     def why_nothing_kept_out(self, model: str) -> str:
         """Why the model has no error in any photograph that was kept out."""
         reasons = [self.refusal(model), *self.fold_refusals(model)]
-        reasons += [
-            row.own[model].reason
-            for row in self.held_out
-            if model in row.own
-        ]
+        reasons += [row.own[model].reason for row in self.held_out if model in row.own]
         given = [reason for reason in reasons if reason]
         return given[0] if given else "no photograph was kept out"
 
@@ -217,10 +208,7 @@ class Study:
         return Row(
             image,
             int(self.number(f"{stem}.corners", **condition)),
-            *(
-                {m: s for m, s in scores[k].items() if s}
-                for k in ("own", "same")
-            ),
+            *({m: s for m, s in scores[k].items() if s} for k in ("own", "same")),
         )
 
     def _score(self, stem: str, **condition) -> Score | None:
@@ -237,21 +225,15 @@ class Study:
         )
 
 
-def column(
-    rows: list[Row], kind: str, model: str, quantity: str
-) -> np.ndarray:
+def column(rows: list[Row], kind: str, model: str, quantity: str) -> np.ndarray:
     """One quantity of one model over rows, nan where the model has no score."""
     scores = [getattr(row, kind).get(model) for row in rows]
-    return np.array(
-        [np.nan if s is None else getattr(s, quantity) for s in scores]
-    )
+    return np.array([np.nan if s is None else getattr(s, quantity) for s in scores])
 
 
 def paired(rows: list[Row], quantity: str) -> tuple[np.ndarray, np.ndarray]:
     """The quantity of (Zhang, general) on shared corners, where both have it."""
-    zhang, general = (
-        column(rows, "same", model, quantity) for model in MODELS
-    )
+    zhang, general = (column(rows, "same", model, quantity) for model in MODELS)
     both = np.isfinite(zhang) & np.isfinite(general)
     return zhang[both], general[both]
 

@@ -5,17 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.evaluation import (
-    corrected_view,
-    distortion_residual,
-    synthetic_plane,
-)
+from raxel.evaluation import corrected_view, distortion_residual, synthetic_plane
 from raxel.features.detector import as_8_bit
-from raxel.multiview.perspective_view import (
-    PerspectiveView,
-    resample,
-    source_pixels,
-)
+from raxel.multiview.perspective_view import PerspectiveView, resample, source_pixels
 from raxel.sets import read_image
 
 SUPERSAMPLED = 2
@@ -60,9 +52,7 @@ def undistorted(image_set, cameras, boards, width_px):
     }
     shared = _seen_by_all(cameras, board)
     result["taken"] = {
-        "distortion_px": distortion_rms(
-            board.view, board.view.pixels, shared
-        )
+        "distortion_px": distortion_rms(board.view, board.view.pixels, shared)
     }
     for model, camera in cameras.items():
         result[model] = {"reason": reasons.get(model, "")}
@@ -72,9 +62,7 @@ def undistorted(image_set, cameras, boards, width_px):
             corners = _corners(camera, view, board.view.pixels)
             result[model]["corners"] = corners
             result[model]["distortion_px"] = distortion_rms(
-                board.view,
-                corners * image_set.width / view.width / zoom,
-                shared,
+                board.view, corners * image_set.width / view.width / zoom, shared
             )
     return result
 
@@ -115,8 +103,7 @@ def corrected_errors(cameras, view):
     }
     shared = np.all([valid for _, valid in seen.values()], axis=0)
     return {
-        m: distortion_rms(view, corners, shared)
-        for m, (corners, _) in seen.items()
+        m: distortion_rms(view, corners, shared) for m, (corners, _) in seen.items()
     }
 
 
@@ -133,10 +120,7 @@ def view_planes(cameras, view):
     """{model: SyntheticPlane}, {model: reason}, and what the view looks at."""
     sizes = {(c.width, c.height) for c in cameras.values()}
     middle = (np.array(sizes.pop()) - 1) / 2
-    towards = {
-        "mid-image": middle,
-        "the board": np.nanmean(view.pixels, axis=0),
-    }
+    towards = {"mid-image": middle, "the board": np.nanmean(view.pixels, axis=0)}
     for name, pixel in towards.items():  # noqa: B007
         planes, reasons = {}, {}
         for model, camera in cameras.items():
@@ -169,13 +153,7 @@ def _view_of(image_set, plane, zoom, width_px):
     width = min(width_px, image_set.width)
     height = round(width * image_set.height / image_set.width)
     focal = plane.px_per_unit * zoom * width / image_set.width
-    K = np.array(
-        [
-            [focal, 0, (width - 1) / 2],
-            [0, focal, (height - 1) / 2],
-            [0, 0, 1],
-        ]
-    )
+    K = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
     T = plane.T_camera_plane
     centre = T[:3, 3] - T[:3, 2]
     return PerspectiveView(K, T[:3, :3], centre, width, height)
@@ -189,18 +167,12 @@ def _picture(camera, view, image):
     fine[:2, 2] = (SUPERSAMPLED - 1) / 2
     size = SUPERSAMPLED * view.width, SUPERSAMPLED * view.height
     sources = source_pixels(
-        camera,
-        view._replace(K=fine @ view.K, width=size[0], height=size[1]),
+        camera, view._replace(K=fine @ view.K, width=size[0], height=size[1])
     )
     mask = np.uint8(255) * camera.in_image(sources)
     return {
-        name: cv2.resize(
-            whole, (view.width, view.height), interpolation=cv2.INTER_AREA
-        )
-        for name, whole in (
-            ("picture", resample(image, sources)),
-            ("mask", mask),
-        )
+        name: cv2.resize(whole, (view.width, view.height), interpolation=cv2.INTER_AREA)
+        for name, whole in (("picture", resample(image, sources)), ("mask", mask))
     }
 
 

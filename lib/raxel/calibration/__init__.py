@@ -17,11 +17,7 @@ from raxel.calibration.central_test import CentralTest, centrality_test
 from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
 from raxel.calibration.cgsp import CgspSolution, linear_cgsp
 from raxel.calibration.consistent import ConsistentResult, adjust_consistent
-from raxel.calibration.correspondence import (
-    BoardView,
-    locate_pixels,
-    pixels_on_board,
-)
+from raxel.calibration.correspondence import BoardView, locate_pixels, pixels_on_board
 from raxel.calibration.dense import DenseView, dense_view
 from raxel.calibration.free_centre import (
     FreeCentreResult,
@@ -51,11 +47,7 @@ from raxel.calibration.lens_formula import LensCalibration, calibrate_lens
 from raxel.calibration.relaxation import relax_poses
 from raxel.calibration.smooth_adjustment import SplineAdjustment, adjust_spline
 from raxel.calibration.smooth_boards import SplineCalibration, calibrate_spline
-from raxel.calibration.smooth_table import (
-    SmoothTable,
-    smoothed_rays,
-    smoothed_table,
-)
+from raxel.calibration.smooth_table import SmoothTable, smoothed_rays, smoothed_table
 from raxel.calibration.three_point import (
     RayPose,
     pose_from_rays,

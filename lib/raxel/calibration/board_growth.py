@@ -11,10 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.board_rays import ray_table
-from raxel.calibration.bundle import (
-    bundle_adjust_fixed_centre,
-    ray_point_residuals,
-)
+from raxel.calibration.bundle import bundle_adjust_fixed_centre, ray_point_residuals
 from raxel.calibration.cgsp import CgspSolution
 from raxel.calibration.generic_linear import LinearSolution
 from raxel.calibration.three_point import pose_from_rays

@@ -16,11 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.bundle import (
-    check_shared,
-    homogeneous,
-    reduced_normal_equations,
-)
+from raxel.calibration.bundle import check_shared, homogeneous, reduced_normal_equations
 from raxel.calibration.ray_elimination import moved
 from raxel.errors import CalibrationError
 from raxel.geometry.damped import descend

@@ -17,11 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.bundle import check_shared
-from raxel.calibration.consistent import (
-    FIRST_DAMPING,
-    LARGEST_DAMPING,
-    is_rounding,
-)
+from raxel.calibration.consistent import FIRST_DAMPING, LARGEST_DAMPING, is_rounding
 from raxel.errors import CalibrationError
 from raxel.geometry.damped import damped_step
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector

@@ -19,14 +19,7 @@ from raxel.geometry.poses import pose, rotation_from_vector, vector_from_rotatio
 
 
 def relax_poses(
-    points,
-    seen,
-    centre,
-    T_base_grid,
-    *,
-    weights=None,
-    iterations=500,
-    tolerance=1e-6,
+    points, seen, centre, T_base_grid, *, weights=None, iterations=500, tolerance=1e-6
 ):
     """Poses by relaxation, rays re-joined to the centroid after each round.
 

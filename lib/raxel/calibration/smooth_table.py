@@ -267,8 +267,7 @@ def _uncertainty(field):
     polynomials = free_polynomials(sums.shape)
     count = len(polynomials)
     solved = _solved(
-        normal + penalty,
-        np.hstack([np.eye(count), band_product(normal, polynomials)]),
+        normal + penalty, np.hstack([np.eye(count), band_product(normal, polynomials)])
     )
     inverse, by_polynomials = solved[:, :count], solved[:, count:]
     # The penalty less its part on polynomials, by Woodbury's identity.

@@ -21,11 +21,7 @@ from raxel.cameras.pushbroom import PushbroomCamera
 from raxel.cameras.quadric_mirror import QuadricMirrorCamera
 from raxel.cameras.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
 from raxel.cameras.rational import LiftedRationalCamera, RationalCubicCamera
-from raxel.cameras.ray_polynomials import (
-    DivisionCamera,
-    ScaramuzzaCamera,
-    TardifCamera,
-)
+from raxel.cameras.ray_polynomials import DivisionCamera, ScaramuzzaCamera, TardifCamera
 from raxel.cameras.ray_spline import RaySplineCamera
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.cameras.unified_sphere import UnifiedSphereCamera

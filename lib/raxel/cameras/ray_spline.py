@@ -20,12 +20,7 @@ from raxel.cameras.base import (
     checked_positive,
     near_rows,
 )
-from raxel.cameras.cubic_field import (
-    control_shape,
-    field_at,
-    steepest,
-    undisplaced,
-)
+from raxel.cameras.cubic_field import control_shape, field_at, steepest, undisplaced
 from raxel.cameras.nested import checked_rigid, nested_fields
 from raxel.errors import InputError
 from raxel.geometry.poses import inverse_pose, rotate, transform

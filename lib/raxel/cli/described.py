@@ -57,10 +57,7 @@ def _formula_fields(camera):
     for name in ("tangential", "prism"):
         if np.any(getattr(camera, name, 0)):
             terms[name] = getattr(camera, name).tolist()
-    return terms | {
-        "focal_px": focal.tolist(),
-        "principal_point_px": centre.tolist(),
-    }
+    return terms | {"focal_px": focal.tolist(), "principal_point_px": centre.tolist()}
 
 
 def camera_lines(fields, target):

@@ -134,7 +134,7 @@ def _score(camera, view):
     if np.count_nonzero(known) < FEWEST_CORNERS:
         return blank._replace(
             reason=f"{np.count_nonzero(known)} corners have a ray;"
-            f" {FEWEST_CORNERS} are needed",
+            f" {FEWEST_CORNERS} are needed"
         )
     pixels, points = view.pixels[known], view.points[known]
     origins, directions = rays.origins[known], rays.directions[known]

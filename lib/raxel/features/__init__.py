@@ -16,11 +16,7 @@ from raxel.features.find import find_board, find_boards
 from raxel.features.lattice import order_of_clicks, symmetries
 from raxel.features.opencv import find_opencv, find_opencv_sb
 
-DETECTORS = {
-    "raxel": find_board,
-    "opencv": find_opencv,
-    "opencv-sb": find_opencv_sb,
-}
+DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
 DEFAULT_DETECTOR = "raxel"
 CLICK_DETECTORS = {"celect": find_celect}
 

@@ -17,12 +17,7 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.geometry.consensus import best_hypothesis
 from raxel.geometry.damped import descend, gauss_newton
-from raxel.geometry.poses import (
-    cross_matrix,
-    pose,
-    rotation_from_vector,
-    tangent_bases,
-)
+from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector, tangent_bases
 
 FEWEST = 8
 # Singular values of exact pairs below this share of the largest are zero.
@@ -121,13 +116,7 @@ def depths(T_2_1, directions_1, directions_2):
 
 
 def relative_pose_ransac(
-    directions_1,
-    directions_2,
-    rng,
-    threshold,
-    *,
-    confidence=0.999,
-    most_trials=5000,
+    directions_1, directions_2, rng, threshold, *, confidence=0.999, most_trials=5000
 ):
     """Motion from matched rays of which some are wrong.
 

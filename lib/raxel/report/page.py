@@ -113,10 +113,7 @@ def _numbers(image_set, result):
     yield f"{target.capitalize()}s cover", f"{100 * share:.1f} % of the image"
     for key, form in NUMBERS:
         name, unit = key.split("_")
-        yield (
-            f"{NAMES[name]}, fitted {target}s",
-            _told(result[key], form, f" {unit}"),
-        )
+        yield (f"{NAMES[name]}, fitted {target}s", _told(result[key], form, f" {unit}"))
     yield f"Single {point}s scatter by", _told(misfit["scatter_px"], ".3f", " px")
     yield f"Stated of single {point}s", _told(misfit["stated_sd_px"], ".3f", " px")
     if "chosen_because" in result:

@@ -10,14 +10,7 @@ import numpy as np
 from raxel.cameras import caustic_points, centrality, closest_point
 from raxel.geometry.poses import transform
 from raxel.show.boards import polygon
-from raxel.show.scene import (
-    Arrows,
-    Labels,
-    Points,
-    Polyline,
-    Segments,
-    Surface,
-)
+from raxel.show.scene import Arrows, Labels, Points, Polyline, Segments, Surface
 from raxel.show.view import INK, framed
 
 BLUE, ORANGE, GREEN, SILVER = "#0072b2", "#d55e00", "#009e73", "#9fb4c7"

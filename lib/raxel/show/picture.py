@@ -9,13 +9,7 @@ from raxel.errors import InputError
 from raxel.show.meshes import drawn_parts
 from raxel.show.rendering import need_rendering
 from raxel.show.scene import Labels, Points, Surface
-from raxel.show.view import (
-    INK,
-    NOMINAL_PX,
-    VIEW_ANGLE_DEG,
-    projected,
-    view_angle_deg,
-)
+from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected, view_angle_deg
 
 # Width and height on a page, px; the file has FINER times as many each way.
 SIZE = (720, 480)

@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from raxel.show.scene import (
-    ASPECT,
-    Labels,
-    Scene,
-    SceneError,
-    Segments,
-    finite_points,
-)
+from raxel.show.scene import ASPECT, Labels, Scene, SceneError, Segments, finite_points
 
 # Vertical angle of view of every picture and page, degrees: VTK's and vtk.js's own.
 VIEW_ANGLE_DEG = 30.0

@@ -17,12 +17,7 @@ from pathlib import Path
 
 from repro.judge import firmness
 from repro.judge.ledger import Ledger, read_yaml
-from repro.judge.number_rules import (
-    VerdictError,
-    judge_number,
-    not_produced,
-    ratio,
-)
+from repro.judge.number_rules import VerdictError, judge_number, not_produced, ratio
 from repro.judge.schema import faults, hint
 
 KINDS = ("claims", "numbers", "artefacts")

@@ -13,12 +13,7 @@ from repro.run.outcomes import Check, Drawing, Table
 
 
 def draw(
-    root: Path,
-    kind: str,
-    name: str,
-    folder: Path,
-    out: Path,
-    sets: Sequence[str] = (),
+    root: Path, kind: str, name: str, folder: Path, out: Path, sets: Sequence[str] = ()
 ) -> None:
     """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
 

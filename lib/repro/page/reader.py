@@ -22,13 +22,7 @@ from pathlib import Path
 
 from repro.page.cells import as_read, is_numeric
 from repro.page.templates import part, render
-from repro.page.wording import (
-    label,
-    literal,
-    plain,
-    rounded,
-    unescaped,
-)
+from repro.page.wording import label, literal, plain, rounded, unescaped
 from repro.run.discover import page_module, result_ids
 from repro.run.results import Result, opened
 from repro.run.sets_of_report import name_of

@@ -6,12 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from repro.run.discover import (
-    Producer,
-    per_set_experiments,
-    result_ids,
-    results_read,
-)
+from repro.run.discover import Producer, per_set_experiments, result_ids, results_read
 
 
 def results_behind(made: Sequence[Producer], read: Iterable[str]) -> list[str]:

@@ -33,9 +33,7 @@ def rays_of_fov(fov_deg, rng):
     # The ray straight back, at 360 degrees, has no direction to its pixel.
     radius = middle * np.sqrt(rng.uniform(0, 1, RIM + INNER))
     radius[:RIM] = middle * (1 if fov_deg < 360 else 1 - 1e-9)
-    pixels = middle + radius[:, None] * np.column_stack(
-        [np.cos(angle), np.sin(angle)]
-    )
+    pixels = middle + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     rays = camera.rays(pixels)
     R = rotation_from_vector(rng.uniform(-np.pi, np.pi, 3))
     return rays.directions[rays.valid] @ R.T, int(rays.valid[:RIM].sum())
@@ -67,9 +65,7 @@ def plane_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c2_fov180", artefact="sec_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_fov180", artefact="sec_2_2", shards={"quick": 1, "full": 1})
 def planes(effort):
     """The linear programme n . r_i >= eps over fields of view."""
     settings = {

@@ -7,14 +7,7 @@ from functools import cache
 import numpy as np
 
 from chapters.shared.rigs import rig_named
-from chapters.shared.zoo import (
-    HALF_ANGLE,
-    MIDDLE,
-    SIZE_PX,
-    K_of,
-    camera,
-    made,
-)
+from chapters.shared.zoo import HALF_ANGLE, MIDDLE, SIZE_PX, K_of, camera, made
 from raxel.cameras import caustic_points
 from raxel.cameras.fit import fit_camera, radii_of
 
@@ -107,9 +100,7 @@ def _ideal(law):
 def _micusik(law):
     def start(focal, extra):
         a, b = (focal, 0.1) if law == "sine" else (1 / focal, 1e-8)
-        return made(
-            "micusik-pajdla", law=law, a=a, b=b, principal_point=[0, 0]
-        )
+        return made("micusik-pajdla", law=law, a=a, b=b, principal_point=[0, 0])
 
     return start
 
@@ -129,9 +120,7 @@ FAMILIES = {
     "field of view": (
         PLANE_ANGLE,
         range(4),
-        lambda f, n: made(
-            "field of view", omega=1.0, K=K_of(f), radial=[0.0] * n
-        ),
+        lambda f, n: made("field of view", omega=1.0, K=K_of(f), radial=[0.0] * n),
     ),
     "equidistance": (HALF_ANGLE, (0,), _ideal("equidistance")),
     "equisolid angle": (HALF_ANGLE, (0,), _ideal("equisolid")),
@@ -161,17 +150,13 @@ FAMILIES = {
         HALF_ANGLE,
         range(1, 4),
         lambda f, n: made(
-            "scaramuzza",
-            coefficients=[f, -0.4 / f] + [0.0] * (n - 1),
-            centre=[0, 0],
+            "scaramuzza", coefficients=[f, -0.4 / f] + [0.0] * (n - 1), centre=[0, 0]
         ),
     ),
     "unified sphere": (
         HALF_ANGLE,
         range(4),
-        lambda f, n: made(
-            "unified sphere", xi=1.0, K=K_of(1.5 * f), radial=[0.0] * n
-        ),
+        lambda f, n: made("unified sphere", xi=1.0, K=K_of(1.5 * f), radial=[0.0] * n),
     ),
 }
 LENSES = ("equidistance", "FC-E8")
@@ -240,11 +225,7 @@ def room_trial(condition, rng):
     model = camera(condition["model"])
     T_world_camera = pose(ROOM[condition["model"]], np.zeros(3))
     radiance = render(
-        model,
-        T_world_camera,
-        room(),
-        colour=True,
-        samples=condition["samples"],
+        model, T_world_camera, room(), colour=True, samples=condition["samples"]
     )
     # Display response of an ordinary screen.
     shown = 255 * np.clip(radiance / 1.1, 0, 1) ** (1 / 2.2)
@@ -256,11 +237,7 @@ def room_trial(condition, rng):
 
 
 PANELS = {
-    "In the image plane": (
-        "radial",
-        "division",
-        "field of view",
-    ),
+    "In the image plane": ("radial", "division", "field of view"),
     "Fisheye laws": (
         "equidistance",
         "equisolid angle",

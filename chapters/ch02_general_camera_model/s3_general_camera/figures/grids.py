@@ -9,15 +9,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion im
 )
 from chapters.shared.general_cameras import KINDS
 from raxel.geometry import inverse_pose, transform
-from raxel.show import (
-    Arrows,
-    Labels,
-    Points,
-    Segments,
-    Surface,
-    framed,
-    moved,
-)
+from raxel.show import Arrows, Labels, Points, Segments, Surface, framed, moved
 from repro.page.space import draw_scene
 from repro.page.style import INK, plot_interval, series
 from repro.page.style import figure as new_figure
@@ -53,17 +45,11 @@ class Grids:
         height = transform(inverse_pose(self.poses), self.meetings)[..., 2]
         off_outline = transform(inverse_pose(self.poses), self.outlines)
         return float(
-            max(
-                off_ray,
-                np.abs(height).max(),
-                np.abs(off_outline[..., 2]).max(),
-            )
+            max(off_ray, np.abs(height).max(), np.abs(off_outline[..., 2]).max())
         )
 
 
-@figure(
-    "fig_2_2", needs=("fig_2_2_grids",), evidence="analytic", scene=True
-)
+@figure("fig_2_2", needs=("fig_2_2_grids",), evidence="analytic", scene=True)
 def fig_2_2(results):
     """(a) two grids a known T_1 apart; (b) three in unknown poses."""
     found = {
@@ -74,13 +60,8 @@ def fig_2_2(results):
     drawn.set_layout_engine("none")
     for panel, left in zip(axes, (0.0, 0.5), strict=True):
         panel.set_position([left, 0.0, 0.5, 0.93])
-    titles = (
-        "(a) general: $T_1$ known",
-        "(b) generic: $T_1$, $T_2$ unknown",
-    )
-    for panel, title, grids in zip(
-        axes, titles, found.values(), strict=True
-    ):
+    titles = ("(a) general: $T_1$ known", "(b) generic: $T_1$, $T_2$ unknown")
+    for panel, title, grids in zip(axes, titles, found.values(), strict=True):
         # The caption says what a legend in each panel would.
         parts = moved(_grids(grids), np.eye(4), unlabelled=True)
         draw_scene(panel, framed(parts, SIGHT, aspect=PANEL_ASPECT))
@@ -160,19 +141,13 @@ def ext_fig_2_2_error(results):
     for panel, (kind, unit) in zip(axes, KINDS.items(), strict=True):
         levels = (0.0, *LEVELS)
         found = [
-            summary(ran.column(f"ray_deg.{level:g}", kind=kind))
-            for level in levels
+            summary(ran.column(f"ray_deg.{level:g}", kind=kind)) for level in levels
         ]
-        medians = np.array(
-            [[f["median"], *f["median_interval"]] for f in found]
-        )
-        plot_interval(
-            panel, np.array(levels), *medians.T, index=0, label="median"
-        )
+        medians = np.array([[f["median"], *f["median_interval"]] for f in found])
+        plot_interval(panel, np.array(levels), *medians.T, index=0, label="median")
         panel.set_xlabel(f"Error of {kind} put on T₁ ({unit})")
         rows += [
-            (kind, level, *row)
-            for level, row in zip(levels, medians, strict=True)
+            (kind, level, *row) for level, row in zip(levels, medians, strict=True)
         ]
         panel.set_ylabel("Median ray error (deg)")
     return Drawing(

@@ -19,10 +19,7 @@ from repro.run.outcomes import Check, Drawing
 
 DRAWN_MM = 380.0
 TOLERANCE_MM = 1e-9
-SIDES = {
-    "fisheye": "central: fisheye",
-    "faceted": "not central: four mirrors",
-}
+SIDES = {"fisheye": "central: fisheye", "faceted": "not central: four mirrors"}
 BLUE, ORANGE = (series(k)["color"] for k in range(2))
 SHEET = "#9aa5b1"
 SIGHT = (0.5, 0.45, 0.75)
@@ -60,14 +57,11 @@ class RayTableOfCamera:
         return float(np.abs(drawn / DRAWN_MM - self.matrices[rows]).max())
 
 
-@figure(
-    "fig_2_1", needs=("fig_2_1_tables",), evidence="analytic", scene=True
-)
+@figure("fig_2_1", needs=("fig_2_1_tables",), evidence="analytic", scene=True)
 def fig_2_1(results):
     """Image, look-up table and rays of two cameras, side by side."""
     tables = {
-        camera: RayTableOfCamera(results["fig_2_1_tables"], camera)
-        for camera in SIDES
+        camera: RayTableOfCamera(results["fig_2_1_tables"], camera) for camera in SIDES
     }
     drawn, images = new_figure(1, 2, height_in=6.4)
     # Axes in space need more room than a layout engine gives them.
@@ -85,9 +79,7 @@ def fig_2_1(results):
             fontsize=9,
             va="top",
         )
-        space = drawn.add_axes(
-            [left, 0.0, 0.49, 0.59],
-        )
+        space = drawn.add_axes([left, 0.0, 0.49, 0.59])
         # The caption says what a legend in each panel would.
         parts = moved(_rays(table), np.eye(4), unlabelled=True)
         draw_scene(space, framed(parts, SIGHT, aspect=PANEL_ASPECT))
@@ -110,8 +102,7 @@ def fig_2_1(results):
         "camera that looks into four plane mirrors (grey) has its own.",
         Check(
             gap < TOLERANCE_MM,
-            "every drawn ray lies on the line of its Plücker matrix, to "
-            f"{gap:.1g} mm",
+            f"every drawn ray lies on the line of its Plücker matrix, to {gap:.1g} mm",
         ),
         _scene_2_1(tables),
     )
@@ -119,20 +110,12 @@ def fig_2_1(results):
 
 def _draw_image(axes, table):
     width, height = TABLE_PX
-    axes.vlines(
-        np.arange(width + 1) - 0.5, -0.5, height - 0.5, FAINT, lw=0.6
-    )
-    axes.hlines(
-        np.arange(height + 1) - 0.5, -0.5, width - 0.5, FAINT, lw=0.6
-    )
+    axes.vlines(np.arange(width + 1) - 0.5, -0.5, height - 0.5, FAINT, lw=0.6)
+    axes.hlines(np.arange(height + 1) - 0.5, -0.5, width - 0.5, FAINT, lw=0.6)
     axes.plot(*table.pixels[table.drawn].T, "o", color=BLUE, ms=2.5)
     axes.plot(*table.pixels[table.i], "s", color=ORANGE, ms=5)
     axes.annotate(
-        "$i$",
-        table.pixels[table.i],
-        (6, -4),
-        textcoords="offset points",
-        color=ORANGE,
+        "$i$", table.pixels[table.i], (6, -4), textcoords="offset points", color=ORANGE
     )
     axes.set(xlabel="u (px)", ylabel="v (px)", aspect="equal")
     axes.invert_yaxis()
@@ -155,18 +138,14 @@ def _rays(table):
     """Rays of the marked pixels, their anchor points, and the mirrors."""
     rows, i = table.drawn, [table.i]
     sheets = [
-        Surface(
-            np.stack([facet[[0, 1]], facet[[3, 2]]]), SHEET, 0.5, "mirror"
-        )
+        Surface(np.stack([facet[[0, 1]], facet[[3, 2]]]), SHEET, 0.5, "mirror")
         for facet in table.facets
     ]
     return [
         *sheets,
         Segments(table.origins[rows], table.ends[rows], BLUE, "ray", 1.5),
         Points(table.origins[rows], INK, "anchor point", 6.0),
-        Segments(
-            table.origins[i], table.ends[i], ORANGE, "ray of pixel i", 4.0
-        ),
+        Segments(table.origins[i], table.ends[i], ORANGE, "ray of pixel i", 4.0),
         Points(table.origins[i], ORANGE, size=9.0),
         Labels(table.ends[i], ["i"], ORANGE),
     ]

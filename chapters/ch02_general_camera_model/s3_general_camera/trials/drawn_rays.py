@@ -4,19 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.general_cameras import (
-    CAMERAS,
-)
-from raxel.calibration import (
-    bundle_adjust_fixed_centre,
-    linear_well_conditioned,
-)
+from chapters.shared.general_cameras import CAMERAS
+from raxel.calibration import bundle_adjust_fixed_centre, linear_well_conditioned
 from raxel.cameras import GeneralCamera
 from raxel.cameras.base import pixel_grid
-from raxel.geometry import (
-    intersect_rays_plane,
-    transform,
-)
+from raxel.geometry import intersect_rays_plane, transform
 
 # Fig. 2.1: a small image, so that its pixels can be drawn, and the pixel i
 # whose matrix is printed.
@@ -63,9 +55,7 @@ def three_unknown_poses(points):
     """Poses, centre and directions from three grids in unknown poses."""
     start = linear_well_conditioned(points)
     seen = np.isfinite(points).all(axis=2)
-    adjusted = bundle_adjust_fixed_centre(
-        points, seen, start.centre, start.T_base_grid
-    )
+    adjusted = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
     return adjusted.T_base_grid, start.centre, adjusted.directions
 
 

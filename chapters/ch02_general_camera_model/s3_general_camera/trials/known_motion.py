@@ -43,9 +43,7 @@ def known_motion_trial(condition, rng):
         "angle_rad": angle.max(),
         "gap_mm": gap.max(),
         "share": both.sum() / true.valid.sum(),
-        "table_angle_rad": angles(
-            stored.directions, true.directions[both]
-        ).max(),
+        "table_angle_rad": angles(stored.directions, true.directions[both]).max(),
         "jump_deg": largest_jump(camera),
     }
 
@@ -82,11 +80,7 @@ def error_pose(kind, error):
     return pose(rotation_from_vector(np.radians(error)), np.zeros(3))
 
 
-@experiment(
-    "exp_c2_nonparam_any",
-    artefact="fig_2_1",
-    shards={"quick": 1, "full": 2},
-)
+@experiment("exp_c2_nonparam_any", artefact="fig_2_1", shards={"quick": 1, "full": 2})
 def two_known_grids(effort):
     """Every pixel of three cameras, calibrated by two known grids."""
     settings = {
@@ -94,7 +88,5 @@ def two_known_grids(effort):
         "grids": "near one 350 to 450 mm away, the far one 200 to 400 mm "
         "behind it, each turned by up to 6 deg about every axis; no noise",
     }
-    conditions = [
-        {"camera": name} for name in ("pinhole", "fisheye", "faceted")
-    ]
+    conditions = [{"camera": name} for name in ("pinhole", "fisheye", "faceted")]
     return Plan(known_motion_trial, conditions, POSES[effort], settings)

@@ -57,9 +57,7 @@ def draw_lines(rng):
     """Points (100, 3) and unit directions of lines, any way up."""
     origins = rng.uniform(-LARGEST, LARGEST, (LINES, 3))
     directions = rng.normal(size=(LINES, 3))
-    return origins, directions / np.linalg.norm(
-        directions, axis=1, keepdims=True
-    )
+    return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
 def homogeneous_pair(origins, directions, rng):
@@ -83,9 +81,7 @@ def normalised(matrices):
 
 
 @experiment(
-    "exp_c2_pluecker_invariant",
-    artefact="sec_2_3",
-    shards={"quick": 1, "full": 1},
+    "exp_c2_pluecker_invariant", artefact="sec_2_3", shards={"quick": 1, "full": 1}
 )
 def lines_by_two_pairs(effort):
     """Plücker matrices of random lines, each from two pairs of points."""
@@ -93,9 +89,7 @@ def lines_by_two_pairs(effort):
 
 
 @experiment(
-    "exp_c2_pluecker_origin",
-    artefact="sec_2_3",
-    shards={"quick": 1, "full": 1},
+    "exp_c2_pluecker_origin", artefact="sec_2_3", shards={"quick": 1, "full": 1}
 )
 def lines_through_origin(effort):
     """Plücker vectors of lines through the origin and of others."""

@@ -74,9 +74,7 @@ def paired_share(depths):
 
 def agreement(depths, others):
     """Whether two sets of solutions, (K, 3) and (L, 3), are the same."""
-    return len(depths) == len(others) and all(
-        _among(one, others) for one in depths
-    )
+    return len(depths) == len(others) and all(_among(one, others) for one in depths)
 
 
 def _size(directions, points):
@@ -178,9 +176,7 @@ def draw_triplet(rng, anchors):
     turn = rotation_from_vector(TURN_RAD * rng.normal(size=3))
     shift = rng.uniform([-200, -200, 150], [200, 200, 900])
     points = rng.uniform(-POINT_MM, POINT_MM, (3, 2))
-    corners = transform(
-        pose(turn, shift), np.column_stack([points, np.zeros(3)])
-    )
+    corners = transform(pose(turn, shift), np.column_stack([points, np.zeros(3)]))
     starts = np.zeros((3, 3))
     if anchors == "distinct":
         starts = rng.uniform(-ANCHOR_MM, ANCHOR_MM, (3, 3))
@@ -190,9 +186,7 @@ def draw_triplet(rng, anchors):
 
 def triplet_trial(condition, rng):
     """Real solutions of one random triplet: number, and share in pairs."""
-    anchors, directions, points, depths = draw_triplet(
-        rng, condition["anchors"]
-    )
+    anchors, directions, points, depths = draw_triplet(rng, condition["anchors"])
     found = real_solutions(anchors, directions, points)
     out = {
         "solutions": len(found),
@@ -210,18 +204,13 @@ def triplet_trial(condition, rng):
 TRIPLETS = {"quick": 100, "full": 1000}
 
 
-@experiment(
-    "exp_c2_pose_eight",
-    artefact="sec_2_4_2",
-    shards={"quick": 1, "full": 4},
-)
+@experiment("exp_c2_pose_eight", artefact="sec_2_4_2", shards={"quick": 1, "full": 4})
 def triplets(effort):
     """Every real solution of (2.26) for random triplets of rays."""
     conditions = [{"anchors": "common"}, {"anchors": "distinct"}]
     settings = {
         "points": "three in a square of 300 mm",
-        "pose": "150 to 900 mm away, turned by about 35 deg (SD 0.6 rad on "
-        "each axis)",
+        "pose": "150 to 900 mm away, turned by about 35 deg (SD 0.6 rad on each axis)",
         "distinct_anchors": "each within a cube of 80 mm",
         "solver": "elimination to a polynomial of degree 8, any anchors",
     }

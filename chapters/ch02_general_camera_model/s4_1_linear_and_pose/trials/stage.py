@@ -53,16 +53,10 @@ def rank_a_trial(condition, rng):
     points, _, _ = scene_points(rng)
     A, _ = matrix_a(scaled_coefficients(points / unit_of(points)))
     values = singular_values(A)
-    return {
-        "unknowns": A.shape[1],
-        "rank": rank_of(values),
-        "smallest": values[-1],
-    }
+    return {"unknowns": A.shape[1], "rank": rank_of(values), "smallest": values[-1]}
 
 
-@experiment(
-    "exp_c2_rank_A", artefact="sec_2_4_1", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_rank_A", artefact="sec_2_4_1", shards={"quick": 1, "full": 1})
 def rank_of_a(effort):
     """Singular values of A (2.24) in random noise-free scenes."""
     return Plan(rank_a_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
@@ -83,15 +77,12 @@ def rank_d_trial(condition, rng):
             "fifth": values[4],
             "sixth": values[5],
             "null_entry": null_entries(D),
-            "l1_l2_column": np.linalg.norm(D[:, 2])
-            / np.linalg.norm(D[:, 3]),
+            "l1_l2_column": np.linalg.norm(D[:, 2]) / np.linalg.norm(D[:, 3]),
         }
     return out
 
 
-@experiment(
-    "exp_c2_rank_D", artefact="sec_2_4_1", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_rank_D", artefact="sec_2_4_1", shards={"quick": 1, "full": 1})
 def rank_of_d(effort):
     """Singular values and null vectors of D (2.25), the same way."""
     return Plan(rank_d_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
@@ -102,18 +93,11 @@ def exact_trial(condition, rng):
     points, centre, poses = scene_points(rng)
     side = np.sign(centre[2])
     forms = {
-        "corrected": lambda: linear_as_printed(
-            *points, side=side, tz="corrected"
-        ),
+        "corrected": lambda: linear_as_printed(*points, side=side, tz="corrected"),
         "tz_printed": lambda: linear_as_printed(*points, side=side),
-        "well_conditioned": lambda: linear_well_conditioned(
-            points, side=side
-        ),
+        "well_conditioned": lambda: linear_well_conditioned(points, side=side),
     }
-    out = {
-        name: _linear_errors(form, centre, poses)
-        for name, form in forms.items()
-    }
+    out = {name: _linear_errors(form, centre, poses) for name, form in forms.items()}
     unit = unit_of(points)
     u, coefficients = solve_u(points / unit)
     for name, printed in (("corrected", False), ("printed", True)):
@@ -124,11 +108,7 @@ def exact_trial(condition, rng):
     return out
 
 
-@experiment(
-    "exp_c2_linear_exact",
-    artefact="sec_2_4_1",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c2_linear_exact", artefact="sec_2_4_1", shards={"quick": 1, "full": 1})
 def exact_data(effort):
     """The linear stage on exact data, in three forms of its formulas."""
     return Plan(exact_trial, [{}], SCENES[effort], LINEAR_SETTINGS)
@@ -190,9 +170,7 @@ def no_motion_trial(condition, rng):
 
 
 @experiment(
-    "exp_c2_generic_no_motion",
-    artefact="alg_1",
-    shards={"quick": 1, "full": 1},
+    "exp_c2_generic_no_motion", artefact="alg_1", shards={"quick": 1, "full": 1}
 )
 def no_motion(effort):
     """Poses from intersections alone, and the two-pose method beside."""

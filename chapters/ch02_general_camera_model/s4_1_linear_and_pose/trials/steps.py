@@ -53,9 +53,7 @@ def locating(camera, views, grids):
     for view, T_camera_grid in zip(views, grids, strict=True):
         pixels, points = pixels_on_board(view, SIZE_PX, SIZE_PX)
         rays = camera.rays(pixels.astype(float))
-        hits = intersect_rays_plane(
-            rays.origins, rays.directions, T_camera_grid
-        )
+        hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
         errors.append(np.linalg.norm(points - hits.points, axis=1))
     errors = np.concatenate(errors)
     return {"pixels": len(errors), "median_mm": np.median(errors)}
@@ -66,9 +64,7 @@ def first_three(views, used, truth):
     samples = sample_boards(views, SIZE_PX, SIZE_PX, SAMPLES)
     points, seen = samples.points[used[:3]], samples.seen[used[:3]]
     start = linear_well_conditioned(points, seen)
-    adjusted = bundle_adjust_fixed_centre(
-        points, seen, start.centre, start.T_base_grid
-    )
+    adjusted = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
     observed = seen[:, seen.sum(axis=0) >= 2].sum()
     rms = np.sqrt(adjusted.costs[[0, -1]] / observed)
     return {

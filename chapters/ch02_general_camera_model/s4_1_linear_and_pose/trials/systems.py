@@ -72,9 +72,7 @@ def scaled_coefficients(points):
 def matrix_a(coefficients):
     """A (12, 14) and x (12,) of A u = x (2.24), rows corrected."""
     A, x = np.zeros((12, UNKNOWNS_U)), np.zeros(12)
-    for grid, (first, second) in enumerate(
-        (coefficients[:2], coefficients[2:])
-    ):
+    for grid, (first, second) in enumerate((coefficients[:2], coefficients[2:])):
         lines = enumerate(rows_of_one_grid())
         for place, (unknown, i, centre, side, right) in lines:
             row = 6 * grid + place

@@ -52,9 +52,7 @@ def worked_trial(condition, rng):
     A, x = matrix_a(coefficients)
     ray = np.argmax(np.linalg.norm(points[0], axis=1) < NEAR_MM)
     flat = np.pad(points[:, ray], ((0, 0), (0, 1)))
-    met = np.array(
-        [transform(T, p) for T, p in zip(T_base_grid, flat, strict=True)]
-    )
+    met = np.array([transform(T, p) for T, p in zip(T_base_grid, flat, strict=True)])
     return {
         "centre": centre,
         "met": met,
@@ -68,9 +66,7 @@ def worked_trial(condition, rng):
 
 
 @experiment(
-    "ext_worked_row_scene",
-    artefact="ext_worked_row",
-    shards={"quick": 1, "full": 1},
+    "ext_worked_row_scene", artefact="ext_worked_row", shards={"quick": 1, "full": 1}
 )
 def worked_scene(effort):
     """One scene without noise, with every symbol of (2.24) as a number."""

@@ -18,11 +18,7 @@ from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation import (
-    corrected_view,
-    distortion_residual,
-    synthetic_plane,
-)
+from raxel.evaluation import corrected_view, distortion_residual, synthetic_plane
 from raxel.geometry import (
     homography_dlt,
     inverse_pose,
@@ -44,11 +40,7 @@ def calibrate(method, views, size, rng, interpolation="homographic"):
     if method == "opencv_fisheye":
         return calibrate_opencv_fisheye(views, *size).camera
     return calibrate_generic(
-        views,
-        *size,
-        rng=rng,
-        linear=LINEAR[method],
-        interpolation=interpolation,
+        views, *size, rng=rng, linear=LINEAR[method], interpolation=interpolation
     ).camera
 
 
@@ -98,9 +90,7 @@ def summary_of(boards):
     left_out = sum(board.left_out for board in boards)
     out = {"left_out": left_out, "boards": len(boards)}
     for scale in SCALES:
-        vectors = np.concatenate(
-            [getattr(board, scale) for board in boards]
-        )
+        vectors = np.concatenate([getattr(board, scale) for board in boards])
         lengths = np.linalg.norm(vectors, axis=1)
         lengths = lengths[np.isfinite(lengths)]
         if len(lengths) < FEWEST:
@@ -132,14 +122,10 @@ def radial_bias(boards, middle):
     place = np.digitize(radius, limits)
     out = {}
     for scale in SCALES:
-        vectors = np.concatenate(
-            [getattr(board, scale) for board in boards]
-        )
+        vectors = np.concatenate([getattr(board, scale) for board in boards])
         signed = np.sum(vectors * outward, axis=1)
         known = np.isfinite(signed)
-        out[scale] = {
-            "rms_px": np.sqrt(np.mean(np.sum(vectors[known] ** 2, 1)))
-        }
+        out[scale] = {"rms_px": np.sqrt(np.mean(np.sum(vectors[known] ** 2, 1)))}
         for quintile in range(QUINTILES):
             values = signed[known & (place == quintile)]
             if len(values) < FEWEST:
@@ -213,9 +199,7 @@ def example_view(zoom, boards):
 
 def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     """Every number of a seed, and the calibrated cameras by method."""
-    views = {
-        use: views_of(zoom, seen.found) for use, seen in boards.items()
-    }
+    views = {use: views_of(zoom, seen.found) for use, seen in boards.items()}
     true = camera_of(zoom)
     size = true.width, true.height
     out = {f"found.{use}": len(of_use) for use, of_use in views.items()}
@@ -224,9 +208,7 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     cameras = {}
     for method in methods:
         try:
-            camera = calibrate(
-                method, views["calibration"], size, rng, interpolation
-            )
+            camera = calibrate(method, views["calibration"], size, rng, interpolation)
             out[method] = of_camera(zoom, camera, views, rng)
             cameras[method] = camera
         except (CalibrationError, InputError) as error:
@@ -239,8 +221,7 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
 def of_camera(zoom, camera, views, rng):
     """Scores of one calibrated camera."""
     boards = {
-        use: residuals_of(camera, views[use])
-        for use in ("calibration", "held_out")
+        use: residuals_of(camera, views[use]) for use in ("calibration", "held_out")
     }
     out = {use: summary_of(of_use) for use, of_use in boards.items()}
     out["share_of_image"] = share_of_image(camera)
@@ -281,9 +262,7 @@ def stage(camera, views):
         steps = steps_of(stage_poses(camera, views))
     except InputError as error:
         return {"failed": str(error)}
-    return {
-        frame: scatter_of(s) | {"steps": s} for frame, s in steps.items()
-    }
+    return {frame: scatter_of(s) | {"steps": s} for frame, s in steps.items()}
 
 
 def fields(zoom, boards, sample, cameras):

@@ -6,9 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
-    scores,
-)
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import scores
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
     STAGE_IMAGES,
     STEP_MM,
@@ -24,12 +22,7 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.true_centre import
     homography_trial,
 )
 from chapters.shared.zoom_readings import IN_PAIRS, NOISE_PX, READINGS
-from chapters.shared.zoom_rigs import (
-    STAGE_ZOOM,
-    ZOOM_RIGS,
-    ZOOMS,
-    camera_of,
-)
+from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOM_RIGS, ZOOMS, camera_of
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -60,8 +53,7 @@ def redrawn_trial(condition, rng, counts, errors):
     zoom = condition["zoom"]
     poses = draw_poses(zoom, counts, rng)
     boards = {
-        use: redrawn(zoom, of_use, errors[zoom], rng)
-        for use, of_use in poses.items()
+        use: redrawn(zoom, of_use, errors[zoom], rng) for use, of_use in poses.items()
     }
     return scores(zoom, boards, rng)[0]
 
@@ -70,8 +62,7 @@ def errors_in(results):
     """Errors (boards, corners, 2) of the rendered seeds, by zoom."""
     rendered = results["table_2_2_rendered"]
     return {
-        zoom: np.concatenate(rendered.arrays("errors", zoom=zoom))
-        for zoom in ZOOMS
+        zoom: np.concatenate(rendered.arrays("errors", zoom=zoom)) for zoom in ZOOMS
     }
 
 
@@ -99,9 +90,7 @@ def read_trial(condition, rng, counts, errors):
 )
 def read_seeds(effort, results):
     """What the laboratory's corners and the interpolation do."""
-    trial = partial(
-        read_trial, counts=COUNTS[effort], errors=errors_in(results)
-    )
+    trial = partial(read_trial, counts=COUNTS[effort], errors=errors_in(results))
     return Plan(trial, READINGS, READ[effort], settings(effort))
 
 
@@ -114,9 +103,7 @@ def read_seeds(effort, results):
 )
 def smooth_seeds(effort, results):
     """As many seeds as a comparison needs, for the lines of 2.5.3."""
-    trial = partial(
-        read_trial, counts=COUNTS[effort], errors=errors_in(results)
-    )
+    trial = partial(read_trial, counts=COUNTS[effort], errors=errors_in(results))
     return Plan(trial, IN_PAIRS, PAIRED[effort], settings(effort))
 
 
@@ -134,20 +121,14 @@ def exact_seeds(effort):
     return Plan(trial, sets, EXACT[effort], settings(effort))
 
 
-@experiment(
-    "fig_2_5_true_centre",
-    artefact="fig_2_5",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("fig_2_5_true_centre", artefact="fig_2_5", shards={"quick": 1, "full": 1})
 def true_centres(effort):
     """The true centre in the place of the estimated one, simulated."""
     return Plan(centre_trial, [{}], SMALL[effort], {"scene": SCENE})
 
 
 @experiment(
-    "exp_c2_homography_harmless",
-    artefact="fig_2_5",
-    shards={"quick": 1, "full": 1},
+    "exp_c2_homography_harmless", artefact="fig_2_5", shards={"quick": 1, "full": 1}
 )
 def homographies(effort):
     """Perspective points and distorted ones, after a homography."""

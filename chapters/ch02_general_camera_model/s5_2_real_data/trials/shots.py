@@ -11,12 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.zoom_rigs import (
-    STAGE_ZOOM,
-    camera_of,
-    laboratory_of,
-    rig_of,
-)
+from chapters.shared.zoom_rigs import STAGE_ZOOM, camera_of, laboratory_of, rig_of
 from raxel.calibration import BoardView
 from raxel.features import find_opencv
 from raxel.geometry import pose, rotation_from_vector, transform
@@ -75,9 +70,7 @@ def draw_stage(rig, rng):
 def true_corners(zoom, poses):
     """Projections (n, N, 2) of the board's corners."""
     flat = np.pad(rig_of(zoom).target.points(), ((0, 0), (0, 1)))
-    return np.stack(
-        [camera_of(zoom).project(transform(T, flat)).pixels for T in poses]
-    )
+    return np.stack([camera_of(zoom).project(transform(T, flat)).pixels for T in poses])
 
 
 def true_shape(zoom):
@@ -112,9 +105,7 @@ def found_in_pictures(zoom, poses, rng):
 def redrawn(zoom, poses, errors, rng):
     """Boards whose corners err as one board of `errors` (m, N, 2) each."""
     true = true_corners(zoom, poses)
-    return Boards(
-        true + errors[rng.integers(len(errors), size=len(true))], true
-    )
+    return Boards(true + errors[rng.integers(len(errors), size=len(true))], true)
 
 
 def noisier(boards, sd_px, rng):
@@ -127,9 +118,7 @@ def views_of(zoom, corners):
     """BoardViews of the boards that were found."""
     target = rig_of(zoom).target
     return [
-        BoardView(
-            pixels, target.points(), target.columns, target.rows, str(index)
-        )
+        BoardView(pixels, target.points(), target.columns, target.rows, str(index))
         for index, pixels in enumerate(corners)
         if np.isfinite(pixels).all()
     ]

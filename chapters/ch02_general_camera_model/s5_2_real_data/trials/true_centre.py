@@ -14,10 +14,7 @@ from chapters.shared.three_planes import (
     view,
 )
 from raxel.calibration.bundle import bundle_adjust_fixed_centre
-from raxel.calibration.generic_linear import (
-    linear_as_printed,
-    linear_well_conditioned,
-)
+from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import distortion_residual
 from raxel.geometry import inverse_pose
@@ -49,9 +46,7 @@ def centre_trial(condition, rng):
         except (CalibrationError, InputError) as error:
             out[name] = {"failed": str(error)}
             continue
-        out[name] = {
-            "centre_error_mm": np.linalg.norm(linear.centre - true_centre)
-        }
+        out[name] = {"centre_error_mm": np.linalg.norm(linear.centre - true_centre)}
         for scoring, scales in estimated.items():
             out[name][scoring] = {
                 scale: {
@@ -78,9 +73,7 @@ def rms_of(data, centre, T_base_grid):
     return {
         scoring: {
             scale: np.sqrt(np.nanmean(lengths**2))
-            for scale, lengths in score(
-                corrected, target, data.camera, focal
-            ).items()
+            for scale, lengths in score(corrected, target, data.camera, focal).items()
         }
         for scoring, target in targets(data, focal).items()
     }

@@ -75,9 +75,7 @@ class BentBoard:
         x, y = np.floor(x + half), np.floor(y + half)
         white = on_board & ((x + y) % 2 == 0)
         grey = 255 * cv2.resize(
-            white.astype(np.float32),
-            (SIZE_PX, SIZE_PX),
-            interpolation=cv2.INTER_AREA,
+            white.astype(np.float32), (SIZE_PX, SIZE_PX), interpolation=cv2.INTER_AREA
         )
         if blur_px:
             grey = cv2.GaussianBlur(grey, (0, 0), blur_px)

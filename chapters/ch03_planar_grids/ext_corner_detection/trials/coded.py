@@ -12,11 +12,7 @@ import numpy as np
 
 from chapters.shared.lattices import outer
 from chapters.shared.scoring import LOST_PX
-from chapters.shared.synthetic_board import (
-    SIZE_PX,
-    SyntheticBoard,
-    clicks,
-)
+from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
 from raxel.features.coded_grid import coded_grid, locate, read_squares
 from raxel.geometry.poses import pose, rotation_from_vector, transform
@@ -38,12 +34,7 @@ MARKS = {"full": 1.0, "faint": 0.25}
 FOV_DEG = (120, 134, 146, 152)
 NOISE_SD = (10, 30, 50, 70)
 FALSE_GRIDS = ("another code", "no marks")
-DEFAULT = {
-    "grid": "coded",
-    "marks": "full",
-    "fov_deg": 134,
-    "noise_sd": 10,
-}
+DEFAULT = {"grid": "coded", "marks": "full", "fov_deg": 134, "noise_sd": 10}
 PICTURES = 4
 TRIALS = {"quick": 1, "full": 40}
 OUTCOMES = (
@@ -133,13 +124,9 @@ class CodedView:
         numbers = np.indices((SQUARES + 1, SQUARES + 1)).reshape(2, -1)
         points = np.zeros((numbers.shape[1], 3))
         points[:, :2] = self.square_px * numbers[::-1].T
-        seen = self.board.camera.project(
-            transform(self.T_camera_grid, points)
-        ).pixels
+        seen = self.board.camera.project(transform(self.T_camera_grid, points)).pixels
         seen = np.where(
-            ((seen >= 0) & (seen <= SIZE_PX - 1)).all(axis=1)[:, None],
-            seen,
-            np.nan,
+            ((seen >= 0) & (seen <= SIZE_PX - 1)).all(axis=1)[:, None], seen, np.nan
         )
         return seen.reshape(SQUARES + 1, SQUARES + 1, 2)
 
@@ -174,17 +161,11 @@ def _blurred(view):
     else:
         bits = code_of(view.grid).bits
     texture = CodedTexture(
-        bits,
-        view.square_px,
-        contrast=MARKS[view.marks],
-        black=0.0,
-        white=1.0,
+        bits, view.square_px, contrast=MARKS[view.marks], black=0.0, white=1.0
     )
     corner, size = texture.extent
     sheet = Rectangle(view.T_camera_grid, *size, corner)
-    picture = render(
-        view.board.camera, np.eye(4), TexturedScene(((sheet, texture),))
-    )
+    picture = render(view.board.camera, np.eye(4), TexturedScene(((sheet, texture),)))
     return cv2.GaussianBlur(picture, (0, 0), BLUR_PX)
 
 
@@ -219,19 +200,14 @@ def clicked_block(condition, rng):
     """A Block that a user might click: any of a view's, from any corner on."""
     pose_number = int(rng.integers(POSES))
     view = CodedView(
-        condition["grid"],
-        condition["marks"],
-        condition["fov_deg"],
-        pose_number,
+        condition["grid"], condition["marks"], condition["fov_deg"], pose_number
     )
     row, column = rng.choice(view.blocks())
     numbers = np.indices((BLOCK, BLOCK)).transpose(1, 2, 0) + (row, column)
     numbers = np.rot90(numbers, int(rng.integers(4)))
     true = view.corners[numbers[..., 0], numbers[..., 1]]
     where = clicks(outer(true), rng)
-    return Block(
-        view.image(condition["noise_sd"], rng), where, true, numbers
-    )
+    return Block(view.image(condition["noise_sd"], rng), where, true, numbers)
 
 
 def decoded(block, found, condition):

@@ -14,11 +14,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (
     SIZE_PX as BENT_PX,
 )
-from chapters.shared.synthetic_board import (
-    SIZE_PX,
-    SyntheticBoard,
-    clicks,
-)
+from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.clustering import clustered
 from raxel.features.celect.curvature import curved_side
@@ -31,14 +27,11 @@ _STAGES = {
     "curvature": {"column_length": curved_side},
 }
 METHODS = {PUBLISHED: CelectSettings()} | {
-    name: replace(CelectSettings(), **stage)
-    for name, stage in _STAGES.items()
+    name: replace(CelectSettings(), **stage) for name, stage in _STAGES.items()
 }
 METHODS["all three"] = replace(
     CelectSettings(),
-    **{
-        field: f for stage in _STAGES.values() for field, f in stage.items()
-    },
+    **{field: f for stage in _STAGES.values() for field, f in stage.items()},
 )
 OTHERS = tuple(name for name in METHODS if name != PUBLISHED)
 
@@ -91,9 +84,7 @@ def split_trial(condition, rng):
     values = {"picture": image, "corners": board.corners}
     for name in (PUBLISHED, "symmetry"):
         settings = METHODS[name]
-        result = celect(
-            image, outer, board.columns, board.rows, settings=settings
-        )
+        result = celect(image, outer, board.columns, board.rows, settings=settings)
         side = result.contours[0]
         values[name] = {"inliers": side.inliers, "merged": side.merged}
     return values

@@ -18,10 +18,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     UNSEEN,
     WRONG_EDGE,
 )
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
-    COARSE,
-    REACH,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import COARSE, REACH
 
 GOOD, BAD = "#0072b2", "#d55e00"
 EDGE, CHOSEN, OTHER = "#e69f00", "#d55e00", "#56b4e9"
@@ -79,12 +76,7 @@ def draw_window(panel, kept):
         vmin=0,
         vmax=255,
         alpha=0.6,
-        extent=(
-            left - 0.5,
-            left + width - 0.5,
-            top + height - 0.5,
-            top - 0.5,
-        ),
+        extent=(left - 0.5, left + width - 0.5, top + height - 0.5, top - 0.5),
     )
     _circle(panel, kept, color="#1b1f24", lw=1.4, marker="")
     panel.plot(*kept["edges"].T, "s", color=EDGE, ms=1.6)
@@ -101,12 +93,7 @@ def draw_window(panel, kept):
     panel.plot(*kept["candidates"].T, "x", color=CORNER, ms=7, mew=1.8)
     if len(kept["merged"]):
         panel.plot(
-            *kept["merged"].T,
-            "o",
-            mfc="none",
-            mec=MERGED_CORNER,
-            ms=12,
-            mew=1.8,
+            *kept["merged"].T, "o", mfc="none", mec=MERGED_CORNER, ms=12, mew=1.8
         )
     panel.plot(*kept["centre"], "o", color="#1b1f24", ms=5)
     reach = REACH * kept["radius"].item()
@@ -126,12 +113,7 @@ def window_legend():
         "lines found": {"color": OTHER, "ls": "--", "lw": 1.5},
         "line followed": {"color": CHOSEN, "lw": 2.4},
         "anchors": {"color": GOOD, "marker": "o", "lw": 1, "ms": 4},
-        "candidate corners": {
-            "color": CORNER,
-            "marker": "x",
-            "ls": "",
-            "mew": 1.8,
-        },
+        "candidate corners": {"color": CORNER, "marker": "x", "ls": "", "mew": 1.8},
         "corners after merging": {
             "mfc": "none",
             "mec": MERGED_CORNER,
@@ -141,12 +123,7 @@ def window_legend():
             "mew": 1.8,
         },
         "lost contour": {"color": BAD, "marker": "o", "lw": 2, "ms": 3},
-        "first corner": {
-            "color": "#1b1f24",
-            "marker": "*",
-            "ls": "",
-            "ms": 9,
-        },
+        "first corner": {"color": "#1b1f24", "marker": "*", "ls": "", "ms": 9},
     }
     return [Line2D([], [], **look) for look in looks.values()], list(looks)
 
@@ -155,8 +132,7 @@ def draw_stages(panel, shares, label):
     """Stacked bars: level -> stage -> share of the trials (%)."""
     names = list(shares)
     ticks = [
-        name.replace("blur ", "blur\n").replace("noise ", "noise\n")
-        for name in names
+        name.replace("blur ", "blur\n").replace("noise ", "noise\n") for name in names
     ]
     bottom = np.zeros(len(names))
     for stage in (DONE, *STAGES, UNSEEN):
@@ -175,21 +151,14 @@ def draw_stages(panel, shares, label):
     panel.set_ylabel("Trials (%)")
     panel.set_xlabel(label)
     panel.grid(visible=False, axis="x")
-    panel.legend(
-        loc="lower left",
-        bbox_to_anchor=(0, 1.0),
-        ncols=4,
-        borderaxespad=0.3,
-    )
+    panel.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4, borderaxespad=0.3)
 
 
 def _circle(panel, kept, **look):
     if not kept["cut"].size:
         return
     angle = np.linspace(0, 2 * np.pi, 121)
-    ring = kept["radius"].item() * np.column_stack(
-        (np.cos(angle), np.sin(angle))
-    )
+    ring = kept["radius"].item() * np.column_stack((np.cos(angle), np.sin(angle)))
     panel.plot(*(kept["centre"] + ring).T, **look)
 
 

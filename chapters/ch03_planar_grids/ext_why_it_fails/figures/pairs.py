@@ -10,15 +10,9 @@ from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import (
     draw_window,
     window_legend,
 )
-from chapters.ch03_planar_grids.ext_why_it_fails.results import (
-    shares_of,
-    stages_of,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.results import shares_of, stages_of
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
-    OVERVIEW,
-    WINDOW,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import OVERVIEW, WINDOW
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -26,10 +20,7 @@ from repro.run.outcomes import Drawing
 
 def example(stages, drawn):
     """The first trial in which the drawn levels come out as they usually do."""
-    usual = {
-        level: Counter(stages[level]).most_common(1)[0][0]
-        for level in drawn
-    }
+    usual = {level: Counter(stages[level]).most_common(1)[0][0] for level in drawn}
     trials = len(next(iter(stages.values())))
     fits = [
         k
@@ -69,9 +60,7 @@ def draw_case(result, case, label, caption):
     data = {"level": [], "stage": [], "trials": []}
     for level, lost in stages.items():
         for stage, count in sorted(Counter(lost).items()):
-            for column, cell in zip(
-                data, (level, stage, count), strict=True
-            ):
+            for column, cell in zip(data, (level, stage, count), strict=True):
                 data[column].append(cell)
     return Drawing(figure_, data, caption)
 
@@ -79,14 +68,11 @@ def draw_case(result, case, label, caption):
 def kept_of(result, level, trial):
     """Arrays of one level of one trial."""
     return {
-        part: result.arrays(f"{level}.{part}")[trial]
-        for part in (*OVERVIEW, *WINDOW)
+        part: result.arrays(f"{level}.{part}")[trial] for part in (*OVERVIEW, *WINDOW)
     }
 
 
-@figure(
-    "ext_why_clearance", needs=("ext_why_clearance",), evidence="rendered"
-)
+@figure("ext_why_clearance", needs=("ext_why_clearance",), evidence="rendered")
 def ext_why_clearance(results):
     """The edge of the sheet too close to the outermost corners."""
     return draw_case(
@@ -100,11 +86,7 @@ def ext_why_clearance(results):
     )
 
 
-@figure(
-    "ext_why_first_corner",
-    needs=("ext_why_first_corner",),
-    evidence="rendered",
-)
+@figure("ext_why_first_corner", needs=("ext_why_first_corner",), evidence="rendered")
 def ext_why_first_corner(results):
     """The right contour within t4 of L4."""
     return draw_case(
@@ -117,11 +99,7 @@ def ext_why_first_corner(results):
     )
 
 
-@figure(
-    "ext_why_wrong_contour",
-    needs=("ext_why_wrong_contour",),
-    evidence="rendered",
-)
+@figure("ext_why_wrong_contour", needs=("ext_why_wrong_contour",), evidence="rendered")
 def ext_why_wrong_contour(results):
     """The wrong contour more than t4 from L4, and closer to L1."""
     return draw_case(
@@ -134,9 +112,7 @@ def ext_why_wrong_contour(results):
     )
 
 
-@figure(
-    "ext_why_direction", needs=("ext_why_direction",), evidence="rendered"
-)
+@figure("ext_why_direction", needs=("ext_why_direction",), evidence="rendered")
 def ext_why_direction(results):
     """Eight ways to click one picture."""
     return draw_case(
@@ -160,9 +136,7 @@ def ext_why_window(results):
     )
 
 
-@figure(
-    "ext_why_curvature", needs=("ext_why_curvature",), evidence="rendered"
-)
+@figure("ext_why_curvature", needs=("ext_why_curvature",), evidence="rendered")
 def ext_why_curvature(results):
     """Large squares on a strong bend."""
     return draw_case(
@@ -175,9 +149,7 @@ def ext_why_curvature(results):
 
 
 @figure(
-    "ext_why_size_variation",
-    needs=("ext_why_size_variation",),
-    evidence="rendered",
+    "ext_why_size_variation", needs=("ext_why_size_variation",), evidence="rendered"
 )
 def ext_why_size_variation(results):
     """Squares that grow along a contour."""
@@ -190,9 +162,7 @@ def ext_why_size_variation(results):
     )
 
 
-@figure(
-    "ext_why_blur_noise", needs=("ext_why_blur_noise",), evidence="rendered"
-)
+@figure("ext_why_blur_noise", needs=("ext_why_blur_noise",), evidence="rendered")
 def ext_why_blur_noise(results):
     """Blur, and noise."""
     return draw_case(

@@ -6,13 +6,8 @@ from collections import Counter
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import (
-    draw_stages,
-)
-from chapters.ch03_planar_grids.ext_why_it_fails.results import (
-    SWEEPS,
-    shares_of,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import draw_stages
+from chapters.ch03_planar_grids.ext_why_it_fails.results import SWEEPS, shares_of
 from chapters.shared.robustness import DEFAULTS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.page.style import figure as new_figure
@@ -32,9 +27,7 @@ def ext_why_sweeps(results):
     stages = {}
     for condition in result.conditions:
         name, value = next(
-            (key, condition[key])
-            for key in SWEEPS
-            if condition[key] != DEFAULTS[key]
+            (key, condition[key]) for key in SWEEPS if condition[key] != DEFAULTS[key]
         )
         label = SWEEPS[name].format(value, SIZE_PX / value)
         stages[label] = result.texts("stage", **condition)
@@ -58,36 +51,20 @@ def ext_why_sweeps(results):
     )
 
 
-@figure(
-    "ext_why_orderings", needs=("ext_why_orderings",), evidence="synthetic"
-)
+@figure("ext_why_orderings", needs=("ext_why_orderings",), evidence="synthetic")
 def ext_why_orderings(results):
     """Where the two orderings of 1.2.1 fail, and their criteria."""
     result = results["ext_why_orderings"]
     drawn, panels = new_figure(2, 2, height_in=5.6, sharex="col")
     data = {
         name: []
-        for name in (
-            "family",
-            "bend_deg",
-            "line",
-            "homography",
-            "margin",
-            "stray",
-        )
+        for name in ("family", "bend_deg", "line", "homography", "margin", "stray")
     }
     for column, (family, title) in enumerate(FAMILIES.items()):
-        bends = [
-            c["bend_deg"]
-            for c in result.conditions
-            if c["family"] == family
-        ]
+        bends = [c["bend_deg"] for c in result.conditions if c["family"] == family]
         means = {
             name: np.array(
-                [
-                    result.column(name, family=family, bend_deg=b).mean()
-                    for b in bends
-                ]
+                [result.column(name, family=family, bend_deg=b).mean() for b in bends]
             )
             for name in ("line", "homography", "margin", "stray")
         }
@@ -96,12 +73,8 @@ def ext_why_orderings(results):
         top.plot(bends, 100 * means["homography"], label=PLANE, **series(1))
         top.set_title(title)
         top.set_ylabel("Ordered right (%)")
-        bottom.plot(
-            bends, means["margin"], label="margin of a row", **series(0)
-        )
-        bottom.plot(
-            bends, means["stray"], label="stray of a corner", **series(1)
-        )
+        bottom.plot(bends, means["margin"], label="margin of a row", **series(0))
+        bottom.plot(bends, means["stray"], label="stray of a corner", **series(1))
         bottom.axhline(0, color="#4a4a4a", lw=1)
         bottom.axhline(0.5, color="#4a4a4a", lw=1, ls=":")
         bottom.set_ylim(-1.5, 3)

@@ -103,10 +103,7 @@ CASES = {
             for arc in (110, 130, 145, 155, 160, 170)
         }
         | {"160, c1": {"board": _half_ring(160)}},
-        "drawn": {
-            "side 4 is the arc": "160",
-            "side 4 is straight": "160, c1",
-        },
+        "drawn": {"side 4 is the arc": "160", "side 4 is straight": "160, c1"},
     },
     "wrong_contour": {
         "levels": {f"{bow}": {"board": _bowed(bow)} for bow in range(5)}
@@ -126,11 +123,7 @@ CASES = {
             }
             for scale in (0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.0)
         },
-        "drawn": {
-            "too small": "0.3",
-            "as published": "1",
-            "too large": "3",
-        },
+        "drawn": {"too small": "0.3", "as published": "1", "too large": "3"},
     },
     "curvature": {
         "levels": {
@@ -148,18 +141,10 @@ CASES = {
     },
     "blur_noise": {
         "levels": {
-            f"blur {blur}": {"blur_px": float(blur)}
-            for blur in (1, 3, 6, 10, 14)
+            f"blur {blur}": {"blur_px": float(blur)} for blur in (1, 3, 6, 10, 14)
         }
-        | {
-            f"noise {sd}": {"noise_sd": float(sd)}
-            for sd in (5, 20, 40, 60, 80)
-        },
-        "drawn": {
-            "blurred": "blur 14",
-            "clear": "blur 1",
-            "noisy": "noise 80",
-        },
+        | {f"noise {sd}": {"noise_sd": float(sd)} for sd in (5, 20, 40, 60, 80)},
+        "drawn": {"blurred": "blur 14", "clear": "blur 1", "noisy": "noise 80"},
     },
 }
 
@@ -169,8 +154,4 @@ def levels_of(case, effort):
     levels = CASES[case]["levels"]
     drawn = CASES[case]["drawn"].values()
     taken = drawn if effort == "quick" else levels
-    return {
-        label: ORDINARY | levels[label]
-        for label in levels
-        if label in taken
-    }
+    return {label: ORDINARY | levels[label] for label in levels if label in taken}

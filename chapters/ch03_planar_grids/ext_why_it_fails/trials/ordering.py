@@ -6,12 +6,8 @@ import math
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
-    SectorBoard,
-)
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
-    spacing,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import SectorBoard
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import spacing
 from chapters.shared.lattices import outer
 from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features.celect.baselines import (
@@ -46,10 +42,7 @@ def lattice_at(condition, rng):
         return board.lattice
     radius = HALF_WIDTH_PX / math.sin(math.radians(bend) / 2)
     return SectorBoard(
-        arc_deg=bend,
-        radius_px=radius,
-        depth_px=DEPTH_PX,
-        turn_deg=rng.uniform(0, 360),
+        arc_deg=bend, radius_px=radius, depth_px=DEPTH_PX, turn_deg=rng.uniform(0, 360)
     ).lattice
 
 
@@ -78,9 +71,7 @@ def ordering_trial(condition, rng):
 
 
 @experiment(
-    "ext_why_orderings",
-    artefact="ext_why_orderings",
-    shards={"quick": 1, "full": 1},
+    "ext_why_orderings", artefact="ext_why_orderings", shards={"quick": 1, "full": 1}
 )
 def orderings(effort):
     """The two orderings of 1.2.1 on corners of boards that bend more and more."""

@@ -55,10 +55,7 @@ def why_trial(condition, rng):
         level = levels[label]
         board = SectorBoard(**level["board"])
         board = replace(
-            board,
-            turn_deg=turn,
-            shift_px=tuple(shift),
-            arc_deg=board.arc_deg * arc,
+            board, turn_deg=turn, shift_px=tuple(shift), arc_deg=board.arc_deg * arc
         )
         noise = np.random.default_rng(seed)
         image = board.image(level["blur_px"], level["noise_sd"], noise)
@@ -71,25 +68,17 @@ def why_trial(condition, rng):
             if where is None:
                 values[label] |= no_window()
             else:
-                values[label] |= window_at(
-                    image, run, where, lost, settings
-                )
+                values[label] |= window_at(image, run, where, lost, settings)
     return values
 
 
 def clicked(board, image, level, offsets, settings):
     """One run of CELECT on a picture: (values, Lost, CelectResult)."""
-    coordinates = clicked_from(
-        board.coordinates, level["start"], level["clockwise"]
-    )
+    coordinates = clicked_from(board.coordinates, level["start"], level["clockwise"])
     rows, columns = coordinates.shape[:2]
-    lattice = board.place(coordinates.reshape(-1, 2)).reshape(
-        rows, columns, 2
-    )
+    lattice = board.place(coordinates.reshape(-1, 2)).reshape(rows, columns, 2)
     where = outer(lattice) + offsets
-    run = celect(
-        image, where, columns, rows, settings=settings, record=True
-    )
+    run = celect(image, where, columns, rows, settings=settings, record=True)
     lost = lost_at(run, coordinates, board.place)
     values = {
         "stage": lost.stage,
@@ -109,8 +98,7 @@ def wrong_first_line(coordinates, place, first_angle_deg=15.0):
     closer to L1 than the right one.
     """
     right, wrong = (
-        _tangent(stops, place)
-        for stops in (coordinates[0], coordinates[:, 0])
+        _tangent(stops, place) for stops in (coordinates[0], coordinates[:, 0])
     )
     corners = place(coordinates[[0, 0, -1], [0, -1, 0]])
     L1, L4 = (orientation(corners[k] - corners[0]) for k in (1, 2))
@@ -144,9 +132,7 @@ def plan_of(case, effort):
 
 
 @experiment(
-    "ext_why_clearance",
-    artefact="ext_why_clearance",
-    shards={"quick": 1, "full": 1},
+    "ext_why_clearance", artefact="ext_why_clearance", shards={"quick": 1, "full": 1}
 )
 def clearance(effort):
     """How far the sheet goes on beyond the outermost corners."""
@@ -174,29 +160,21 @@ def wrong_contour(effort):
 
 
 @experiment(
-    "ext_why_direction",
-    artefact="ext_why_direction",
-    shards={"quick": 1, "full": 1},
+    "ext_why_direction", artefact="ext_why_direction", shards={"quick": 1, "full": 1}
 )
 def direction(effort):
     """Eight ways to click one picture."""
     return plan_of("direction", effort)
 
 
-@experiment(
-    "ext_why_window",
-    artefact="ext_why_window",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_why_window", artefact="ext_why_window", shards={"quick": 1, "full": 1})
 def window(effort):
     """The window's radius, times a factor."""
     return plan_of("window", effort)
 
 
 @experiment(
-    "ext_why_curvature",
-    artefact="ext_why_curvature",
-    shards={"quick": 1, "full": 1},
+    "ext_why_curvature", artefact="ext_why_curvature", shards={"quick": 1, "full": 1}
 )
 def curvature(effort):
     """The same bend with fewer and larger squares."""
@@ -214,9 +192,7 @@ def size_variation(effort):
 
 
 @experiment(
-    "ext_why_blur_noise",
-    artefact="ext_why_blur_noise",
-    shards={"quick": 1, "full": 1},
+    "ext_why_blur_noise", artefact="ext_why_blur_noise", shards={"quick": 1, "full": 1}
 )
 def blur_noise(effort):
     """Blur, and noise."""

@@ -51,9 +51,7 @@ class SectorBoard:
         x, y = np.asarray(points, float).T
         angle = self._angle(x) + self._bow(y)
         radius = self.radius_px - self._depth(y)
-        flat = np.column_stack(
-            (radius * np.sin(angle), -radius * np.cos(angle))
-        )
+        flat = np.column_stack((radius * np.sin(angle), -radius * np.cos(angle)))
         return (flat - self._middle) @ self._turn.T + self._centre
 
     def lattice_of(self, pixels):
@@ -104,8 +102,7 @@ class SectorBoard:
         x, y = self.lattice_of(pixels).T
         columns, rows = self.columns - 1, self.rows - 1
         beyond = np.maximum(
-            np.abs(x - columns / 2) - columns / 2,
-            np.abs(y - rows / 2) - rows / 2,
+            np.abs(x - columns / 2) - columns / 2, np.abs(y - rows / 2) - rows / 2
         )
         square = np.floor(x) + PERIOD * np.floor(y)
         return np.where(beyond <= self.ring, square, BEYOND)
@@ -161,14 +158,9 @@ class SectorBoard:
         angle = self._angle(np.linspace(0, self.columns - 1, 181))
         inner = self.radius_px - self.depth_px
         across = self.radius_px * np.sin(angle)
-        down = np.concatenate(
-            [-r * np.cos(angle) for r in (self.radius_px, inner)]
-        )
+        down = np.concatenate([-r * np.cos(angle) for r in (self.radius_px, inner)])
         return np.array(
-            [
-                (across.min() + across.max()) / 2,
-                (down.min() + down.max()) / 2,
-            ]
+            [(across.min() + across.max()) / 2, (down.min() + down.max()) / 2]
         )
 
 

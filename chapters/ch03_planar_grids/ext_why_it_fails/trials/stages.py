@@ -129,9 +129,7 @@ def _lost_on(contour, truth, near, square, curve):
         stage = NO_EDGE if stuck else TOO_LONG
         return Lost(stage, contour.name, contour.anchors[-1])
     found = (contour.candidates, contour.inliers, contour.merged)
-    for stage, points in zip(
-        (MISSED, THROWN_OUT, MERGED), found, strict=True
-    ):
+    for stage, points in zip((MISSED, THROWN_OUT, MERGED), found, strict=True):
         bare = ~_claimed(truth, near, points)
         # CELECT knows where a contour ends.
         bare[[0, -1]] &= stage == MERGED

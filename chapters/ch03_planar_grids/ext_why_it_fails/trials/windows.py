@@ -5,9 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
-    NO_EDGE,
-)
+from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import NO_EDGE
 from raxel.features.celect.algorithm import snapped
 from raxel.features.celect.hough import peaks_of, vote
 from raxel.features.celect.trace import Step
@@ -41,11 +39,7 @@ REACH = 1.6
 def overview(image, run, lost):
     """Arrays of one run: small picture, anchors of all contours, lost contour."""
     small = cv2.resize(
-        image,
-        None,
-        fx=1 / COARSE,
-        fy=1 / COARSE,
-        interpolation=cv2.INTER_AREA,
+        image, None, fx=1 / COARSE, fy=1 / COARSE, interpolation=cv2.INTER_AREA
     )
     anchors = [c.anchors for c in run.contours]
     names = [c.name for c in run.contours]
@@ -54,9 +48,7 @@ def overview(image, run, lost):
         "overview": small // GREYS * GREYS + GREYS // 2,
         "outer": run.outer_corners,
         "anchors": np.vstack([np.empty((0, 2)), *anchors]),
-        "contour_of": np.repeat(
-            np.arange(len(anchors)), [len(a) for a in anchors]
-        ),
+        "contour_of": np.repeat(np.arange(len(anchors)), [len(a) for a in anchors]),
         "lost_contour": np.array(lost_one),
     }
 
@@ -76,9 +68,7 @@ def window_at(image, run, where, lost, settings):
     if own and lost.stage == NO_EDGE:
         return _shown(image, own[0], _stuck(image, run, own[0], settings))
     steps = [
-        (contour, step)
-        for contour in own or run.contours
-        for step in contour.steps
+        (contour, step) for contour in own or run.contours for step in contour.steps
     ]
     if not steps:
         return no_window()
@@ -91,14 +81,10 @@ def window_at(image, run, where, lost, settings):
 
 def _stuck(image, run, contour, settings):
     """The Step of the last window of a trace, which led nowhere."""
-    scale, _ = snapped(
-        image, run.outer_corners, run.columns, run.rows, settings
-    )
+    scale, _ = snapped(image, run.outer_corners, run.columns, run.rows, settings)
     centre, radius = contour.anchors[-1], float(contour.radii[-1])
     window = open_window(image, centre, radius, scale.smoothing)
-    edges = canny_edges(
-        window, scale, settings.canny_high, settings.canny_low
-    )
+    edges = canny_edges(window, scale, settings.canny_high, settings.canny_low)
     space = vote(edges, centre, radius)
     lines = peaks_of(space, settings, contour.s).lines
     corners = settings.detect_corners(window, scale, settings)

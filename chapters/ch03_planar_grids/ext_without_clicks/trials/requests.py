@@ -34,13 +34,7 @@ LEVELS = {
     "field": (100, 120, 134, 145, 152),
     "yaw": (0, 15, 30, 40, 44),
 }
-QUICK_LEVELS = {
-    "noise": (20,),
-    "blur": (2,),
-    "squares": (),
-    "field": (),
-    "yaw": (),
-}
+QUICK_LEVELS = {"noise": (20,), "blur": (2,), "squares": (), "field": (), "yaw": ()}
 
 
 def sweep_conditions(effort):

@@ -37,10 +37,7 @@ class Larger:
 
     def __init__(self, camera, times):
         self.camera, self.times = camera, times
-        self.width, self.height = (
-            camera.width * times,
-            camera.height * times,
-        )
+        self.width, self.height = (camera.width * times, camera.height * times)
 
     @property
     def continuous(self):
@@ -54,9 +51,7 @@ class Larger:
 
     def rays(self, pixels):
         """Rays of pixels (N, 2)."""
-        return self.camera.rays(
-            (np.asarray(pixels) + 0.5) / self.times - 0.5
-        )
+        return self.camera.rays((np.asarray(pixels) + 0.5) / self.times - 0.5)
 
     def project(self, points):
         """Pixels of points (N, 3)."""
@@ -85,9 +80,7 @@ def zoo_board(name, rng):
         background=rng.uniform(*DRAWN["background"]),
     )
     picture = render(camera, np.eye(4), scene, samples=32)
-    picture = cv2.GaussianBlur(
-        picture, (0, 0), rng.uniform(*DRAWN["blur_px"])
-    )
+    picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(*DRAWN["blur_px"]))
     white_e = rng.uniform(*DRAWN["white_e"])
     sensor = Sensor(
         white_e=white_e,
@@ -97,9 +90,7 @@ def zoo_board(name, rng):
     )
     points = np.pad(board.points(), ((0, 0), (0, 1)))
     corners = camera.project(transform(T, points)).pixels
-    return ZooBoard(
-        sensor.expose(picture, rng), corners, board.columns, board.rows
-    )
+    return ZooBoard(sensor.expose(picture, rng), corners, board.columns, board.rows)
 
 
 def _drawn(camera, rng):
@@ -117,10 +108,7 @@ def _drawn(camera, rng):
         if not valid.all():
             continue
         points = origins + rng.uniform(300, 900) * directions
-        across, down = (
-            (points[1] - points[2]) / 4,
-            (points[3] - points[4]) / 4,
-        )
+        across, down = ((points[1] - points[2]) / 4, (points[3] - points[4]) / 4)
         z = directions[0]
         x = across - (across @ z) * z
         x /= np.linalg.norm(x)
@@ -129,17 +117,13 @@ def _drawn(camera, rng):
         axis, turn = rng.uniform(0, 2 * np.pi, 2)
         tilt = np.radians(rng.uniform(*DRAWN["tilt_deg"]))
         R = np.column_stack([x, np.cross(z, x), z])
-        R = R @ rotation_from_vector(
-            [tilt * np.cos(axis), tilt * np.sin(axis), 0]
-        )
+        R = R @ rotation_from_vector([tilt * np.cos(axis), tilt * np.sin(axis), 0])
         R = R @ rotation_from_vector([0, 0, turn])
         board = Chessboard(columns, rows, pitch)
         lattice = board.points()
         T = pose(R, points[0] - R @ [*lattice.mean(axis=0), 0])
         sheet = pitch * np.array([columns + 3, rows + 3])
         outline = outline_of([-2 * pitch] * 2, sheet)
-        if not view.fault(
-            camera, T, outline, lattice.reshape(rows, columns, 2)
-        ):
+        if not view.fault(camera, T, outline, lattice.reshape(rows, columns, 2)):
             return board, T
     raise ValueError("no pose found that shows a board whole")

@@ -7,10 +7,7 @@ import base64
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.results import (
-    Run,
-    line_ends,
-)
+from chapters.ch03_planar_grids.s1_2_celect.results import Run, line_ends
 from repro.page.reader import Shown
 from repro.page.style import series
 
@@ -74,9 +71,7 @@ def window_of(run):
 def embedded(image, low, high):
     """A part of the image as a data address."""
     part = image[low[1] : high[1], low[0] : high[0]]
-    _, jpeg = cv2.imencode(
-        ".jpg", part, [cv2.IMWRITE_JPEG_QUALITY, QUALITY]
-    )
+    _, jpeg = cv2.imencode(".jpg", part, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     return "data:image/jpeg;base64," + base64.b64encode(jpeg).decode()
 
 

@@ -11,12 +11,7 @@ from repro.run.outcomes import Check, Drawing
 # Stage -> (x, y) of its box and what stands in it, function of the code last.
 BOXES = {
     "snap": (0, 0, "Corners $c_i$ nearest to\nthe four clicks", "snapped"),
-    "window": (
-        0,
-        -1,
-        "Window $A_{r,p_{cur}}$\nand its edges $S_c$",
-        "Layers.edges",
-    ),
+    "window": (0, -1, "Window $A_{r,p_{cur}}$\nand its edges $S_c$", "Layers.edges"),
     "hough": (0, -2, "Hough transform", "vote"),
     "peaks": (
         0,
@@ -31,25 +26,10 @@ BOXES = {
         "First anchor: without the\nwrong contour ($t_4$)",
         "first_line",
     ),
-    "next line": (
-        1,
-        -4.6,
-        "Else: least turn\nfrom $\\theta_{prev}$",
-        "next_line",
-    ),
-    "anchor": (
-        2,
-        -4,
-        "$p_{new}$: farthest ahead\nin the band ($t_5$)",
-        "next_anchor",
-    ),
+    "next line": (1, -4.6, "Else: least turn\nfrom $\\theta_{prev}$", "next_line"),
+    "anchor": (2, -4, "$p_{new}$: farthest ahead\nin the band ($t_5$)", "next_anchor"),
     "corners": (2, -2.5, "Candidates $n_q$\nby Harris", "Layers.corners"),
-    "arrived": (
-        2,
-        -1,
-        "Within $t_6$ of the\ncontour's end?",
-        "Tracer._arrived",
-    ),
+    "arrived": (2, -1, "Within $t_6$ of the\ncontour's end?", "Tracer._arrived"),
     "process": (
         2,
         0,
@@ -82,11 +62,7 @@ ARROWS = {
     ("process", "window"): "next side, then next column",
     ("process", "end"): None,
 }
-GROWTH = {
-    ("near", "window"),
-    ("first line", "window"),
-    ("anchor", "window"),
-}
+GROWTH = {("near", "window"), ("first line", "window"), ("anchor", "window")}
 X_STEP, Y_STEP = 4.1, 1.55
 WIDTH, HEIGHT = 3.0, 1.08
 
@@ -149,9 +125,7 @@ def draw_arrow(axes, start, end, count):
         # Above where the box in the middle is the higher one, else below.
         up = 1 if (y0 < y1) == (x1 == X_STEP) else -1
         spot, side = ((a[0] + b[0]) / 2, (y0 + y1) / 2 + 0.4 * up), "center"
-    axes.annotate(
-        "", b, a, arrowprops={"arrowstyle": "-|>", "color": "#1b1f24"}
-    )
+    axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", "color": "#1b1f24"})
     axes.text(*spot, f"{count}", fontsize=7, ha=side, va="center")
 
 
@@ -231,8 +205,7 @@ def draw_returns(axes, found):
     axes.text(
         middle,
         y_window - 1.6,
-        f"no line or no $p_{{new}}$:\nwindow grows by "
-        f"{GROWTH_PERCENT}   {grown}",
+        f"no line or no $p_{{new}}$:\nwindow grows by {GROWTH_PERCENT}   {grown}",
         fontsize=7,
         ha="center",
         va="center",
@@ -265,6 +238,4 @@ def draw_returns(axes, found):
         top, far = (x, y + HEIGHT / 2), (x, y + HEIGHT / 2 + 0.42)
         start, end = (far, top) if kind == "start" else (top, far)
         axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>"})
-        axes.text(
-            x, far[1] + 0.05, text, fontsize=7.4, ha="center", va="bottom"
-        )
+        axes.text(x, far[1] + 0.05, text, fontsize=7.4, ha="center", va="bottom")

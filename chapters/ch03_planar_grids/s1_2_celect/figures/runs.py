@@ -44,9 +44,7 @@ def draw_window(axes, run, index, band):
     centre, radius, line, anchor = run.step(index)
     axes.imshow(run.image, **GREY)
     axes.add_patch(
-        patches.Circle(
-            centre, radius, fill=False, color=YELLOW, linewidth=2
-        )
+        patches.Circle(centre, radius, fill=False, color=YELLOW, linewidth=2)
     )
     axes.plot(
         *run.of_step("edges", index).T,
@@ -97,9 +95,7 @@ def towards(axes, start, end, text, colour):
     )
 
 
-@figure(
-    "fig_3_1", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered"
-)
+@figure("fig_3_1", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered")
 def fig_3_1(results):
     """The first window of a run: at the first corner."""
     run = Run(results["fig_3_1_run"])
@@ -173,39 +169,28 @@ def window_check(run):
         off = abs(np.cross(along, anchor - ends[0]))
         s = run.s[int(row[0])]
         band = max(settings.edge_band * s, settings.least_band_px)
-        last = (
-            index + 1 == len(run.steps) or run.steps[index + 1, 0] != row[0]
-        )
+        last = index + 1 == len(run.steps) or run.steps[index + 1, 0] != row[0]
         if not last:
-            worst = max(
-                worst, off / band, np.linalg.norm(anchor - centre) / radius
-            )
+            worst = max(worst, off / band, np.linalg.norm(anchor - centre) / radius)
     return Check(
         worst <= 1 + 1e-9,
-        f"all {len(run.steps)} anchors lie in their window and within t5 of "
-        "their line",
+        f"all {len(run.steps)} anchors lie in their window and within t5 of their line",
     )
 
 
-@figure(
-    "fig_3_2", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered"
-)
+@figure("fig_3_2", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered")
 def fig_3_2(results):
     """A later window: the line nearest in orientation to the last one."""
     run = Run(results["fig_3_1_run"])
     settings = CelectSettings()
     index = turning_step(run)
-    drawn, (axes, hough) = new_figure(
-        1, 2, height_in=3.9, width_ratios=(1.25, 1)
-    )
+    drawn, (axes, hough) = new_figure(1, 2, height_in=3.9, width_ratios=(1.25, 1))
     s = run.s[int(run.steps[index, 0])]
     draw_window(axes, run, index, settings.edge_band * s)
     centre, radius, line, anchor = run.step(index)
     previous, _, before, _ = run.step(index - 1)
     axes.plot(*previous, "o", color=RED, markersize=6, linestyle="none")
-    along = np.array(
-        [np.cos(np.radians(before[1])), np.sin(np.radians(before[1]))]
-    )
+    along = np.array([np.cos(np.radians(before[1])), np.sin(np.radians(before[1]))])
     along *= np.sign(along @ (centre - previous))
     axes.annotate(
         "",
@@ -213,9 +198,7 @@ def fig_3_2(results):
         centre,
         arrowprops={"arrowstyle": "->", "color": GREEN, "linewidth": 1.6},
     )
-    mark(
-        axes, centre + 1.25 * radius * along, r"$\theta_{prev}$", (-44, 12)
-    )
+    mark(axes, centre + 1.25 * radius * along, r"$\theta_{prev}$", (-44, 12))
     mark(axes, previous, "$p_{prev}$", (-40, 22))
     mark(axes, centre, "$p_{cur}$", (-8, 30))
     mark(axes, anchor, "$p_{new}$", (8, 24))
@@ -225,12 +208,7 @@ def fig_3_2(results):
     near = settings.near_centre * s
     hough.axhspan(-near, near, color=GREEN, alpha=0.15, label="$|R| < t_3$")
     hough.plot(
-        lines[:, 1],
-        lines[:, 0],
-        "o",
-        color=BLUE,
-        linestyle="none",
-        label="peaks $S_h$",
+        lines[:, 1], lines[:, 0], "o", color=BLUE, linestyle="none", label="peaks $S_h$"
     )
     hough.plot(
         line[1],
@@ -242,9 +220,7 @@ def fig_3_2(results):
         linestyle="none",
         label="chosen $h_p$",
     )
-    hough.axvline(
-        before[1], color=GREEN, linestyle="--", label=r"$\theta_{prev}$"
-    )
+    hough.axvline(before[1], color=GREEN, linestyle="--", label=r"$\theta_{prev}$")
     hough.set_xlim(0, 180)
     hough.set_ylim(-radius, radius)
     hough.set_xlabel(r"Orientation $\theta$ (deg)")
@@ -303,31 +279,18 @@ def fig_3_4(results):
         axes.set_ylabel("v (px)")
     for contour in range(len(run.s)):
         traces.plot(
-            *run.anchors(contour).T,
-            ".-",
-            color=YELLOW,
-            linewidth=1.0,
-            markersize=3,
+            *run.anchors(contour).T, ".-", color=YELLOW, linewidth=1.0, markersize=3
         )
     traces.plot(*raw.T, "x", color=RED, markersize=4, linestyle="none")
     traces.set_title(f"Traces, {len(raw)} candidates")
     grid = run.grid.reshape(-1, 2)
     corners.plot(
-        *grid.T,
-        "o",
-        color=RED,
-        markersize=5,
-        fillstyle="none",
-        linestyle="none",
+        *grid.T, "o", color=RED, markersize=5, fillstyle="none", linestyle="none"
     )
     corners.set_title(f"{len(grid)} corners")
     order = {
-        "row": np.repeat(
-            np.arange(len(run.grid)), run.grid.shape[1]
-        ).tolist(),
-        "column": np.tile(
-            np.arange(run.grid.shape[1]), len(run.grid)
-        ).tolist(),
+        "row": np.repeat(np.arange(len(run.grid)), run.grid.shape[1]).tolist(),
+        "column": np.tile(np.arange(run.grid.shape[1]), len(run.grid)).tolist(),
         "u_px": grid[:, 0].tolist(),
         "v_px": grid[:, 1].tolist(),
     }
@@ -347,16 +310,12 @@ def fig_3_4(results):
     )
 
 
-@figure(
-    "ext_celect_window", needs=("table_3_1_window",), evidence="synthetic"
-)
+@figure("ext_celect_window", needs=("table_3_1_window",), evidence="synthetic")
 def window_study(results):
     """Share of boards read against the multiplier of the window radius."""
     result = results["table_3_1_window"]
     run = [c["multiplier"] for c in result.conditions]
-    rates = [
-        proportion(result.column("success", multiplier=m)) for m in run
-    ]
+    rates = [proportion(result.column("success", multiplier=m)) for m in run]
     drawn, axes = new_figure(height_in=2.8)
     middle, low, high = (
         100 * np.array([getattr(r, name) for r in rates])

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
-    photographed,
-)
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import photographed
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
@@ -36,10 +34,7 @@ BROKEN = {
     },
 }
 FADE = 0.15
-GROWN = {
-    "published": CelectSettings(),
-    "no growth": CelectSettings(most_growths=0),
-}
+GROWN = {"published": CelectSettings(), "no growth": CelectSettings(most_growths=0)}
 
 
 def broken_edges(image, lattice, share, length, rng):
@@ -72,9 +67,7 @@ def all_sides(lattice):
         (lattice[:, :-1], lattice[:, 1:]),
         (lattice[:-1], lattice[1:]),
     ):
-        yield from zip(
-            first.reshape(-1, 2), second.reshape(-1, 2), strict=True
-        )
+        yield from zip(first.reshape(-1, 2), second.reshape(-1, 2), strict=True)
 
 
 def lattice_means(image, lattice):
@@ -91,25 +84,16 @@ def growth_trial(condition, rng):
     Blurred by 1 px before the edges fade and again after it.
     """
     board = SyntheticBoard(
-        square_px=1000 / condition["squares_across"],
-        fov_deg=condition["fov_deg"],
+        square_px=1000 / condition["squares_across"], fov_deg=condition["fov_deg"]
     )
     lattice = board.lattice
     whole = board.image(1.0)
-    image = broken_edges(
-        whole, lattice, condition["share"], condition["length"], rng
-    )
+    image = broken_edges(whole, lattice, condition["share"], condition["length"], rng)
     image = photographed(image.astype(np.float32), rng, 1.0, NOISE_SD)
     where = clicks(board.outer_corners, rng)
     return {
         name: scored(
-            celect(
-                image,
-                where,
-                board.columns,
-                board.rows,
-                settings=GROWN[name],
-            ),
+            celect(image, where, board.columns, board.rows, settings=GROWN[name]),
             lattice,
         )
         for name in ("published", "no growth")

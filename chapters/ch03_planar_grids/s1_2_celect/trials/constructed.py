@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import (
-    photographed,
-)
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import photographed
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.hough import angle_apart, peaks_of, vote
 from raxel.features.celect.trace import FirstLine, Tracer
@@ -61,14 +59,10 @@ def split_trial(condition, rng):
         smoothing = smoothing_for(EDGE_S, AVERAGED["published"])
         window = open_window(image, centre, EDGE_S, smoothing)
         scale = Scale(
-            smoothing,
-            float(np.hypot(window.gradient_u, window.gradient_v).max()),
-            1.0,
+            smoothing, float(np.hypot(window.gradient_u, window.gradient_v).max()), 1.0
         )
         published = AVERAGED["published"]
-        edges = canny_edges(
-            window, scale, published.canny_high, published.canny_low
-        )
+        edges = canny_edges(window, scale, published.canny_high, published.canny_low)
         space = vote(edges, centre, EDGE_S)
         for name in names:
             settings = AVERAGED[name]
@@ -81,9 +75,7 @@ def split_trial(condition, rng):
     return counts
 
 
-@experiment(
-    "table_3_2_split", artefact="table_3_2", shards={"quick": 1, "full": 1}
-)
+@experiment("table_3_2_split", artefact="table_3_2", shards={"quick": 1, "full": 1})
 def split_peaks(effort):
     """Windows with one edge, with and without averaging of peaks."""
     return Plan(split_trial, [{"windows": 40}], WINDOWS[effort])
@@ -131,10 +123,7 @@ def start_trial(condition, rng):
     chosen = None
     if steps:
         theta = steps[0].lines[steps[0].chosen, 1]
-        off = {
-            "true": angle_apart(theta, true),
-            "wrong": angle_apart(theta, wrong),
-        }
+        off = {"true": angle_apart(theta, true), "wrong": angle_apart(theta, wrong)}
         chosen = min(off, key=off.get)
     return {
         "side_4_deg": side_4,
@@ -148,9 +137,7 @@ def start_trial(condition, rng):
     }
 
 
-@experiment(
-    "table_3_2_start", artefact="table_3_2", shards={"quick": 1, "full": 1}
-)
+@experiment("table_3_2_start", artefact="table_3_2", shards={"quick": 1, "full": 1})
 def start_cases(effort):
     """First corners on both sides of each condition of the text."""
     return Plan(start_trial, [{}], CASES[effort])
@@ -179,31 +166,21 @@ def bias_trial(condition, rng):
     true = bent(np.zeros((1, 2)))[0]
     return {
         "corner_px": float(np.linalg.norm(crossing(bent) - true)),
-        "disc_px": float(
-            np.linalg.norm(centroid(bent, condition["radius"]) - true)
-        ),
+        "disc_px": float(np.linalg.norm(centroid(bent, condition["radius"]) - true)),
     }
 
 
-@experiment(
-    "exp_c3_bias", artefact="sec_3_1_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c3_bias", artefact="sec_3_1_2", shards={"quick": 1, "full": 1})
 def bias(effort):
     """A corner and a disc under a homography and a radial law."""
-    return Plan(
-        bias_trial,
-        [{"bend": 0.2, "radius": 20.0}],
-        CASES[effort],
-    )
+    return Plan(bias_trial, [{"bend": 0.2, "radius": 20.0}], CASES[effort])
 
 
 def crossing(bent, step=1e-3, rounds=20):
     """Where the images (2,) of the two axes meet: f(a, 0) = f(0, b)."""
     a, b = 7.0, -5.0
     for _ in range(rounds):
-        ends = bent(
-            np.array([[a, 0], [0, b], [a + step, 0], [0, b + step]])
-        )
+        ends = bent(np.array([[a, 0], [0, b], [a + step, 0], [0, b + step]]))
         J = np.column_stack((ends[2] - ends[0], ends[1] - ends[3])) / step
         a, b = np.array([a, b]) - np.linalg.solve(J, ends[0] - ends[1])
     return bent(np.array([[a, 0.0]]))[0]

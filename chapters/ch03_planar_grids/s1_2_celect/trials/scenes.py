@@ -8,11 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from raxel.cameras import (
-    FisheyeCamera,
-    QuadricMirrorCamera,
-    camera_from,
-)
+from raxel.cameras import FisheyeCamera, QuadricMirrorCamera, camera_from
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
@@ -54,18 +50,14 @@ def camera_of(name, size):
             "equidistance", middle / half, [middle] * 2, size, size, half
         )
     if name == "sphere":
-        return QuadricMirrorCamera.on_axis(
-            viewer(1.8, size), "sphere", (30,), 25, 100
-        )
+        return QuadricMirrorCamera.on_axis(viewer(1.8, size), "sphere", (30,), 25, 100)
     if name == "hyperboloid":
         return QuadricMirrorCamera.aligned(
             viewer(1.4, size), "hyperboloid", (30, 20), 25
         )
     heights = [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]
     sheet = {"size": (400, 400), "heights": heights, "offset": (0, 0, 180)}
-    return camera_from(
-        "bent mirror", {"viewer": viewer(0.65, size)} | sheet
-    )
+    return camera_from("bent mirror", {"viewer": viewer(0.65, size)} | sheet)
 
 
 def drawn_pose(camera, rng):
@@ -99,9 +91,7 @@ def lattice_at(camera, T_camera_board):
 def sides_of(lattice):
     """Lengths (n,) px of the sides of all squares of a lattice."""
     steps = (np.diff(lattice, axis=0), np.diff(lattice, axis=1))
-    return np.concatenate(
-        [np.linalg.norm(s, axis=2).ravel() for s in steps]
-    )
+    return np.concatenate([np.linalg.norm(s, axis=2).ravel() for s in steps])
 
 
 def board_view(name, size, least_px, rng):
@@ -121,20 +111,14 @@ def board_view(name, size, least_px, rng):
         sides = sides_of(lattice)
         even = sides.max() <= MOST_UNEVEN * sides.min()
         if even and sides.min() >= least_px:
-            return BoardPicture(
-                picture(name, size, T_camera_board, rng), lattice
-            )
+            return BoardPicture(picture(name, size, T_camera_board, rng), lattice)
     raise ValueError(f"no pose with the whole board in sight of {name}")
 
 
 def picture(name, size, T_camera_board, rng):
     """The picture, uint8, blurred and noisy."""
     scene = board_scene(
-        BOARD,
-        T_camera_board,
-        black=BLACK,
-        white=WHITE,
-        background=BACKGROUND,
+        BOARD, T_camera_board, black=BLACK, white=WHITE, background=BACKGROUND
     )
     radiance = render(camera_of(name, size), np.eye(4), scene)
     return photographed(radiance, rng)

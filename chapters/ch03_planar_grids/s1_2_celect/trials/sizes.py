@@ -17,8 +17,7 @@ LIMITS = ((10, 20.0), (10, 34.0), (15, 0.0), (20, 0.0), (25, 0.0))
 def square_trial(condition, rng):
     """The synthetic board with larger squares under strong distortion."""
     board = SyntheticBoard(
-        square_px=1000 / condition["squares_across"],
-        fov_deg=condition["fov_deg"],
+        square_px=1000 / condition["squares_across"], fov_deg=condition["fov_deg"]
     )
     image = board.image(1.0, boards.NOISE_SD, rng)
     where = clicks(board.outer_corners, rng)
@@ -26,18 +25,12 @@ def square_trial(condition, rng):
     return scored(result, board.lattice)
 
 
-@experiment(
-    "exp_c3_big_square",
-    artefact="sec_3_1_2",
-    shards={"quick": 1, "full": 2},
-)
+@experiment("exp_c3_big_square", artefact="sec_3_1_2", shards={"quick": 1, "full": 2})
 def big_squares(effort):
     """Sizes of square at three wide fields of view."""
     across = SQUARES_ACROSS[::6] if effort == "quick" else SQUARES_ACROSS
     conditions = [
-        {"squares_across": n, "fov_deg": fov}
-        for fov in boards.BIG_FOVS
-        for n in across
+        {"squares_across": n, "fov_deg": fov} for fov in boards.BIG_FOVS for n in across
     ]
     return Plan(square_trial, conditions, {"quick": 1, "full": 12}[effort])
 
@@ -51,17 +44,11 @@ def limit_trial(condition, rng):
     settings = CelectSettings()
     if smoothing is not None:
         settings = CelectSettings(smoothing_limits_px=(smoothing,) * 2)
-    result = celect(
-        image, where, board.columns, board.rows, settings=settings
-    )
+    result = celect(image, where, board.columns, board.rows, settings=settings)
     return scored(result, board.lattice)
 
 
-@experiment(
-    "ext_celect_limits",
-    artefact="sec_3_1_2",
-    shards={"quick": 1, "full": 2},
-)
+@experiment("ext_celect_limits", artefact="sec_3_1_2", shards={"quick": 1, "full": 2})
 def limits(effort):
     """One smoothing for all, against noise and against small squares."""
     pictures = LIMITS[1:4:2] if effort == "quick" else LIMITS

@@ -18,9 +18,7 @@ from raxel.lab.monitor_views import points_seen
 from raxel.sets import patterns_of, plan_of_cells
 
 LIGHT = Monitor(gamma=2.2, black_level=0.004, falloff_exponent=1.5)
-SENSOR = Sensor(
-    white_e=9000.0, full_well_e=12000.0, read_noise_e=15.0, gamma=2.2
-)
+SENSOR = Sensor(white_e=9000.0, full_well_e=12000.0, read_noise_e=15.0, gamma=2.2)
 OPTICS = Optics(blur_sd_px=(0.7, 0.7))
 SMOOTHED = {"7 x 7": True, "none": False}
 

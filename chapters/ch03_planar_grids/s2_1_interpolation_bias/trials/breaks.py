@@ -23,18 +23,11 @@ LOW_PX = {"quick": 60, "full": 160}
 
 def ridge_trial(condition, rng):
     """Interpolation and decoding near the ridge of two mirrors, RMS in mm."""
-    camera = facets.two_facets(
-        condition["facet_deg"], condition["height_px"]
-    )
+    camera = facets.two_facets(condition["facet_deg"], condition["height_px"])
     T_camera_monitor = facets.monitor_pose(rng)
     corners = facets.chessboard_corners(camera, T_camera_monitor)
-    errors, seen = decoding_errors(
-        camera, facets.GRID, T_camera_monitor, rng
-    )
-    pixels, seen = (
-        pixel_grid(camera.width, camera.height),
-        seen.reshape(-1, 2),
-    )
+    errors, seen = decoding_errors(camera, facets.GRID, T_camera_monitor, rng)
+    pixels, seen = (pixel_grid(camera.width, camera.height), seen.reshape(-1, 2))
     errors = {k: e.reshape(-1, 2).astype(float) for k, e in errors.items()}
     near = facets.ridge_distance(pixels) <= facets.square_px(corners)
     near &= np.isfinite(seen[:, 0])
@@ -70,9 +63,7 @@ def ridge_trial(condition, rng):
 
 
 @experiment(
-    "exp_c3_interp_discontinuous",
-    artefact="sec_3_2_1",
-    shards={"quick": 1, "full": 1},
+    "exp_c3_interp_discontinuous", artefact="sec_3_2_1", shards={"quick": 1, "full": 1}
 )
 def ridge(effort):
     """The camera of two facets."""
@@ -82,9 +73,7 @@ def ridge(effort):
 
 
 @experiment(
-    "ext_interpolation_breaks",
-    artefact="ext_breaks",
-    shards={"quick": 1, "full": 1},
+    "ext_interpolation_breaks", artefact="ext_breaks", shards={"quick": 1, "full": 1}
 )
 def breaks(effort):
     """Smaller and larger breaks, beside the stated one."""

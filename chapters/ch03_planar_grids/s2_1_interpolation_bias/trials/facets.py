@@ -122,9 +122,7 @@ def jump_mm(camera, T_camera_monitor):
     """How far apart on the monitor the two sides of the ridge look, mid-picture."""
     sides = [[RIDGE_PX + d, camera.height / 2] for d in (-1e-6, 1e-6)]
     rays = camera.rays(np.array(sides))
-    met = intersect_rays_plane(
-        rays.origins, rays.directions, T_camera_monitor
-    )
+    met = intersect_rays_plane(rays.origins, rays.directions, T_camera_monitor)
     return float(np.linalg.norm(met[0][1] - met[0][0]))
 
 

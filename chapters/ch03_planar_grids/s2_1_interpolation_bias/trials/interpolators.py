@@ -87,9 +87,7 @@ def by_straight_lines(pixels, view):
     first, pitch = view.points[0], view.points[1, 0] - view.points[0, 0]
     most = np.array([view.columns, view.rows]) - 2
     cell = np.clip((rough[inside] - first) // pitch, 0, most).astype(int)
-    number, of_pixel = np.unique(
-        cell @ [1, view.columns], return_inverse=True
-    )
+    number, of_pixel = np.unique(cell @ [1, view.columns], return_inverse=True)
     row, column = np.divmod(number, view.columns)
     corners, middle, size = _windows(view, row, column)
     bend = _straightening(corners)
@@ -98,16 +96,11 @@ def by_straight_lines(pixels, view):
     own = (pixels[inside, None] - middle[of_pixel]) / size[of_pixel]
     own = _bent(own, bend[of_pixel])[:, 0]
     found = np.full(pixels.shape, np.nan)
-    found[inside] = through_four(
-        own, four[of_pixel], view.points[ring][of_pixel]
-    )
+    found[inside] = through_four(own, four[of_pixel], view.points[ring][of_pixel])
     return found
 
 
-FOUR = {
-    "nearest four": by_nearest_four,
-    "enclosing cell": by_enclosing_cell,
-}
+FOUR = {"nearest four": by_nearest_four, "enclosing cell": by_enclosing_cell}
 METHODS = FOUR | {"straight lines": by_straight_lines, "smooth": by_surface}
 
 
@@ -131,9 +124,7 @@ def lines_of_three():
         runs += [line[k : k + 3] for line in one for k in range(2)]
     for one in (grid, grid[:, ::-1]):
         runs += [
-            one[i : i + 3, j : j + 3].diagonal()
-            for i in range(2)
-            for j in range(2)
+            one[i : i + 3, j : j + 3].diagonal() for i in range(2) for j in range(2)
         ]
     return np.array(runs)
 

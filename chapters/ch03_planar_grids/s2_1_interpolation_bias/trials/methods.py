@@ -49,9 +49,7 @@ def method_trial(condition, rng):
         return rms(np.einsum("nij,nj->ni", J, errors))
 
     found = {
-        "predicted_mm": rms(
-            predicted_bias(scene, points, condition["pitch_mm"])
-        ),
+        "predicted_mm": rms(predicted_bias(scene, points, condition["pitch_mm"])),
         "px_per_mm": float(np.sqrt(np.abs(np.linalg.det(J))).mean()),
         "by need": {"total_px": in_px(by_need(pixels, noisy) - points)},
     }
@@ -94,15 +92,10 @@ BESIDE = ActiveGrid((1000, 1000), (SIDE_MM, SIDE_MM))
 def active_trial(condition, rng):
     """RMS error in mm of the decoded pixels, with and without the 7 x 7 filter."""
     scene = lens(1, condition["width_px"])
-    errors, seen = decoding_errors(
-        scene.camera, BESIDE, scene.T_camera_grid, rng
-    )
+    errors, seen = decoding_errors(scene.camera, BESIDE, scene.T_camera_grid, rng)
     on = np.isfinite(seen[..., 0])
     return {
-        name: {
-            "rms_mm": rms(e),
-            "trusted": float(np.isfinite(e[on][:, 0]).mean()),
-        }
+        name: {"rms_mm": rms(e), "trusted": float(np.isfinite(e[on][:, 0]).mean())}
         for name, e in errors.items()
     }
 

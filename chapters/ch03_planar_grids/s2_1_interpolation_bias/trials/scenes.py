@@ -72,9 +72,7 @@ def facing(distance_mm):
 def fisheye():
     """The equisolid fisheye of 3.3.1; the grid just fills its picture."""
     board = SyntheticBoard()
-    return GridScene(
-        board.camera, facing(SIDE_MM * board.focal_px / SIZE_PX)
-    )
+    return GridScene(board.camera, facing(SIDE_MM * board.focal_px / SIZE_PX))
 
 
 def mirror():
@@ -86,11 +84,7 @@ def mirror():
     return GridScene(camera, pose(R, corner))
 
 
-SCENES = {
-    "lens of 3.2.1": lens,
-    "fisheye": fisheye,
-    "hyperboloidal mirror": mirror,
-}
+SCENES = {"lens of 3.2.1": lens, "fisheye": fisheye, "hyperboloidal mirror": mirror}
 
 
 @cache
@@ -106,9 +100,7 @@ def derivatives(scene, points):
     the grid, and D_xx, D_xy, D_yy (N, 2) per mm: the second derivatives times J^-1.
     """
     h = STEP * SIDE_MM
-    steps = h * np.stack(
-        np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), -1
-    )
+    steps = h * np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), -1)
     g = scene.pixels(points[:, None, None] + steps)
     J = np.stack([g[:, 2, 1] - g[:, 0, 1], g[:, 1, 2] - g[:, 1, 0]], -1)
     J = J / (2 * h)
@@ -126,9 +118,7 @@ def predicted_bias(scene, points, pitch_mm):
 
     The cell's second derivatives are those at its middle.
     """
-    first = pitch_mm * np.minimum(
-        points // pitch_mm, round(SIDE_MM / pitch_mm) - 1
-    )
+    first = pitch_mm * np.minimum(points // pitch_mm, round(SIDE_MM / pitch_mm) - 1)
     _, xx, xy, yy = derivatives(scene, first + pitch_mm / 2)
     s, t = ((points - first) * (first + pitch_mm - points)).T
     x = (2 * xy[:, 1] - xx[:, 0]) * s - yy[:, 0] * t

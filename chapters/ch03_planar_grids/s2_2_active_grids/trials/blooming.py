@@ -45,10 +45,7 @@ CORNER_METHODS = {"saddle point": saddle_point, "derivative": derivative}
 def sensor(exposure, share):
     """A sensor that white fills `exposure` times, and that runs over by `share`."""
     return Sensor(
-        white_e=exposure * WELL_E,
-        full_well_e=WELL_E,
-        read_noise_e=20.0,
-        blooming=share,
+        white_e=exposure * WELL_E, full_well_e=WELL_E, read_noise_e=20.0, blooming=share
     )
 
 
@@ -56,9 +53,7 @@ def drawn_pose(rng):
     """T_camera_target (4, 4) of the lit area, tilted about a random axis."""
     around = rng.uniform(0, 2 * np.pi)
     angle = np.radians(rng.uniform(0, MOST_TILT_DEG))
-    R = rotation_from_vector(
-        angle * np.array([np.cos(around), np.sin(around), 0.0])
-    )
+    R = rotation_from_vector(angle * np.array([np.cos(around), np.sin(around), 0.0]))
     middle = R @ np.array([LIT_MM / 2, LIT_MM / 2, 0.0])
     aside = rng.uniform(-2, 2, 2)
     return pose(R, np.array([*aside, DISTANCE_MM]) - middle)
@@ -113,8 +108,7 @@ def light_of(T):
     response = Monitor(black_level=BLACK).radiance
     traced = trace(camera, np.eye(4), monitor_scene(monitor, T))
     shown = [
-        traced.shade({0: MonitorPattern(*size, one, response)})
-        for one in patterns
+        traced.shade({0: MonitorPattern(*size, one, response)}) for one in patterns
     ]
     pitch = LIT_MM / SQUARES
     board = Chessboard(SQUARES - 1, SQUARES - 1, pitch)
@@ -157,11 +151,7 @@ def bloom_trial(condition, rng):
 BLOOM_TRIALS = {"quick": 1, "full": 50}
 
 
-@experiment(
-    "exp_c3_blooming",
-    artefact="sec_3_2_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c3_blooming", artefact="sec_3_2_2", shards={"quick": 1, "full": 1})
 def too_much_light(effort):
     """A chessboard and an active grid on a sensor that overflows."""
     settings = {"exposures": list(EXPOSURES), "shares": list(SHARES)}

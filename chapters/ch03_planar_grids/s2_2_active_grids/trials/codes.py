@@ -5,19 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
-    RIGS,
-    rig,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import RIGS, rig
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.layout import REACH
-from raxel.sets import (
-    ActiveGrid,
-    Pattern,
-    PatternPlan,
-    patterns_of,
-    plan_of_cells,
-)
+from raxel.sets import ActiveGrid, Pattern, PatternPlan, patterns_of, plan_of_cells
 from raxel.sets.patterns import pattern_picture
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
@@ -90,12 +81,7 @@ def wrong_bit_trial(condition, rng):
             np.ix_(pair[::-1], range(STRIP_ROWS), beside)
         ]
         found = decode(
-            wrong,
-            patterns,
-            ActiveGrid(size),
-            margin_px=0,
-            noise=1.0,
-            threads=1,
+            wrong, patterns, ActiveGrid(size), margin_px=0, noise=1.0, threads=1
         )
         shift = np.abs(found.cells[STRIP_ROWS // 2, beside, 0] - cell[:-1])
         changes = changed >> (bits - 1 - bit) & 1
@@ -123,9 +109,7 @@ def bit_pictures(condition, rng):
     slant = np.arange(ROWS)[:, None] / ROWS * condition["slant_px"]
     border = (np.arange(width + 1) - slant) / EDGE_PX
     low, high = LEVELS_GREY
-    sharp = low + (high - low) * EDGE_PX * np.diff(
-        _lit_length(border), axis=1
-    )
+    sharp = low + (high - low) * EDGE_PX * np.diff(_lit_length(border), axis=1)
     place = (np.arange(width) + 0.5 - slant) / EDGE_PX
 
     light = light_along(width, condition["light"])
@@ -156,9 +140,7 @@ def light_along(width, light):
         return np.ones(width)
     own = rig(1)
     reach_mm = np.hypot(*own.target.monitor_mm) / 2
-    tangent = (
-        np.linspace(0, 1, width) * reach_mm / np.mean(own.poses.distance_mm)
-    )
+    tangent = np.linspace(0, 1, width) * reach_mm / np.mean(own.poses.distance_mm)
     return np.cos(np.arctan(tangent)) ** (4 + own.monitor.falloff_exponent)
 
 
@@ -180,16 +162,11 @@ def wrong_bits(pictures, patterns, bit, white=None, black=None):
 
 def bits_trial(condition, rng):
     """Wrong bits within 2 px of edges: with an inverse, and with three thresholds."""
-    place, picture, inverse, white, black, sines = bit_pictures(
-        condition, rng
-    )
+    place, picture, inverse, white, black, sines = bit_pictures(condition, rng)
     bit = np.floor(place).astype(int) % 2 == 1
     inner = (place > 0.5) & (place < place.max() - 0.5)
     near = inner & (EDGE_PX * np.abs(place - np.rint(place)) < NEAR_PX)
-    patterns = [
-        Pattern("", "x", "gray", of=1, bit=0, inverse=i)
-        for i in (False, True)
-    ]
+    patterns = [Pattern("", "x", "gray", of=1, bit=0, inverse=i) for i in (False, True)]
     mean = light_along(picture.shape[1], condition["light"]).mean()
     levels = [np.full(picture.shape, mean * level) for level in LEVELS_GREY]
     thresholds = {
@@ -217,22 +194,14 @@ MONITORS_PX = {
 }
 
 
-@experiment(
-    "exp_c3_20_patterns",
-    artefact="fig_3_8",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c3_20_patterns", artefact="fig_3_8", shards={"quick": 1, "full": 1})
 def whole_displays(effort):
     """Every pixel of a monitor, decoded from what it is sent."""
     conditions = [{"monitor_px": list(m)} for m in MONITORS_PX[effort]]
     return Plan(whole_display_trial, conditions, 1)
 
 
-@experiment(
-    "exp_c3_gray_single",
-    artefact="sec_3_2_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c3_gray_single", artefact="sec_3_2_2", shards={"quick": 1, "full": 1})
 def wrong_bits_at_edges(effort):
     """One wrong bit beside every edge of codes of 1 to 8 bits."""
     conditions = [{"bits": bits} for bits in range(1, 9)]

@@ -38,10 +38,7 @@ def scored(found, truth):
 def worked_pixel(view, pictures, patterns, found):
     """What one pixel's pictures say along each axis, and the decoder's answer."""
     height, width = pictures.shape[1:]
-    u, v = (
-        int(s * n)
-        for s, n in zip(PIXEL_SHARE, (width, height), strict=True)
-    )
+    u, v = (int(s * n) for s, n in zip(PIXEL_SHARE, (width, height), strict=True))
     told = {"u": u, "v": v}
     for axis, name in enumerate("xy"):
         own = {"true_mm": float(view.truth[v, u, axis])}
@@ -125,9 +122,7 @@ def wrap_trial(condition, rng):
         known = found.mask & np.isfinite(view.truth).all(axis=-1)
         told[f"{blur}"] = {
             "pixels": int(known.sum()),
-            "masked": float(
-                1 - found.mask[np.isfinite(view.truth[..., 0])].mean()
-            ),
+            "masked": float(1 - found.mask[np.isfinite(view.truth[..., 0])].mean()),
             "printed": _gross(printed, view.truth, w, known),
             "decoder": _gross(found.location, view.truth, w, known),
         }
@@ -159,11 +154,7 @@ def worst_place(off):
 
 def bit_at(pictures, patterns, row, at):
     """Picture and inverse (2, H, W) of the bit along x with least contrast there."""
-    own = [
-        k
-        for k, p in enumerate(patterns)
-        if p.kind == "gray" and p.axis == "x"
-    ]
+    own = [k for k, p in enumerate(patterns) if p.kind == "gray" and p.axis == "x"]
     pairs = pictures[own].reshape(-1, 2, *pictures.shape[1:]).astype(float)
     contrast = np.abs(pairs[:, 0, row, at] - pairs[:, 1, row, at])
     return pairs[contrast.argmin()]

@@ -91,8 +91,7 @@ def gain_trial(condition, rng):
             _found(rounded(250, np.uint16)),
         ),
         "decoder_8_rad": _turned(
-            _found(np.rint(steps).astype(np.uint8)),
-            _found(rounded(1, np.uint8)),
+            _found(np.rint(steps).astype(np.uint8)), _found(rounded(1, np.uint8))
         ),
     }
 
@@ -111,21 +110,14 @@ def response_trial(condition, rng):
     two, three, rest = order_sizes()
     five = rest if condition["rest"] == "order 5" else 0.0
     worst, misfit = 0.0, []
-    around = (
-        2
-        * np.pi
-        * np.arange(condition["positions"])
-        / condition["positions"]
-    )
+    around = 2 * np.pi * np.arange(condition["positions"]) / condition["positions"]
     alone = around if five else around[:1]
     for p2, p3, p5 in itertools.product(around, around, alone):
         profile = _shifted({2: (two, p2), 3: (three, p3), 5: (five, p5)})
         _, error = decoder_error(profile, STEPS, condition["phases"])
         worst = max(worst, largest(error))
         misfit.append(fitted(profile(_phases(360)), 0)[1])
-    plain = largest(
-        formula_error(_shifted({3: (three, 0.0)}), STEPS, _phases(360))
-    )
+    plain = largest(formula_error(_shifted({3: (three, 0.0)}), STEPS, _phases(360)))
     return {
         "largest_rad": worst,
         "misfit_grey": float(np.median(misfit)),
@@ -149,11 +141,7 @@ POSITIONS = {"quick": 4, "full": 8}
 DRAWS = {"quick": 2, "full": 10}
 
 
-@experiment(
-    "exp_c3_radiometric_ok",
-    artefact="fig_3_9",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c3_radiometric_ok", artefact="fig_3_9", shards={"quick": 1, "full": 1})
 def published_orders(effort):
     """The decoder on profiles with the orders that Fig. 3.9's misfits imply."""
     given = {"phases": PHASES[effort], "positions": POSITIONS[effort]}
@@ -163,9 +151,7 @@ def published_orders(effort):
 
 
 @experiment(
-    "exp_c3_offset_cancels",
-    artefact="sec_3_2_2",
-    shards={"quick": 1, "full": 1},
+    "exp_c3_offset_cancels", artefact="sec_3_2_2", shards={"quick": 1, "full": 1}
 )
 def offsets(effort):
     """Offsets of up to 50 grey levels."""
@@ -173,11 +159,7 @@ def offsets(effort):
     return Plan(offset_trial, conditions, DRAWS[effort])
 
 
-@experiment(
-    "exp_c3_vignetting",
-    artefact="sec_3_2_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c3_vignetting", artefact="sec_3_2_2", shards={"quick": 1, "full": 1})
 def gains(effort):
     """A gain of 0.2 to 1 for every pixel."""
     conditions = [{"phases": PHASES[effort]}]

@@ -7,16 +7,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (
-    CELLS,
-    MonitorView,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import CELLS, MonitorView
 from chapters.shared.phase_steps import orders, power_law, srgb
 
-GAMMAS = {
-    "quick": [1.0, 2.2],
-    "full": [round(1.0 + 0.2 * k, 1) for k in range(9)],
-}
+GAMMAS = {"quick": [1.0, 2.2], "full": [round(1.0 + 0.2 * k, 1) for k in range(9)]}
 DATA_SHEET_GAMMA = 2.2
 CAMERAS = ("linear", "sRGB")
 AMPLITUDE_GREY = 80.0
@@ -70,9 +64,9 @@ def rectifying_map(view, rng):
 
 def column_means(picture, seen):
     """Mean grey value of every column of the rectified picture."""
-    return cv2.remap(
-        picture.astype(np.float32), *seen, cv2.INTER_CUBIC
-    ).mean(axis=0, dtype=float)
+    return cv2.remap(picture.astype(np.float32), *seen, cv2.INTER_CUBIC).mean(
+        axis=0, dtype=float
+    )
 
 
 def exposed(sensor, gamma, response, share):
@@ -89,9 +83,7 @@ def exposed(sensor, gamma, response, share):
     def amplitude(well):
         def grey(phase):
             charge = np.minimum(well * light(phase), 1)
-            return 255 * (
-                charge if curve is None else np.interp(charge, *curve)
-            )
+            return 255 * (charge if curve is None else np.interp(charge, *curve))
 
         a, b = orders(grey, 1)
         return np.hypot(a[1], b[1])
@@ -102,9 +94,7 @@ def exposed(sensor, gamma, response, share):
         too_low = amplitude(middle) < AMPLITUDE_GREY
         low, high = (middle, high) if too_low else (low, middle)
     curve = curve and tuple(map(tuple, curve))
-    return replace(
-        sensor, white_e=low / share * sensor.full_well_e, response=curve
-    )
+    return replace(sensor, white_e=low / share * sensor.full_well_e, response=curve)
 
 
 def profile_trial(condition, rng):
@@ -113,9 +103,7 @@ def profile_trial(condition, rng):
     seen = rectifying_map(view, rng)
     lit = view.rig.optics.apply(view.white())
     share = np.array_split(column_means(lit, seen), CELLS)[PERIOD].mean()
-    sine = next(
-        p for p in view.patterns() if p.kind == "phase" and p.axis == "x"
-    )
+    sine = next(p for p in view.patterns() if p.kind == "phase" and p.axis == "x")
     values, shown = {}, {}
     for gamma in condition["gammas"]:
         monitor = replace(view.rig.monitor, gamma=gamma)

@@ -28,10 +28,7 @@ MANY_E = 1e12
 def rig(coarseness):
     """The rig, with larger pixels where time is short."""
     plain = load_rig(ROOT / RIGS[0])
-    camera, scale = (
-        plain.camera,
-        np.diag([1 / coarseness, 1 / coarseness, 1]),
-    )
+    camera, scale = (plain.camera, np.diag([1 / coarseness, 1 / coarseness, 1]))
     scale[:2, 2] = (1 / coarseness - 1) / 2
     camera = PerspectiveCamera(
         scale @ camera.K,
@@ -40,8 +37,7 @@ def rig(coarseness):
         camera.height // coarseness,
     )
     optics = replace(
-        plain.optics,
-        exit_pupil_px=plain.optics.exit_pupil_px / coarseness,
+        plain.optics, exit_pupil_px=plain.optics.exit_pupil_px / coarseness
     )
     return replace(plain, camera=camera, optics=optics)
 
@@ -100,30 +96,20 @@ class MonitorView:
         size = self.rig.target.monitor_px
         return patterns_of(plan_of_cells(size, cells, steps))
 
-    def photographed(
-        self, radiances, rng, sensor=None, optics: Optics | None = None
-    ):
+    def photographed(self, radiances, rng, sensor=None, optics: Optics | None = None):
         """The pictures (n, H, W), by the rig's sensor and lens or by others."""
         lab = self.rig.laboratory()
-        lab = replace(
-            lab, sensor=sensor or lab.sensor, optics=optics or lab.optics
-        )
+        lab = replace(lab, sensor=sensor or lab.sensor, optics=optics or lab.optics)
         return np.array([lab.develop(one, rng) for one in radiances])
 
     def decoded(self, pictures, patterns, **given):
         """`decode` of pictures of the rig's monitor."""
-        return decode(
-            pictures, patterns, self.rig.target, threads=1, **given
-        )
+        return decode(pictures, patterns, self.rig.target, threads=1, **given)
 
 
 def noiseless(sensor):
     """A sensor without noise, in 16 bits, with the same response."""
     share = sensor.white_e / sensor.full_well_e
     return replace(
-        sensor,
-        white_e=share * MANY_E,
-        full_well_e=MANY_E,
-        read_noise_e=0.0,
-        bits=16,
+        sensor, white_e=share * MANY_E, full_well_e=MANY_E, read_noise_e=0.0, bits=16
     )

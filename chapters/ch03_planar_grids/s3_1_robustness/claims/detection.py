@@ -38,10 +38,7 @@ def judge_detect_8px(results):
     for smoothing in SMOOTHINGS:
         levels = full_range_levels(sweeps_under(results, smoothing))
         largest = np.concatenate(
-            [
-                result.column("ordered_px", **condition)
-                for result, condition in levels
-            ]
+            [result.column("ordered_px", **condition) for result, condition in levels]
         )
         largest = largest[np.isfinite(largest)]
         share = proportion(largest < LOST_PX)

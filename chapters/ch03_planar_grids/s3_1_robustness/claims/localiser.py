@@ -13,11 +13,7 @@ from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
 
-@claim(
-    "c3_localise_converges",
-    needs=("fig_3_11_localised",),
-    evidence="rendered",
-)
+@claim("c3_localise_converges", needs=("fig_3_11_localised",), evidence="rendered")
 def judge_localise_converges(results):
     """Less than 0.46 px from all starts up to 8 px, in both windows.
 
@@ -27,9 +23,7 @@ def judge_localise_converges(results):
     readings = []
     for window, half in HALF_WINDOWS.items():
         worst = worst_within(result, window)
-        left = result.column(
-            f"{window}.left_share", start_px=FARTHEST_START_PX
-        ).mean()
+        left = result.column(f"{window}.left_share", start_px=FARTHEST_START_PX).mean()
         readings.append(
             Reading(
                 "reproduced" if worst < LOCALISED_PX else "differs",

@@ -50,9 +50,7 @@ def rate(result, **condition):
 def in_both(judge, result):
     """Readings of judge(result as one smoothing left it) -> keywords of a Reading."""
     return [
-        Reading(
-            **judge(Under(result, name)), reading={"celect_smoothing": name}
-        )
+        Reading(**judge(Under(result, name)), reading={"celect_smoothing": name})
         for name in SMOOTHINGS
     ]
 
@@ -68,20 +66,14 @@ def judge_robust_noise(results):
             index = first_lost(result, "noise_sd", levels=option)
             first = np.inf if index is None else levels[index]
             verdict = HOLDS if 18 <= first <= 34 else FAILS
-            if (
-                verdict == HOLDS
-                and result.trials_per_condition < TEXT_TRIALS
-            ):
+            if verdict == HOLDS and result.trials_per_condition < TEXT_TRIALS:
                 verdict = UNDECIDED
             black, white = LEVELS[option]
             readings.append(
                 Reading(
                     DECISIONS[verdict],
                     float(first) if np.isfinite(first) else "none",
-                    reading={
-                        "celect_smoothing": smoothing,
-                        "board_levels": option,
-                    },
+                    reading={"celect_smoothing": smoothing, "board_levels": option},
                     unit="grey levels",
                     reason="first level with a lost trial; black and white "
                     f"at {black:.0f} and {white:.0f}",
@@ -92,12 +84,7 @@ def judge_robust_noise(results):
 
 @claim(
     "c3_max_error",
-    needs=(
-        "fig_3_11_noise",
-        "fig_3_11_square",
-        "fig_3_11_fov",
-        "fig_3_11_yaw",
-    ),
+    needs=("fig_3_11_noise", "fig_3_11_square", "fig_3_11_fov", "fig_3_11_yaw"),
     evidence="rendered",
 )
 def judge_max_error(results):
@@ -149,8 +136,7 @@ def judge_perspective_limit(results):
 
 def _told(share):
     return (
-        f"{100 * share.value:.0f} % ({100 * share.low:.0f} to "
-        f"{100 * share.high:.0f})"
+        f"{100 * share.value:.0f} % ({100 * share.low:.0f} to {100 * share.high:.0f})"
     )
 
 
@@ -195,11 +181,7 @@ def judge_pitch_distance(results):
     return readings
 
 
-@claim(
-    "c3_small_square_fail",
-    needs=("fig_3_11_square",),
-    evidence="rendered",
-)
+@claim("c3_small_square_fail", needs=("fig_3_11_square",), evidence="rendered")
 def judge_small_square_fail(results):
     """Success rises with the size of the square, as an isotonic fit has it."""
     return in_both(_rise, results["fig_3_11_square"])
@@ -209,9 +191,7 @@ def _rise(result):
     from scipy.optimize import isotonic_regression
 
     across = levels_of(result, "squares_across")[::-1]
-    right = np.array(
-        [successes(result, squares_across=n).mean() for n in across]
-    )
+    right = np.array([successes(result, squares_across=n).mean() for n in across])
     total = ((right - right.mean()) ** 2).sum()
     if total == 0:
         return {
@@ -239,11 +219,7 @@ def judge_fisheye_fail(results):
 
     def judge(result):
         fovs = levels_of(result, "fov_deg")
-        rates = {
-            fov: rate(result, fov_deg=fov)
-            for fov in fovs
-            if fov > DEFAULT_FOV
-        }
+        rates = {fov: rate(result, fov_deg=fov) for fov in fovs if fov > DEFAULT_FOV}
         broken = [r.below(BROKEN) for r in rates.values()]
         some = UNDECIDED if UNDECIDED in broken else FAILS
         least = min(rates, key=lambda fov: rates[fov].value)
@@ -267,9 +243,7 @@ def _worsens(result, low, high):
     count in the share of successes. Returns (decision, drop of that share, growth
     of the mean error, None without a success).
     """
-    drop = share_gain(
-        successes(result, blur_px=low), successes(result, blur_px=high)
-    )
+    drop = share_gain(successes(result, blur_px=low), successes(result, blur_px=high))
     means = [
         m[np.isfinite(m)]
         for m in (
@@ -355,8 +329,7 @@ def judge_detect_below_basin(results):
             ),
             (
                 whole / len(worst),
-                f"{whole} of {len(worst)} levels, all trials of which are "
-                "right",
+                f"{whole} of {len(worst)} levels, all trials of which are right",
             ),
         )
         for option, (share, reason) in zip(

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_1_robustness.results import (
-    PRIMARY,
-    Under,
-)
+from chapters.ch03_planar_grids.s3_1_robustness.results import PRIMARY, Under
 from chapters.ch03_planar_grids.s3_1_robustness.trials import SHOWN_YAW_DEG
 from chapters.shared.robustness import SMOOTHINGS
 from repro.page.style import figure as new_figure
@@ -20,22 +17,16 @@ CROP_PX = 28
 SHOWN_CORNERS = 3
 
 
-@figure(
-    "ext_celect_merging", needs=("ext_celect_merging",), evidence="rendered"
-)
+@figure("ext_celect_merging", needs=("ext_celect_merging",), evidence="rendered")
 def ext_celect_merging(results):
     """The last corners of side 1, and over yaw the gap between their candidates."""
     result = results["ext_celect_merging"]
-    drawn, (picture, panel) = new_figure(
-        1, 2, height_in=3.7, width_ratios=(1, 1.25)
-    )
+    drawn, (picture, panel) = new_figure(1, 2, height_in=3.7, width_ratios=(1, 1.25))
     _draw_corners(picture, result)
     rows = _draw_gaps(panel, result)
     return Drawing(
         drawn,
-        columns(
-            ("smoothing", "yaw_deg", "step_px", "gap_px", "t8_px"), rows
-        ),
+        columns(("smoothing", "yaw_deg", "step_px", "gap_px", "t8_px"), rows),
         "Left: the far end of side 1 of a board that is turned by "
         f"{SHOWN_YAW_DEG}°, with the true corners and what Harris's detector "
         "finds of them. Right: over yaw, the least step between "
@@ -52,9 +43,7 @@ def _draw_corners(panel, result):
     (truth,) = result.arrays("truth", **shown)
     last = truth[-SHOWN_CORNERS:]
     panel.imshow(image, cmap="gray", vmin=-120, vmax=375)
-    panel.plot(
-        *last.T, "x", color="black", ms=9, mew=2, label="true corner"
-    )
+    panel.plot(*last.T, "x", color="black", ms=9, mew=2, label="true corner")
     for index, smoothing in enumerate(SMOOTHINGS):
         prefix = Under(result, smoothing).prefix
         (found,) = result.arrays(f"{prefix}candidates", **shown)
@@ -88,8 +77,7 @@ def _draw_gaps(panel, result):
         if smoothing == PRIMARY:
             panel.plot(yaws, merge, label="$t_8$", **series(6))
         rows += [
-            (smoothing, *cells)
-            for cells in zip(yaws, steps, gap, merge, strict=True)
+            (smoothing, *cells) for cells in zip(yaws, steps, gap, merge, strict=True)
         ]
     panel.set_ylim(0, 50)
     panel.set_xlabel("Yaw (deg)")

@@ -17,10 +17,7 @@ def fig_3_10(results):
     drawn, panels = new_figure(1, 2, height_in=3.9)
     data = {"panel": [], "corner": [], "u_px": [], "v_px": []}
     for panel, shape, title in zip(
-        panels,
-        ("flat", "bent"),
-        ("(a) before bending", "(b) FOV 134°"),
-        strict=True,
+        panels, ("flat", "bent"), ("(a) before bending", "(b) FOV 134°"), strict=True
     ):
         (picture,) = result.arrays("picture", shape=shape)
         (corners,) = result.arrays("corners", shape=shape)
@@ -30,23 +27,15 @@ def fig_3_10(results):
         panel.set_title(title)
         panel.set_xlabel("u (px)")
         for index, (u, v) in enumerate(corners):
-            for column, cell in zip(
-                data, (shape, index, u, v), strict=True
-            ):
+            for column, cell in zip(data, (shape, index, u, v), strict=True):
                 data[column].append(cell)
     for panel in panels:
         panel.set_ylabel("v (px)")
     board = SyntheticBoard()
-    flat, bent = (
-        result.arrays("corners", shape=s)[0] for s in ("flat", "bent")
-    )
+    flat, bent = (result.arrays("corners", shape=s)[0] for s in ("flat", "bent"))
     middle = (SIZE_PX - 1) / 2
-    before, after = (
-        np.linalg.norm(c - middle, axis=1) for c in (flat, bent)
-    )
-    law = (
-        2 * board.focal_px * np.sin(np.arctan(before / board.focal_px) / 2)
-    )
+    before, after = (np.linalg.norm(c - middle, axis=1) for c in (flat, bent))
+    law = 2 * board.focal_px * np.sin(np.arctan(before / board.focal_px) / 2)
     worst = float(np.abs(after - law).max())
     return Drawing(
         drawn,
@@ -56,7 +45,6 @@ def fig_3_10(results):
         "to be found.",
         check=Check(
             worst < 1e-6,
-            "radii of all corners follow r = 2 f sin(atan(R/f)/2) to "
-            f"{worst:.0e} px",
+            f"radii of all corners follow r = 2 f sin(atan(R/f)/2) to {worst:.0e} px",
         ),
     )

@@ -12,11 +12,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     levels_of,
     successes,
 )
-from chapters.shared.localiser_basin import (
-    HALF_WINDOWS,
-    largest_by_start,
-    starts_of,
-)
+from chapters.shared.localiser_basin import HALF_WINDOWS, largest_by_start, starts_of
 from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.judge.statistics import proportion
@@ -87,18 +83,14 @@ COLUMNS = (
 )
 def fig_3_11(results, published):
     """Errors and successes along five sweeps, and the localiser's basin."""
-    drawn, panels = new_figure(
-        4, 3, height_in=8.6, height_ratios=(1.5, 1, 1.5, 1)
-    )
+    drawn, panels = new_figure(4, 3, height_in=8.6, height_ratios=(1.5, 1, 1.5, 1))
     rows = []
     places = [(0, 0), (0, 1), (0, 2), (2, 0), (2, 1)]
     for (row, column), sweep in zip(places, SWEEPS, strict=True):
         pair = panels[row, column], panels[row + 1, column]
         rows += _draw_sweep(pair, results[experiment_of(sweep)], sweep)
         _draw_printed(pair, sweep, published)
-    rows += _draw_basin(
-        panels[2, 2], results["fig_3_11_localised"], published
-    )
+    rows += _draw_basin(panels[2, 2], results["fig_3_11_localised"], published)
     panels[3, 2].set_axis_off()
     handles = panels[0, 0].get_legend_handles_labels()
     window = panels[2, 2].get_legend_handles_labels()
@@ -131,26 +123,16 @@ def _draw_sweep(pair, result, sweep):
         levels = levels_of(one, SWEEPS[sweep], levels="full range")
         x = SIZE_PX / levels if sweep == "square" else levels.astype(float)
         found = np.array(
-            [
-                _row(one, {SWEEPS[sweep]: v, "levels": "full range"})
-                for v in levels
-            ]
+            [_row(one, {SWEEPS[sweep]: v, "levels": "full range"}) for v in levels]
         )
         largest, mean, low, high, *right, _, _ = found.T
         label = f"largest error, {smoothing}"
         errors.plot(x, largest, label=label, **series(1 + index))
         if smoothing == PRIMARY:
-            plot_interval(
-                errors, x, mean, low, high, index=0, label="mean error"
-            )
+            plot_interval(errors, x, mean, low, high, index=0, label="mean error")
         share, least, most = 100 * np.array(right)
-        plot_interval(
-            shares, x, share, least, most, index=1 + index, label=smoothing
-        )
-        rows += [
-            (sweep, smoothing, *cells)
-            for cells in zip(x, *found.T, strict=True)
-        ]
+        plot_interval(shares, x, share, least, most, index=1 + index, label=smoothing)
+        rows += [(sweep, smoothing, *cells) for cells in zip(x, *found.T, strict=True)]
     errors.set_title(TITLES[sweep])
     errors.set_ylim(0, 8.4)
     errors.sharex(shares)
@@ -203,9 +185,7 @@ def _draw_basin(panel, result, published):
             for start, error in zip(starts, worst, strict=True)
         ]
     panel.axhline(published["s3_3_1_loc_max"], **PRINTED)
-    panel.axvline(
-        published["s3_3_1_loc_init"], label="printed limit", **PRINTED
-    )
+    panel.axvline(published["s3_3_1_loc_init"], label="printed limit", **PRINTED)
     panel.set_yscale("log")
     panel.set_ylim(0.02, 200)
     panel.set_title("(f) after localisation")

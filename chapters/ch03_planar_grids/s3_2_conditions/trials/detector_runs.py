@@ -97,14 +97,8 @@ def every_detector(image, lattice, offsets, others=NO_CLICKS):
     """Whether CELECT and other detectors, without clicks, have the grid."""
     clicked = run(image, lattice, offsets)
     linear = run(undo_srgb(image), lattice, offsets)
-    values = {
-        CELECT: clicked.right,
-        LINEAR: linear.right,
-        "stage": clicked.stage,
-    }
-    return values | {
-        name: detected(name, image, lattice) for name in others
-    }
+    values = {CELECT: clicked.right, LINEAR: linear.right, "stage": clicked.stage}
+    return values | {name: detected(name, image, lattice) for name in others}
 
 
 def eight_orders(image, lattice, offsets):
@@ -118,9 +112,7 @@ def eight_orders(image, lattice, offsets):
     for tone, picture in {"": image, "linear_": undo_srgb(image)}.items():
         for reverse, way in ((False, "clockwise"), (True, "reverse")):
             for rank, first in enumerate(np.argsort(areas)):
-                clicked = run(
-                    picture, lattice, offsets, int(first), reverse
-                )
+                clicked = run(picture, lattice, offsets, int(first), reverse)
                 values[f"{tone}{way}_{rank}"] = clicked.right
                 values[f"{tone}{way}_{rank}_stage"] = clicked.stage
     return values

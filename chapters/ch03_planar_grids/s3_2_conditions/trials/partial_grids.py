@@ -25,11 +25,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     photograph,
     sheet_of,
 )
-from chapters.shared.grid_detectors import (
-    CELECT,
-    OPENCV,
-    OPENCV_SB,
-)
+from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
 
 FEWEST = 3
 WHITE = 255
@@ -53,9 +49,7 @@ class Part(NamedTuple):
 
     def of(self, lattice):
         """The part (rows, columns, 2) of a lattice."""
-        return lattice[
-            self.top : self.bottom + 1, self.left : self.right + 1
-        ]
+        return lattice[self.top : self.bottom + 1, self.left : self.right + 1]
 
     def moved(self, side, step):
         """The part with one side moved outwards by `step` lines (-1: inwards)."""
@@ -104,10 +98,7 @@ def _all_parts(lattice):
                 )
                 steps = np.minimum(steps, v[left])
                 found += [
-                    (
-                        Part(top, bottom, left, right),
-                        float(steps[right - left]),
-                    )
+                    (Part(top, bottom, left, right), float(steps[right - left]))
                     for right in range(left + FEWEST - 1, columns)
                 ]
     return found
@@ -138,11 +129,7 @@ def largest_part(returns, lattice, next_share):
 
 def _extended(part, whole):
     """The part with one line more, at any of its sides; the longest line first."""
-    more = [
-        part.moved(side, 1)
-        for side in range(4)
-        if part[side] != whole[side]
-    ]
+    more = [part.moved(side, 1) for side in range(4) if part[side] != whole[side]]
     return sorted(more, key=lambda p: -p.count)
 
 
@@ -199,9 +186,7 @@ def partial_sb_trial(condition, rng):
 
 def _large_picture(condition, rng):
     sheet = sheet_of(f"large-{condition['camera']}", rng)
-    return sheet, photograph(
-        sheet, sheet.rig.light.draw(rng, sheet.rig.extent)
-    )
+    return sheet, photograph(sheet, sheet.rig.light.draw(rng, sheet.rig.extent))
 
 
 def _by_detector(name, sheet, image, next_share):

@@ -15,12 +15,7 @@ import numpy as np
 from chapters.shared.grid_rigs import HARD, SETS, rig_of
 from chapters.shared.lattices import clockwise
 from raxel.geometry import intersect_rays_plane, transform
-from raxel.lab.board_photograph import (
-    grey_of,
-    light_of_room,
-    mirror_in_view,
-    window_of,
-)
+from raxel.lab.board_photograph import grey_of, light_of_room, mirror_in_view, window_of
 from raxel.lab.rig import Rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.sight import Raster
@@ -128,10 +123,7 @@ def cut_photograph(sheet, light):
 def contrast(image, lattice):
     """Median over the squares of how far their grey is from their neighbours'."""
     middles = (
-        lattice[:-1, :-1]
-        + lattice[1:, 1:]
-        + lattice[:-1, 1:]
-        + lattice[1:, :-1]
+        lattice[:-1, :-1] + lattice[1:, 1:] + lattice[:-1, 1:] + lattice[1:, :-1]
     ) / 4
     u, v = np.rint(middles).astype(int).transpose(2, 0, 1)
     grey = image[v, u].astype(float)
@@ -149,9 +141,7 @@ def _exposed(sheet, light, cut):
     rng = np.random.default_rng(sheet.exposure)
     beside, whole = light_of_room(rig)
     if sheet.irradiance.ndim == 3:
-        beside, whole = (
-            np.repeat(x[..., None], 3, axis=2) for x in (beside, whole)
-        )
+        beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
     (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
     place = slice(v, v + height), slice(u, u + width)
     whole[place] = beside[place] + _lit(sheet, light)
@@ -179,9 +169,7 @@ def _lit(sheet, light):
     white, room = (rig.radiances[name] for name in ("white", "background"))
     paper = np.clip((full / lens - room) / (white - room), 0, 1)
     at_edge = full + lens * paper * white * (share - 1)
-    inside, around = (
-        m.reshape(share.shape) for m in _inside_and_around(sheet)
-    )
+    inside, around = (m.reshape(share.shape) for m in _inside_and_around(sheet))
     return np.where(inside, full * share, np.where(around, at_edge, full))
 
 

@@ -18,10 +18,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import (
     decided,
     seeds_told,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
-    REFERENCES,
-    TRUTH,
-)
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import REFERENCES, TRUTH
 from chapters.shared.grid_detectors import CELECT
 from chapters.shared.localiser_basin import HALF_WINDOWS
 from repro.run.experiment import claim
@@ -89,20 +86,11 @@ def judge_same_after_loc(results):
         for seed in any_of(results, which):
             good = []
             for theirs, ours in of_both(
-                results,
-                detector,
-                seed,
-                "after",
-                reference,
-                which=which,
-                window=window,
+                results, detector, seed, "after", reference, which=which, window=window
             ):
                 largest.append(max(theirs.max(), ours.max()))
                 gaps.append(abs(ours.mean() - theirs.mean()))
-                good += [
-                    largest[-1] <= MOST_LOCALISED_PX,
-                    gaps[-1] <= MOST_GAP_PX,
-                ]
+                good += [largest[-1] <= MOST_LOCALISED_PX, gaps[-1] <= MOST_GAP_PX]
             if good:
                 holds.append(all(good))
         readings.append(

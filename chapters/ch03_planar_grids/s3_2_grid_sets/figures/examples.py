@@ -66,9 +66,7 @@ def examples(results, set_names):
             panel = panels[row, column]
             letter = "abcdef"[2 * row + column]
             condition, count = example(result, which)
-            panel.set_title(
-                f"({letter}) {title_of(set_name)}: {which} ({count})"
-            )
+            panel.set_title(f"({letter}) {title_of(set_name)}: {which} ({count})")
             panel.set_xticks([])
             panel.set_yticks([])
             panel.grid(visible=False)
@@ -100,21 +98,13 @@ def examples(results, set_names):
     return Drawing(drawn, data, caption)
 
 
-@figure(
-    "fig_3_12",
-    needs=("table_3_4_grids", "table_3_5_grids"),
-    evidence="rendered",
-)
+@figure("fig_3_12", needs=("table_3_4_grids", "table_3_5_grids"), evidence="rendered")
 def fig_3_12(results):
     """Spherical and Hyperboloidal."""
     return examples(results, ("spherical", "hyperboloidal"))
 
 
-@figure(
-    "fig_3_13",
-    needs=("table_3_6_grids", "table_3_7_grids"),
-    evidence="rendered",
-)
+@figure("fig_3_13", needs=("table_3_6_grids", "table_3_7_grids"), evidence="rendered")
 def fig_3_13(results):
     """Fisheye and Flexible Mirror."""
     return examples(results, ("fisheye", "flexible-mirror"))

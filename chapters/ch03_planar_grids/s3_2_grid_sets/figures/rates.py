@@ -15,13 +15,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     right,
     title_of,
 )
-from chapters.shared.grid_detectors import (
-    CELECT,
-    CLICKLESS,
-    LINEAR,
-    OPENCV,
-    OPENCV_SB,
-)
+from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
@@ -74,16 +68,12 @@ def ext_grid_rates(results):
                 columns.append((SPOTLESS_TITLE, clean))
             shares = np.array(
                 [
-                    noted(
-                        data, poses, label, title.replace("\n", " "), found
-                    )
+                    noted(data, poses, label, title.replace("\n", " "), found)
                     for title, found in columns
                 ]
             )
             at = np.arange(len(columns)) + BESIDE * (index - 1.5)
-            plot_interval(
-                panel, at, *shares.T, index=index, label=label, bars=True
-            )
+            plot_interval(panel, at, *shares.T, index=index, label=label, bars=True)
             for line in panel.lines:
                 line.set_linestyle("none")
         panel.set_ylim(-3, 103)
@@ -110,17 +100,10 @@ def ext_grid_steps(results):
     drawn, panels = new_figure(1, 2, height_in=4.2, sharey=True)
     data = {name: [] for name in ("panel", *HEADS)}
     sides = (
-        (
-            "(a)",
-            "least_over_t8",
-            STEP_EDGES,
-            "Least step of a side over t8 (1)",
-        ),
+        ("(a)", "least_over_t8", STEP_EDGES, "Least step of a side over t8 (1)"),
         ("(b)", "t8_px", REACH_EDGES, "t8 of the shortest side (px)"),
     )
-    for panel, (letter, name, edges, told) in zip(
-        panels, sides, strict=True
-    ):
+    for panel, (letter, name, edges, told) in zip(panels, sides, strict=True):
         x = pooled(results, lambda r, w, name=name: numbers_of(r, name, w))
         bins = np.digitize(x, edges)
         kept = [b for b in range(len(edges) + 1) if (bins == b).any()]
@@ -134,12 +117,7 @@ def ext_grid_steps(results):
                 ]
             )
             plot_interval(
-                panel,
-                at,
-                *shares.T,
-                index=index,
-                label=NAMES[method],
-                bars=True,
+                panel, at, *shares.T, index=index, label=NAMES[method], bars=True
             )
         panel.set_title(letter)
         panel.set_xlabel(told)

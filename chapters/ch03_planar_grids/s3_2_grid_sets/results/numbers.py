@@ -73,9 +73,7 @@ def numbers_table_3_3(results):
         found[f"t3_3_{short}_w"] = Value(width, unit="px")
         found[f"t3_3_{short}_h"] = Value(height, unit="px")
         single = len(ran["grids"]) == 1
-        for (columns, rows), pitch in zip(
-            ran["grids"], ran["pitch_mm"], strict=True
-        ):
+        for (columns, rows), pitch in zip(ran["grids"], ran["pitch_mm"], strict=True):
             size = f"{columns}x{rows}"
             found[f"t3_3_{short}_grid_{size}"] = Value(size, unit="count")
             tail = "" if single else f"_{size}"
@@ -93,16 +91,10 @@ def of_table(result, table_id):
     """Counts and errors of OpenCV's and CELECT's rows of one table."""
     found = {}
     for name, method in (("opencv", OPENCV), ("celect", CELECT)):
-        counts = [
-            right(result, method, PRIMARY, s).sum()
-            for s in seeds_of(result)
-        ]
+        counts = [right(result, method, PRIMARY, s).sum() for s in seeds_of(result)]
         count, interval = spread(counts)
         found[f"t{table_id}_{name}_count"] = Value(
-            count,
-            interval=interval,
-            unit="count (of 15)",
-            reason=SEEDS_RANGE,
+            count, interval=interval, unit="count (of 15)", reason=SEEDS_RANGE
         )
         for label, when, reference in (
             ("pre", "before", TRUTH),
@@ -121,9 +113,7 @@ def of_table(result, table_id):
                 key = f"t{table_id}_{name}_{label}_{statistic}"
                 found[key] = Value(
                     float(taken(sizes)) if seeds else "no right grid",
-                    interval=spread([taken(s) for s in seeds])[1]
-                    if seeds
-                    else None,
+                    interval=spread([taken(s) for s in seeds])[1] if seeds else None,
                     unit="px",
                     reason="all seeds together, and range of the seeds; "
                     f"against {reference}",
@@ -215,16 +205,14 @@ def numbers_sec_3_3_2(results):
     return found | {
         "s3_3_2_sph_noise_fail": Value(
             spared_by_clean_ball(results[EXPERIMENTS["spherical"]]),
-            reason="right once the mirror has no flaws; of the 15 pictures of "
-            "one seed",
+            reason="right once the mirror has no flaws; of the 15 pictures of one seed",
         ),
         "s3_3_2_total": Value(total, unit="count"),
         "s3_3_2_prec": Value(precision["precision_px"], unit="px"),
         "s3_3_2_excess": Value(
             largest_after(results, REFERENCE) - precision["precision_px"],
             unit="px",
-            reason="both methods, all seeds; against cornerSubPix from the "
-            "truth",
+            reason="both methods, all seeds; against cornerSubPix from the truth",
         ),
     }
 
@@ -245,10 +233,7 @@ def name_values(open_results):
     value("contours", told[CONTOUR])
     ball = results[EXPERIMENTS["spherical"]]
     for poses in (WHOLE, HARD):
-        for name, which in (
-            ("spots", Which(poses)),
-            ("clean", Which(poses, CLEAN)),
-        ):
+        for name, which in (("spots", Which(poses)), ("clean", Which(poses, CLEAN))):
             good = right(ball, CELECT, which, SPOTLESS_SEED)
             value(f"ball.{poses}.{name}", int(good.sum()))
     _name_sizes(results)
@@ -272,9 +257,7 @@ def _name_sizes(results):
     for poses in (WHOLE, HARD):
         lost = np.concatenate(
             [
-                numbers_of(r, "t8_px", Which(poses))[
-                    ~right(r, CELECT, Which(poses))
-                ]
+                numbers_of(r, "t8_px", Which(poses))[~right(r, CELECT, Which(poses))]
                 for r in results.values()
             ]
         )

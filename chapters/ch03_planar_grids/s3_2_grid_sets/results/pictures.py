@@ -25,12 +25,7 @@ EXPERIMENTS = {
     "flexible-mirror": "table_3_7_grids",
 }
 # The four of them: what the claims of all sixty pictures need.
-GRIDS = (
-    "table_3_4_grids",
-    "table_3_5_grids",
-    "table_3_6_grids",
-    "table_3_7_grids",
-)
+GRIDS = ("table_3_4_grids", "table_3_5_grids", "table_3_6_grids", "table_3_7_grids")
 TITLES = {
     "spherical": "Spherical",
     "hyperboloidal": "Hyperboloidal",
@@ -71,9 +66,7 @@ def pictures_of(result, which=PRIMARY, seed=None):
 
 def seeds_of(result, which=PRIMARY):
     """Seeds of the pictures that count, in order."""
-    return list(
-        dict.fromkeys(c["seed"] for c in pictures_of(result, which))
-    )
+    return list(dict.fromkeys(c["seed"] for c in pictures_of(result, which)))
 
 
 def any_of(results, which=PRIMARY):
@@ -91,10 +84,7 @@ def numbers_of(result, name, which=PRIMARY, seed=None):
     """A number of each picture that counts: (n,)."""
     name = prefix_of(result, which) + name
     return np.array(
-        [
-            result.column(name, **c)[0]
-            for c in pictures_of(result, which, seed)
-        ]
+        [result.column(name, **c)[0] for c in pictures_of(result, which, seed)]
     )
 
 
@@ -117,10 +107,7 @@ def pooled(results, of_result):
 def all_right(results, method, which, seed):
     """`right` of a seed's pictures of all sets, in the order of the sets."""
     return np.concatenate(
-        [
-            right(results[name], method, which, seed)
-            for name in EXPERIMENTS.values()
-        ]
+        [right(results[name], method, which, seed) for name in EXPERIMENTS.values()]
     )
 
 
@@ -147,9 +134,7 @@ def _errors_of_pictures(result, name):
     }
 
 
-def errors(
-    result, method, when, reference, which=PRIMARY, seed=None, window=WINDOW
-):
+def errors(result, method, when, reference, which=PRIMARY, seed=None, window=WINDOW):
     """Errors in px of the corners of the right grids: one array (n,) per grid.
 
     when: 'before' or 'after' localisation; reference: one of REFERENCES;
@@ -174,9 +159,7 @@ def errors(
 def texts(result, name, which=PRIMARY, seed=None):
     """One text of each picture, None where it has none."""
     name = prefix_of(result, which) + name
-    return [
-        result.texts(name, **c)[0] for c in pictures_of(result, which, seed)
-    ]
+    return [result.texts(name, **c)[0] for c in pictures_of(result, which, seed)]
 
 
 def causes(results, which, seed, set_name=None):
@@ -187,9 +170,7 @@ def causes(results, which, seed, set_name=None):
         result = results[EXPERIMENTS[name]]
         lost = ~right(result, CELECT, which, seed)
         told = texts(result, f"{CELECT}.cause", which, seed)
-        found += [
-            cause for cause, bad in zip(told, lost, strict=True) if bad
-        ]
+        found += [cause for cause, bad in zip(told, lost, strict=True) if bad]
     return found
 
 
@@ -211,7 +192,4 @@ def title_of(set_name):
 
 def spread(values):
     """(mean, (least, greatest)) of one value per seed."""
-    return float(np.mean(values)), (
-        float(np.min(values)),
-        float(np.max(values)),
-    )
+    return float(np.mean(values)), (float(np.min(values)), float(np.max(values)))

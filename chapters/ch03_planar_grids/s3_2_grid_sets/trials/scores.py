@@ -107,9 +107,7 @@ def ranges_of(set_name, poses):
     """Ranges of the poses of a set, degrees."""
     drawn = rig_of(set_name, 0, poses).poses
     ranges = {n: getattr(drawn, n) for n in ("polar", "tilt", "subtense")}
-    return {
-        n: np.rad2deg(ends).round(6).tolist() for n, ends in ranges.items()
-    }
+    return {n: np.rad2deg(ends).round(6).tolist() for n, ends in ranges.items()}
 
 
 def errors_of(image, corners, truth):
@@ -143,9 +141,7 @@ def least_over_merging(lattice):
         outer(lattice), columns, rows, settings.radius_divisor
     )
     sides = [along_contour(f"side {k}", lattice) for k in range(1, 5)]
-    steps = [
-        np.linalg.norm(np.diff(s, axis=0), axis=1).min() for s in sides
-    ]
+    steps = [np.linalg.norm(np.diff(s, axis=0), axis=1).min() for s in sides]
     return np.array(steps) / reach, reach
 
 

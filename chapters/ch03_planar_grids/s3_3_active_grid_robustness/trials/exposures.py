@@ -26,10 +26,7 @@ from raxel.lab.monitor_views import (
 )
 from raxel.sets.patterns import CHESSBOARD, plan_of_cells
 
-FILES = (
-    "data/rigs/monitor-d200.yaml",
-    "data/rigs/monitor-d200-small.yaml",
-)
+FILES = ("data/rigs/monitor-d200.yaml", "data/rigs/monitor-d200-small.yaml")
 # One set: how the monitor was set up is in the sweeps.
 SETS = {"quick": ("monitor-d200-small/0",), "full": ("monitor-d200/0",)}
 # White on the sensor, as a share of a full well; the rig's own is 0.9.
@@ -51,9 +48,7 @@ def exposure_trial(condition, rng):
     true = corners_of(image_set)[f"{DEFAULT}/{CHESSBOARD}"]
     starts = true + rng.normal(0, START_SD_PX, true.shape)
     points = image_set.target.chessboard_points()
-    found = by_methods(
-        board, decoded_now(rig, T, seed), starts, true, points
-    )
+    found = by_methods(board, decoded_now(rig, T, seed), starts, true, points)
     said = scores(found, {AS_TAKEN: second}, true, points)
     return said | {"full_wells": float(np.mean(board == board.max()))}
 
@@ -62,9 +57,7 @@ def pixel_trial(condition, rng):
     """Errors over all pixels of the first grid, and next to the corners."""
     image_set, rig, T = default_view(condition["set"])
     sensor = replace(rig.sensor, gamma=condition["camera_gamma"])
-    plan = plan_of_cells(
-        rig.target.monitor_px, condition["cells"], condition["steps"]
-    )
+    plan = plan_of_cells(rig.target.monitor_px, condition["cells"], condition["steps"])
     rig = replace(rig, sensor=sensor, patterns=plan)
     found = decoded_now(rig, T, [int(rng.integers(1 << 31))])
     true = points_seen(rig.camera, T, rig.target.monitor_mm)
@@ -99,10 +92,7 @@ def decoded_now(rig, T, seed):
 
 def near_points(location, points):
     """Pixels (H, W) that see within NEAR_MM of one of a square lattice's points."""
-    pitch, first = (
-        np.ptp(points[:, 0]) / (np.sqrt(len(points)) - 1),
-        points[0],
-    )
+    pitch, first = (np.ptp(points[:, 0]) / (np.sqrt(len(points)) - 1), points[0])
     steps = (location - first) / pitch
     whole = np.clip(np.rint(steps), 0, np.sqrt(len(points)) - 1)
     with np.errstate(invalid="ignore"):

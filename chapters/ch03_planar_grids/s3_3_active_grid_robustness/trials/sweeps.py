@@ -28,10 +28,7 @@ SETS = {
 }
 # Levels of the sweeps; the first one of blur and noise is none.
 LEVELS = {
-    "distance": {
-        "quick": (200, 360),
-        "full": (150, 200, 270, 360, 480, 640),
-    },
+    "distance": {"quick": (200, 360), "full": (150, 200, 270, 360, 480, 640)},
     "orientation": {"quick": (0, 28), "full": (0, 7, 14, 21, 28, 35)},
     "blur": {"quick": (0, 2), "full": (0, 0.5, 1, 2, 3, 4)},
     "noise": {"quick": (0, 8), "full": (0, 1, 2, 4, 8, 16)},
@@ -90,10 +87,7 @@ def conditions(effort):
 
 def condition_of(name, level, pictures):
     """One level: which views are opened, and what is done to their pictures."""
-    first, second = (
-        f"distance-{DEFAULT_MM}",
-        f"distance-{DEFAULT_MM}-second",
-    )
+    first, second = (f"distance-{DEFAULT_MM}", f"distance-{DEFAULT_MM}-second")
     if name == "distance":
         first, second = f"distance-{level}", f"distance-{level}-second"
     if name == "orientation":
@@ -116,10 +110,7 @@ def robustness_trial(condition, rng):
     Residuals are in mm on the chessboard; what the true corners leave is the
     second grid's own error. With every exposure, from the same pictures.
     """
-    name, changed = (
-        condition["set"],
-        condition["sweep"] in ("blur", "noise"),
-    )
+    name, changed = (condition["set"], condition["sweep"] in ("blur", "noise"))
     image_set, views = opened(name)
     target, patterns = image_set.target, views[condition["first"]].patterns
     points = target.chessboard_points()
@@ -131,9 +122,7 @@ def robustness_trial(condition, rng):
         second = pictures_of(name, condition["second"])
         second = degraded([second], condition, rng)[0]
         seen[AS_FIRST] = location_of(second, patterns, target)
-    first = [
-        bright_pictures_of(name, condition["first"], e) for e in EXPOSURES
-    ]
+    first = [bright_pictures_of(name, condition["first"], e) for e in EXPOSURES]
     first = degraded(first, condition, rng) if changed else first
     said = {"least_square_px": least_step(true)}
     for exposure, (board, *shown) in zip(EXPOSURES, first, strict=True):
@@ -259,17 +248,11 @@ def corners_of(image_set):
 def by_static_methods(board, starts):
     """(method, window) -> corners (N, 2), NaN where a method gave up."""
     found = {}
-    for name, window in (
-        (ONE_WINDOW, WINDOW_PX),
-        (BY_SQUARE, window_of(starts)),
-    ):
+    for name, window in ((ONE_WINDOW, WINDOW_PX), (BY_SQUARE, window_of(starts))):
         blur = BLUR_SHARE * window
         for method, result in (
             (DERIVATIVE, derivative(board, starts, window=window)),
-            (
-                SADDLE,
-                saddle_point(board, starts, window=window, blur_sd=blur),
-            ),
+            (SADDLE, saddle_point(board, starts, window=window, blur_sd=blur)),
         ):
             kept = result.converged[:, None]
             found[method, name] = np.where(kept, result.corners, np.nan)
@@ -287,10 +270,7 @@ def least_step(corners):
     side = round(np.sqrt(len(corners)))
     lattice = corners.reshape(side, side, 2)
     return float(
-        min(
-            np.linalg.norm(np.diff(lattice, axis=k), axis=2).min()
-            for k in (0, 1)
-        )
+        min(np.linalg.norm(np.diff(lattice, axis=k), axis=2).min() for k in (0, 1))
     )
 
 

@@ -31,9 +31,7 @@ def fig_3_16(results):
     for k, method in enumerate(METHODS):
         corners = case.arrays(method, "corners")[0]
         vectors = case.arrays(method, "vectors")[0]
-        for panel, scale in zip(
-            axes[:, k], (VECTOR_SCALE, FINER_SCALE), strict=True
-        ):
+        for panel, scale in zip(axes[:, k], (VECTOR_SCALE, FINER_SCALE), strict=True):
             panel.plot(*corners.T, ".", ms=1.5, color="0.6")
             panel.quiver(
                 *corners.T,
@@ -45,22 +43,15 @@ def fig_3_16(results):
                 color="#0072b2",
             )
             panel.set_aspect("equal")
-            panel.set_title(
-                f"({'abcd'[k]}) {method}" if panel in axes[0] else ""
-            )
+            panel.set_title(f"({'abcd'[k]}) {method}" if panel in axes[0] else "")
         found = np.linalg.norm(vectors, axis=1)
         mean = case.statistic(method, "mean")[0]
         worst = max(worst, abs(np.nanmean(found) - mean))
-        rows += [
-            (method, *at, *off)
-            for at, off in zip(corners, vectors, strict=True)
-        ]
+        rows += [(method, *at, *off) for at, off in zip(corners, vectors, strict=True)]
     axes[0, 0].invert_yaxis()
     for panel in axes[1]:
         panel.set_xlabel("u (px)")
-    for panel, scale in zip(
-        axes[:, 0], (VECTOR_SCALE, FINER_SCALE), strict=True
-    ):
+    for panel, scale in zip(axes[:, 0], (VECTOR_SCALE, FINER_SCALE), strict=True):
         panel.set_ylabel(f"{scale} ×: v (px)")
     return Drawing(
         drawn,
@@ -70,8 +61,7 @@ def fig_3_16(results):
         f"{VECTOR_SCALE} times as long as they are, as in the thesis, below "
         f"{FINER_SCALE} times.",
         Check(
-            worst < 1e-9,
-            "mean length of the drawn vectors is the mean of Table 3.8",
+            worst < 1e-9, "mean length of the drawn vectors is the mean of Table 3.8"
         ),
     )
 
@@ -94,9 +84,7 @@ def ext_fig_3_16_windows(results):
             curves = np.array(
                 [
                     _over_blurs(
-                        ran.arrays(
-                            f"{near.name(method)}.means", case=case, seed=s
-                        )[0]
+                        ran.arrays(f"{near.name(method)}.means", case=case, seed=s)[0]
                     )
                     for s in seeds
                 ]
@@ -106,10 +94,7 @@ def ext_fig_3_16_windows(results):
                 middle = np.full(len(windows), middle[0])
             shown = np.where(np.isfinite(middle), middle, np.nan)
             panel.plot(windows, shown, label=method, **series(k))
-            rows += [
-                (case, method, w, m)
-                for w, m in zip(windows, shown, strict=True)
-            ]
+            rows += [(case, method, w, m) for w, m in zip(windows, shown, strict=True)]
         square = np.median(
             [ran.column("square_px", case=case, seed=s)[0] for s in seeds]
         )

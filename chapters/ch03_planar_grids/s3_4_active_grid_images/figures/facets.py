@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
-    FACETS,
-    seeds_of,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
-    rig_of,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import (
-    MM_PER_PX,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.results import FACETS, seeds_of
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import MM_PER_PX
 from raxel.geometry import transform
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.show.boards import board, polygon
@@ -44,13 +37,9 @@ def fig_3_18(results):
         for name in ("picture", "laid", "seen", "metric", "corner_squares")
     )
     drawn, axes = new_figure(1, 2, height_in=3.9, width_ratios=(0.9, 1.3))
-    axes[0].imshow(
-        picture, cmap="gray", vmin=0, vmax=255, interpolation="antialiased"
-    )
+    axes[0].imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
     shown = np.where(seen, laid / 255.0, true_grid(laid.shape, metric))
-    axes[1].imshow(
-        shown, cmap="gray", vmin=0, vmax=1, interpolation="antialiased"
-    )
+    axes[1].imshow(shown, cmap="gray", vmin=0, vmax=1, interpolation="antialiased")
     known = np.isfinite(off)
     axes[1].plot(
         *(metric[known] / MM_PER_PX - 0.5).T,
@@ -60,14 +49,10 @@ def fig_3_18(results):
         color=ORANGE,
         mew=0.8,
     )
-    for panel, title in zip(
-        axes, ("(a) in the ball", "(b) remapped"), strict=True
-    ):
+    for panel, title in zip(axes, ("(a) in the ball", "(b) remapped"), strict=True):
         panel.set_axis_off()
         panel.set_title(title)
-    rows = [
-        (*place, error) for place, error in zip(metric, off, strict=True)
-    ]
+    rows = [(*place, error) for place, error in zip(metric, off, strict=True)]
     return Drawing(
         drawn,
         columns(("x_mm", "y_mm", "off_squares"), rows),
@@ -92,17 +77,12 @@ def true_grid(shape, metric):
     )
     column, row = np.floor(x).astype(int), np.floor(y).astype(int)
     black = (column + row) % 2 != 0
-    inside = (np.minimum(column, row) >= -1) & (
-        np.maximum(column, row) <= side - 1
-    )
+    inside = (np.minimum(column, row) >= -1) & (np.maximum(column, row) <= side - 1)
     return np.where(black & inside, *GREYS)
 
 
 @figure(
-    "ext_fig_3_18_facets",
-    needs=("fig_3_18_facets",),
-    evidence="analytic",
-    scene=True,
+    "ext_fig_3_18_facets", needs=("fig_3_18_facets",), evidence="analytic", scene=True
 )
 def ext_fig_3_18_facets(results):
     """The ball, its monitor, and the piece of it that each facet shows."""
@@ -120,27 +100,16 @@ def ext_fig_3_18_facets(results):
     for k, piece in pieces.items():
         flat = transform(T, np.pad(piece, ((0, 0), (0, 1))) - [0, 0, 1.0])
         parts.append(
-            polygon(
-                flat, colour=ORANGE, opacity=0.8, label="piece of a facet"
-            )
+            polygon(flat, colour=ORANGE, opacity=0.8, label="piece of a facet")
         )
         rows += [(k, *corner) for corner in piece]
     middles = np.array([camera.T_viewer_facets[k, :3, 3] for k in pieces])
     ends = np.array(
-        [
-            transform(T, np.append(piece.mean(axis=0), 0))
-            for piece in pieces.values()
-        ]
+        [transform(T, np.append(piece.mean(axis=0), 0)) for piece in pieces.values()]
     )
     parts.append(Segments(middles, ends, "#0072b2", "ray off a facet", 1.0))
     parts.append(
-        Segments(
-            np.zeros_like(middles),
-            middles,
-            "#8a919a",
-            "sight of the ball",
-            1.0,
-        )
+        Segments(np.zeros_like(middles), middles, "#8a919a", "sight of the ball", 1.0)
     )
     parts.append(Labels([[0, 60.0, 0]], ["camera"], INK))
     scene = framed(parts, (-0.7, 0.5, 0.25), note="The rig mirror-ball.")
@@ -149,9 +118,9 @@ def ext_fig_3_18_facets(results):
     axes.set_position([0.0, 0.0, 1.0, 1.0])
     draw_scene(axes, scene)
     back = [
-        camera.project_facet(
-            transform(T, np.append(p.mean(axis=0), 0))[None], k
-        ).valid[0]
+        camera.project_facet(transform(T, np.append(p.mean(axis=0), 0))[None], k).valid[
+            0
+        ]
         for k, p in pieces.items()
     ]
     return Drawing(
@@ -160,10 +129,7 @@ def ext_fig_3_18_facets(results):
         "The ball of flat mirrors of Fig. 3.18, the monitor beside the camera, and in "
         "orange the piece of the monitor that each facet shows whole. Between the "
         "pieces the camera sees nothing of it.",
-        Check(
-            all(back),
-            "the middle of each piece is projected into its facet",
-        ),
+        Check(all(back), "the middle of each piece is projected into its facet"),
         scene,
     )
 
@@ -171,21 +137,15 @@ def ext_fig_3_18_facets(results):
 def pieces_shown(camera, T_camera_monitor, size):
     """The corners (4, 2) mm on the monitor of each facet that shows it whole."""
     T_facets, found = camera.T_viewer_facets, {}
-    for k, (T, outline) in enumerate(
-        zip(T_facets, camera.outlines, strict=True)
-    ):
-        corners = transform(
-            T, np.pad(0.98 * np.asarray(outline), ((0, 0), (0, 1)))
-        )
+    for k, (T, outline) in enumerate(zip(T_facets, camera.outlines, strict=True)):
+        corners = transform(T, np.pad(0.98 * np.asarray(outline), ((0, 0), (0, 1))))
         seen = camera.viewer.project(corners).pixels
         if not camera.in_image(seen).all():
             continue
         rays = camera.rays(seen)
         if not rays.valid.all() or (camera.facet_of(seen) != k).any():
             continue
-        met = intersect_rays_plane(
-            rays.origins, rays.directions, T_camera_monitor
-        )
+        met = intersect_rays_plane(rays.origins, rays.directions, T_camera_monitor)
         facing = (rays.directions @ T_camera_monitor[:3, 2] > 0).all()
         if (
             facing

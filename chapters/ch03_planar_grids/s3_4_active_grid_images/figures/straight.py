@@ -11,9 +11,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     lines_of,
     seeds_of,
 )
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
-    rig_of,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
     MM_PER_PX,
     T_world_camera,
@@ -33,9 +31,7 @@ def fig_3_17(results):
     """The room through the fisheye, and on the plane of the active grid."""
     ran = results[LINES]
     first = {"seed": seeds_of(ran)[0], "view": VIEW}
-    taken, laid = (
-        ran.arrays(name, **first)[0] for name in ("taken", "laid")
-    )
+    taken, laid = (ran.arrays(name, **first)[0] for name in ("taken", "laid"))
     lines = lines_of(ran, **first)
     drawn, axes = new_figure(1, 2, height_in=2.9)
     for panel, picture, title in zip(
@@ -64,17 +60,13 @@ def rig_width(ran):
     return rig_of(ran.conditions[0]["rig"]).camera.width
 
 
-@figure(
-    "ext_fig_3_17_lines", needs=("fig_3_17_lines",), evidence="rendered"
-)
+@figure("ext_fig_3_17_lines", needs=("fig_3_17_lines",), evidence="rendered")
 def ext_fig_3_17_lines(results):
     """How bent each edge of the room is, before and after."""
     ran = results[LINES]
     drawn, axes = new_figure(1, 2, height_in=3.4, sharex=True, sharey=True)
     rows = []
-    for panel, view, letter in zip(
-        axes, ("long wall", "corner"), "ab", strict=True
-    ):
+    for panel, view, letter in zip(axes, ("long wall", "corner"), "ab", strict=True):
         for points, mark, label in (
             ("found in the picture", "o", "found in the pictures"),
             ("projected from truth", "x", "projected from truth"),
@@ -86,10 +78,7 @@ def ext_fig_3_17_lines(results):
                 after.append(100 * lines.after)
             before, after = np.concatenate(before), np.concatenate(after)
             panel.plot(before, after, mark, ms=3.5, label=label, alpha=0.7)
-            rows += [
-                (view, points, *pair)
-                for pair in zip(before, after, strict=True)
-            ]
+            rows += [(view, points, *pair) for pair in zip(before, after, strict=True)]
         panel.axhline(1, color="0.5", lw=1, ls="--")
         panel.axvline(5, color="0.5", lw=1, ls="--")
         panel.set_title(f"({letter}) towards the {view}")
@@ -100,9 +89,7 @@ def ext_fig_3_17_lines(results):
     axes[1].legend(loc="lower right")
     return Drawing(
         drawn,
-        columns(
-            ("view", "points", "before_percent", "after_percent"), rows
-        ),
+        columns(("view", "points", "before_percent", "after_percent"), rows),
         "Every edge of the room that can be measured, all seeds: largest distance of "
         "its points from their best line over its length. Dashed: what the "
         "claim allows "
@@ -124,9 +111,7 @@ def ext_fig_3_17_verticals(results):
             up = lines.vertical
             rows += [
                 (word, seed, lines.pitch, *pair)
-                for pair in zip(
-                    lines.predicted[up], lines.lean[up], strict=True
-                )
+                for pair in zip(lines.predicted[up], lines.lean[up], strict=True)
             ]
         mine = np.array([row[3:] for row in rows if row[0] == word])
         axes.plot(*mine.T, mark, ms=5, label=word, fillstyle="none")
@@ -138,21 +123,13 @@ def ext_fig_3_17_verticals(results):
     off = max(abs(row[4] - row[3]) for row in rows)
     return Drawing(
         drawn,
-        columns(
-            ("grid", "seed", "pitch_deg", "predicted_deg", "found_deg"),
-            rows,
-        ),
+        columns(("grid", "seed", "pitch_deg", "predicted_deg", "found_deg"), rows),
         "Verticals of the room in the remapped pictures: angle from the columns, and "
         f"what pose and pitch of the grid say of it; at most {off:.2f} deg apart.",
     )
 
 
-@figure(
-    "ext_fig_3_17_room",
-    needs=("fig_3_17_lines",),
-    evidence="analytic",
-    scene=True,
-)
+@figure("ext_fig_3_17_room", needs=("fig_3_17_lines",), evidence="analytic", scene=True)
 def ext_fig_3_17_room(results):
     """The fisheye in its room."""
     rig = rig_of("d200-fisheye")

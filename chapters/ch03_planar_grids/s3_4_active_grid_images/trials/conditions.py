@@ -7,10 +7,7 @@ SEEDS = {"quick": (1,), "full": (1, 2, 3)}
 # Full widths and SDs (px): of the sweep, and of the coarser one of other readings.
 WINDOWS = {"quick": (5, 13, 21), "full": tuple(range(5, 58, 4))}
 COARSE = {"quick": (5, 21), "full": tuple(range(5, 58, 8))}
-BLURS = {
-    "quick": (0.5, 2.0),
-    "full": (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0),
-}
+BLURS = {"quick": (0.5, 2.0), "full": (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)}
 COARSE_BLURS = {"quick": (0.5,), "full": (0.5, 2.0, 4.0, 8.0)}
 VIEWS = ("long wall", "corner")
 PITCHES = ("pitched", "half pitched")
@@ -38,14 +35,8 @@ CORNER_RIGS = (
     "data/rigs/d200-lens-sharp.yaml",
     "data/rigs/d200-lens-sharp-small.yaml",
 )
-FISHEYE_RIGS = (
-    "data/rigs/d200-fisheye.yaml",
-    "data/rigs/d200-fisheye-small.yaml",
-)
-BALL_RIGS = (
-    "data/rigs/mirror-ball.yaml",
-    "data/rigs/mirror-ball-small.yaml",
-)
+FISHEYE_RIGS = ("data/rigs/d200-fisheye.yaml", "data/rigs/d200-fisheye-small.yaml")
+BALL_RIGS = ("data/rigs/mirror-ball.yaml", "data/rigs/mirror-ball-small.yaml")
 
 
 def corner_conditions(effort, cases):
@@ -90,7 +81,4 @@ def line_conditions(effort, pitches, views):
 def ball_conditions(effort):
     """A condition for each seed of the mirror ball."""
     rig = f"mirror-ball{SMALL[effort]}"
-    return [
-        {"rig": rig, "seed": seed, "drawn": seed == 1}
-        for seed in SEEDS[effort]
-    ]
+    return [{"rig": rig, "seed": seed, "drawn": seed == 1} for seed in SEEDS[effort]]

@@ -27,11 +27,7 @@ from raxel.geometry.homography import (
     homography_dlt,
     refine_homography,
 )
-from raxel.multiview.perspective_view import (
-    perspective_view,
-    resample,
-    source_pixels,
-)
+from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
 from raxel.sets import load_set
 from repro.run.rendered import rendered_set
 
@@ -51,9 +47,7 @@ def corner_trial(condition, rng):
     """
     camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))
-    image_set, view = capture_of(
-        condition["rig"], condition["seed"], condition["pose"]
-    )
+    image_set, view = capture_of(condition["rig"], condition["seed"], condition["pose"])
     grid, picture = decoded(
         image_set,
         view,
@@ -70,9 +64,7 @@ def corner_trial(condition, rng):
     start = starts(found["local fit"][0], metric)
     found |= sweep(picture, start, condition["windows"], condition["blurs"])
     truth = rig_of(condition["rig"]).camera
-    out = {
-        name: best_of(corners, metric) for name, corners in found.items()
-    }
+    out = {name: best_of(corners, metric) for name, corners in found.items()}
     for name, corners in found.items():
         best = corners.reshape(-1, *metric.shape)[out[name]["best"]]
         moved = residual_of(through(camera, truth, best), metric)
@@ -100,9 +92,7 @@ def mapped(corners, metric):
     """The metric grid (n, 2) by the homography to the corners that were found."""
     found = np.isfinite(corners[:, 0])
     H = refine_homography(
-        homography_dlt(metric[found], corners[found]),
-        metric[found],
-        corners[found],
+        homography_dlt(metric[found], corners[found]), metric[found], corners[found]
     )
     return apply_homography(H, metric)
 
@@ -116,18 +106,14 @@ def in_bits(picture, bits):
 def calibrated(rig, seed):
     """The camera that Zhang's method finds in a rig's pictures of a board."""
     boards = load_set(rendered_set(rig, seed))
-    found = detect_boards(
-        boards, DEFAULT_DETECTOR, boards.views, lambda line: None
-    )
+    found = detect_boards(boards, DEFAULT_DETECTOR, boards.views, lambda line: None)
     size = boards.width, boards.height
     return calibrate_zhang(board_views(boards, found), *size).camera
 
 
 def through(camera, truth, corners):
     """Corners (n, 2) undistorted with one camera, as another would have done it."""
-    as_taken = camera.project(
-        perspective_view(camera).directions(corners)
-    ).pixels
+    as_taken = camera.project(perspective_view(camera).directions(corners)).pixels
     rays = truth.rays(as_taken).directions
     return rays[:, :2] / rays[:, 2:] @ truth.K[:2, :2].T + truth.K[:2, 2]
 
@@ -229,6 +215,4 @@ def square_px(corners, metric):
     """Median side (px) of a square of the board."""
     side = int(np.sqrt(len(metric)))
     lattice = corners.reshape(side, side, 2)
-    return float(
-        np.nanmedian(np.linalg.norm(np.diff(lattice, axis=1), axis=2))
-    )
+    return float(np.nanmedian(np.linalg.norm(np.diff(lattice, axis=1), axis=2)))

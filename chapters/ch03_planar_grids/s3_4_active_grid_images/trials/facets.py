@@ -36,23 +36,14 @@ def facet_trial(condition, rng):
     grid, picture = decoded(image_set, view, smooth=False, margin_px=margin)
     target = image_set.target
     laid, seen = remap_to_plane(
-        picture,
-        grid.location,
-        grid.sigma,
-        grid.mask,
-        target.monitor_mm,
-        MM_PER_PX,
+        picture, grid.location, grid.sigma, grid.mask, target.monitor_mm, MM_PER_PX
     )
     metric = target.chessboard_points()
     square = float(np.linalg.norm(metric[1] - metric[0]))
     camera = rig_of(condition["rig"]).camera
-    truth = np.load(image_set.folder / f"truth/{view.label}.npz")[
-        "points_mm"
-    ]
+    truth = np.load(image_set.folder / f"truth/{view.label}.npz")["points_mm"]
     facet = facets_of(camera)
-    shown, count = np.unique(
-        facet[np.isfinite(truth[..., 0])], return_counts=True
-    )
+    shown, count = np.unique(facet[np.isfinite(truth[..., 0])], return_counts=True)
     shown = shown[count >= LEAST_PIXELS]
     within, across = [], []
     everywhere = corners_seen(truth, metric, np.ones(facet.shape, bool))
@@ -60,16 +51,12 @@ def facet_trial(condition, rng):
         mine = (facet == k) & np.isfinite(truth[..., 0])
         own = corners_seen(truth, metric, mine)
         within.append(share_right(own, metric, truth, mine, NEAR * square))
-        across.append(
-            share_right(everywhere, metric, truth, mine, NEAR * square)
-        )
+        across.append(share_right(everywhere, metric, truth, mine, NEAR * square))
     off = grid.location - truth
     known = grid.mask & np.isfinite(truth[..., 0])
     board = target.chessboard
     drawn = (
-        {"picture": picture, "laid": laid, "seen": seen}
-        if condition["drawn"]
-        else {}
+        {"picture": picture, "laid": laid, "seen": seen} if condition["drawn"] else {}
     )
     return drawn | {
         "corner_squares": corner_errors(laid, seen, metric) / square,
@@ -78,12 +65,8 @@ def facet_trial(condition, rng):
         "facets": len(shown),
         "within": np.array(within),
         "across": np.array(across),
-        "detector_found": bool(
-            find_board(picture, board.columns, board.rows).found
-        ),
-        "decoded_off_mm": float(
-            np.median(np.linalg.norm(off[known], axis=1))
-        ),
+        "detector_found": bool(find_board(picture, board.columns, board.rows).found),
+        "decoded_off_mm": float(np.median(np.linalg.norm(off[known], axis=1))),
         "decoded": int(known.sum()),
         "decoded_of": int(np.isfinite(truth[..., 0]).sum()),
         "decoded_elsewhere": int((grid.mask & ~known).sum()),
@@ -110,10 +93,7 @@ def corner_errors(laid, seen, metric):
     off = np.linalg.norm(found - places, axis=1) * MM_PER_PX
     for k, (x, y) in enumerate(np.rint(places).astype(int)):
         window = seen[y - half : y + half + 1, x - half : x + half + 1]
-        if (
-            not window.all()
-            or (found[k] == places[k].astype(np.float32)).all()
-        ):
+        if not window.all() or (found[k] == places[k].astype(np.float32)).all():
             off[k] = np.nan
     return off
 
@@ -151,21 +131,14 @@ def share_right(corners, metric, truth, mine, near):
     order = np.arange(len(metric)).reshape(side, side)
     for row in range(side - 1):
         for column in range(side - 1):
-            four = order[row : row + 2, column : column + 2].ravel()[
-                [0, 1, 3, 2]
-            ]
+            four = order[row : row + 2, column : column + 2].ravel()[[0, 1, 3, 2]]
             if not np.isfinite(corners[four, 0]).all():
                 continue
             inside = in_quadrilateral(pixels, corners[four])
             if inside.any():
                 H = homography_dlt(corners[four], metric[four])
-                off = (
-                    apply_homography(H, pixels[inside])
-                    - truth[v, u][inside]
-                )
-                error[inside] = np.minimum(
-                    error[inside], np.linalg.norm(off, axis=1)
-                )
+                off = apply_homography(H, pixels[inside]) - truth[v, u][inside]
+                error[inside] = np.minimum(error[inside], np.linalg.norm(off, axis=1))
     return float(np.mean(error <= near))
 
 

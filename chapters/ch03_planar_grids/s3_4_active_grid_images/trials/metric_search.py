@@ -25,9 +25,7 @@ def at_four_pixels(grid, places):
         if window is None:
             continue
         pixels, locations, _ = window
-        order = np.argsort(
-            np.linalg.norm(locations - place, axis=1), kind="stable"
-        )
+        order = np.argsort(np.linalg.norm(locations - place, axis=1), kind="stable")
         order = order[:NEAREST]
         four = first_four(pixels[order])
         if four is not None:
@@ -50,17 +48,12 @@ def by_local_fit(grid, places):
         pixels, locations, sigma = window
         middle = pixels.mean(axis=0)
         rows = terms(pixels - middle) / sigma[:, None]
-        fit, *_ = np.linalg.lstsq(
-            rows, locations / sigma[:, None], rcond=None
-        )
+        fit, *_ = np.linalg.lstsq(rows, locations / sigma[:, None], rcond=None)
         at = np.zeros(2)
         for _ in range(5):
             x, y = at
             value = terms(at[None])[0] @ fit
-            slope = (
-                np.array([[0, 1, 0, 2 * x, y, 0], [0, 0, 1, 0, x, 2 * y]])
-                @ fit
-            )
+            slope = np.array([[0, 1, 0, 2 * x, y, 0], [0, 0, 1, 0, x, 2 * y]]) @ fit
             at = at + np.linalg.solve(slope.T, place - value)
         if np.abs(at).max() <= HALF + 1:
             out[n] = middle + at
@@ -107,9 +100,7 @@ def first_four(pixels):
     for last in range(3, len(pixels)):
         for others in combinations(range(last), 3):
             four = (*others, last)
-            if all(
-                is_triangle(pixels[list(t)]) for t in combinations(four, 3)
-            ):
+            if all(is_triangle(pixels[list(t)]) for t in combinations(four, 3)):
                 return four
     return None
 

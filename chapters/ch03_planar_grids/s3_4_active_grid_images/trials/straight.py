@@ -12,12 +12,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
     decoded,
     rig_of,
 )
-from raxel.geometry import (
-    inverse_pose,
-    pose,
-    rotation_from_vector,
-    transform,
-)
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.lab import room
 from raxel.multiview.plane_view import remap_to_plane
 
@@ -69,9 +64,7 @@ def straight_trial(condition, rng):
     picture.
     """
     rig = rig_of(condition["rig"])
-    image_set, view = capture_of(
-        condition["rig"], condition["seed"], condition["pose"]
-    )
+    image_set, view = capture_of(condition["rig"], condition["seed"], condition["pose"])
     grid, _ = decoded(image_set, view)
     light = room_light(condition["rig"], condition["view"])
     if not condition["drawn"]:
@@ -86,23 +79,15 @@ def straight_trial(condition, rng):
     before, after, found_before, found_after = [], [], [], []
     vertical, angle, predicted, number, place = [], [], [], [], []
     paths = visible_paths(condition["rig"], condition["view"])
-    for k, (edge, pixels) in enumerate(
-        zip(room_edges(), paths, strict=True)
-    ):
+    for k, (edge, pixels) in enumerate(zip(room_edges(), paths, strict=True)):
         places = location_at(grid, pixels)
         known = np.isfinite(places[:, 0])
         if known.sum() < LEAST_POINTS:
             continue
         pixels, places = pixels[known], places[known] / MM_PER_PX - 0.5
-        at, on = (
-            edge_points(as_taken, pixels),
-            edge_points(straight, places),
-        )
+        at, on = (edge_points(as_taken, pixels), edge_points(straight, places))
         both = smooth_run(at) & smooth_run(on)
-        if (
-            both.sum() < LEAST_POINTS
-            or length(places[both]) < LEAST_LENGTH_PX
-        ):
+        if both.sum() < LEAST_POINTS or length(places[both]) < LEAST_LENGTH_PX:
             continue
         number.append(k)
         place.append(places[both].mean(axis=0))
@@ -117,14 +102,8 @@ def straight_trial(condition, rng):
     return drawn | {
         "edge": np.array(number),
         "place": np.array(place),
-        "before": {
-            "found": np.array(found_before),
-            "projected": np.array(before),
-        },
-        "after": {
-            "found": np.array(found_after),
-            "projected": np.array(after),
-        },
+        "before": {"found": np.array(found_before), "projected": np.array(before)},
+        "after": {"found": np.array(found_after), "projected": np.array(after)},
         "vertical": np.array(vertical),
         "lean_deg": np.array(angle),
         "predicted_deg": np.array(predicted),
@@ -137,9 +116,7 @@ def straight_trial(condition, rng):
 
 def true_pose(image_set, view):
     """T_camera_grid of a view from the truth of its set."""
-    poses = json.loads(
-        (image_set.folder / "truth/poses.json").read_text("utf-8")
-    )
+    poses = json.loads((image_set.folder / "truth/poses.json").read_text("utf-8"))
     return np.array(poses["T_camera_target"][view.label])
 
 

@@ -50,9 +50,7 @@ def interpolated(camera, T_base_grid, pixels, pitch_mm):
     along = np.arange(-half, half + pitch_mm / 2, pitch_mm)
     board = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
     flat = np.pad(board, ((0, 0), (0, 1)))
-    at = camera.project(
-        transform(inverse_pose(T_BASE_CAMERA) @ T_base_grid, flat)
-    )
+    at = camera.project(transform(inverse_pose(T_BASE_CAMERA) @ T_base_grid, flat))
     off = np.linalg.norm(at.pixels - PRINCIPAL, axis=1)
     visible = (at.valid & (off <= RADIUS_PX))[:, None]
     corners = np.where(visible, at.pixels, np.nan)
@@ -71,15 +69,11 @@ def board_trial(condition, rng):
     exact, seen = back_project(camera, pixels.astype(float), T_base_grid)
     boards = T_base_grid if condition["all_grids"] else T_base_grid[:1]
     pitch = condition["pitch_mm"]
-    guessed = np.stack(
-        [interpolated(camera, T, pixels, pitch) for T in boards]
-    )
+    guessed = np.stack([interpolated(camera, T, pixels, pitch) for T in boards])
     found = np.isfinite(guessed).all(axis=(0, 2))
     use = np.flatnonzero(seen.all(axis=0) & found)[:RAYS]
     exact, guessed = exact[:, use], guessed[:, use]
-    measured = observe(
-        camera, T_base_grid, pixels[use] + 0.0, COMPARED_PX, "px", rng
-    )
+    measured = observe(camera, T_base_grid, pixels[use] + 0.0, COMPARED_PX, "px", rng)
     gap = np.linalg.norm(guessed[0] - exact[0], axis=1)
     return {
         "rays": len(use),
@@ -91,18 +85,12 @@ def board_trial(condition, rng):
 
 
 @experiment(
-    "exp_c4_interp_bias_centre",
-    artefact="sec_4_1_1",
-    shards={"quick": 1, "full": 1},
+    "exp_c4_interp_bias_centre", artefact="sec_4_1_1", shards={"quick": 1, "full": 1}
 )
 def boards_as_base(effort):
     """The claim's case: 20 mm squares before the camera of 4.1.5."""
-    conditions = [
-        {"lens": LENSES[0], "pitch_mm": PITCH_MM, "all_grids": True}
-    ]
-    return Plan(
-        board_trial, conditions, {"quick": 4, "full": 50}[effort], SETTINGS
-    )
+    conditions = [{"lens": LENSES[0], "pitch_mm": PITCH_MM, "all_grids": True}]
+    return Plan(board_trial, conditions, {"quick": 4, "full": 50}[effort], SETTINGS)
 
 
 @experiment(
@@ -117,6 +105,4 @@ def pitches(effort):
         for lens in LENSES
         for pitch in PITCHES_MM[effort]
     ]
-    return Plan(
-        board_trial, conditions, {"quick": 3, "full": 20}[effort], SETTINGS
-    )
+    return Plan(board_trial, conditions, {"quick": 3, "full": 20}[effort], SETTINGS)

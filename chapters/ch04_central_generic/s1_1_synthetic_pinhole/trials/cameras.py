@@ -60,9 +60,7 @@ def no_lens():
         z = -rng.uniform(np.cos(np.radians(CONE_DEG / 2)), 1, 4 * RAYS)
         turn = rng.uniform(0, 2 * np.pi, len(z))
         across = np.sqrt(1 - z**2)
-        directions = np.column_stack(
-            [across * np.cos(turn), across * np.sin(turn), z]
-        )
+        directions = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
         return np.broadcast_to(CENTRE_MM, directions.shape), directions
 
     return draw
@@ -90,10 +88,7 @@ def draw_points(draw, T_base_grid, rng):
     kept = []
     while sum(map(len, kept)) < RAYS:
         origins, directions = draw(rng)
-        hits = [
-            intersect_rays_plane(origins, directions, T)
-            for T in T_base_grid
-        ]
+        hits = [intersect_rays_plane(origins, directions, T) for T in T_base_grid]
         seen = [
             hit.valid & (np.abs(directions @ T[:3, 2]) >= LEAST_INCIDENCE)
             for hit, T in zip(hits, T_base_grid, strict=True)

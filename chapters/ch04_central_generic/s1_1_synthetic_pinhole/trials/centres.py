@@ -36,9 +36,7 @@ NOISE_PX = 0.5
 
 def picture_trial(condition, rng):
     """How far the picture on the base grid is from a homography of each grid."""
-    points = draw_points(
-        camera_of(condition["camera"]), draw_poses(rng), rng
-    )
+    points = draw_points(camera_of(condition["camera"]), draw_poses(rng), rng)
     largest, in_mm = [], []
     scale = normalising(points[0])[0, 0]
     for own in points[1:]:
@@ -49,11 +47,7 @@ def picture_trial(condition, rng):
     return {"residual": max(largest), "residual_mm": max(in_mm)}
 
 
-@experiment(
-    "exp_c4_synth_pinhole",
-    artefact="fig_4_1",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_synth_pinhole", artefact="fig_4_1", shards={"quick": 1, "full": 1})
 def synthetic_pictures(effort):
     """Noise-free cameras: is the picture on the base grid one of a pinhole?"""
     conditions = [{"camera": name} for name in CAMERAS]
@@ -77,19 +71,11 @@ def noisy_trial(condition, rng):
     return {stage: centre_off(stage, seen.noisy) for stage in SOLVERS}
 
 
-@experiment(
-    "exp_c4_sm_vs_wl",
-    artefact="sec_4_1_1",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_sm_vs_wl", artefact="sec_4_1_1", shards={"quick": 1, "full": 1})
 def pinhole_methods(effort):
     """Sturm-Maybank and the circles on the same noisy points."""
-    conditions = [
-        {"fov_deg": 100, "noise_px": noise} for noise in NOISES_PX[effort]
-    ]
-    conditions += [
-        {"fov_deg": fov, "noise_px": NOISE_PX} for fov in FIELDS_DEG[effort]
-    ]
+    conditions = [{"fov_deg": 100, "noise_px": noise} for noise in NOISES_PX[effort]]
+    conditions += [{"fov_deg": fov, "noise_px": NOISE_PX} for fov in FIELDS_DEG[effort]]
     return Plan(noisy_trial, conditions, TRIALS[effort], SETTINGS)
 
 
@@ -106,9 +92,7 @@ def count_trial(condition, rng):
     return {"found": 1, "centre_mm": float(off)}
 
 
-@experiment(
-    "sec_4_1_1_grids", artefact="sec_4_1_1", shards={"quick": 1, "full": 1}
-)
+@experiment("sec_4_1_1_grids", artefact="sec_4_1_1", shards={"quick": 1, "full": 1})
 def fewest_grids(effort):
     """Two grids, three, four: from when on is there a centre?"""
     conditions = [{"grids": n} for n in (2, 3, 4)]

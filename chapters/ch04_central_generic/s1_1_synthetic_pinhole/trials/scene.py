@@ -7,12 +7,7 @@ import numpy as np
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.cameras import (
     WIDE_FOV_DEG,
 )
-from chapters.shared.wide_angle import (
-    CENTRE_MM,
-    SETTINGS,
-    T_BASE_CAMERA,
-    equidistance,
-)
+from chapters.shared.wide_angle import CENTRE_MM, SETTINGS, T_BASE_CAMERA, equidistance
 from raxel.geometry import (
     intersect_rays_plane,
     inverse_pose,
@@ -51,9 +46,7 @@ def scene_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_4_1_scene", artefact="fig_4_1", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_4_1_scene", artefact="fig_4_1", shards={"quick": 1, "full": 1})
 def scene(effort):
     """One board, its bent picture in a fisheye and the one on the base grid."""
     settings = SETTINGS | {"fov_deg": WIDE_FOV_DEG, "pitch_mm": PITCH_MM}

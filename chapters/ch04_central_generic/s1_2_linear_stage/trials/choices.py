@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.outliers import (
-    centre_off,
-)
-from chapters.shared.wide_angle import (
-    SETTINGS,
-    draw_scene,
-    equidistance,
-    radial_lens,
-)
+from chapters.ch04_central_generic.s1_2_linear_stage.trials.outliers import centre_off
+from chapters.shared.wide_angle import SETTINGS, draw_scene, equidistance, radial_lens
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -44,8 +37,6 @@ def choices_trial(condition, rng):
 )
 def choices(effort):
     """Weights and RANSAC, for two lenses and three or ten grids."""
-    conditions = [
-        {"fov_deg": fov_deg, "grids": grids} for fov_deg, grids in SCENES
-    ]
+    conditions = [{"fov_deg": fov_deg, "grids": grids} for fov_deg, grids in SCENES]
     settings = SETTINGS | {"noise_px": NOISE_PX}
     return Plan(choices_trial, conditions, TRIALS[effort], settings)

@@ -35,9 +35,7 @@ TRIPLES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 def equations(source, target):
     """The rows (2 N, 9) of the direct linear transform, normalised."""
     T_s, T_t = normalising(source), normalising(target)
-    s = np.pad(
-        apply_homography(T_s, source), ((0, 0), (0, 1)), constant_values=1.0
-    )
+    s = np.pad(apply_homography(T_s, source), ((0, 0), (0, 1)), constant_values=1.0)
     x, y = apply_homography(T_t, target).T[..., None]
     zero = np.zeros_like(s)
     return np.block([[s, zero, -x * s], [zero, s, -y * s]])
@@ -45,9 +43,7 @@ def equations(source, target):
 
 def rank_of(matrix):
     """Numerical rank, with columns of unit length."""
-    values = np.linalg.svd(
-        matrix / np.linalg.norm(matrix, axis=0), compute_uv=False
-    )
+    values = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0), compute_uv=False)
     return int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
 
 
@@ -81,9 +77,7 @@ def minimal_trial(condition, rng):
     """Centre and poses from three or four rays; the ranks of the equations."""
     T_base_grid, points = draw_minimal(rng)
     points = points[:, : condition["rays"]]
-    out = {
-        "rank": min(rank_of(equations(p, points[0])) for p in points[1:])
-    }
+    out = {"rank": min(rank_of(equations(p, points[0])) for p in points[1:])}
     try:
         found = linear_cgsp(points, side=SIDE)
     except CalibrationError:
@@ -96,11 +90,7 @@ def minimal_trial(condition, rng):
     return out | {"length_mm": off.max(), "angle_rad": turns.max()}
 
 
-@experiment(
-    "exp_c4_min_triplets",
-    artefact="sec_4_1_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_min_triplets", artefact="sec_4_1_2", shards={"quick": 1, "full": 1})
 def fewest_rays(effort):
     """Three rays and four, in scenes without noise."""
     conditions = [{"rays": n} for n in (3, 4)]
@@ -131,8 +121,7 @@ def parameters_trial(condition, rng):
         truth += [rng.normal(size=3), T[:3, 3] / unit]
     truth = np.concatenate(truth)
     columns = [
-        (homography_entries(truth + d) - homography_entries(truth - d))
-        / (2 * STEP)
+        (homography_entries(truth + d) - homography_entries(truth - d)) / (2 * STEP)
         for d in STEP * np.eye(len(truth))
     ]
     values = np.linalg.svd(np.array(columns), compute_uv=False)
@@ -143,11 +132,7 @@ def parameters_trial(condition, rng):
     }
 
 
-@experiment(
-    "sec_4_1_2_unknowns",
-    artefact="sec_4_1_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("sec_4_1_2_unknowns", artefact="sec_4_1_2", shards={"quick": 1, "full": 1})
 def unknowns(effort):
     """How many of the unknowns two homographies determine."""
     return Plan(parameters_trial, [{}], TRIALS[effort], SETTINGS)

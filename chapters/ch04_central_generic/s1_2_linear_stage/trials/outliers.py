@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.wide_angle import (
-    CENTRE_MM,
-    SIDE,
-)
+from chapters.shared.wide_angle import CENTRE_MM, SIDE
 from raxel.calibration import linear_cgsp
 from raxel.errors import CalibrationError
 

@@ -14,11 +14,7 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from raxel.calibration import linear_cgsp
-from raxel.calibration.synthetic_pinhole import (
-    conic_system,
-    scaled,
-    sturm_maybank,
-)
+from raxel.calibration.synthetic_pinhole import conic_system, scaled, sturm_maybank
 from raxel.errors import CalibrationError
 from raxel.geometry import homography_dlt, pose, rotation_from_vector
 from raxel.geometry.homography import normalising
@@ -65,9 +61,7 @@ def unguarded(points):
     homographies = scaled(
         np.stack(
             [
-                base
-                @ homography_dlt(own, points[0])
-                @ np.linalg.inv(normalising(own))
+                base @ homography_dlt(own, points[0]) @ np.linalg.inv(normalising(own))
                 for own in points[1:]
             ]
         )
@@ -84,9 +78,7 @@ def unguarded(points):
 def parallel_trial(condition, rng):
     """What the linear stage says and finds, and what it would have found."""
     camera = radial_lens()
-    T_base_grid = draw_nearly_parallel(
-        condition["which"], condition["angle_deg"], rng
-    )
+    T_base_grid = draw_nearly_parallel(condition["which"], condition["angle_deg"], rng)
     pixels = draw_pixels(camera, T_base_grid, rng)
     seen = observe(camera, T_base_grid, pixels, NOISE_PX, "px", rng)
     degeneracy, error = unguarded(seen.noisy)
@@ -101,9 +93,7 @@ def parallel_trial(condition, rng):
 
 
 @experiment(
-    "ext_degeneracy_sweep",
-    artefact="ext_degeneracy",
-    shards={"quick": 1, "full": 2},
+    "ext_degeneracy_sweep", artefact="ext_degeneracy", shards={"quick": 1, "full": 2}
 )
 def nearly_parallel(effort):
     """One angle goes to zero: of a grid to the base, or of two grids."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import (
-    equations,
-)
+from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import equations
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.geometry import apply_homography
 from raxel.geometry.homography import normalising
@@ -39,9 +37,7 @@ def homography_in(precision, source, target, normalised):
 
 def precision_trial(condition, rng):
     """RMS residuals (mm) of single and double precision, and true errors."""
-    seen = draw_scene(
-        radial_lens(), condition["noise_px"], rng, grids=2, rays=PAIRS
-    )
+    seen = draw_scene(radial_lens(), condition["noise_px"], rng, grids=2, rays=PAIRS)
     base, own = seen.noisy
     out = {}
     for name, precision in (("single", np.float32), ("double", np.float64)):
@@ -49,16 +45,12 @@ def precision_trial(condition, rng):
         gaps = apply_homography(H, own) - base
         true = apply_homography(H, seen.points[1]) - seen.points[0]
         for what, gap in (("residual", gaps), ("error", true)):
-            out[f"{name}_{what}_mm"] = float(
-                np.sqrt(np.mean(np.sum(gap**2, axis=1)))
-            )
+            out[f"{name}_{what}_mm"] = float(np.sqrt(np.mean(np.sum(gap**2, axis=1))))
     return out
 
 
 @experiment(
-    "exp_c4_svd_precision",
-    artefact="ext_svd_precision",
-    shards={"quick": 1, "full": 2},
+    "exp_c4_svd_precision", artefact="ext_svd_precision", shards={"quick": 1, "full": 2}
 )
 def precisions(effort):
     """20 000 pairs, exact and with noise, normalised and as they come."""

@@ -25,9 +25,7 @@ def unknowns_trial(condition, rng):
 
 
 @experiment(
-    "exp_c4_ba_param_count",
-    artefact="sec_4_1_4",
-    shards={"quick": 1, "full": 1},
+    "exp_c4_ba_param_count", artefact="sec_4_1_4", shards={"quick": 1, "full": 1}
 )
 def unknowns(effort):
     """How many numbers the adjustments move."""
@@ -60,17 +58,12 @@ def nearest(rays, reach, rounds=90):
         left = high - golden * (high - low)
         right = low + golden * (high - low)
         nearer = distance(left) < distance(right)
-        low, high = (
-            np.where(nearer, low, left),
-            np.where(nearer, right, high),
-        )
+        low, high = (np.where(nearer, low, left), np.where(nearer, right, high))
     return distance((low + high) / 2)
 
 
 @experiment(
-    "exp_c4_raypoint_formula",
-    artefact="sec_4_1_4",
-    shards={"quick": 1, "full": 1},
+    "exp_c4_raypoint_formula", artefact="sec_4_1_4", shards={"quick": 1, "full": 1}
 )
 def formula(effort):
     """The closed form of the ray-point distance."""

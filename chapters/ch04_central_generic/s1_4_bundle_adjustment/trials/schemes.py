@@ -16,17 +16,11 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
-from raxel.calibration.bundle import (
-    bundle_adjust_fixed_centre,
-    ray_point_residuals,
-)
+from raxel.calibration.bundle import bundle_adjust_fixed_centre, ray_point_residuals
 from raxel.calibration.centroid_rays import centroid_directions
 from raxel.calibration.cgsp import linear_cgsp
 from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.free_centre import (
-    adjust_concurrence,
-    adjust_ray_point,
-)
+from raxel.calibration.free_centre import adjust_concurrence, adjust_ray_point
 from raxel.calibration.relaxation import relax_poses
 from raxel.errors import CalibrationError
 from raxel.geometry import transform
@@ -38,11 +32,7 @@ NOISE_PX = 0.5
 TARGETS = {
     "three grids": {"grids": 3, "camera": "radial", "noise": NOISE_PX},
     "ten grids": {"grids": 10, "camera": "radial", "noise": NOISE_PX},
-    "fisheye of 150 deg": {
-        "grids": 3,
-        "camera": "equidistance 150",
-        "noise": NOISE_PX,
-    },
+    "fisheye of 150 deg": {"grids": 3, "camera": "equidistance 150", "noise": NOISE_PX},
     "no noise": {"grids": 3, "camera": "radial", "noise": 0.0},
 }
 SCHEMES = ("line_fitting", "ray_point", "consistent")
@@ -63,9 +53,7 @@ def linear(points):
 def fixed_centre(points, start):
     """Scheme 1: poses and ray directions, the centre kept."""
     seen = everything(points)
-    found = bundle_adjust_fixed_centre(
-        points, seen, start.centre, start.T_base_grid
-    )
+    found = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
     rounds = len(found.costs) - 1
     return start.centre, found.T_base_grid, found.directions, rounds
 
@@ -91,9 +79,7 @@ def ray_point(points, start):
 def _freed(adjust, points, start):
     seen = everything(points)
     found = adjust(points, seen, start.centre, start.T_base_grid)
-    rays = centroid_directions(
-        points, seen, found.centre, found.T_base_grid
-    )
+    rays = centroid_directions(points, seen, found.centre, found.T_base_grid)
     return found.centre, found.T_base_grid, rays, len(found.costs) - 1
 
 
@@ -107,9 +93,7 @@ def consistent(points, start):
 def unadjusted(points, start):
     """The linear stage as it is."""
     seen = everything(points)
-    rays = centroid_directions(
-        points, seen, start.centre, start.T_base_grid
-    )
+    rays = centroid_directions(points, seen, start.centre, start.T_base_grid)
     return start.centre, start.T_base_grid, rays, 0
 
 
@@ -147,14 +131,10 @@ def scheme_trial(condition, rng):
         centre, poses, rays, rounds = method(scene.noisy, start)
         reach = true - centre
         along = np.sum(reach * rays, axis=2, keepdims=True)
-        own = ray_point_residuals(
-            scene.noisy, everything(true), centre, poses, rays
-        )
+        own = ray_point_residuals(scene.noisy, everything(true), centre, poses, rays)
         out[name] = {
             "centre_mm": centre_error(centre),
-            "ray_mm": float(
-                np.linalg.norm(reach - along * rays, axis=2).mean()
-            ),
+            "ray_mm": float(np.linalg.norm(reach - along * rays, axis=2).mean()),
             "own_ray_mm": float(np.sqrt(np.mean(np.sum(own**2, axis=2)))),
             "rounds": rounds,
         }
@@ -187,9 +167,7 @@ def target_trial(condition, rng):
         start = linear(scene.noisy)
     except CalibrationError as fault:
         return {"refused": str(fault)}
-    found = adjust_consistent(
-        scene.noisy, None, start.centre, start.T_base_grid
-    )
+    found = adjust_consistent(scene.noisy, None, start.centre, start.T_base_grid)
     out = {
         "linear_mm": centre_error(start.centre),
         "consistent_mm": centre_error(found.centre),
@@ -204,9 +182,7 @@ def target_trial(condition, rng):
 def normalised_square(found, scene):
     """Squared error of centre and poses over its covariance, per unknown."""
     off = [found.centre - CENTRE_MM]
-    for T, T_true in zip(
-        found.T_base_grid[1:], scene.T_base_grid[1:], strict=True
-    ):
+    for T, T_true in zip(found.T_base_grid[1:], scene.T_base_grid[1:], strict=True):
         turn = Rotation.from_matrix(T[:3, :3].T @ T_true[:3, :3])
         off += [-turn.as_rotvec(), T[:3, 3] - T_true[:3, 3]]
     off = np.concatenate(off)
@@ -271,10 +247,7 @@ def ended(scheme, points, start):
     if scheme == "consistent":
         found = adjust_consistent(points, *begin)
         return found.centre, found.cost, found.converged
-    adjust = {
-        "line_fitting": adjust_concurrence,
-        "ray_point": adjust_ray_point,
-    }
+    adjust = {"line_fitting": adjust_concurrence, "ray_point": adjust_ray_point}
     found = adjust[scheme](points, *begin)
     return found.centre, found.costs[-1], found.converged
 
@@ -286,9 +259,7 @@ def _spread(centres):
 
 
 @experiment(
-    "exp_c4_centre_ba_unstable",
-    artefact="sec_4_1_4",
-    shards={"quick": 1, "full": 2},
+    "exp_c4_centre_ba_unstable", artefact="sec_4_1_4", shards={"quick": 1, "full": 2}
 )
 def unstable(effort):
     """Where adjustments with a free centre end, from many starts."""

@@ -15,16 +15,11 @@ from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 
 EXACT = 1e-8
-PLANE_RAYS = {
-    "those that all planes see": "common",
-    "all that a plane sees": "own",
-}
+PLANE_RAYS = {"those that all planes see": "common", "all that a plane sees": "own"}
 
 
 @claim(
-    "c4_plane_orientation",
-    needs=("exp_c4_plane_orientation",),
-    evidence="synthetic",
+    "c4_plane_orientation", needs=("exp_c4_plane_orientation",), evidence="synthetic"
 )
 def judge_orientation(results):
     """The best plane not worse than one at 30 deg, better than at 60."""
@@ -33,14 +28,10 @@ def judge_orientation(results):
         decisions, ratios = [], []
         for measure in TABLE_MEASURES:
             best, thirty, sixty = (
-                result.column(f"{kind}.{tilt}.{measure}")
-                for tilt in (0, 30, 60)
+                result.column(f"{kind}.{tilt}.{measure}") for tilt in (0, 30, 60)
             )
             ratios.append(ratio(thirty, best))
-            decisions += [
-                ratios[-1].above(1.0),
-                wins([(best, sixty)])[0].decision,
-            ]
+            decisions += [ratios[-1].above(1.0), wins([(best, sixty)])[0].decision]
         out.append(
             ratio_reading(
                 all_of(decisions),
@@ -68,10 +59,7 @@ def judge_free(results):
             for kind in PLANE_RAYS.values()
             for tilt in TILTS_DEG
         )
-        for measure, scale in (
-            ("translation_mm", 1.0),
-            ("rotation_deg", np.pi / 180),
-        )
+        for measure, scale in (("translation_mm", 1.0), ("rotation_deg", np.pi / 180))
     )
     return [
         Reading(

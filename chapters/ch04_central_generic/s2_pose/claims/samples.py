@@ -16,19 +16,12 @@ from repro.judge.statistics import all_of, proportion
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
 
-FOUR_PLANES = {
-    "that of (4.24)": "of_4_24",
-    "one that all rays meet": "facing",
-}
+FOUR_PLANES = {"that of (4.24)": "of_4_24", "one that all rays meet": "facing"}
 SENSITIVE = 3.0
 OFTEN = 0.05
 
 
-@claim(
-    "c4_3pt_sensitive",
-    needs=("exp_c4_3pt_sensitive",),
-    evidence="synthetic",
-)
+@claim("c4_3pt_sensitive", needs=("exp_c4_3pt_sensitive",), evidence="synthetic")
 def judge_sensitive(results):
     """Errors of close triplets at least three times those of far ones."""
     result = results["exp_c4_3pt_sensitive"]
@@ -51,18 +44,12 @@ def judge_sensitive(results):
     ]
 
 
-@claim(
-    "c4_3pt_no_solution",
-    needs=("exp_c4_3pt_no_solution",),
-    evidence="synthetic",
-)
+@claim("c4_3pt_no_solution", needs=("exp_c4_3pt_no_solution",), evidence="synthetic")
 def judge_no_solution(results):
     """More than 5 % of noisy triplets without an admissible root."""
     out = []
     for kind in APART:
-        lost, total = without_solution(
-            results["exp_c4_3pt_no_solution"], kind
-        )
+        lost, total = without_solution(results["exp_c4_3pt_no_solution"], kind)
         share = proportion(np.arange(total) < lost)
         out.append(
             Reading(
@@ -71,25 +58,18 @@ def judge_no_solution(results):
                 {"triplets": kind},
                 (100 * share.low, 100 * share.high),
                 "%",
-                f"{lost} of {total} triplets have no real solution ahead of "
-                "the camera",
+                f"{lost} of {total} triplets have no real solution ahead of the camera",
             )
         )
     return out
 
 
-@claim(
-    "c4_linear_always",
-    needs=("exp_c4_linear_always",),
-    evidence="synthetic",
-)
+@claim("c4_linear_always", needs=("exp_c4_linear_always",), evidence="synthetic")
 def judge_linear_always(results):
     """A finite pose from every sample of four noisy points."""
     out = []
     for option, plane in FOUR_PLANES.items():
-        finite, total = finite_of_four(
-            results["exp_c4_linear_always"], plane
-        )
+        finite, total = finite_of_four(results["exp_c4_linear_always"], plane)
         out.append(
             Reading(
                 DECISIONS["holds" if finite == total else "fails"],

@@ -14,9 +14,7 @@ from chapters.ch04_central_generic.s2_pose.results import (
     readings_of_noise,
     trials_of,
 )
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    STANDARD,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES
 from repro.judge.statistics import all_of, wins
 from repro.run.experiment import claim, numbers
@@ -34,9 +32,7 @@ def domain_of(reading):
     }
 
 
-@claim(
-    "c4_pose_cgsp_better", needs=("fig_4_4_noise",), evidence="synthetic"
-)
+@claim("c4_pose_cgsp_better", needs=("fig_4_4_noise",), evidence="synthetic")
 def judge_cgsp_better(results):
     """wins(CGSP + RANSAC < standard + RANSAC) in both, at every level."""
     result, out = results["fig_4_4_noise"], []
@@ -47,13 +43,7 @@ def judge_cgsp_better(results):
             found[measure] = wins(
                 [
                     tuple(
-                        trials_of(
-                            result,
-                            name,
-                            measure,
-                            level,
-                            **domain_of(reading),
-                        )
+                        trials_of(result, name, measure, level, **domain_of(reading))
                         for name in ("cgsp_ransac", standard)
                     )
                     for level in levels_of(result)
@@ -62,9 +52,7 @@ def judge_cgsp_better(results):
         every = [c for comparisons in found.values() for c in comparisons]
         least = min(every, key=lambda c: c.ratio.value)
         won = {
-            IN_WORDS[measure]: sum(
-                c.decision == "holds" for c in comparisons
-            )
+            IN_WORDS[measure]: sum(c.decision == "holds" for c in comparisons)
             for measure, comparisons in found.items()
         }
         told = ", ".join(
@@ -83,9 +71,7 @@ def judge_cgsp_better(results):
     return out
 
 
-@claim(
-    "c4_pose_ransac_neutral", needs=("fig_4_4_noise",), evidence="synthetic"
-)
+@claim("c4_pose_ransac_neutral", needs=("fig_4_4_noise",), evidence="synthetic")
 def judge_ransac_neutral(results):
     """With over without RANSAC within 0.95 and 1.25 at every level."""
     result, out = results["fig_4_4_noise"], []
@@ -93,9 +79,7 @@ def judge_ransac_neutral(results):
         found = [
             ratio(
                 *(
-                    trials_of(
-                        result, name, measure, level, **domain_of(reading)
-                    )
+                    trials_of(result, name, measure, level, **domain_of(reading))
                     for name in ("cgsp_ransac", "cgsp")
                 )
             )
@@ -115,21 +99,12 @@ def judge_ransac_neutral(results):
     return out
 
 
-@claim(
-    "c4_real_larger", needs=("exp_c4_real_larger",), evidence="synthetic"
-)
+@claim("c4_real_larger", needs=("exp_c4_real_larger",), evidence="synthetic")
 def judge_real_larger(results):
     """wins(error as simulated < half the grid at twice the distance)."""
     result = results["exp_c4_real_larger"]
     found = [
-        wins(
-            [
-                tuple(
-                    result.column(f"{size}.{name}.{measure}")
-                    for size in SIZES
-                )
-            ]
-        )[0]
+        wins([tuple(result.column(f"{size}.{name}.{measure}") for size in SIZES)])[0]
         for name in ("standard", "cgsp_ransac")
         for measure in TABLE_MEASURES
     ]

@@ -11,9 +11,7 @@ from chapters.ch04_central_generic.s2_pose.results import (
     ratio_reading,
     table_trials,
 )
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    STANDARD,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from repro.judge.statistics import all_of
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Value
@@ -22,20 +20,13 @@ NEEDED = 1.5
 FAIRLY_WELL = 2.0
 
 
-@claim(
-    "c4_pose_ransac_needed",
-    needs=("table_4_1_redrawn",),
-    evidence="rendered",
-)
+@claim("c4_pose_ransac_needed", needs=("table_4_1_redrawn",), evidence="rendered")
 def judge_ransac_needed(results):
     """Both errors of CGSP at least 1.5 times those with RANSAC."""
     result = results["table_4_1_redrawn"]
     found = [
         ratio(
-            *(
-                table_trials(result, name, measure)
-                for name in ("cgsp", "cgsp_ransac")
-            )
+            *(table_trials(result, name, measure) for name in ("cgsp", "cgsp_ransac"))
         )
         for measure in TABLE_MEASURES
     ]
@@ -66,26 +57,19 @@ def judge_order(results):
                 "CGSP over standard": ("cgsp", standard),
             }.items()
         }
-        (measure, step), least = min(
-            found.items(), key=lambda item: item[1].value
-        )
+        (measure, step), least = min(found.items(), key=lambda item: item[1].value)
         out.append(
             ratio_reading(
                 all_of([r.above(1.0) for r in found.values()]),
                 least,
-                f"the smallest ratio of neighbours: {step}, "
-                f"{IN_WORDS[measure]}",
+                f"the smallest ratio of neighbours: {step}, {IN_WORDS[measure]}",
                 {"standard_pose": option},
             )
         )
     return out
 
 
-@claim(
-    "c4_std_ok_few_outliers",
-    needs=("table_4_1_redrawn",),
-    evidence="rendered",
-)
+@claim("c4_std_ok_few_outliers", needs=("table_4_1_redrawn",), evidence="rendered")
 def judge_fairly_well(results):
     """The standard's translation error at most twice that of CGSP."""
     result = results["table_4_1_redrawn"]
@@ -138,7 +122,6 @@ def numbers_table_4_1(results):
         "t4_1_outliers": Value(
             100 * max(wrong),
             unit="%",
-            reason="of the decoded pixels, in the worst seed; 0.3 % are put "
-            "in besides",
+            reason="of the decoded pixels, in the worst seed; 0.3 % are put in besides",
         ),
     }

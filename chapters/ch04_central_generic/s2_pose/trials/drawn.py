@@ -16,24 +16,14 @@ from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     normalised,
     points_on_grid,
 )
-from chapters.shared.wide_angle import (
-    CENTRE_MM,
-    T_BASE_CAMERA,
-    draw_poses,
-    radial_lens,
-)
+from chapters.shared.wide_angle import CENTRE_MM, T_BASE_CAMERA, draw_poses, radial_lens
 from raxel.calibration.grid_pose import (
     grid_pose_ransac,
     linear_grid_pose,
     synthetic_plane_normal,
 )
 from raxel.calibration.three_point import pose_three_point_ransac
-from raxel.geometry import (
-    inverse_pose,
-    pose,
-    rotation_from_vector,
-    transform,
-)
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -73,9 +63,7 @@ def case_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_4_3_case", artefact="fig_4_3", shards={"quick": 1, "full": 1}
-)
+@experiment("fig_4_3_case", artefact="fig_4_3", shards={"quick": 1, "full": 1})
 def drawn_case(effort):
     """One grid, its image on the synthetic plane, and the pose from it."""
     settings = {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG}
@@ -101,8 +89,7 @@ def time_trial(condition, rng):
         for _ in range(-(-condition["points"] // 999))
     ]
     directions, points = (
-        np.concatenate(part)[: condition["points"]]
-        for part in zip(*views, strict=True)
+        np.concatenate(part)[: condition["points"]] for part in zip(*views, strict=True)
     )
     given, limit = (directions, points), 6.0
     three = pose_three_point_ransac(*given, rng, limit)
@@ -120,9 +107,7 @@ def time_trial(condition, rng):
 
 
 @experiment(
-    "ext_pose_times_run",
-    artefact="ext_pose_times",
-    shards={"quick": 1, "full": 1},
+    "ext_pose_times_run", artefact="ext_pose_times", shards={"quick": 1, "full": 1}
 )
 def times(effort):
     """How long each estimator takes, on one processor."""

@@ -18,13 +18,7 @@ from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations
 
 ROUNDS = 20  # of re-estimation, as in `raxel.geometry.homography`
-ESTIMATORS = (
-    "three_points",
-    "standard",
-    "cgsp",
-    "cgsp_ransac",
-    "angular",
-)
+ESTIMATORS = ("three_points", "standard", "cgsp", "cgsp_ransac", "angular")
 NAMES = {
     "three_points": "three points + RANSAC",
     "standard": "standard + RANSAC",
@@ -90,9 +84,7 @@ def by_distances(directions, points, found, threshold, metric):
 def by_angles(directions, points, found):
     """A pose with the angles to its inliers minimised."""
     right = found.inliers
-    return refine_pose_angular(
-        directions[right], points[right], found.T_camera_grid
-    )
+    return refine_pose_angular(directions[right], points[right], found.T_camera_grid)
 
 
 def scored(found, true):

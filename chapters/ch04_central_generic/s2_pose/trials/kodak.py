@@ -43,10 +43,7 @@ KODAK_SETS = {
         "kodak-boards/2",
     ),
 }
-KODAK_RIGS = (
-    "data/rigs/kodak-megaplus.yaml",
-    "data/rigs/kodak-megaplus-small.yaml",
-)
+KODAK_RIGS = ("data/rigs/kodak-megaplus.yaml", "data/rigs/kodak-megaplus-small.yaml")
 SCENES = {"quick": 4, "full": 60}
 PAIRS = 20_000
 OUTLIERS = {"as decoded": 0.0, "0.3 %": 0.003}
@@ -91,16 +88,12 @@ def relative_errors(pairs, true, size_mm, rng):
     for kind, share in OUTLIERS.items():
         found = [
             all_estimates(
-                rays,
-                with_outliers(points, share, size_mm, rng),
-                rng,
-                THRESHOLD_MM,
+                rays, with_outliers(points, share, size_mm, rng), rng, THRESHOLD_MM
             )
             for rays, points in pairs
         ]
         out[kind] = {
-            name: relative(*(f[name] for f in found), truth)
-            for name in found[0]
+            name: relative(*(f[name] for f in found), truth) for name in found[0]
         }
     return out
 
@@ -202,9 +195,7 @@ def measured_seeds(results, effort):
             return rendered.arrays(name, seed=seed)[0]
 
         K, radial = stored("zhang.K"), stored("zhang.radial")
-        camera = PerspectiveCamera(
-            K, radial, rig.camera.width, rig.camera.height
-        )
+        camera = PerspectiveCamera(K, radial, rig.camera.width, rig.camera.height)
         share = "outlier_share"
         fields = {
             name: stored(f"decoding.{name}")
@@ -226,8 +217,6 @@ def measured_seeds(results, effort):
 def redrawn_seeds(effort, results):
     """Scenes with the decoding errors of the rendered ones."""
     trial = partial(
-        redrawn_trial,
-        rig_name=GRID[effort],
-        seeds=measured_seeds(results, effort),
+        redrawn_trial, rig_name=GRID[effort], seeds=measured_seeds(results, effort)
     )
     return Plan(trial, [{}], SCENES[effort], SETTINGS)

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    errors_of,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import errors_of
 from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     moved,
     normalised,
     rays_and_points,
 )
-from chapters.shared.wide_angle import (
-    CENTRE_MM,
-    SETTINGS,
-    draw_scene,
-    radial_lens,
-)
+from chapters.shared.wide_angle import CENTRE_MM, SETTINGS, draw_scene, radial_lens
 from raxel.calibration.grid_pose import (
     GRAZING,
     linear_grid_pose,
@@ -53,9 +46,7 @@ def plane_trial(condition, rng):
     out = {"share_common": np.mean(seen)}
     for kind, used in (("common", seen), ("own", np.ones_like(seen))):
         for tilt, normal in zip(TILTS_DEG, normals, strict=True):
-            found = linear_grid_pose(
-                directions[used], points[used], normal=normal
-            )
+            found = linear_grid_pose(directions[used], points[used], normal=normal)
             out.setdefault(kind, {})[str(tilt)] = errors_of(
                 found.T_camera_grid, true
             ) | {"left_out": found.behind / len(directions)}
@@ -63,21 +54,15 @@ def plane_trial(condition, rng):
 
 
 @experiment(
-    "exp_c4_plane_orientation",
-    artefact="fig_4_3",
-    shards={"quick": 1, "full": 1},
+    "exp_c4_plane_orientation", artefact="fig_4_3", shards={"quick": 1, "full": 1}
 )
 def plane_orientation(effort):
     """Pose errors on planes tilted against the one of (4.24)."""
     settings = SETTINGS | {"tilts_deg": TILTS_DEG}
-    return Plan(
-        plane_trial, [{"noise": NOISE_PX}], TRIALS[effort], settings
-    )
+    return Plan(plane_trial, [{"noise": NOISE_PX}], TRIALS[effort], settings)
 
 
-@experiment(
-    "exp_c4_plane_free", artefact="fig_4_3", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_plane_free", artefact="fig_4_3", shards={"quick": 1, "full": 1})
 def plane_free(effort):
     """The same without noise."""
     settings = SETTINGS | {"tilts_deg": TILTS_DEG}

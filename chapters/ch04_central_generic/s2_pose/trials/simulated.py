@@ -100,17 +100,12 @@ def size_trial(condition, rng):
         limit = WIDE * SIZE_NOISE * mm_per_px
         found = all_estimates(directions, points, rng, limit)
         out[name] = {
-            estimator: scored(pose, T_camera_grid)
-            for estimator, pose in found.items()
+            estimator: scored(pose, T_camera_grid) for estimator, pose in found.items()
         }
     return out
 
 
-@experiment(
-    "exp_c4_real_larger",
-    artefact="fig_4_4",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_real_larger", artefact="fig_4_4", shards={"quick": 1, "full": 1})
 def real_larger(effort):
     """The same grids, and half as large at twice the distance."""
     settings = {"sizes": SIZES, "noise_px": SIZE_NOISE, "points": POINTS}

@@ -23,15 +23,8 @@ from chapters.shared.wide_angle import (
     draw_scene,
     radial_lens,
 )
-from raxel.calibration import (
-    adjust_consistent,
-    linear_cgsp,
-    smoothed_rays,
-)
-from raxel.calibration.grid_pose import (
-    linear_grid_pose,
-    refine_pose_angular,
-)
+from raxel.calibration import adjust_consistent, linear_cgsp, smoothed_rays
+from raxel.calibration.grid_pose import linear_grid_pose, refine_pose_angular
 from raxel.geometry import transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
@@ -69,9 +62,9 @@ def rays_of(scene):
     found = adjust_consistent(
         scene.noisy[:GRIDS], None, linear.centre, linear.T_base_grid
     )
-    return {
-        name: (rays, CENTRE_MM) for name, rays in given_centre.items()
-    } | {"calibrated": (found.directions, found.centre)}
+    return {name: (rays, CENTRE_MM) for name, rays in given_centre.items()} | {
+        "calibrated": (found.directions, found.centre)
+    }
 
 
 def source_trial(condition, rng):
@@ -89,9 +82,7 @@ def source_trial(condition, rng):
 
 
 @experiment(
-    "ext_pose_rays_run",
-    artefact="ext_pose_rays",
-    shards={"quick": 1, "full": 1},
+    "ext_pose_rays_run", artefact="ext_pose_rays", shards={"quick": 1, "full": 1}
 )
 def sources(effort):
     """The same pose by rays from four sources."""

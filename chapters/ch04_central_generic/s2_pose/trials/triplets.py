@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    errors_of,
-)
+from chapters.ch04_central_generic.s2_pose.trials.estimators import errors_of
 from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     moved,
     rays_and_points,
@@ -51,9 +49,7 @@ def draw_triples(pixels, kind, rng):
         chance = np.where(near, rng.random(gap.shape), -1.0)
         others = np.argsort(-chance, axis=1)[:, :2]
         picks = np.column_stack([first, others])
-        between = np.linalg.norm(
-            pixels[others[:, 0]] - pixels[others[:, 1]], axis=1
-        )
+        between = np.linalg.norm(pixels[others[:, 0]] - pixels[others[:, 1]], axis=1)
         enough = np.take_along_axis(near, others, axis=1).all(axis=1)
         good = enough & (between >= low) & (between <= high)
         found = np.concatenate([found, picks[good]])
@@ -91,8 +87,7 @@ def error_trial(condition, rng):
         picks = draw_triples(pixels, kind, rng)
         poses, triple = pose_of_triples(rays[picks], points[picks])
         best = {
-            name: np.full(DRAWS, np.inf)
-            for name in ("rotation_deg", "translation_mm")
+            name: np.full(DRAWS, np.inf) for name in ("rotation_deg", "translation_mm")
         }
         for T, k in zip(poses, triple, strict=True):
             for name, error in errors_of(T, true).items():
@@ -108,10 +103,7 @@ def four_trial(condition, rng):
     medians of the latter's errors.
     """
     rays, points, true, _ = further_grid(rng)
-    planes = {
-        "of_4_24": synthetic_plane_normal,
-        "facing": facing_plane_normal,
-    }
+    planes = {"of_4_24": synthetic_plane_normal, "facing": facing_plane_normal}
     finite = dict.fromkeys(planes, 0)
     errors = {"rotation_deg": [], "translation_mm": []}
     for _ in range(DRAWS):
@@ -140,31 +132,21 @@ SETTINGS_HERE = SETTINGS | {
 }
 
 
-@experiment(
-    "exp_c4_3pt_sensitive",
-    artefact="sec_4_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_3pt_sensitive", artefact="sec_4_2", shards={"quick": 1, "full": 1})
 def sensitive(effort):
     """Errors of three points near to each other, and far apart."""
     return Plan(error_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
 @experiment(
-    "exp_c4_3pt_no_solution",
-    artefact="sec_4_2",
-    shards={"quick": 1, "full": 1},
+    "exp_c4_3pt_no_solution", artefact="sec_4_2", shards={"quick": 1, "full": 1}
 )
 def no_solution(effort):
     """How often three noisy points have no pose at all."""
     return Plan(count_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
-@experiment(
-    "exp_c4_linear_always",
-    artefact="sec_4_2",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("exp_c4_linear_always", artefact="sec_4_2", shards={"quick": 1, "full": 1})
 def linear_always(effort):
     """How often four noisy points have a linear pose."""
     return Plan(four_trial, [{}], SCENES[effort], SETTINGS_HERE)

@@ -19,15 +19,7 @@ from repro.run.rendered import rendered_set
 FEWEST = 12  # corners with a ray
 COLUMNS_OF_SEAM = 2
 QUINTILES = 5
-FIELDS = (
-    "x_mm",
-    "y_mm",
-    "dx_mm",
-    "dy_mm",
-    "angle_deg",
-    "radial_mm",
-    "seam",
-)
+FIELDS = ("x_mm", "y_mm", "dx_mm", "dy_mm", "angle_deg", "radial_mm", "seam")
 
 
 def on_plane(directions):
@@ -103,9 +95,7 @@ def radial_bias(rows, lengths):
     """Largest mean radial residual of a quintile of radius, over the RMS."""
     radius = np.hypot(*(rows[:, :2] - rows[:, :2].mean(axis=0)).T)
     order = np.argsort(radius)
-    means = [
-        part.mean() for part in np.array_split(rows[order, 5], QUINTILES)
-    ]
+    means = [part.mean() for part in np.array_split(rows[order, 5], QUINTILES)]
     return float(np.max(np.abs(means)) / np.sqrt(np.mean(lengths**2)))
 
 
@@ -149,12 +139,7 @@ def boards_of(rig):
 def conditions(effort, step):
     """A condition for every rendered seed of both cameras."""
     return [
-        {
-            "camera": camera,
-            "rig": name + SMALL[effort],
-            "seed": seed,
-            "step": step,
-        }
+        {"camera": camera, "rig": name + SMALL[effort], "seed": seed, "step": step}
         for camera, name in RIGS.items()
         for seed in SEEDS[effort]
     ]

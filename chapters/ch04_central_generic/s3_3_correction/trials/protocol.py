@@ -14,10 +14,7 @@ import numpy as np
 
 from raxel.calibration.centroid_rays import centroid_directions
 from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.generic_linear import (
-    linear_as_printed,
-    linear_well_conditioned,
-)
+from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
 from raxel.calibration.grid_pose import grid_pose_ransac
 from raxel.calibration.relaxation import relax_poses
 from raxel.calibration.three_point import pose_from_rays
@@ -25,9 +22,7 @@ from raxel.errors import CalibrationError
 from raxel.geometry import transform
 
 LINEAR = 3  # grids of the linear stage
-LINEAR_WEIGHT = (
-    10.0  # of its points, in the rays, against those of further grids
-)
+LINEAR_WEIGHT = 10.0  # of its points, in the rays, against those of further grids
 ADJUSTED = 2000  # rays that the poses are adjusted on
 POSED = 2000  # points that a further grid is placed by
 # RANSAC takes a point for right that lies off its ray by so many times the usual.
@@ -39,10 +34,7 @@ CENTRAL_METHODS = {
     "cgsp": "CGSP",
 }
 # The option of the ledger's question standard_method -> a method.
-STANDARD_METHODS = {
-    "as printed": "printed",
-    "well conditioned": "conditioned",
-}
+STANDARD_METHODS = {"as printed": "printed", "well conditioned": "conditioned"}
 
 
 class CentralCalibration(NamedTuple):
@@ -68,9 +60,7 @@ def lattice_of(locations, step):
     height, width = locations[0].shape[:2]
     v, u = np.mgrid[step // 2 : height : step, step // 2 : width : step]
     v, u = v.ravel(), u.ravel()
-    points = np.stack([location[v, u] for location in locations]).astype(
-        float
-    )
+    points = np.stack([location[v, u] for location in locations]).astype(float)
     some = np.isfinite(points[..., 0]).any(axis=0)
     return np.column_stack([u, v])[some].astype(float), points[:, some]
 
@@ -119,9 +109,7 @@ def _relaxed(points, seen, centre, poses):
     """Poses (3, 4, 4) after the thesis's adjustment, on ADJUSTED rays or so."""
     shared = np.flatnonzero(np.sum(seen, axis=0) >= 2)
     chosen = shared[:: max(1, len(shared) // ADJUSTED)]
-    return relax_poses(
-        points[:, chosen], seen[:, chosen], centre, poses
-    ).T_base_grid
+    return relax_poses(points[:, chosen], seen[:, chosen], centre, poses).T_base_grid
 
 
 def _linear(points, method):
@@ -144,9 +132,7 @@ def _rays(points, seen, used, centre, placed):
 
 def _threshold(points, seen, used, centre, placed, rays):
     """mm: a multiple of the median ray-point distance that is there already."""
-    distances = ray_point_distances(
-        points, seen, used, centre, placed, rays
-    )
+    distances = ray_point_distances(points, seen, used, centre, placed, rays)
     return max(THRESHOLD * float(np.median(distances)), LEAST_THRESHOLD_MM)
 
 
@@ -172,6 +158,4 @@ def _placed(rays, points, method, rng, threshold):
     if len(known) > POSED:
         known = np.sort(rng.choice(known, POSED, replace=False))
     estimate = grid_pose_ransac if method == "cgsp" else pose_from_rays
-    return estimate(
-        rays[known], points[known], rng, threshold
-    ).T_camera_grid.copy()
+    return estimate(rays[known], points[known], rng, threshold).T_camera_grid.copy()

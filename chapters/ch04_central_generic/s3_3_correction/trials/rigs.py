@@ -32,10 +32,7 @@ from raxel.geometry import inverse_pose, rotate
 from repro.run.rendered import rendered_set
 
 CAMERAS = (OMNI, FISH)
-STEP = {
-    "quick": 2,
-    "full": 6,
-}  # px between neighbours of the lattice of rays
+STEP = {"quick": 2, "full": 6}  # px between neighbours of the lattice of rays
 ALL_SETS = {
     "quick": (
         "onevr-d70-small/0",
@@ -114,9 +111,7 @@ def errors_of(rig, seed):
 
     def with_cosines():
         for grid in seen_grids(folder):
-            towards = rotate(
-                inverse_pose(grid.T_camera_grid), rays.directions
-            )
+            towards = rotate(inverse_pose(grid.T_camera_grid), rays.directions)
             yield grid, towards[:, 2].reshape(shape)
 
     return measured_errors(with_cosines())
@@ -135,14 +130,10 @@ def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
     some = np.isfinite(points[..., 0]).any(axis=0)
     v, u = np.divmod(np.flatnonzero(some), shape[1])
     pixels = np.column_stack([u, v]) * float(step) + step // 2
-    return Lattice(step, shape, pixels), without_outliers(
-        points[:, some], rng
-    )
+    return Lattice(step, shape, pixels), without_outliers(points[:, some], rng)
 
 
-def calibrated(
-    folder, lattice, points, rng, methods=tuple(CENTRAL_METHODS)
-):
+def calibrated(folder, lattice, points, rng, methods=tuple(CENTRAL_METHODS)):
     """{method: LatticeRays, or the reason why there is none}.
 
     The rays are turned from the base grid's axes to the camera's, by the true

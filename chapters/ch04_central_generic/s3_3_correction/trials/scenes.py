@@ -18,9 +18,7 @@ from chapters.shared.grid_rigs import rig_named
 from raxel.calibration.centroid_rays import centroid_directions
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import room
-from raxel.multiview.perspective_view import (
-    resample,
-)
+from raxel.multiview.perspective_view import resample
 from repro.run.rendered import rendered_set
 
 ON_EDGE = 60
@@ -85,9 +83,7 @@ def straightness(found, lattice, pixels, camera_name, folder):
     shares = []
     for edge in pixels:
         rays = found.camera.rays(lattice.places(edge))
-        if np.count_nonzero(rays.valid) < max(
-            FEWEST, LEAST_SHARE * ON_EDGE
-        ):
+        if np.count_nonzero(rays.valid) < max(FEWEST, LEAST_SHARE * ON_EDGE):
             continue
         points = place(rays.directions[rays.valid], down)
         points = points[np.isfinite(points[:, 0])]
@@ -160,9 +156,7 @@ def equal_depth(calibration, points, depth, lattice, R_camera_base):
     centre = np.append(calibration.centre[:2], depth)
     used = calibration.used
     seen = np.isfinite(points[used][..., 0])
-    rays = centroid_directions(
-        points[used], seen, centre, calibration.T_base_grid
-    )
+    rays = centroid_directions(points[used], seen, centre, calibration.T_base_grid)
     moved = calibration._replace(centre=centre, directions=rays)
     return on_lattice(lattice, points, moved, R_camera_base)
 
@@ -222,17 +216,13 @@ def shrunk(picture, width):
     """The picture at about this width, neighbours averaged, uint8."""
     factor = max(1, picture.shape[1] // width)
     h, w = (n // factor * factor for n in picture.shape[:2])
-    blocks = picture[:h, :w].reshape(
-        h // factor, factor, w // factor, factor
-    )
+    blocks = picture[:h, :w].reshape(h // factor, factor, w // factor, factor)
     return blocks.mean(axis=(1, 3)).round().astype(np.uint8)
 
 
 def corrected(picture, found, lattice, name, folder):
     """The picture on a cylinder or a plane through calibrated rays, uint8."""
-    R_camera_view = level_axes(
-        downwards(name, folder), middle_direction(folder)
-    ).T
+    R_camera_view = level_axes(downwards(name, folder), middle_direction(folder)).T
     directions = view_directions(name) @ R_camera_view.T
     seen = found.camera.project(directions.reshape(-1, 3))
     pixels = seen.pixels * lattice.step + lattice.step // 2

@@ -6,21 +6,12 @@ from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     conditions,
     seed_trial,
 )
-from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
-    ALL_SETS,
-    STEP,
-)
+from chapters.ch04_central_generic.s3_3_correction.trials.rigs import ALL_SETS, STEP
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
     lines_trial,
     pictures_trial,
 )
-from chapters.shared.central_sets import (
-    GRID_RIGS,
-    GRID_SETS,
-    RIGS,
-    SEEDS,
-    SMALL,
-)
+from chapters.shared.central_sets import GRID_RIGS, GRID_SETS, RIGS, SEEDS, SMALL
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -53,11 +44,7 @@ def boards(effort):
 def pictures(effort):
     """Two frames of a room by each camera, as taken and corrected."""
     cases = [
-        {
-            "camera": camera,
-            "rig": name + SMALL[effort],
-            "step": STEP[effort],
-        }
+        {"camera": camera, "rig": name + SMALL[effort], "step": STEP[effort]}
         for camera, name in RIGS.items()
     ]
     return Plan(pictures_trial, cases, 1, {"step_px": STEP[effort]})

@@ -12,18 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import RIG
-from chapters.shared.decoding_errors import (
-    drawn_again,
-    lattice_rays,
-    true_lattice,
-)
+from chapters.shared.decoding_errors import drawn_again, lattice_rays, true_lattice
 from chapters.shared.grid_rigs import rig_named
 from raxel.calibration.centroid_rays import centroid_directions
 from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.generic_linear import (
-    linear_as_printed,
-    linear_well_conditioned,
-)
+from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
 from raxel.calibration.grid_pose import grid_pose_ransac
 from raxel.calibration.relaxation import relax_poses
 from raxel.calibration.three_point import pose_from_rays
@@ -75,9 +68,7 @@ def calibrated(method, grids, rng):
     points, seen = grids.points, grids.seen
     first = slice(0, LINEAR_GRIDS)
     if method == "CGSP":
-        found = linear_cgsp(
-            points[first], seen[first], robust="ransac", rng=rng
-        )
+        found = linear_cgsp(points[first], seen[first], robust="ransac", rng=rng)
         poses = found.T_base_grid
     else:
         found = standard_start(method, points[first], seen[first])

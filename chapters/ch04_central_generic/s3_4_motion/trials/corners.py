@@ -10,11 +10,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     photograph,
     true_pixels,
 )
-from chapters.shared.grid_detectors import (
-    CLICK_SD_PX,
-    CLICKLESS,
-    returned,
-)
+from chapters.shared.grid_detectors import CLICK_SD_PX, CLICKLESS, returned
 from chapters.shared.grid_rigs import rig_named
 from chapters.shared.lattices import clockwise, outer
 from raxel.errors import InputError
@@ -70,15 +66,10 @@ def seen_boards(poses, rng):
     """
     camera = rig_named(RIG).camera
     errors = {
-        name: [
-            np.empty((len(poses), b.columns * b.rows, 2)) for b in BOARDS
-        ]
+        name: [np.empty((len(poses), b.columns * b.rows, 2)) for b in BOARDS]
         for name in DETECTORS
     }
-    refused = {
-        name: np.zeros((len(poses), len(BOARDS)), bool)
-        for name in DETECTORS
-    }
+    refused = {name: np.zeros((len(poses), len(BOARDS)), bool) for name in DETECTORS}
     pictures = []
     for index, T in enumerate(poses):
         picture, first = photograph(T, rng)

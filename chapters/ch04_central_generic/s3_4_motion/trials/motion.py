@@ -50,9 +50,7 @@ def rotation_errors(steps):
     whole, turned = np.eye(3), []
     for T in steps:
         whole = T[:3, :3] @ whole
-        turned.append(
-            np.degrees(np.linalg.norm(vector_from_rotation(whole)))
-        )
+        turned.append(np.degrees(np.linalg.norm(vector_from_rotation(whole))))
     true = STEP_DEG * STEPS["rotation"]
     return {
         "total_deg": turned[-1],

@@ -116,17 +116,14 @@ class MeasuredCorners:
         self.errors, self.setups = {}, {}
         for motion in STEPS:
             turns, shifts = (
-                result.arrays(name, motion=motion)
-                for name in ("turn", "shift")
+                result.arrays(name, motion=motion) for name in ("turn", "shift")
             )
             self.setups[motion] = [
                 Setup(*pair) for pair in zip(turns, shifts, strict=True)
             ]
             for name in DETECTORS:
                 self.errors[motion, name] = [
-                    np.stack(
-                        result.arrays(f"errors.{name}.{k}", motion=motion)
-                    )
+                    np.stack(result.arrays(f"errors.{name}.{k}", motion=motion))
                     for k in range(len(BOARDS))
                 ]
 
@@ -142,8 +139,7 @@ class MeasuredCorners:
         if seed is None:
             return self._redrawn(motion, name, rng)
         return np.concatenate(
-            [self._all(e[seed], motion) for e in self.errors[motion, name]],
-            axis=1,
+            [self._all(e[seed], motion) for e in self.errors[motion, name]], axis=1
         )
 
     def _redrawn(self, motion, name, rng):
@@ -151,15 +147,12 @@ class MeasuredCorners:
         for errors in self.errors[motion, name]:
             shared, own = errors.mean(axis=0), errors[0]
             if len(errors) > 1:
-                own = (errors - shared) * np.sqrt(
-                    len(errors) / (len(errors) - 1)
-                )
+                own = (errors - shared) * np.sqrt(len(errors) / (len(errors) - 1))
                 own = own[rng.integers(len(own))]
             else:
                 shared = np.zeros_like(shared)
             order = rng.permuted(
-                np.broadcast_to(np.arange(own.shape[1]), own.shape[:2]),
-                axis=1,
+                np.broadcast_to(np.arange(own.shape[1]), own.shape[:2]), axis=1
             )
             own = np.take_along_axis(own, order[..., None], axis=1)
             boards.append(self._all(shared + own, motion))
@@ -176,9 +169,7 @@ def measured(results, effort):
     stored = results["fig_4_10_decoding"]
     share = "outlier_share"
     fields = {
-        name: stored.arrays(name)[0]
-        for name in DecodingErrors._fields
-        if name != share
+        name: stored.arrays(name)[0] for name in DecodingErrors._fields if name != share
     }
     fields[share] = stored.column(share)[0]
     corners_of = MeasuredCorners(results["fig_4_10_corners"], EVERY[effort])

@@ -55,9 +55,7 @@ class Setup(NamedTuple):
 def drawn_setup(rng):
     """How the target stands on the stage in one seed."""
     turn = np.radians(TURN_SD_DEG) * rng.standard_normal(3)
-    return Setup(
-        rotation_from_vector(turn), SHIFT_SD_MM * rng.standard_normal(3)
-    )
+    return Setup(rotation_from_vector(turn), SHIFT_SD_MM * rng.standard_normal(3))
 
 
 def target_poses(motion, setup):
@@ -99,19 +97,14 @@ def board_poses():
 def corners_of(T_camera_target):
     """True corners of both boards, in the camera's frame: a list of (N, 3)."""
     return [
-        transform(
-            T_camera_target @ T, np.pad(board.points(), ((0, 0), (0, 1)))
-        )
+        transform(T_camera_target @ T, np.pad(board.points(), ((0, 0), (0, 1))))
         for board, T in zip(BOARDS, board_poses(), strict=True)
     ]
 
 
 def true_pixels(camera, T_camera_target):
     """Where the camera sees them: a list of (N, 2) px."""
-    return [
-        camera.project(corners).pixels
-        for corners in corners_of(T_camera_target)
-    ]
+    return [camera.project(corners).pixels for corners in corners_of(T_camera_target)]
 
 
 def photograph(T_camera_target, rng):

@@ -91,9 +91,7 @@ def rig_of(size):
         {
             "k": lens.k.tolist(),
             "pixels_per_unit": [scale * x for x in lens.pixels_per_unit],
-            "principal_point": [
-                scale * (x + 0.5) - 0.5 for x in lens.principal_point
-            ],
+            "principal_point": [scale * (x + 0.5) - 0.5 for x in lens.principal_point],
             "max_angle": lens.max_angle,
             "width": round(scale * lens.width),
             "height": round(scale * lens.height),

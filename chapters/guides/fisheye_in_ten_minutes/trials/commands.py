@@ -10,10 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
-    places_of,
-    rig_of,
-)
+from chapters.guides.fisheye_in_ten_minutes.trials.boards import places_of, rig_of
 from chapters.shared.facade import T_world_camera
 from raxel.calibration.board_views import board_views
 from raxel.cameras import load_camera
@@ -23,10 +20,7 @@ from raxel.evaluation.benchmark import corner_errors
 from raxel.evaluation.coverage import board_counts
 from raxel.features.boards import read_boards
 from raxel.lab import facade
-from raxel.multiview.perspective_view import (
-    perspective_view,
-    source_pixels,
-)
+from raxel.multiview.perspective_view import perspective_view, source_pixels
 from raxel.sets import ImageSet, View, load_set
 from raxel.sets.image_set import write_set
 from raxel.sets.reference import ReferenceCorners
@@ -113,11 +107,7 @@ def find_corners(size, pictures):
         found = corner_errors(
             board.detection,
             ReferenceCorners(
-                true,
-                np.ones(len(true), bool),
-                size.columns,
-                size.rows,
-                REACH_PX,
+                true, np.ones(len(true), bool), size.columns, size.rows, REACH_PX
             ),
         )
         if found is not None:
@@ -177,9 +167,7 @@ def turned_view(camera, aside_deg, focal_px):
     """A pinhole that looks `aside_deg` to the right of the lens's axis."""
     ahead = perspective_view(camera)
     a = np.radians(aside_deg)
-    turn = np.array(
-        [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
-    )
+    turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
     K = ahead.K.copy()
     K[0, 0] = K[1, 1] = focal_px
     return ahead._replace(K=K, R_camera_view=ahead.R_camera_view @ turn)
@@ -201,17 +189,14 @@ def look_through(size, pictures, calibrated, rng):
     maps = {"ahead": remap_tables(camera, ahead)}
     maps["aside"] = remap_tables(camera, aside)
     views = {
-        name: cv2.remap(street, *pair, cv2.INTER_LINEAR)
-        for name, pair in maps.items()
+        name: cv2.remap(street, *pair, cv2.INTER_LINEAR) for name, pair in maps.items()
     }
     again = cv2.remap(taken, *maps["ahead"], cv2.INTER_LINEAR)
     return {
         "said": said,
         "street": street,
         "views": views,
-        "largest_difference": int(
-            np.abs(again - written.astype(int)).max()
-        ),
+        "largest_difference": int(np.abs(again - written.astype(int)).max()),
     }
 
 

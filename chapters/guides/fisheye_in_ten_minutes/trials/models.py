@@ -14,11 +14,7 @@ from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
     rig_of,
     true_corners,
 )
-from raxel.calibration import (
-    BoardView,
-    calibrate_generic,
-    calibrate_zhang,
-)
+from raxel.calibration import BoardView, calibrate_generic, calibrate_zhang
 from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras.base import pixel_grid
 from raxel.errors import CalibrationError
@@ -91,11 +87,7 @@ def _generic(views, width, height, rng):
     return calibrate_generic(views, width, height, rng=rng).camera
 
 
-MODELS = {
-    "zhang": _zhang,
-    "opencv_fisheye": _opencv_fisheye,
-    "generic": _generic,
-}
+MODELS = {"zhang": _zhang, "opencv_fisheye": _opencv_fisheye, "generic": _generic}
 
 
 def coverage_trial(size, held, most, rng):
@@ -114,9 +106,7 @@ def coverage_trial(size, held, most, rng):
     seen = np.zeros((rig.camera.height, rig.camera.width), bool)
     shares = []
     for view in views:
-        seen |= (
-            board_counts([view], rig.camera.width, rig.camera.height) > 0
-        )
+        seen |= board_counts([view], rig.camera.width, rig.camera.height) > 0
         shares.append(np.count_nonzero(seen & lit(size)) / lit(size).sum())
     return {
         "shares": np.array(shares),

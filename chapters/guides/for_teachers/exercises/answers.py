@@ -45,9 +45,7 @@ def routes(text):
     for part in re.split(r"^# (?=## Route )", text, flags=re.M)[1:]:
         part = re.split(r"^# ## (?!Route)", part, flags=re.M)[0]
         title = part.splitlines()[0].removeprefix("## R")
-        pages = [
-            p if "/" in p else f"guides/{p}" for p in LINK.findall(part)
-        ]
+        pages = [p if "/" in p else f"guides/{p}" for p in LINK.findall(part)]
         letter = title.split()[1][0]
         found.append(Route(letter, f"r{title}", list(dict.fromkeys(pages))))
     return found
@@ -60,9 +58,7 @@ def sheet(route, folder):
         notebook = nbformat.read(folder / f"{page}.ipynb", as_version=4)
         title = notebook.cells[0].source.splitlines()[0].removeprefix("# ")
         names = names_on_page(page)
-        answers = [
-            answer(one, notebook, names) for one in exercises_of(notebook)
-        ]
+        answers = [answer(one, notebook, names) for one in exercises_of(notebook)]
         parts += [f"## {title}", *answers] if answers else []
     return "\n\n".join(parts) + "\n"
 
@@ -79,10 +75,7 @@ def answer(exercise, notebook, names):
         f"- {in_words(wrong())}: {said}"
         for said, wrong in options.get("slips", {}).items()
     ]
-    lines = [
-        f"**Answer:** {' '.join(told)} {reason_of(exercise, names)}",
-        *slips,
-    ]
+    lines = [f"**Answer:** {' '.join(told)} {reason_of(exercise, names)}", *slips]
     return f"{exercise.question}\n\n" + "\n".join(lines)
 
 
@@ -90,9 +83,7 @@ def in_words(found):
     """An answer as text: numbers to four digits."""
     if isinstance(found, str):
         return found
-    return ", ".join(
-        _written(number) for number in np.ravel(found).tolist()
-    )
+    return ", ".join(_written(number) for number in np.ravel(found).tolist())
 
 
 def _written(number):
@@ -103,16 +94,12 @@ def _written(number):
 def main(argv=None):
     """Write the sheets; return the exit status."""
     parser = argparse.ArgumentParser(prog="make answers")
-    parser.add_argument(
-        "--effort", choices=("quick", "full"), default="full"
-    )
+    parser.add_argument("--effort", choices=("quick", "full"), default="full")
     effort = parser.parse_args(argv).effort
     os.environ |= {"RAXEL_EFFORT": effort, "RAXEL_SET": ""}
     folder = Path("report", "build", effort, "pages")
     for route in routes(ROUTES.read_text("utf-8")):
-        write_atomic(
-            FOLDER / f"route-{route.letter}.md", sheet(route, folder)
-        )
+        write_atomic(FOLDER / f"route-{route.letter}.md", sheet(route, folder))
     print(f"Look at {FOLDER}: for the lecturer alone")
     return 0
 

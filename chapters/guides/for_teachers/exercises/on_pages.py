@@ -10,13 +10,7 @@ from nbformat import NotebookNode
 from chapters.shared.run_times import rounded_seconds, timed
 from repro.page.notebook import read_page
 from repro.page.questions import Exercise, exercises_of, task_of
-from repro.page.reader import (
-    Missing,
-    Shown,
-    checkout,
-    names_on_page,
-    pipe_table,
-)
+from repro.page.reader import Missing, Shown, checkout, names_on_page, pipe_table
 
 CHAPTERS = ("ch01_*", "ch02_*", "ch03_*", "ch04_*", "appendix_a")
 
@@ -41,9 +35,7 @@ def exercise_page(path):
 def pages_with_exercises(folders=CHAPTERS):
     """Pages of the chapters that check answers, in reading order."""
     root = checkout() / "chapters"
-    paths = [
-        p for f in folders for p in sorted(root.glob(f"{f}/*/page.py"))
-    ]
+    paths = [p for f in folders for p in sorted(root.glob(f"{f}/*/page.py"))]
     return [page for page in map(exercise_page, paths) if page.exercises]
 
 
@@ -60,9 +52,7 @@ def check_seconds(page, names):
 def timed_page(page):
     """The longest check of a page in words, or why it was not timed."""
     try:
-        return rounded_seconds(
-            max(check_seconds(page, names_on_page(page.id)))
-        )
+        return rounded_seconds(max(check_seconds(page, names_on_page(page.id))))
     except Missing:
         return "not timed: needs a result not built yet"
 
@@ -72,11 +62,7 @@ def exercise_list(pages):
     head = ["Page", "Exercises", "Longest check"]
     rows = [[page, len(page.exercises), timed_page(page)] for page in pages]
     cells = [
-        [
-            f'<a href="../{page.id}.html">{html.escape(page.title)}</a>',
-            str(count),
-            took,
-        ]
+        [f'<a href="../{page.id}.html">{html.escape(page.title)}</a>', str(count), took]
         for page, count, took in rows
     ]
     text = pipe_table(head, cells, [False, True, False])

@@ -6,12 +6,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import (
-    FixedFormatter,
-    FixedLocator,
-    FuncFormatter,
-    NullLocator,
-)
+from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
 
 from chapters.photographs.set.figures.pictures import NO_RAY, tinted
 from chapters.photographs.set.results import study_of
@@ -31,15 +26,10 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 ARROWS = 1500
-ARROW_SHARE = (
-    0.05  # of the image's width: what the 95th percentile is drawn as
-)
+ARROW_SHARE = 0.05  # of the image's width: what the 95th percentile is drawn as
 LONGEST_ARROW = 3.0  # times that; longer ones are cut
 LOST = "#8a7a70"
-QUANTITIES = (
-    ("rms_px", "RMS residual (px)"),
-    ("mean_deg", "Mean angle (deg)"),
-)
+QUANTITIES = (("rms_px", "RMS residual (px)"), ("mean_deg", "Mean angle (deg)"))
 
 
 def residual_fields(study):
@@ -91,12 +81,7 @@ def _field(rows, model):
 
 def _colour_bar(drawn, axes, colours, scale):
     bar = drawn.colorbar(
-        colours,
-        ax=axes,
-        location="bottom",
-        shrink=0.6,
-        aspect=35,
-        extend="both",
+        colours, ax=axes, location="bottom", shrink=0.6, aspect=35, extend="both"
     )
     bar.set_label("Length of the residual (px)")
     _plain_ticks(bar.ax, scale["norm"].vmin, scale["norm"].vmax)
@@ -104,9 +89,7 @@ def _colour_bar(drawn, axes, colours, scale):
 
 def _arrow_scale(fields, width_px):
     """Magnification, length at which arrows are cut (px), and range of colours."""
-    lengths = np.concatenate(
-        [np.hypot(*f[:, 2:].T) for f in fields.values()]
-    )
+    lengths = np.concatenate([np.hypot(*f[:, 2:].T) for f in fields.values()])
     lengths = lengths[np.isfinite(lengths)]
     if not len(lengths):
         return None
@@ -123,9 +106,7 @@ def _arrow_scale(fields, width_px):
 def _round_number(x):
     """The largest of 1, 2, 5 times a power of ten that is not above ``x``."""
     power = 10.0 ** np.floor(np.log10(x))
-    return max(
-        step * power for step in (1, 2, 5) if step * power <= x * 1.0001
-    )
+    return max(step * power for step in (1, 2, 5) if step * power <= x * 1.0001)
 
 
 def _prepare(axes, study, coverage):
@@ -150,8 +131,7 @@ def _arrows(axes, field, scale):
     seen = seen[:: int(np.ceil(len(seen) / ARROWS))]
     length = np.hypot(seen[:, 2], seen[:, 3])
     drawn = (
-        seen[:, 2:]
-        * np.minimum(1, scale["cut"] / np.maximum(length, 1e-12))[:, None]
+        seen[:, 2:] * np.minimum(1, scale["cut"] / np.maximum(length, 1e-12))[:, None]
     )
     colours = axes.quiver(
         *seen[:, :2].T,
@@ -183,14 +163,7 @@ def _arrows(axes, field, scale):
 
 def _residual_legend(table):
     handles = [
-        Line2D(
-            [],
-            [],
-            color=LOST,
-            marker="x",
-            linestyle="",
-            label="corner without ray",
-        ),
+        Line2D([], [], color=LOST, marker="x", linestyle="", label="corner without ray")
     ]
     if table:
         handles.append(Patch(color=NO_RAY, label="no ray in the table"))
@@ -203,13 +176,9 @@ def _residual_data(rows):
     for row in rows:
         for model in (m for m in ALL_NAMES if m in row.own):
             off_of = row.own[model].residuals_px
-            for k, (at, off) in enumerate(
-                zip(row.image.corners, off_of, strict=True)
-            ):
+            for k, (at, off) in enumerate(zip(row.image.corners, off_of, strict=True)):
                 for name, value in zip(
-                    names,
-                    (ALL_NAMES[model], row.image.name, k, *at, *off),
-                    strict=True,
+                    names, (ALL_NAMES[model], row.image.name, k, *at, *off), strict=True
                 ):
                     data[name].append(value)
     return data
@@ -219,9 +188,7 @@ def held_out_errors(study):
     """Error of every model in every photograph kept out, in px and in degrees."""
     rows = study.held_out
     kind = "same" if len(paired(rows, "rms_px")[0]) else "own"
-    told = any(
-        np.isfinite(column(rows, kind, m, "rms_px")).any() for m in MODELS
-    )
+    told = any(np.isfinite(column(rows, kind, m, "rms_px")).any() for m in MODELS)
     height = max(2.4, min(1.4 + 0.2 * len(rows), 11)) if told else EMPTY_IN
     drawn, axes = new_figure(1, 2, height_in=height, sharey=True)
     if not told:
@@ -263,35 +230,21 @@ def _error_caption(rows, kind):
 
 def _errors_of(axes, rows, kind, quantity):
     """Draw one panel: a mark per photograph and model, medians with intervals."""
-    errors = {
-        model: column(rows, kind, model, quantity) for model in ALL_NAMES
-    }
+    errors = {model: column(rows, kind, model, quantity) for model in ALL_NAMES}
     at = np.arange(len(rows))
     every = np.array(list(errors.values()))
     pair = every[: len(MODELS)]
-    axes.hlines(
-        at, pair.min(axis=0), pair.max(axis=0), color="#b8bec5", linewidth=1
-    )
+    axes.hlines(at, pair.min(axis=0), pair.max(axis=0), color="#b8bec5", linewidth=1)
     for number, (model, values) in enumerate(errors.items()):
         good = np.isfinite(values)
         if not good.any():
             continue
         look = series(number)
         line = look.pop("linestyle")
-        axes.plot(
-            values[good],
-            at[good],
-            linestyle="",
-            label=ALL_NAMES[model],
-            **look,
-        )
+        axes.plot(values[good], at[good], linestyle="", label=ALL_NAMES[model], **look)
         middle = median_interval(values[good])
-        axes.axvline(
-            middle.value, color=look["color"], linestyle=line, linewidth=1.2
-        )
-        axes.axvspan(
-            middle.low, middle.high, color=look["color"], alpha=0.13, lw=0
-        )
+        axes.axvline(middle.value, color=look["color"], linestyle=line, linewidth=1.2)
+        axes.axvspan(middle.low, middle.high, color=look["color"], alpha=0.13, lw=0)
     axes.set_xscale("log")
     good = every[np.isfinite(every)]
     axes.set_xlim(good.min() / 1.2, good.max() * 1.2)
@@ -300,9 +253,7 @@ def _errors_of(axes, rows, kind, quantity):
 
 def _plain_ticks(axes, low, high):
     """Few ticks at round numbers of a logarithmic axis, written plainly."""
-    decades = 10.0 ** np.arange(
-        np.floor(np.log10(low)), np.ceil(np.log10(high))
-    )
+    decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)))
     for steps in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 4, 5, 7)):
         ticks = np.ravel(np.outer(decades, steps))
         ticks = ticks[(ticks >= low) & (ticks <= high)]
@@ -324,10 +275,7 @@ def _error_data(rows):
 
 
 @figure(
-    "ext_residuals",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
+    "ext_residuals", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
 )
 def ext_residuals(results):
     """Residual vectors of corners kept out, both models on one scale."""

@@ -40,23 +40,15 @@ def contact_sheet(study):
     shape = study.settings["height_px"] / study.settings["width_px"]
     height = rows * (WIDTH_IN / columns * shape + 0.17) + 0.4
     drawn, grid = new_figure(rows, columns, height_in=height, squeeze=False)
-    drawn.get_layout_engine().set(
-        w_pad=0.03, h_pad=0.02, wspace=0, hspace=0
-    )
+    drawn.get_layout_engine().set(w_pad=0.03, h_pad=0.02, wspace=0, hspace=0)
     for axes in grid.ravel():
         axes.set_axis_off()
     size = 7.5 if columns <= 5 else 5.5
     # A letter is about 0.6 of the font size wide; 72 points to the inch.
     characters = int(0.9 * WIDTH_IN / columns * 72 / (0.6 * size))
     for axes, image in zip(grid.ravel(), images, strict=False):
-        _one_photograph(
-            axes, image, study.settings["width_px"], size, characters
-        )
-    drawn.legend(
-        handles=_corner_legend(study),
-        loc="outside lower center",
-        ncols=4,
-    )
+        _one_photograph(axes, image, study.settings["width_px"], size, characters)
+    drawn.legend(handles=_corner_legend(study), loc="outside lower center", ncols=4)
     return Drawing(drawn, _corner_data(study.found), _sheet_caption(study))
 
 
@@ -80,11 +72,7 @@ def _one_photograph(axes, image, width_px, size, characters):
     )
     use = "" if image.use == "calibrate" else " (evaluation)"
     axes.set_title(
-        image.name + use,
-        fontsize=size,
-        fontweight="normal",
-        pad=2,
-        parse_math=False,
+        image.name + use, fontsize=size, fontweight="normal", pad=2, parse_math=False
     )
     if not image.found:
         axes.text(
@@ -102,9 +90,9 @@ def _one_photograph(axes, image, width_px, size, characters):
     lattice = (image.corners + 0.5) * scale - 0.5
     lattice = lattice.reshape(-1, image.columns, 2)
     # A gap after each row: the line does not run back to the next one.
-    rows = np.pad(
-        lattice, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan
-    ).reshape(-1, 2)
+    rows = np.pad(lattice, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(
+        -1, 2
+    )
     axes.plot(*rows.T, ".-", color=PATH, linewidth=0.8, markersize=2)
     axes.plot(*lattice[:, 0].T, "o", color=START, markersize=2.4)
     first = lattice[0, 0]
@@ -126,10 +114,7 @@ def _corner_legend(study):
 
 
 def _corner_data(images):
-    data = {
-        name: []
-        for name in ("image", "corner", "row", "column", "u_px", "v_px")
-    }
+    data = {name: [] for name in ("image", "corner", "row", "column", "u_px", "v_px")}
     for image in images:
         count = len(image.corners)
         data["image"] += [image.name] * count
@@ -177,21 +162,13 @@ def undistorted_views(study):
     drawn.legend(
         handles=[
             Patch(color=NO_RAY, label="no ray, or beyond the photograph"),
-            Line2D(
-                [],
-                [],
-                color=START,
-                linewidth=1,
-                label="chords of the board's rim",
-            ),
+            Line2D([], [], color=START, linewidth=1, label="chords of the board's rim"),
         ],
         loc="outside lower center",
         ncols=2,
     )
     towards = study.text("undistorted.towards", part="fit")
-    centre = (
-        "mid-image" if towards == "mid-image" else "the middle of the board"
-    )
+    centre = "mid-image" if towards == "mid-image" else "the middle of the board"
     zoom = study.number("undistorted.zoom", part="fit")
     return Drawing(
         drawn,
@@ -204,18 +181,14 @@ def undistorted_views(study):
 
 def _picture(axes, picture, mask):
     axes.set_axis_off()
-    axes.imshow(
-        picture, cmap="gray", vmin=0, vmax=255, interpolation="none"
-    )
+    axes.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="none")
     if mask is not None:
         axes.imshow(tinted(mask), interpolation="none")
 
 
 def _frame_lines(axes, corners, columns):
     """Straight chords between the outermost corners of the board."""
-    outer = corners[
-        [0, columns - 1, len(corners) - 1, len(corners) - columns, 0]
-    ]
+    outer = corners[[0, columns - 1, len(corners) - 1, len(corners) - columns, 0]]
     height, width = axes.images[0].get_array().shape[:2]
     axes.plot(*outer.T, "-", color=START, linewidth=0.8)
     axes.set_xlim(-0.5, width - 0.5)
@@ -230,10 +203,7 @@ def _add(data, panel, corners):
 
 
 @figure(
-    "ext_corners",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
+    "ext_corners", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
 )
 def ext_corners(results):
     """Every photograph with its corners in order."""

@@ -9,11 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.grid_detectors import (
-    CLICK_SD_PX,
-    is_right,
-    localised,
-)
+from chapters.shared.grid_detectors import CLICK_SD_PX, is_right, localised
 from chapters.shared.lattices import clockwise, outer
 from raxel.errors import InputError
 from raxel.features import symmetries
@@ -27,16 +23,11 @@ UNSUITED = "the set has no plain chessboard of known size"
 def detector_conditions(image_set, effort):
     """One condition per image, or the first few; one alone for an unsuited set."""
     target = image_set.target
-    plain = isinstance(target, Chessboard) and not isinstance(
-        target, Charuco
-    )
+    plain = isinstance(target, Chessboard) and not isinstance(target, Charuco)
     if not plain or target.columns is None:
         return [{"view": -1, "image": UNSUITED}]
     views = image_set.views[: QUICK_VIEWS if effort == "quick" else None]
-    return [
-        {"view": index, "image": view.label}
-        for index, view in enumerate(views)
-    ]
+    return [{"view": index, "image": view.label} for index, view in enumerate(views)]
 
 
 def clicks_of(view, size, reference, rng):

@@ -13,11 +13,7 @@ import numpy as np
 
 from chapters.shared.photographs.level import distortion_level
 from chapters.shared.photographs.reading import ALL_NAMES, MODELS, PEER
-from chapters.shared.photographs.undistort import (
-    corrected_errors,
-    reduced,
-    undistorted,
-)
+from chapters.shared.photographs.undistort import corrected_errors, reduced, undistorted
 from raxel.calibration import (
     BoardView,
     calibrate_cgsp,
@@ -53,12 +49,8 @@ class Size(NamedTuple):
 
 
 SIZES = {
-    "quick": Size(
-        folds=3, leave_one_out=3, thumbnail_px=160, picture_px=220
-    ),
-    "full": Size(
-        folds=5, leave_one_out=10, thumbnail_px=240, picture_px=440
-    ),
+    "quick": Size(folds=3, leave_one_out=3, thumbnail_px=160, picture_px=220),
+    "full": Size(folds=5, leave_one_out=10, thumbnail_px=240, picture_px=440),
 }
 
 
@@ -149,20 +141,14 @@ def calibrated(boards, image_set, rng):
     unit = image_set.target.unit
     builders = {
         "zhang": lambda: calibrate_zhang(views, width, height),
-        "general": lambda: calibrate_generic(
-            views, width, height, rng=rng, units=unit
-        ),
+        "general": lambda: calibrate_generic(views, width, height, rng=rng, units=unit),
         PEER: lambda: calibrate_opencv_fisheye(views, width, height),
         "kannala_brandt": lambda: calibrate_lens(
             views, width, height, "kannala-brandt"
         ),
         "unified": lambda: calibrate_lens(views, width, height, "unified"),
-        "spline": lambda: calibrate_spline(
-            views, width, height, rng=rng, units=unit
-        ),
-        "cgsp": lambda: calibrate_cgsp(
-            views, width, height, rng=rng, units=unit
-        ),
+        "spline": lambda: calibrate_spline(views, width, height, rng=rng, units=unit),
+        "cgsp": lambda: calibrate_cgsp(views, width, height, rng=rng, units=unit),
     }
     models, reasons = {}, {}
     for model, build in builders.items():
@@ -193,9 +179,7 @@ def fit_part(image_set, boards, size, rng):
         str(board.index): scores(cameras, board.view) for board in boards
     }
     compared = {m: c for m, c in cameras.items() if m in MODELS}
-    result["undistorted"] = undistorted(
-        image_set, compared, boards, size.picture_px
-    )
+    result["undistorted"] = undistorted(image_set, compared, boards, size.picture_px)
     return result
 
 
@@ -227,9 +211,7 @@ def lens_numbers(calibration):
     return {
         "terms": len(calibration.formula.names),
         "wrong_corners": len(calibration.wrong),
-        "pupil": {
-            name: float(told) for name, told in test._asdict().items()
-        },
+        "pupil": {name: float(told) for name, told in test._asdict().items()},
     }
 
 
@@ -242,8 +224,7 @@ def general_numbers(calibration, boards):
         "boards": len(calibration.used),
         "rms_deg": calibration.rms_deg,
         "left_out": {
-            str(boards[k].index): why
-            for k, why in calibration.left_out.items()
+            str(boards[k].index): why for k, why in calibration.left_out.items()
         },
         "coverage": reduced(np.uint8(255) * mask, COVERAGE_PX),
         "distortion": distortion_level(calibration.camera)._asdict(),
@@ -261,8 +242,7 @@ def fold_part(image_set, boards, fold, parts, rng):
     result = {model: {"reason": why} for model, why in reasons.items()}
     result["kept_out"] = len(kept_out)
     result["views"] = {
-        str(board.index): scores(_cameras(models), board.view)
-        for board in kept_out
+        str(board.index): scores(_cameras(models), board.view) for board in kept_out
     }
     return result
 
@@ -277,34 +257,21 @@ def scores(cameras, view):
     `own`: on every corner that the camera has a ray for. `same`: on those that both
     of the compared cameras have a ray for, so that they answer the same question.
     """
-    result = {
-        "corners": int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))
-    }
-    own = {
-        m: evaluate_camera(c, [view]).images[0] for m, c in cameras.items()
-    }
+    result = {"corners": int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))}
+    own = {m: evaluate_camera(c, [view]).images[0] for m, c in cameras.items()}
     for model, score in own.items():
         result[model] = {"own": errors(score, score.residuals_px)}
     if not set(MODELS) <= set(cameras):
         return result
     cameras = {m: c for m, c in cameras.items() if m in ALL_NAMES}
     compared = {model: cameras[model] for model in MODELS}
-    both = np.all(
-        [c.rays(view.pixels).valid for c in compared.values()], axis=0
-    )
-    shared = view._replace(
-        pixels=np.where(both[:, None], view.pixels, np.nan)
-    )
-    same = {
-        m: evaluate_camera(c, [shared]).images[0]
-        for m, c in cameras.items()
-    }
+    both = np.all([c.rays(view.pixels).valid for c in compared.values()], axis=0)
+    shared = view._replace(pixels=np.where(both[:, None], view.pixels, np.nan))
+    same = {m: evaluate_camera(c, [shared]).images[0] for m, c in cameras.items()}
     answered = np.all(
         [np.isfinite(same[model].residuals_px) for model in MODELS], axis=0
     )
-    answered_view = view._replace(
-        pixels=np.where(answered, view.pixels, np.nan)
-    )
+    answered_view = view._replace(pixels=np.where(answered, view.pixels, np.nan))
     corrected = corrected_errors(compared, answered_view)
     for model in cameras.keys() - compared.keys():
         alone = {model: cameras[model]}

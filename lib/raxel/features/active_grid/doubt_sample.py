@@ -87,12 +87,6 @@ def neighbours(distance):
     """Slices of pixels and of those so far to the right of, or below, them."""
     every = slice(None)
     return (
-        (
-            (every, every, slice(None, -distance)),
-            (every, every, slice(distance, None)),
-        ),
-        (
-            (every, slice(None, -distance), every),
-            (every, slice(distance, None), every),
-        ),
+        ((every, every, slice(None, -distance)), (every, every, slice(distance, None))),
+        ((every, slice(None, -distance), every), (every, slice(distance, None), every)),
     )

@@ -7,12 +7,7 @@ within depends on; only the hysteresis of Canny's method could reach farther.
 
 import numpy as np
 
-from raxel.features.celect.window import (
-    Window,
-    canny_edges,
-    gradients,
-    margin,
-)
+from raxel.features.celect.window import Window, canny_edges, gradients, margin
 
 TILE_PX = 160
 

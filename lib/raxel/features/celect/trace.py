@@ -6,13 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.celect.hough import (
-    Peaks,
-    angle_apart,
-    normal_of,
-    peaks_of,
-    vote,
-)
+from raxel.features.celect.hough import Peaks, angle_apart, normal_of, peaks_of, vote
 from raxel.features.celect.layers import Layers
 
 

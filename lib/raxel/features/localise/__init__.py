@@ -15,10 +15,4 @@ LOCALISERS = {
     "opencv": corner_subpix,
 }
 
-__all__ = [
-    "LOCALISERS",
-    "Localised",
-    "corner_subpix",
-    "derivative",
-    "saddle_point",
-]
+__all__ = ["LOCALISERS", "Localised", "corner_subpix", "derivative", "saddle_point"]
