@@ -122,6 +122,18 @@ def test_parts_name_the_definition_that_changed(checkout):
     assert differing == {"raxel.shapes.numbers:square"}
 
 
+def test_reached_are_definitions_with_their_places_the_nearest_first(checkout):
+    reach = Reach(checkout)
+    reached = reach.reached((PAGE, "trial"))
+    assert reached[0] == (PAGE, "trial")
+    assert set(reached[1:3]) == {(PAGE, "SIDE"), ("raxel.shapes.flat", "area")}
+    assert reached[3:] == [("raxel.shapes.numbers", "square")]
+    path, line = reach.place("raxel.shapes.flat", "area")
+    assert path.read_text().splitlines()[line - 1] == "def area(side):"
+    with pytest.raises(LookupError, match=r"raxel\.shapes defines no area"):
+        reach.place("raxel.shapes", "area")
+
+
 def test_every_experiment_of_the_checkout_reaches_the_library():
     from repro.run.discover import producers
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections import deque
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from repro.run.source_index import Definition, Module, index
@@ -40,16 +42,40 @@ class Reach:
     def parts(self, *functions: tuple[str, str]) -> dict[str, str]:
         """Reached definition -> hash of its bare syntax, or pinned version."""
         found: dict[str, str] = {}
-        seen: set[tuple[str, str]] = set()
-        todo = list(functions)
-        while todo:
-            place = todo.pop()
-            if place not in seen:
-                seen.add(place)
-                parts, further = self._direct(place)
-                found |= parts
-                todo += further
+        for place in self._walked(functions):
+            found |= self._direct(place)[0]
         return found
+
+    def reached(self, *functions: tuple[str, str]) -> list[tuple[str, str]]:
+        """Definitions of the checkout, (module, name), that these reach: nearest first.
+
+        The functions themselves are the first of them.
+        """
+        return [place for place in self._walked(functions) if self._defined(*place)]
+
+    def place(self, module: str, name: str) -> tuple[Path, int]:
+        """File and line of a definition; LookupError for what is none."""
+        found = self._defined(module, name)
+        if found is None:
+            raise LookupError(f"{module} defines no {name}")
+        return self._path(module), found.line
+
+    def _defined(self, module_name: str, name: str) -> Definition | None:
+        module = self._module(module_name)
+        return module.definitions.get(name) if module else None
+
+    def _walked(
+        self, functions: Iterable[tuple[str, str]]
+    ) -> Iterator[tuple[str, str]]:
+        """Each place that the functions reach, once: the nearest first."""
+        seen = dict.fromkeys(functions)
+        todo = deque(seen)
+        while todo:
+            place = todo.popleft()
+            yield place
+            further = [p for p in self._direct(place)[1] if p not in seen]
+            seen |= dict.fromkeys(further)
+            todo += dict.fromkeys(further)
 
     def _direct(
         self, place: tuple[str, str]

@@ -21,11 +21,12 @@ MARKS = {"experiment", "figure", "table", "claim", "numbers"}
 
 @dataclass(frozen=True)
 class Definition:
-    """A top-level name: hash of its bare syntax, what it names, its own imports.
+    """A top-level name: its line, hash of its bare syntax, what it names, its imports.
 
     ``chains`` are the names it uses, each with the attributes read from it.
     """
 
+    line: int
     hash: str
     chains: list[tuple[str, list[str]]]
     imports: dict[str, tuple[str, str | None]]
@@ -79,7 +80,10 @@ def _definition(nodes: list[ast.stmt], package: str) -> Definition:
                 imports |= import_aliases(inner, package)
         chains |= {(root, tuple(path)) for root, path in _chains(node)}
     return Definition(
-        _hash(nodes), [(root, list(path)) for root, path in sorted(chains)], imports
+        nodes[0].lineno,
+        _hash(nodes),
+        [(root, list(path)) for root, path in sorted(chains)],
+        imports,
     )
 
 
