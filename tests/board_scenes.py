@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from raxel.calibration.correspondence import BoardView
-from raxel.cameras.fisheye import FisheyeCamera
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras.lenses.fisheye import FisheyeCamera
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
 COLUMNS, ROWS, PITCH = 13, 10, 12.0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.calibration import dense_view
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
 
 SIZE_MM = np.array([170.0, 130.0])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.correspondence import BoardView
+from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import (
     KannalaBrandtCamera,
     MovingPupilCamera,

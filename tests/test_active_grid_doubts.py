@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.checks.doubts import clipped_at, examine
+from raxel.features.active_grid.checks.phases import _told_of_edges
 from raxel.features.active_grid.coding import read_coding
-from raxel.features.active_grid.doubts import clipped_at, examine
-from raxel.features.active_grid.phase_doubts import _told_of_edges
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
+from raxel.features.active_grid.checks.sample import sampled
 from raxel.features.active_grid.coding import read_coding
-from raxel.features.active_grid.doubt_sample import sampled
-from raxel.features.active_grid.doubts import examine
-from raxel.features.active_grid.redundancy import LIGHT, MOTION, mismatch
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 

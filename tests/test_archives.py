@@ -11,7 +11,8 @@ import pytest
 
 from raxel import archives
 from raxel.archives import Archive
-from raxel.cameras import GeneralCamera, PerspectiveCamera, load_camera, storage
+from raxel.cameras import GeneralCamera, PerspectiveCamera, load_camera
+from raxel.cameras.core import storage
 from raxel.cli import main
 from raxel.errors import InputError
 from tests.image_sets import write_drawn_set

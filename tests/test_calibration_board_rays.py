@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from raxel.calibration.board_rays import ray_table
-from raxel.calibration.correspondence import pixels_on_board
+from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.views.correspondence import pixels_on_board
 from raxel.geometry.poses import transform
 from tests.board_scenes import HEIGHT, WIDTH, board_poses, views_of
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from raxel.calibration import bundle
-from raxel.calibration.bundle import (
+from raxel.calibration.adjust import bundle
+from raxel.calibration.adjust.bundle import (
     bundle_adjust_fixed_centre,
     moved_poses,
     ray_directions,

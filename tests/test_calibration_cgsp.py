@@ -10,8 +10,8 @@ from chapters.shared.wide_angle import (
     equidistance,
     radial_lens,
 )
-from raxel.calibration.cgsp import image_noise_weights, linear_cgsp
-from raxel.calibration.synthetic_pinhole import PINHOLE_METHODS
+from raxel.calibration.linear.cgsp import image_noise_weights, linear_cgsp
+from raxel.calibration.linear.synthetic_pinhole import PINHOLE_METHODS
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 from tests.bench.calibrators import bench_calibrators, calibrators_table, contenders

@@ -7,15 +7,15 @@ import pytest
 
 from chapters.shared.wide_angle import CENTRE_MM, equidistance
 from raxel.calibration import adjust_consistent, adjust_ray_point
-from raxel.calibration import ray_elimination as elimination
-from raxel.calibration.ray_elimination import (
+from raxel.calibration.adjust import ray_elimination as elimination
+from raxel.calibration.adjust.ray_elimination import (
     LOSSES,
     direction_covariances,
     moved,
     normal_equations,
     steps_of_poses,
 )
-from raxel.calibration.whitening import (
+from raxel.calibration.adjust.whitening import (
     image_whitening,
     squared_residuals,
     start_directions,

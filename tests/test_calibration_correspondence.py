@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.correspondence import (
+from raxel.calibration.views.correspondence import (
     BoardView,
     board_cells,
     locate_pixels,

@@ -6,15 +6,15 @@ import pytest
 from raxel.calibration import (
     calibrate_generic,
     calibrate_zhang,
-    dense,
     dense_view,
     locate_pixels,
     pixels_on_board,
 )
-from raxel.calibration.board_rays import ray_table
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.cameras.base import pixel_grid
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.views import dense
+from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.coverage import board_counts

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.board_samples import sample_boards
-from raxel.calibration.correspondence import BoardView, pixels_on_board
-from raxel.calibration.generic import calibrate_generic
-from raxel.cameras.base import pixel_grid
+from raxel.calibration.generic.standard import calibrate_generic
+from raxel.calibration.views.correspondence import BoardView, pixels_on_board
+from raxel.calibration.views.samples import sample_boards
+from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import angular_residual

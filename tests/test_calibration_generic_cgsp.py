@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from raxel.calibration import calibrate_cgsp, dense, dense_view
-from raxel.calibration.board_rays import ray_table
-from raxel.calibration.central_views import centrality_of_views
+from raxel.calibration import calibrate_cgsp, dense_view
+from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.generic.central_views import centrality_of_views
+from raxel.calibration.views import dense
 from raxel.cameras import AxialCamera, centrality
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.geometry.poses import inverse_pose, pose, transform

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.calibration.grid_pose import (
+from raxel.calibration.pose.grid_pose import (
     angular_system,
     grid_pose_ransac,
     linear_grid_pose,

@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_generic
-from raxel.calibration.correspondence import (
+from raxel.calibration.views.correspondence import (
     BoardView,
     board_cells,
     cell_turns,
     locate_pixels,
     pixels_on_board,
 )
-from raxel.calibration.interpolation import corner_variance, interpolated_view
-from raxel.calibration.lattice_surface import refined_lattice, refining_weights
+from raxel.calibration.views.interpolation import corner_variance, interpolated_view
+from raxel.calibration.views.lattice_surface import refined_lattice, refining_weights
 from raxel.cameras import (
     FieldOfViewCamera,
     FisheyeCamera,
     PerspectiveCamera,
     UnifiedSphereCamera,
 )
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.cli.calibrate import FITS
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.poses import nearest_rotation, transform

@@ -137,7 +137,7 @@ def test_blocks_do_not_change_the_rays(monkeypatch):
     T = grids(13, 3)
     points = seen_on(origins, directions, T)
     whole = rays_from_known_motion(points, T)
-    monkeypatch.setattr("raxel.calibration.known_motion.BLOCK", 7)
+    monkeypatch.setattr("raxel.calibration.generic.known_motion.BLOCK", 7)
     for a, b in zip(whole, rays_from_known_motion(points, T), strict=True):
         np.testing.assert_array_equal(a, b)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_lens
-from raxel.calibration.lens_laws import LensFormula, imaged_points
+from raxel.calibration.parametric.lens_laws import LensFormula, imaged_points
 from raxel.cameras import UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import evaluate_camera

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.bilinear import (
+from raxel.calibration.linear.bilinear import (
     bilinear_products,
     coefficient_vectors,
     solve_coefficients,
     table_2_1,
 )
-from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
+from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations, pose, rotation_from_vector
 from tests.calibration_scenes import meet_grids, scene

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.correspondence import BoardView
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.cameras.kannala_brandt import KannalaBrandtCamera
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parallel_boards import refuse_parallel
+from raxel.calibration.views.parallel import refuse_parallel
 from raxel.errors import CalibrationError
 from raxel.geometry import rotation_from_vector
 

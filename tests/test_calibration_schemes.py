@@ -17,11 +17,11 @@ from raxel.calibration import (
     relax_centrality,
     relax_poses,
 )
-from raxel.calibration.bundle import homogeneous
-from raxel.calibration.central_test import correlation
-from raxel.calibration.free_centre import concurrence_system
-from raxel.calibration.ray_elimination import moved
-from raxel.calibration.relaxation import pose_vector, poses_of_vector
+from raxel.calibration.adjust.bundle import homogeneous
+from raxel.calibration.adjust.free_centre import concurrence_system
+from raxel.calibration.adjust.ray_elimination import moved
+from raxel.calibration.adjust.relaxation import pose_vector, poses_of_vector
+from raxel.calibration.generic.central_test import correlation
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import intersect_rays_plane, transform
 from tests.calibration_scenes import scene as exact_scene

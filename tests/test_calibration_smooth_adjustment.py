@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from raxel.calibration import BoardView, calibrate_spline
-from raxel.calibration import smooth_equations as linear_part
-from raxel.calibration.smooth_adjustment import adjust_spline
-from raxel.calibration.smooth_equations import CornersOfBoards, grid_of
+from raxel.calibration.smooth import equations as linear_part
+from raxel.calibration.smooth.adjustment import adjust_spline
+from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
 from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation import evaluate_camera
@@ -162,7 +162,9 @@ def test_no_guess_is_needed_and_kept_out_boards_are_predicted():
 
 
 def test_a_pupil_that_moves_stays_in_the_trend(monkeypatch):
-    monkeypatch.setattr("raxel.calibration.lens_formula.LAWS", ("kannala-brandt",))
+    monkeypatch.setattr(
+        "raxel.calibration.parametric.lens_formula.LAWS", ("kannala-brandt",)
+    )
     rng = np.random.default_rng(8)
     trend = MovingPupilCamera(LENS, [20.0])
     camera = RaySplineCamera(trend, SPACING, bent(seed=2).control, W, H)

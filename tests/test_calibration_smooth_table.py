@@ -5,13 +5,13 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from raxel.calibration import smooth_table as smooth_module
-from raxel.calibration.smooth_prior import free_polynomials, penalty_matrix
-from raxel.calibration.smooth_sums import FieldSums, band_of, band_product
-from raxel.calibration.smooth_table import smoothed_rays, smoothed_table
-from raxel.calibration.smooth_trend import trend_of_rays
+from raxel.calibration.smooth import table as smooth_module
+from raxel.calibration.smooth.prior import free_polynomials, penalty_matrix
+from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
+from raxel.calibration.smooth.table import smoothed_rays, smoothed_table
+from raxel.calibration.smooth.trend import trend_of_rays
 from raxel.cameras import FisheyeCamera, GeneralCamera, KannalaBrandtCamera
-from raxel.cameras.cubic_field import field_at, shares
+from raxel.cameras.tables.cubic_field import field_at, shares
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 from tests.smooth_fields import (

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.calibration.grunert import three_point_depths
-from raxel.calibration.three_point import (
+from raxel.calibration.pose.grunert import three_point_depths
+from raxel.calibration.pose.three_point import (
     pose_from_rays,
     pose_of_triples,
     pose_three_point_ransac,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.correspondence import BoardView
-from raxel.calibration.zhang import calibrate_zhang
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import (
     angle_between_rotations,

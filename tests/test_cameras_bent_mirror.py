@@ -14,7 +14,7 @@ from raxel.cameras import (
     centrality,
     load_camera,
 )
-from raxel.cameras.sheet_mirror import SheetMirror
+from raxel.cameras.mirrors.sheet_surface import SheetMirror
 from raxel.errors import InputError
 from raxel.geometry import rotation_from_vector
 

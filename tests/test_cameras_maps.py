@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.cameras import BrownCamera, PerspectiveCamera
-from raxel.cameras.brown import BrownMap
-from raxel.cameras.fit import fit_camera, radii_of
-from raxel.cameras.kannala_brandt import AsymmetricMap
-from raxel.cameras.polar_polynomial import PolarMap
-from raxel.cameras.rational import CubicMap, LiftedMap
-from raxel.cameras.rising import invert_rising, smallest_positive_root
+from raxel.cameras.lenses.brown import BrownMap
+from raxel.cameras.lenses.fit import fit_camera, radii_of
+from raxel.cameras.lenses.kannala_brandt import AsymmetricMap
+from raxel.cameras.lenses.polar_polynomial import PolarMap
+from raxel.cameras.lenses.rational import CubicMap, LiftedMap
+from raxel.cameras.lenses.rising import invert_rising, smallest_positive_root
 from raxel.errors import InputError
 from tests.camera_zoo import CUBIC, KB_K, KB_ODD, KB_TURN, SHAH, SIZE, ZOO, K
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras import GeneralCamera, QuadricMirrorCamera, camera_from, load_camera
-from raxel.cameras.conic_mirror import ConicMirror, axes_of
+from raxel.cameras.mirrors.conic_surface import ConicMirror, axes_of
 from raxel.errors import InputError
 from raxel.geometry import pose
 from tests.mirror_cameras import (

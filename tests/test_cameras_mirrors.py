@@ -14,8 +14,8 @@ from raxel.cameras import (
     caustic_points,
     centrality,
 )
-from raxel.cameras.conic_mirror import ConicMirror, axes_of
-from raxel.cameras.reflection_point import stationarity
+from raxel.cameras.mirrors.conic_surface import ConicMirror, axes_of
+from raxel.cameras.mirrors.reflection_point import stationarity
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from tests.mirror_cameras import (
     CENTRAL,

@@ -21,9 +21,9 @@ from raxel.cameras import (
     TardifCamera,
     UnifiedSphereCamera,
 )
-from raxel.cameras.brown import BrownMap
-from raxel.cameras.fit import radii_of
-from raxel.cameras.rising import smallest_positive_root
+from raxel.cameras.lenses.brown import BrownMap
+from raxel.cameras.lenses.fit import radii_of
+from raxel.cameras.lenses.rising import smallest_positive_root
 from tests.camera_zoo import (
     CENTRE,
     CUBIC,

@@ -5,7 +5,7 @@ import pytest
 
 from lab_cameras import EVERY, H, W
 from raxel.cameras import pixel_grid
-from raxel.cameras.smooth_rays import EXACT, NODES_AT, SmoothRays, _weights
+from raxel.cameras.core.smooth_rays import EXACT, NODES_AT, SmoothRays, _weights
 
 # Far below what a pixel's value or a corner's place can show, px and mm.
 NEAR_PX, NEAR_MM = 1e-5, 1e-6

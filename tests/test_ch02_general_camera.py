@@ -22,7 +22,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials import (
     lines,
 )
 from chapters.shared import general_cameras
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays
 from tests.ch02_trials import Trials, flat, ran, verdict
 

@@ -23,7 +23,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     rms,
 )
 from raxel.cameras import BrownCamera, PerspectiveCamera
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 from repro.run.outcomes import Plan

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.cli import main, parser
 from raxel.multiview.plane_view import plane_scale
 from raxel.sets import pattern_picture

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.cli import main
 from raxel.cli.undistort import _targets
 from tests.bad_input.changes import edit, setting

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.correspondence import BoardView
+from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation.comparison import ModelComparison, compare_models

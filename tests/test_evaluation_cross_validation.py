@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from raxel.cameras.fisheye import FisheyeCamera
-from raxel.cameras.general import GeneralCamera
+from raxel.cameras.lenses.fisheye import FisheyeCamera
+from raxel.cameras.tables.general import GeneralCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.cross_validation import (
     cross_validate,

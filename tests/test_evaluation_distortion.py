@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.cameras.fisheye import FisheyeCamera
-from raxel.cameras.general import GeneralCamera
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.lenses.fisheye import FisheyeCamera
+from raxel.cameras.lenses.perspective import PerspectiveCamera
+from raxel.cameras.tables.general import GeneralCamera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import (
     angular_residual,

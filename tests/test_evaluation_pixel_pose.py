@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.zhang import calibrate_zhang
-from raxel.cameras.fisheye import FisheyeCamera
-from raxel.cameras.general import GeneralCamera
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.cameras.lenses.fisheye import FisheyeCamera
+from raxel.cameras.tables.general import GeneralCamera
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.pixel_pose import refine_pose_in_pixels
 from raxel.geometry.poses import pose, rotation_from_vector, transform

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.cameras.orthographic import OrthographicCamera
-from raxel.cameras.quadric_mirror import QuadricMirrorCamera
+from raxel.cameras.linear.orthographic import OrthographicCamera
+from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.errors import InputError
 from raxel.multiview.cylindrical_view import cylindrical_view
 from raxel.multiview.perspective_view import resample, source_pixels

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras import FisheyeCamera
-from raxel.cameras.general import GeneralCamera
+from raxel.cameras.tables.general import GeneralCamera
 from raxel.geometry.poses import rotation_from_vector
 from raxel.multiview.perspective_view import (
     PerspectiveView,

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.calibration.correspondence import BoardView
+from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
 from raxel.report.folder import new_report
 from raxel.report.pictures import (

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from raxel.calibration import BoardView, calibrate_generic, calibrate_zhang
-from raxel.calibration.board_views import board_views
-from raxel.calibration.correspondence import check_view
+from raxel.calibration.views.boards import board_views
+from raxel.calibration.views.correspondence import check_view
 from raxel.cameras import pixel_grid
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards, read_boards, write_boards

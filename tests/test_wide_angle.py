@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.shared import wide_angle as scene_of
-from raxel.calibration.generic_linear import linear_well_conditioned
+from raxel.calibration.linear.standard import linear_well_conditioned
 from raxel.geometry import transform
 
 

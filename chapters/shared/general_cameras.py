@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
+from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.geometry import pose, rotation_from_vector
 
 APEX_MM = 300.0

@@ -7,7 +7,7 @@ import numpy as np
 from chapters.shared.central_scatter import scatter_about
 from chapters.shared.methods import LINEAR_STAGES
 from raxel.calibration import relax_poses
-from raxel.calibration.centroid_rays import centroid_directions
+from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, transform
 

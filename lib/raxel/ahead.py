@@ -10,10 +10,10 @@ import sys
 import numpy as np
 
 from raxel.calibration import BoardView, adjust_consistent, dense_view, relax_centrality
-from raxel.calibration.board_rays import ray_table
-from raxel.calibration.cgsp import homography_to_base, image_noise_weights
-from raxel.calibration.smooth_adjustment import adjust_spline
-from raxel.calibration.smooth_table import smoothed_rays
+from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.linear.cgsp import homography_to_base, image_noise_weights
+from raxel.calibration.smooth.adjustment import adjust_spline
+from raxel.calibration.smooth.table import smoothed_rays
 from raxel.cameras import FisheyeCamera
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate

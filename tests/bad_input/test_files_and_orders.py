@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from tests.bad_input.changes import edit
 from tests.image_sets import HEIGHT, WIDTH
 

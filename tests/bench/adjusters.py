@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration import adjust_consistent, linear_well_conditioned
-from raxel.calibration.ray_elimination import moved
-from raxel.calibration.whitening import frozen_whitening, start_directions
+from raxel.calibration.adjust.ray_elimination import moved
+from raxel.calibration.adjust.whitening import frozen_whitening, start_directions
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
 from raxel.geometry.damped import damped_step
 

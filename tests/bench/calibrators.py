@@ -11,8 +11,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.synthetic_pinhole import centre_of, scaled
+from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration.linear.synthetic_pinhole import centre_of, scaled
 from raxel.geometry import apply_homography, intersect_rays_plane, pose
 from raxel.geometry.homography import normalising
 from raxel.geometry.poses import rotation_from_vector

@@ -7,7 +7,7 @@ import shutil
 import cv2
 import numpy as np
 
-from raxel.calibration.dense import dense_view
+from raxel.calibration.views.dense import dense_view
 from raxel.errors import CalibrationError
 from raxel.evaluation.benchmark import score_points
 from raxel.features.active_grid.view import decode_view

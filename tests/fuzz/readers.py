@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 import yaml
 
-from raxel.calibration.board_views import board_views
-from raxel.calibration.zhang import calibrate_zhang
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.boards import board_views
 from raxel.cameras import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_corners

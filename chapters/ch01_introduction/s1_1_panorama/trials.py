@@ -9,8 +9,8 @@ import numpy as np
 
 from chapters.shared.rigs import rig_named
 from raxel.cameras import PerspectiveCamera
-from raxel.cameras.orthographic import OrthographicCamera
-from raxel.cameras.quadric_mirror import QuadricMirrorCamera
+from raxel.cameras.linear.orthographic import OrthographicCamera
+from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import Laboratory, room
 from raxel.multiview.cylindrical_view import cylindrical_view

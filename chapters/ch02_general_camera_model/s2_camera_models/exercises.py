@@ -7,7 +7,7 @@ import numpy as np
 from chapters.ch02_general_camera_model.s2_camera_models.results import free_of_cubics
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import mirror_trial
 from chapters.shared.zoo import K_of, camera, made
-from raxel.cameras.fit import fit_camera
+from raxel.cameras.lenses.fit import fit_camera
 
 
 def omega_task():

@@ -42,7 +42,7 @@ from raxel.cameras import (
     UnifiedSphereCamera,
     centrality,
 )
-from raxel.cameras.fit import fit_camera
+from raxel.cameras.lenses.fit import fit_camera
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment

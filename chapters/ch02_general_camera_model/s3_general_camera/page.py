@@ -38,8 +38,8 @@ from chapters.shared.general_cameras import (
     fisheye,
     pinhole,
 )
-from raxel.calibration.known_motion import rays_from_known_motion
-from raxel.cameras.base import pixel_grid
+from raxel.calibration.generic.known_motion import rays_from_known_motion
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import (
     intersect_rays_plane,
     inverse_pose,

@@ -145,7 +145,7 @@ def _terms(cells, first, second):
 
 def library_difference(names):
     """Largest relative difference of formulas and library vectors."""
-    from raxel.calibration.bilinear import table_2_1
+    from raxel.calibration.linear.bilinear import table_2_1
     from raxel.geometry import pose
 
     centre = np.array([float(names[f"C_{axis}"]) for axis in "xyz"])

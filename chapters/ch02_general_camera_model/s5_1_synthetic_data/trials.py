@@ -23,11 +23,11 @@ from chapters.shared.three_planes import (
     targets,
     view,
 )
-from raxel.calibration.bundle import bundle_adjust_fixed_centre
-from raxel.calibration.correspondence import BoardView
-from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.calibration.zhang import calibrate_zhang
+from raxel.calibration.adjust.bundle import bundle_adjust_fixed_centre
+from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.distortion import angular_residual
 from raxel.geometry import inverse_pose, rotate

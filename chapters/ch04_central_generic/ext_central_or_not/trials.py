@@ -14,10 +14,10 @@ from chapters.shared.wide_angle import (
     draw_poses,
     equidistance,
 )
-from raxel.calibration.central_test import centrality_test
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.free_lines import relax_centrality
+from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.adjust.free_lines import relax_centrality
+from raxel.calibration.generic.central_test import centrality_test
+from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.cameras import AxialCamera, centrality, closest_point
 from raxel.geometry import intersect_rays_plane, inverse_pose, transform
 

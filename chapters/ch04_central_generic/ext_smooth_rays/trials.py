@@ -21,7 +21,7 @@ from raxel.calibration import (
     smoothed_rays,
 )
 from raxel.cameras import RaySplineCamera
-from raxel.cameras.cubic_field import control_shape
+from raxel.cameras.tables.cubic_field import control_shape
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.poses import nearest_rotation

@@ -15,10 +15,10 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
-from raxel.calibration.bilinear import solve_coefficients
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.generic_linear import (
+from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.linear.bilinear import solve_coefficients
+from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration.linear.standard import (
     LinearSolution,
     linear_as_printed,
     linear_well_conditioned,

@@ -29,7 +29,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.centres import 
     centre_off,
 )
 from chapters.shared.wide_angle import SETTINGS, draw_poses
-from raxel.calibration.synthetic_pinhole import circle, circle_of
+from raxel.calibration.linear.synthetic_pinhole import circle, circle_of
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment

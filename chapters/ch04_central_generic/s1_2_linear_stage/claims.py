@@ -10,7 +10,7 @@ from chapters.ch04_central_generic.s1_2_linear_stage.results import (
     precision_ratio,
     ratio_of_medians,
 )
-from raxel.calibration.cgsp import SUBSET
+from raxel.calibration.linear.cgsp import SUBSET
 from repro.judge.statistics import all_of
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import DECISIONS, Reading, Value

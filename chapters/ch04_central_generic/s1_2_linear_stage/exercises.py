@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raxel.calibration.synthetic_pinhole import conic_system
+from raxel.calibration.linear.synthetic_pinhole import conic_system
 from raxel.geometry import rotation_from_vector
 
 OMEGA = np.array([2.0, -80.0, 60.0, 722_500.0])

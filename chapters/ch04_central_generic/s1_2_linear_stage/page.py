@@ -28,8 +28,12 @@ from chapters.ch04_central_generic.s1_2_linear_stage.trials.precision import (
     homography_in,
 )
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
-from raxel.calibration.cgsp import image_noise_weights
-from raxel.calibration.synthetic_pinhole import conic_rows, grid_pose, sturm_maybank
+from raxel.calibration.linear.cgsp import image_noise_weights
+from raxel.calibration.linear.synthetic_pinhole import (
+    conic_rows,
+    grid_pose,
+    sturm_maybank,
+)
 from raxel.geometry.robust_homography import robust_start
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table

@@ -16,7 +16,7 @@ from chapters.ch04_central_generic.s1_3_rays.exercises import (
 from chapters.ch04_central_generic.s1_3_rays.results import name_values
 from chapters.ch04_central_generic.s1_3_rays.trials import NOISE, weights_trial
 from chapters.shared.wide_angle import SETTINGS
-from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
+from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
 from raxel.geometry import intersect_lines_plane
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table

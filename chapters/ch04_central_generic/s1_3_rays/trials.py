@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.shared.wide_angle import RAYS, SIDE, draw_scene, radial_lens
-from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.three_point import ray_point_system, refine_pose_ray_point
+from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
+from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration.pose.three_point import ray_point_system, refine_pose_ray_point
 from raxel.errors import CalibrationError
 from raxel.geometry import (
     intersect_lines_plane,

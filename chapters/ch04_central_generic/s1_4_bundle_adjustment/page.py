@@ -25,7 +25,7 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.schemes import 
     relaxed,
 )
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
-from raxel.calibration.relaxation import relax_poses
+from raxel.calibration.adjust.relaxation import relax_poses
 from raxel.errors import CalibrationError
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -125,7 +125,7 @@ from repro.run.outcomes import Plan
 # so they can be eliminated one ray after the other, and a system of
 # $6(n-1) + 3$ equations is left, 15 for three grids. One pass over the rays
 # sums it up, and {glue:text}`passes:.0f` passes are enough
-# (`raxel.calibration.ray_elimination`).
+# (`raxel.calibration.adjust.ray_elimination`).
 
 # %% [markdown]
 # ## Experiment

@@ -13,11 +13,11 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
-from raxel.calibration.centroid_rays import centroid_directions
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
-from raxel.calibration.relaxation import relax_poses
+from raxel.calibration.adjust.centroid_rays import centroid_directions
+from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.adjust.relaxation import relax_poses
+from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, transform
 from repro.run.experiment import experiment

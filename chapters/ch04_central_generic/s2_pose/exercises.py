@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raxel.calibration.grid_pose import synthetic_plane_normal
+from raxel.calibration.pose.grid_pose import synthetic_plane_normal
 
 LEAN_DEG = (10.0, 20.0, 60.0)  # three rays in one plane, from the z axis
 SHARE, MANY = 0.003, 0.1  # of wrong pairs

@@ -39,7 +39,7 @@ from chapters.shared.wide_angle import (
     draw_scene,
     radial_lens,
 )
-from raxel.calibration.grid_pose import synthetic_plane_normal
+from raxel.calibration.pose.grid_pose import synthetic_plane_normal
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment

@@ -33,7 +33,7 @@ from chapters.guides.benchmarks.trials import (
 from chapters.shared.records import record
 from chapters.shared.rigs import rig_named
 from chapters.shared.zoom_rigs import ZOOM_RIGS
-from raxel.calibration.board_views import board_views
+from raxel.calibration.views.boards import board_views
 from raxel.evaluation.benchmark import corner_errors, score_camera, score_corners
 from raxel.features.boards import detect_boards
 from raxel.lab import render_set

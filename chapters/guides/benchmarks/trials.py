@@ -9,7 +9,7 @@ import numpy as np
 from chapters.shared.records import set_of
 from chapters.shared.rigs import RIGS
 from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, scoring_grid

@@ -77,7 +77,7 @@ from repro.page.reader import results_behind, show_table, value
 #   moves. `raxel calibrate SET --model kannala-brandt`, or `unified`
 # - **OpenCV fisheye** {cite}`kannala2006`: the angle from the axis is a
 #   polynomial of the radius; eight parameters. It is here as a peer:
-#   `raxel.calibration.opencv_fisheye`, in Python only.
+#   `raxel.calibration.parametric.opencv_fisheye`, in Python only.
 # - **Generic, unknown poses** ({cite}`sturm2004`;
 #   [section 2.4](../ch02_general_camera_model/s4_generic_calibration.ipynb)):
 #   every pixel gets a ray of its own. All rays meet in one point. The poses

@@ -15,8 +15,8 @@ from raxel.calibration import (
     calibrate_zhang,
     rays_from_known_motion,
 )
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.cameras.base import pixel_grid
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import intersect_rays_plane, transform
 from repro.run.experiment import trial_rng
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.dense import dense_view
+from raxel.calibration.views.dense import dense_view
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.features.active_grid.layout import DARK

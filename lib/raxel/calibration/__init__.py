@@ -1,38 +1,43 @@
 """Calibration: from points seen on planar targets to cameras and poses."""
 
-from raxel.calibration.bilinear import (
-    bilinear_products,
-    coefficient_vectors,
-    solve_coefficients,
-    table_2_1,
-)
-from raxel.calibration.board_growth import GenericCalibration
-from raxel.calibration.bundle import (
+from raxel.calibration.adjust.bundle import (
     BundleResult,
     bundle_adjust_fixed_centre,
     ray_directions,
     ray_point_residuals,
 )
-from raxel.calibration.central_test import CentralTest, centrality_test
-from raxel.calibration.centroid_rays import centroid_directions, centroid_weights
-from raxel.calibration.cgsp import CgspSolution, linear_cgsp
-from raxel.calibration.consistent import ConsistentResult, adjust_consistent
-from raxel.calibration.correspondence import BoardView, locate_pixels, pixels_on_board
-from raxel.calibration.dense import DenseView, dense_view
-from raxel.calibration.free_centre import (
+from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
+from raxel.calibration.adjust.consistent import ConsistentResult, adjust_consistent
+from raxel.calibration.adjust.free_centre import (
     FreeCentreResult,
     adjust_concurrence,
     adjust_ray_point,
 )
-from raxel.calibration.free_lines import FreeLines, relax_centrality
-from raxel.calibration.generic import calibrate_generic
-from raxel.calibration.generic_cgsp import calibrate_cgsp
-from raxel.calibration.generic_linear import (
+from raxel.calibration.adjust.free_lines import FreeLines, relax_centrality
+from raxel.calibration.adjust.relaxation import relax_poses
+from raxel.calibration.generic.board_growth import GenericCalibration
+from raxel.calibration.generic.central_test import CentralTest, centrality_test
+from raxel.calibration.generic.cgsp import calibrate_cgsp
+from raxel.calibration.generic.known_motion import (
+    KnownMotionRays,
+    rays_from_known_motion,
+)
+from raxel.calibration.generic.standard import calibrate_generic
+from raxel.calibration.linear.bilinear import (
+    bilinear_products,
+    coefficient_vectors,
+    solve_coefficients,
+    table_2_1,
+)
+from raxel.calibration.linear.cgsp import CgspSolution, linear_cgsp
+from raxel.calibration.linear.standard import (
     LinearSolution,
     linear_as_printed,
     linear_well_conditioned,
 )
-from raxel.calibration.grid_pose import (
+from raxel.calibration.parametric.lens_formula import LensCalibration, calibrate_lens
+from raxel.calibration.parametric.zhang import ZhangCalibration, calibrate_zhang
+from raxel.calibration.pose.grid_pose import (
     AngularPose,
     facing_plane_normal,
     grid_pose_ransac,
@@ -40,21 +45,23 @@ from raxel.calibration.grid_pose import (
     refine_pose_angular,
     synthetic_plane_normal,
 )
-from raxel.calibration.grunert import three_point_depths
-from raxel.calibration.interpolation import interpolated_view
-from raxel.calibration.known_motion import KnownMotionRays, rays_from_known_motion
-from raxel.calibration.lens_formula import LensCalibration, calibrate_lens
-from raxel.calibration.relaxation import relax_poses
-from raxel.calibration.smooth_adjustment import SplineAdjustment, adjust_spline
-from raxel.calibration.smooth_boards import SplineCalibration, calibrate_spline
-from raxel.calibration.smooth_table import SmoothTable, smoothed_rays, smoothed_table
-from raxel.calibration.three_point import (
+from raxel.calibration.pose.grunert import three_point_depths
+from raxel.calibration.pose.three_point import (
     RayPose,
     pose_from_rays,
     pose_three_point_ransac,
     refine_pose_ray_point,
 )
-from raxel.calibration.zhang import ZhangCalibration, calibrate_zhang
+from raxel.calibration.smooth.adjustment import SplineAdjustment, adjust_spline
+from raxel.calibration.smooth.boards import SplineCalibration, calibrate_spline
+from raxel.calibration.smooth.table import SmoothTable, smoothed_rays, smoothed_table
+from raxel.calibration.views.correspondence import (
+    BoardView,
+    locate_pixels,
+    pixels_on_board,
+)
+from raxel.calibration.views.dense import DenseView, dense_view
+from raxel.calibration.views.interpolation import interpolated_view
 
 __all__ = [
     "AngularPose",

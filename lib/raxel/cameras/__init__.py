@@ -2,30 +2,34 @@
 of the other, with flags for pixels and points that have none.
 """
 
-from raxel.cameras.axial import AxialCamera
-from raxel.cameras.base import Camera, Projection, Rays, pixel_grid
-from raxel.cameras.bent_mirror import BentMirrorCamera
-from raxel.cameras.brown import BrownCamera
-from raxel.cameras.caustic import caustic_points
-from raxel.cameras.centrality import centrality, closest_point
-from raxel.cameras.fisheye import FisheyeCamera
-from raxel.cameras.general import GeneralCamera
+from raxel.cameras.core.base import Camera, Projection, Rays, pixel_grid
+from raxel.cameras.core.caustic import caustic_points
+from raxel.cameras.core.centrality import centrality, closest_point
 from raxel.cameras.io import load_camera
-from raxel.cameras.kannala_brandt import KannalaBrandtCamera
-from raxel.cameras.moving_pupil import MovingPupilCamera
-from raxel.cameras.orthographic import OrthographicCamera
-from raxel.cameras.perspective import PerspectiveCamera
-from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
-from raxel.cameras.polar_polynomial import ShahAggarwalCamera
-from raxel.cameras.pushbroom import PushbroomCamera
-from raxel.cameras.quadric_mirror import QuadricMirrorCamera
-from raxel.cameras.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
-from raxel.cameras.rational import LiftedRationalCamera, RationalCubicCamera
-from raxel.cameras.ray_polynomials import DivisionCamera, ScaramuzzaCamera, TardifCamera
-from raxel.cameras.ray_spline import RaySplineCamera
+from raxel.cameras.lenses.axial import AxialCamera
+from raxel.cameras.lenses.brown import BrownCamera
+from raxel.cameras.lenses.fisheye import FisheyeCamera
+from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
+from raxel.cameras.lenses.moving_pupil import MovingPupilCamera
+from raxel.cameras.lenses.perspective import PerspectiveCamera
+from raxel.cameras.lenses.polar_polynomial import ShahAggarwalCamera
+from raxel.cameras.lenses.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
+from raxel.cameras.lenses.rational import LiftedRationalCamera, RationalCubicCamera
+from raxel.cameras.lenses.ray_polynomials import (
+    DivisionCamera,
+    ScaramuzzaCamera,
+    TardifCamera,
+)
+from raxel.cameras.lenses.unified_sphere import UnifiedSphereCamera
+from raxel.cameras.linear.orthographic import OrthographicCamera
+from raxel.cameras.linear.pushbroom import PushbroomCamera
+from raxel.cameras.linear.xslits import XSlitsCamera
+from raxel.cameras.mirrors.bent import BentMirrorCamera
+from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
+from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from
-from raxel.cameras.unified_sphere import UnifiedSphereCamera
-from raxel.cameras.xslits import XSlitsCamera
+from raxel.cameras.tables.general import GeneralCamera
+from raxel.cameras.tables.ray_spline import RaySplineCamera
 
 __all__ = [
     "CAMERAS",

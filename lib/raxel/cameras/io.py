@@ -1,7 +1,7 @@
 """Read a camera of any kind from its file."""
 
+from raxel.cameras.core.storage import CameraFile
 from raxel.cameras.registry import CAMERAS
-from raxel.cameras.storage import CameraFile
 
 
 def load_camera(path):

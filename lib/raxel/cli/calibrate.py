@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.central_views import centrality_of_views
+from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.cli import described, models, scores
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written

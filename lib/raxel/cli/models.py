@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
-from raxel.calibration.generic import calibrate_generic
-from raxel.calibration.generic_cgsp import calibrate_cgsp
-from raxel.calibration.lens_formula import calibrate_lens
-from raxel.calibration.smooth_boards import calibrate_spline
-from raxel.calibration.zhang import calibrate_zhang
+from raxel.calibration.generic.cgsp import calibrate_cgsp
+from raxel.calibration.generic.standard import calibrate_generic
+from raxel.calibration.parametric.lens_formula import calibrate_lens
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.cli.described import WHAT_BENDS
 from raxel.cli.scores import known
 

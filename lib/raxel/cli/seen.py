@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.board_views import board_views
-from raxel.calibration.dense import dense_view
+from raxel.calibration.views.boards import board_views
+from raxel.calibration.views.dense import dense_view
 from raxel.cli.boards import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError

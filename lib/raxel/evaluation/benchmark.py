@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from raxel.cameras.centrality import closest_point
+from raxel.cameras.core.centrality import closest_point
 from raxel.cameras.io import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import angular_residual

@@ -14,8 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.correspondence import check_view
-from raxel.calibration.three_point import pose_of_spread_triples, refine_pose_ray_point
+from raxel.calibration.pose.three_point import (
+    pose_of_spread_triples,
+    refine_pose_ray_point,
+)
+from raxel.calibration.views.correspondence import check_view
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.pixel_pose import refine_pose_in_pixels
 from raxel.geometry.poses import transform

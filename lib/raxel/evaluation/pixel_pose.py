@@ -7,7 +7,7 @@ angle is then not the best in px, and each error is judged at its own best pose.
 
 import numpy as np
 
-from raxel.calibration.three_point import moved_pose, moving_points
+from raxel.calibration.pose.three_point import moved_pose, moving_points
 from raxel.geometry.damped import damped_step, gauss_newton
 from raxel.geometry.poses import transform
 

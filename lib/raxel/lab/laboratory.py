@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from raxel.cameras.base import Camera
+from raxel.cameras.core.base import Camera
 from raxel.lab.optics import Optics
 from raxel.lab.render import render
 from raxel.lab.sensor import Sensor

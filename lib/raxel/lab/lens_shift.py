@@ -3,7 +3,7 @@
 A heavy lens sags: the image on the sensor moves when the camera is turned over.
 """
 
-from raxel.cameras.base import Camera, Projection, as_rows, checked_array
+from raxel.cameras.core.base import Camera, Projection, as_rows, checked_array
 from raxel.errors import InputError
 
 

@@ -5,7 +5,7 @@ Rays and intersections are found once for a view; each pattern is then only shad
 
 import numpy as np
 
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.lab.monitor_sight import MonitorSight
 from raxel.lab.patterns import MonitorBoard, monitor_scene

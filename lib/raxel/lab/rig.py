@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.cameras.base import Camera
+from raxel.cameras.core.base import Camera
 from raxel.documents import read_yaml, validate
 from raxel.errors import InputError
 from raxel.lab.blemishes import Blemishes

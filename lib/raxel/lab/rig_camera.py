@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 
-from raxel.cameras.mirror_ball import ball_facets
-from raxel.cameras.named_fields import argument_names
-from raxel.cameras.planar_mirrors import PlanarMirrorsCamera
-from raxel.cameras.quadric_mirror import QuadricMirrorCamera
+from raxel.cameras.core.named_fields import argument_names
+from raxel.cameras.core.storage import DEEPEST
+from raxel.cameras.mirrors.ball import ball_facets
+from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
+from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from, with_nested
-from raxel.cameras.storage import DEEPEST
 from raxel.errors import InputError, did_you_mean
 
 # Units of camera fields. Those not named here are pure numbers, or coefficients and

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras import Camera
-from raxel.cameras.smooth_rays import smooth_rays
+from raxel.cameras.core.smooth_rays import smooth_rays
 from raxel.errors import InputError
 from raxel.geometry import rotate, transform
 from raxel.lab.scene import NO_RAY, TexturedScene

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.base import pixel_grid
-from raxel.cameras.centrality import closest_point
+from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.core.centrality import closest_point
 from raxel.errors import InputError
 
 # Rays at most this far from the horizon set the height of the picture.

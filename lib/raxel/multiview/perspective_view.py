@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.base import pixel_grid
-from raxel.cameras.centrality import closest_point
-from raxel.cameras.perspective import PerspectiveCamera
+from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
 
 STEP_PX = 4.0

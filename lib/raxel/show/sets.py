@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from raxel.calibration.board_views import board_views
-from raxel.calibration.zhang import calibrate_zhang
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.boards import board_views
 from raxel.cameras.io import load_camera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.cross_validation import evaluate_camera

@@ -9,7 +9,7 @@ import numpy as np
 from chapters.shared.rigs import rig_named
 from chapters.shared.zoo import HALF_ANGLE, MIDDLE, SIZE_PX, K_of, camera, made
 from raxel.cameras import caustic_points
-from raxel.cameras.fit import fit_camera, radii_of
+from raxel.cameras.lenses.fit import fit_camera, radii_of
 
 RIG = "coolpix-fce8-zoom-3"
 # Where a ray is met again for the round trip.

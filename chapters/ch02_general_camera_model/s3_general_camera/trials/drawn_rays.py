@@ -7,7 +7,7 @@ import numpy as np
 from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import bundle_adjust_fixed_centre, linear_well_conditioned
 from raxel.cameras import GeneralCamera
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import intersect_rays_plane, transform
 
 # Fig. 2.1: a small image, so that its pixels can be drawn, and the pixel i

@@ -7,7 +7,7 @@ import numpy as np
 from chapters.shared.general_cameras import CAMERAS, draw_two_grids
 from raxel.calibration import rays_from_known_motion
 from raxel.cameras import GeneralCamera
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan

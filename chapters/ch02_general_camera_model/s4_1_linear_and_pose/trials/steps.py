@@ -16,8 +16,8 @@ from raxel.calibration import (
     linear_well_conditioned,
     pixels_on_board,
 )
-from raxel.calibration.board_samples import sample_boards
-from raxel.cameras.base import pixel_grid
+from raxel.calibration.views.samples import sample_boards
+from raxel.cameras.core.base import pixel_grid
 from raxel.evaluation.distortion import angular_residual
 from raxel.geometry import intersect_rays_plane, transform
 

@@ -15,7 +15,7 @@ from chapters.shared.facade import straightness
 from chapters.shared.methods import LINEAR, METHODS, SCALES
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, camera_of
 from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import corrected_view, distortion_residual, synthetic_plane

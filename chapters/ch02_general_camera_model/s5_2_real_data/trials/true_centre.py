@@ -13,8 +13,8 @@ from chapters.shared.three_planes import (
     targets,
     view,
 )
-from raxel.calibration.bundle import bundle_adjust_fixed_centre
-from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
+from raxel.calibration.adjust.bundle import bundle_adjust_fixed_centre
+from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import distortion_residual
 from raxel.geometry import inverse_pose

@@ -13,7 +13,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     SETTINGS,
     rms,
 )
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from raxel.calibration.correspondence import cell_maps, locate_pixels
-from raxel.calibration.interpolation import interpolated_view
+from raxel.calibration.views.correspondence import cell_maps, locate_pixels
+from raxel.calibration.views.interpolation import interpolated_view
 
 # The nearest corners of which four are taken.
 CANDIDATES = 24
@@ -65,7 +65,7 @@ def by_enclosing_cell(pixels, view):
 
 
 def by_surface(pixels, view):
-    """A smooth surface through all corners (`raxel.calibration.interpolation`)."""
+    """A surface through all corners (`raxel.calibration.views.interpolation`)."""
     return locate_pixels(pixels, interpolated_view(view, "smooth")[0])[0]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from chapters.shared.rigs import rig_named
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
-from raxel.calibration.correspondence import BoardView
+from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import BrownCamera, Camera
 from raxel.geometry.poses import pose, transform
 

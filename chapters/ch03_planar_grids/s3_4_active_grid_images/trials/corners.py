@@ -15,8 +15,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.metric_search imp
     at_four_pixels,
     by_local_fit,
 )
-from raxel.calibration.board_views import board_views
-from raxel.calibration.zhang import calibrate_zhang
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.boards import board_views
 from raxel.features import DEFAULT_DETECTOR
 from raxel.features.boards import detect_boards
 from raxel.features.localise.ridges import fit_ridges, gradient

@@ -22,7 +22,7 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from raxel.calibration import BoardView, pixels_on_board
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import inverse_pose, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan

@@ -17,7 +17,7 @@ from chapters.shared.wide_angle import (
 )
 from chapters.shared.zoo import ZOO
 from raxel.cameras import closest_point
-from raxel.cameras.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import intersect_rays_plane, pose, rotate, transform
 
 WIDE_FOV_DEG = 183.0

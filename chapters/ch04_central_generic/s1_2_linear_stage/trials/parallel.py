@@ -14,7 +14,11 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from raxel.calibration import linear_cgsp
-from raxel.calibration.synthetic_pinhole import conic_system, scaled, sturm_maybank
+from raxel.calibration.linear.synthetic_pinhole import (
+    conic_system,
+    scaled,
+    sturm_maybank,
+)
 from raxel.errors import CalibrationError
 from raxel.geometry import homography_dlt, pose, rotation_from_vector
 from raxel.geometry.homography import normalising

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.shared.wide_angle import CENTRE_MM, RAYS, SETTINGS, draw_poses
-from raxel.calibration.bundle import ray_point_residuals
-from raxel.calibration.relaxation import pose_vector
+from raxel.calibration.adjust.bundle import ray_point_residuals
+from raxel.calibration.adjust.relaxation import pose_vector
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 

@@ -16,12 +16,15 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
-from raxel.calibration.bundle import bundle_adjust_fixed_centre, ray_point_residuals
-from raxel.calibration.centroid_rays import centroid_directions
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.consistent import adjust_consistent
-from raxel.calibration.free_centre import adjust_concurrence, adjust_ray_point
-from raxel.calibration.relaxation import relax_poses
+from raxel.calibration.adjust.bundle import (
+    bundle_adjust_fixed_centre,
+    ray_point_residuals,
+)
+from raxel.calibration.adjust.centroid_rays import centroid_directions
+from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.adjust.free_centre import adjust_concurrence, adjust_ray_point
+from raxel.calibration.adjust.relaxation import relax_poses
+from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.errors import CalibrationError
 from raxel.geometry import transform
 from repro.run.experiment import experiment

@@ -17,12 +17,12 @@ from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     points_on_grid,
 )
 from chapters.shared.wide_angle import CENTRE_MM, T_BASE_CAMERA, draw_poses, radial_lens
-from raxel.calibration.grid_pose import (
+from raxel.calibration.pose.grid_pose import (
     grid_pose_ransac,
     linear_grid_pose,
     synthetic_plane_normal,
 )
-from raxel.calibration.three_point import pose_three_point_ransac
+from raxel.calibration.pose.three_point import pose_three_point_ransac
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from raxel.calibration.grid_pose import (
+from raxel.calibration.pose.grid_pose import (
     grid_pose_ransac,
     linear_grid_pose,
     refine_pose_angular,
 )
-from raxel.calibration.three_point import (
+from raxel.calibration.pose.three_point import (
     pose_three_point_ransac,
     ray_errors,
     refine_pose_ray_point,

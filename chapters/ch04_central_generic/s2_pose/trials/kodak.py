@@ -19,8 +19,8 @@ from chapters.shared.decoding_errors import (
     true_lattice,
 )
 from chapters.shared.grid_rigs import rig_named
-from raxel.calibration.board_views import board_views
-from raxel.calibration.zhang import calibrate_zhang
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.boards import board_views
 from raxel.cameras import PerspectiveCamera
 from raxel.features.boards import detect_boards
 from raxel.geometry import fit_pose, inverse_pose, transform

@@ -11,7 +11,7 @@ from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     rays_and_points,
 )
 from chapters.shared.wide_angle import CENTRE_MM, SETTINGS, draw_scene, radial_lens
-from raxel.calibration.grid_pose import (
+from raxel.calibration.pose.grid_pose import (
     GRAZING,
     linear_grid_pose,
     synthetic_plane_normal,

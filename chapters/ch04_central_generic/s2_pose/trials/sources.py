@@ -24,7 +24,7 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from raxel.calibration import adjust_consistent, linear_cgsp, smoothed_rays
-from raxel.calibration.grid_pose import linear_grid_pose, refine_pose_angular
+from raxel.calibration.pose.grid_pose import linear_grid_pose, refine_pose_angular
 from raxel.geometry import transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan

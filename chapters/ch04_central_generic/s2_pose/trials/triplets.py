@@ -16,12 +16,12 @@ from chapters.shared.wide_angle import (
     draw_scene,
     radial_lens,
 )
-from raxel.calibration.grid_pose import (
+from raxel.calibration.pose.grid_pose import (
     facing_plane_normal,
     linear_grid_pose,
     synthetic_plane_normal,
 )
-from raxel.calibration.three_point import pose_of_triples
+from raxel.calibration.pose.three_point import pose_of_triples
 from raxel.errors import CalibrationError
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan

@@ -9,8 +9,8 @@ from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     decoded_points,
 )
 from chapters.shared.central_sets import RIGS, SEEDS, SMALL
-from raxel.calibration.board_views import board_views
-from raxel.calibration.grid_pose import synthetic_plane_normal
+from raxel.calibration.pose.grid_pose import synthetic_plane_normal
+from raxel.calibration.views.boards import board_views
 from raxel.evaluation.distortion import distortion_residual
 from raxel.features.boards import detect_boards
 from raxel.sets import load_set

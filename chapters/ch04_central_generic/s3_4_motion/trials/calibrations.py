@@ -14,12 +14,12 @@ import numpy as np
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import RIG
 from chapters.shared.decoding_errors import drawn_again, lattice_rays, true_lattice
 from chapters.shared.grid_rigs import rig_named
-from raxel.calibration.centroid_rays import centroid_directions
-from raxel.calibration.cgsp import linear_cgsp
-from raxel.calibration.generic_linear import linear_as_printed, linear_well_conditioned
-from raxel.calibration.grid_pose import grid_pose_ransac
-from raxel.calibration.relaxation import relax_poses
-from raxel.calibration.three_point import pose_from_rays
+from raxel.calibration.adjust.centroid_rays import centroid_directions
+from raxel.calibration.adjust.relaxation import relax_poses
+from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
+from raxel.calibration.pose.grid_pose import grid_pose_ransac
+from raxel.calibration.pose.three_point import pose_from_rays
 from raxel.geometry import pose
 
 LATTICE_PX = 16

@@ -12,7 +12,7 @@ import numpy as np
 
 from chapters.guides.fisheye_in_ten_minutes.trials.boards import places_of, rig_of
 from chapters.shared.facade import T_world_camera
-from raxel.calibration.board_views import board_views
+from raxel.calibration.views.boards import board_views
 from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.evaluation import evaluate_camera

@@ -15,8 +15,8 @@ from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
     true_corners,
 )
 from raxel.calibration import BoardView, calibrate_generic, calibrate_zhang
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.cameras.base import pixel_grid
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation import angular_residual, evaluate_camera
 from raxel.evaluation.benchmark import scoring_grid

@@ -21,9 +21,9 @@ from raxel.calibration import (
     calibrate_lens,
     calibrate_zhang,
 )
-from raxel.calibration.board_views import board_views
-from raxel.calibration.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.calibration.smooth_boards import calibrate_spline
+from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.smooth.boards import calibrate_spline
+from raxel.calibration.views.boards import board_views
 from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
 from raxel.evaluation.benchmark import scoring_grid

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.features.active_grid.checks.doubts import clipped_at, examine
 from raxel.features.active_grid.decode import Decoded, decode
-from raxel.features.active_grid.doubts import clipped_at, examine
 from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour

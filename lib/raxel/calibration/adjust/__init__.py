@@ -1,0 +1,1 @@
+"""Adjustment of centre and poses, and of the rays with them."""

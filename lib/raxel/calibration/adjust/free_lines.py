@@ -1,0 +1,263 @@
+"""Lines instead of rays from one point: centrality relaxed after CGSP (4.4).
+
+A mirror that sits a little aside gives a camera that is almost central. The thesis
+proposes to calibrate it as central first, and then to let go of the centre. Here every
+pixel gets a line of its own, four unknowns, against two coordinates on each of three
+grids or more; the poses are adjusted with the lines, and the base grid fixes the frame.
+The residuals are those of `raxel.calibration.adjust.consistent`: in the grids' planes,
+whitened with frozen weights.
+
+The line of a pixel is X(l) = C + B b + l (u + B g), with u its direction from the start
+and B two axes across it: b, in mm, is how far it passes from the start's centre. b and
+g are eliminated (Schur complement), and 6 (n - 1) unknowns of the poses are left.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.adjust.bundle import check_shared
+from raxel.calibration.adjust.consistent import (
+    FIRST_DAMPING,
+    LARGEST_DAMPING,
+    is_rounding,
+)
+from raxel.errors import CalibrationError
+from raxel.geometry.damped import damped_step
+from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
+
+BLOCK = 4096  # lines handled at once
+LEAST = 3  # grids that a line must see to have a say
+# Depths of its points must differ by this share: where grids cross there is no line.
+SPREAD = 0.02
+
+
+class FreeLines(NamedTuple):
+    """Lines of N pixels and the poses that go with them, base frame.
+
+    origins (N, 3): the point of each line next to the start's centre, within the plane
+    across its first direction; directions (N, 3) unit, away from the centre; NaN where
+    a pixel sees fewer than two grids. T_base_grid (n, 4, 4). used (N,): whether a line
+    saw three grids or more and helped with the poses; with two it is their join.
+    offsets (N, 2): b, mm, on the axes (N, 3, 2) across. offset_covariance (N, 2, 2):
+    of b, by the noise of the line's own points; offset_of_poses (N, 2, 6 (n - 1)): how
+    b follows the poses. These are NaN where not used. covariance: of the poses, for
+    each but the base its rotation vector (rad) and translation (mm), both in its own
+    frame. noise: SD of the whitened residuals; cost: the sum of their squares, on
+    degrees_of_freedom. converged: whether it came to rest in time.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    T_base_grid: np.ndarray
+    used: np.ndarray
+    offsets: np.ndarray
+    axes: np.ndarray
+    offset_covariance: np.ndarray
+    offset_of_poses: np.ndarray
+    covariance: np.ndarray
+    noise: float
+    cost: float
+    degrees_of_freedom: int
+    converged: bool
+
+
+class _Lines(NamedTuple):
+    """What is known of the pixels that take part: points, whitening, chart of lines."""
+
+    points: np.ndarray
+    whitening: np.ndarray
+    centre: np.ndarray
+    u: np.ndarray
+    axes: np.ndarray
+    unknowns: np.ndarray
+
+
+def relax_centrality(points, central, *, iterations=50, tolerance=1e-3):
+    """A line for every pixel, and the poses, from a central calibration as the start.
+
+    points: (n, N, 2) mm, n >= 3; central: the ConsistentResult of the same points,
+    whose weights are kept. tolerance: it ends when a step is shorter than this, in
+    standard deviations of the result.
+
+    Returns FreeLines. Raises CalibrationError where a grid shares fewer than three such
+    lines with the others, or there are more unknowns than points.
+    """
+    points = np.ascontiguousarray(points, float)
+    seen = central.whitening[..., 0] > 0
+    used = _determined(points, seen, central)
+    check_shared(seen & used)
+    moving = 6 * (len(points) - 1)
+    freedom = int(2 * seen[:, used].sum() - 4 * used.sum()) - moving
+    if freedom <= 0:
+        raise CalibrationError(
+            f"free lines: {used.sum()} pixels see three grids or more; more are needed"
+        )
+    lines = _chosen(points, central, used)
+    T, equations, converged = _descend(
+        lines, central.T_base_grid, freedom, iterations, tolerance
+    )
+    result = _result(lines, used, T, equations, freedom, converged)
+    _join(points, central, np.count_nonzero(seen, axis=0) == 2, T, result)
+    return result
+
+
+def _determined(points, seen, central):
+    """Which pixels see three grids or more, not all of them at nearly one depth."""
+    near, far = np.full(seen.shape[1], np.inf), np.zeros(seen.shape[1])
+    for j, T in enumerate(central.T_base_grid):
+        p = np.nan_to_num(points[j]) @ T[:3, :2].T + T[:3, 3] - central.centre
+        depth = np.linalg.norm(p, axis=1)
+        near = np.minimum(near, np.where(seen[j], depth, np.inf))
+        far = np.maximum(far, np.where(seen[j], depth, 0.0))
+    return (np.count_nonzero(seen, axis=0) >= LEAST) & (far > (1 + SPREAD) * near)
+
+
+def _chosen(points, central, rays):
+    """_Lines of some pixels, the central rays to begin with."""
+    u = central.directions[rays]
+    return _Lines(
+        points[:, rays],
+        central.whitening[:, rays].astype(float),
+        central.centre,
+        u,
+        np.linalg.svd(u[:, None, :])[2][:, 1:].swapaxes(1, 2),
+        np.zeros((len(u), 4)),
+    )
+
+
+def _descend(lines, T, freedom, iterations, tolerance):
+    """Poses that fit the lines best, by Levenberg-Marquardt."""
+    for _ in range(2):
+        now = _normal_equations(lines, T)
+    damping = FIRST_DAMPING
+    for _ in range(iterations):
+        step = damped_step(now[1], now[2], damping)
+        gain = -step @ now[2]
+        if gain * freedom <= tolerance**2 * now[0] or is_rounding(step, lines.centre):
+            return T, now, True
+        trial = _moved(T, step)
+        before = lines.unknowns.copy()
+        new = _normal_equations(lines, trial)
+        if new[0] < now[0]:
+            T, now = trial, new
+            damping = max(damping / 10, FIRST_DAMPING)
+        else:
+            lines.unknowns[:] = before
+            damping *= 10
+            if damping > LARGEST_DAMPING:
+                break
+    return T, now, False
+
+
+def _moved(T, step):
+    """Poses moved by R exp([w]x) and t - R s, for steps (w, s) of all but the base."""
+    both = step.reshape(-1, 2, 3)
+    R = T[1:, :3, :3]
+    t = T[1:, :3, 3] - (R @ both[:, 1, :, None])[..., 0]
+    moving = pose(R @ rotation_from_vector(both[:, 0]), t)
+    return np.concatenate([T[:1], moving])
+
+
+def _normal_equations(lines, T):
+    """Cost, normal matrix, half gradient of the poses; moves the lines by one step."""
+    size = 6 * (len(T) - 1)
+    cost, normal, gradient = 0.0, np.zeros((size, size)), np.zeros(size)
+    for start in range(0, len(lines.u), BLOCK):
+        block = slice(start, start + BLOCK)
+        own, _, residual = _system(lines, block, T)
+        pull = np.einsum("nra,nr->na", own, residual)
+        V = np.swapaxes(own, 1, 2) @ own
+        lines.unknowns[block] -= np.linalg.solve(V, pull[..., None])[..., 0]
+        own, of_poses, residual = _system(lines, block, T)
+        V = np.swapaxes(own, 1, 2) @ own
+        rows = np.concatenate([of_poses, residual[..., None]], axis=2)
+        cross = np.swapaxes(own, 1, 2) @ rows
+        flat = rows.reshape(-1, size + 1)
+        left = np.einsum("nap,naq->pq", cross, np.linalg.solve(V, cross))
+        both = flat.T @ flat - left
+        normal += both[:size, :size]
+        gradient += both[:size, size]
+        cost += np.vdot(residual, residual)
+    return float(cost), normal, gradient
+
+
+def _system(lines, block, T):
+    """Jacobians (N, 2 n, 4) of the lines and (N, 2 n, 6 (n - 1)) of the poses, and the
+    whitened residuals (N, 2 n); zero where a point is not seen."""
+    axes, unknowns = lines.axes[block], lines.unknowns[block, :, None]
+    origin = lines.centre + (axes @ unknowns[:, :2])[..., 0]
+    along = lines.u[block] + (axes @ unknowns[:, 2:])[..., 0]
+    count, grids = len(along), len(T)
+    own = np.zeros((count, 2 * grids, 4))
+    of_poses = np.zeros((count, 2 * grids, 6 * (grids - 1)))
+    residual = np.zeros((count, 2 * grids))
+    for j in range(grids):
+        rows = slice(2 * j, 2 * j + 2)
+        R, w = T[j, :3, :3], lines.whitening[j, block]
+        d, c = along @ R, (origin - T[j, :3, 3]) @ R
+        m, depth = d[:, :2] / d[:, 2:], -c[:, 2] / d[:, 2]
+        q = c[:, :2] - c[:, 2:] * m
+        W = np.zeros((count, 2, 2))
+        W[:, 0, 0], W[:, 0, 1], W[:, 1, 1] = w.T
+        seen = w[:, 0] > 0
+        off = np.where(seen[:, None], q - lines.points[j, block], 0.0)
+        residual[:, rows] = np.einsum("nab,nb->na", W, off)
+        A = np.concatenate([np.tile(np.eye(2), (count, 1, 1)), -m[..., None]], axis=2)
+        E = W @ A
+        across = E @ R.T @ axes
+        own[:, rows, :2] = across
+        own[:, rows, 2:] = depth[:, None, None] * across
+        if j:
+            G = cross_matrix(np.pad(q, ((0, 0), (0, 1))))
+            of_poses[:, rows, 6 * j - 6 : 6 * j] = np.concatenate([E @ G, E], axis=2)
+    return own, of_poses, residual
+
+
+def _result(lines, used, T, equations, freedom, converged):
+    cost, normal, _ = equations
+    variance = cost / freedom
+    own, of_poses, _ = _system(lines, slice(None), T)
+    V = np.swapaxes(own, 1, 2) @ own
+    cross = np.swapaxes(own, 1, 2) @ of_poses
+    origins, directions = _of_unknowns(lines)
+    return FreeLines(
+        _spread(origins, used),
+        _spread(directions, used),
+        T,
+        used,
+        _spread(lines.unknowns[:, :2], used),
+        _spread(lines.axes, used),
+        _spread(variance * np.linalg.inv(V)[:, :2, :2], used),
+        _spread(-np.linalg.solve(V, cross)[:, :2], used),
+        variance * np.linalg.inv(normal),
+        float(np.sqrt(variance)),
+        cost,
+        freedom,
+        converged,
+    )
+
+
+def _spread(values, rays):
+    """Values of the chosen pixels among all, NaN for the others."""
+    whole = np.full((len(rays), *values.shape[1:]), np.nan)
+    whole[rays] = values
+    return whole
+
+
+def _join(points, central, pairs, T, result):
+    """The lines of pixels that see two grids: through both points."""
+    if not pairs.any():
+        return
+    lines = _chosen(points, central, pairs)
+    for _ in range(4):
+        _normal_equations(lines, T)
+    result.origins[pairs], result.directions[pairs] = _of_unknowns(lines)
+
+
+def _of_unknowns(lines):
+    """Origins and unit directions (N, 3)."""
+    both = lines.unknowns[..., None]
+    along = lines.u + (lines.axes @ both[:, 2:])[..., 0]
+    origins = lines.centre + (lines.axes @ both[:, :2])[..., 0]
+    return origins, along / np.linalg.norm(along, axis=1, keepdims=True)

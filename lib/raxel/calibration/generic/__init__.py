@@ -1,0 +1,1 @@
+"""Generic calibration, complete: a ray for every pixel, without a formula."""

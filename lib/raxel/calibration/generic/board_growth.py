@@ -1,0 +1,225 @@
+"""From the boards that begin to a camera: the other boards, their rays, the table.
+
+What the generic methods have in common once centre and poses of three boards or more
+are known: the others one after the other, by the pose that the rays known so far give
+them, all poses adjusted each time, and in the end a ray for every pixel that a board
+covers.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.adjust.bundle import (
+    bundle_adjust_fixed_centre,
+    ray_point_residuals,
+)
+from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.linear.cgsp import CgspSolution
+from raxel.calibration.linear.standard import LinearSolution
+from raxel.calibration.pose.three_point import pose_from_rays
+from raxel.cameras.tables.general import GeneralCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import nearest_rotation, pose, transform
+
+FEWEST_COMMON = 40  # coarse samples that two boards must share to be compared
+POSED = 400  # samples a pose is found from
+AGREES = 0.6  # share of those within THRESHOLD_PX for a board to be taken in
+THRESHOLD_PX = 3.0
+
+
+class GenericCalibration(NamedTuple):
+    """The camera and how it came about.
+
+    camera: GeneralCamera; its frame has the centre as origin, z close to the ray of
+    mid-image and x along the image's u (as the rays of a plain fisheye fit best).
+    centre (3,): in the base board's frame; T_base_grid (m, 4, 4) and T_camera_grid
+    (m, 4, 4): poses of the boards in `used` (indices of views; those of the linear
+    stage come first, the very first is the base). left_out: {index: reason}.
+    share_with_ray: share of the image's pixels. rms_deg: root mean square angle between
+    rays and their points, of the rays that two or more of the used boards share, as
+    adjusted. linear: the LinearSolution or CgspSolution that it began with.
+    interpolation: for each view, "homographic" or "smooth", as taken, or "none" where
+    every pixel was read. grid_rms_deg (m,): as rms_deg, for each board alone.
+    weights (m,): of each board's points in the rays. pixels_of_one_grid: how many
+    pixels have a ray from the one board that they see.
+    """
+
+    camera: GeneralCamera
+    centre: np.ndarray
+    T_base_grid: np.ndarray
+    T_camera_grid: np.ndarray
+    used: list
+    left_out: dict
+    share_with_ray: float
+    rms_deg: float
+    linear: LinearSolution | CgspSolution
+    interpolation: tuple
+    grid_rms_deg: np.ndarray
+    weights: np.ndarray
+    pixels_of_one_grid: int
+
+
+class Start(NamedTuple):
+    """Boards that the linear stage was solved with, and what came out."""
+
+    boards: tuple
+    linear: LinearSolution | CgspSolution
+
+
+class Growth(NamedTuple):
+    """Boards taken in, their poses, ray directions of the samples, angles' RMS."""
+
+    boards: list
+    T_base_grid: np.ndarray
+    directions: np.ndarray
+    rms: float
+    reasons: dict
+    start: Start
+
+
+class AdjustedBoards(NamedTuple):
+    """centre (3,), T_base_grid (m, 4, 4) of the boards taken in, directions (M, 3)."""
+
+    centre: np.ndarray
+    T_base_grid: np.ndarray
+    directions: np.ndarray
+
+
+# ------------------------------------------------------------------ the other boards
+
+
+def grown(samples, start, rng):
+    """Growth from three boards to all that agree, most common rays first."""
+    centre = start.linear.centre
+    boards, poses = list(start.boards), start.linear.T_base_grid
+    poses, directions, rms = adjusted(samples, boards, centre, poses)
+    waiting = [k for k in range(len(samples.points)) if k not in boards]
+    reasons = {}
+    while waiting:
+        known = np.isfinite(directions[:, 0])
+        waiting.sort(key=lambda k: -np.count_nonzero(samples.seen[k] & known))
+        threshold = THRESHOLD_PX * _radians_per_px(samples, directions)
+        for k in waiting:
+            usable = samples.seen[k] & known
+            T, reasons[k] = _posed(
+                directions[usable], samples.points[k, usable], rng, threshold
+            )
+            if T is not None:
+                break
+        else:
+            break
+        waiting.remove(k)
+        del reasons[k]
+        T[:3, 3] += centre
+        boards.append(k)
+        poses = np.concatenate([poses, T[None]])
+        poses, directions, rms = adjusted(samples, boards, centre, poses)
+    return Growth(boards, poses, directions, rms, reasons, start)
+
+
+def _posed(directions, points, rng, threshold):
+    """Pose (4, 4) of one board from known rays, or None and the reason."""
+    if len(points) < FEWEST_COMMON:
+        return None, f"shares {len(points)} samples with the known rays; too few"
+    picked = rng.permutation(len(points))[:POSED]
+    try:
+        found = pose_from_rays(
+            directions[picked], points[picked], rng, threshold, metric="angle"
+        )
+    except CalibrationError as error:
+        return None, str(error)
+    share = np.mean(found.inliers)
+    if share < AGREES:
+        return None, (
+            f"its pose agrees with {100 * share:.0f} % of the known rays to within"
+            f" {THRESHOLD_PX:g} px; {100 * AGREES:.0f} % are needed"
+        )
+    return found.T_camera_grid.copy(), ""
+
+
+def adjusted(samples, boards, centre, poses, tolerance=1e-5):
+    """Poses, directions (M, 3) and RMS angle after adjustment with the centre fixed."""
+    points, seen = samples.points[boards], samples.seen[boards]
+    poses, directions, _, _ = bundle_adjust_fixed_centre(
+        points, seen, centre, poses, tolerance=tolerance
+    )
+    sines, shared = _angles(samples, boards, AdjustedBoards(centre, poses, directions))
+    return poses, directions, float(np.sqrt(np.mean(sines[shared] ** 2)))
+
+
+def _angles(samples, boards, found):
+    """Sines (m, M) of the angles between rays and points; which rays are shared."""
+    points, seen = samples.points[boards], samples.seen[boards]
+    residuals = ray_point_residuals(points, seen, *found)
+    places = transform(found.T_base_grid, _flat(points))
+    lengths = np.linalg.norm(places - found.centre, axis=2)
+    shared = seen & (np.sum(seen, axis=0) >= 2)
+    return np.linalg.norm(residuals, axis=2) / lengths, shared
+
+
+def _radians_per_px(samples, directions):
+    """Median angle between rays of neighbouring samples, per pixel."""
+    known = np.isfinite(directions[:, 0])
+    pixels, rays = samples.pixels[known], directions[known]
+    order = np.lexsort((pixels[:, 0], pixels[:, 1]))
+    pixels, rays = pixels[order], rays[order]
+    beside = np.all(np.diff(pixels, axis=0) == [samples.step, 0], axis=1)
+    gaps = np.linalg.norm(rays[1:] - rays[:-1], axis=1)[beside]
+    return np.median(gaps) / samples.step
+
+
+def _flat(points):
+    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
+
+
+# -------------------------------------------------------------------------- the table
+
+
+def completed(views, width, height, units, samples, growth, found, chosen):
+    """GenericCalibration from the boards chosen, as adjusted: table, frame, counts."""
+    boards, centre = growth.boards, found.centre
+    sines, shared = _angles(samples, boards, found)
+    sines = np.where(shared, sines, np.nan)
+    rms = np.sqrt(np.nanmean(sines**2, axis=1))
+    weights = np.ones(len(boards))
+    began = len(growth.start.boards)
+    # A pose that was found from rays adds to what its points are off.
+    weights[began:] = np.minimum(1.0, np.mean(rms[:began] ** 2) / rms[began:] ** 2)
+    used = [views[k] for k in boards]
+    table = ray_table(used, found.T_base_grid, centre, width, height, weights)
+    mask = np.isfinite(table[..., 0])
+    rotation = _camera_axes(samples, found.directions, width, height)
+    T_camera_base = pose(rotation, -rotation @ centre)
+    camera = GeneralCamera(table @ rotation.T, mask, units=units)
+    grids = sum(view.covered(width, height).astype(np.uint16) for view in used)
+    return GenericCalibration(
+        camera,
+        centre,
+        found.T_base_grid,
+        T_camera_base @ found.T_base_grid,
+        boards,
+        growth.reasons,
+        float(np.mean(mask)),
+        float(np.degrees(np.sqrt(np.nanmean(sines**2)))),
+        growth.start.linear,
+        chosen,
+        np.degrees(rms),
+        weights,
+        int(np.count_nonzero(mask & (grids == 1))),
+    )
+
+
+def _camera_axes(samples, directions, width, height):
+    """Rotation camera from base: z mid-image, x along u, as far as the rays tell.
+
+    The rotation that maps the known rays best to those of a plain fisheye whose angle
+    per pixel is theirs.
+    """
+    known = np.isfinite(directions[:, 0])
+    offset = samples.pixels[known] - np.array([width - 1, height - 1]) / 2
+    radius = np.linalg.norm(offset, axis=1)
+    angle = radius * _radians_per_px(samples, directions)
+    across = offset / np.maximum(radius, 1e-12)[:, None] * np.sin(angle)[:, None]
+    nominal = np.column_stack([across, np.cos(angle)])
+    return nearest_rotation(nominal.T @ directions[known])

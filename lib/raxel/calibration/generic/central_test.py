@@ -1,0 +1,206 @@
+"""Central or not: how far from one point the rays pass, and whether noise can do that.
+
+A central camera's rays meet in one point. Rays that may be any lines fit the points
+better, if only because they have two more unknowns each. Two questions follow.
+
+*Is it more than noise?* The sum of squares that the lines save over the central camera,
+per unknown that they have more, against what they leave, per degree of freedom: an F
+test. It takes the size of the noise from the lines themselves, so it needs no stated
+one. Errors of neighbouring pixels that a window has smoothed are not independent. A sum
+of their squares scatters as if there were fewer; the degrees of freedom are divided by
+that number.
+
+*By how much?* The lines' squared distances from the best point, less the share that the
+noise of points and poses has in them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.adjust.free_lines import relax_centrality
+from raxel.errors import CalibrationError
+from raxel.geometry.planes import intersect_rays_plane
+
+RAYS = 10_000  # tested at most, spread evenly over those that see three grids
+UNLIKELY = 1e-3
+GROSS = 8.0  # standard deviations of the points' distances from their lines
+LEAST_CLEAN = 0.8  # of the rays: with more gross errors, lines follow some of them
+ROUNDS = 4  # in which rays with gross errors are left out
+MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
+WIDE = 4.0  # times the median variance: from here on a line counts less
+QUANTILE = stats.norm.ppf(0.95)
+
+
+class CentralTest(NamedTuple):
+    """What `centrality_test` found.
+
+    p_value: how often noise alone makes lines fit so much better than rays through one
+    point. distance_mm: RMS distance of the lines from that point, the noise's share
+    taken off; 0 where noise explains it. at_least_mm, at_most_mm: its bounds, of 95 %
+    each. p_of_noise: how often the stated noise leaves so large residuals of the
+    central camera; noise_ratio: the noise that the lines show over the stated one; NaN
+    where none was stated. rays: tested; centre (3,): of the central camera.
+    """
+
+    p_value: float
+    distance_mm: float
+    at_least_mm: float
+    at_most_mm: float
+    p_of_noise: float
+    noise_ratio: float
+    rays: int
+    centre: np.ndarray
+
+    @property
+    def central(self):
+        """Whether nothing speaks against one centre."""
+        return self.p_value >= UNLIKELY
+
+    def __str__(self):
+        bounds = f"{self.at_least_mm:.3g} to {self.at_most_mm:.3g} mm"
+        if self.central:
+            return (
+                f"central within noise: {self.rays} rays pass at most"
+                f" {self.at_most_mm:.3g} mm from one point (RMS; p {self.p_value:.2g})"
+            )
+        return (
+            f"not central: {self.rays} rays pass {self.distance_mm:.3g} mm ({bounds})"
+            f" from one point (RMS; p {self.p_value:.1g})"
+        )
+
+
+def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
+    """Test whether the rays of a camera meet in one point.
+
+    points: (n, N, 2) mm on n >= 3 grids; seen: (n, N) bool or None: where finite;
+    centre, T_base_grid: (3,) and (n, 4, 4), a central calibration as the start; sigma:
+    as `adjust_consistent`. window: px, side of the square over which the decoder has
+    averaged, where the rays are those of neighbouring pixels; 1 for rays far apart.
+    Rays with a point GROSS standard deviations or more beside their line are left out.
+    Of more than RAYS rays every k-th is tested, which makes neighbours the less alike.
+
+    Returns CentralTest. Raises CalibrationError as `adjust_consistent` and
+    `relax_centrality`, when fewer than ten rays see three grids, and when a fifth of
+    them or more have gross errors.
+    """
+    points = np.asarray(points, float)
+    seen = np.isfinite(points).all(axis=2) if seen is None else np.asarray(seen, bool)
+    rays = np.flatnonzero(np.count_nonzero(seen, axis=0) >= 3)
+    if len(rays) < 10:
+        raise CalibrationError(
+            f"central or not: {len(rays)} rays see three grids; ten or more are needed"
+        )
+    step = -(-len(rays) // RAYS)
+    rays = rays[::step]
+    alike = correlation(window, step)
+    if sigma is not None and np.ndim(sigma):
+        sigma = np.asarray(sigma)[:, rays]
+    chosen, rounds, least = points[:, rays], 0, LEAST_CLEAN * len(rays)
+    while True:
+        start = centre, T_base_grid
+        central = adjust_consistent(
+            chosen, seen[:, rays], *start, sigma=sigma, tolerance=1e-4
+        )
+        lines = relax_centrality(chosen, central, tolerance=1e-4)
+        keep = lines.used
+        if rounds < ROUNDS:
+            keep = keep & _without_gross_errors(chosen, central, lines)
+        if keep.all():
+            break
+        # Both must be fitted to the same points.
+        sigma = sigma[:, keep] if sigma is not None and np.ndim(sigma) else sigma
+        chosen, rays, rounds = chosen[:, keep], rays[keep], rounds + 1
+        if len(rays) < least:
+            raise CalibrationError(
+                f"central or not: {len(rays)} rays are left without those that gross "
+                "errors are seen in; those unseen would be taken for a distance"
+            )
+    return _judged(central, lines, alike, sigma is not None)
+
+
+def _without_gross_errors(points, central, lines):
+    """(N,) bool: rays whose points are all near their line, as noise leaves them."""
+    w = np.moveaxis(central.whitening.astype(float), 2, 0)
+    off = np.stack(
+        [
+            intersect_rays_plane(lines.origins, lines.directions, T).points - own
+            for T, own in zip(lines.T_base_grid, points, strict=True)
+        ]
+    )
+    x, y = np.moveaxis(off, 2, 0)
+    squares = (w[0] * x + w[1] * y) ** 2 + (w[2] * y) ** 2
+    counted = (w[0] > 0) & lines.used
+    usual = np.median(squares[counted]) / MEDIAN
+    return ~(counted & (squares > GROSS**2 * usual)).any(axis=0)
+
+
+def correlation(window, step=1):
+    """By how much squares of errors averaged over a square scatter more than alone.
+
+    The errors of pixels k and m apart along the axes have the correlation
+    (1 - k / window)(1 - m / window); a sum of squares scatters more by the sum of these
+    squared. With every `step`-th pixel only, it is that much less, but 1 at least.
+    """
+    apart = np.arange(-window + 1, window)
+    along = np.sum((1 - np.abs(apart) / window) ** 2)
+    return max(1.0, along**2 / step)
+
+
+def _judged(central, lines, alike, stated):
+    more = central.degrees_of_freedom - lines.degrees_of_freedom
+    saved = (central.cost - lines.cost) / more
+    ratio = saved / (lines.cost / lines.degrees_of_freedom)
+    p = stats.f.sf(ratio, more / alike, lines.degrees_of_freedom / alike)
+    square, deviation = _squared_distance(central, lines, alike)
+    low, high = square - QUANTILE * deviation, square + QUANTILE * deviation
+    p_of_noise = noise_ratio = np.nan
+    if stated:
+        p_of_noise = stats.chi2.sf(
+            central.cost / alike, central.degrees_of_freedom / alike
+        )
+        noise_ratio = lines.noise
+    square, low, high = (float(np.sqrt(max(s, 0.0))) for s in (square, low, high))
+    return CentralTest(
+        float(p),
+        square,
+        low,
+        high,
+        float(p_of_noise),
+        float(noise_ratio),
+        int(lines.used.sum()),
+        central.centre,
+    )
+
+
+def _squared_distance(central, lines, alike):
+    """Mean squared distance from one point without the noise's share, and its SD.
+
+    All lines count alike, but for those whose points hardly tell where they pass.
+    """
+    used = lines.used
+    b, own = lines.offsets[used], lines.offset_covariance[used]
+    follows, axes = lines.offset_of_poses[used], lines.axes[used]
+    variance = np.trace(own, axis1=1, axis2=2) / 2
+    weight = np.minimum(1.0, WIDE * np.median(variance) / variance) ** 2
+    weight /= weight.sum()
+    # The best point is three more unknowns that the offsets lose.
+    normal = np.einsum("n,nka,nla->kl", weight, axes, axes)
+    pull = np.einsum("n,nka,na->k", weight, axes, b)
+    inverse = np.linalg.inv(normal)
+    b = b - np.swapaxes(axes, 1, 2) @ (inverse @ pull)
+    turned = np.einsum("n,nka,nap->kp", weight, axes, follows)
+    follows = follows - np.swapaxes(axes, 1, 2) @ (inverse @ turned)
+    together = np.einsum("n,nap,naq->pq", weight, follows, follows) @ lines.covariance
+    noise = 2 * np.sum(weight * variance) + np.trace(together)
+    # Left out: what the three unknowns take from the noise, 3 / N of it.
+    square = float(np.sum(weight * np.sum(b**2, axis=1)) - noise)
+    alone = np.sum(weight**2 * np.einsum("nab,nab->n", own, own)) * alike
+    signal = np.clip(np.einsum("na,nb->nab", b, b) - own, 0, None)
+    crossed = np.sum(weight**2 * np.einsum("nab,nab->n", own, signal)) * alike
+    common = np.einsum("n,nap,na->p", weight, follows, b)
+    common = common @ lines.covariance @ common if square > 0 else 0.0
+    spread = 2 * alone + 4 * crossed + 2 * np.trace(together @ together) + 4 * common
+    return square, float(np.sqrt(spread))

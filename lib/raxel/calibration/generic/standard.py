@@ -1,0 +1,183 @@
+"""The standard generic method for central cameras, complete: Algorithm 1 (section 2.4).
+
+Chessboards in any pose, no camera model: points by interpolation between corners (the
+thesis's is "homographic", the default takes a smooth one where cells are bent) or as
+pixels have read them from an active grid, centre and poses of three boards linearly,
+bundle adjustment, the other boards one after the other by three-point pose on the rays
+known so far, bundle adjustment over all, and a ray for every pixel that a board covers.
+
+Nothing here knows the truth. Which three boards begin is decided by how well they
+determine the centre (the margin of the linear stage), then by what they lead to: the
+most boards that agree, with the smallest angles between rays and points.
+
+Sources: thesis section 2.4; P. Sturm and S. Ramalingam, ECCV 2004,
+doi:10.1007/978-3-540-24671-8_1.
+"""
+
+import itertools
+
+import numpy as np
+
+from raxel.calibration.generic.board_growth import (
+    FEWEST_COMMON,
+    AdjustedBoards,
+    Start,
+    adjusted,
+    completed,
+    grown,
+)
+from raxel.calibration.linear.standard import (
+    grid_pair,
+    linear_as_printed,
+    margin_of_pairs,
+    normalising_similarity,
+    solve_grid_pairs,
+)
+from raxel.calibration.views.correspondence import check_view
+from raxel.calibration.views.interpolation import interpolated_view
+from raxel.calibration.views.parallel import refuse_parallel
+from raxel.calibration.views.samples import sample_boards
+from raxel.errors import CalibrationError
+
+OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment
+COARSE = 2  # while boards are chosen, every second sample each way will do
+CLEAREST = 12  # boards that are tried with one base
+CANDIDATES = 3  # first triples tried, each with another base
+
+
+def calibrate_generic(
+    views,
+    width,
+    height,
+    *,
+    rng,
+    linear="well conditioned",
+    units="mm",
+    side=-1,
+    interpolation="by need",
+):
+    """A general central camera from three or more overlapping views of a board.
+
+    views: BoardViews or DenseViews; width, height: the image in px; rng: numpy
+    Generator (RANSAC).
+    linear: "well conditioned" or "as printed" (with t_z as corrected). units: of the
+    board's points, "mm" or "pitch". side: sign of C_z in the base board's frame: -1 for
+    corners ordered so that x turns clockwise into y in the image. interpolation:
+    between corners, "homographic" as in the thesis, "smooth" or "by need" (for each
+    board the one that errs less; see `raxel.calibration.views.interpolation`).
+
+    Returns GenericCalibration. Raises CalibrationError, in one line, when fewer than
+    three boards overlap enough, boards are parallel, or the linear stage fails on all;
+    InputError for views whose counts do not fit.
+    """
+    if linear not in ("well conditioned", "as printed"):
+        raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
+    views, chosen = filled_views(views, interpolation)
+    samples = sample_boards(views, width, height, OBSERVATIONS)
+    coarse = samples.thinned(COARSE)
+    growths, failures = [], []
+    for start in _starts(coarse, linear, side)[:CANDIDATES]:
+        try:
+            growths.append(grown(coarse, start, rng))
+        except CalibrationError as error:
+            failures.append(str(error))
+    if not growths:
+        raise CalibrationError(f"generic calibration: {failures[0]}")
+    best = max(growths, key=lambda g: (len(g.boards), -g.rms))
+    refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
+    centre = best.start.linear.centre
+    poses, directions, _ = adjusted(
+        samples, best.boards, centre, best.T_base_grid, tolerance=1e-9
+    )
+    found = AdjustedBoards(centre, poses, directions)
+    return completed(views, width, height, units, samples, best, found, chosen)
+
+
+def filled_views(views, interpolation):
+    """Three views or more with points between their corners, and how each got them."""
+    views = [check_view(view) for view in views]
+    if len(views) < 3:
+        raise CalibrationError(
+            f"generic calibration: boards to calibrate with: {len(views)}; three or"
+            " more overlapping boards at different tilts are needed"
+        )
+    filled = [interpolated_view(view, interpolation) for view in views]
+    return zip(*filled, strict=True)
+
+
+# ------------------------------------------------------------- the first three boards
+
+
+def _starts(samples, linear, side):
+    """Starts with different bases, the best determined first.
+
+    Raises CalibrationError with the reason that stopped most when there is none.
+    """
+    pairs = _grid_pairs(samples)
+    starts, failures = [], []
+    for base in range(len(samples.points)):
+        for boards in _ranked(pairs, base, failures)[:CLEAREST]:
+            try:
+                solution = _linear(samples, pairs, boards, linear, side)
+            except CalibrationError as error:
+                failures.append(str(error))
+                continue
+            starts.append(Start(boards, solution))
+            break
+    if not starts and not failures:
+        raise CalibrationError(
+            "generic calibration: no board overlaps two others in the image; take more"
+            " pictures whose boards share an area"
+        )
+    if not starts:
+        reason = max(set(failures), key=lambda text: (failures.count(text), text))
+        raise CalibrationError(f"generic calibration: no three boards begin: {reason}")
+    return sorted(starts, key=lambda start: -start.linear.margin)
+
+
+def _ranked(pairs, base, failures):
+    """Triples (base, j, k), the best determined centre first."""
+    others = sorted(
+        (k for b, k in pairs if b == base), key=lambda k: pairs[base, k].noise
+    )
+    margins = {}
+    for j, k in itertools.combinations(others[:CLEAREST], 2):
+        try:
+            margins[base, j, k] = margin_of_pairs([pairs[base, j], pairs[base, k]])
+        except CalibrationError as error:
+            failures.append(str(error))
+    return sorted(margins, key=lambda boards: -margins[boards])
+
+
+def _linear(samples, pairs, boards, variant, side):
+    """LinearSolution of three boards; as printed, with the margin of the other."""
+    base, j, k = boards
+    solution = solve_grid_pairs([pairs[base, j], pairs[base, k]], side)
+    if variant == "well conditioned":
+        return solution
+    common = samples.seen[list(boards)].all(axis=0)
+    printed = linear_as_printed(
+        *samples.points[list(boards)][:, common], side=side, tz="corrected"
+    )
+    return printed._replace(margin=solution.margin)
+
+
+def _grid_pairs(samples):
+    """{(base, other): GridPair} of all boards with enough common samples."""
+    points, seen = samples.points, samples.seen
+    similarities = [
+        normalising_similarity(p[s]) if s.any() else None
+        for p, s in zip(points, seen, strict=True)
+    ]
+    pairs = {}
+    for a, b in itertools.permutations(range(len(points)), 2):
+        both = seen[a] & seen[b]
+        if np.count_nonzero(both) < FEWEST_COMMON:
+            continue
+        try:
+            pairs[a, b] = grid_pair(
+                points[a][both], points[b][both], similarities[a], similarities[b]
+            )
+        except CalibrationError:
+            continue  # a strip of points: as good as no overlap
+    return pairs

@@ -1,0 +1,1 @@
+"""Linear stages of generic calibration: centre and poses of grids from rays."""

@@ -1,0 +1,242 @@
+"""The linear stage of CGSP: camera centre and grid poses from rays (thesis 4.1.2).
+
+CGSP is the thesis's central generic calibration by a synthetic pinhole camera: the base
+grid takes the picture. World = base grid (grid 0), z = 0. Reflection in the base plane
+is an exact second solution, which data cannot exclude: ``side`` is the sign of C_z.
+With grid axes x right, y down, z into the board as the camera sees it, C_z < 0.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from raxel.calibration.linear.synthetic_pinhole import centre_of, grid_pose, scaled
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.homography import homography_dlt, normalising
+from raxel.geometry.homography_stream import across, fit_homography, floating
+from raxel.geometry.robust_homography import robust_start
+
+SUBSET = 20_000  # pairs of rays that outliers are looked for among, as in the thesis
+FEWEST = 4  # rays that two grids must share
+ROUNDS = 2  # of weighting; a third changes nothing
+LOOSE = 0.5  # of the spread of the base's points: pairs this far off are not alike
+FEWEST_INLIERS = 0.5  # share of the rays common to two grids
+
+
+class CgspSolution(NamedTuple):
+    """centre (3,) and T_base_grid (n, 4, 4), the first the identity, in the base frame.
+
+    degeneracy: third over first singular value of the system for the centre. It tends
+    to 0 as grids become parallel; below about 0.03 the centre deserves suspicion.
+    margin: the third singular value over the noise of the coefficients; below 5 the
+    grids cannot be told from parallel ones.
+    homographies: (n, 3, 3) from each grid to the base, the first the identity.
+    inliers: (n, N) bool: rays that the homography of a grid was fitted to; for the
+    base, those of any.
+    """
+
+    centre: np.ndarray
+    T_base_grid: np.ndarray
+    degeneracy: float
+    margin: float
+    homographies: np.ndarray
+    inliers: np.ndarray
+
+
+def linear_cgsp(
+    points,
+    seen=None,
+    *,
+    side=-1,
+    pinhole="sturm-maybank",
+    robust=None,
+    rng=None,
+    weights=None,
+    subset=SUBSET,
+):
+    """Camera centre and grid poses by CGSP's linear stage, (4.2) to (4.14).
+
+    points: (n, N, 2), n >= 3: where N rays meet every grid, mm; grid 0 is the base.
+    seen: (n, N) bool; default: where the points are finite. A grid uses every ray that
+    it shares with the base, so no ray needs to meet all grids.
+    side: sign of C_z. pinhole: a name of PINHOLE_METHODS, see `synthetic_pinhole`.
+    robust: None fits all points; "ransac" leaves out pairs that do not agree with the
+    homography of their grid, by the noise that the data show; a number does so by this
+    standard deviation (mm, on the base grid, per axis). Both draw from rng, a numpy
+    Generator, and look among ``subset`` random rays; all others are judged by what
+    these agree on. weights: (n, N) factors of the equations of grids 1 to n-1; or
+    "image noise" for two more rounds with those of `image_noise_weights`.
+
+    Points in single precision are not copied. Memory: about 20 bytes a ray beside them,
+    with weights 30.
+    Returns CgspSolution. Raises CalibrationError, naming the grid: fewer than three
+    grids, fewer than four common rays, more than half outliers, grids parallel to the
+    base or to each other, no real solution, points behind the centre.
+    """
+    points = floating(points)
+    if len(points) < 3:
+        raise CalibrationError(
+            f"linear stage: {len(points)} grids given; three or more are needed"
+        )
+    if robust is not None and rng is None:
+        raise ValueError("robust: needs rng, a numpy Generator")
+    finite = np.isfinite(points[..., 0]) & np.isfinite(points[..., 1])
+    seen = finite if seen is None else np.asarray(seen, bool) & finite
+    by_noise = isinstance(weights, str)
+    if by_noise and weights != "image noise":
+        raise ValueError(f"weights: {weights!r}; an array or 'image noise'")
+    fits = []
+    for k in range(1, len(points)):
+        factors = None if by_noise or weights is None else weights[k]
+        fits.append(homography_to_base(points, seen, k, robust, rng, factors, subset))
+    return solve_homographies(
+        points, fits, side=side, pinhole=pinhole, rounds=ROUNDS if by_noise else 0
+    )
+
+
+def homography_to_base(
+    points, seen, k, robust=None, rng=None, weights=None, subset=SUBSET
+):
+    """HomographyFit (4.2) from grid k to the base; weights (N,), else as `linear_cgsp`.
+
+    Raises CalibrationError for too few common rays and more than half outliers.
+    """
+    both = seen[0] & seen[k]
+    common = np.flatnonzero(both)
+    if len(common) < FEWEST:
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
+            f" at least {FEWEST} are needed: the grids must overlap in the image"
+        )
+    try:
+        if robust is None:
+            few = common[:: max(1, len(common) // subset)]
+            start, limit = homography_dlt(points[k, few], points[0, few]), np.inf
+        else:
+            few = common
+            if len(common) > subset:
+                few = np.sort(rng.choice(common, subset, replace=False))
+            sigma = None if robust == "ransac" else robust
+            start, limit = robust_start(points[k, few], points[0, few], rng, sigma)
+            _refuse_loose(limit, points[0, few], k)
+        fit = fit_homography(
+            points[k], points[0], start, use=both, limit=limit, weights=weights
+        )
+    except InputError as error:
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base: {error}"
+        ) from None
+    if fit.count < FEWEST_INLIERS * len(common):
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
+            f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
+            " agree with no one homography; more than half are outliers, or the camera"
+            " has no single centre"
+        )
+    return fit
+
+
+def _refuse_loose(limit, base, k):
+    """Points that have nothing to do with each other are as far off as they spread."""
+    spread = np.sqrt(np.mean((base - np.median(base, axis=0)) ** 2))
+    if limit > LOOSE * spread:
+        raise CalibrationError(
+            f"linear stage: grid {k} and the base agree with no homography: pairs are"
+            f" taken to be right up to {limit:.3g} off, the points spread {spread:.3g}"
+        )
+
+
+def solve_homographies(points, fits, *, side=-1, pinhole="sturm-maybank", rounds=0):
+    """CgspSolution from the HomographyFits of grids 1 to n-1, by (4.6) to (4.14).
+
+    rounds: how often the homographies are fitted anew, to the same rays, with the
+    weights of `image_noise_weights`; other arguments and errors as `linear_cgsp`.
+    """
+    solution = _solution(points, fits, side, pinhole)
+    for _ in range(rounds):
+        fits = [
+            fit_homography(
+                points[k],
+                points[0],
+                fit.H,
+                use=fit.inliers,
+                weights=image_noise_weights(
+                    points[0], points[k], fit.H, solution.centre
+                ),
+            )
+            for k, fit in enumerate(fits, start=1)
+        ]
+        solution = _solution(points, fits, side, pinhole)
+    return solution
+
+
+def image_noise_weights(base, points, H, centre):
+    """Weights (N,) that make the equations of the DLT equally uncertain.
+
+    base, points: (N, 2), where rays meet the base and another grid; H: (3, 3) from the
+    grid to the base; centre: (3,). An error of the ray's direction alone, the same for
+    every ray, moves its point on the base by its range s and, away from the plane's
+    normal, by s sqrt(1 + m^2), m the tangent of the angle of incidence; the equation
+    holds this times (H q)_z.
+    """
+    return _weigh(base, points, np.ascontiguousarray(H[2]), np.asarray(centre, float))
+
+
+@numba.njit(cache=True)
+def _weigh(base, points, row, centre):
+    weights = np.empty(len(base))
+    for i in range(len(base)):
+        x = (base[i, 0] - centre[0]) / centre[2]
+        y = (base[i, 1] - centre[1]) / centre[2]
+        square = x * x + y * y
+        height = row[0] * points[i, 0] + row[1] * points[i, 1] + row[2]
+        reach = height * centre[2]
+        weights[i] = 1 / np.sqrt(reach * reach * (1 + square) * (1 + square / 2))
+    return weights
+
+
+def _solution(points, fits, side, pinhole):
+    base = normalising(_some(points[0], np.any([f.inliers for f in fits], axis=0)))
+    homographies, noise = [], []
+    for k, fit in enumerate(fits, start=1):
+        H, sd = _normalised(fit, base, normalising(_some(points[k], fit.inliers)))
+        homographies.append(H)
+        noise.append(sd)
+    homographies = np.stack(homographies)
+    centre, degeneracy, margin = centre_of(homographies, max(noise), side, pinhole)
+    centre = (centre - [*base[:2, 2], 0.0]) / base[0, 0]
+    poses = [np.eye(4)]
+    for k, fit in enumerate(fits, start=1):
+        poses.append(grid_pose(fit.H, centre, _in_front(fit, points[k])))
+    inliers = np.stack([fit.inliers for fit in fits])
+    return CgspSolution(
+        centre,
+        np.stack(poses),
+        degeneracy,
+        margin,
+        np.stack([np.eye(3)] + [fit.H for fit in fits]),
+        np.concatenate([inliers.any(axis=0)[None], inliers]),
+    )
+
+
+def _some(points, use):
+    """Points (M, 2) of the rays in use: all, or an even choice of many."""
+    picked = np.flatnonzero(use)
+    return points[picked[:: max(1, len(picked) // SUBSET)]]
+
+
+def _normalised(fit, base, grid):
+    """H (3, 3) between normalised frames, scaled, and the noise of its entries."""
+    back = np.linalg.inv(grid)
+    H = base @ fit.H @ back
+    change = across(H.ravel()) @ np.kron(base, back.T)
+    size = np.sqrt(np.sum(H[:, :2] ** 2) / 2)
+    noise = np.sqrt(np.trace(change @ fit.covariance @ change.T)) / size
+    return scaled(H), noise
+
+
+def _in_front(fit, points):
+    """Mean sign of (H q)_z over the points (N, 2) of a grid."""
+    picked = _some(points, fit.inliers)
+    return float(np.mean(np.sign(picked @ fit.H[2, :2] + fit.H[2, 2])))

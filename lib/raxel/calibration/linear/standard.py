@@ -1,0 +1,307 @@
+"""The linear stage of the standard generic method: centre and grid poses from rays.
+
+Two variants of thesis section 2.4.1, both exact on exact data:
+
+- ``linear_as_printed``: the algorithm of (2.15)-(2.25) with its slips of the pen mended
+  but its numerics kept: lengths as they come, one ratio for the common scale, C_z
+  through the product V'_4 V'_5, t_z through a division by C_y.
+- ``linear_well_conditioned``: the same constraints in normalised coordinates, with
+  least-squares scales and no division by a quantity that may vanish; any number of
+  grids.
+
+World = base grid (grid 0), z = 0. Reflection in the base plane is an exact second
+solution, which data cannot exclude: ``side`` is the sign of C_z. With grid axes x
+right, y down, z into the board as the camera sees it, C_z < 0 (``side=-1``).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.linear.bilinear import solve_coefficients
+from raxel.calibration.linear.synthetic_pinhole import DEGENERATE, centre_of, grid_pose
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import nearest_rotation, pose
+
+# (2.23): a divisor below this share of its natural size is 0 within rounding.
+VANISHING = 1e-9
+
+
+class LinearSolution(NamedTuple):
+    """centre (3,) and T_base_grid (n, 4, 4), the first the identity, in the base frame.
+
+    degeneracy: third over first singular value of the system for the centre. It tends
+    to 0 as grids become parallel; below about 0.03 the centre deserves suspicion.
+    margin: the third singular value over the noise of the coefficients; below 5 the
+    grids cannot be told from parallel ones. NaN as printed, which has no such test.
+    """
+
+    centre: np.ndarray
+    T_base_grid: np.ndarray
+    degeneracy: float
+    margin: float = np.nan
+
+
+class Similarity(NamedTuple):
+    """Normalised coordinates scale * (x - offset) of the points of one grid."""
+
+    offset: np.ndarray
+    scale: float
+
+    def apply(self, points):
+        return self.scale * (points - self.offset)
+
+    def matrix(self):
+        x, y = -self.scale * self.offset
+        return np.array([[self.scale, 0.0, x], [0.0, self.scale, y], [0.0, 0.0, 1.0]])
+
+
+class GridPair(NamedTuple):
+    """What the rays common to the base and one grid say: coefficients at one scale.
+
+    shared = v_a = w_a, v_b, w_b: (3,) each, in normalised coordinates. in_front: mean
+    sign of v_a . q over the points, which is that of lambda (P_z - C_z). noise: length
+    of the standard deviation of the coefficients.
+    """
+
+    shared: np.ndarray
+    v_b: np.ndarray
+    w_b: np.ndarray
+    base: Similarity
+    grid: Similarity
+    in_front: float
+    noise: float
+
+    def homography(self):
+        """H (3, 3) from the grid to the base, in normalised coordinates."""
+        return np.stack([-self.w_b, -self.v_b, self.shared])
+
+
+def linear_well_conditioned(points, seen=None, *, side=-1, weights=None):
+    """Camera centre and grid poses by linear least squares (thesis 2.4.1).
+
+    points: (n, N, 2), n >= 3: where N rays meet every grid; grid 0 is the base.
+    seen: (n, N) bool; default: where the points are finite. A grid uses every ray that
+    it shares with the base, so no ray needs to meet all grids.
+    side: sign of C_z. weights: (n, N) factors of the equations of grids 1 to n-1.
+
+    Returns LinearSolution. Raises CalibrationError: too few common rays, grids parallel
+    to the base or to each other, no real solution, points behind the centre.
+    """
+    points = np.asarray(points, float)
+    finite = np.isfinite(points).all(axis=-1)
+    seen = finite if seen is None else np.asarray(seen, bool) & finite
+    base = normalising_similarity(points[0][seen[0]])
+    pairs = []
+    for k in range(1, len(points)):
+        both = seen[0] & seen[k]
+        grid = normalising_similarity(points[k][both])
+        factors = None if weights is None else weights[k][both]
+        pairs.append(grid_pair(points[0][both], points[k][both], base, grid, factors))
+    return solve_grid_pairs(pairs, side)
+
+
+def normalising_similarity(points):
+    """Centroid to the origin, RMS distance to sqrt(2). points: (N, 2)."""
+    if len(points) == 0:
+        raise CalibrationError("linear stage: two grids have no ray in common")
+    offset = points.mean(axis=0)
+    spread = np.sqrt(np.mean(np.sum((points - offset) ** 2, axis=1)))
+    if not spread > 0:
+        raise CalibrationError("linear stage: all points of a grid coincide")
+    return Similarity(offset, np.sqrt(2.0) / spread)
+
+
+def grid_pair(points_1, points_k, base, grid, weights=None):
+    """Coefficients of one grid at a common scale, from (N, 2) points of common rays.
+
+    V_4..V_6 and W_1..W_3 estimate the same vector: the closest rank-one matrix to the
+    pair gives it and both scales at once (in place of the single ratio of 2.16).
+    """
+    q = grid.apply(points_k)
+    v, w, noise = solve_coefficients(base.apply(points_1), q, weights)
+    left, singular, right = np.linalg.svd(
+        np.column_stack([v[3:6], w[0:3]]), full_matrices=False
+    )
+    shared = left[:, 0]
+    scale_v, scale_w = singular[0] * right[0]
+    if min(abs(scale_v), abs(scale_w)) < DEGENERATE:
+        raise CalibrationError(
+            "linear stage: a grid's plane seems to contain the camera centre"
+        )
+    v_b, w_b = v[6:9] / scale_v, w[6:9] / scale_w
+    # Homographies (-w_b, -v_b, v_a) weigh the same: |h_1|^2 + |h_2|^2 = 2.
+    size = np.sqrt(np.sum(shared[:2] ** 2 + v_b[:2] ** 2 + w_b[:2] ** 2) / 2.0)
+    in_front = np.mean(np.sign(q @ shared[:2] + shared[2]))
+    noise /= min(abs(scale_v), abs(scale_w)) * size
+    return GridPair(shared / size, v_b / size, w_b / size, base, grid, in_front, noise)
+
+
+def solve_grid_pairs(pairs, side=-1):
+    """LinearSolution from the GridPairs of two or more grids with one common base."""
+    if len(pairs) < 2:
+        raise CalibrationError(
+            f"linear stage: {len(pairs) + 1} grids given; three or more are needed"
+        )
+    centre, degeneracy, margin = _centre(pairs, side)
+    base = pairs[0].base
+    centre = centre / base.scale + np.append(base.offset, 0.0)
+    poses = [np.eye(4)]
+    for pair in pairs:
+        H = np.linalg.solve(pair.base.matrix(), pair.homography()) @ pair.grid.matrix()
+        poses.append(grid_pose(H, centre, pair.in_front))
+    return LinearSolution(centre, np.stack(poses), degeneracy, margin)
+
+
+def margin_of_pairs(pairs):
+    """`margin` of the solution that these GridPairs would give, for choosing grids.
+
+    Raises CalibrationError where they determine no centre.
+    """
+    return _centre(pairs, -1)[2]
+
+
+def _centre(pairs, side):
+    homographies = np.stack([pair.homography() for pair in pairs])
+    return centre_of(homographies, max(pair.noise for pair in pairs), side)
+
+
+# ---------------------------------------------------------------------- as printed
+
+
+def linear_as_printed(points_1, points_2, points_3, *, side=-1, tz="printed"):
+    """Camera centre and grid poses as the thesis prints it (2.15 to 2.25).
+
+    points_1, points_2, points_3: (N, 2) points of the same N rays on three grids.
+    side: sign of C_z. tz: "printed" divides by C_y (0/0 where the centre lies above the
+    x axis of the base grid); "corrected" uses t_z = C_z + V'_6 / lambda instead.
+
+    The typographical slips of 2.14 and 2.23-2.25 are mended; the numerics are kept.
+    Rotations come out as the nearest ones to the computed columns. Returns
+    LinearSolution; degeneracy is the fifth over the first singular value of (2.21).
+    Raises CalibrationError with the reason for what it cannot compute.
+    """
+    if tz not in ("printed", "corrected"):
+        raise ValueError(f"tz: {tz!r}; expected 'printed' or 'corrected'")
+    v, w = _ratio_scaled(*solve_coefficients(points_1, points_2)[:2], "V_4/W_1")
+    m, n = _ratio_scaled(*solve_coefficients(points_1, points_3)[:2], "M_4/N_1")
+    u, degeneracy = solve_unknowns(v, w, m, n)
+    c_z = printed_depth(u, v, side)
+    centre = np.array([u[0], u[1], c_z])
+    poses = [np.eye(4)]
+    for vector, part, points in ((v, u[2:8], points_2), (m, u[8:14], points_3)):
+        poses.append(printed_pose(vector, part, centre, points, tz))
+    return LinearSolution(centre, np.stack(poses), degeneracy)
+
+
+def _ratio_scaled(v, w, name):
+    """(2.15), (2.16): W to the scale of V by the single ratio V_4 / W_1."""
+    if (
+        abs(w[0]) < VANISHING * np.abs(w[:2]).max()
+        or abs(v[3]) < VANISHING * np.abs(v[3:5]).max()
+    ):
+        raise CalibrationError(
+            f"as printed: the ratio {name} is 0/0 (R_31 = 0: no rotation about y)"
+        )
+    return v, w * (v[3] / w[0])
+
+
+def _system_2_24(v, w, m, n):
+    """A (12, 14) and x (12,) of (2.24), with the entries in their right places."""
+    a = np.zeros((12, 14))
+    x = np.zeros(12)
+    for grid, (first, second) in enumerate(((v, w), (m, n))):
+        row, column = 6 * grid, 2 + 6 * grid
+        # u holds, per grid, tx, ty, R11, R12, R21, R22 times lambda C_z.
+        for i, (entry_y, entry_x) in enumerate(((4, 2), (5, 3), (1, 0))):
+            a[row + i, 1] = a[row + 3 + i, 0] = -first[3 + i]
+            a[row + i, column + entry_y] = 1.0
+            a[row + 3 + i, column + entry_x] = 1.0
+        x[row : row + 3] = first[6:9]
+        x[row + 3 : row + 6] = second[6:9]
+    return a, x
+
+
+def solve_unknowns(v, w, m, n):
+    """u of (2.24) by the two subspaces (2.20) and (2.22), and the ratio of (2.21)."""
+    a_matrix, x = _system_2_24(v, w, m, n)
+    left, singular, right = np.linalg.svd(a_matrix)
+    a = right[:12].T @ ((left.T @ x) / singular)
+    b, c = right[12], right[13]
+    rows, values = [], []
+    for grid, vector in enumerate((v, m)):
+        i = 4 + 6 * grid
+        for p, q in ((i, i + 1), (i, i), (i + 1, i + 1)):
+            rows.append(
+                [
+                    _cross(a, b, p, q),
+                    _cross(a, c, p, q),
+                    _cross(b, c, p, q),
+                    _cross(b, b, p, q) / 2,
+                    _cross(c, c, p, q) / 2,
+                    vector[3 + p - i] * vector[3 + q - i],
+                    -1.0 if p == q and grid == 0 else 0.0,
+                    -1.0 if p == q and grid == 1 else 0.0,
+                ]
+            )
+            values.append(-_cross(a, a, p, q) / 2)
+    d = np.array(rows)
+    # Units of the unknowns only; column l_1 l_2 is 0 within rounding (a theorem).
+    units = np.linalg.norm(d, axis=0)
+    units[2] = units[3]
+    left, singular, right = np.linalg.svd(d / units, full_matrices=False)
+    degeneracy = singular[4] / singular[0]
+    if not degeneracy > DEGENERATE:
+        raise CalibrationError(
+            "as printed: the matrix of (2.21) has rank below 5; grids parallel to the"
+            " base or to each other"
+        )
+    # The null vectors are 0 at l_1 and l_2, so any solution holds their values.
+    solution = right[:5].T @ ((left.T @ np.array(values))[:5] / singular[:5]) / units
+    return a + solution[0] * b + solution[1] * c, float(degeneracy)
+
+
+def _cross(f, g, p, q):
+    """Coefficient of f g in u_p u_q + (the same entries of the second rotation row)."""
+    return f[p] * g[q] + f[q] * g[p] + f[p + 2] * g[q + 2] + f[q + 2] * g[p + 2]
+
+
+def printed_depth(u, v, side):
+    """C_z of (2.23), numerator u_5 u_6 + u_7 u_8."""
+    product = v[3] * v[4]
+    numerator = u[4] * u[5] + u[6] * u[7]
+    if abs(product) < VANISHING * (v[3] ** 2 + v[4] ** 2):
+        raise CalibrationError(
+            "as printed: C_z divides by V'_4 V'_5 = 0 (R_31 or R_32 of grid 2 is 0)"
+        )
+    if not -numerator / product > 0:
+        raise CalibrationError(
+            f"as printed: C_z^2 = {-numerator / product:.3g} is negative"
+        )
+    return np.sign(side) * np.sqrt(-numerator / product)
+
+
+def printed_pose(vector, u, centre, points, tz):
+    """Pose of one grid by (2.23). u: its six entries tx, ty, R11, R12, R21, R22."""
+    size = np.sqrt(u[2] ** 2 + u[4] ** 2 + (vector[3] * centre[2]) ** 2)
+    heights = points @ vector[3:5] + vector[5]
+    scale = -np.sign(np.sum(np.sign(heights))) * size / centre[2]
+    factor = scale * centre[2]
+    t_x = (u[0] + factor * centre[0]) / factor
+    t_y = (u[1] + factor * centre[1]) / factor
+    if tz == "corrected":
+        t_z = centre[2] + vector[5] / scale
+    elif abs(centre[1]) < VANISHING * abs(centre[2]):
+        raise CalibrationError(
+            "as printed: t_z divides by C_y = 0; use the form tz='corrected'"
+        )
+    else:
+        t_z = (factor * t_y - vector[8]) / (scale * centre[1])
+    columns = np.array(
+        [
+            [u[2] / factor, u[3] / factor],
+            [u[4] / factor, u[5] / factor],
+            [vector[3] / scale, vector[4] / scale],
+        ]
+    )
+    return pose(nearest_rotation(columns), np.array([t_x, t_y, t_z]))

@@ -1,0 +1,237 @@
+"""Bundle adjustment of a lens formula and the poses of boards: pixels are compared.
+
+Levenberg-Marquardt on the normal equations, from which the poses are eliminated (Schur
+complement): each board's pose has a block of six of its own, and only the formula's few
+parameters meet all boards. A step of a pose is X' = exp([w]x) R X + t + s, in the
+camera's frame.
+
+The loss is that of least squares for small distances. Wide of the residuals' own scale
+wrong corners pull less (Cauchy's loss, for the start) or not at all (Tukey's, in the
+end). A formula that does not fit moves all corners of a board alike; so each board has
+a scale of its own, at least that of all boards and at most a few times it. Source:
+Huber and Ronchetti, Robust Statistics, 2009.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.parametric.lens_laws import imaged_points
+from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, transform
+
+RAYLEIGH = 1.1774  # median distance of a corner whose coordinates scatter by 1
+WIDTH = 6.0  # scales beyond which a corner counts as wrong
+LARGEST_SCALE = 5.0  # of a board, in scales of all
+LEAST_SCALE_PX = 0.01  # no corner is known better
+ROUNDING_PX = 1e-7
+MOST_STEPS, ENOUGH = 40, 1e-6
+LEAST_DAMPING, FIRMEST, LARGEST_DAMPING = 1e-13, 1e-8, 1e10
+ROUNDS, AT_REST = 4, 0.05  # of the scales
+POSE_STEPS = 20
+
+
+class StackedBoards(NamedTuple):
+    """pixels (n, M, 2), points (n, M, 3) with z = 0, seen (n, M) bool."""
+
+    pixels: np.ndarray
+    points: np.ndarray
+    seen: np.ndarray
+
+    def some(self, chosen):
+        """The boards that are chosen, (n,) bool."""
+        return StackedBoards(*(part[chosen] for part in self))
+
+
+class AdjustedLens(NamedTuple):
+    """values (P,), T_camera_grid (n, 4, 4); residuals (n, M, 2) px, found less
+    projected, NaN where not seen; scales (n,) px: of a coordinate, for the loss; cost:
+    the loss, px^2; normal (P, P): what the poses leave of the normal matrix."""
+
+    values: np.ndarray
+    T_camera_grid: np.ndarray
+    residuals: np.ndarray
+    scales: np.ndarray
+    cost: float
+    normal: np.ndarray
+
+
+def stacked(corners):
+    """StackedBoards of (pixels, points) pairs, (N, 2) each."""
+    most = max(len(pixels) for pixels, _ in corners)
+    found = np.zeros((len(corners), most, 2))
+    points, seen = np.zeros((len(corners), most, 3)), np.zeros(found.shape[:2], bool)
+    for k, (pixels, flat) in enumerate(corners):
+        found[k, : len(pixels)], points[k, : len(pixels), :2] = pixels, flat
+        seen[k, : len(pixels)] = True
+        # What is not seen must be somewhere; it counts for nothing.
+        points[k, len(pixels) :, :2] = flat[0]
+    return StackedBoards(found, points, seen)
+
+
+def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
+    """AdjustedLens: parameters and poses, from a start at which all points are imaged.
+
+    loss: "cauchy" or "tukey"; scales: (n,) px, of the loss, None for those of the
+    residuals, which are taken anew until they rest.
+    """
+    values, T = np.array(values, float), np.array(T_camera_grid, float)
+    residuals = _residuals(formula, values, T, boards)
+    fixed = scales is not None
+    for _ in range(1 if fixed else ROUNDS):
+        before = scales if fixed else scales_of(residuals)
+        values, T, residuals, cost, normal = _minimised(
+            formula, values, T, boards, loss, before
+        )
+        scales = before if fixed else scales_of(residuals)
+        if np.all(np.abs(scales - before) < AT_REST * before):
+            break
+    return AdjustedLens(values, T, residuals, before, cost, normal)
+
+
+def posed_residuals(formula, values, T_camera_grid, boards):
+    """Residuals (n, M, 2) px at the poses with the smallest loss for given parameters,
+    begun from T_camera_grid."""
+    T = np.array(T_camera_grid, float)
+    residuals = _residuals(formula, values, T, boards)
+    scales = scales_of(residuals)
+    cost = _costs(residuals, boards, "tukey", scales)
+    damping = np.full(len(T), 1e-3)
+    for _ in range(POSE_STEPS):
+        _, normal, _, _, gradient = _system(formula, values, T, boards, "tukey", scales)
+        size = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 1e-300))
+        damped = normal / (size[:, :, None] * size[:, None])
+        damped += damping[:, None, None] * np.eye(6)
+        moves = np.linalg.solve(damped, (gradient / size)[..., None])[..., 0] / size
+        trial = _moved(T, moves)
+        new = _costs(
+            _residuals(formula, values, trial, boards), boards, "tukey", scales
+        )
+        better = new < cost
+        T = np.where(better[:, None, None], trial, T)
+        at_rest = np.all(~better | (cost - new < 1e-4 * cost))
+        cost = np.where(better, new, cost)
+        damping = np.where(better, damping / 10, damping * 10)
+        if at_rest:
+            break
+    return _residuals(formula, values, T, boards)
+
+
+def scales_of(residuals):
+    """Standard deviations (n,) px of a coordinate, for each board, from the median
+    distances (robust)."""
+    distances = np.linalg.norm(residuals, axis=-1)
+    whole = max(np.nanmedian(distances) / RAYLEIGH, LEAST_SCALE_PX)
+    own = np.nanmedian(distances, axis=1) / RAYLEIGH
+    return np.clip(own, whole, LARGEST_SCALE * whole)
+
+
+def distance_loss(squares, scales, loss):
+    """(loss, weight) of squared distances (n, M) px^2: the loss is ~ squares near 0,
+    the weight its derivative."""
+    squares_of = scales[:, None] ** 2
+    if loss == "cauchy":
+        width = (WIDTH / 2) ** 2 * squares_of
+        return width * np.log1p(squares / width), 1 / (1 + squares / width)
+    width = WIDTH**2 * squares_of
+    left = np.maximum(1 - squares / width, 0.0)
+    return width / 3 * (1 - left**3), left**2
+
+
+def _minimised(formula, values, T, boards, loss, scales):
+    residuals = _residuals(formula, values, T, boards)
+    cost, damping = _costs(residuals, boards, loss, scales).sum(), 1e-4
+    rounding = np.count_nonzero(boards.seen) * ROUNDING_PX**2
+    system = _system(formula, values, T, boards, loss, scales)
+    for _ in range(MOST_STEPS):
+        step, moves = _step(system, damping)
+        new_values, new_T = formula.bounded(values + step), _moved(T, moves)
+        new = _residuals(formula, new_values, new_T, boards)
+        new_cost = _costs(new, boards, loss, scales).sum()
+        if new_cost < cost:
+            # A small step by a strong damping is no rest.
+            at_rest = cost - new_cost < ENOUGH * cost and damping < FIRMEST
+            values, T, residuals, cost = new_values, new_T, new, new_cost
+            damping = max(damping / 30, LEAST_DAMPING)
+            system = _system(formula, values, T, boards, loss, scales)
+            if at_rest or cost < rounding:
+                break
+        else:
+            damping *= 30
+            if damping > LARGEST_DAMPING:
+                break
+    normal, _, _, size, _ = _reduced(system, LEAST_DAMPING)
+    return values, T, residuals, cost, normal * np.outer(size, size)
+
+
+def _residuals(formula, values, T, boards):
+    points = transform(T, boards.points)
+    shape = boards.pixels.shape
+    seen = imaged_points(formula, values, points.reshape(-1, 3), derivatives=False)
+    return np.where(boards.seen[..., None], boards.pixels - seen.reshape(shape), np.nan)
+
+
+def _costs(residuals, boards, loss, scales):
+    """Loss (n,) of each board; infinite where the formula does not reach a point."""
+    squares = np.where(boards.seen, np.sum(residuals**2, axis=2), 0.0)
+    return np.sum(
+        np.where(np.isnan(squares), np.inf, distance_loss(squares, scales, loss)[0]),
+        axis=1,
+    )
+
+
+def _system(formula, values, T, boards, loss, scales):
+    """Normal blocks of formula, boards and both, and their gradients."""
+    n, count = boards.seen.shape
+    turned = rotate(T, boards.points)
+    points = turned + T[:, None, :3, 3]
+    seen = imaged_points(formula, values, points.reshape(-1, 3))
+    off = boards.pixels - seen.pixels.reshape(n, count, 2)
+    _, weight = distance_loss(np.sum(off**2, axis=2), scales, loss)
+    weight = np.where(boards.seen, weight, 0.0) ** 0.5
+    motion = np.concatenate(
+        [-cross_matrix(turned), np.broadcast_to(np.eye(3), (*turned.shape, 3))], axis=3
+    )
+    by_pose = (seen.by_points.reshape(n, count, 2, 3) @ motion) * weight[
+        ..., None, None
+    ]
+    by_values = seen.by_values.reshape(n, count, 2, -1) * weight[..., None, None]
+    A = by_pose.reshape(n, 2 * count, 6)
+    B = by_values.reshape(n, 2 * count, -1)
+    b = np.where(boards.seen[..., None], off * weight[..., None], 0.0)
+    b = b.reshape(n, 2 * count, 1)
+    A, B = np.nan_to_num(A), np.nan_to_num(B)
+    At = np.swapaxes(A, 1, 2)
+    flat = B.reshape(-1, B.shape[2])
+    return flat.T @ flat, At @ A, At @ B, flat.T @ b.ravel(), (At @ b)[..., 0]
+
+
+def _step(system, damping):
+    """Steps (P,) and (n, 6) of Marquardt's damped equations."""
+    normal, gradient, solved, size, sizes = _reduced(system, damping)
+    step = np.linalg.lstsq(normal, gradient, rcond=1e-15)[0]
+    moves = solved[..., -1] - solved[..., :-1] @ step
+    return step / size, moves / sizes
+
+
+def _reduced(system, damping):
+    """The formula's damped normal matrix and gradient without the poses, what the poses
+    (n, 6) follow from, and the sizes by which both are scaled: the diagonal's roots."""
+    values, poses, both, values_gradient, poses_gradient = system
+    size = np.sqrt(np.maximum(np.diag(values), 1e-300))
+    sizes = np.sqrt(np.maximum(np.diagonal(poses, axis1=1, axis2=2), 1e-300))
+    both = both / (sizes[:, :, None] * size)
+    solved = np.linalg.solve(
+        poses / (sizes[:, :, None] * sizes[:, None]) + damping * np.eye(6),
+        np.concatenate([both, (poses_gradient / sizes)[..., None]], axis=2),
+    )
+    left = np.einsum("nij,nik->jk", both, solved)
+    normal = values / np.outer(size, size) + damping * np.eye(len(size))
+    gradient = values_gradient / size
+    return normal - left[:, :-1], gradient - left[:, -1], solved, size, sizes
+
+
+def _moved(T, moves):
+    new = T.copy()
+    new[:, :3, :3] = rotation_from_vector(moves[:, :3]) @ T[:, :3, :3]
+    new[:, :3, 3] += moves[:, 3:]
+    return new

@@ -1,0 +1,1 @@
+"""Poses of planar grids from calibrated rays."""

@@ -1,0 +1,306 @@
+"""Pose of a planar grid from the calibrated rays of a central camera, linearly.
+
+The rays are cut by a plane of our choice, the synthetic image plane of section 4.2.1:
+there the grid's image is a homography of the grid, whatever the lens, and the pose
+follows from it as for a pinhole (4.22, 4.23). All points count at once, so the pose can
+be found again from all right pairs within RANSAC, without iteration. The last step, not
+in the thesis, minimises the angles between rays and points.
+
+Frame: that of the rays, with the camera's centre as its origin.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.pose.three_point import (
+    AT_REST,
+    SCORED,
+    RayPose,
+    checked_rays,
+    moved_pose,
+    moving_points,
+    ray_errors,
+)
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.homography import (
+    homography_dlt,
+    homography_ransac,
+    refit_to_inliers,
+)
+from raxel.geometry.poses import nearest_rotation, pose, tangent_bases
+
+# Cosine to the plane's normal below which a ray counts as behind the plane: its point
+# on the plane would lie a hundred times as far out as the plane is away.
+GRAZING = 0.01
+ROUNDING = 1e-15  # angles (radians) of rays and points that are exact
+
+
+class AngularPose(NamedTuple):
+    """T_camera_grid (4, 4), camera frame of the rays.
+
+    covariance: (6, 6) of (w, s), the error of the pose as R exp([w]x), t + R s, in
+    radians and the unit of the grid. rms: root mean square angle (radians) between ray
+    and point. iterations: steps that lowered the error.
+    """
+
+    T_camera_grid: np.ndarray
+    covariance: np.ndarray
+    rms: float
+    iterations: int
+
+
+def synthetic_plane_normal(directions):
+    """Unit normal (3,) of the plane that is most nearly at right angles to rays (4.24).
+
+    directions: (N, 3) unit. The dominant eigenvector of the sum of r r^T: it minimises
+    the squared sines of the angles to the rays (E-4.07); its sign is that which puts
+    most rays ahead.
+    """
+    directions = np.asarray(directions, float)
+    normal = np.linalg.eigh(directions.T @ directions)[1][:, 2]
+    ahead = np.count_nonzero(directions @ normal > 0)
+    return normal if 2 * ahead >= len(directions) else -normal
+
+
+def facing_plane_normal(directions):
+    """Unit normal (3,) of a synthetic plane that as many rays as can be meet ahead.
+
+    directions: (N, 3) unit. That of (4.24) where no ray leads away from its plane. Rays
+    in a wide ring have their dominant eigenvector across the ring: then it is their
+    mean direction, or another eigenvector, whichever loses the fewest rays.
+    """
+    directions = np.asarray(directions, float)
+    axes = np.linalg.eigh(directions.T @ directions)[1].T[::-1]
+    mean = directions.mean(axis=0)
+    mean /= max(np.linalg.norm(mean), 1e-300)
+    candidates = np.stack([synthetic_plane_normal(directions), mean, *axes, *-axes])
+    seen = np.count_nonzero(directions @ candidates.T > GRAZING, axis=0)
+    return candidates[np.argmax(seen)]
+
+
+def linear_grid_pose(directions, points, *, normal=None, metric="ray-point"):
+    """CGSP's pose of a grid, from all points (4.19 to 4.24).
+
+    directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid, N >= 4;
+    normal: (3,) of the synthetic image plane, None for `facing_plane_normal`. Rays that
+    do not meet the plane ahead of the camera are left out and counted. metric: the
+    error that `rms` measures, "ray-point" (4.18) or "angle".
+
+    Returns RayPose, with every ray that was used as an inlier. Raises CalibrationError
+    for fewer than four points before the plane, or points that determine no pose.
+    """
+    directions, points = checked_rays(directions, points)
+    axes, image, ahead = _synthetic_image(directions, normal)
+    H = _refusing(homography_dlt, points[ahead], image[ahead])
+    return _found(directions, points, axes @ H, ahead, ahead, metric)
+
+
+def grid_pose_ransac(
+    directions,
+    points,
+    rng,
+    threshold,
+    *,
+    metric="ray-point",
+    normal=None,
+    confidence=0.999,
+    most_trials=2000,
+):
+    """CGSP's pose of a grid in the presence of wrong pairs.
+
+    Arguments as `linear_grid_pose`, and: rng: numpy Generator; threshold: largest error
+    of a pair that counts as right, a length for metric "ray-point", radians for
+    "angle". Samples of four points give homographies, judged on up to SCORED points.
+    The best is re-estimated linearly from all its inliers until they no longer change.
+
+    Returns RayPose. Raises CalibrationError as `linear_grid_pose`, also for fewer than
+    four right pairs.
+    """
+    directions, points = checked_rays(directions, points)
+    axes, image, ahead = _synthetic_image(directions, normal)
+    chosen = np.flatnonzero(ahead)
+    judges = np.sort(rng.permutation(chosen)[:SCORED])
+
+    def errors_of(which):
+        return lambda H: _errors(directions[which], points[which], axes @ H, metric)
+
+    H, _ = _refusing(
+        homography_ransac,
+        points[judges],
+        image[judges],
+        threshold,
+        rng,
+        squared_errors=lambda H: errors_of(judges)(H) ** 2,
+        confidence=confidence,
+        most_trials=most_trials,
+    )
+    H, right = _refusing(
+        refit_to_inliers,
+        H,
+        points[chosen],
+        image[chosen],
+        lambda H: errors_of(chosen)(H[None])[0] < threshold,
+    )
+    inliers = np.zeros(len(points), bool)
+    inliers[chosen[right]] = True
+    return _found(directions, points, axes @ H, inliers, ahead, metric)
+
+
+def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=50):
+    """Pose that minimises the sum of squared angles between rays and points.
+
+    directions: (N, 3) unit, N >= 4; points: (N, 2); T_camera_grid: (4, 4) start, such
+    as a linear pose; wrong pairs must have been left out. sigma: standard deviation of
+    each angle in each of its two directions, radians, a number or (N,); each angle is
+    divided by its own. None: equal and unknown, measured by the angles that are left.
+    For noise in the image of a camera that magnifies evenly this is the maximum
+    likelihood estimate. Levenberg-Marquardt with an analytic Jacobian, at most `most`
+    steps. Not in the thesis.
+
+    Returns AngularPose. Raises CalibrationError for points that leave the pose open and
+    a sigma that does not fit.
+    """
+    directions, points = checked_rays(directions, points)
+    if len(points) < 4:
+        raise CalibrationError(
+            f"pose from rays: {len(points)} points; four or more are needed to refine"
+        )
+    if sigma is not None and not (
+        np.shape(sigma) in ((), (len(points),)) and np.all(np.asarray(sigma) > 0)
+    ):
+        raise CalibrationError(
+            f"pose from rays: field 'sigma': found shape {np.shape(sigma)}; give a"
+            f" number or {len(points)} of them, all above 0"
+        )
+    weights = np.ones(len(points)) / (1.0 if sigma is None else np.asarray(sigma))
+    across = tangent_bases(directions)
+
+    def system(T):
+        residual, jacobian = angular_system(directions, across, points, T)
+        whitened = jacobian * weights[:, None, None]
+        return (residual * weights[:, None]).ravel(), whitened.reshape(-1, 6)
+
+    T, costs, _ = descend(
+        lambda T: gauss_newton(*system(T)),
+        moved_pose,
+        np.array(T_camera_grid, float),
+        iterations=most,
+        tolerance=AT_REST,
+        rounding=ROUNDING**2 * np.sum(weights**2),
+    )
+    jacobian = system(T)[1]
+    residual, _ = angular_system(directions, across, points, T)
+    return AngularPose(
+        T,
+        _covariance(jacobian.T @ jacobian, len(jacobian), costs[-1], sigma),
+        float(np.sqrt(np.mean(np.sum(residual**2, axis=1)))),
+        len(costs) - 1,
+    )
+
+
+def angular_system(directions, across, points, T_camera_grid):
+    """Residuals (N, 2) and Jacobian (N, 2, 6) of the angles from rays to points.
+
+    A residual points from the ray to the point on the sphere and is as long as the
+    angle between them, in radians; across: (N, 3, 2), its two directions at right
+    angles to the ray, from `tangent_bases`. Jacobian: columns as `moving_points`.
+    """
+    p, motion = moving_points(points, T_camera_grid)
+    along = np.einsum("ni,ni->n", p, directions)
+    side = np.einsum("ni,nik->nk", p, across)
+    d_along = np.einsum("ni,nij->nj", directions, motion)
+    d_side = np.swapaxes(across, 1, 2) @ motion
+    off = np.hypot(side[:, 0], side[:, 1])
+    square = off**2 + along**2
+    # angle / off, and how it changes with off^2 / 2; by their series near the ray.
+    near = off < 1e-3 * along
+    u = np.where(near, off / np.where(near, along, 1.0), 0.0) ** 2
+    far = np.where(near, 1.0, off)
+    factor = np.where(
+        near, (1 - u / 3 + u**2 / 5) / along, np.arctan2(off, along) / far
+    )
+    slope = np.where(
+        near,
+        (-2 / 3 + 4 * u / 5 - 6 * u**2 / 7) / along**3,
+        (along / square - factor) / far**2,
+    )
+    turn = np.einsum("nk,nkj->nj", side, d_side)
+    change = slope[:, None] * turn - d_along / square[:, None]
+    jacobian = factor[:, None, None] * d_side + side[:, :, None] * change[:, None]
+    return factor[:, None] * side, jacobian
+
+
+def _synthetic_image(directions, normal):
+    """Axes (3, 3) of the synthetic camera in columns, the image (N, 2) on its plane at
+    distance 1, and which rays meet that plane ahead (N,)."""
+    if normal is None:
+        normal = facing_plane_normal(directions)
+    normal = np.asarray(normal, float)
+    if not (normal.shape == (3,) and np.isfinite(normal).all() and normal.any()):
+        raise CalibrationError(
+            f"pose from rays: normal of the synthetic plane: found {normal}; give three"
+            " numbers that are not all zero"
+        )
+    normal = normal / np.linalg.norm(normal)
+    axes = np.column_stack([tangent_bases(normal[None])[0], normal])
+    x = directions @ axes
+    ahead = x[:, 2] > GRAZING
+    if np.count_nonzero(ahead) < 4:
+        raise CalibrationError(
+            f"pose from rays: {np.count_nonzero(ahead)} of {len(x)} rays meet the"
+            " synthetic plane; four or more are needed"
+        )
+    image = np.full((len(x), 2), np.nan)
+    image[ahead] = x[ahead, :2] / x[ahead, 2:]
+    return axes, image, ahead
+
+
+def _metric(G):
+    """G ~ [r1 r2 t] (..., 3, 3) at the scale of (4.14): its first columns' mean."""
+    size = np.linalg.norm(G[..., :2], axis=-2).mean(axis=-1)
+    return G / size[..., None, None]
+
+
+def _errors(directions, points, G, metric):
+    """Errors (m, N) of points under m matrices G ~ [r1 r2 t], right in sign."""
+    G = _metric(G)
+    p = points @ np.swapaxes(G[..., :2], 1, 2) + G[:, None, :, 2]
+    # A sample fixes no sign: most points are to be ahead.
+    along = np.einsum("kni,ni->kn", p, directions)
+    behind = np.count_nonzero(along > 0, axis=1) * 2 < p.shape[1]
+    return ray_errors(directions, np.where(behind[:, None, None], -p, p), metric)
+
+
+def _found(directions, points, G, inliers, ahead, metric):
+    """(4.12) to (4.14): the pose that G ~ [r1 r2 t] stands for, judged."""
+    G = _metric(G)
+    along = np.einsum("ni,ni->n", points @ G[:, :2].T + G[:, 2], directions)
+    if np.count_nonzero(along[inliers] > 0) * 2 < np.count_nonzero(inliers):
+        G = -G
+    T = pose(_refusing(nearest_rotation, G[:, :2]), G[:, 2])
+    p = (points @ T[:3, :2].T + T[:3, 3])[None]
+    errors = ray_errors(directions, p, metric)[0][inliers]
+    rms = float(np.sqrt(np.mean(errors**2)))
+    return RayPose(T, inliers, rms, int(np.count_nonzero(~ahead)))
+
+
+def _refusing(estimate, *arguments, **named):
+    try:
+        return estimate(*arguments, **named)
+    except InputError as error:
+        raise CalibrationError(f"pose from rays: {error}") from None
+
+
+def _covariance(normal, equations, cost, sigma):
+    """(6, 6), from the normal matrix (6, 6) at the end."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    if not values[0] > 1e-12:
+        raise CalibrationError(
+            "pose from rays: the points leave the pose open; they lie on one line or"
+            " are repeated"
+        )
+    inverse = (vectors / values) @ vectors.T / np.outer(scale, scale)
+    return inverse if sigma is not None else inverse * cost / (equations - 6)

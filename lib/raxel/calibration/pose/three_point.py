@@ -1,0 +1,289 @@
+"""Pose of a planar grid from calibrated rays: three points, RANSAC, refinement.
+
+The standard generic method finds the depths of three points along their rays from the
+three distances between them on the grid (thesis 2.26), for rays with one common origin
+(module `grunert`). More points choose among the solutions, and the pose that agrees
+with most of them can then be refined by minimising the ray-point distances (4.18), the
+step that section 4.2.2 mentions.
+
+Source of RANSAC: Fischler and Bolles 1981, doi:10.1145/358669.358692.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.pose.grunert import three_point_depths
+from raxel.errors import CalibrationError
+from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.poses import pose, rotation_from_vector
+
+SCORED = 1000  # points that judge a trial pose
+AT_REST = 1e-12  # a cost that falls by a smaller share is at rest
+
+
+class RayPose(NamedTuple):
+    """T_camera_grid (4, 4), camera frame of the rays; inliers (N,) bool; rms: root
+    mean square of the error of the inliers, a length (ray-point) or radians (angle);
+    behind: rays left out because a synthetic plane does not meet them.
+    """
+
+    T_camera_grid: np.ndarray
+    inliers: np.ndarray
+    rms: float
+    behind: int = 0
+
+
+def pose_of_triples(directions, points):
+    """Poses from triples whose points lie ahead on their rays.
+
+    directions: (M, 3, 3) unit; points: (M, 3, 2). Returns poses (K, 4, 4) and the
+    triple (K,) that each came from.
+    """
+    depths = three_point_depths(directions, points)
+    triple, solution = np.nonzero(np.all(depths > 0, axis=2))
+    corners = depths[triple, solution][:, :, None] * directions[triple]
+    flat = np.concatenate([points, np.zeros((len(points), 3, 1))], axis=2)[triple]
+    to_camera, from_grid = _triangle_frames(corners), _triangle_frames(flat)
+    sound = np.isfinite(to_camera).all((1, 2)) & np.isfinite(from_grid).all((1, 2))
+    rotation = to_camera[sound] @ np.swapaxes(from_grid[sound], 1, 2)
+    shift = corners[sound].mean(axis=1)
+    shift = shift - np.einsum("kij,kj->ki", rotation, flat[sound].mean(axis=1))
+    return pose(rotation, shift), triple[sound]
+
+
+def pose_three_point_ransac(
+    directions,
+    points,
+    rng,
+    threshold,
+    *,
+    metric="ray-point",
+    confidence=0.999,
+    most_trials=2000,
+):
+    """Grid pose in the presence of wrong pairs: the standard method as it comes out.
+
+    directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid; rng: numpy
+    Generator. threshold: largest error of a pair that counts as right, a length for
+    metric "ray-point" (4.18), radians for "angle".
+
+    Samples of three are drawn until one of right pairs has been met with probability
+    `confidence`, at most `most_trials`; the least truncated squared error wins. Returns
+    RayPose. Raises CalibrationError when no triple gives a pose.
+    """
+    directions, points = checked_rays(directions, points)
+    judges = rng.permutation(len(points))[:SCORED]
+
+    def propose(count):
+        picks = _spread_triples(points, rng, count)
+        return pose_of_triples(directions[picks], points[picks])[0]
+
+    best = best_hypothesis(
+        propose,
+        lambda T: _errors(directions[judges], points[judges], T, metric) ** 2,
+        threshold**2,
+        sample_size=3,
+        confidence=confidence,
+        most_trials=most_trials,
+        batch=64,
+    )
+    if best is None:
+        raise CalibrationError(
+            "pose from rays: no three points give a pose; they lie on a line or the"
+            " rays do not belong to them"
+        )
+    return _judged(directions, points, best, threshold, metric)
+
+
+def pose_of_spread_triples(directions, points, count=10):
+    """A pose to start a fit from, without chance: least median angle (robust).
+
+    directions: (N, 3) unit rays of one origin, N >= 3; points: (N, 2). All triples of
+    `count` points far apart are tried. Returns the pose (4, 4). Raises CalibrationError
+    when none gives a pose.
+    """
+    directions, points = checked_rays(directions, points)
+    chosen = _spread_points(points, count)
+    picks = chosen[np.array(list(itertools.combinations(range(len(chosen)), 3)))]
+    poses, _ = pose_of_triples(directions[picks], points[picks])
+    if len(poses) == 0:
+        raise CalibrationError("pose from rays: no three points give a pose")
+    errors = _errors(directions, points, poses, "angle")
+    return poses[np.argmin(np.median(errors, axis=1))]
+
+
+def refine_pose_ray_point(
+    directions, points, T_camera_grid, *, origins=None, weights=None, iterations=50
+):
+    """Pose that minimises the sum of squared ray-point distances (4.18).
+
+    directions: (N, 3) unit; points: (N, 2), N >= 3; T_camera_grid: (4, 4) start;
+    origins: (3,) or (N, 3), where the rays begin, default the frame's origin; weights:
+    (N,), each multiplies a distance. With weights 1 / distance the error becomes the
+    sine of the angle. Levenberg-Marquardt with an analytic Jacobian. Returns the pose
+    (4, 4) and the final cost.
+    """
+    directions, points = checked_rays(directions, points)
+    origins = np.zeros(3) if origins is None else np.asarray(origins, float)
+    weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
+    T = np.array(T_camera_grid, float)
+    T, costs, _ = descend(
+        lambda T: gauss_newton(
+            *ray_point_system(directions, points, T, origins, weights)
+        ),
+        moved_pose,
+        T,
+        iterations=iterations,
+        tolerance=AT_REST,
+        rounding=1e-28 * np.sum(weights**2) * np.max(np.abs(points)) ** 2,
+    )
+    return T, float(costs[-1])
+
+
+def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):
+    """RANSAC, then ray-point refinement on its inliers: the "standard pose" refined.
+
+    Arguments and errors as `pose_three_point_ransac`; with metric "angle" the refined
+    error is the sine of the angle. Two rounds, as refinement may gain inliers.
+    """
+    directions, points = checked_rays(directions, points)
+    found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
+    for _ in range(2):
+        right = found.inliers
+        if np.count_nonzero(right) < 4:
+            break
+        weights = None
+        if metric == "angle":
+            weights = 1.0 / _distances(points[right], found.T_camera_grid[None])[0]
+        refined, _ = refine_pose_ray_point(
+            directions[right], points[right], found.T_camera_grid, weights=weights
+        )
+        found = _judged(directions, points, refined, threshold, metric)
+    return found
+
+
+def ray_point_system(directions, points, T_camera_grid, origins, weights):
+    """Residuals (3N,) and Jacobian (3N, 6) of the weighted ray-point distances.
+
+    The residual of a point is its part at right angles to its ray. The pose moves as
+    R exp([w]x), t + R s; columns: w, s.
+    """
+    p, motion = moving_points(points, T_camera_grid)
+    p = p - origins
+    along = np.einsum("ni,ni->n", directions, p)
+    residual = p - along[:, None] * directions
+    part = np.einsum("ni,nik->nk", directions, motion)
+    jacobian = motion - directions[:, :, None] * part[:, None, :]
+    residual = residual * weights[:, None]
+    jacobian *= weights[:, None, None]
+    return residual.ravel(), jacobian.reshape(-1, 6)
+
+
+def moving_points(points, T_camera_grid):
+    """Grid points (N, 3) in the camera frame, and how they move (N, 3, 6).
+
+    points: (N, 2). The pose moves as R exp([w]x), t + R s; columns: w, s.
+    """
+    rotation = T_camera_grid[:3, :3]
+    x, y = points.T
+    motion = np.zeros((len(points), 3, 6))
+    motion[:, 0, 2], motion[:, 1, 2] = -y, x
+    motion[:, 2, 0], motion[:, 2, 1] = y, -x
+    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
+    return points @ rotation[:, :2].T + T_camera_grid[:3, 3], rotation @ motion
+
+
+def moved_pose(T, step):
+    """The pose (4, 4) after a step (w, s): R exp([w]x), t + R s."""
+    rotation = T[:3, :3]
+    return pose(
+        rotation @ rotation_from_vector(step[:3]), T[:3, 3] + rotation @ step[3:]
+    )
+
+
+def _triangle_frames(corners):
+    """Right-handed frames (K, 3, 3), in columns, of triangles of corners (K, 3, 3)."""
+    first = corners[:, 1] - corners[:, 0]
+    normal = np.cross(first, corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(first, axis=1, keepdims=True)
+    area = np.linalg.norm(normal, axis=1, keepdims=True)
+    flat = ~(area > 1e-9 * size**2)
+    first = first / np.where(flat, np.nan, size)
+    normal = normal / np.where(flat, np.nan, area)
+    return np.stack([first, np.cross(normal, first), normal], axis=2)
+
+
+def _spread_triples(points, rng, count):
+    """Index triples (count, 3), the widest half of twice as many drawn at random."""
+    picks = rng.integers(0, len(points), size=(2 * count, 3))
+    a, b = points[picks[:, 1]] - points[picks[:, 0]], points[picks[:, 2]]
+    b = b - points[picks[:, 0]]
+    area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return picks[np.argsort(-area, kind="stable")[:count]]
+
+
+def _spread_points(points, count):
+    """Indices of up to count points, each the farthest from those before."""
+    chosen = [int(np.argmax(np.sum((points - points.mean(axis=0)) ** 2, axis=1)))]
+    nearest = np.full(len(points), np.inf)
+    while len(chosen) < min(count, len(points)):
+        gap = np.sum((points - points[chosen[-1]]) ** 2, axis=1)
+        nearest = np.minimum(nearest, gap)
+        chosen.append(int(np.argmax(nearest)))
+    return np.array(chosen)
+
+
+def _distances(points, poses):
+    """Distances (K, N) of grid points from the origin under K poses."""
+    p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
+    return np.sqrt(np.einsum("kni,kni->kn", p, p))
+
+
+def _errors(directions, points, poses, metric):
+    """Errors (K, N) of grid points under K poses, as `ray_errors`."""
+    p = points @ np.swapaxes(poses[:, :3, :2], 1, 2) + poses[:, None, :3, 3]
+    return ray_errors(directions, p, metric)
+
+
+def ray_errors(directions, p, metric):
+    """Errors (K, N) of points p (K, N, 3) that should lie ahead on their rays.
+
+    directions: (N, 3) unit, from the origin. metric: "ray-point", distances in the unit
+    of p, infinite for points behind; "angle", radians.
+    """
+    if metric not in ("ray-point", "angle"):
+        raise ValueError(f"metric: {metric!r}; expected 'ray-point' or 'angle'")
+    along = np.einsum("kni,ni->kn", p, directions)
+    # As np.linalg.norm, which takes six times as long over an axis of three.
+    squares = (p - along[..., None] * directions) ** 2
+    across = np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
+    if metric == "angle":
+        return np.arctan2(across, along)
+    return np.where(along > 0, across, np.inf)
+
+
+def _judged(directions, points, T, threshold, metric):
+    errors = _errors(directions, points, T[None], metric)[0]
+    inliers = errors < threshold
+    rms = np.sqrt(np.mean(errors[inliers] ** 2)) if inliers.any() else np.inf
+    return RayPose(T, inliers, float(rms))
+
+
+def checked_rays(directions, points):
+    """Rays (N, 3) and points (N, 2) as float arrays, or CalibrationError."""
+    directions, points = np.asarray(directions, float), np.asarray(points, float)
+    if directions.shape != (len(points), 3) or points.shape[1:] != (2,):
+        raise CalibrationError(
+            f"pose from rays: found directions {directions.shape} and points"
+            f" {points.shape}; give (N, 3) and (N, 2)"
+        )
+    if len(points) < 3:
+        raise CalibrationError(
+            f"pose from rays: {len(points)} points have rays; three or more are needed"
+        )
+    if not (np.isfinite(directions).all() and np.isfinite(points).all()):
+        raise CalibrationError("pose from rays: some rays or points are not finite")
+    return directions, points

@@ -1,0 +1,1 @@
+"""Smooth rays: a lens formula, and a smooth field of what it leaves."""

@@ -1,0 +1,212 @@
+"""Smooth rays directly from corners: field and poses of all boards at once.
+
+No interpolated cells and no table in between. Gauss-Newton steps on the equations of
+`raxel.calibration.smooth.equations`. What a rotation of all rays does to corners, all
+poses together undo: of the three such rotations the field has no part, over the
+corners.
+
+How fine and how smooth the field is decide boards that are kept out, whose poses alone
+are fitted anew. Tukey's biweight leaves wrong corners out in the end.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.smooth import equations as linear_part
+from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
+from raxel.calibration.smooth.prior import free_polynomials, node_places
+from raxel.cameras.tables.cubic_field import shares
+from raxel.cameras.tables.ray_spline import RaySplineCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import transform
+
+CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
+SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell, from both TRIED_FIRST on
+TRIED_FIRST = 5, 9
+MOST_PARTS = 6  # of boards, kept out in turn
+WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
+# Scales below which no corner counts as wrong: before there is a field, and with it.
+FIRST_SCALE_PX, LEAST_SCALE_PX = 0.5, 0.05
+MOST_STEPS, ENOUGH_PX = 30, 1e-5
+CHOSEN_AT = (2, 5)  # steps at which cells and smoothness are chosen
+FEWEST_CORNERS = 6  # of a board
+
+
+class SplineAdjustment(NamedTuple):
+    """camera: RaySplineCamera; T_camera_grid (n, 4, 4); residuals_px: list of (N, 2),
+    found less projected, NaN for corners that the trend does not image; outliers: list
+    of (N,) bool; sd_px of a coordinate; cells along the longer side; smoothness;
+    held_out_px: {cells: root mean square distance on kept-out boards, at the best
+    smoothness; 0: of the trend alone}; steps: how many it took.
+    """
+
+    camera: RaySplineCamera
+    T_camera_grid: np.ndarray
+    residuals_px: list
+    outliers: list
+    sd_px: float
+    cells: int
+    smoothness: float
+    held_out_px: dict
+    steps: int
+
+
+class _Choice(NamedTuple):
+    grid: object
+    smoothness: float
+    held_out: dict
+
+
+def adjust_spline(trend, T_camera_grid, boards, width, height):
+    """The SplineAdjustment of a field on `trend` and of the boards' poses.
+
+    boards: list of (pixels (N, 2), points (N, 2)); T_camera_grid (n, 4, 4): a start at
+    which the trend images most corners. Raises CalibrationError for fewer than two
+    boards, or one of which the trend images fewer than six corners.
+    """
+    corners, T = _stacked(boards), np.array(T_camera_grid, float)
+    part = np.arange(len(T)) % MOST_PARTS
+    grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
+    choice = _Choice(grids[0], SMOOTHNESS[-1], {})
+    control = choice.grid.blank
+    for step in range(MOST_STEPS):
+        linear = linear_part.linearised(trend, T, corners, control, choice.grid)
+        _check(linear, corners, len(T))
+        weights, _ = _weights(linear.off, early=step <= CHOSEN_AT[0])
+        if step in CHOSEN_AT:
+            choice = _chosen(corners, linear, weights, grids, part)
+        of = linear_part.equations(corners, linear, weights, choice.grid, part)
+        c = linear_part.solved(*linear_part.system(of, choice.grid, choice.smoothness))
+        T = linear_part.moved_boards(T, of, c)
+        before = control
+        control = np.ascontiguousarray(
+            c.reshape(2, *choice.grid.shape).transpose(1, 2, 0)
+        )
+        if step > CHOSEN_AT[1] and np.abs(control - before).max() < ENOUGH_PX:
+            break
+    return _completed(trend, T, corners, control, choice, of, step + 1, width, height)
+
+
+def _stacked(boards):
+    if len(boards) < 2:
+        raise CalibrationError(
+            f"smooth rays: boards to adjust with: {len(boards)}; two or more are needed"
+        )
+    pixels, points = (np.concatenate(part) for part in zip(*boards, strict=True))
+    board = np.repeat(np.arange(len(boards)), [len(own) for own, _ in boards])
+    return CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+
+
+def _check(linear, corners, count):
+    imaged = np.bincount(corners.board[linear.imaged], minlength=count)
+    for k in np.flatnonzero(imaged < FEWEST_CORNERS):
+        raise CalibrationError(
+            f"smooth rays: board {k}: the trend images {imaged[k]} of its corners;"
+            f" {FEWEST_CORNERS} are needed"
+        )
+
+
+def _weights(off, early):
+    """Weights (N,) of errors (N, 2) and their scale, px, of a coordinate."""
+    distance = np.linalg.norm(off, axis=1)
+    there = np.isfinite(distance)
+    least = FIRST_SCALE_PX if early else LEAST_SCALE_PX
+    scale = max(float(np.median(distance[there])) / RAYLEIGH, least)
+    squares = np.where(there, distance / scale, np.inf) ** 2
+    if early:
+        return 1 / (1 + squares / 9), scale
+    return np.maximum(1 - squares / WIDTH**2, 0.0) ** 2, scale
+
+
+# --------------------------------------------------------------- cells and smoothness
+
+
+def _chosen(corners, linear, weights, grids, part):
+    """The _Choice that predicts kept-out boards best."""
+    best, held_out = (np.inf, None, None), {}
+    total = 2 * weights.sum()
+    for grid in grids:
+        of = linear_part.equations(corners, linear, weights, grid, part)
+        score, smoothness = _best_smoothness(of, grid)
+        held_out[0] = float(np.sqrt(2 * max(of.squares.sum(), 0) / total))
+        held_out[grid.cells] = float(np.sqrt(2 * max(score, 0) / total))
+        if not score < best[0]:
+            break  # still finer cells follow the noise even more
+        best = score, grid, smoothness
+    return _Choice(best[1], best[2], held_out)
+
+
+def _best_smoothness(of, grid):
+    """(score, smoothness): the better end of two ways downhill. Where the trend is
+    nearly enough, a rise lies between it and the field that serves."""
+
+    @cache
+    def score(k):
+        return linear_part.held_out(of, grid, SMOOTHNESS[k])
+
+    def downhill(here):
+        around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))
+        best = min(around, key=score)
+        return here if best == here else downhill(best)
+
+    best = min(map(downhill, TRIED_FIRST), key=score)
+    return score(best), float(SMOOTHNESS[best])
+
+
+# ----------------------------------------------------------------------------- result
+
+
+def _completed(trend, T, corners, control, choice, of, steps, width, height):
+    grid = choice.grid
+    plain = RaySplineCamera(trend, grid.spacing, control, width, height)
+    posed = np.concatenate(
+        [
+            transform(pose, corners.points[corners.board == k])
+            for k, pose in enumerate(T)
+        ]
+    )
+    residuals = corners.pixels - plain.project(posed).pixels
+    _, scale = _weights(residuals, early=False)
+    distance = np.linalg.norm(residuals, axis=1)
+    inlier = distance <= WIDTH * scale
+    inverse, taken = _inverse(of, grid, choice.smoothness)
+    left = max(2 * np.count_nonzero(inlier) - taken - 6 * len(T), 1)
+    sd_px = float(np.sqrt(np.sum(distance[inlier] ** 2) / left))
+    covered = linear_part.covered_cells(
+        corners.pixels[inlier], grid.shape, grid.spacing
+    )
+    camera = RaySplineCamera(
+        trend, grid.spacing, control, width, height, covered,
+        sd_px**2 * _at_nodes(inverse, grid),
+    )  # fmt: skip
+    ends = np.cumsum(np.bincount(corners.board))[:-1]
+    return SplineAdjustment(
+        camera, T, np.split(residuals, ends), np.split(~inlier, ends), sd_px,
+        grid.cells, choice.smoothness, choice.held_out, steps,
+    )  # fmt: skip
+
+
+def _inverse(of, grid, smoothness):
+    """Inverse (2K, 2K) of the normal matrix, polynomials free, and the number of
+    parameters that the data determine."""
+    free = free_polynomials(grid.shape)
+    penalised = grid.penalty @ free
+    left = grid.penalty - penalised @ np.linalg.solve(free.T @ penalised, penalised.T)
+    expected = smoothness * of.of_a_cell * linear_part.twice(left)
+    normal = of.normal.sum(axis=0)
+    inverse = np.linalg.inv(normal + expected + linear_part.held(of))
+    return inverse, float(np.vdot(inverse, normal))
+
+
+def _at_nodes(inverse, grid):
+    """uu, uv, vv (rows, columns, 3) of the field at `node_places`."""
+    places = node_places(grid.shape, grid.spacing)
+    index, share = shares(places.reshape(-1, 2), grid.shape, grid.spacing)
+    count = len(inverse) // 2
+    found = []
+    for a, b in ((0, 0), (0, 1), (1, 1)):
+        near = inverse[a * count + index[:, :, None], b * count + index[:, None]]
+        found.append(np.einsum("ni,nij,nj->n", share, near, share))
+    return np.stack(found, axis=1).reshape(*places.shape[:2], 3)

@@ -1,0 +1,309 @@
+"""Smooth rays from a table of noisy ones: less noise than any single pixel's ray.
+
+Each ray says where the trend would have seen it; less the pixel itself, that is a noisy
+value of the field s of a `raxel.cameras.tables.ray_spline.RaySplineCamera`, in px. The
+field is a penalised spline. Its cells and its smoothness are those that predict best
+what is kept out: whole squares of the image, since neighbours in a table may share
+their errors (decoded points and interpolated corners do), and a smoothness chosen by
+single pixels would then follow the noise.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.smooth.prior import (
+    FAR,
+    far_from_data,
+    free_polynomials,
+    node_places,
+    penalty_matrix,
+)
+from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
+from raxel.calibration.smooth.trend import FEWEST_RAYS, trend_of_rays
+from raxel.cameras.tables.cubic_field import field_at, shares
+from raxel.cameras.tables.ray_spline import RaySplineCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose
+
+CELLS = (4, 8, 16, 32)  # along the image's longer side, tried one after the other
+SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell, from TRIED_FIRST on
+TRIED_FIRST = 7
+PARTS = 5  # kept out in turn
+PILOT = 20_000  # rays that trend and gross errors are found from
+GROSS, LEAST_GROSS_PX = 8.0, 0.1  # robust standard deviations, and at least
+RAYLEIGH = 1.1774  # median distance where coordinates scatter by 1
+BLOCK = 1 << 16
+
+
+class SmoothTable(NamedTuple):
+    """camera: RaySplineCamera in the table's frame, with region and uncertainty.
+
+    trend: the Camera it lies on; cells: of the field, along the longer side;
+    smoothness: as chosen; sd_px: standard deviation of a coordinate of one ray (of
+    weight 1), noise and what no field follows; sharing: how many neighbours' errors
+    count as one; held_out_px: {cells: root mean square distance of kept-out rays, at
+    the best smoothness; 0: of the trend alone}; n_rays: that were taken; left_out:
+    {reason: number of rays}.
+    """
+
+    camera: RaySplineCamera
+    trend: object
+    cells: int
+    smoothness: float
+    sd_px: float
+    sharing: float
+    held_out_px: dict
+    n_rays: int
+    left_out: dict
+
+
+class _Field(NamedTuple):
+    """cells along the longer side; their sums; the smoothness; control values
+    (rows, columns, 2); held_out: {cells: sum of squares of what was kept out}."""
+
+    cells: int
+    sums: FieldSums
+    smoothness: float
+    control: np.ndarray
+    held_out: dict
+
+
+def smoothed_table(table, *, weights=None, trend=None, block_px=16):
+    """Smooth rays of a central GeneralCamera.
+
+    weights: (H, W), inverse variances of the rays up to one factor, or counts of what
+    each was found from; all alike if None. trend: (central Camera, T_table_trend
+    (4, 4)) to lay the field on; None fits a radial law. block_px: side of the squares
+    kept out, several times as far as neighbours' errors are alike.
+
+    Returns SmoothTable. Memory: 40 bytes a ray. Raises CalibrationError for a table
+    that is not central or has too few rays.
+    """
+    if not table.central:
+        raise CalibrationError(
+            "smooth rays: the table's rays do not all start in one point"
+        )
+    v, u = np.nonzero(table.mask)
+    return smoothed_rays(
+        np.column_stack([u, v]).astype(float),
+        table.directions[v, u],
+        table.width,
+        table.height,
+        centre=table.origins,
+        weights=None if weights is None else np.asarray(weights, float)[v, u],
+        trend=trend,
+        block_px=block_px,
+    )
+
+
+def smoothed_rays(
+    pixels,
+    directions,
+    width,
+    height,
+    *,
+    centre=(0.0, 0.0, 0.0),
+    weights=None,
+    trend=None,
+    block_px=16,
+):
+    """Smooth rays of unit directions (N, 3) at any pixels (N, 2), from a centre (3,).
+
+    As `smoothed_table`; weights: (N,).
+    """
+    weights = np.ones(len(pixels)) if weights is None else np.asarray(weights, float)
+    trend, T = trend or _fitted_trend(pixels, directions, width, height, centre)
+    values = _displacements(trend, T, pixels, directions)
+    imaged = np.isfinite(values[:, 0])
+    left_out = {"beyond the trend": int(np.count_nonzero(~imaged))}
+    pixels, values, weights = pixels[imaged], values[imaged], weights[imaged]
+    size, every = (width, height), slice(None, None, 1 + len(pixels) // PILOT)
+    field = _best_field(pixels[every], values[every], weights[every], size, block_px)
+    near = _near(field, pixels, values, weights)
+    left_out["gross error"] = int(np.count_nonzero(~near))
+    if every.step > 1 or not near.all():
+        pixels, values, weights = pixels[near], values[near], weights[near]
+        field = _best_field(pixels, values, weights, size, block_px)
+    sd_px, inverse = _uncertainty(field)
+    sharing = _sharing(field, pixels, values, weights, block_px)
+    spacing = field.sums.spacing
+    variance = sharing * sd_px**2 * _at_nodes(inverse, field.sums)
+    camera = RaySplineCamera(
+        trend, spacing, field.control, width, height,
+        covered=field.sums.cells > 0,
+        covariance=variance[..., None] * np.array([1.0, 0.0, 1.0]),
+        T_camera_trend=T,
+    )  # fmt: skip
+    total = 2 * field.sums.weights.sum()
+    held_out = {c: float(np.sqrt(2 * s / total)) for c, s in field.held_out.items()}
+    return SmoothTable(
+        camera, trend, field.cells, field.smoothness, sd_px, sharing, held_out,
+        len(pixels), left_out,
+    )  # fmt: skip
+
+
+def _fitted_trend(pixels, directions, width, height, centre):
+    every = slice(None, None, 1 + len(pixels) // PILOT)
+    found = trend_of_rays(pixels[every], directions[every], width, height)
+    return found.camera, pose(found.R_rays_trend, np.asarray(centre, float))
+
+
+def _displacements(trend, T_table_trend, pixels, directions):
+    """Where the trend sees each ray, less its pixel: (N, 2), NaN where it does not."""
+    values = np.empty(pixels.shape)
+    for start in range(0, len(pixels), BLOCK):
+        rows = slice(start, start + BLOCK)
+        seen = trend.project(directions[rows] @ T_table_trend[:3, :3])
+        values[rows] = seen.pixels - pixels[rows]
+    return values
+
+
+def _near(field, pixels, values, weights):
+    """Which values are within GROSS robust standard deviations of a field (N,)."""
+    found, _ = field_at(pixels, field.control, field.sums.spacing)
+    distance = np.linalg.norm(values - found, axis=1) * np.sqrt(weights)
+    sd = np.median(distance[weights > 0]) / RAYLEIGH
+    floor = LEAST_GROSS_PX * np.sqrt(weights)
+    return (weights > 0) & (distance <= GROSS * sd + floor)
+
+
+# --------------------------------------------------------------- cells and smoothness
+
+
+def _best_field(pixels, values, weights, size, block_px):
+    """The _Field that predicts best what is kept out, fitted to all."""
+    if len(pixels) < FEWEST_RAYS:
+        raise CalibrationError(
+            f"smooth rays: found {len(pixels)} rays that the trend images; "
+            f"{FEWEST_RAYS} are needed"
+        )
+    square = _squares(pixels, block_px)
+    part = (square[:, 0] + 2 * square[:, 1]) % PARTS
+    best, held_out = (np.inf, None, None, None), {}
+    for cells in CELLS:
+        sums = FieldSums(*size, max(size) / cells, PARTS)
+        if held_out and len(pixels) < np.prod(sums.shape):
+            break
+        sums.add(pixels, values, weights, part)
+        score, smoothness = _best_smoothness(sums)
+        held_out[0] = float(sums.squares.sum())
+        held_out[cells] = score
+        if not score < best[0]:
+            break  # still finer cells follow the noise even more
+        best = score, cells, sums, smoothness
+    _, cells, sums, smoothness = best
+    right = sums.right.sum(axis=0).reshape(-1, 2)
+    control = _solved(sums.band(slice(None)) + _penalty(sums, smoothness), right)
+    return _Field(cells, sums, smoothness, control.reshape(*sums.shape, 2), held_out)
+
+
+def _best_smoothness(sums):
+    """(score, smoothness): downhill from TRIED_FIRST, one after the other."""
+    scores = {}
+
+    def score(k):
+        if k not in scores:
+            scores[k] = _held_out(sums, SMOOTHNESS[k])
+        return scores[k]
+
+    here = TRIED_FIRST
+    while True:
+        around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))
+        best = min(around, key=score)
+        if best == here:
+            return score(here), float(SMOOTHNESS[here])
+        here = best
+
+
+def _squares(pixels, block_px):
+    """Column and row (N, 2) int of the square of the image that each pixel lies in."""
+    return ((pixels + 0.5) // block_px).astype(np.int64)
+
+
+def _held_out(sums, smoothness):
+    """Sum over parts of weighted squared distances from fields fitted without them."""
+    total, right = sums.band(slice(None)), sums.right.sum(axis=0).reshape(-1, 2)
+    total += _penalty(sums, smoothness)
+    score = 0.0
+    for part in range(PARTS):
+        rest = right - sums.right[part].reshape(-1, 2)
+        score += sums.quadratic(part, _solved(total - sums.band([part]), rest))
+    return score
+
+
+def _penalty(sums, smoothness, ties=True):
+    """Band of the penalty, with or without far ties; smoothness 1 weighs as the data of
+    one cell."""
+    of_a_cell = sums.weights.sum() / max(np.count_nonzero(sums.cells), 1)
+    band = smoothness * _penalty_band(sums.shape)
+    if ties:
+        band[0] += FAR * far_from_data(sums.cells > 0)
+    return of_a_cell * band
+
+
+@lru_cache(maxsize=len(CELLS))
+def _penalty_band(shape):
+    return band_of(penalty_matrix(shape), 3 * shape[1] + 4)
+
+
+def _solved(band, right):
+    from scipy.linalg import solveh_banded
+
+    return solveh_banded(band, right, lower=True, check_finite=False)
+
+
+# ------------------------------------------------------------------------ uncertainty
+
+
+def _uncertainty(field):
+    """Standard deviation of a coordinate of one ray, px, and the inverse (K, K) of the
+    normal matrix with polynomials free: the covariance of one coordinate's control
+    values in units of its square."""
+    sums = field.sums
+    normal = sums.band(slice(None))
+    penalty = _penalty(sums, field.smoothness, ties=False)
+    polynomials = free_polynomials(sums.shape)
+    count = len(polynomials)
+    solved = _solved(
+        normal + penalty, np.hstack([np.eye(count), band_product(normal, polynomials)])
+    )
+    inverse, by_polynomials = solved[:, :count], solved[:, count:]
+    # The penalty less its part on polynomials, by Woodbury's identity.
+    penalised = band_product(penalty, polynomials)
+    lifted = polynomials - by_polynomials  # (normal + penalty)^-1 penalty polynomials
+    inverse = inverse + lifted @ np.linalg.solve(by_polynomials.T @ penalised, lifted.T)
+    taken = sum(
+        (1 + (k > 0)) * np.vdot(normal[k, : count - k], np.diagonal(inverse, -k))
+        for k in range(len(normal))
+        if normal[k].any()
+    )
+    left = max(sums.cells.sum() - taken, 1)
+    squares = sum(
+        sums.quadratic(part, field.control.reshape(-1, 2)) for part in range(PARTS)
+    )
+    return float(np.sqrt(max(squares, 0.0) / (2 * left))), inverse
+
+
+def _at_nodes(inverse, sums):
+    """Variances (rows, columns) of the field at `node_places`."""
+    places = node_places(sums.shape, sums.spacing)
+    index, share = shares(places.reshape(-1, 2), sums.shape, sums.spacing)
+    near = inverse[index[:, :, None], index[:, None]]
+    found = np.einsum("ni,nij,nj->n", share, near, share)
+    return found.reshape(places.shape[:2])
+
+
+def _sharing(field, pixels, values, weights, block_px):
+    """How many rays' errors are one, on average: 1 where all are independent.
+
+    The square of a sum of errors over a small square of the image, over the sum of
+    their squares.
+    """
+    found, _ = field_at(pixels, field.control, field.sums.spacing)
+    off = weights[:, None] * (values - found)
+    square = _squares(pixels, block_px)
+    name = square[:, 1] * (square[:, 0].max() + 1) + square[:, 0]
+    sums = [np.bincount(name, off[:, k]) for k in range(2)]
+    return max(1.0, float(np.sum(np.square(sums)) / np.sum(off**2)))

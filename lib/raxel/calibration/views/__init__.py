@@ -1,0 +1,1 @@
+"""What the views of planar targets say: which point does each pixel see?"""

@@ -1,0 +1,210 @@
+"""A view of an active grid: the point that each pixel sees, in place of corners.
+
+What a calibration asks of a board it can ask of this. Poses, formulas and scores need a
+few hundred well spread points, not a million: these are every k-th pixel each way. The
+generic method, which gives each pixel its own ray, takes all.
+"""
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.views.moments import add_points
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
+
+SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
+FEWEST_PIXELS = 100
+REACH = 3  # px to either side, for how a point moves with its pixel
+LEAST_SIGMA = 1e-6  # mm: no point is known better
+FARTHEST = 1e6  # mm: no monitor is larger, and no point less certain
+
+
+class DenseView(NamedTuple):
+    """One view of an active grid; `dense_view` makes it.
+
+    pixels, points, columns, rows, name, sd: as of a BoardView, of a lattice of pixels:
+    every step-th column and row of the image, pixels NaN (and points 0) where nothing
+    was decoded. The step is the largest for which about SAMPLES pixels or more remain.
+    sd: px, from sigma.
+
+    location: (H, W, 2) float32, the point of each pixel, NaN where there is none;
+    sigma: alike, its standard deviations, in the same unit; whole: (H - 1, W - 1) bool,
+    squares of four pixels that see one piece of surface, between which may be
+    interpolated; step: px; mirrored: whether y is counted upwards, since the grid is
+    seen as in a mirror.
+
+    Memory: 17 bytes for each pixel of the image.
+
+    Where sigma counts: the ray table weights the points of a pixel with 1/sigma^2, and
+    sd is what a misfit is compared with. Fits of formulas, poses and centre, and all
+    scores, weight the samples alike, as they do corners.
+    """
+
+    pixels: np.ndarray
+    points: np.ndarray
+    columns: int
+    rows: int
+    name: str
+    sd: np.ndarray | None
+    location: np.ndarray
+    sigma: np.ndarray
+    whole: np.ndarray
+    step: int
+    mirrored: bool
+
+    every_pixel = True
+
+    def locate(self, pixels):
+        """Points (M, 2) that pixels (M, 2) look at, and inside (M,) bool: bilinear
+        within whole squares, and what a whole pixel itself has seen."""
+        pixels = np.asarray(pixels, float)
+        height, width, _ = self.location.shape
+        points = np.full(pixels.shape, np.nan)
+        there = np.all((pixels >= 0) & (pixels <= [width - 1, height - 1]), axis=1)
+        waiting = np.flatnonzero(there)
+        # A pixel between two squares is in either.
+        for lower in product((np.floor, _below), repeat=2):
+            u, v = (f(pixels[waiting, k]).astype(int) for k, f in enumerate(lower))
+            holds = (u >= 0) & (v >= 0) & (u < width - 1) & (v < height - 1)
+            holds[holds] = self.whole[v[holds], u[holds]]
+            found, u, v = waiting[holds], u[holds], v[holds]
+            points[found] = self._bilinear(pixels[found], u, v)
+            waiting = waiting[~holds]
+        u, v = np.rint(pixels[waiting]).astype(int).T
+        exact = np.all(pixels[waiting] == np.column_stack([u, v]), axis=1)
+        points[waiting[exact]] = self.location[v[exact], u[exact]]
+        return points, np.isfinite(points[:, 0])
+
+    def _bilinear(self, pixels, u, v):
+        along, down = (pixels - np.column_stack([u, v])).T[..., None]
+        upper = (1 - along) * self.location[v, u] + along * self.location[v, u + 1]
+        v = v + 1
+        lower = (1 - along) * self.location[v, u] + along * self.location[v, u + 1]
+        return (1 - down) * upper + down * lower
+
+    def whole_pixels(self, width, height, step=1):
+        """Pixels (M, 2) int that are multiples of step, and their points (M, 2)."""
+        seen = self.location[:height:step, :width:step]
+        v, u = np.nonzero(np.isfinite(seen[..., 0]))
+        return step * np.column_stack([u, v]), seen[v, u].astype(float)
+
+    def area(self):
+        """The number of pixels that have a point."""
+        return int(np.count_nonzero(np.isfinite(self.location[..., 0])))
+
+    def covered(self, width, height):
+        """(height, width) uint8: 1 where a pixel has a point."""
+        return np.isfinite(self.location[:height, :width, 0]).astype(np.uint8)
+
+    def add_moments(self, sums, T_base_grid, centre, weight=1.0):
+        """Add to sums (height, width, 9) those of every pixel's point about the centre,
+        times weight/sigma^2, as `raxel.calibration.views.moments` lays them out."""
+        plane = T_base_grid[:3, [0, 1, 3]] - np.outer(centre, [0.0, 0.0, 1.0])
+        add_points(sums, self.location, self.sigma, plane, weight)
+
+
+def dense_view(location, sigma=None, mask=None, name=""):
+    """The DenseView of decoded points.
+
+    location: (H, W, 2), the point of the grid that each pixel sees, NaN (or beyond
+    FARTHEST) where none is known; sigma: alike, standard deviations in the same unit,
+    None where nobody states any; mask: (H, W) bool, where a location counts, None for
+    all that are finite; name: for messages. All three are what
+    `raxel.features.active_grid.decode` gives.
+
+    Seen in the image, x should turn clockwise into y. Where it turns the other way for
+    most pixels, as through a mirror, the grid's image is the grid: y is counted
+    upwards, with a minus sign. Raises InputError for shapes that do not fit,
+    CalibrationError for fewer than FEWEST_PIXELS pixels with a point.
+    """
+    name = name or "grid"
+    location = _single(location)
+    if location.ndim != 3 or location.shape[2] != 2:
+        raise InputError(
+            f"{name}: location: found shape {location.shape}; give (height, width, 2)"
+        )
+    seen = np.isfinite(location).all(axis=2)
+    if mask is not None:
+        seen &= _fitting(name, "mask", np.asarray(mask, bool), seen.shape)
+    if sigma is None:
+        deviations = np.ones_like(location)
+    else:
+        deviations = _fitting(name, "sigma", _single(sigma), location.shape)
+        seen &= (deviations >= 0).all(axis=2)
+        deviations = np.maximum(deviations, LEAST_SIGMA)
+    count = np.count_nonzero(seen)
+    if count < FEWEST_PIXELS:
+        raise CalibrationError(
+            f"{name}: found {count} pixels with a point on both axes; at least "
+            f"{FEWEST_PIXELS} are needed"
+        )
+    location[~seen] = deviations[~seen] = np.nan
+    whole = whole_cells(location, None if sigma is None else deviations)
+    step = max(1, int(np.sqrt(count / SAMPLES)))
+    pixels = _lattice(seen, step)
+    rows, columns, _ = pixels.shape
+    pixels = pixels.reshape(-1, 2)
+    found = np.isfinite(pixels[:, 0])
+    u, v = pixels[found].astype(int).T
+    slopes = _slopes(location, u, v)
+    mirrored = bool(as_in_a_mirror(location))
+    if mirrored:
+        location[..., 1] *= -1
+    points = np.zeros(pixels.shape)
+    points[found] = location[v, u]
+    sd = None
+    if sigma is not None:
+        sd = np.full(len(pixels), np.nan)
+        sd[found] = _in_pixels(deviations[v, u], slopes)
+    return DenseView(
+        pixels, points, columns, rows, name, sd,
+        location, deviations, whole, step, mirrored,
+    )  # fmt: skip
+
+
+def _single(values):
+    """In single precision, NaN where they are beyond FARTHEST."""
+    values = np.asarray(values)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(values) <= FARTHEST, values, np.nan).astype(np.float32)
+
+
+def _fitting(name, field, array, shape):
+    if array.shape != shape:
+        raise InputError(f"{name}: {field}: found shape {array.shape}; give {shape}")
+    return array
+
+
+def _lattice(seen, step):
+    """(rows, columns, 2) float: every step-th pixel each way, NaN where not seen."""
+    v, u = (np.arange(step // 2, size, step) for size in seen.shape)
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).astype(float)
+    pixels[~seen[np.ix_(v, u)]] = np.nan
+    return pixels
+
+
+def _slopes(location, u, v):
+    """How points move with pixels: (N, 2, 2), columns by u and by v; NaN at a rim."""
+    height, width, _ = location.shape
+    slopes = np.full((len(u), 2, 2), np.nan)
+    inside = (u >= REACH) & (u < width - REACH) & (v >= REACH) & (v < height - REACH)
+    u, v = u[inside], v[inside]
+    slopes[inside, :, 0] = location[v, u + REACH] - location[v, u - REACH]
+    slopes[inside, :, 1] = location[v + REACH, u] - location[v - REACH, u]
+    return slopes / (2 * REACH)
+
+
+def _in_pixels(sigma, slopes):
+    """Standard deviation (N,) px along an axis of points known to sigma (N, 2)."""
+    variance = sigma[:, ::-1].astype(float) ** 2
+    across = np.sum(np.sum(slopes**2, axis=2) * variance, axis=1)
+    (a, b), (c, d) = np.moveaxis(slopes, 0, 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sd = np.sqrt(across / 2) / np.abs(a * d - b * c)
+    return np.where(np.isfinite(sd), sd, np.nan)
+
+
+def _below(values):
+    return np.ceil(values) - 1

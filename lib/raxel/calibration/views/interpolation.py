@@ -1,0 +1,183 @@
+"""What a camera sees between the corners of a chessboard: three ways to fill a cell.
+
+- "homographic": the exact homography of each cell's four corners (step 2 of the
+  thesis's Algorithm 1, section 3.2). It is exact for a pinhole, and wrong by a share of
+  the bend of a cell under a fisheye or a mirror.
+- "smooth": a C1 surface through all corners
+  (`raxel.calibration.views.lattice_surface`), laid out as a finer lattice whose cells
+  are too small to bend. It interpolates pixels times the perspective weight of the
+  board's best homography, so it is exact for a pinhole as well.
+- "by need": for each board, the one of the two that errs less, as far as its own
+  corners tell (`_bends`).
+
+All that follows (`pixels_on_board`, `locate_pixels`, `ray_table`) takes the view of
+either lattice and knows no difference.
+"""
+
+import numpy as np
+
+from raxel.calibration.views.correspondence import board_cells, cell_turns, check_view
+from raxel.calibration.views.lattice_surface import refined_lattice, refining_weights
+from raxel.geometry.homography import homography_dlt
+
+INTERPOLATIONS = ("homographic", "smooth", "by need")
+TRIAL = 4  # points per cell each way at which the two are compared
+STRAIGHT_PX = 0.015  # a cell of the finer lattice bends no more than this
+FINEST = 16  # of its cells to one of the board, each way
+EXACT_PX = 1e-3  # no corner is known better than this
+MOST_TERMS = 120  # of a polynomial through corners
+LEAST_WEIGHT = 0.02  # of the perspective weights, over the largest
+
+
+def interpolated_view(view, interpolation):
+    """The view whose cells follow the board as asked, and which way that is.
+
+    view: BoardView; interpolation: one of INTERPOLATIONS. Returns (BoardView, name):
+    the view itself with "homographic", one of a finer lattice with "smooth". Cells that
+    lack a corner, are not convex, or in which the surface folds are in neither. In a
+    DenseView nothing is to be filled in: it is returned as it is, with "none". Raises
+    ValueError for another name, InputError as `check_view`.
+    """
+    if interpolation not in INTERPOLATIONS:
+        names = "', '".join(INTERPOLATIONS)
+        raise ValueError(f"interpolation: {interpolation!r}; one of '{names}'")
+    view = check_view(view)
+    if view.every_pixel:
+        return view, "none"
+    if interpolation == "homographic" or not cell_turns(view).any():
+        return view, "homographic"
+    differences = _differences(view)
+    if interpolation == "by need" and not _bends(view, differences):
+        return view, "homographic"
+    return _finer(view, np.abs(differences).max()), "smooth"
+
+
+def _bends(view, differences):
+    """Do the cells of a board bend by more than its corners are uncertain?
+
+    Per board, not per cell: the squared difference d^2 of the two predictions, averaged
+    over the insides of all cells, holds the bend b that the homography misses and the
+    corners' noise, of variance s^2 along each axis. With S and H the weights that
+    either gives to the corners (mean squares SS and HH over the cells, products SH),
+
+        d^2 = b^2 + s^2 (SS + HH - 2 SH),
+        error of the smooth one s^2 SS, of the homographic one b^2 + s^2 HH,
+
+    so the smooth one errs less where d^2 > 2 s^2 (SS - SH). The surface passes noise on
+    with about 1.4 times the standard deviation of the homographies: that is the price,
+    paid only where the bend is dearer. s^2 is estimated from the corners themselves
+    (`corner_variance`), which does not trust what a detector says of itself. A lattice
+    too coarse for its bend has a large one and stays homographic: no surface through
+    it would be right either.
+    """
+    noise = max(corner_variance(view), EXACT_PX**2)
+    price = np.prod([_mean_products(count) for count in (view.rows, view.columns)], 0)
+    return np.mean(differences**2) > 2 * noise * (price[0] - price[1])
+
+
+def _mean_products(count):
+    """Means of S S and S H inside the cells of one line of corners."""
+    place = np.arange(TRIAL * (count - 1) + 1) / TRIAL
+    inside = place % 1 > 0
+    S = refining_weights(count, TRIAL)[inside]
+    H = np.maximum(1 - np.abs(place[inside, None] - np.arange(count)), 0)
+    return np.mean(np.sum(S * S, axis=1)), np.mean(np.sum(S * H, axis=1))
+
+
+def corner_variance(view):
+    """Variance (px^2) of the corners along each axis, from themselves.
+
+    The least of what polynomials of rising degree leave per degree of freedom: too low
+    a degree leaves bend, and each that is high enough leaves noise alone. A standard
+    error is added to each, as the least of several runs low. A quarter of the corners
+    at least is left to judge by; inf where that is too few for any degree.
+    """
+    found = np.flatnonzero(np.isfinite(view.pixels[:, 0]))
+    i, j, counts = _terms(view, min(3 * len(found) // 4, MOST_TERMS))
+    if len(counts) == 0:
+        return np.inf
+    y, x = np.divmod(found, view.columns)
+    x = np.arccos(2 * x / (view.columns - 1) - 1)
+    y = np.arccos(2 * y / (view.rows - 1) - 1)
+    terms = np.cos(i * x[:, None]) * np.cos(j * y[:, None])
+    weight = _perspective(view)(view.points[found])
+    basis = np.linalg.qr(terms / weight[:, None])[0]
+    told = basis.T @ view.pixels[found]
+    rest = np.sum((view.pixels[found] - basis @ told) ** 2)
+    left = np.array([rest + np.sum(told[count:] ** 2) for count in counts])
+    freedom = 2.0 * (len(found) - counts)
+    return np.min(left / freedom * (1 + np.sqrt(2 / freedom)))
+
+
+def _terms(view, most):
+    """Exponents (i, j) of Chebyshev polynomials across a lattice, lower degrees first,
+    and how many there are (`most` or fewer) up to each degree from 2 on."""
+    i, j = np.divmod(np.arange(view.columns * view.rows), view.rows)
+    order = np.lexsort([i, i + j])
+    i, j = i[order], j[order]
+    counts = np.searchsorted(i + j, np.arange(3, view.columns + view.rows))
+    counts = counts[counts <= most]
+    return i[: counts.max(initial=0)], j[: counts.max(initial=0)], counts
+
+
+def _finer(view, bend):
+    """The view of a finer lattice on the surface through the corners, whose cells bend
+    by `bend` px at most."""
+    factor = int(np.clip(np.ceil(np.sqrt(bend / STRAIGHT_PX)), 2, FINEST))
+    pixels, points = _surface(view, factor)
+    rows, columns = pixels.shape[:2]
+    fine = view._replace(
+        pixels=pixels.reshape(-1, 2),
+        points=points.reshape(-1, 2),
+        rows=rows,
+        columns=columns,
+        sd=None,
+    )
+    # A fold of the surface takes the whole cell with it, as in the coarse lattice.
+    turns = cell_turns(view)
+    fine_turns = cell_turns(fine).reshape(len(turns), factor, -1, factor)
+    usable = (turns != 0) & (fine_turns == turns[:, None, :, None]).all(axis=(1, 3))
+    known = np.zeros((rows, columns), bool)
+    for down in range(factor + 1):
+        ends = slice(down, rows - factor + down, factor)
+        for along in range(factor + 1):
+            known[ends, along : columns - factor + along : factor] |= usable
+    return fine._replace(pixels=np.where(known.reshape(-1, 1), fine.pixels, np.nan))
+
+
+def _surface(view, factor):
+    """Pixels and points of the refined lattice, (R, C, 2) each."""
+    weight = _perspective(view)
+    weighted = view.pixels * weight(view.points)[:, None]
+    lattice = np.concatenate([weighted, view.points], axis=1)
+    fine = refined_lattice(lattice.reshape(view.rows, view.columns, 4), factor)
+    weighted, points = fine[..., :2], fine[..., 2:]
+    return weighted / weight(points)[..., None], points
+
+
+def _perspective(view):
+    """Points (..., 2) -> weight (...): the denominator of the board's homography.
+
+    Of one sign on the board; 1 where the bend is such that no plane of weights is.
+    """
+    found = np.isfinite(view.pixels[:, 0])
+    a, b, c = homography_dlt(view.points[found], view.pixels[found])[2]
+    values = view.points @ [a, b] + c
+    if values.min() < LEAST_WEIGHT * values.max():
+        return lambda points: np.ones(points.shape[:-1])
+    return lambda points: (points @ [a, b] + c) / values.max()
+
+
+def _differences(view):
+    """Smooth less homographic positions (K, P, 2) px inside the whole cells."""
+    pixels, points = _surface(view, TRIAL)
+    whole = cell_turns(view) != 0
+    pixels, points = (
+        np.lib.stride_tricks.sliding_window_view(fine, (TRIAL + 1,) * 2, axis=(0, 1))[
+            ::TRIAL, ::TRIAL, :, 1:-1, 1:-1
+        ][whole].reshape(-1, 2, (TRIAL - 1) ** 2)
+        for fine in (pixels, points)
+    )
+    maps = np.linalg.inv(board_cells(view).board_from_pixel)
+    straight = maps[..., :2] @ points + maps[..., 2:]
+    return np.moveaxis(pixels - straight[:, :2] / straight[:, 2:], 1, 2)

@@ -1,0 +1,1 @@
+"""What holds for cameras of every kind: their maps, files, and rays in bulk."""

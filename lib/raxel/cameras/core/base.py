@@ -1,0 +1,202 @@
+"""What every camera can do: pixels to rays, points to pixels, to disk and back.
+
+Pixels are (u right, v down) with pixel centres at integers, in arrays (N, 2). Rays and
+points are in the camera frame: for the parametric models x right, y down, z along the
+principal axis, with the centre at the origin; mm (or the unit the camera names).
+"""
+
+import abc
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.core.storage import write_camera
+from raxel.documents import one_line
+from raxel.errors import InputError
+
+# Pixels and millimetres beyond this have no ray and no pixel: their squares and the
+# products of these must not overflow.
+REMOTE = 1e100
+# Scales and lengths: fourth powers, and pixels divided by one, must not overflow.
+SMALLEST, LARGEST = 1e-30, 1e30
+# Coefficients of a polynomial, or corners of an outline: the roots of longer
+# polynomials are noise, and finding them takes the cube of their number.
+MOST_IN_A_ROW = 200
+
+
+class Rays(NamedTuple):
+    """One half-line per pixel, in the camera frame.
+
+    origins: (N, 3); directions: (N, 3) unit, away from the camera; valid: (N,) bool.
+    Where not valid, both are NaN.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    valid: np.ndarray
+
+
+class Projection(NamedTuple):
+    """One pixel per point. pixels: (N, 2), NaN where not valid; valid: (N,) bool."""
+
+    pixels: np.ndarray
+    valid: np.ndarray
+
+
+class Camera(abc.ABC):
+    """A map between pixels and rays; `width` and `height` in pixels.
+
+    Parametric models answer wherever their formula holds, also a little outside the
+    image (a fit needs that); `in_image` tells which pixels lie inside. A look-up
+    table answers inside its table only.
+    """
+
+    kind = None
+    # False where a point has no pixel or no single one; `project` then says why.
+    projects = True
+    # False where neighbouring pixels may look to places far apart.
+    continuous = True
+    # Names of the fields that shape r(theta) of a radially symmetric kind; K: its size.
+    radial_fields = ()
+    width: int
+    height: int
+
+    @property
+    @abc.abstractmethod
+    def central(self):
+        """Whether all rays meet in one point."""
+
+    @property
+    @abc.abstractmethod
+    def parameters(self):
+        """Number of free intrinsic parameters; width and height are not counted."""
+
+    @abc.abstractmethod
+    def rays(self, pixels):
+        """Rays of pixels (N, 2); values that are not finite have none."""
+
+    @abc.abstractmethod
+    def project(self, points):
+        """Pixels of points (N, 3) in the camera frame: the exact inverse of `rays`."""
+
+    @abc.abstractmethod
+    def _fields(self):
+        """What the file holds: dict name -> array."""
+
+    @classmethod
+    @abc.abstractmethod
+    def _from_file(cls, file):
+        """The camera a `CameraFile` describes."""
+
+    def in_image(self, pixels):
+        """Which of the pixels (..., 2) lie on the image's cells, [-0.5, size - 0.5]."""
+        pixels = np.asarray(pixels, float)
+        size = np.array([self.width, self.height])
+        return np.all((pixels >= -0.5) & (pixels <= size - 0.5), axis=-1)
+
+    def save(self, path):
+        """Write the camera to an .npz file, whole or not at all.
+
+        `load_camera` reads it. Raises InputError where it cannot be written.
+        """
+        size = {"width": np.array(self.width), "height": np.array(self.height)}
+        write_camera(path, self.kind, size | self._fields())
+
+
+def check_size(camera, width, height):
+    """Set width and height, or raise InputError naming the field."""
+    for name, value in (("width", width), ("height", height)):
+        number = np.ndim(value) == 0 and isinstance(value, (int, float, np.number))
+        if not (number and 1 <= value < REMOTE and float(value).is_integer()):
+            raise InputError(
+                f"field '{name}': found {value}; give a whole number of pixels"
+            )
+        setattr(camera, name, int(value))
+
+
+def checked_array(name, values, shape):
+    """A finite, read-only float64 copy of `values` of this shape.
+
+    None in `shape` stands for up to MOST_IN_A_ROW. Raises InputError naming the field,
+    also for numbers of REMOTE and above.
+    """
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise InputError(
+            f"field '{name}': holds what is no number, or lists of unequal length; "
+            "give numbers, or lists of numbers of equal length"
+        ) from fault
+    fits = array.ndim == len(shape) and all(
+        want in (None, got) for want, got in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise InputError(f"field '{name}': shape {array.shape} found, {shape} needed")
+    if max(array.shape, default=0) > MOST_IN_A_ROW:
+        raise InputError(
+            f"field '{name}': shape {array.shape} found; give {MOST_IN_A_ROW} in a row "
+            "at most"
+        )
+    if not (np.abs(array) < REMOTE).all():
+        raise InputError(
+            f"field '{name}': holds values that are not finite, or beyond {REMOTE:g}"
+        )
+    array.flags.writeable = False
+    return array
+
+
+def checked_positive(name, values, shape=()):
+    """As `checked_array`, of scales or lengths: each from SMALLEST to LARGEST."""
+    array = checked_array(name, values, shape)
+    if not ((array >= SMALLEST) & (array <= LARGEST)).all():
+        raise InputError(
+            f"field '{name}': found {array.tolist()}; it must be positive, from "
+            f"{SMALLEST:g} to {LARGEST:g}"
+        )
+    return array
+
+
+def checked_word(name, value, known):
+    """`value`, one of the known words, or InputError naming the field."""
+    if not isinstance(value, str) or value not in known:
+        raise InputError(
+            f"field '{name}': found {one_line(repr(value))}; give one of "
+            + ", ".join(known)
+        )
+    return value
+
+
+def checked_calibration_matrix(K):
+    """K (3, 3) of the form (2.1), read-only, or InputError naming the field."""
+    K = checked_array("K", K, (3, 3))
+    upper = K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])
+    if not (upper and min(K[0, 0], K[1, 1]) >= SMALLEST):
+        raise InputError(
+            "field 'K': found " + str(K.tolist()) + "; (2.1) needs positive "
+            "focal lengths, zeros below the diagonal, and 1 in the corner"
+        )
+    return K
+
+
+def as_rows(values, length):
+    """Float64 rows (N, length) of an array handed to `rays` or `project`."""
+    array = np.asarray(values, float)
+    if array.ndim != 2 or array.shape[1] != length:
+        raise ValueError(f"shape {array.shape} found, (N, {length}) needed")
+    return array
+
+
+def near_rows(values, length):
+    """Rows (N, length) as `as_rows` gives them, NaN throughout where one is useless.
+
+    That is where a value is not finite, or so large that its square might overflow.
+    """
+    array = as_rows(values, length)
+    near = (np.abs(array) < REMOTE).all(axis=1)
+    return np.where(near[:, None], array, np.nan)
+
+
+def pixel_grid(width, height):
+    """All pixel centres of an image, row by row: (height * width, 2)."""
+    v, u = np.mgrid[:height, :width]
+    return np.column_stack([u.ravel(), v.ravel()]).astype(float)

@@ -1,0 +1,250 @@
+"""Rays of a camera in bulk: polynomials through exact rays, tile by tile.
+
+A picture asks for the rays of millions of positions, and most cameras change smoothly
+from one to the next. The image is cut into tiles; a tile's rays at 7 x 7 Chebyshev
+nodes give those in between, to some 1e-7 px and mostly far better. Where the last
+coefficients do not vanish (a kink or a jump of the camera's map) or some of the nodes
+have no ray, every position of the tile has its own exact ray, as before.
+
+What may be overlooked is an odd patch of the image that holds no node: one less than
+the 5 px wide that lie between nodes.
+"""
+
+from functools import lru_cache
+
+import numba
+import numpy as np
+
+from raxel.cameras.core.base import Rays
+
+# Side of a tile at most, and how far its nodes reach beyond it, px.
+TILE, MARGIN = 16.0, 1.0
+NODES = 7
+NODES_AT = -np.cos(np.pi * np.arange(NODES) / (NODES - 1))
+# Of a tile's Chebyshev series the terms of highest degree must be below this many px,
+# or below rounding. Those left out are much smaller again.
+LAST_TERMS_PX, ROUNDING = 1e-6, 1e-13
+TILES_AT_ONCE = 1 << 11
+# What a tile is that has no polynomial: not looked at, exact rays, no ray at all.
+UNKNOWN, EXACT, EMPTY = -1, -2, -3
+
+
+@lru_cache(maxsize=8)
+def smooth_rays(camera):
+    """The `SmoothRays` of a camera, kept for its next picture."""
+    return SmoothRays(camera)
+
+
+class SmoothRays:
+    """Rays of one camera; tiles are looked at when they are needed.
+
+    Origins come as one, (1, 3), where the camera is central and starts all rays there:
+    it may still start them on a mirror, each where it leaves.
+    """
+
+    def __init__(self, camera):
+        self.camera = camera
+        full = np.array([camera.width, camera.height])
+        self._count = np.ceil(full / TILE).astype(int)
+        self._size = full / self._count
+        self._tiles = np.full(self._count[::-1], UNKNOWN)
+        u, v = ((np.arange(n) + 0.5) * TILE for n in self._count)
+        seen = camera.rays(_pairs(u, v))
+        first = seen.origins[np.argmax(seen.valid)]
+        one = np.all((seen.origins == first) | ~seen.valid[:, None])
+        self._origin = first[None] if camera.central and one else None
+        self._directions = np.empty((0, NODES, NODES, 3))
+        self._origins = np.empty((0, NODES, NODES, 3))
+
+    def rays(self, pixels):
+        """`Rays` of positions (N, 2)."""
+        column, x = self._place(pixels[:, 0], 0)
+        row, y = self._place(pixels[:, 1], 1)
+        wanted = np.zeros(self._tiles.shape, bool)
+        wanted[row, column] = True
+        self._look_at(wanted)
+        tile = self._tiles[row, column]
+        tile[~((np.abs(x) <= 1) & (np.abs(y) <= 1))] = EXACT
+        rays = self._interpolated(lambda values: _at_points(values, tile, x, y))
+        exact = np.flatnonzero(tile == EXACT)
+        return self._corrected(rays, exact, pixels[exact])
+
+    def grid(self, u, v):
+        """`Rays` of all (u, v), (len(v) * len(u)), by rows; u and v rise."""
+        (column, x), (row, y) = self._place(u, 0), self._place(v, 1)
+        wanted = np.zeros(self._tiles.shape, bool)
+        wanted[np.ix_(np.unique(row), np.unique(column))] = True
+        self._look_at(wanted)
+        wu, wv = _weights(x), _weights(y)
+        rays = self._interpolated(
+            lambda values: _on_grid(values, self._tiles, column, wu, row, wv)
+        )
+        exact = np.zeros(0, int)
+        if np.any(wanted & (self._tiles == EXACT)):
+            exact = np.flatnonzero((self._tiles == EXACT)[row][:, column])
+        j, i = np.divmod(exact, len(u))
+        return self._corrected(rays, exact, np.column_stack([u[i], v[j]]))
+
+    def _place(self, values, axis):
+        """Tile of each coordinate, and where in it: -1 to 1 from node to node."""
+        return _places(values, self._size[axis], self._count[axis])
+
+    def _interpolated(self, values_at):
+        directions = values_at(self._directions)
+        valid = np.isfinite(directions[:, 2])
+        one = self._origin is not None
+        return Rays(
+            self._origin if one else values_at(self._origins), directions, valid
+        )
+
+    def _corrected(self, rays, where, pixels):
+        """The rays with exact ones at the indices `where`."""
+        if len(where):
+            exact = self.camera.rays(pixels)
+            rays.directions[where], rays.valid[where] = exact.directions, exact.valid
+            if self._origin is None:
+                rays.origins[where] = exact.origins
+        return rays
+
+    def _look_at(self, wanted):
+        """Find what the wanted tiles (rows, columns) are that are unknown."""
+        rows, columns = np.nonzero(wanted & (self._tiles == UNKNOWN))
+        for first in range(0, len(rows), TILES_AT_ONCE):
+            part = slice(first, first + TILES_AT_ONCE)
+            self._look_at_some(rows[part], columns[part])
+
+    def _look_at_some(self, rows, columns):
+        u, v = (
+            -0.5 + (tile[:, None] + 0.5) * size + NODES_AT * (size / 2 + MARGIN)
+            for tile, size in zip((columns, rows), self._size, strict=True)
+        )
+        u, v = np.broadcast_arrays(u[:, None, :], v[:, :, None])
+        rays = self.camera.rays(np.column_stack([u.ravel(), v.ravel()]))
+        shape = len(rows), NODES, NODES, 3
+        origins, directions = (field.reshape(shape) for field in rays[:2])
+        valid = rays.valid.reshape(shape[:3])
+        good = valid.all(axis=(1, 2))
+        good[good] = _smooth(directions[good]) & _smooth(origins[good])
+        kind = np.where(valid.any(axis=(1, 2)), EXACT, EMPTY)
+        kind[good] = len(self._directions) + np.arange(np.count_nonzero(good))
+        self._tiles[rows, columns] = kind
+        self._directions = np.concatenate([self._directions, directions[good]])
+        if self._origin is None:
+            self._origins = np.concatenate([self._origins, origins[good]])
+
+
+def _pairs(u, v):
+    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+
+
+def _chebyshev():
+    """Coefficients (NODES, NODES) of T_0, T_1, ... from values at the nodes."""
+    series = np.polynomial.chebyshev.chebvander(NODES_AT, NODES - 1)
+    return np.linalg.inv(series)
+
+
+TO_SERIES = _chebyshev()
+
+
+def _smooth(values):
+    """Whether the series of tiles (n, NODES, NODES, 3) end in terms near zero."""
+    last = TO_SERIES[-1]
+    down = np.einsum("j,njkc,lk->nlc", last, values, TO_SERIES)
+    across = np.einsum("k,njkc,lj->nlc", last, values, TO_SERIES)
+    terms = np.abs(down).sum(axis=1) + np.abs(across).sum(axis=1)
+    per_px = np.ptp(values, axis=(1, 2)).max(axis=1) / TILE
+    size = np.abs(values).max(axis=(1, 2, 3))
+    return terms.max(axis=1) <= LAST_TERMS_PX * per_px + ROUNDING * size
+
+
+LAGRANGE = 1 / np.prod(NODES_AT[:, None] - NODES_AT + np.eye(NODES), axis=1)
+
+
+@numba.njit(cache=True)
+def _places(values, size, count):
+    """Tiles (N,) of coordinates (N,) among `count` of a size; places in them (N,)."""
+    tile, x = np.empty(len(values), np.int64), np.empty(len(values))
+    for n in range(len(values)):
+        from_edge = values[n] + 0.5
+        # Neither what is not a number nor what is too large for one makes an index.
+        inside = 0 <= from_edge < count * size
+        tile[n] = int(from_edge / size) if inside else (count - 1) * (from_edge > 0)
+        x[n] = (from_edge - (tile[n] + 0.5) * size) / (size / 2 + MARGIN)
+    return tile, x
+
+
+@numba.njit(cache=True)
+def _weight_into(weights, x):
+    """Weights of the nodes' values for the value at x: Lagrange's polynomials."""
+    left = 1.0
+    for k in range(NODES):
+        weights[k] = left * LAGRANGE[k]
+        left *= x - NODES_AT[k]
+    right = 1.0
+    for k in range(NODES - 1, -1, -1):
+        weights[k] *= right
+        right *= x - NODES_AT[k]
+
+
+@numba.njit(cache=True)
+def _weights(x):
+    """Weights (N, NODES) for values at x (N,)."""
+    weights = np.empty((len(x), NODES))
+    for n in range(len(x)):
+        _weight_into(weights[n], x[n])
+    return weights
+
+
+@numba.njit(cache=True)
+def _on_grid(values, tiles, column, wu, row, wv):
+    """Values (m * n, 3) on a grid; column, wu of its n abscissae, row, wv of m."""
+    n = len(column)
+    out = np.empty((len(row) * n, 3))
+    inner = np.empty((NODES, 3))
+    for r in range(len(row)):
+        here = -1
+        for p in range(n):
+            tile = tiles[row[r], column[p]]
+            if tile < 0:
+                out[r * n + p] = np.nan
+                continue
+            if tile != here:
+                here = tile
+                for k in range(NODES):
+                    for c in range(3):
+                        total = 0.0
+                        for j in range(NODES):
+                            total += wv[r, j] * values[tile, j, k, c]
+                        inner[k, c] = total
+            for c in range(3):
+                total = 0.0
+                for k in range(NODES):
+                    total += wu[p, k] * inner[k, c]
+                out[r * n + p, c] = total
+    return out
+
+
+@numba.njit(cache=True)
+def _at_points(values, tile, x, y):
+    """Values (N, 3) in tiles (N,) at x, y (N,)."""
+    out = np.empty((len(tile), 3))
+    wu, wv = np.empty(NODES), np.empty(NODES)
+    for n in range(len(tile)):
+        if tile[n] < 0:
+            out[n] = np.nan
+            continue
+        _weight_into(wu, x[n])
+        _weight_into(wv, y[n])
+        # Sums in single variables stay in registers: twice as fast as in an array.
+        a = b = c = 0.0
+        for j in range(NODES):
+            d = e = f = 0.0
+            for k in range(NODES):
+                d += wu[k] * values[tile[n], j, k, 0]
+                e += wu[k] * values[tile[n], j, k, 1]
+                f += wu[k] * values[tile[n], j, k, 2]
+            a += wv[j] * d
+            b += wv[j] * e
+            c += wv[j] * f
+        out[n, 0], out[n, 1], out[n, 2] = a, b, c
+    return out

@@ -1,0 +1,1 @@
+"""Lenses: cameras with a formula for where a direction is seen."""

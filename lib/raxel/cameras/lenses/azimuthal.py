@@ -1,0 +1,151 @@
+"""Central cameras made of a radial law, a warp of the plane, and an affine map."""
+
+import abc
+import math
+
+import numpy as np
+
+from raxel.cameras.core.base import Camera, Projection, Rays, as_rows, checked_array
+from raxel.cameras.core.named_fields import NamedFields
+from raxel.errors import InputError
+
+# Rounding, so that a ray on the rim of the field of view stays inside.
+RIM = 1e-12
+
+
+class AzimuthalCamera(NamedFields, Camera):
+    """p = r(theta) (cos phi, sin phi) (2.5), then a warp of p, then an affine map.
+
+    theta is the angle between the ray and the direction that the centre of the image
+    sees, phi its azimuth. Classes define the law by `_radius` and `_angle` and hand
+    its limits to `_set_up`.
+
+    max_angle: radians; the model answers up to there. It is the law's own limit (its
+    first turning point, 90 degrees for a model of the image plane, 180 at most) unless
+    a smaller one is asked for.
+    """
+
+    central = True
+    _warp = None
+    # -1 where the centre of the image looks along -z.
+    _look = 1.0
+
+    @abc.abstractmethod
+    def _radius(self, angle):
+        """r(theta) for angles (N,) in [0, the law's limit]."""
+
+    @abc.abstractmethod
+    def _angle(self, radius):
+        """theta for radii (N,) in [0, the radius of the limit]."""
+
+    def _set_up(self, affine, centre, max_angle, own_angle, own_radius, warp=None):
+        """Fix the affine map and the limits.
+
+        affine: (2, 2), centre: (2,), pixels = affine p + centre. own_angle, own_radius:
+        where the law ends (one may be inf). warp: radius -> PlaneMap on that disc.
+        """
+        self._affine, self._centre = np.array(affine, float), np.array(centre, float)
+        reach, radius = min(float(own_angle), math.pi), float(own_radius)
+        if own_angle > math.pi:
+            radius = self._at(self._radius, math.pi)
+        if max_angle is not None:
+            self._check_angle(max_angle, reach)
+            if max_angle < reach:
+                reach = float(max_angle)
+                radius = self._at(self._radius, reach)
+        if warp is not None:
+            self._warp = warp(radius)
+            if self._warp.limit < radius:
+                radius = self._warp.limit
+                reach = min(reach, self._at(self._angle, radius))
+                self._check_angle(max_angle, reach)
+        if not (reach > 0 and radius > 0):
+            raise InputError(
+                f"{self.kind} camera: the image folds at its centre already; give "
+                "smaller distortion coefficients"
+            )
+        self.max_angle, self.max_radius = reach, radius
+        self._asked_angle = max_angle
+
+    def _check_angle(self, max_angle, reach):
+        if max_angle is None:
+            return
+        checked_array("max_angle", max_angle, ())
+        if not 0 < max_angle <= reach + 1e-9:
+            raise InputError(
+                f"field 'max_angle': found {max_angle:.6g} "
+                f"({math.degrees(max_angle):.2f} degrees); with these coefficients the "
+                f"{self.kind} model holds up to {reach:.6g} "
+                f"({math.degrees(reach):.2f} degrees); give at most that"
+            )
+
+    def _within(self, angle):
+        # The rim itself belongs to the field of view if it has an image.
+        if np.isinf(self.max_radius):
+            return angle < self.max_angle
+        return angle <= self.max_angle + RIM
+
+    @staticmethod
+    def _at(function, value):
+        return float(function(np.array([value]))[0])
+
+    def _fields(self):
+        # The limit that was asked for: the law's own follows from the rest.
+        fields = super()._fields()
+        del fields["max_angle"]
+        if self._asked_angle is not None:
+            fields["max_angle"] = np.array(float(self._asked_angle))
+        return fields
+
+    def project(self, points):
+        """Pixels of points (N, 3)."""
+        points = as_rows(points, 3)
+        x, y, z = points.T
+        z = self._look * z
+        with np.errstate(over="ignore", invalid="ignore"):
+            across = np.hypot(x, y)
+            angle = np.arctan2(across, z)
+        valid = np.isfinite(points).all(axis=1) & ((across > 0) | (z > 0))
+        valid &= self._within(angle)
+        p = np.full((len(x), 2), np.nan)
+        with np.errstate(all="ignore"):
+            radius = self._radius(np.minimum(angle[valid], self.max_angle))
+            unit = points[valid, :2] / np.where(across > 0, across, 1.0)[valid, None]
+            p[valid] = radius[:, None] * unit
+        valid &= np.isfinite(p).all(axis=1) & (np.hypot(*p.T) < np.inf)
+        if self._warp is not None:
+            p[valid], good = self._warp.apply(p[valid])
+            valid[valid] = good
+        with np.errstate(over="ignore", invalid="ignore"):
+            pixels = p @ self._affine.T + self._centre
+        valid &= np.isfinite(pixels).all(axis=1)
+        return Projection(np.where(valid[:, None], pixels, np.nan), valid)
+
+    def rays(self, pixels):
+        """Rays through the origin of pixels (N, 2)."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            offset = as_rows(pixels, 2) - self._centre
+            p = offset @ np.linalg.inv(self._affine).T
+        if self._warp is not None:
+            p, _ = self._warp.invert(p)
+        with np.errstate(all="ignore"):
+            r = np.hypot(*p.T)
+            valid = np.isfinite(r) & (r <= self.max_radius * (1 + RIM))
+            angle = np.full(len(r), np.nan)
+            angle[valid] = self._angle(np.minimum(r[valid], self.max_radius))
+            valid &= self._within(angle)
+            unit = p / np.where(r > 0, r, 1.0)[:, None]
+            z = self._look * np.cos(angle)
+            d = np.column_stack([unit * np.sin(angle)[:, None], z])
+        d = np.where(valid[:, None], d, np.nan)
+        return Rays(0.0 * d, d, valid)
+
+
+class PlaneLaw:
+    """The law of a plane at right angles to the axis: r = tan(theta), ahead only."""
+
+    def _radius(self, angle):
+        return np.tan(angle)
+
+    def _angle(self, radius):
+        return np.arctan(radius)

@@ -1,0 +1,126 @@
+"""A lens whose entrance pupil moves along its axis with the angle."""
+
+import math
+
+import numpy as np
+
+from raxel.cameras.core.base import Camera, Rays, checked_array, near_rows
+from raxel.cameras.core.named_fields import NamedFields
+from raxel.cameras.core.nested import nested_fields
+from raxel.cameras.lenses.azimuthal import AzimuthalCamera
+from raxel.errors import InputError
+
+ITERATIONS = 60
+ENOUGH = 1e-15
+
+
+class MovingPupilCamera(NamedFields, Camera):
+    """A central lens of any radial law whose rays cross its axis at z0(theta).
+
+    lens: an azimuthal camera (Kannala-Brandt, unified sphere, fisheye, ...); it gives
+    each pixel its direction. The ray at the angle theta to the axis (+z) starts at
+    (0, 0, z0), z0 = a1 theta^2 + a2 theta^4 + ...; pupil_shift = (a1, a2, ...), (n,) in
+    mm (or the board's unit), n >= 0. A ray and its neighbour of the same azimuth meet
+    z0'(theta) sin(theta) along it. A point beyond that on its ray has the ray's pixel;
+    one before it may have another ray's.
+
+    The parameters are the lens's and n. Sources: axial cameras, Sturm 2005,
+    doi:10.1109/CVPR.2005.237; the moving pupil, Gennery 2006,
+    doi:10.1007/s11263-006-5168-1. Raises InputError naming the field.
+    """
+
+    kind = "moving pupil"
+
+    def __init__(self, lens, pupil_shift):
+        if not isinstance(lens, AzimuthalCamera) or lens._look < 0:
+            found = getattr(lens, "kind", type(lens).__name__)
+            raise InputError(
+                f"field 'lens': found {found}; give a central lens with a radial law "
+                "about +z, such as a kannala-brandt or a unified sphere camera"
+            )
+        self.lens, self.width, self.height = lens, lens.width, lens.height
+        self.pupil_shift = checked_array("pupil_shift", pupil_shift, (None,))
+
+    @property
+    def central(self):
+        """Whether the pupil stands still."""
+        return not self.pupil_shift.any()
+
+    @property
+    def parameters(self):
+        """Those of the lens and of the shift."""
+        return self.lens.parameters + len(self.pupil_shift)
+
+    @property
+    def max_angle(self):
+        """The angle up to which the lens answers, radians."""
+        return self.lens.max_angle
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2); origins on the axis."""
+        rays = self.lens.rays(pixels)
+        z0, _ = pupil_heights(_angle(rays.directions), self.pupil_shift)
+        return Rays(
+            rays.origins + z0[:, None] * [0.0, 0.0, 1.0], rays.directions, rays.valid
+        )
+
+    def project(self, points):
+        """Pixels of points (N, 3): of the ray on which each lies beyond the caustic."""
+        points = near_rows(points, 3)
+        with np.errstate(invalid="ignore"):
+            rho, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+            angle = sight_angles(rho, z, self.pupil_shift)
+            z0, slope = pupil_heights(angle, self.pupil_shift)
+            height = z - z0
+            meets = np.abs(height * np.sin(angle) - rho * np.cos(angle)) <= 1e-10 * (
+                np.hypot(rho, z) + np.abs(z0)
+            )
+            along = height * np.cos(angle) + rho * np.sin(angle)
+            clear = meets & (along > slope * np.sin(angle)) & (along > 0)
+        from_pupil = points - np.where(clear, z0, 0.0)[:, None] * [0.0, 0.0, 1.0]
+        return self.lens.project(np.where(clear[:, None], from_pupil, np.nan))
+
+    def _fields(self):
+        return nested_fields("lens", self.lens) | {"pupil_shift": self.pupil_shift}
+
+    @classmethod
+    def _from_file(cls, file):
+        return cls(file.nested("lens"), file.numbers("pupil_shift"))
+
+
+def pupil_heights(angle, shift):
+    """z0 (N,) and dz0/dtheta (N,) at angles (N,) for coefficients (a1, a2, ...)."""
+    descending = np.concatenate([shift[::-1], [0.0]])
+    squared = angle**2
+    value = np.polyval(descending, squared)
+    return value, 2 * angle * np.polyval(np.polyder(descending), squared)
+
+
+def sight_angles(rho, z, shift):
+    """theta (N,), 0 to pi, at which points rho from the axis at height z are seen.
+
+    Solves (z - z0(theta)) sin theta = rho cos theta by Newton steps from the angle at a
+    pupil at rest. Where they do not settle, the last angle is returned.
+    """
+    angle = np.arctan2(rho, z)
+    if not np.any(shift):
+        return angle
+    with np.errstate(all="ignore"):
+        for _ in range(ITERATIONS):
+            z0, slope = pupil_heights(angle, shift)
+            sine, cosine = np.sin(angle), np.cos(angle)
+            miss = (z - z0) * sine - rho * cosine
+            rise = (z - z0) * cosine + rho * sine - slope * sine
+            step = miss / np.where(rise > 0, rise, np.hypot(rho, z))
+            new = np.clip(angle - step, 0.0, math.pi)
+            moved = np.abs(new - angle)
+            angle = new
+            if not np.any(moved > ENOUGH + 4e-16 * angle):
+                break
+    return angle
+
+
+def _angle(directions):
+    """Angle to +z of unit directions (N, 3)."""
+    x, y, z = directions.T
+    return np.arctan2(np.hypot(x, y), z)

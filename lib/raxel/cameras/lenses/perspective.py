@@ -1,0 +1,123 @@
+"""Pinhole camera with radial distortion (2.1 to 2.4)."""
+
+import numpy as np
+
+from raxel.cameras.core.base import (
+    Camera,
+    Projection,
+    Rays,
+    as_rows,
+    check_size,
+    checked_array,
+    checked_calibration_matrix,
+)
+
+
+class PerspectiveCamera(Camera):
+    """Calibration matrix K (2.1) and radial coefficients k1, k2, ... (2.4).
+
+    K: (3, 3) = [[alpha f, s, p_x], [0, f, p_y], [0, 0, 1]], in pixels.
+    radial: (n,), n >= 0, for lens-centric normalised coordinates p = (x/z, y/z), as in
+    OpenCV: the distorted point is p (1 + k1 r^2 + k2 r^4 + ...) with r = |p|.
+
+    The camera sees points with z > 0 at r below the first turning point of
+    r (1 + k1 r^2 + ...): beyond it the polynomial folds the scene back onto pixels
+    that are taken. Pixels farther out than the turning point's image have no ray.
+    Raises InputError for a K of another form or values that are not finite.
+    """
+
+    kind = "perspective"
+    central = True
+    radial_fields = ("K", "radial")
+
+    def __init__(self, K, radial, width, height):
+        check_size(self, width, height)
+        self.K = checked_calibration_matrix(K)
+        self.radial = checked_array("radial", radial, (None,))
+        # Ascending odd polynomial in s = r^2: distorted r is r * factor(s).
+        factor = np.concatenate([[1.0], self.radial])
+        self._factor = factor[::-1]
+        self._slope = (factor * (2 * np.arange(len(factor)) + 1))[::-1]
+        self.max_radius = self._turning_point()
+        self.max_distorted_radius = (
+            self._distorted(self.max_radius) if np.isfinite(self.max_radius) else np.inf
+        )
+
+    @property
+    def parameters(self):
+        """The five of K (2.1) and the radial coefficients."""
+        return 5 + len(self.radial)
+
+    def project(self, points):
+        """Pixels (2.2 with R = I, C = 0, then 2.4) of points (N, 3)."""
+        x, y, z = as_rows(points, 3).T
+        ahead = np.where(z > 0, z, np.nan)
+        with np.errstate(over="ignore", invalid="ignore"):
+            p = np.column_stack([x / ahead, y / ahead])
+            squared = np.sum(p**2, axis=1)
+            p *= np.polyval(self._factor, squared)[:, None]
+            pixels = p @ self.K[:2, :2].T + self.K[:2, 2]
+            inside = squared < self.max_radius**2
+        valid = inside & np.isfinite(pixels).all(axis=1)
+        return Projection(np.where(valid[:, None], pixels, np.nan), valid)
+
+    def rays(self, pixels):
+        """Rays through the origin of pixels (N, 2): 2.1, then the inverse of 2.4."""
+        u, v = as_rows(pixels, 2).T
+        y = (v - self.K[1, 2]) / self.K[1, 1]
+        with np.errstate(invalid="ignore"):
+            x = (u - self.K[0, 2] - self.K[0, 1] * y) / self.K[0, 0]
+        distorted = np.hypot(x, y)
+        valid = distorted < self.max_distorted_radius
+        factor = np.full(len(distorted), np.nan)
+        factor[valid] = self._undistorting_factor(distorted[valid])
+        x, y, z = x * factor, y * factor, np.where(valid, 1.0, np.nan)
+        # hypot does not overflow, as the squares of far pixels would.
+        d = np.column_stack([x, y, z]) / np.hypot(np.hypot(x, y), 1)[:, None]
+        return Rays(np.where(valid[:, None], 0.0, np.nan) * d, d, valid)
+
+    def _distorted(self, r):
+        return r * np.polyval(self._factor, r * r)
+
+    def _turning_point(self):
+        """Smallest r > 0 where the distorted radius stops rising; inf if none."""
+        roots = np.roots(self._slope)
+        real = roots.real[roots.imag == 0]
+        return np.sqrt(real[real > 0].min(initial=np.inf))
+
+    def _undistorting_factor(self, distorted):
+        """r / distorted radius on the rising branch, by Newton inside a bracket.
+
+        The iteration is in log r: far out, where the highest power of r rules, its
+        logarithm is a straight line and one step arrives.
+        """
+        low = np.full_like(distorted, 1e-300)
+        high = np.full_like(distorted, min(self.max_radius, 1e300))
+        r, done = np.minimum(distorted, high), distorted < 1e-300
+        with np.errstate(all="ignore"):
+            while not done.all():
+                image = self._distorted(r)
+                high = np.where(image > distorted, r, high)
+                low = np.where(image < distorted, r, low)
+                slope = np.polyval(self._slope, r * r)
+                new = r * np.exp(np.log(distorted / image) * image / (r * slope))
+                settled = np.abs(new - r) <= 1e-15 * r
+                # Bisection where the tangent leaves the bracket keeps to the branch.
+                inside = settled | ((new > low) & (new < high))
+                new = np.where(inside, new, np.sqrt(low) * np.sqrt(high))
+                settled |= np.abs(new - r) <= 1e-15 * r
+                # What has settled stays, so no result depends on its neighbours.
+                r, done = np.where(done, r, new), done | settled
+        return np.divide(r, distorted, out=np.ones_like(r), where=distorted > 0)
+
+    def _fields(self):
+        return {"K": self.K, "radial": self.radial}
+
+    @classmethod
+    def _from_file(cls, file):
+        return cls(
+            file.numbers("K"),
+            file.numbers("radial"),
+            file.number("width"),
+            file.number("height"),
+        )

@@ -1,0 +1,1 @@
+"""General linear cameras: orthographic, pushbroom, crossed slits."""

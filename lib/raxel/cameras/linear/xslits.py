@@ -1,0 +1,126 @@
+"""Crossed-slits camera: every ray meets two slits (2.2.4)."""
+
+import numpy as np
+
+from raxel.cameras.core.base import (
+    Camera,
+    Projection,
+    Rays,
+    check_size,
+    checked_array,
+    checked_positive,
+    near_rows,
+)
+from raxel.cameras.core.named_fields import NamedFields
+from raxel.errors import InputError
+
+# Sine of an angle, and share of a length, below which lines or planes count as one.
+SAME = 1e-9
+
+
+class XSlitsCamera(NamedFields, Camera):
+    """Rays through the image plane and two slits, lines that do not meet.
+
+    slit_points, slit_directions: (2, 3), a point on each slit (mm, camera frame) and
+    its direction, of any length. The image plane is z = image_distance, any sign, and
+    a point (x, y) of it is the pixel pixels_per_mm (x, y) + principal_point;
+    pixels_per_mm and principal_point: (2,).
+    A ray is where the plane of a pixel and the first slit meets the plane of that
+    pixel and the second. It runs towards +z and begins at the slit farther ahead, so
+    points behind that slit are not seen. Two slits that meet would be a pinhole.
+    Raises InputError for slits that meet or are parallel, that lie in the image
+    plane, or for values out of range.
+    Source: Zomet, Feldman, Peleg, Weinshall 2003, doi:10.1109/TPAMI.2003.1201823.
+    """
+
+    kind = "x-slits"
+    central = False
+    # Two lines (4 each) and two scales, in the frame of the image plane.
+    parameters = 10
+
+    def __init__(
+        self,
+        slit_points,
+        slit_directions,
+        image_distance,
+        pixels_per_mm,
+        principal_point,
+        width,
+        height,
+    ):
+        check_size(self, width, height)
+        self.slit_points = checked_array("slit_points", slit_points, (2, 3))
+        self.slit_directions = checked_array("slit_directions", slit_directions, (2, 3))
+        self.image_distance = float(checked_array("image_distance", image_distance, ()))
+        self.pixels_per_mm = checked_positive("pixels_per_mm", pixels_per_mm, (2,))
+        self.principal_point = checked_array("principal_point", principal_point, (2,))
+        self._slits = self._unit_slits()
+
+    def _unit_slits(self):
+        """Unit directions of the slits, which must be skew and off the image plane."""
+        length = np.linalg.norm(self.slit_directions, axis=1)
+        if not (length > 0).all():
+            raise InputError("field 'slit_directions': a direction is zero")
+        slits = self.slit_directions / length[:, None]
+        apart = self.slit_points[1] - self.slit_points[0]
+        across = np.cross(slits[0], slits[1])
+        if np.linalg.norm(across) < SAME:
+            raise InputError(
+                "field 'slit_directions': the slits are parallel; a ray through both "
+                "needs slits that cross"
+            )
+        if abs(apart @ across) <= SAME * np.linalg.norm(apart):
+            raise InputError(
+                "field 'slit_points': the slits meet, which makes a pinhole; move them "
+                "apart, or use a camera of kind 'perspective'"
+            )
+        height = self.slit_points[:, 2] - self.image_distance
+        if np.any((np.abs(height) < SAME) & (np.abs(slits[:, 2]) < SAME)):
+            raise InputError(
+                "field 'image_distance': the image plane holds a slit; move the plane"
+            )
+        return slits
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2); origins on the slit farther ahead."""
+        place = (near_rows(pixels, 2) - self.principal_point) / self.pixels_per_mm
+        points = np.column_stack([place, np.full(len(place), self.image_distance)])
+        directions, along, valid = self._lines(points)
+        with np.errstate(invalid="ignore"):
+            origins = points + along.max(axis=1)[:, None] * directions
+        valid &= np.isfinite(origins).all(axis=1)
+        keep = valid[:, None]
+        return Rays(
+            np.where(keep, origins, np.nan), np.where(keep, directions, np.nan), valid
+        )
+
+    def project(self, points):
+        """Pixels of points (N, 3) ahead of both slits."""
+        points = near_rows(points, 3)
+        directions, along, valid = self._lines(points)
+        with np.errstate(invalid="ignore"):
+            valid &= along.max(axis=1) < 0
+            to_plane = (self.image_distance - points[:, 2]) / directions[:, 2]
+            meet = points[:, :2] + to_plane[:, None] * directions[:, :2]
+            pixels = self.pixels_per_mm * meet + self.principal_point
+        valid &= np.isfinite(pixels).all(axis=1)
+        return Projection(np.where(valid[:, None], pixels, np.nan), valid)
+
+    def _lines(self, points):
+        """The line through each point (N, 3) and both slits.
+
+        Returns unit directions towards +z, signed distances (N, 2) along them to the
+        slits, and which lines exist and are not parallel to the image plane.
+        """
+        reach = points[:, None] - self.slit_points
+        normals = np.cross(reach, self._slits)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            normals = normals / np.linalg.norm(reach, axis=2, keepdims=True)
+            d = np.cross(normals[:, 0], normals[:, 1])
+            d = d / np.linalg.norm(d, axis=1, keepdims=True)
+            d = np.where(d[:, 2:] < 0, -d, d)
+            sine = np.cross(d[:, None], self._slits)
+            square = np.sum(sine**2, axis=2)
+            along = -np.sum(np.cross(reach, self._slits) * sine, axis=2) / square
+            valid = (np.abs(d[:, 2]) > SAME) & (square > SAME**2).all(axis=1)
+        return np.where(valid[:, None], d, np.nan), along, valid

@@ -1,0 +1,1 @@
+"""Catadioptric cameras from their geometry: a viewer, and mirrors before it."""

@@ -1,0 +1,271 @@
+"""Mirrors whose surface is a conic turned about its axis: hit, reflect, parametrise.
+
+One formula holds for all of them. In the mirror's frame, with the apex at the origin
+and the axis along +z into the curve,
+    x^2 + y^2 = 2 R z - kappa z^2,   kappa = 1 - e^2,
+R the radius of curvature at the apex and e the eccentricity: 0 for a sphere, below 1
+for a prolate ellipsoid, 1 for a paraboloid, above 1 for a hyperboloid of two sheets.
+The foci are at z = R / (1 + e) and R / (1 - e). Lengths are mm.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.core.base import (
+    LARGEST,
+    SMALLEST,
+    checked_array,
+    checked_positive,
+    checked_word,
+)
+from raxel.errors import InputError
+
+SHAPES = {
+    "hyperboloid": ("a", "b"),
+    "paraboloid": ("f",),
+    "ellipsoid": ("a", "b"),
+    "sphere": ("R",),
+}
+SIDES = ("outside", "inside")
+# Rounding of a length relative to the mirror's size, so that its rim is part of it.
+RIM = 1e-12
+# Along a leaving ray, in radii of curvature: nearer hits are the point it leaves.
+LEAVING = 1e-9
+
+
+class Reflection(NamedTuple):
+    """points (N, 3) on the mirror, unit directions (N, 3) leaving it, valid (N,)."""
+
+    points: np.ndarray
+    directions: np.ndarray
+    valid: np.ndarray
+
+
+class ConicMirror:
+    """The part of the surface up to a rim, silvered on one side.
+
+    shape and axes: 'hyperboloid' (a, b) with z^2/a^2 - r^2/b^2 = 1 about its middle;
+    'ellipsoid' (a, b), a > b, with z^2/a^2 + r^2/b^2 = 1; 'paraboloid' (f,), its focal
+    length; 'sphere' (R,). rim_radius, hole_radius: distances from the axis, mm; no
+    mirror goes beyond its widest circle. side: 'outside' (convex) or 'inside'.
+    Raises InputError naming the field that no mirror can have.
+    """
+
+    def __init__(self, shape, axes, rim_radius, hole_radius, side):
+        self.radius, self.eccentricity, self.kappa = conic_of(shape, axes)
+        checked_word("side", side, SIDES)
+        self.rim, self.inside = self._checked_rim(rim_radius), side == "inside"
+        self.hole = float(checked_array("hole_radius", hole_radius, ()))
+        if not 0 <= self.hole < self.rim:
+            raise InputError(
+                f"field 'hole_radius': found {hole_radius}; it must be at least 0 and "
+                f"less than the rim, {self.rim:g} mm"
+            )
+        self.height = self.rim * self.slope_at(self.rim)
+        stretch = (1 + self.eccentricity) / self.kappa if self.kappa else math.inf
+        self.foci = np.array([1 / (1 + self.eccentricity), stretch]) * self.radius
+
+    def _checked_rim(self, rim_radius):
+        rim = float(checked_positive("rim_radius", rim_radius))
+        widest = self.radius / math.sqrt(self.kappa) if self.kappa > 0 else math.inf
+        if rim > widest * (1 + RIM):
+            raise InputError(
+                f"field 'rim_radius': found {rim_radius}; the surface is only "
+                f"{widest:g} mm wide from its axis"
+            )
+        return rim
+
+    def slope_at(self, across):
+        """z / across at a distance from the axis: the parameter |p| of `point`."""
+        root = np.sqrt(np.maximum(self.radius**2 - self.kappa * across**2, 0))
+        return across / (self.radius + root)
+
+    def depth(self, points):
+        """x^2 + y^2 - 2 R z + kappa z^2 of points (N, 3): zero on the surface."""
+        x, y, z = points.T
+        return x * x + y * y - z * (2 * self.radius - self.kappa * z)
+
+    def encloses(self, points):
+        """Whether points (N, 3) lie within the surface, where its foci may be."""
+        beyond = points[:, 2] > 0
+        return beyond & (self.depth(points) < 0)
+
+    def normals(self, points):
+        """Normals (N, 3), not unit, towards the silvered side."""
+        x, y, z = points.T
+        out = np.column_stack([x, y, self.kappa * z - self.radius])
+        return -out if self.inside else out
+
+    def carries(self, points):
+        """Whether points (N, 3) of the quadric lie between hole and rim."""
+        with np.errstate(invalid="ignore"):
+            across = np.hypot(points[:, 0], points[:, 1])
+            scale = RIM * self.rim
+            between = (across >= self.hole - scale) & (across <= self.rim + scale)
+            # A second sheet, or the far half of an ellipsoid, is as wide.
+            middle = self.height * (1 + RIM) + scale
+            return between & (points[:, 2] >= -scale) & (points[:, 2] <= middle)
+
+    def reflect(self, origins, directions):
+        """Meet rays with the mirror and turn them: exact to rounding.
+
+        origins, directions: (N, 3), the latter unit. Not valid where the first part of
+        the mirror met is its back, or the ray meets the mirror again after leaving.
+        """
+        steps = self._meetings(origins, directions)
+        first = np.min(steps, axis=1)
+        with np.errstate(invalid="ignore"):
+            points = origins + first[:, None] * directions
+            n = self.normals(points)
+            towards = np.sum(directions * n, axis=1)
+            n_square = np.sum(n * n, axis=1)
+            leaving = directions - (2 * towards / n_square)[:, None] * n
+            leaving /= np.linalg.norm(leaving, axis=1, keepdims=True)
+            valid = np.isfinite(first) & (towards < 0)
+        again = self._meetings(points, leaving)
+        valid &= ~np.any(np.isfinite(again) & (again > LEAVING * self.radius), axis=1)
+        keep = valid[:, None]
+        return Reflection(
+            np.where(keep, points, np.nan), np.where(keep, leaving, np.nan), valid
+        )
+
+    def _meetings(self, origins, directions):
+        """Distances (N, 2) at which rays meet the mirror; inf where they do not."""
+        steps = self.quadric_meetings(origins, directions)
+        for k in range(2):
+            with np.errstate(invalid="ignore"):
+                points = origins + steps[:, k, None] * directions
+                met = (steps[:, k] > 0) & self.carries(points)
+            steps[~met, k] = np.inf
+        return steps
+
+    def quadric_meetings(self, origins, directions):
+        """Roots (N, 2) of the quadric along lines, NaN where none; not sorted.
+
+        The larger root from a sum without cancellation, the other by Vieta's product.
+        """
+        o, d = origins, directions
+        weight = np.array([1.0, 1.0, self.kappa])
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            a = np.sum(weight * d * d, axis=1)
+            b = np.sum(weight * o * d, axis=1) - self.radius * d[:, 2]
+            c = self.depth(o)
+            q = -(b + np.copysign(np.sqrt(b * b - a * c), b))
+            return np.column_stack([q / a, c / q])
+
+    def chart(self, points):
+        """Chart coordinates p (N, 2) of places next to points (N, 3), see `point`."""
+        if self.kappa <= 0:
+            return points[:, :2] / (2 * self.radius)
+        across = np.sum(points[:, :2] ** 2, axis=1)
+        return points[:, :2] * (points[:, 2] / across)[:, None]
+
+    @property
+    def chart_extent(self):
+        """|p| at the rim."""
+        if self.kappa <= 0:
+            return self.rim / (2 * self.radius)
+        return self.slope_at(self.rim)
+
+    def point(self, p):
+        """Surface points (N, 3) of chart coordinates p (N, 2), pure numbers.
+
+        Open surfaces: x and y over 2 R. Closed ones: the slopes x/r z/r and y/r z/r of
+        the line from the apex, 2 R (p, |p|^2) / (1 + kappa |p|^2), which reach past the
+        widest circle. Near the apex both are the same.
+        Returns the points, their first derivatives (N, 3, 2) and second (N, 3, 2, 2).
+        """
+        return self._open_point(p) if self.kappa <= 0 else self._closed_point(p)
+
+    def _open_point(self, p):
+        double = 2 * self.radius
+        across = double * p
+        square = np.sum(across**2, axis=1)
+        root = np.sqrt(self.radius**2 - self.kappa * square)
+        points = np.column_stack([across, square / (self.radius + root)])
+        first = np.zeros((len(p), 3, 2))
+        first[:, :2] = double * np.eye(2)
+        first[:, 2] = double * across / root[:, None]
+        second = np.zeros((len(p), 3, 2, 2))
+        bend = self.kappa * across[:, :, None] * across[:, None, :]
+        bend = np.eye(2) + bend / root[:, None, None] ** 2
+        second[:, 2] = double**2 * bend / root[:, None, None]
+        return points, first, second
+
+    def _closed_point(self, p):
+        square = np.sum(p * p, axis=1)
+        scale = 1 / (1 + self.kappa * square)
+        lifted = np.column_stack([p, square])
+        d_lifted = np.zeros((len(p), 3, 2))
+        d_lifted[:, :2] = np.eye(2)
+        d_lifted[:, 2] = 2 * p
+        d_scale = -2 * self.kappa * p * scale[:, None] ** 2
+        dd_scale = (
+            8 * self.kappa**2 * p[:, :, None] * p[:, None, :] * scale[:, None, None]
+            - 2 * self.kappa * np.eye(2)
+        ) * scale[:, None, None] ** 2
+        cross = d_lifted[:, :, :, None] * d_scale[:, None, None, :]
+        second = lifted[:, :, None, None] * dd_scale[:, None]
+        second += cross + np.swapaxes(cross, 2, 3)
+        second[:, 2] += 2 * np.eye(2) * scale[:, None, None]
+        first = d_lifted * scale[:, None, None]
+        first += lifted[:, :, None] * d_scale[:, None, :]
+        double = 2 * self.radius
+        return double * lifted * scale[:, None], double * first, double * second
+
+
+def conic_of(shape, axes):
+    """(R, e, kappa) of a shape and its axes; InputError if no such surface exists."""
+    names = SHAPES[checked_word("shape", shape, SHAPES)]
+    axes = checked_array("axes", np.atleast_1d(axes), (None,))
+    if len(axes) != len(names) or not ((axes > SMALLEST) & (axes < LARGEST)).all():
+        raise InputError(
+            f"field 'axes': found {axes.tolist()}; the {shape} needs positive "
+            f"({', '.join(names)}) in mm"
+        )
+    if shape == "sphere":
+        return axes[0], 0.0, 1.0
+    if shape == "paraboloid":
+        return 2 * axes[0], 1.0, 0.0
+    a, b = axes
+    if shape == "hyperboloid":
+        return b * b / a, math.hypot(a, b) / a, -((b / a) ** 2)
+    if not a > b:
+        raise InputError(
+            f"field 'axes': found {axes.tolist()}; the ellipsoid's a must exceed b, "
+            "so that its foci lie on the axis"
+        )
+    return b * b / a, math.sqrt((a - b) * (a + b)) / a, (b / a) ** 2
+
+
+def axes_of(shape, radius, eccentricity=None):
+    """Axes of a shape from the apex radius of curvature (mm) and the eccentricity.
+
+    The eccentricity is above 1 for a hyperboloid, between 0 and 1 for an ellipsoid,
+    1 for a paraboloid and 0 for a sphere. Raises InputError otherwise.
+    """
+    limits = {
+        "hyperboloid": (1, math.inf, "above 1"),
+        "ellipsoid": (0, 1, "between 0 and 1"),
+    }
+    if shape in limits:
+        low, high, words = limits[shape]
+        if eccentricity is None or not low < eccentricity < high:
+            raise InputError(
+                f"field 'eccentricity': found {eccentricity}; for the {shape} it is "
+                + words
+            )
+        kappa = abs(1 - eccentricity) * (1 + eccentricity)
+        axes = (radius / kappa, radius / math.sqrt(kappa))
+    else:
+        fixed = {"paraboloid": 1, "sphere": 0}.get(shape)
+        if fixed is not None and eccentricity not in (None, fixed):
+            raise InputError(
+                f"field 'eccentricity': found {eccentricity}; for the {shape} it is "
+                f"{fixed}"
+            )
+        axes = (radius / 2,) if shape == "paraboloid" else (radius,)
+    conic_of(shape, axes)
+    return axes

@@ -1,0 +1,151 @@
+"""A bent sheet of mirror whose height is a polynomial: hit, reflect, parametrise.
+
+In the mirror's frame the flat sheet lies in the plane z = 0 about the origin. Bent, it
+is at
+    z(x, y) = sum over i, j of h_ij (x / X)^i (y / Y)^j,
+X and Y half its width and height; light comes from the side of negative z. Lengths
+are mm.
+"""
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from raxel.cameras.core.base import checked_array, checked_positive
+from raxel.cameras.mirrors.conic_surface import Reflection
+from raxel.errors import InputError
+
+# Newton's steps from the flat sheet to the bent one, and the share of the half
+# diagonal at which they have arrived.
+STEPS, ARRIVED = 60, 1e-13
+# A sheet's own polynomial is trusted this far beyond its border.
+BEYOND = 1.5
+RIM = 1e-12
+# Steeper sheets may be met by a ray more than once.
+STEEPEST = 1.0
+GRID = 33
+
+
+class SheetMirror:
+    """size: (width, height), mm; heights: (n, m) coefficients h_ij, mm, i along x.
+
+    Raises InputError naming the field that no mirror can have, also for a sheet that
+    somewhere is steeper than 45 degrees.
+    """
+
+    # The search for reflections starts as on a mirror that bulges towards the light
+    # where `inside` is False; a sheet may do both.
+    inside = True
+
+    def __init__(self, size, heights):
+        self.size = checked_positive("size", size, (2,))
+        self.half = self.size / 2
+        self.heights = checked_array("heights", heights, (None, None))
+        self.radius = float(np.hypot(*self.half))
+        self._z = _derivatives(self.heights, self.half)
+        self._check_slope()
+
+    def _check_slope(self):
+        x, y = np.meshgrid(*(np.linspace(-h, h, GRID) for h in self.half))
+        slope = np.hypot(self._value(1, 0, x, y), self._value(0, 1, x, y)).max()
+        if slope > STEEPEST:
+            steep = np.degrees(np.arctan(slope))
+            raise InputError(
+                f"field 'heights': the sheet is up to {steep:.0f} degrees steep; 45 "
+                "is the most"
+            )
+
+    def _value(self, dx, dy, x, y):
+        """A derivative of the height at x, y (any shape)."""
+        x, y = x / self.half[0], y / self.half[1]
+        return polynomial.polyval2d(x, y, self._z[dx, dy])
+
+    def normals(self, points):
+        """Normals (N, 3), not unit, towards the light."""
+        x, y = points[:, 0], points[:, 1]
+        slopes = [self._value(1, 0, x, y), self._value(0, 1, x, y)]
+        return np.column_stack([*slopes, -np.ones(len(points))])
+
+    def carries(self, points):
+        """Whether points (N, 3) of the surface are on the sheet."""
+        with np.errstate(invalid="ignore"):
+            return np.all(np.abs(points[:, :2]) <= self.half * (1 + RIM), axis=1)
+
+    def reflect(self, origins, directions):
+        """Meet rays with the sheet and turn them: exact to rounding.
+
+        origins, directions: (N, 3), the latter unit. Not valid where a ray comes from
+        behind. The sheet is too flat for a second reflection by more than a grazing
+        ray; such a ray is not looked for.
+        """
+        points, met = self._meetings(origins, directions)
+        with np.errstate(over="ignore", invalid="ignore"):
+            n = self.normals(points)
+            towards = np.sum(directions * n, axis=1)
+            leaving = directions - (2 * towards / np.sum(n * n, axis=1))[:, None] * n
+            leaving /= np.linalg.norm(leaving, axis=1, keepdims=True)
+            valid = met & (towards < 0) & self.carries(points)
+        keep = valid[:, None]
+        return Reflection(
+            np.where(keep, points, np.nan), np.where(keep, leaving, np.nan), valid
+        )
+
+    def _meetings(self, o, d):
+        """(points (N, 3), met (N,)): Newton on the height of the ray over the sheet."""
+        limit = BEYOND * self.half
+        with np.errstate(all="ignore"):
+            t = -o[:, 2] / d[:, 2]
+            met = np.zeros(len(o), bool)
+            for _ in range(STEPS):
+                x, y, z = (o + t[:, None] * d).T
+                x, y = np.clip(x, -limit[0], limit[0]), np.clip(y, -limit[1], limit[1])
+                gap = z - self._value(0, 0, x, y)
+                rate = d[:, 2] - self._value(1, 0, x, y) * d[:, 0]
+                rate -= self._value(0, 1, x, y) * d[:, 1]
+                step = -gap / rate
+                t = t + step
+                met = np.abs(step) <= ARRIVED * np.maximum(self.radius, np.abs(t))
+                if met[np.isfinite(t)].all():
+                    break
+            points = o + t[:, None] * d
+            return points, met & (t > 0)
+
+    def chart(self, points):
+        """Chart coordinates p (N, 2) of places next to points (N, 3), see `point`."""
+        return points[:, :2] / self.radius
+
+    @property
+    def chart_extent(self):
+        """|p| at the sheet's corners."""
+        return 1.0
+
+    def point(self, p):
+        """Surface points (N, 3) of chart coordinates p (N, 2): x, y over half diagonal.
+
+        Returns the points, their first derivatives (N, 3, 2) and second (N, 3, 2, 2).
+        """
+        x, y = self.radius * p.T
+        points = np.column_stack([x, y, self._value(0, 0, x, y)])
+        first = np.zeros((len(p), 3, 2))
+        first[:, :2] = self.radius * np.eye(2)
+        second = np.zeros((len(p), 3, 2, 2))
+        for i in range(2):
+            first[:, 2, i] = self.radius * self._value(*_orders(i), x, y)
+            for j in range(2):
+                bend = self._value(*_orders(i, j), x, y)
+                second[:, 2, i, j] = self.radius**2 * bend
+        return points, first, second
+
+
+def _orders(*axes):
+    return axes.count(0), axes.count(1)
+
+
+def _derivatives(heights, half):
+    """Coefficients of the derivatives by mm, of order (along x, along y) up to 2."""
+    found = {}
+    for dx in range(3):
+        for dy in range(3 - dx):
+            c = polynomial.polyder(heights, dx, axis=0) if dx else heights
+            c = polynomial.polyder(c, dy, axis=1) if dy else c
+            found[dx, dy] = c / half[0] ** dx / half[1] ** dy
+    return found

@@ -1,0 +1,224 @@
+"""Any central camera: a lens formula, and a smooth field of what it leaves.
+
+A pixel p has the ray that another camera, the trend, has for p + s(p). The field s, in
+px, is a cubic B-spline (`raxel.cameras.tables.cubic_field`). A formula takes care of
+what is large, even of the view beyond 180 degrees; the spline of what no formula knows.
+In px the field's errors are those of corners and decoded points, the same over the
+image and in all directions, whatever the lens does. A trend whose pupil moves lends
+that, too: then the camera is not central.
+"""
+
+import numpy as np
+
+from raxel.cameras.core.base import (
+    Camera,
+    Projection,
+    Rays,
+    as_rows,
+    check_size,
+    checked_array,
+    checked_positive,
+    near_rows,
+)
+from raxel.cameras.core.nested import checked_rigid, nested_fields
+from raxel.cameras.tables.cubic_field import (
+    control_shape,
+    field_at,
+    steepest,
+    undisplaced,
+)
+from raxel.errors import InputError
+from raxel.geometry.poses import inverse_pose, rotate, transform
+
+# With steeper fields than this two pixels might share a ray.
+STEEPEST = 0.9
+STEP_PX = 0.01  # to each side, for how a ray turns with its pixel
+
+
+class RaySplineCamera(Camera):
+    """The trend's ray of p + s(p), in the frame that T_camera_trend leads to.
+
+    trend: a Camera that projects; spacing_px: side of the spline's cells; control:
+    (rows, columns, 2), the field's control values in px, `control_shape` says how many;
+    covered: (rows - 3, columns - 3) bool, cells in which something was measured (all,
+    if None): elsewhere the field goes on, fading, and nothing checks the rays;
+    covariance: (2 rows - 5, 2 columns - 5, 3), variances uu, uv, vv of the field, px^2,
+    at the cells' corners and half-way between; None where nobody states any;
+    T_camera_trend: (4, 4), the identity if None.
+
+    It answers where the trend does, also outside the image. Raises InputError naming
+    the field for shapes that do not fit, and for a field so steep that the image might
+    fold.
+    """
+
+    kind = "ray spline"
+
+    def __init__(
+        self,
+        trend,
+        spacing_px,
+        control,
+        width,
+        height,
+        covered=None,
+        covariance=None,
+        T_camera_trend=None,
+    ):
+        check_size(self, width, height)
+        if not (isinstance(trend, Camera) and trend.projects):
+            raise InputError(
+                f"field 'trend': found {type(trend).__name__}; give a camera that "
+                "projects"
+            )
+        self.trend = trend
+        self.spacing_px = float(checked_positive("spacing_px", spacing_px))
+        if not self.spacing_px >= 1:
+            raise InputError(
+                f"field 'spacing_px': found {spacing_px}; give 1 px at least"
+            )
+        rows, columns = control_shape(width, height, self.spacing_px)
+        self.control = checked_array("control", control, (None, None, 2))
+        _check_shape("control", self.control, (rows, columns, 2))
+        steep = steepest(self.control, self.spacing_px)
+        if steep > STEEPEST:
+            raise InputError(
+                f"field 'control': changes by up to {steep:.2g} px per px; above "
+                f"{STEEPEST} the image might fold, take a trend that is nearer"
+            )
+        cells = rows - 3, columns - 3
+        covered = np.ones(cells, bool) if covered is None else np.asarray(covered)
+        _check_shape("covered", covered, cells)
+        self.covered = covered.astype(bool)
+        self.covariance = None
+        if covariance is not None:
+            nodes = 2 * cells[0] + 1, 2 * cells[1] + 1, 3
+            self.covariance = np.array(covariance, float)
+            _check_shape("covariance", self.covariance, nodes)
+            if not np.isfinite(self.covariance).all():
+                raise InputError("field 'covariance': holds values that are not finite")
+        T = np.eye(4) if T_camera_trend is None else T_camera_trend
+        self.T_camera_trend = checked_rigid("T_camera_trend", T)
+
+    @property
+    def central(self):
+        """Whether the trend is."""
+        return self.trend.central
+
+    @property
+    def parameters(self):
+        """The trend's and the control values."""
+        return self.trend.parameters + self.control.size
+
+    def displacement(self, pixels):
+        """The field s (N, 2), px, at pixels (N, 2)."""
+        return field_at(as_rows(pixels, 2), self.control, self.spacing_px)[0]
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2)."""
+        pixels = near_rows(pixels, 2)
+        return self._in_camera(self.trend.rays(pixels + self.displacement(pixels)))
+
+    def project(self, points):
+        """Pixels of points (N, 3), to rounding."""
+        T_trend_camera = inverse_pose(self.T_camera_trend)
+        found = self.trend.project(transform(T_trend_camera, near_rows(points, 3)))
+        pixels = undisplaced(found.pixels, self.control, self.spacing_px)
+        return Projection(pixels, found.valid)
+
+    def covers(self, pixels):
+        """Which of the pixels (N, 2) lie in a cell in which something was measured."""
+        pixels = as_rows(pixels, 2)
+        inside = self.in_image(pixels)
+        place = np.where(inside[:, None], pixels + 0.5, 0.0) / self.spacing_px
+        column, row = np.minimum(
+            place.astype(int), np.array(self.covered.shape)[::-1] - 1
+        ).T
+        return inside & self.covered[row, column]
+
+    def pixel_covariance(self, pixels):
+        """Covariances (N, 2, 2), px^2, of where in the image the rays of pixels (N, 2)
+        belong: how far each may be off. NaN outside the image, or if none are known.
+        """
+        pixels = as_rows(pixels, 2)
+        found = np.full((len(pixels), 2, 2), np.nan)
+        inside = self.in_image(pixels)
+        if self.covariance is not None:
+            uu, uv, vv = _bilinear(
+                self.covariance, (pixels[inside] + 0.5) / (self.spacing_px / 2)
+            ).T
+            found[inside] = np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
+        return found
+
+    def ray_covariance(self, pixels):
+        """Covariances (N, 3, 3), rad^2, of the unit directions of pixels (N, 2).
+
+        Of rank 2: a direction turns, it does not get longer. NaN as above, and where a
+        pixel has no ray.
+        """
+        pixels = near_rows(pixels, 2)
+        places = pixels + self.displacement(pixels)
+        by_axis = []
+        for step in STEP_PX * np.eye(2):
+            ahead, behind = (
+                self._in_camera(self.trend.rays(places + s)).directions
+                for s in (step, -step)
+            )
+            by_axis.append((ahead - behind) / (2 * STEP_PX))
+        turned = np.stack(by_axis, axis=2)
+        of_pixels = self.pixel_covariance(pixels)
+        return turned @ of_pixels @ np.swapaxes(turned, 1, 2)
+
+    def _in_camera(self, rays):
+        T = self.T_camera_trend
+        return Rays(transform(T, rays.origins), rotate(T, rays.directions), rays.valid)
+
+    def _fields(self):
+        fields = {
+            "spacing_px": np.array(self.spacing_px),
+            "control": self.control,
+            "covered": self.covered,
+            "T_camera_trend": self.T_camera_trend,
+        }
+        if self.covariance is not None:
+            fields["covariance"] = self.covariance
+        return fields | nested_fields("trend", self.trend)
+
+    @classmethod
+    def _from_file(cls, file):
+        width, height = file.size()
+        spacing = file.number("spacing_px")
+        if not spacing >= 1:
+            raise InputError(f"field 'spacing_px': found {spacing}; give 1 px at least")
+        rows, columns = control_shape(width, height, spacing)
+        covariance = None
+        if file.has("covariance"):
+            covariance = file.table("covariance", (2 * rows - 5, 2 * columns - 5, 3))
+        return cls(
+            file.nested("trend"),
+            spacing,
+            file.table("control", (rows, columns, 2)),
+            width,
+            height,
+            file.table("covered", (rows - 3, columns - 3)),
+            covariance,
+            file.numbers("T_camera_trend"),
+        )
+
+
+def _check_shape(name, array, shape):
+    if array.shape != shape:
+        raise InputError(
+            f"field '{name}': shape {array.shape} found; {shape} needed for this size "
+            "of image and these cells"
+        )
+
+
+def _bilinear(nodes, places):
+    """Values (N, C) between nodes (rows, columns, C) at places (N, 2) (column, row)."""
+    limit = np.array(nodes.shape[1::-1]) - 2
+    cell = np.minimum(places.astype(int), limit)
+    s, t = (places - cell).T[..., None]
+    i, j = cell.T
+    upper = (1 - s) * nodes[j, i] + s * nodes[j, i + 1]
+    lower = (1 - s) * nodes[j + 1, i] + s * nodes[j + 1, i + 1]
+    return (1 - t) * upper + t * lower

@@ -1,0 +1,277 @@
+"""Does the Gray code of the pictures count?
+
+Two tests. A picture and its inverse share the light: each pixel is bright in one of
+them. And where one bit alone changes from a pixel to one beside it, the code goes one
+up or down, whatever the scene: only that makes it a Gray code. Bits in each other's
+place, or turned over, count in leaps; which exchange would mend that is tried out.
+"""
+
+from itertools import combinations
+
+import numpy as np
+
+from raxel.features.active_grid.checks.sample import Doubt, neighbours
+
+NOT_OPPOSITE = 0.15  # share of the lit pixels
+STRONG = 0.25  # of the contrast: so far apart, a picture and its inverse are read
+APART_PX = 4  # between the pixels that are compared: beyond the blur of an edge
+LEAST_SPACING_PX = 12  # between the edges of a bit, to be counted
+LEAST_PAIRS = 30
+LEAPS = 0.5  # of the edges of a bit
+HEALED = 0.2  # of the leaps are left by an exchange that explains them
+BEYOND_REPAIR = 0.4  # of all edges
+READ = 0.7  # of the lit pixels, for a bit to count as seen
+
+
+def code_doubts(sample):
+    """Doubts about the Gray codes of a Sample."""
+    found = list(_not_opposite(sample))
+    return found or list(_out_of_order(sample))
+
+
+def _not_opposite(sample):
+    total = sample.high + sample.low
+    contrast = np.maximum(sample.high - sample.low, 1e-6)
+    names, bad = sample.names, []
+    for code in sample.codes:
+        for pair in code.bits:
+            if pair[1] is not None:
+                both = sample.pictures[pair[0]] + sample.pictures[pair[1]]
+                off = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
+                if off.mean() > NOT_OPPOSITE:
+                    bad.append(pair)
+    if len(bad) == 2:
+        (a, b), (c, d) = bad
+        for one, other, new in ((b, d, ((a, d), (c, b))), (b, c, ((a, c), (b, d)))):
+            if all(_opposite(sample, pair, total, contrast) for pair in new):
+                yield Doubt(
+                    True,
+                    f"{names[one]} and {names[other]} are in each other's place: "
+                    f"neither is opposite to its partner ({names[a]}, {names[c]}); "
+                    "exchange them",
+                )
+                return
+    for light, dark in bad:
+        yield Doubt(
+            True,
+            f"{names[light]} and {names[dark]} are not opposite to each other, as a "
+            "pattern and its inverse are; put the right pictures there or take them "
+            "again",
+        )
+
+
+def _opposite(sample, pair, total, contrast):
+    both = sample.pictures[pair[0]] + sample.pictures[pair[1]]
+    off = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
+    return off.mean() <= NOT_OPPOSITE
+
+
+def _out_of_order(sample):
+    bits = [
+        (axis, bit)
+        for axis, code in enumerate(sample.codes)
+        for bit in range(len(code.bits))
+    ]
+    signs, strong, widths = [], [], []
+    for axis, bit in bits:
+        apart = sample.apart(axis, bit)
+        signs.append(apart > 0)
+        strong.append(sample.lit & (np.abs(apart) > STRONG))
+        widths.append(spacing(signs[-1], strong[-1]))
+    seen = [np.count_nonzero(s) > READ * np.count_nonzero(sample.lit) for s in strong]
+    orders, coarser = _countable(sample, bits, widths, seen)
+    if coarser:
+        yield coarser
+        return
+    kept = [k for order in orders for k in order]
+    if len(kept) < 2:
+        return
+    words = sum(signs[k].astype(np.int64) << place for place, k in enumerate(kept))
+    valid = np.logical_and.reduce([strong[k] for k in kept])
+    before, after, count = _single_changes(words, valid)
+    places = {k: place for place, k in enumerate(kept)}
+    slots = [[(places[k], False) for k in order] for order in orders]
+    doubt = _leaping(before, after, count, slots)
+    if doubt is None:
+        return
+    repair = _repair(before, after, count, slots)
+    named = [_name(sample, bits[k]) for k in kept]
+    where = " and ".join(
+        "xy"[sample.codes[a].axis] for a in range(len(orders)) if doubt[a]
+    )
+    if repair:
+        yield Doubt(True, repair(named, where))
+    elif max(doubt) > BEYOND_REPAIR:
+        yield Doubt(
+            True,
+            f"the Gray code of axis {where} leaps from cell to cell; check the order "
+            "of its pictures, their axis, bit and inverse",
+        )
+
+
+def _name(sample, place):
+    light, dark = sample.codes[place[0]].bits[place[1]]
+    return sample.names[light], None if dark is None else sample.names[dark]
+
+
+def spacing(sign, strong):
+    """Mean distance between the edges of a bit, px, along the way it changes more."""
+    result = np.inf
+    for first, second in neighbours(1):
+        both = strong[first] & strong[second]
+        edges = np.count_nonzero((sign[first] != sign[second]) & both)
+        # Weak pixels at an edge hide it from those beside it.
+        blurred = np.count_nonzero(strong[first] & ~strong[second])
+        total = np.count_nonzero(both)
+        result = min(result, total / max(edges + blurred / 2, 1))
+    return result
+
+
+def _countable(sample, bits, widths, seen):
+    """The bits of each axis, coarsest first, up to one too fine for the picture.
+
+    With a Doubt where a coarse bit follows on one that is too fine.
+    """
+    orders = []
+    for axis in range(len(sample.codes)):
+        own = [k for k, (a, _) in enumerate(bits) if a == axis]
+        fine = next((k for k in own if widths[k] < LEAST_SPACING_PX), None)
+        stop = own.index(fine) if fine is not None else len(own)
+        for k in own[stop + 1 :]:
+            wide = np.isfinite(widths[k]) and widths[k] >= LEAST_SPACING_PX
+            if wide and seen[k] and seen[fine] and widths[k] > 2 * widths[fine]:
+                first, second = (_name(sample, bits[n])[0] for n in (fine, k))
+                name = "xy"[sample.codes[axis].axis]
+                return orders, Doubt(
+                    True,
+                    f"{first} has finer stripes than {second}, which follows it in the "
+                    f"code of axis {name}; mend their bits",
+                )
+        orders.append(own[:stop])
+    return orders, None
+
+
+def _single_changes(words, valid):
+    """(before, after, count) of the words that differ in one bit, a little apart."""
+    found = []
+    for first, second in neighbours(APART_PX):
+        if min(words[first].shape) == 0:
+            continue
+        both = valid[first] & valid[second] & (words[first] != words[second])
+        found.append(np.stack([words[first][both], words[second][both]]))
+    pairs = np.concatenate(found, axis=1)
+    changed = pairs[0] ^ pairs[1]
+    pairs = pairs[:, (changed & (changed - 1)) == 0]
+    if not pairs.size:
+        return np.empty(0, int), np.empty(0, int), np.empty(0, int)
+    unique, count = np.unique(pairs, axis=1, return_counts=True)
+    return *unique, count
+
+
+def _codes(words, slots):
+    """Cell numbers of words; slots: (place in the word, turned over) by bit."""
+    code, value = np.zeros_like(words), np.zeros_like(words)
+    for place, turned in slots:
+        value = value ^ (words >> place & 1) ^ turned
+        code = 2 * code + value
+    return code
+
+
+def _leaps(before, after, count, slots):
+    """For each slot: (pixel pairs where its bit alone changes, of these in leaps)."""
+    step = np.abs(_codes(before, slots) - _codes(after, slots))
+    changed = before ^ after
+    own = [(changed >> place & 1).astype(bool) for place, _ in slots]
+    return np.array([[count[o].sum(), count[o & (step != 1)].sum()] for o in own])
+
+
+def _leaping(before, after, count, slots):
+    """Share of edges that are leaps, for each axis; 0 where bits count. Or None."""
+    shares = []
+    for order in slots:
+        table = _leaps(before, after, count, order) if order else np.zeros((0, 2))
+        bad = (table[:, 1] > LEAPS * table[:, 0]) & (table[:, 1] >= LEAST_PAIRS)
+        shares.append(table[:, 1].sum() / table[:, 0].sum() if bad.any() else 0.0)
+    return shares if any(shares) else None
+
+
+def _repair(before, after, count, slots):
+    """A function (names, axis) -> words for what would mend the order, or None."""
+
+    def leaps(trial):
+        return sum(
+            _leaps(before, after, count, order)[:, 1].sum() for order in trial if order
+        )
+
+    allowed = HEALED * leaps(slots)
+    trials = [(leaps(trial), k, told) for k, (trial, told) in enumerate(_trials(slots))]
+    if not trials:
+        return None
+    least, _, told = min(trials, key=lambda one: one[:2])
+    return told if least <= allowed else None
+
+
+def _trials(slots):
+    """Orders that mistakes make, each with what to say about it."""
+    flat = [(a, b) for a, order in enumerate(slots) for b in range(len(order))]
+    for a, b in flat:
+        if b:  # turned over, the coarsest bit reverses the axis and leaps nowhere
+            place, turned = slots[a][b]
+            yield _with(slots, {(a, b): (place, not turned)}), _turned(place)
+    for (a, b), (c, d) in combinations(flat, 2):
+        one, other = slots[a][b], slots[c][d]
+        trial = _with(slots, {(a, b): other, (c, d): one})
+        yield trial, _exchanged(one[0], other[0])
+    for a, order in enumerate(slots):
+        if len(order) > 2:
+            reverse = {(a, b): order[-1 - b] for b in range(len(order))}
+            yield _with(slots, reverse), _backwards
+        inverse = {(a, b): (place, not t) for b, (place, t) in enumerate(order)}
+        yield _with(slots, inverse), _all_turned
+
+
+def _with(slots, changes):
+    return [
+        [changes.get((a, b), slot) for b, slot in enumerate(order)]
+        for a, order in enumerate(slots)
+    ]
+
+
+def _turned(place):
+    def told(names, axis):
+        light, dark = names[place]
+        if dark is None:
+            return (
+                f"{light} shows the inverse of its pattern: the Gray code of axis "
+                f"{axis} leaps; mend inverse, or show it again"
+            )
+        return (
+            f"{light} and {dark} are in each other's place: the Gray code of axis "
+            f"{axis} leaps; exchange them"
+        )
+
+    return told
+
+
+def _exchanged(one, other):
+    def told(names, axis):
+        return (
+            f"{names[one][0]} and {names[other][0]}, and their inverses, are in each "
+            f"other's place: the Gray code of axis {axis} leaps; exchange them"
+        )
+
+    return told
+
+
+def _backwards(names, axis):
+    return (
+        f"the bits of axis {axis} are listed backwards: bit 0 has the widest stripes; "
+        "mend bit"
+    )
+
+
+def _all_turned(names, axis):
+    return (
+        f"the pictures of axis {axis} and their inverses are exchanged throughout; "
+        "mend inverse"
+    )

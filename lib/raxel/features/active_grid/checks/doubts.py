@@ -1,0 +1,181 @@
+"""What the pictures of an active grid say against themselves.
+
+A picture in another's place, a camera that moved, an exposure that changed: the decoder
+would take them, and its sigma would not know. They contradict one another all the same,
+and that is looked for here, on a part of the pixels. What a scene may do is no
+contradiction: places may jump from pixel to pixel, and parts may be dark or unseen.
+"""
+
+import hashlib
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.features.active_grid.checks.code import code_doubts
+from raxel.features.active_grid.checks.phases import moved_doubts, phase_doubts
+from raxel.features.active_grid.checks.sample import Doubt, sampled
+from raxel.features.active_grid.checks.steadiness import steadiness_doubts, step_errors
+from raxel.features.active_grid.coding import read_coding
+from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
+from raxel.sets.patterns import pattern_picture
+
+# Of the pixels that see the monitor: shares that are worth a word, or too many.
+CLIPPED = 0.1
+OUTSIDE = 0.2
+# Values so much more frequent than those below them are where a camera stops counting.
+SPIKE = 5
+LEAST_AT_LIMIT = 5e-4
+FEW = 50_000  # pixels, enough for a median
+
+
+class ClippedAt(NamedTuple):
+    """The grey value at which pictures stop, and the share of pixels there."""
+
+    level: int
+    share: float
+
+
+class Examined(NamedTuple):
+    """The Doubts about pictures that were decoded, those that spoil the result first;
+    and RMS errors of places (2,) by what the steps of sines contradict each other, in
+    the unit of the result; 0 where sigma holds them."""
+
+    doubts: list[Doubt]
+    errors: np.ndarray
+
+
+def examine(images, patterns, monitor, decoded, white=None, black=None):
+    """What these pictures say against themselves, as Examined.
+
+    As `decode`, whose result `decoded` is. What is not told: two axes exchanged as a
+    whole, or one of them reversed as a whole, which is what a mirror does; light that
+    drifts by a few percent over all pictures, and turns no phase by more than noise; a
+    step of three that is brighter, where no Gray code has its inverse; and a movement
+    of a pixel between two pictures, where neither edges beside the pattern nor steps
+    and code of one axis, before and after it, show it.
+    """
+    found = list(_equal_pictures(images, patterns))
+    errors = np.zeros(2)
+    codes = read_coding(patterns, monitor.monitor_px)
+    sample = sampled(images, patterns, codes, decoded.noise, white, black)
+    found += _levels(sample, white, black)
+    if sample is not None:
+        found += code_doubts(sample)
+        found += phase_doubts(sample)
+        # In the wrong order, pictures seem unsteady as well.
+        if not any(doubt.spoils for doubt in found):
+            found += steadiness_doubts(sample)
+            told, errors = _of_steps(sample, monitor, decoded)
+            found += told
+            for axis, code in enumerate(codes):
+                if not errors[code.axis]:
+                    found += moved_doubts(sample, axis, decoded.blur_px)
+    found += _outside(decoded, codes)
+    found += _overexposed(decoded)
+    return Examined(sorted(found, key=lambda doubt: not doubt.spoils), errors)
+
+
+def _of_steps(sample, monitor, decoded):
+    """Doubts and errors (2,) by steps that do not agree."""
+    size = monitor.monitor_mm or monitor.monitor_px
+    lengths = np.array(
+        [
+            (code.period or code.cell) * size[code.axis] / monitor.monitor_px[code.axis]
+            for code in sample.codes
+        ]
+    )
+    known = decoded.sigma[decoded.mask]
+    if not len(known):
+        return [], np.zeros(2)
+    axes = [code.axis for code in sample.codes]
+    usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes]
+    told, periods = step_errors(sample, decoded.noise, usual / lengths)
+    errors = np.zeros(2)
+    errors[axes] = periods * lengths
+    return told, errors
+
+
+def _equal_pictures(images, patterns):
+    """Two photographs are never equal, unless there is nothing in them."""
+    first = {}
+    for image, pattern in zip(images, patterns, strict=True):
+        if image.min() == image.max():
+            continue
+        key = hashlib.blake2b(np.ascontiguousarray(image)).digest()
+        other = first.setdefault(key, pattern)
+        if other is not pattern and not _shown_alike(other, pattern):
+            yield Doubt(
+                True,
+                f"{pattern.image}: the same picture as {other.image}, pixel for pixel; "
+                "take it again or mend the name",
+            )
+
+
+def _shown_alike(one, other):
+    """Whether a usual monitor shows both alike, as bits of a code too long for it."""
+    size = 1024, 1024
+    same = pattern_picture(one, size) == pattern_picture(other, size)
+    return bool(same.all())
+
+
+def _levels(sample, white, black):
+    """White is brighter than black, where there is light."""
+    if sample is None or white is None or black is None:
+        return
+    light = white.astype(np.int32) - black
+    if np.quantile(light, 0.95) < np.abs(np.quantile(light, 0.05)):
+        yield Doubt(
+            True,
+            "its black picture is brighter than its white one; exchange white and "
+            "black",
+        )
+
+
+def _outside(decoded, codes):
+    """The code counts cells that the monitor does not have."""
+    counts = np.bincount(decoded.status.ravel(), minlength=8)
+    seen = counts[[k for k in range(8) if k != DARK]].sum()
+    if counts[BESIDE] > OUTSIDE * max(seen, 1):
+        axes = " and ".join("xy"[code.axis] for code in codes)
+        share = 100 * counts[BESIDE] / seen
+        yield Doubt(
+            True,
+            f"{share:.0f} % of the pixels would lie beside the monitor along {axes}; "
+            "mend target.monitor_px, or of and cell_px of its Gray code",
+        )
+
+
+def _overexposed(decoded):
+    counts = np.bincount(decoded.status.ravel(), minlength=8)
+    seen = counts.sum() - counts[DARK]
+    if counts[SATURATED] > CLIPPED * max(seen, 1):
+        share = 100 * counts[SATURATED] / seen
+        yield Doubt(
+            False,
+            f"{share:.0f} % of the pixels that see the monitor are overexposed and "
+            "left out; expose less",
+        )
+
+
+def clipped_at(images, patterns):
+    """Where these pictures stop, as ClippedAt, or None where they do not.
+
+    A camera of 12 bits in files of 16, or one that ends at 235, clips its sines below
+    the largest value of the file: such a value is far more frequent than those below.
+    """
+    sines = [i for i, p in zip(images, patterns, strict=True) if p.kind == "phase"]
+    if not sines:
+        return None
+    top = max(int(image.max()) for image in sines)
+    count = total = 0
+    for image in sines:
+        count += int(np.count_nonzero(image == top))
+        total += image.size
+    if count < LEAST_AT_LIMIT * total:
+        return None
+    values = np.concatenate([image[image > 0.9 * top].ravel() for image in sines])
+    lower = np.unique(values[values < top])[::-1][:3]
+    if len(lower) < 3:
+        return None
+    below = np.isin(values, lower).sum() / len(lower)
+    return ClippedAt(top, count / total) if count > SPIKE * below else None

@@ -1,0 +1,248 @@
+"""Did light, camera and monitor stay as they were from picture to picture?
+
+Light: where a picture of the code is bright, it is as bright as the others are. By a
+share q more of it an edge moves q sqrt(pi / 8) standard deviations of the blur, which
+spoils no place: limits far above noise miss nothing there. Over whole periods all steps
+of a sine give the same light. Rest: a picture and its inverse add up to one without
+pattern, as the steps of a sine do. Where these differ from each other as if the first
+were shifted, something moved, to first order in the shift.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from raxel.features.active_grid.checks.code import LEAST_SPACING_PX, spacing
+from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
+from raxel.features.active_grid.checks.sample import Doubt
+
+CLEAR = 0.75  # of the contrast: beyond what is blurred
+BRIGHTER, FAR_BRIGHTER = 0.06, 0.2  # shares of the light: a word, and too much
+MOVED_PX, FAR_MOVED_PX = 0.7, 1.2
+# Errors of places by steps that do not agree, in standard deviations: so large that
+# these are widened, if it is known by what, and if not; worth a word, alike; too much,
+# if they are FAR_OFF as well.
+WIDENS, WIDENS_UNEXPLAINED, WORTH_A_WORD, UNEXPLAINED, TOO_FAR = 0.3, 2, 2, 4, 10
+FAR_OFF = 0.01  # periods
+EXPOSE = (
+    "switch automatic exposure off, expose for whole periods of the monitor's light, "
+    "and take it again"
+)
+EDGE = 0.2  # of the steepest slope
+FEW_EDGES = 0.3  # of those along the other direction
+SURE = 8  # standard deviations of the estimated motion
+TONE = 2  # times what a tone curve does: less may be its as well
+PHASE_BINS = 16
+LEAST_IN_BIN = 30
+
+
+def steadiness_doubts(sample):
+    """Doubts about the light and the rest of a Sample whose pictures are in order."""
+    return [*_unsteady_light(sample), *_motion(sample)]
+
+
+def step_errors(sample, noise, sigma):
+    """Doubts, and RMS errors of places (A,) in periods, by steps that do not agree.
+
+    noise: a Noise; sigma: (A,), standard deviation of most places, in periods. An error
+    is 0 where what is stated can hold it.
+    """
+    doubts, errors = [], np.zeros(len(sample.codes))
+    for axis, usual in enumerate(sigma):
+        found = mismatch(sample, axis, noise)
+        if found is None:
+            continue
+        limit = WIDENS if found.kind else WIDENS_UNEXPLAINED
+        if found.periods > limit * usual:
+            errors[axis] = found.periods
+            doubts += _told_of_steps(sample, axis, found, found.periods / usual)
+    return doubts, errors
+
+
+def _told_of_steps(sample, axis, found, times):
+    """times: the error of places in standard deviations."""
+    steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
+    spoils = times > TOO_FAR and found.periods > FAR_OFF
+    files = " or ".join(sample.names[k] for k in found.pictures)
+    of_all = f"{sample.names[steps[0]]} to {sample.names[steps[-1]]}"
+    wrong = (
+        f"places along {name} are wrong by {found.periods:.2g} periods, {times:.1f} of "
+        "their standard deviations by noise"
+    )
+    if found.kind == LIGHT and times > WORTH_A_WORD:
+        spoils = spoils or abs(found.size) > FAR_BRIGHTER
+        bright = f"{_brighter(found.size)} than others (to {100 * found.spread:.1g} %)"
+        yield Doubt(spoils, f"{files} is {bright}; {wrong}; {EXPOSE}")
+    elif found.kind == MOTION and times > WORTH_A_WORD:
+        yield Doubt(
+            spoils or found.size > FAR_MOVED_PX,
+            f"the picture moved by about {found.size:.1f} px at {files}, among "
+            f"{of_all}; {wrong}; camera and monitor must be at rest: take the pictures "
+            "again",
+        )
+    elif times > UNEXPLAINED:
+        yield Doubt(
+            spoils,
+            f"{of_all} do not agree: one of them was compressed, or something in it "
+            f"moved; {wrong}; save all without loss, or take them again",
+        )
+
+
+def _unsteady_light(sample):
+    groups = [dict(_light_of_bits(sample))]
+    # More steps than three say more, and more exactly, and so do three beside a code
+    # with its inverse (`step_errors`).
+    three = [k for k, code in enumerate(sample.codes) if len(code.steps) == 3]
+    if any(dark is not None for code in sample.codes for _, dark in code.bits):
+        three = []
+    groups += [dict(_light_of_steps(sample, k)) for k in three]
+    for group in groups:
+        if len(group) < 3:
+            continue
+        usual = np.median(list(group.values()))
+        off = {picture: value / usual - 1 for picture, value in group.items()}
+        worst = max(off, key=lambda picture: abs(off[picture]))
+        if abs(off[worst]) > BRIGHTER:
+            yield Doubt(
+                abs(off[worst]) > FAR_BRIGHTER,
+                f"{sample.names[worst]} is {_brighter(off[worst])} than others; "
+                f"{EXPOSE}",
+            )
+
+
+def _brighter(share):
+    return f"{100 * abs(share):.2g} % {'brighter' if share > 0 else 'darker'}"
+
+
+def _light_of_bits(sample):
+    """(picture, its light where it is bright, as a share of what others give there)"""
+    bright = {}
+    for axis, code in enumerate(sample.codes):
+        for bit, (light, dark) in enumerate(code.bits):
+            apart = sample.apart(axis, bit)
+            if spacing(apart > 0, sample.lit) < 2 * LEAST_SPACING_PX:
+                continue  # blurred stripes are darker
+            bright[light] = sample.lit & (apart > CLEAR)
+            if dark is not None:
+                bright[dark] = sample.lit & (apart < -CLEAR)
+    if not bright:
+        return
+    level = _usual_level(sample, bright)
+    for picture, on in bright.items():
+        on = on & (level > 0)
+        if np.count_nonzero(on) > LEAST_IN_BIN:
+            yield picture, float(np.mean(sample.pictures[picture][on] / level[on]))
+
+
+def _usual_level(sample, bright):
+    """The mean of the pictures that are bright, for each pixel."""
+    total, count = np.zeros_like(sample.high), np.zeros_like(sample.high)
+    for picture, on in bright.items():
+        total += sample.pictures[picture] * on
+        count += on
+    return total / np.maximum(count, 1)
+
+
+def _light_of_steps(sample, axis):
+    """(picture, mean over all phases of its light as a share of the mean of all)"""
+    steps = sample.codes[axis].steps
+    if not steps:
+        return
+    wave, mean = sample.wave(axis)
+    turn = np.angle(wave[sample.lit]) / (2 * np.pi) % 1
+    place = np.minimum((turn * PHASE_BINS).astype(int), PHASE_BINS - 1)
+    count = np.bincount(place, minlength=PHASE_BINS)
+    if count.min() < LEAST_IN_BIN:
+        return
+    level = mean[sample.lit].clip(1e-6)
+    for picture in steps:
+        share = sample.pictures[picture][sample.lit] / level
+        binned = np.bincount(place, share, minlength=PHASE_BINS) / count
+        yield picture, float(binned.mean())
+
+
+def _motion(sample):
+    """The largest motion, as one Doubt or none."""
+    found = []
+    flat = sorted(_without_pattern(sample), key=lambda one: min(one[0]))
+    fitted = [_shifts(plain, flat[0][1], pattern) for _, plain, pattern in flat]
+    shifts = [shift for shift, _, _ in fitted]
+    # One tone curve is behind all pictures, and coarse bits have few edges to know it.
+    least = TONE * max((np.hypot(*tone) for _, _, tone in fitted), default=0.0)
+    for (pictures, _, _), (_, within, _) in zip(flat, fitted, strict=True):
+        within = within * (np.hypot(*within) > least)
+        found.append((within, "between {} and {}", pictures))
+    for (before, after), (last, first) in zip(
+        pairwise(shifts), pairwise(flat), strict=True
+    ):
+        pictures = last[0][-1], first[0][0]
+        found.append((after - before, "between {} and {}", pictures))
+    sizes = [float(np.hypot(*shift)) for shift, _, _ in found]
+    if sizes and max(sizes) > MOVED_PX:
+        size = max(sizes)
+        _, when, pictures = found[sizes.index(size)]
+        when = when.format(sample.names[pictures[0]], sample.names[pictures[-1]])
+        yield Doubt(
+            size > FAR_MOVED_PX,
+            f"the picture moved by about {size:.1f} px {when}; camera and monitor must "
+            "be at rest: take the pictures again",
+        )
+
+
+def _without_pattern(sample):
+    """(pictures, their mean without pattern, half of what the pattern adds or None)"""
+    for axis, code in enumerate(sample.codes):
+        for light, dark in code.bits:
+            if dark is not None:
+                a, b = sample.pictures[light], sample.pictures[dark]
+                yield (light, dark), (a + b) / 2, (a - b) / 4
+        if code.steps:
+            yield code.steps, sample.wave(axis)[1], None
+
+
+def _shifts(plain, reference, pattern):
+    """Shift (2,) px against the reference, of a picture against its inverse, and what
+    the tone curve does to these two, alike.
+
+    At an edge of the pattern a tone curve makes both together brighter or darker,
+    whichever side is bright. What a shift leaves turns with the side; unless it is far
+    more, it is the tone curve's as well.
+    """
+    columns = [reference, np.ones_like(reference), *_slopes(reference)]
+    if pattern is None:
+        return _fitted(plain, columns)[2:], np.zeros(2), np.zeros(2)
+    slopes = [_edges(slope) for slope in _slopes(pattern)]
+    # Where edges end at the monitor's border, a few go across their own direction.
+    count = [np.count_nonzero(slope) for slope in slopes]
+    slopes = [
+        s * (n > FEW_EDGES * max(count)) for s, n in zip(slopes, count, strict=True)
+    ]
+    found = _fitted(plain, [*columns, *slopes, *map(np.abs, slopes)])
+    return found[2:4], found[4:6], found[6:]
+
+
+def _slopes(picture):
+    """Changes per pixel along u and v within each band."""
+    if picture.shape[1] < 2:
+        return np.gradient(picture, axis=2), np.zeros_like(picture)
+    return np.gradient(picture, axis=2), np.gradient(picture, axis=1)
+
+
+def _edges(slope):
+    """The slope where there is an edge, 0 where there is noise."""
+    size = np.abs(slope)
+    return np.where(size > EDGE * size.max(), slope, 0)
+
+
+def _fitted(values, columns):
+    """Coefficients of the columns, 0 for those that are not SURE."""
+    basis = np.stack([column.ravel() for column in columns], axis=1).astype(float)
+    used = basis.any(axis=0)
+    scale = np.where(used, np.sqrt(np.mean(basis**2, axis=0)), 1)
+    basis = basis / scale
+    normal = basis.T @ basis + 1e-9 * len(basis) * np.eye(len(scale))
+    inverse = np.linalg.inv(normal)
+    found = inverse @ (basis.T @ values.ravel())
+    left = values.ravel() - basis @ found
+    spread = np.sqrt(np.mean(left**2) * np.diag(inverse))
+    return np.where(used & (np.abs(found) > SURE * spread), found / scale, 0)
