@@ -83,6 +83,22 @@ def test_a_page_shows_signatures_as_they_are_written(tmp_path):
     assert "Set it" not in page
 
 
+def test_a_name_is_linked_to_the_room_that_defines_it(tmp_path):
+    room = tmp_path / "raxel" / "rays" / "straight"
+    room.mkdir(parents=True)
+    (tmp_path / "raxel" / "__init__.py").write_text('"""A library."""\n')
+    (room.parent / "__init__.py").write_text(
+        "from math import pi\nfrom raxel.rays.straight import Line\n"
+        '__all__ = ["Line", "pi"]\n'
+    )
+    (room / "__init__.py").write_text("from raxel.rays.straight.lines import Line\n")
+    (room / "lines.py").write_text(SAMPLE)
+    (room / "another.py").write_text('class Line:\n    """Not this one."""\n')
+    page = api_pages(tmp_path / "raxel")["api/rays.md"]
+    (address,) = re.findall(r'<a href="(.*)"><code>', page)
+    assert address == "rays-straight.html#raxel.rays.straight.lines.Line"
+
+
 def test_a_docstring_is_text_with_code_in_it():
     assert escaped("a_b `c_d` ``e*f`` [g](h) $1 | <i>") == (
         r"a\_b `c_d` `e*f` \[g\](h) \$1 \| \<i\>"
@@ -97,6 +113,8 @@ def test_a_docstring_is_text_with_code_in_it():
 def test_everything_public_of_the_library_is_in_the_reference():
     pages = "\n".join(api_pages(LIBRARY).values())
     listed = set(re.findall(r'<span id="(raxel\.[\w.]+)">', pages))
+    linked = re.findall(r'<a href="[^"]*#(raxel\.[\w.]+)"><code>', pages)
+    assert set(linked) <= listed
     assert len(listed) > 60
     for path in LIBRARY.rglob("*.py"):
         name = ".".join(path.relative_to(LIBRARY.parent).with_suffix("").parts)

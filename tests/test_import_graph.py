@@ -37,6 +37,33 @@ ROOMS = (
     "cli",
     "__main__",
 )
+# The rooms inside packages of raxel, lowest first, and what each may import of its
+# package beside itself.
+INNER_ROOMS = {
+    "raxel.calibration": {
+        "views": (),
+        "pose": (),
+        "linear": (),
+        "adjust": ("pose",),
+        "generic": ("views", "pose", "linear", "adjust"),
+        "parametric": ("views",),
+        "smooth": ("parametric", "generic"),
+    },
+    "raxel.cameras": {
+        "core": (),
+        "lenses": ("core",),
+        "linear": ("core",),
+        "mirrors": ("core", "linear"),
+        "tables": ("core",),
+    },
+    "raxel.features.active_grid": {"checks": ("coding", "layout")},
+}
+# The modules beside them that may import their rooms; a package's own name may too.
+ABOVE_ROOMS = {
+    "raxel.calibration": (),
+    "raxel.cameras": ("registry", "io"),
+    "raxel.features.active_grid": ("view",),
+}
 # The rooms of repro, lowest first; its own files stand above them.
 REPRO_ROOMS = ("judge", "run", "page", "site", "workflow")
 # All that the book-keeping may know of raxel; none of it knows of cameras.
@@ -89,6 +116,29 @@ def upward_in_repro(arrows):
     return upward(arrows, "repro", height)
 
 
+def inner_room(module, package):
+    """raxel.cameras.core.base in raxel.cameras -> core; the package itself -> ''."""
+    return module.removeprefix(package).removeprefix(".").partition(".")[0]
+
+
+def between_inner_rooms(arrows):
+    return [a for package in INNER_ROOMS for a in arrows if astray(a, package)]
+
+
+def astray(arrow, package):
+    """Whether an arrow inside a package goes from a room, or into one, and may not."""
+    if not (inside(arrow.importer, package) and inside(arrow.imported, package)):
+        return False
+    rooms = INNER_ROOMS[package]
+    source = inner_room(arrow.importer, package)
+    target = inner_room(arrow.imported, package)
+    if source == target:
+        return False
+    if source in rooms:
+        return target not in rooms[source]
+    return target in rooms and source not in ("", *ABOVE_ROOMS[package])
+
+
 def out_of_raxel(arrows):
     return [
         a
@@ -118,6 +168,7 @@ def between_chapters(arrows):
 
 RULES = {
     "a room of raxel imports a later one": upward_in_raxel,
+    "a room inside a package of raxel imports what it may not": between_inner_rooms,
     "a room of repro imports a higher one": upward_in_repro,
     "raxel imports something outside itself": out_of_raxel,
     "repro imports more of raxel than it may, or a chapter": out_of_repro,
@@ -128,6 +179,25 @@ RULES = {
 def test_every_room_of_raxel_has_its_place():
     found = {room(name) for name in MODULES if inside(name, "raxel")} - {""}
     assert found <= set(ROOMS)
+
+
+def test_every_room_inside_a_package_has_its_place():
+    for package, rooms in INNER_ROOMS.items():
+        deep = [m for m in MODULES if m.startswith(f"{package}.")]
+        found = {
+            inner_room(m, package)
+            for m in deep
+            if m.count(".") > package.count(".") + 1
+        }
+        assert found == set(rooms)
+
+
+def test_the_rooms_inside_a_package_stand_lowest_first():
+    for rooms in INNER_ROOMS.values():
+        order = list(rooms)
+        for name, below in rooms.items():
+            known = [order.index(other) for other in below if other in rooms]
+            assert all(place < order.index(name) for place in known), name
 
 
 def test_there_is_no_circle():
@@ -155,6 +225,9 @@ SOUND = {
     "lib/raxel/errors.py": "",
     "lib/raxel/cameras/__init__.py": "from raxel.cameras.base import Camera\n",
     "lib/raxel/cameras/base.py": "import numpy\nfrom raxel.errors import InputError\n",
+    "lib/raxel/cameras/lenses/b.py": "",
+    "lib/raxel/calibration/pose/b.py": "",
+    "lib/raxel/features/active_grid/checks/__init__.py": "",
     "lib/raxel/sets/__init__.py": "from . import model\n",
     "lib/raxel/sets/model.py": "from ..errors import InputError\n",
     "lib/repro/page.py": "from raxel.errors import InputError\n",
@@ -194,6 +267,26 @@ def test_a_sound_tree_is_read_arrow_by_arrow(tmp_path):
     [
         (upward_in_raxel, "lib/raxel/errors.py", "from raxel.sets import model"),
         (upward_in_raxel, "lib/raxel/cameras/base.py", "import raxel.sets.model"),
+        (
+            between_inner_rooms,
+            "lib/raxel/cameras/core/a.py",
+            "from raxel.cameras.lenses.b import Lens",
+        ),
+        (
+            between_inner_rooms,
+            "lib/raxel/cameras/core/a.py",
+            "from raxel.cameras import Camera",
+        ),
+        (
+            between_inner_rooms,
+            "lib/raxel/calibration/views/a.py",
+            "import raxel.calibration.pose.b",
+        ),
+        (
+            between_inner_rooms,
+            "lib/raxel/features/active_grid/decode.py",
+            "from raxel.features.active_grid.checks import b",
+        ),
         (upward_in_repro, "lib/repro/judge/a.py", "from repro.page import style"),
         (out_of_raxel, "lib/raxel/errors.py", "import repro.page"),
         (out_of_raxel, "lib/raxel/errors.py", "from chapters.ch02_a import page"),

@@ -85,16 +85,41 @@ def _page(library: Path, package: Path, pattern: str) -> str:
     own = _module(library, package / "__init__.py")
     modules = [_module(library, path) for path in _files(package, pattern)]
     parts = [f"# {own.name}", prose(ast.get_docstring(own.tree) or "")]
-    homes = {node.name: m for m in modules for node in _public(m.tree.body)}
-    names = [name for name in _exported(own.tree) if name in homes]
+    homes = [(name, _home(library, own, name)) for name in _exported(own.tree)]
+    names = [
+        (f"{_page_of(library, home, package)}#{_anchor(home.name, name)}", name)
+        for name, home in homes
+        if home
+    ]
     if names:
-        listed = _html("exported", [(_anchor(homes[n].name, n), n) for n in names])
-        parts.append(f"From `{own.name}`: {listed}.")
+        parts.append(f"From `{own.name}`: {_html('exported', names)}.")
     entries = list(_documented(own, own.tree.body))
     if entries:
         parts += ["## The package itself", *entries]
     sections = [] if package.name == PROGRAM else _sections(modules)
     return "\n\n".join([*parts, *sections]) + "\n"
+
+
+def _home(
+    library: Path, module: DocumentedModule, name: str
+) -> DocumentedModule | None:
+    """The module that documents a name which another one defines or imports."""
+    if any(node.name == name for node in _public(module.tree.body)):
+        return module
+    for node in module.tree.body:
+        if isinstance(node, ast.ImportFrom) and name in [a.name for a in node.names]:
+            path = library.parent.joinpath(*(node.module or "").split("."))
+            if library not in path.parents:
+                return None
+            path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+            return _home(library, _module(library, path), name)
+    return None
+
+
+def _page_of(library: Path, module: DocumentedModule, package: Path) -> str:
+    """Address of the page of a module's package, empty if that is ``package``."""
+    path = library.parent / module.path
+    return "" if path.parent == package else f"{_page_name(library, path.parent)}.html"
 
 
 def _files(package: Path, pattern: str) -> list[Path]:

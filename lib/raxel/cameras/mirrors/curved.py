@@ -3,9 +3,10 @@
 import numpy as np
 
 from raxel.cameras.core.base import Camera, Projection, Rays, as_rows
-from raxel.cameras.core.nested import checked_rigid, checked_viewer, finite_rows
+from raxel.cameras.core.nested import checked_rigid, finite_rows
 from raxel.cameras.linear.orthographic import OrthographicCamera
 from raxel.cameras.mirrors.reflection_point import reflection_points
+from raxel.cameras.mirrors.viewer import checked_viewer
 from raxel.geometry.poses import inverse_pose, rotate, transform
 
 # A stationary path is a reflection if light retraces it: misses relative to the

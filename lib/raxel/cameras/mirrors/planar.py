@@ -6,14 +6,10 @@ import numba
 import numpy as np
 
 from raxel.cameras.core.base import Camera, Projection, Rays, as_rows, checked_array
-from raxel.cameras.core.nested import (
-    checked_rigid,
-    checked_viewer,
-    finite_rows,
-    nested_fields,
-)
+from raxel.cameras.core.nested import checked_rigid, finite_rows, nested_fields
 from raxel.cameras.linear.orthographic import OrthographicCamera
 from raxel.cameras.mirrors.ball import ball_facets
+from raxel.cameras.mirrors.viewer import checked_viewer
 from raxel.errors import InputError
 from raxel.geometry.poses import transform
 

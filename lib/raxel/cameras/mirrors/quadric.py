@@ -3,10 +3,11 @@
 import numpy as np
 
 from raxel.cameras.core.base import checked_array
-from raxel.cameras.core.nested import checked_viewer, nested_fields
+from raxel.cameras.core.nested import nested_fields
 from raxel.cameras.linear.orthographic import OrthographicCamera
 from raxel.cameras.mirrors.conic_surface import ConicMirror
 from raxel.cameras.mirrors.curved import MirrorCamera
+from raxel.cameras.mirrors.viewer import checked_viewer
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
