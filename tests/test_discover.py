@@ -1,10 +1,13 @@
 """Producers are found by parsing: literals, and names of literals in modules."""
 
+import importlib.util
+import sys
 from pathlib import Path
 
 import pytest
 
 from repro.run.discover import producers
+from repro.run.jobs import function_of
 from repro.run.reach import Reach
 
 SHARED = 'WIDE = ("one", "two")\nMADE = tuple(sorted(WIDE))\n'
@@ -100,3 +103,39 @@ def test_what_a_mark_names_does_not_reach_the_key_of_the_function(tmp_path):
     assert changed != before
     path.write_text(path.read_text().replace('"grid_c")', '"grid_b")'))
     assert Reach(tmp_path).key(where) not in (before, changed)
+
+
+FAMILY = """
+from repro.run.experiment import experiments
+
+SETS = {"quick": ("ball/7",), "full": ("ball/7", "cup/8")}
+
+
+@experiments({"one_runs": "table_9_1", "two_runs": "table_9_2"}, rendered=SETS)
+def runs(effort, identifier):
+    return effort, identifier
+"""
+
+
+def test_a_family_is_one_function_of_several_experiments(tmp_path, monkeypatch):
+    checkout(tmp_path, "()")
+    write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
+    one, two = (p for p in producers(tmp_path) if p.kind == "experiment")
+    assert [one.id, two.id] == ["one_runs", "two_runs"]
+    assert [p.details["artefact"] for p in (one, two)] == ["table_9_1", "table_9_2"]
+    assert [one.shards(effort) for effort in ("quick", "full")] == [1, 1]
+    module = importlib.util.module_from_spec(
+        importlib.util.spec_from_file_location(
+            one.module, tmp_path / FOLDER / "trials.py"
+        )
+    )
+    module.__spec__.loader.exec_module(module)
+    monkeypatch.setitem(sys.modules, one.module, module)
+    assert function_of(two)("quick") == ("quick", "two_runs")
+
+
+def test_rigs_of_rendered_sets_are_inputs(tmp_path):
+    checkout(tmp_path, "()")
+    write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
+    made = next(p for p in producers(tmp_path) if p.kind == "experiment")
+    assert made.inputs == ("data/rigs/ball.yaml", "data/rigs/cup.yaml")

@@ -77,6 +77,36 @@ def test_a_column_is_of_one_condition_or_refused(tmp_path):
         result.column("method.mean", noise=7.0)
 
 
+def test_a_selection_reads_conditions_as_the_plan_orders_them_then_trials(tmp_path):
+    run_all(PLAN, 5, tmp_path / "r.json")
+    result = results.Result(tmp_path / "r.json")
+    both = result.select(extent="finite")
+    apart = [result.one(noise=noise) for noise in (0.5, 1.0)]
+    for read in (lambda s: s.column("method.mean"), lambda s: s.texts("reason")):
+        np.testing.assert_array_equal(read(both), np.concatenate([*map(read, apart)]))
+    assert np.array_equal(
+        both.arrays("draws")[15], result.arrays("draws", noise=1.0)[3]
+    )
+    assert both.conditions == CONDITIONS
+
+
+def test_a_selection_is_split_by_the_levels_of_a_key(tmp_path):
+    run_all(PLAN, 1, tmp_path / "r.json")
+    result = results.Result(tmp_path / "r.json")
+    assert result.levels("noise") == [0.5, 1.0]
+    parts = result.by("noise", extent="finite")
+    assert list(parts) == [0.5, 1.0]
+    wanted = result.column("method.count", noise=1.0)
+    np.testing.assert_array_equal(parts[1.0].column("method.count"), wanted)
+
+
+@pytest.mark.parametrize("asked", [{"noise": 7.0}, {"nois": 0.5}, {"nois": None}])
+def test_a_selection_of_nothing_is_refused(tmp_path, asked):
+    run_all(PLAN, 1, tmp_path / "r.json")
+    with pytest.raises(KeyError, match="no condition fits"):
+        results.Result(tmp_path / "r.json").select(**asked)
+
+
 def test_what_if_more_trials_keeps_the_first_ones(tmp_path):
     few, many = tmp_path / "few.json", tmp_path / "many.json"
     run_all(PLAN, 1, few)

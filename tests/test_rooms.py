@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from repro.run.discover import KINDS
+from repro.run.discover import MARKS
 from repro.run.source_index import import_aliases
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -165,7 +165,7 @@ def marks(path: Path) -> list[int]:
         for node in ast.walk(ast.parse(path.read_text("utf-8")))
         if isinstance(node, ast.FunctionDef)
         for call in node.decorator_list
-        if isinstance(call, ast.Call) and getattr(call.func, "id", "") in KINDS
+        if isinstance(call, ast.Call) and getattr(call.func, "id", "") in MARKS
     ]
 
 

@@ -12,12 +12,13 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain, product
+from itertools import chain
 from pathlib import Path
 
 from repro.judge import firmness
-from repro.judge.ledger import Ledger, read_yaml
+from repro.judge.ledger import Ledger, LedgerError, read_yaml
 from repro.judge.number_rules import VerdictError, judge_number, not_produced, ratio
+from repro.judge.readings import crossed, primary
 from repro.judge.schema import faults, hint
 
 KINDS = ("claims", "numbers", "artefacts")
@@ -237,35 +238,29 @@ def _claim(board: _Board, identifier: str) -> dict | None:
     if found is None:
         return None
     readings = found["readings"]
-    primary = _primary(board.ledger, readings)
-    others = [reading for reading in readings if reading is not primary]
+    deciding = _primary(board.ledger, readings)
+    others = [reading for reading in readings if reading is not deciding]
     variant = ("reading", "verdict", "regenerated", "interval", "reason")
     return {
-        "verdict": primary["verdict"],
-        **firmness.of_readings(primary["verdict"], others),
+        "verdict": deciding["verdict"],
+        **firmness.of_readings(deciding["verdict"], others),
         "evidence": found["evidence"],
-        "regenerated": primary["regenerated"],
-        "interval": primary["interval"],
-        "unit": primary["unit"],
-        "reason": primary["reason"],
+        "regenerated": deciding["regenerated"],
+        "interval": deciding["interval"],
+        "unit": deciding["unit"],
+        "reason": deciding["reason"],
         "variants": [{key: other[key] for key in variant} for other in others],
         **_site_files(found),
     }
 
 
 def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
-    """The reading whose options are all primary; all that `_asked` must be there."""
+    """The reading whose options are all primary; all that are asked must be there."""
     questions = list(readings[0]["reading"])
-    for question in questions:
-        if question not in ledger.readings:
-            raise VerdictError(
-                f"reading: found the question {question!r}, which settings.yaml does "
-                f"not list{hint(question, list(ledger.readings))}"
-            )
-    options = [ledger.readings[question]["options"] for question in questions]
-    primary = {q: ledger.readings[q]["primary"] for q in questions}
-    combined = (dict(zip(questions, t, strict=True)) for t in product(*options))
-    wanted = [reading for reading in combined if _asked(ledger, reading, primary)]
+    try:
+        wanted = crossed(ledger.readings, questions)
+    except LedgerError as error:
+        raise VerdictError(str(error)) from None
     found = [dict(reading["reading"]) for reading in readings]
     for reading in found:
         if reading not in wanted:
@@ -278,21 +273,7 @@ def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
     for reading in wanted:
         if reading not in found:
             raise VerdictError(f"reading: {reading} is missing; test it too")
-    return readings[found.index(primary)]
-
-
-def _asked(ledger: Ledger, reading: Mapping, primary: Mapping) -> bool:
-    """Whether a combination of options is asked for.
-
-    Every other option of a question stands with the primary ones of those that the
-    question is `not_crossed_with`: each of its runs would cost as much again for them.
-    """
-    away = [q for q, option in reading.items() if option != primary[q]]
-    return not any(
-        other in away
-        for question in away
-        for other in ledger.readings[question].get("not_crossed_with", ())
-    )
+    return readings[found.index(primary(ledger.readings, questions))]
 
 
 def _artefact(board: _Board, identifier: str) -> dict | None:

@@ -10,7 +10,7 @@ import ast
 
 from nbformat import NotebookNode
 
-from repro.run.discover import KINDS
+from repro.run.discover import MARKS
 
 FOLDED = ("hide-cell", "hide-input", "remove-cell", "remove-input")
 IMPORTS, SETTINGS = "imports of this page", "settings of the experiments"
@@ -50,7 +50,7 @@ def _imports(statement: ast.stmt) -> bool:
 def _registers(statement: ast.stmt) -> bool:
     """Whether a function is marked for the workflow (`repro.run.experiment`)."""
     return any(
-        isinstance(mark, ast.Call) and getattr(mark.func, "id", "") in KINDS
+        isinstance(mark, ast.Call) and getattr(mark.func, "id", "") in MARKS
         for mark in getattr(statement, "decorator_list", ())
     )
 

@@ -9,8 +9,11 @@ from functools import cache
 from pathlib import Path
 
 from repro.run.names import Sources, dotted
+from repro.run.rendered import rig_file
 
 KINDS = ("experiment", "figure", "table", "claim", "numbers")
+FAMILY = "experiments"
+MARKS = (*KINDS, FAMILY)
 PAGE_FILE = "page.py"
 
 
@@ -35,6 +38,17 @@ class Producer:
     def needs(self) -> tuple[str, ...]:
         """Experiments whose results the function reads."""
         return tuple(self.details.get("needs", ()))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Files that an experiment declares, and the rigs of its rendered sets."""
+        sizes = self.details.get("rendered", {})
+        rigs = [rig_file(name) for size in sizes for name in self.rendered(size)]
+        return tuple(dict.fromkeys([*self.details.get("inputs", ()), *rigs]))
+
+    def shards(self, effort: str) -> int:
+        """Into how many jobs an experiment of this size is split."""
+        return (self.details.get("shards") or {}).get(effort, 1)
 
     def rendered(self, effort: str) -> tuple[str, ...]:
         """Rendered sets, ``RIG/SEED``, that an experiment of this size opens."""
@@ -132,17 +146,18 @@ def _of_file(sources: Sources, path: Path) -> list[Producer]:
         if not isinstance(node, ast.FunctionDef):
             continue
         for call in node.decorator_list:
-            if isinstance(call, ast.Call) and getattr(call.func, "id", "") in KINDS:
-                details = {
-                    k.arg: _literal(sources, path, k.value) for k in call.keywords
-                }
-                identifier = _literal(sources, path, call.args[0])
-                made.append(
-                    Producer(
-                        call.func.id, identifier, module, node.name, page,
-                        node.lineno, details,
-                    )
-                )  # fmt: skip
+            kind = getattr(getattr(call, "func", None), "id", "")
+            if kind not in MARKS:
+                continue
+            details = {k.arg: _literal(sources, path, k.value) for k in call.keywords}
+            first = _literal(sources, path, call.args[0])
+            place = module, node.name, page, node.lineno
+            if kind != FAMILY:
+                made.append(Producer(kind, first, *place, details))
+                continue
+            for identifier, artefact in first.items():
+                own = details | {"artefact": artefact, "family": True}
+                made.append(Producer("experiment", identifier, *place, own))
     return made
 
 

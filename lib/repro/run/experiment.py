@@ -38,33 +38,65 @@ def experiment(
     identifier: str,
     *,
     artefact: str,
-    shards: dict[str, int],
+    shards: Mapping[str, int] | None = None,
     inputs: Sequence[str] = (),
     needs: Sequence[str] = (),
     rendered: Mapping[str, Sequence[str]] | None = None,
     per_set: PerSet = False,
 ) -> Callable[[Producer], Producer]:
-    """Mark ``function(effort) -> Plan`` as an experiment, split into ``shards`` jobs.
+    """Mark ``function(effort) -> Plan`` as an experiment.
 
-    With ``per_set`` (here and below) the producer stands once for every image set of
-    the report, or for those whose target is of one of the kinds that it names, the
-    same for all producers of a page; an experiment is called as ``function(effort,
-    folder)``. With ``needs`` it reads other experiments, as ``function(effort,
-    results)``: for trials that redraw a measuring error from the one found in rendered
-    images. ``rendered`` declares the image sets that it opens by
+    ``shards`` says into how many jobs a size is split, one unless it is named. With
+    ``per_set`` (here and below) the producer stands once for every image set of the
+    report, or for those whose target is of one of the kinds that it names, the same for
+    all producers of a page; an experiment is called as ``function(effort, folder)``.
+    With ``needs`` it reads other experiments, as ``function(effort, results)``: for
+    trials that redraw a measuring error from the one found in rendered images.
+    ``rendered`` declares the image sets that it opens by
     `repro.run.rendered.rendered_set`, as {"quick": ("RIG/SEED", ...), "full": (...)};
-    each is made by a job of its own.
+    each is made by a job of its own, and the rigs that they name are inputs.
     """
     return _mark(
         "experiment",
         identifier,
         artefact=artefact,
-        shards=shards,
+        shards=shards or {},
         inputs=inputs,
         needs=needs,
         rendered=rendered or {},
         per_set=per_set,
     )
+
+
+def experiments(
+    artefacts: Mapping[str, str],
+    *,
+    shards: Mapping[str, int] | None = None,
+    inputs: Sequence[str] = (),
+    needs: Sequence[str] = (),
+    rendered: Mapping[str, Sequence[str]] | None = None,
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(effort, identifier) -> Plan`` as a family of experiments.
+
+    ``artefacts`` has the artefact of each by its id; the rest is as for one
+    `experiment` and the same for all, with ``results`` as a third argument where there
+    are ``needs``.
+    """
+
+    def mark(function: Producer) -> Producer:
+        for identifier, artefact in artefacts.items():
+            one = experiment(
+                identifier,
+                artefact=artefact,
+                shards=shards,
+                inputs=inputs,
+                needs=needs,
+                rendered=rendered,
+            )
+            function = one(function)
+        return function
+
+    return mark
 
 
 def figure(
@@ -122,9 +154,22 @@ def claim(
     needs: Sequence[str] = (),
     evidence: str,
     per_set: PerSet = False,
+    readings: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
-    """Mark ``function(results) -> list[Reading]`` as the test of a claim."""
-    return _mark("claim", identifier, needs=needs, evidence=evidence, per_set=per_set)
+    """Mark ``function(results) -> Reading`` as the test of a claim.
+
+    ``readings`` are the questions of the ledger that touch it. With any it is called as
+    ``function(results, options)``, once for each combination of their options that the
+    ledger asks for (`repro.judge.readings`), ``options`` being {question: option}.
+    """
+    return _mark(
+        "claim",
+        identifier,
+        needs=needs,
+        evidence=evidence,
+        per_set=per_set,
+        readings=readings,
+    )
 
 
 def numbers(

@@ -39,8 +39,15 @@ def producer(root: Path, kind: str, identifier: str) -> discover.Producer:
 
 
 def function_of(found: discover.Producer):
-    """Import the chapter and return the marked function."""
-    return getattr(importlib.import_module(found.module), found.function)
+    """Import the chapter and return the marked function; a family's knows its id."""
+    function = getattr(importlib.import_module(found.module), found.function)
+    if not found.details.get("family"):
+        return function
+
+    def of_family(effort: str, *more: object) -> Plan:
+        return function(effort, found.id, *more)
+
+    return of_family
 
 
 @dataclass(frozen=True)
@@ -179,7 +186,7 @@ def input_hashes(
 
     A file of a set is named as set.yaml names it, in its folder.
     """
-    files = {Path(path).name: root / path for path in found.details.get("inputs", ())}
+    files = {Path(path).name: root / path for path in found.inputs}
     if set_folder is not None:
         files |= set_files(root / set_folder)
     return {name: _hash_now(path) for name, path in files.items()}

@@ -6,7 +6,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from repro.judge.readings import open_questions
 from repro.run import discover, jobs, results
+from repro.run.readings import in_every_reading
 
 
 def judge(
@@ -30,18 +32,22 @@ def judge(
         name = found.id if stem == page else f"{found.id}@{page.rpartition('/')[2]}"
         if found.kind in ("claim", "numbers"):
             read = jobs.results_of(root, found, name, sets)
-            outcome = jobs.function_of(found)(results.opened(folder / "results", read))
+            opened = results.opened(folder / "results", read)
+            function = jobs.function_of(found)
             data = [f"results/{need}.json" for need in discover.result_ids(read)]
         if found.kind == "claim":
+            questions = found.details.get("readings", ())
+            known = open_questions(root) if questions else {}
+            made = in_every_reading(function, opened, known, questions)
             claims[found.id] = {
                 "evidence": evidence,
-                "readings": [_finite(r.as_dict()) for r in outcome],
+                "readings": [_finite(reading.as_dict()) for reading in made],
                 "data": data,
             }
         elif found.kind == "numbers":
             numbers |= {
                 key: _finite({**vars(value), "evidence": evidence, "data": data})
-                for key, value in outcome.items()
+                for key, value in function(opened).items()
             }
         elif found.kind in ("figure", "table"):
             described = json.loads((folder / f"{name}.json").read_text("utf-8"))

@@ -6,7 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from repro.judge.statistics import Estimate, median_interval
+
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.figure import Figure
 
     from raxel.show import Scene
@@ -49,6 +52,16 @@ class Reading:
         if self.verdict not in VERDICTS:
             raise ValueError(f"verdict {self.verdict!r} is none of {VERDICTS}")
 
+    @classmethod
+    def of(
+        cls, decision: str, found: Estimate | float, unit: str = "", reason: str = ""
+    ) -> Reading:
+        """From a decision of `repro.judge.statistics` and what it was made on."""
+        if not isinstance(found, Estimate):
+            return cls(DECISIONS[decision], found, unit=unit, reason=reason)
+        ends = found.low, found.high
+        return cls(DECISIONS[decision], found.value, {}, ends, unit, reason)
+
     def as_dict(self) -> dict:
         """Plain dictionary for the judged file."""
         return asdict(self) | {"reading": dict(self.reading)}
@@ -62,6 +75,12 @@ class Value:
     interval: tuple[float, float] | None = None
     unit: str = ""
     reason: str = ""
+
+    @classmethod
+    def median(cls, trials: np.ndarray, unit: str = "", reason: str = "") -> Value:
+        """Median of trials (n,) with its 95 % interval; nan counts as the worst."""
+        middle = median_interval(trials)
+        return cls(middle.value, (middle.low, middle.high), unit, reason)
 
 
 @dataclass(frozen=True)
@@ -94,6 +113,11 @@ class Measured:
     value: float
     low: float
     high: float
+
+    @classmethod
+    def median(cls, trials: np.ndarray) -> Measured:
+        """Median of trials (n,) with its 95 % interval; nan counts as the worst."""
+        return cls(*median_interval(trials)[:3])
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -124,37 +124,95 @@ class Result:
         for record in content["trials"]:
             self._values[record["condition"]].append(record["values"])
 
+    def select(self, **condition: object) -> Selection:
+        """The trials of every condition that fits; KeyError where none does."""
+        return Selection(self, range(len(self.conditions))).select(**condition)
+
+    def by(self, key: str, **condition: object) -> dict[object, Selection]:
+        """Level -> its trials, of the levels of a condition's ``key`` that fit."""
+        return self.select(**condition).by(key)
+
+    def levels(self, key: str, **condition: object) -> list:
+        """Every level of a condition's ``key`` once, in the order of the plan."""
+        return list(self.by(key, **condition))
+
     def column(self, name: str, **condition: object) -> np.ndarray:
         """Trials of one value under the one condition that fits; nan where failed."""
-        return np.array(
-            [_number(v.get(name)) for v in self._values[self._index(condition)]],
-            dtype=float,
-        )
+        return self.one(**condition).column(name)
 
     def texts(self, name: str, **condition: object) -> list[str | None]:
         """Trials of one textual value (such as the reason of a failure)."""
-        return [v.get(name) for v in self._values[self._index(condition)]]
+        return self.one(**condition).texts(name)
+
+    def arrays(self, name: str, **condition: object) -> list[np.ndarray]:
+        """One array per trial, in trial order; trials without it are left out."""
+        return self.one(**condition).arrays(name)
 
     def names(self) -> list[str]:
         """Every value name that any trial has."""
         return sorted({n for rows in self._values for row in rows for n in row})
 
-    def arrays(self, name: str, **condition: object) -> list[np.ndarray]:
-        """One array per trial, in trial order; trials without it are left out."""
-        index = self._index(condition)
-        with np.load(self.path.with_suffix(".npz")) as stored:
-            keys = [f"{index}/{t}/{name}" for t in range(self.trials_per_condition)]
+    def one(self, **condition: object) -> Selection:
+        """The trials of the one condition that fits; KeyError for none or several."""
+        fits = [i for i, have in enumerate(self.conditions) if _fits(have, condition)]
+        if len(fits) != 1:
+            raise KeyError(f"{self.path}: {len(fits)} conditions fit {condition}")
+        return Selection(self, fits)
+
+
+class Selection:
+    """Trials of several conditions of a result: as the plan orders them, then by trial.
+
+    A value is read as ``column``, ``texts`` or ``arrays``, one entry per trial over all
+    the conditions, so that a seed per condition reads like a seed per trial.
+    """
+
+    def __init__(self, result: Result, places: Iterable[int]) -> None:
+        self._result, self._places = result, list(places)
+
+    @property
+    def conditions(self) -> list[dict]:
+        """The conditions that were selected."""
+        return [self._result.conditions[i] for i in self._places]
+
+    def select(self, **condition: object) -> Selection:
+        """Those of these conditions that fit; KeyError where none does."""
+        conditions = self._result.conditions
+        fits = [i for i in self._places if _fits(conditions[i], condition)]
+        if not fits:
+            raise KeyError(f"{self._result.path}: no condition fits {condition}")
+        return Selection(self._result, fits)
+
+    def by(self, key: str) -> dict[object, Selection]:
+        """Level -> its trials, for every level that a condition's ``key`` has here."""
+        levels = dict.fromkeys(c[key] for c in self.conditions if key in c)
+        return {level: self.select(**{key: level}) for level in levels}
+
+    def levels(self, key: str) -> list:
+        """Every level of a condition's ``key`` once, in the order of the plan."""
+        return list(self.by(key))
+
+    def column(self, name: str) -> np.ndarray:
+        """A value of every trial (trials,); nan where the trial has none."""
+        return np.array([_number(v.get(name)) for v in self._rows()], dtype=float)
+
+    def texts(self, name: str) -> list[str | None]:
+        """A textual value of every trial (such as the reason of a failure)."""
+        return [v.get(name) for v in self._rows()]
+
+    def arrays(self, name: str) -> list[np.ndarray]:
+        """One array per trial; trials without it are left out."""
+        with np.load(self._result.path.with_suffix(".npz")) as stored:
+            trials = range(self._result.trials_per_condition)
+            keys = [f"{i}/{t}/{name}" for i in self._places for t in trials]
             return [stored[key] for key in keys if key in stored]
 
-    def _index(self, condition: Mapping[str, object]) -> int:
-        fits = [
-            i
-            for i, have in enumerate(self.conditions)
-            if all(have.get(k) == v for k, v in condition.items())
-        ]
-        if len(fits) != 1:
-            raise KeyError(f"{self.path}: {len(fits)} conditions fit {dict(condition)}")
-        return fits[0]
+    def _rows(self) -> list[dict]:
+        return [row for i in self._places for row in self._result._values[i]]
+
+
+def _fits(have: Mapping[str, object], condition: Mapping[str, object]) -> bool:
+    return all(k in have and have[k] == v for k, v in condition.items())
 
 
 def _number(value: object) -> float:

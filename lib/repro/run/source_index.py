@@ -16,7 +16,7 @@ from pathlib import Path
 from repro.run.results import write_json
 
 # Marks say how a producer is split and judged; they do not change what it computes.
-MARKS = {"experiment", "figure", "table", "claim", "numbers"}
+MARKS = {"experiment", "experiments", "figure", "table", "claim", "numbers"}
 
 
 @dataclass(frozen=True)

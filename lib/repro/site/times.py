@@ -99,7 +99,7 @@ def _editions(producer: Producer, pages: Sequence[str]) -> list[tuple[str, str]]
 def _records(folder: Path, producer: Producer, name: str, effort: str) -> list[Path]:
     """Records of a producer's jobs, of the number of shards that it has now."""
     own = folder / producer.kind / f"{name}.json"
-    shards = producer.details.get("shards", {}).get(effort, 1)
+    shards = producer.shards(effort)
     if shards == 1:
         return [own]
     parts = [own.with_suffix("") / f"{i}-of-{shards}.json" for i in range(shards)]

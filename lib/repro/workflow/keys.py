@@ -40,10 +40,15 @@ class CodeKeys:
     def _key(self, kind: str, identifier: str, more) -> str:
         producer = self._work.producers[kind, identifier]
         key = self._work.reach.key((producer.module, producer.function), *more)
-        if not producer.published:
-            return key
-        printed = json.dumps(self._work.published.printed(producer.published))
-        return f"{key}-{hashlib.sha256(printed.encode()).hexdigest()[:16]}"
+        return key + self._hash_of(self._work.published.printed(producer.published))
+
+    @staticmethod
+    def _hash_of(content: dict) -> str:
+        """Of what the ledger hands over, to stand behind a key; nothing for nothing."""
+        if not content:
+            return ""
+        text = json.dumps(content, sort_keys=True)
+        return f"-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
     def judge(self, wildcards) -> str:
         """Key over the code of a page's judgements."""
@@ -54,7 +59,13 @@ class CodeKeys:
             for i in self._work.of_page(page, kind)
             for producer in [self._work.producers[kind, i]]
         ]
-        return self._work.reach.key(*functions, *JUDGE_CODE)
+        key = self._work.reach.key(*functions, *JUDGE_CODE)
+        asked = {
+            question
+            for i in self._work.of_page(page, "claim")
+            for question in self._work.producers["claim", i].details.get("readings", ())
+        }
+        return key + self._hash_of({q: self._work.published.readings[q] for q in asked})
 
     def page(self, wildcards) -> str:
         """Key over the code that a page's cells can call."""

@@ -141,7 +141,7 @@ class Work:
         return [f"{self.base}/shards/{name}/{i}-of-{count}.json" for i in range(count)]
 
     def _shard_count(self, name: str) -> int:
-        return self.producers["experiment", name].details["shards"][self.effort]
+        return self.producers["experiment", name].shards(self.effort)
 
     def inputs(self, wildcards) -> list[str]:
         """Files that an experiment reads: what others found, and what it declares.
@@ -150,7 +150,7 @@ class Work:
         would read a `{` as the begin of a wildcard. `input_key` stands for them.
         """
         producer = self.producers["experiment", wildcards.experiment]
-        declared = [str(path) for path in producer.details.get("inputs", ())]
+        declared = list(producer.inputs)
         sets = map(manifest, producer.rendered(self.effort))
         return self._result_files("experiment", wildcards.experiment) + [
             *declared,

@@ -1,0 +1,107 @@
+"""Readings of a claim: which are asked for, and how a test's outcomes become them."""
+
+import numpy as np
+import pytest
+
+from repro.judge.ledger import LedgerError
+from repro.judge.readings import crossed, open_questions, primary
+from repro.judge.statistics import HOLDS, UNDECIDED, Estimate
+from repro.run.outcomes import Measured, Reading, Value
+from repro.run.readings import Case, counterpart, decision_of_seeds, in_every_reading
+from tests.small_checkouts import ROOT
+
+KNOWN = {
+    "noise": {"options": ["px", "mm"], "primary": "px"},
+    "window": {"options": ["full", "half"], "primary": "full"},
+    "exposure": {
+        "options": ["within", "over"],
+        "primary": "within",
+        "not_crossed_with": ["window"],
+    },
+}
+
+
+def test_every_combination_is_asked_for_the_primary_one_first():
+    made = crossed(KNOWN, ("noise", "window"))
+    assert made[0] == primary(KNOWN, ("noise", "window"))
+    assert {tuple(one.items()) for one in made} == {
+        (("noise", noise), ("window", window))
+        for noise in ("px", "mm")
+        for window in ("full", "half")
+    }
+
+
+def test_what_is_not_crossed_stands_with_primary_options_only():
+    made = crossed(KNOWN, ("window", "exposure"))
+    assert {"window": "half", "exposure": "over"} not in made
+    assert len(made) == 3
+    assert len(crossed(KNOWN, ("noise", "exposure"))) == 4
+
+
+def test_a_question_that_the_ledger_does_not_list_is_refused():
+    with pytest.raises(LedgerError, match=r"'noises'.*did you mean noise"):
+        crossed(KNOWN, ("noises",))
+
+
+def test_the_primary_option_of_every_question_of_the_ledger_comes_first():
+    known = open_questions(ROOT)
+    assert len(known) > 50
+    assert all(one["options"][0] == one["primary"] for one in known.values())
+
+
+def test_a_test_is_called_once_for_each_reading():
+    def judge(results, options):
+        return Reading("differs", results["value"] + len(options["noise"]))
+
+    made = in_every_reading(judge, {"value": 1}, KNOWN, ("noise", "window"))
+    assert [one.reading for one in made] == crossed(KNOWN, ("noise", "window"))
+    assert {one.regenerated for one in made} == {3}
+
+
+def test_a_test_without_questions_gives_one_reading_without_options():
+    made = in_every_reading(lambda results: Reading("differs", 1.0), {}, KNOWN, ())
+    assert [one.reading for one in made] == [{}]
+
+
+def test_a_case_names_the_options_taken_and_the_primary_of_those_not_asked():
+    names = {"noise": {"px": "pixel", "mm": "plane"}, "window": {"full": 1, "half": 2}}
+    case = Case(names, {"noise": "mm"})
+    assert (case["noise"], case["window"]) == ("plane", 1)
+    assert (case.option("noise"), case.option("window")) == ("mm", "full")
+    with pytest.raises(KeyError):
+        Case(names, {"noise": "cm"})["noise"]
+
+
+@pytest.mark.parametrize(("true", "verdict"), [(9, "reproduced"), (8, "differs")])
+def test_a_counterpart_holds_in_nine_of_ten_seeds(true, verdict):
+    holds = np.arange(10) < true
+    made = counterpart(holds, np.arange(10.0), "px", "how far")
+    assert (made.verdict, made.regenerated, made.unit) == (verdict, 4.5, "px")
+    assert made.interval == (0, 9)
+    assert made.reason.startswith(f"how far; true in {true} of 10 seeds (")
+
+
+def test_a_seed_without_a_value_counts_against_and_is_left_out_of_the_range():
+    found = np.array([1.0, np.nan, 3.0, np.inf])
+    made = counterpart(found < 5, found)
+    assert made.verdict == "differs"
+    assert (made.regenerated, made.interval) == (2, (1, 3))
+    nothing = counterpart([False], [np.nan])
+    assert (nothing.regenerated, nothing.interval) == ("nothing", None)
+
+
+def test_no_seeds_decide_nothing():
+    assert decision_of_seeds([]) == UNDECIDED
+
+
+def test_a_reading_of_an_estimate_has_its_interval_and_of_a_number_none():
+    made = Reading.of(HOLDS, Estimate(2.0, 1.0, 3.0), "mm", "because")
+    assert (made.verdict, made.regenerated, made.interval) == ("reproduced", 2, (1, 3))
+    assert (made.unit, made.reason, made.reading) == ("mm", "because", {})
+    assert Reading.of(UNDECIDED, 2.0).interval is None
+
+
+def test_medians_for_cells_and_numbers_have_the_interval_of_the_statistics():
+    trials = np.array([3.0, 1.0, np.nan, 2.0, 5.0])
+    assert Measured.median(trials) == Measured(3, 1, np.inf)
+    assert Value.median(trials, "px") == Value(3, (1, np.inf), "px")
