@@ -16,6 +16,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.figures import (
 from chapters.ch02_general_camera_model.s3_general_camera.figures import (
     ray_tables as s3_table_figures,
 )
+from chapters.ch02_general_camera_model.s3_general_camera.results import LEVELS
 from chapters.ch02_general_camera_model.s3_general_camera.trials import (
     drawn_rays,
     known_motion,
@@ -24,7 +25,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials import (
 from chapters.shared import general_cameras
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays
-from tests.ch02_trials import Trials, flat, ran, verdict
+from tests.made_results import flat, of_seed, readings, verdict
 
 # Cameras and drawings
 
@@ -55,7 +56,7 @@ def test_mirrors_meet_at_their_edges_and_rays_jump_there():
 
 def test_any_camera_is_judged_on_the_faceted_one():
     conditions = [{"camera": name} for name in ("pinhole", "faceted")]
-    found = ran(known_motion.known_motion_trial, conditions)
+    found = of_seed(known_motion.known_motion_trial, conditions)
     (reading,) = s3_claims.judge_nonparametric({"exp_c2_nonparam_any": found})
     assert reading.verdict == "reproduced"
     good = {"angle_rad": 1e-12, "gap_mm": 1e-12, "share": 1.0, "jump_deg": 20.0}
@@ -69,7 +70,7 @@ def test_any_camera_is_judged_on_the_faceted_one():
 
 def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
     conditions = [{"camera": name} for name in ("fisheye", "faceted")]
-    results = {"fig_2_1_tables": ran(drawn_rays.table_trial, conditions)}
+    results = {"fig_2_1_tables": of_seed(drawn_rays.table_trial, conditions)}
     drawing = s3_table_figures.fig_2_1(results)
     assert drawing.check.holds
     assert drawing.scene is not None
@@ -84,7 +85,7 @@ def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
 
 def test_figure_2_2_has_its_points_on_rays_and_grids():
     conditions = [{"method": name} for name in ("general", "generic")]
-    results = {"fig_2_2_grids": ran(s3_page.grids_trial, conditions)}
+    results = {"fig_2_2_grids": of_seed(s3_page.grids_trial, conditions)}
     drawing = s3_grid_figures.fig_2_2(results)
     assert drawing.check.holds
     found = results["fig_2_2_grids"]
@@ -113,22 +114,26 @@ def test_a_plane_lies_before_all_rays_below_180_degrees_only(fov, feasible):
     assert found["rim"] == planes.RIM
 
 
-def fov_verdict(law):
-    return verdict(
-        s2_claims.judge_fov180, "exp_c2_fov180", lambda name, c: law(c["fov_deg"])
-    )
+def fov_reading(law):
+    def values(condition):
+        return {"feasible": law(condition["fov_deg"])}
+
+    (reading,) = readings(s2_claims.judge_fov180, "exp_c2_fov180", values)
+    return reading
 
 
 def test_fov180_is_judged_both_ways():
-    assert fov_verdict(lambda fov: [fov < 180] * 2) == "reproduced"
-    assert fov_verdict(lambda fov: [fov < 200] * 2) == "differs"
-    assert fov_verdict(lambda fov: [fov < 180, fov < 100]) == "differs"
-    assert fov_verdict(lambda fov: [np.nan]) == "undecided"
+    for law, expected in (
+        (lambda fov: [fov < 180] * 2, "reproduced"),
+        (lambda fov: [fov < 200] * 2, "differs"),
+        (lambda fov: [fov < 180, fov < 100], "differs"),
+        (lambda fov: [np.nan], "undecided"),
+    ):
+        assert fov_reading(law).verdict == expected
 
 
 def test_a_refuted_fov180_shows_its_shares():
-    values = Trials(lambda name, c: [True, c["fov_deg"] < 180])
-    (reading,) = s2_claims.judge_fov180({"exp_c2_fov180": values})
+    reading = fov_reading(lambda fov: [True, fov < 180])
     assert "0.50 at 180 deg" in reading.reason
     assert "no solution" not in reading.reason
 
@@ -157,10 +162,9 @@ def test_pluecker_claims_hold_and_can_fail():
 
 
 def two_pose(law):
-    def values(name, condition):
-        level = float(name.removeprefix("ray_deg."))
-        return law(level) * np.linspace(0.8, 1.2, 30)
-
+    values = {
+        f"ray_deg.{level:g}": law(level) * np.linspace(0.8, 1.2, 30) for level in LEVELS
+    }
     return verdict(s3_claims.judge_two_pose_needs_motion, "fig_2_2_error", values)
 
 

@@ -23,9 +23,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
 )
 from chapters.shared import algorithm_1
 from raxel.calibration import linear_as_printed
-from repro.run.experiment import run_trials
-from repro.run.results import Result, gather
-from tests.ch02_trials import flat, ran, verdict
+from tests.made_results import flat, of_seed, verdict, written
 
 # The linear stage
 
@@ -141,7 +139,7 @@ def test_solutions_move_with_the_frame_and_scale():
 
 def test_eight_solutions_are_judged_both_ways():
     conditions = [{"anchors": name} for name in ("common", "distinct")]
-    found = ran(three_quadrics.triplet_trial, conditions)
+    found = of_seed(three_quadrics.triplet_trial, conditions)
     judge = s4_1_claims.judge_pose_eight
     assert judge({"exp_c2_pose_eight": found})[0].verdict == "reproduced"
     good = {"solutions": [4, 8], "paired_share": [1.0, 1.0]}
@@ -175,19 +173,9 @@ def test_algorithm_1_reproduces_the_rays_of_a_pinhole():
     )
 
 
-def result_of(tmp_path, name, plan):
-    """The result of a small run of an experiment."""
-    pairs = [(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)]
-    records, arrays = run_trials("sec_2_4_1", plan, pairs)
-    path = tmp_path / f"{name}.json"
-    identity = {"experiment": name, "artefact": "sec_2_4_1", "effort": "quick"}
-    gather(identity, plan, records, arrays, path)
-    return Result(path)
-
-
-def test_the_numbers_of_2_4_are_read_from_what_the_trials_give(tmp_path):
+def test_the_numbers_of_2_4_are_read_from_what_the_trials_give():
     made = {
-        name: result_of(tmp_path, name, replace(plan, trials=3))
+        name: written(replace(plan, trials=3), name)
         for name, plan in {
             "exp_c2_rank_A": linear_trials.rank_of_a("quick"),
             "exp_c2_rank_D": linear_trials.rank_of_d("quick"),

@@ -6,6 +6,7 @@ import pytest
 from chapters.ch02_general_camera_model.s5_2_real_data import claims as s5_2_claims
 from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_results
 from chapters.ch02_general_camera_model.s5_2_real_data import tables as s5_2_tables
+from chapters.ch02_general_camera_model.s5_2_real_data.trials.seeds import SETS
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
     claims as s5_3_claims,
 )
@@ -15,14 +16,18 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
 from chapters.shared import synthetic_readings
 from chapters.shared.three_planes import FOVS_DEG
 from chapters.shared.zoom_readings import IN_PAIRS, OF_SEEDS, READINGS, ZoomCase
-from tests.ch02_trials import Trials
+from tests.made_results import OfLaw
 
 TRIALS = 50
 
 
-def of_seeds(values):
+def of_seeds(values, trials=TRIALS):
     """The same for every experiment that Table 2.2 is judged by."""
-    return dict.fromkeys(OF_SEEDS, Trials(values))
+    conditions = SETS, READINGS, IN_PAIRS
+    return {
+        name: OfLaw(asked, values, trials)
+        for name, asked in zip(OF_SEEDS, conditions, strict=True)
+    }
 
 
 def spread_about(middle, share=0.05, seed=0):
@@ -58,7 +63,7 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
         return spread_about(np.exp(slope * level), 0.01, condition["fov_deg"])
 
     readings = s5_2_claims.judge_depends_on_distortion(
-        {"fig_2_3_fov": Trials(values)} | rising_with_level(*sets)
+        {"fig_2_3_fov": OfLaw("fig_2_3_fov", values, TRIALS)} | rising_with_level(*sets)
     )
     assert {r.verdict for r in readings} == {verdict}
     assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
@@ -129,19 +134,27 @@ def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
 )
 def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
     made = of_seeds(lambda name, condition: np.full(TRIALS, p)) | {
-        "fig_2_5_true_centre": Trials(lambda name, condition: spread_about(ratio))
+        "fig_2_5_true_centre": of_centre(spread_about(ratio))
     }
     assert {r.verdict for r in s5_2_claims.judge_systematic(made)} == {verdict}
 
 
+def of_centre(ratios):
+    return OfLaw("fig_2_5_true_centre", lambda name, condition: ratios, TRIALS)
+
+
 def scatter(better, missing):
     def values(name, condition):
-        middle = better if name.startswith("parametric") else 1.0
-        found = spread_about(middle, 0.1, len(name))
+        found = scattered(name, better)
         found[:missing] = np.nan
         return found
 
     return of_seeds(values)
+
+
+def scattered(name, better):
+    middle = better if name.startswith("parametric") else 1.0
+    return spread_about(middle, 0.1, len(name))
 
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
@@ -154,10 +167,9 @@ def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
     readings = s5_2_claims.judge_motion(scatter(3.0, missing=2))
     assert {r.verdict for r in readings} == {"reproduced"}
     assert "2 failed with the parametric" in readings[0].reason
-    generic_fails = scatter(3.0, missing=0)["table_2_2_redrawn"].values
 
     def values(name, condition):
-        found = generic_fails(name, condition)
+        found = scattered(name, 3.0)
         if not name.startswith("parametric"):
             found[:40] = np.nan
         return found
@@ -171,7 +183,7 @@ def test_failed_trials_of_the_true_centre_are_told():
     ratios = spread_about(0.5)
     ratios[:3] = np.nan
     made = of_seeds(lambda name, condition: np.full(TRIALS, 0.001)) | {
-        "fig_2_5_true_centre": Trials(lambda name, condition: ratios)
+        "fig_2_5_true_centre": of_centre(ratios)
     }
     assert "3 failed" in s5_2_claims.judge_systematic(made)[0].reason
 
@@ -180,7 +192,7 @@ def test_prose_of_the_real_data_counts_failures_and_corners_left_out():
     assert s5_2_results.typical(np.array([1.0, np.nan, np.nan])) == np.inf
     corners = s5_2_results.true_shape(3)[0]
     columns = {"left_out": [10.0, np.nan], "boards": [2.0, np.nan]}
-    made = of_seeds(lambda name, condition: columns[name.rpartition(".")[2]])
+    made = of_seeds(lambda name, condition: columns[name.rpartition(".")[2]], 2)
     found = s5_2_results.covered(ZoomCase(made), "generic_as_printed", 3)
     assert found == (2 * corners, 10)
 
@@ -191,7 +203,7 @@ def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
     def values(name, condition):
         return np.full(3, every.index(condition))
 
-    made = of_seeds(values)
+    made = of_seeds(values, 3)
     for condition in [*IN_PAIRS, *READINGS]:
         options = {key: condition[key] for key in ("corner_noise", "interpolation")}
         found = ZoomCase(made, options).column("x", condition["zoom"])
@@ -203,8 +215,6 @@ def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
 
 def test_table_2_2_sets_the_printed_numbers_beside_medians():
     made = of_seeds(lambda name, condition: np.full(TRIALS, condition["zoom"]))
-    for trials in made.values():
-        trials.trials_per_condition = TRIALS
     results = made | {"table_2_2_rendered": made["table_2_2_redrawn"]}
     published = {
         f"t2_2_{method}_{statistic}_set{zoom}": 10 * zoom
@@ -219,8 +229,7 @@ def test_table_2_2_sets_the_printed_numbers_beside_medians():
 
 
 def test_the_range_of_rendered_seeds_is_not_called_an_interval():
-    made = Trials(lambda name, condition: spread_about(2.0)[:3])
-    made.trials_per_condition = 3
+    made = OfLaw(SETS, lambda name, condition: spread_about(2.0), 3)
     results = dict.fromkeys(s5_2_tables.SOURCES, made)
     caption = s5_2_tables.ext_table_2_2_seeds(results).caption
     assert "3 rendered seeds, too few for an interval" in caption
@@ -228,13 +237,13 @@ def test_the_range_of_rendered_seeds_is_not_called_an_interval():
 
 def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
     redrawn, rendered = (
-        Trials(lambda name, condition, n=n: spread_about(2.0)[:n]) for n in (50, 3)
+        OfLaw(SETS, lambda name, condition: spread_about(2.0), n) for n in (50, 3)
     )
     check = s5_2_tables.agreement(redrawn, rendered)
     assert check.holds
     assert "no difference shown" in check.text
     assert "times those of 3 rendered" in check.text
-    other = Trials(lambda name, condition: spread_about(9.0)[:3])
+    other = OfLaw(SETS, lambda name, condition: spread_about(9.0), 3)
     assert not s5_2_tables.agreement(redrawn, other).holds
 
 
@@ -248,7 +257,7 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
     readings = s5_3_claims.judge_periphery(of_seeds(values))
     assert {r.verdict for r in readings} == {verdict}
     assert "1 failed with the parametric" in readings[0].reason
-    made = ZoomCase(of_seeds(lambda name, condition: [1.0, np.nan, np.nan]))
+    made = ZoomCase(of_seeds(lambda name, condition: [1.0, np.nan, np.nan], 3))
     assert s5_3_results.line_median(made, "generic") == np.inf
 
 

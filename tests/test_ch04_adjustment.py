@@ -11,13 +11,13 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
     formulas,
     schemes,
 )
-from tests.ch02_trials import Trials, flat, ran, verdict
+from tests.made_results import flat, of_seed, readings, verdict
 
 UNSTABLE = "exp_c4_centre_ba_unstable"
 
 
 def test_stacked_rays_meet_the_plane_as_each_alone_with_its_sign():
-    found = ran(rays.stacked_trial, [{}])
+    found = of_seed(rays.stacked_trial, [{}])
     assert found.column("printed").max() < 1e-12
     assert found.column("on_grid_mm").max() < 1e-7
     judge = ray_claims.judge_mats_intersection
@@ -46,9 +46,9 @@ def test_weights_help_where_poses_are_poor():
 
 
 def test_closed_form_of_the_distance_and_the_unknowns():
-    found = ran(formulas.formula_trial, [{}])
+    found = of_seed(formulas.formula_trial, [{}])
     assert found.column("largest_mm")[0] < 1e-11
-    counts = ran(formulas.unknowns_trial, [{"grids": n} for n in formulas.GRIDS])
+    counts = of_seed(formulas.unknowns_trial, [{"grids": n} for n in formulas.GRIDS])
     results = {"exp_c4_ba_param_count": counts}
     (reading,) = claims.judge_param_count(results)
     assert reading.verdict == "reproduced"
@@ -78,7 +78,7 @@ def judged(**values):
         for scheme in ("line_fitting", "ray_point")
         for name, value in values.items()
     }
-    found = claims.judge_centre_ba_unstable({UNSTABLE: Trials(lambda n, _: plain[n])})
+    found = readings(claims.judge_centre_ba_unstable, UNSTABLE, plain)
     return {tuple(r.reading.values()): r.verdict for r in found}
 
 

@@ -22,26 +22,11 @@ from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
 )
 from chapters.shared import wide_angle
 from raxel.geometry import homography_dlt
-from tests.ch02_trials import Trials
-
-
-class ConditionTrials(Trials):
-    """Trials of several conditions, the values of each in a dictionary."""
-
-    def __init__(self, *made):
-        self.conditions = [condition for condition, _ in made]
-        self.trials_per_condition = len(next(iter(made[0][1].values())))
-
-        def values(name, condition):
-            fits = [v for c, v in made if condition.items() <= c.items()]
-            assert len(fits) == 1
-            return fits[0][name]
-
-        super().__init__(values)
+from tests.made_results import of_columns
 
 
 def verdicts(judge, experiment, *made):
-    return [reading.verdict for reading in judge({experiment: ConditionTrials(*made)})]
+    return [reading.verdict for reading in judge({experiment: of_columns(*made)})]
 
 
 # 4.1.1

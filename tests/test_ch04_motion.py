@@ -14,7 +14,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials import (
 from chapters.shared.decoding_errors import ANGLES, PHASES, DecodingErrors
 from chapters.shared.grid_rigs import rig_named
 from raxel.geometry import inverse_pose, vector_from_rotation
-from tests.ch02_trials import Trials
+from tests.made_results import of_columns
 
 STRAIGHT = stage.Setup(np.eye(3), np.zeros(3))
 
@@ -136,8 +136,7 @@ def test_claims_are_judged_both_ways():
             key.replace("as printed", "well conditioned"): trials
             for key, trials in values.items()
         }
-        result = Trials(values)
-        result.conditions = [{}]
+        result = of_columns(({}, values))
         for judge in (motion_claims.judge_translation, motion_claims.judge_rotation):
             found = judge({"fig_4_10_seeds": result})
             assert [r.verdict for r in found] == [verdict] * 4

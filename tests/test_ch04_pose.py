@@ -15,7 +15,7 @@ from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimate
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
 from raxel.geometry import inverse_pose, pose, rotation_from_vector
-from tests.ch02_trials import Trials, flat, ran
+from tests.made_results import flat, of_columns, of_seed, readings
 
 PRIMARY = {"domain": "px", "rays": "exact", "unit": "angle"}
 
@@ -50,21 +50,15 @@ def test_a_refused_pose_says_why():
 
 
 def test_the_drawn_case_is_what_it_shows():
-    class Stored:
-        case = drawn.case_trial({}, None)
-
-        def arrays(self, name):
-            return [self.case[name]]
-
-    assert max(Case(Stored()).gaps()) < 1e-12
+    assert max(Case(of_seed(drawn.case_trial)).gaps()) < 1e-12
 
 
 def test_planes_are_judged_both_ways():
     exact = flat(plane_trial({"noise": 0.0}, np.random.default_rng(1)))
     judge = plane_claims.judge_free
-    assert judge({"exp_c4_plane_free": Trials(exact)})[0].verdict == "reproduced"
+    assert readings(judge, "exp_c4_plane_free", exact)[0].verdict == "reproduced"
     worse = exact | {"own.30.translation_mm": 1e-6}
-    assert judge({"exp_c4_plane_free": Trials(worse)})[0].verdict == "differs"
+    assert readings(judge, "exp_c4_plane_free", worse)[0].verdict == "differs"
     rng = np.random.default_rng(2)
     values = {}
     for kind in ("common", "own"):
@@ -79,7 +73,7 @@ def test_planes_are_judged_both_ways():
                 for measure in ("rotation_deg", "translation_mm"):
                     a, b = f"{kind}.0.{measure}", f"{kind}.60.{measure}"
                     values[a], values[b] = values[b], values[a]
-        found = judge({"exp_c4_plane_orientation": Trials(values)})
+        found = readings(judge, "exp_c4_plane_orientation", values)
         assert [r.verdict for r in found] == [verdict] * 2
 
 
@@ -99,11 +93,11 @@ def test_samples_are_judged_both_ways():
     counts = {f"{kind}.without": [9] * 100 for kind in triplets.APART}
     judge = sample_claims.judge_no_solution
     experiment = "exp_c4_3pt_no_solution"
-    assert {r.verdict for r in judge({experiment: Trials(counts)})} == {"reproduced"}
+    assert {r.verdict for r in readings(judge, experiment, counts)} == {"reproduced"}
     few = {name: [1] * 100 for name in counts}
-    assert {r.verdict for r in judge({experiment: Trials(few)})} == {"differs"}
+    assert {r.verdict for r in readings(judge, experiment, few)} == {"differs"}
     four = {"finite.of_4_24": [100, 99], "finite.facing": [100, 100]}
-    found = sample_claims.judge_linear_always({"exp_c4_linear_always": Trials(four)})
+    found = readings(sample_claims.judge_linear_always, "exp_c4_linear_always", four)
     assert [r.verdict for r in found] == ["differs", "reproduced"]
     rng = np.random.default_rng(4)
     for factor, verdict in ((10.0, "reproduced"), (1.5, "differs")):
@@ -112,7 +106,7 @@ def test_samples_are_judged_both_ways():
             for kind, size in (("close together", factor), ("far apart", 1.0))
             for measure in ("rotation_deg", "translation_mm")
         }
-        found = sample_claims.judge_sensitive({"exp_c4_3pt_sensitive": Trials(errors)})
+        found = readings(sample_claims.judge_sensitive, "exp_c4_3pt_sensitive", errors)
         assert found[0].verdict == verdict
 
 
@@ -124,9 +118,7 @@ def scenes(sizes):
         for name, size in sizes.items()
         for measure in ("rotation_deg", "translation_mm")
     }
-    trials = Trials(values)
-    trials.conditions = [{}]
-    return {"table_4_1_redrawn": trials}
+    return {"table_4_1_redrawn": of_columns(({}, values))}
 
 
 @pytest.mark.parametrize(
@@ -146,7 +138,7 @@ def test_table_4_1_is_judged_both_ways(sizes, order, needed, well):
 
 
 def test_a_smaller_grid_farther_off_is_harder():
-    found = ran(size_trial, [{}])
+    found = of_seed(size_trial)
     judge = noise_claims.judge_real_larger
     rng = np.random.default_rng(6)
     values = {
@@ -155,8 +147,7 @@ def test_a_smaller_grid_farther_off_is_harder():
         for name in ("standard", "cgsp_ransac")
         for measure in ("rotation_deg", "translation_mm")
     }
-    result = {"exp_c4_real_larger": Trials(values)}
-    assert judge(result)[0].verdict == "reproduced"
+    assert readings(judge, "exp_c4_real_larger", values)[0].verdict == "reproduced"
     assert found.column("usual.cgsp_ransac.rotation_deg")[0] < 0.2
 
 
