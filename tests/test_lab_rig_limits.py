@@ -1,7 +1,5 @@
 """Rigs with absurd numbers: refused when they are read, with file and field."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -134,13 +132,11 @@ ABSURD = {
 
 
 @pytest.mark.parametrize("case", ABSURD)
-def test_what_no_picture_can_show_is_refused_at_once(tmp_path, case):
+def test_what_no_picture_can_show_is_refused(tmp_path, case):
     changes, message = ABSURD[case]
     path = changed(tmp_path / "bad.yaml", **changes)
-    start = time.process_time()
     with pytest.raises(InputError, match=f"^{path}: {message}") as fault:
         load_rig(path)
-    assert time.process_time() - start < 2
     assert "\n" not in str(fault.value)
 
 

@@ -15,6 +15,8 @@ import pytest
 from repro.workflow.forks import ADDRESS, END, PINNED, warm_jobs
 
 ROOT = Path(__file__).resolve().parents[1]
+# Seconds after which a test gives up: none of what is waited for takes long anywhere.
+FOREVER = 900
 ASK = ROOT / "lib" / "repro" / "workflow" / "ask.py"
 SAMPLE = """
 import os, subprocess, sys, time
@@ -26,13 +28,13 @@ def main(words):
         return 0
     if words[0] == "sleep":
         print(os.getpid(), flush=True)
-        time.sleep(60)
+        time.sleep(3600)
     if words[0] == "half":
         from raxel.files import replacing
 
         with replacing("whole.json") as temporary:
             temporary.write_text("{")
-            waiting = subprocess.Popen(["sleep", "60"])
+            waiting = subprocess.Popen(["sleep", "3600"])
             print(waiting.pid, flush=True)
             waiting.wait()
     if words[0] == "die":
@@ -88,12 +90,12 @@ def ask(request, folder):
 
 def test_folder_words_environment_streams_and_time(ask, folder):
     job = ask("say", "two words", "", 'quo"te')
-    said, aside = job.communicate(timeout=60)
+    said, aside = job.communicate(timeout=FOREVER)
     assert job.returncode == 0, aside
     assert said == f'{folder} a = b two words  quo"te\n'
     assert aside == "aside\n"
     took = json.loads((folder / "times" / "kind" / "label.json").read_text())
-    assert 0 <= took["processor_seconds"] < 60
+    assert took["processor_seconds"] >= 0
     assert set(took) == {"seconds", "processor_seconds"}
 
 
@@ -104,7 +106,7 @@ def test_folder_words_environment_streams_and_time(ask, folder):
 def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
     (folder / "times" / "kind" / "label.json").unlink(missing_ok=True)
     job = ask(*words)
-    _, aside = job.communicate(timeout=60)
+    _, aside = job.communicate(timeout=FOREVER)
     assert job.returncode == status
     assert reason in aside
     assert not (folder / "times" / "kind" / "label.json").exists()
@@ -112,7 +114,7 @@ def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
 
 def test_a_job_that_dies_is_not_taken_for_done(ask):
     job = ask("die")
-    job.communicate(timeout=60)
+    job.communicate(timeout=FOREVER)
     assert job.returncode != 0
 
 
@@ -121,21 +123,20 @@ def test_a_job_ends_with_the_process_that_asked_for_it(ask):
     number = int(job.stdout.readline())
     job.kill()
     job.wait()
-    for _ in range(100):
-        if not Path(f"/proc/{number}").exists():
-            return
-        time.sleep(0.1)
-    pytest.fail(f"process {number} goes on")
+    end = time.monotonic() + FOREVER
+    while Path(f"/proc/{number}").exists() and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not Path(f"/proc/{number}").exists()
 
 
 BARE = """
 import sys, time
 from repro.workflow import forks
 
-forks.WARM, forks._run_once = (), lambda: SLOWLY
+forks.WARM, forks._run_once, forks.GRACE_S = (), lambda: SLOWLY, 900
 forks.serve(int(sys.argv[1]))
 """
-BUSY = "[print(flush=True), time.sleep(60)]"
+BUSY = "[print(flush=True), time.sleep(3600)]"
 
 
 @contextmanager
@@ -159,7 +160,7 @@ def bare_server(folder, ahead="None"):
         cwd=folder, text=True, stdout=subprocess.PIPE, env=environment,
     )  # fmt: skip
     yield server, job
-    assert job.wait(timeout=20) != 0
+    assert job.wait(timeout=FOREVER) != 0
     assert {path.name for path in folder.glob("*.json")} == set()
 
 
@@ -167,7 +168,7 @@ def test_a_server_that_imports_still_ends_at_once(tmp_path):
     with bare_server(tmp_path, BUSY) as (server, _):
         server.stdout.readline()
         server.send_signal(END)
-        assert server.wait(timeout=20) == 1
+        assert server.wait(timeout=FOREVER) == 1
 
 
 @pytest.mark.parametrize("how", ["the build is gone", "it says so"])
@@ -180,7 +181,7 @@ def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how)
             server.stdin.close()
         else:
             server.send_signal(END)
-        assert server.wait(timeout=20) == (how != "the build is gone")
+        assert server.wait(timeout=FOREVER) == (how != "the build is gone")
     assert not started.exists() or "Z" in (started / "stat").read_text().split()[2]
 
 
