@@ -28,6 +28,7 @@ from raxel.features.active_grid.layout import (
     ROWS_A_CALL,
     SATURATED,
     UNREADABLE,
+    CodePlan,
     empty_rows,
     strips_of,
 )
@@ -88,6 +89,24 @@ class Decoded:
         return {REASONS[k]: int(found[k]) for k in REASONS}
 
 
+@dataclass(frozen=True, eq=False)
+class DecoderSettings:
+    """What holds for all rows of a view, as the compiled loops take it.
+
+    plan: what the pictures encode; smooth: whether sines are averaged over windows;
+    mark_own: whether sigma is negative where a phase is that of one pixel; saturated:
+    the value, of the pictures' type, from which a sine counts as clipped; variance:
+    the Noise, float32; bias: squared, of phases (`bias.squared_bias`).
+    """
+
+    plan: CodePlan
+    smooth: bool
+    mark_own: bool
+    saturated: np.unsignedinteger
+    variance: tuple[np.float32, ...]
+    bias: np.ndarray
+
+
 def decode(
     images, patterns, monitor, *,
     white=None, black=None, smooth=True, neighbours=False, fill=False,
@@ -144,8 +163,14 @@ def decode(
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
     blurred = blur.px if blur else 0.0
     spread = np.sqrt(noise.at(0))
-    bias = squared_bias(images, stack.seen, averaged, blurred, spread)
-    settings = plan, smooth, neighbours, stack.dtype.type(limit), noise, bias
+    settings = DecoderSettings(
+        plan=plan,
+        smooth=smooth,
+        mark_own=neighbours,
+        saturated=stack.dtype.type(limit),
+        variance=tuple(map(np.float32, noise)),
+        bias=squared_bias(images, stack.seen, averaged, blurred, spread),
+    )
     out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:
         _decode_all(stack, settings, pool, out)
@@ -214,8 +239,8 @@ def _leave_out(margins, plan, pool, out):
 
 def _decode_part(stack, first, settings, rows, out):
     """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
-    plan, smooth, mark, limit, noise, bias = settings
-    variance = tuple(map(np.float32, noise))
+    to_read = settings.plan, settings.saturated, settings.variance
+    to_place = settings.plan, settings.smooth, settings.mark_own, settings.bias
     stop = min(first + ROWS_AT_ONCE, stack.shape[0])
     pictures, start = stack.rows(first, stop)
     for strip in strips_of(pictures.shape[2]):
@@ -223,9 +248,9 @@ def _decode_part(stack, first, settings, rows, out):
         for y in range(first - start, stop - start, ROWS_A_CALL):
             after = min(y + ROWS_A_CALL, stop - start)
             ahead = min(after + AHEAD, end)
-            read_rows(pictures, known, ahead, strip, plan, limit, variance, rows)
+            read_rows(pictures, known, ahead, strip, *to_read, rows)
             part, known = (y, after, y + start), ahead
-            place_rows(pictures, part, strip, plan, smooth, mark, bias, rows, out)
+            place_rows(pictures, part, strip, *to_place, rows, out)
 
 
 def _both_axes(array, codes):
