@@ -4,6 +4,7 @@ EFFORT ?= full
 CORES ?=
 TRIALS ?=
 RECORDED ?=
+RECORD ?=
 PORT ?= 8000
 MUTANTS ?= 2000
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
@@ -17,20 +18,25 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test times mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
 
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
-	  .venv/bin/python -m pytest -n auto --dist loadfile $(ARGS)
+	  .venv/bin/python $(if $(ARGS),,-m repro.workflow.clock test .venv/bin/python) -m pytest -n auto --dist loadfile $(ARGS)
 
 mutants: setup ## faults put into copies of the code: is each caught by the tests it names? (ARGS="words of their names")
 	@$(RUN) .venv/bin/python -m tests.mutants $(ARGS)
 
 quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick $(FOR_SETS)
+
+# A full build takes many times as long as what one wants to know after each change.
+times: EFFORT = quick
+times: setup ## what the quick build takes, part by part, beside its budget and the last run (EFFORT=full; RECORD=yes)
+	@$(RUN) .venv/bin/python -m repro.workflow.clock build --effort $(EFFORT) $(FOR_SETS) $(if $(RECORD),--record)
 
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)

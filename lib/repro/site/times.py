@@ -69,7 +69,7 @@ def times_of(
     rendered: set[str] = set()
     for producer in made:
         for page, name in _editions(producer, pages):
-            seconds = sum(map(_seconds, _records(folder, producer, name, effort)))
+            seconds = sum(map(seconds_kept, _records(folder, producer, name, effort)))
             rendered |= set(producer.rendered(effort))
             if producer.kind == "experiment":
                 sums[page].computed += seconds
@@ -78,10 +78,10 @@ def times_of(
                 sums[page].drawn += seconds
     for page, times in sums.items():
         for kind in ("judge", "page"):
-            times.rest += _seconds(folder / kind / f"{page}.json")
+            times.rest += seconds_kept(folder / kind / f"{page}.json")
     experiments.sort(key=lambda found: -found[2])
-    scoreboard = _seconds(folder / "scoreboard.json")
-    made_sets = sum(_seconds(sets / f"{name}.json") for name in sorted(rendered))
+    scoreboard = seconds_kept(folder / "scoreboard.json")
+    made_sets = sum(seconds_kept(sets / f"{name}.json") for name in sorted(rendered))
     return Times(list(sums.values()), experiments[:SLOWEST], made_sets, scoreboard)
 
 
@@ -106,7 +106,7 @@ def _records(folder: Path, producer: Producer, name: str, effort: str) -> list[P
     return [*parts, folder / "result" / own.name]
 
 
-def _seconds(path: Path) -> float:
+def seconds_kept(path: Path) -> float:
     """Processor seconds of a record; none where the job has not run, or it was cut."""
     try:
         return float(json.loads(path.read_text("utf-8"))["processor_seconds"])
