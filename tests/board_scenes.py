@@ -4,6 +4,7 @@ import numpy as np
 
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.fisheye import FisheyeCamera
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
 COLUMNS, ROWS, PITCH = 13, 10, 12.0
@@ -30,7 +31,7 @@ def board_poses(seed, count, tilt=0.5, spread=(45.0, 30.0)):
 def views_of(poses, camera=FISHEYE, noise=0.0, seed=0):
     """BoardViews of the board at these poses, with Gaussian noise in px."""
     rng = np.random.default_rng(seed)
-    flat = np.pad(BOARD, ((0, 0), (0, 1)))
+    flat = on_plane(BOARD)
     views = []
     for k, T in enumerate(poses):
         pixels = camera.project(transform(T, flat)).pixels

@@ -9,6 +9,7 @@ from raxel.cameras import (
     PerspectiveCamera,
     UnifiedSphereCamera,
 )
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
 COLUMNS, ROWS, PITCH = 10, 10, 20.0
@@ -63,7 +64,7 @@ def boards(camera, count, reach, seed, noise=0.0):
         spin = rotation_from_vector([0.0, 0.0, rng.uniform(-3, 3)])
         R = faced @ rotation_from_vector([*rng.uniform(-0.5, 0.5, 2), 0.0]) @ spin
         t = rng.uniform(220, 420) * faced[:, 2] - R @ middle
-        points = transform(pose(R, t), np.pad(BOARD, ((0, 0), (0, 1))))
+        points = transform(pose(R, t), on_plane(BOARD))
         pixels, valid = camera.project(points)
         if valid.all() and camera.in_image(pixels).all():
             pixels = pixels + noise * rng.normal(size=pixels.shape)

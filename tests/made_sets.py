@@ -7,6 +7,7 @@ import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.cameras.core.base import Projection
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.sets.model import Chessboard
 from tests.image_sets import write_description
@@ -47,7 +48,7 @@ def boards_of(camera, seed=0, count=6, noise=0.05):
     """Corners (N, 2) of each of `count` boards in the image, with noise in px."""
     distance, spread = ((120, 180), 110) if camera is FISHEYE else ((330, 480), 40)
     rng = np.random.default_rng(seed)
-    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    flat = on_plane(BOARD.points())
     found = []
     for T in board_poses(seed, 10 * count, distance, spread):
         pixels = camera.project(transform(T, flat)).pixels

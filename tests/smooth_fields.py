@@ -4,6 +4,7 @@ import numpy as np
 
 from raxel.cameras import KannalaBrandtCamera, RaySplineCamera
 from raxel.cameras.tables.cubic_field import control_shape
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
 
 W, H = 320, 240
@@ -49,7 +50,7 @@ def boards(camera, rng, count, sd_px, columns=8, rows=6, pitch=20.0):
         across *= np.arccos(sight[2]) / max(np.linalg.norm(across), 1e-9)
         R = rotation_from_vector(across) @ rotation_from_vector(turn)
         T = pose(R, rng.uniform(100, 250) * sight - R @ middle)
-        found = camera.project(transform(T, np.pad(points, ((0, 0), (0, 1)))))
+        found = camera.project(transform(T, on_plane(points)))
         if (found.valid & camera.in_image(found.pixels)).all():
             off = sd_px * rng.standard_normal(found.pixels.shape)
             seen.append((found.pixels + off, points))

@@ -9,10 +9,11 @@ from numba.core.dispatcher import Dispatcher
 from raxel.ahead import BOARD, CAMERA, DISTANCE_MM, compile_ahead
 from raxel.features import find_board
 from raxel.features.celect import celect
+from raxel.geometry import on_plane
 
 
 def test_it_finds_the_board_that_it_photographs():
-    points = np.pad(BOARD.points() - BOARD.points().mean(axis=0), ((0, 0), (0, 1)))
+    points = on_plane(BOARD.points() - BOARD.points().mean(axis=0))
     true = CAMERA.project(points + [0, 0, DISTANCE_MM]).pixels
     found = compile_ahead()
     nearest = np.linalg.norm(true[:, None] - found, axis=2).min(axis=1)

@@ -4,6 +4,7 @@ import numpy as np
 
 from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.views.correspondence import pixels_on_board
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from tests.board_scenes import HEIGHT, WIDTH, board_poses, views_of
 
@@ -17,7 +18,7 @@ def directly(views, poses):
     for view, T in zip(views, poses, strict=True):
         pixels, points = pixels_on_board(view, WIDTH, HEIGHT)
         u, v = pixels.T
-        p = transform(T, np.pad(points, ((0, 0), (0, 1)))) - CENTRE
+        p = transform(T, on_plane(points)) - CENTRE
         moments[v, u] += p[:, :, None] * p[:, None, :]
         ahead[v, u] += p
     axis = np.linalg.eigh(moments)[1][..., 2]

@@ -10,6 +10,7 @@ from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import angular_residual
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector, transform
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 
@@ -97,7 +98,7 @@ def test_finer_boards_leave_quadratically_less():
         poses = board_poses(1, 4)
         views = []
         for T in poses:
-            pixels = FISHEYE.project(transform(T, np.pad(board, ((0, 0), (0, 1)))))
+            pixels = FISHEYE.project(transform(T, on_plane(board)))
             views.append(BoardView(pixels.pixels, board, cells + 1, cells + 1))
         camera = calibrated(views, interpolation="homographic").camera
         errors.append(np.median(ray_errors_deg(camera)))

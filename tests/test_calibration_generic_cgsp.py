@@ -11,6 +11,7 @@ from raxel.cameras import AxialCamera, centrality
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import inverse_pose, pose, transform
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 from tests.grid_scenes import SIZE_MM, grids_of, seen_points
@@ -133,7 +134,7 @@ def test_a_grid_of_less_weight_moves_a_ray_less():
     true = ray_table([dense_view(p) for p in exact], T, np.zeros(3), WIDTH, HEIGHT)
     both = np.isfinite(exact[0] + exact[1])[..., 0]
     off = [np.linalg.norm(t[both] - true[both], axis=1) for t in (plain, light)]
-    flat = [np.pad(p[both], ((0, 0), (0, 1))) for p in exact]
+    flat = [on_plane(p[both]) for p in exact]
     near, far = (
         np.sum(transform(one, p) ** 2, axis=1) for one, p in zip(T, flat, strict=True)
     )

@@ -22,6 +22,7 @@ from raxel.cameras import (
 from raxel.cameras.core.base import pixel_grid
 from raxel.cli.calibrate import FITS
 from raxel.geometry.homography import apply_homography
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, transform
 from tests.board_scenes import HEIGHT, PITCH, WIDTH, board_poses
 
@@ -51,7 +52,7 @@ def poses_of(seed, count):
 def views_of(camera, size=(9, 6), seed=1, count=6, noise=0.0):
     rng = np.random.default_rng(seed)
     points = lattice(*size)
-    flat = np.pad(points, ((0, 0), (0, 1)))
+    flat = on_plane(points)
     views = []
     for T in poses_of(seed, count):
         pixels = camera.project(transform(T, flat)).pixels
@@ -69,7 +70,7 @@ def calibrated(views, *interpolation):
 def gap_px(view, camera, T_camera_board, step=1):
     """Distances in px of whole pixels from where their points on the board are seen."""
     pixels, points = pixels_on_board(view, WIDTH, HEIGHT, step)
-    flat = np.pad(points, ((0, 0), (0, 1)))
+    flat = on_plane(points)
     seen = camera.project(transform(T_camera_board, flat)).pixels
     return np.linalg.norm(seen - pixels, axis=1)
 

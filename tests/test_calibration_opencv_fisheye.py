@@ -7,6 +7,7 @@ from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
 from raxel.errors import InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
 COLUMNS, ROWS = 9, 6
@@ -29,7 +30,7 @@ def views_of(count, noise=0.0):
         )
         R = faced @ rotation_from_vector(rng.uniform(-0.5, 0.5, 3))
         t = 260 * faced[:, 2] - R @ [120.0, 75.0, 0.0]
-        corners = transform(pose(R, t), np.pad(BOARD, ((0, 0), (0, 1))))
+        corners = transform(pose(R, t), on_plane(BOARD))
         pixels = TRUE.project(corners).pixels
         if np.isfinite(pixels).all():
             pixels = pixels + noise * rng.normal(size=pixels.shape)

@@ -23,7 +23,7 @@ from raxel.calibration.adjust.ray_elimination import moved
 from raxel.calibration.adjust.relaxation import pose_vector, poses_of_vector
 from raxel.calibration.generic.central_test import correlation
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry import intersect_rays_plane, transform
+from raxel.geometry import intersect_rays_plane, on_plane, transform
 from tests.calibration_scenes import scene as exact_scene
 from tests.wide_angle_scenes import centre_error, drawn
 
@@ -71,7 +71,7 @@ def test_weighted_centroids():
     points = points + np.random.default_rng(0).normal(size=points.shape)
     weights = np.array([3.0, 2.0, 1.0])
     found = centroid_directions(points, seen, centre, T, weights)
-    P = transform(T, np.pad(points, ((0, 0), (0, 0), (0, 1)))) - centre
+    P = transform(T, on_plane(points)) - centre
     middle = np.einsum("j,jnk->nk", weights, P)
     middle[0] -= 2 * P[1, 0]
     expected = middle / np.linalg.norm(middle, axis=1, keepdims=True)

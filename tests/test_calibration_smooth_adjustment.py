@@ -10,6 +10,7 @@ from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
 from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation import evaluate_camera
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 from tests.smooth_fields import (
     LENS,
@@ -42,7 +43,7 @@ def test_the_equations_are_the_derivatives_of_the_errors():
     camera, seen, poses, rng = scene(1, 0.3, count=3)
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
     board = np.repeat(np.arange(3), 48)
-    corners = CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+    corners = CornersOfBoards(pixels, on_plane(points), board)
     grid = grid_of(8, W, H, pixels)
     start = np.ascontiguousarray(camera.control)
     first = linear_part.linearised(LENS, poses, corners, start, grid)
@@ -123,7 +124,7 @@ def test_the_field_turns_no_rays():
     found = adjust_spline(LENS, start, seen, W, H)
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
     board = np.repeat(np.arange(N_BOARDS), 48)
-    corners = CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+    corners = CornersOfBoards(pixels, on_plane(points), board)
     grid = grid_of(found.cells, W, H, pixels)
     control = np.ascontiguousarray(found.camera.control)
     parts = linear_part.linearised(LENS, found.T_camera_grid, corners, control, grid)

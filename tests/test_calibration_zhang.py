@@ -7,6 +7,7 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import (
     angle_between_rotations,
     pose,
@@ -30,7 +31,7 @@ def board_poses(seed, count, tilt=0.5):
 
 def views_of(poses, noise=0.0, seed=0):
     rng = np.random.default_rng(seed)
-    flat = np.pad(BOARD, ((0, 0), (0, 1)))
+    flat = on_plane(BOARD)
     out = []
     for k, T in enumerate(poses):
         pixels = TRUE.project(transform(T, flat)).pixels

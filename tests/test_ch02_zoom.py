@@ -13,7 +13,7 @@ from chapters.shared import facade, three_planes
 from chapters.shared.methods import SCORINGS
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
-from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
 from raxel.sets import Chessboard
 
 BOARD = Chessboard(12, 9, 15.0)
@@ -23,7 +23,7 @@ LENS = FisheyeCamera("equidistance", 250.0, [320.0, 240.0], 640, 480)
 def seen(camera, vector, shift):
     """The board from one pose: BoardView and T_camera_grid."""
     R = rotation_from_vector(np.array(vector, float))
-    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    flat = on_plane(BOARD.points())
     T = pose(R, np.array(shift) - R @ flat.mean(axis=0))
     pixels = camera.project(transform(T, flat)).pixels
     return BoardView(pixels, BOARD.points(), 12, 9), T
@@ -81,7 +81,7 @@ def test_steps_of_a_stage_come_back_in_both_frames():
     for _ in range(4):
         poses.append(poses[-1].copy())
         poses[-1][:3, 3] += 25 * along
-    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    flat = on_plane(BOARD.points())
     views = [
         BoardView(LENS.project(transform(T, flat)).pixels, BOARD.points(), 12, 9)
         for T in poses

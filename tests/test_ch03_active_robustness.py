@@ -18,6 +18,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
 )
 from chapters.shared.rigs import rig_named
 from raxel.geometry.homography import apply_homography
+from raxel.geometry.planes import on_plane
 from raxel.lab.sensor import Sensor
 
 H = np.array([[0.5, 0.03, 12.0], [-0.02, 0.55, 7.0], [2e-4, -1e-4, 1.0]])
@@ -103,7 +104,7 @@ def test_the_second_grid_lies_behind_all_corners():
             first, second = (
                 poses[names.index(condition[key])] for key in ("first", "second")
             )
-            flat = np.pad(rig.target.chessboard_points(), ((0, 0), (0, 1)))
+            flat = on_plane(rig.target.chessboard_points())
             rays = flat @ first[:3, :3].T + first[:3, 3]
             normal, origin = second[:3, 2], second[:3, 3]
             met = rays * ((normal @ origin) / (rays @ normal))[:, None]

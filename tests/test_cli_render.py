@@ -10,7 +10,7 @@ import yaml
 from raxel.cameras.io import load_camera
 from raxel.cli import main
 from raxel.features import find_opencv
-from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.lab.rig import load_rig
 from raxel.sets import load_set, read_image
 from tests.test_lab_rig import RIGS, changed, leaf
@@ -93,7 +93,7 @@ def test_truth_is_the_camera_and_the_poses(coolpix):
     poses = json.loads((coolpix / "truth" / "poses.json").read_text())
     assert poses["unit"] == "mm"
     truth = json.loads((coolpix / "truth" / "corners.json").read_text())
-    points = np.pad(load_set(coolpix).target.points(), ((0, 0), (0, 1)))
+    points = on_plane(load_set(coolpix).target.points())
     for name, T in poses["T_camera_target"].items():
         T = np.array(T)
         pixels = camera.project(points @ T[:3, :3].T + T[:3, 3]).pixels

@@ -11,6 +11,7 @@ from raxel.evaluation.cross_validation import (
     evaluate_camera,
     fit_board_pose,
 )
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import angle_between_rotations, transform
 from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 
@@ -102,7 +103,7 @@ def test_pose_from_rays_of_many_origins():
     T = board_poses(6, 1)[0]
     rng = np.random.default_rng(6)
     origins = 3.0 * rng.normal(size=(len(BOARD), 3))
-    sight = transform(T, np.pad(BOARD, ((0, 0), (0, 1)))) - origins
+    sight = transform(T, on_plane(BOARD)) - origins
     directions = sight / np.linalg.norm(sight, axis=1)[:, None]
     found = fit_board_pose(directions, BOARD, origins)
     assert np.abs(found[:3, 3] - T[:3, 3]).max() < 1e-6

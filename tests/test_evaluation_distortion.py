@@ -14,6 +14,7 @@ from raxel.evaluation.distortion import (
     synthetic_plane,
 )
 from raxel.geometry.homography import apply_homography
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotate, rotation_from_vector, transform
 
 GRID = 10.0 * np.stack(np.meshgrid(np.arange(9), np.arange(7)), -1).reshape(-1, 2)
@@ -65,9 +66,7 @@ def test_the_corrected_view_has_straight_lines_and_the_images_scale(camera):
     assert magnification == pytest.approx(1.0, abs=1e-9)
     assert view[0, 0] > view[1, 0]
     assert view[2, 1] > view[3, 1]
-    pixels = camera.project(
-        transform(grid_pose(), np.pad(GRID, ((0, 0), (0, 1))))
-    ).pixels
+    pixels = camera.project(transform(grid_pose(), on_plane(GRID))).pixels
     bent = np.abs(distortion_residual(pixels, GRID)).max()
     view, _ = corrected_view(camera.rays(pixels).directions, plane)
     assert np.abs(distortion_residual(view, GRID)).max() < 1e-6

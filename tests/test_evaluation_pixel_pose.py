@@ -8,11 +8,12 @@ from raxel.cameras.lenses.fisheye import FisheyeCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.pixel_pose import refine_pose_in_pixels
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 from tests.mirror_cameras import CONVEX
 
-FLAT = np.pad(BOARD, ((0, 0), (0, 1)))
+FLAT = on_plane(BOARD)
 
 
 def wide_views(seed=0):
@@ -70,7 +71,7 @@ def test_the_pose_in_px_cannot_be_improved_also_where_rays_do_not_meet():
     rng = np.random.default_rng(0)
     camera = CONVEX["sphere"]
     points = np.stack(np.meshgrid(np.arange(8), np.arange(6)), -1).reshape(-1, 2) * 30.0
-    flat = np.pad(points, ((0, 0), (0, 1)))
+    flat = on_plane(points)
     middle = camera.rays(np.array([[230.0, 190.0]]))
     across = np.column_stack([middle.directions[0], [0, 1, 0], [0, 0, 1]])
     R = np.linalg.qr(across)[0][:, [1, 2, 0]]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from raxel.geometry import (
     intersect_lines_plane,
     intersect_rays_plane,
+    on_plane,
     plane_of_pose,
     pluecker_matrix,
     pluecker_matrix_of_rays,
@@ -85,7 +86,7 @@ def test_stacked_product_4_15_equals_the_direct_intersection():
     literal = (-stacked.T @ plane_of_pose(T)).reshape(-1, 4)
     np.testing.assert_allclose(literal, X, rtol=1e-12, atol=1e-9)
     X = X[found.valid] / X[found.valid, 3:]
-    direct = np.pad(found.points[found.valid], ((0, 0), (0, 1)))
+    direct = on_plane(found.points[found.valid])
     np.testing.assert_allclose(X[:, :3], transform(T, direct), rtol=1e-9, atol=1e-7)
     along = origins + found.range[:, None] * d
     np.testing.assert_allclose(
@@ -114,3 +115,13 @@ def test_a_stack_of_planes_equals_one_plane_at_a_time():
         one = intersect_rays_plane([1.0, 2, 3], d, T[k])
         np.testing.assert_allclose(stack.points[k], one.points, rtol=1e-12)
         np.testing.assert_array_equal(stack.valid[k], one.valid)
+
+
+def test_a_point_of_a_plane_has_z_0_whatever_the_shape_and_type():
+    points = np.arange(12).reshape(2, 3, 2)
+    lifted = on_plane(points)
+    assert lifted.shape == (2, 3, 3)
+    assert lifted.dtype == points.dtype
+    np.testing.assert_array_equal(lifted[..., :2], points)
+    assert not lifted[..., 2].any()
+    np.testing.assert_array_equal(on_plane([0.5, 2.0]), [0.5, 2.0, 0.0])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import inverse_pose, pose, transform
 from raxel.lab import Optics
 from raxel.lab.blemishes import Blemishes
@@ -46,7 +47,7 @@ def test_poses_around_a_point_have_the_angles_they_were_drawn_with(tmp_path):
     poses = rig.draw_poses(rng(4), 30)
     corner, size = rig.extent
     box = corner + np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size
-    ends = transform(poses, np.pad(box, ((0, 0), (0, 1)))) - [5, 0, 0]
+    ends = transform(poses, on_plane(box)) - [5, 0, 0]
     lines = ends / np.linalg.norm(ends, axis=2, keepdims=True)
     cosine = np.einsum("nik,njk->nij", lines, lines).min(axis=(1, 2))
     subtense = np.degrees(np.arccos(cosine))

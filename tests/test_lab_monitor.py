@@ -11,7 +11,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid import decode
 from raxel.features.localise import saddle_point
 from raxel.files import read_json
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import MonitorLevel, MonitorPattern, monitor_scene, trace
 from raxel.lab.monitor_sight import MonitorSight
 from raxel.lab.render_set import render_set
@@ -124,9 +124,7 @@ def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
     poses = read_json(tmp_path / "set" / "truth" / "poses.json")["T_camera_target"]
     points = rendered.target.chessboard_points()
     np.testing.assert_allclose(points[[0, -1]], [[15, 15], [105, 105]])
-    seen = camera.project(
-        transform(np.array(poses["near"]), np.pad(points, [[0, 0], [0, 1]]))
-    )
+    seen = camera.project(transform(np.array(poses["near"]), on_plane(points)))
     np.testing.assert_allclose(true, seen.pixels, atol=1e-9)
     board = read_image(rendered, view.chessboard)
     found = saddle_point(board, true + 0.7, window=9, blur_sd=1.0)

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from raxel.errors import InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import rig_limits
 from raxel.lab.rig import load_rig
@@ -119,7 +120,7 @@ def test_drawn_poses_show_the_whole_target_facing_the_camera(path):
     # Facets show a target in pieces, and some monitors may reach beyond the picture.
     whole = rig.camera.continuous and rig.visibility.whole
     for T in poses if whole else ():
-        pixels, valid = rig.camera.project(transform(T, np.pad(box, ((0, 0), (0, 1)))))
+        pixels, valid = rig.camera.project(transform(T, on_plane(box)))
         assert valid.all()
         assert rig.camera.in_image(pixels).all()
         assert np.all(rig.camera.rays(pixels).directions @ T[:3, 2] > 0)

@@ -19,7 +19,7 @@ from chapters.shared.photographs.reading import PEER
 from chapters.shared.photographs.undistort import corrected_errors
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from repro.page.exercise import check
 from repro.page.style import check_axes
 from repro.run.outcomes import Measured
@@ -83,7 +83,7 @@ def test_the_corrected_view_of_the_right_camera_has_nothing_left():
     camera = fisheye(60.0, np.radians(85))
     points = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0)), -1).reshape(-1, 2)
     T = pose(rotation_from_vector([0.3, 0.2, 0.0]), [-2.0, -2.0, 4.0])
-    pixels = camera.project(transform(T, np.pad(points, ((0, 0), (0, 1))))).pixels
+    pixels = camera.project(transform(T, on_plane(points))).pixels
     pinhole = PerspectiveCamera(
         np.array([[60, 0, OFF_MIDDLE[0]], [0, 60, OFF_MIDDLE[1]], [0, 0, 1.0]]),
         [],

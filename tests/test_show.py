@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras import camera_from
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.sets import Chessboard
 from raxel.show import (
     CLEAR,
@@ -146,7 +146,7 @@ def test_a_picture_shows_a_board_as_the_camera_model_projects_it():
         "perspective", {"K": K, "radial": [], "width": width, "height": height}
     )
     cells = np.array([[10, 10], [30, 10], [-10, 10], [-10, -10], [30, 30], [50, 10]])
-    seen = camera.project(transform(T, np.pad(cells, ((0, 0), (0, 1))))).pixels
+    seen = camera.project(transform(T, on_plane(cells))).pixels
     u, v = np.round(seen).astype(int).T
     assert (image[v, u].mean(axis=1) > 128).tolist() == [
         True, False, False, True, True, True,

@@ -11,7 +11,7 @@ from raxel.cameras import camera_from, closest_point
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards
-from raxel.geometry import inverse_pose, pose, transform
+from raxel.geometry import inverse_pose, on_plane, pose, transform
 from raxel.lab import board_scene, facade, load_rig, room
 from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
@@ -106,9 +106,7 @@ def test_facets_are_shown_as_their_outlines():
         },
     )
     (facet,) = mirrors(camera)
-    assert np.allclose(
-        facet.points[0, :4], np.pad(outline, ((0, 0), (0, 1))) + [0, 0, 50]
-    )
+    assert np.allclose(facet.points[0, :4], on_plane(outline) + [0, 0, 50])
     assert mirrors(PINHOLE) == []
 
 

@@ -5,11 +5,11 @@ import pytest
 
 from chapters.shared import wide_angle as scene_of
 from raxel.calibration.linear.standard import linear_well_conditioned
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 
 
 def in_base(T_base_grid, points):
-    return transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
+    return transform(T_base_grid, on_plane(points))
 
 
 @pytest.mark.parametrize("camera", [scene_of.radial_lens(), scene_of.equidistance(150)])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 
 EDGE = 1e-9  # mm, a point so near to the hull lies in it
 GAUSSIAN_KURTOSIS = 8.0  # Mardia's, of two coordinates
@@ -45,7 +45,7 @@ def best_lines(points, T_base_grid):
 
     points: (n, N, 2) mm on n grids with poses (n, 4, 4).
     """
-    placed = transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
+    placed = transform(T_base_grid, on_plane(points))
     middles = placed.mean(axis=0)
     off = np.moveaxis(placed - middles, 1, 0)
     _, vectors = np.linalg.eigh(np.swapaxes(off, 1, 2) @ off)

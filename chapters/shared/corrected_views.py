@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from raxel.evaluation import corrected_view, synthetic_plane
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 
 
 def source_pixels_of(camera, plane, corrected):
     """Pixels of the source image under points (M, 2) of the corrected view."""
     flat = (corrected - plane.principal_pixel) / plane.px_per_unit
-    points = transform(plane.T_camera_plane, np.pad(flat, ((0, 0), (0, 1))))
+    points = transform(plane.T_camera_plane, on_plane(flat))
     return camera.project(points).pixels
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from chapters.shared.lattices import outer
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform
 from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
@@ -83,7 +84,7 @@ class SyntheticBoard:
     @cached_property
     def corners(self):
         """True corners (rows * columns, 2) row by row; NaN where out of sight."""
-        points = np.pad(self.chessboard.points(), ((0, 0), (0, 1)))
+        points = on_plane(self.chessboard.points())
         return self.camera.project(transform(self.T_camera_board, points)).pixels
 
     @property
@@ -104,7 +105,7 @@ class SyntheticBoard:
 
     def place(self, points):
         """Pixels (N, 2) of lattice points (N, 2): x along a row, 1 per square."""
-        flat = np.pad(self.square_px * points, ((0, 0), (0, 1)))
+        flat = on_plane(self.square_px * points)
         return self.camera.project(transform(self.T_camera_board, flat)).pixels
 
     @property
@@ -119,7 +120,7 @@ class SyntheticBoard:
         last = (self.columns - 1) * self.square_px / 2
         ends = np.array([[last + self.square_px, 0.0], [last, 0.0]])
         middle = self.chessboard.points().mean(axis=0)
-        points = np.pad(ends + middle, ((0, 0), (0, 1)))
+        points = on_plane(ends + middle)
         pixels = self.camera.project(transform(self.T_camera_board, points)).pixels
         return float(np.linalg.norm(pixels[0] - pixels[1]))
 

@@ -9,7 +9,7 @@ from chapters.shared.methods import LINEAR_STAGES
 from raxel.calibration import relax_poses
 from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.errors import CalibrationError
-from raxel.geometry import angle_between_rotations, transform
+from raxel.geometry import angle_between_rotations, on_plane, transform
 
 # Where grids cross, a ray's points nearly coincide and no line goes through them.
 LEAST_SPREAD = 0.1
@@ -72,7 +72,7 @@ def _scatters(centre, points, poses):
 
 def depth_spread(centre, points, T_base_grid):
     """How far apart the points of each ray lie, (N,), as a share of their distance."""
-    placed = transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
+    placed = transform(T_base_grid, on_plane(points))
     distance = np.linalg.norm(placed - centre, axis=2)
     return np.ptp(distance, axis=0) / distance.mean(axis=0)
 
@@ -92,7 +92,7 @@ def _turn(T):
 
 def ray_point_errors(points, centre, T_base_grid, directions):
     """Distances (n * N,) mm of points from their rays, (4.18)."""
-    placed = transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
+    placed = transform(T_base_grid, on_plane(points))
     reach = placed - centre
     along = np.sum(reach * directions, axis=2, keepdims=True)
     return np.linalg.norm(reach - along * directions, axis=2).ravel()

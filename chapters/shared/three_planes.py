@@ -14,7 +14,13 @@ import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.evaluation.distortion import distortion_residual
-from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 
 SIZE_PX = 640
 POINTS = 999
@@ -227,5 +233,5 @@ def targets(data, focal):
 
 def _in_view(points, T_camera_grid, focal):
     """Corrected view (px) of points (N, 2) of a grid."""
-    flat = np.pad(points, ((0, 0), (0, 1)))
+    flat = on_plane(points)
     return view(transform(T_camera_grid, flat), focal)

@@ -19,7 +19,13 @@ from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
 from raxel.features.celect import celect
-from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
 from raxel.multiview.plane_view import remap_to_plane
 from raxel.sets import (
@@ -47,7 +53,7 @@ def compile_ahead():
     laboratory = Laboratory(CAMERA, Sensor(8000, 10000), Optics(blur_sd_px=(0.8, 0.8)))
     scene = board_scene(BOARD, T_camera_board)
     picture = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
-    points = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    points = on_plane(BOARD.points())
     true = CAMERA.project(transform(T_camera_board, points)).pixels
     clicks = true.reshape(BOARD.rows, BOARD.columns, 2)[[0, 0, -1, -1], [0, -1, -1, 0]]
     view = BoardView(true, BOARD.points(), BOARD.columns, BOARD.rows)
@@ -77,7 +83,7 @@ def compile_ahead():
 def _adjust_grids():
     """Adjust three tilted grids before a pinhole, central and not."""
     centre = np.array([0.0, 0.0, -DISTANCE_MM])
-    rays = np.pad(BOARD.points(), ((0, 0), (0, 1))) - centre
+    rays = on_plane(BOARD.points()) - centre
     grids = pose(
         rotation_from_vector([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0]]), np.zeros(3)
     )
@@ -92,7 +98,7 @@ def _smooth_rays():
         rotation_from_vector([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0]]),
         [-60.0, -40.0, DISTANCE_MM],
     )
-    flat = np.pad(BOARD.points(), ((0, 0), (0, 1)))
+    flat = on_plane(BOARD.points())
     boards = [
         (CAMERA.project(transform(T, flat)).pixels, BOARD.points()) for T in places
     ]

@@ -13,7 +13,7 @@ import numpy as np
 
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.calibration.linear.synthetic_pinhole import centre_of, scaled
-from raxel.geometry import apply_homography, intersect_rays_plane, pose
+from raxel.geometry import apply_homography, intersect_rays_plane, on_plane, pose
 from raxel.geometry.homography import normalising
 from raxel.geometry.poses import rotation_from_vector
 
@@ -44,7 +44,7 @@ def rays_to_bench(count, outliers=0.0, seed=0):
     )
     grids = pose(tilts, [[0, 0, 0], [30.0, -20, -60], [-40, 50, 70]])
     base = rng.uniform(-REACH_MM, REACH_MM, (count, 2))
-    rays = np.pad(base, ((0, 0), (0, 1))) - CENTRE_MM
+    rays = on_plane(base) - CENTRE_MM
     rays /= np.linalg.norm(rays, axis=1)[:, None]
     points = np.stack([intersect_rays_plane(CENTRE_MM, rays, T).points for T in grids])
     points += NOISE_MM * rng.normal(size=points.shape)

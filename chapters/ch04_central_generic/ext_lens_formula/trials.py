@@ -8,7 +8,7 @@ from raxel.calibration import BoardView, calibrate_lens, calibrate_zhang
 from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, UnifiedSphereCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation import evaluate_camera
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 
 SIZE = (1280, 960)
 COLUMNS, ROWS, PITCH_MM = 9, 6, 30.0
@@ -59,7 +59,7 @@ def boards(camera, angles, count, rng, noise_px):
     """Views of boards at random poses, all of them whole in the image."""
     views = []
     while len(views) < count:
-        points = transform(_held(angles, rng), np.pad(BOARD, ((0, 0), (0, 1))))
+        points = transform(_held(angles, rng), on_plane(BOARD))
         pixels, seen = camera.project(points)
         if seen.all() and camera.in_image(pixels).all():
             pixels = pixels + noise_px * rng.normal(size=pixels.shape)

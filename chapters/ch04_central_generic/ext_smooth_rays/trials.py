@@ -23,7 +23,7 @@ from raxel.calibration import (
 from raxel.cameras import RaySplineCamera
 from raxel.cameras.tables.cubic_field import control_shape
 from raxel.evaluation.distortion import distortion_residual
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.geometry.poses import nearest_rotation
 
 FOV_DEG = 90.0
@@ -136,7 +136,7 @@ def scores(scene, directions, fits):
 def seen_boards(camera, rng):
     """BoardViews whose corners all lie left of SEEN_TO_PX in the circle."""
     points = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)[::-1].T * PITCH_MM
-    flat = np.pad(points, ((0, 0), (0, 1)))
+    flat = on_plane(points)
     views = []
     while len(views) < BOARDS:
         axis = rng.uniform(0, 2 * np.pi)

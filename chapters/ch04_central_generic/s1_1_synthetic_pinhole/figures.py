@@ -12,6 +12,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
     straightness,
 )
 from chapters.shared.wide_angle import CENTRE_MM
+from raxel.geometry import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
 from repro.judge.statistics import median_interval
 from repro.page.space import draw_scene
@@ -70,9 +71,9 @@ def fig_4_1(results):
 
 
 def _scene(corners, flat):
-    on_base = np.pad(flat, ((0, 0), (0, 0), (0, 1)))
+    on_base = on_plane(flat)
     rim = HALF_MM * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
-    rim = np.pad(rim, ((0, 0), (0, 1)))
+    rim = on_plane(rim)
     sheet = rim[[0, 1, 3, 2]].reshape(2, 2, 3)
     some = corners[SPARSE].reshape(-1, 3)
     starts = np.broadcast_to(CENTRE_MM, some.shape)

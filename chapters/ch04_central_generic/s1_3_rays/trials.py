@@ -13,6 +13,7 @@ from raxel.errors import CalibrationError
 from raxel.geometry import (
     intersect_lines_plane,
     intersect_rays_plane,
+    on_plane,
     plane_of_pose,
     pluecker_matrix_of_rays,
     pose,
@@ -53,7 +54,7 @@ def stacked_trial(condition, rng):
     size = np.abs(alone).max(axis=1, keepdims=True)
     hit = intersect_rays_plane(origin, directions, T)
     points = stacked[hit.valid, :3] / stacked[hit.valid, 3:]
-    flat = np.pad(hit.points[hit.valid], ((0, 0), (0, 1)))
+    flat = on_plane(hit.points[hit.valid])
     near = np.abs(hit.range[hit.valid]) < 1e4
     return {
         "printed": (np.abs(printed - alone) / size).max(),
@@ -154,7 +155,7 @@ def _posed(rays, points, T_start, centre):
 
 def off_true_points(scene, centre, u):
     """Mean distance (mm) of rays (N, 3) from the true points they see."""
-    flat = np.pad(scene.points, ((0, 0), (0, 0), (0, 1)))
+    flat = on_plane(scene.points)
     reach = transform(scene.T_base_grid, flat) - centre
     along = np.sum(reach * u, axis=2, keepdims=True)
     return float(np.linalg.norm(reach - along * u, axis=2).mean())

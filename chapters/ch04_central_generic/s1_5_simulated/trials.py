@@ -19,7 +19,7 @@ from raxel.calibration.adjust.relaxation import relax_poses
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError
-from raxel.geometry import angle_between_rotations, transform
+from raxel.geometry import angle_between_rotations, on_plane, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -77,7 +77,7 @@ def errors(centre, T_base_grid, directions, scene):
 
 def _placed(T_base_grid, points):
     """Points (n, N, 2) of n grids in the base frame, (n, N, 3)."""
-    return transform(T_base_grid, np.pad(points, ((0, 0), (0, 0), (0, 1))))
+    return transform(T_base_grid, on_plane(points))
 
 
 def _off_rays(points, centre, directions):

@@ -15,7 +15,7 @@ from chapters.ch04_central_generic.s2_pose.trials.drawn import (
 from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG
 from chapters.shared.wide_angle import CENTRE_MM
-from raxel.geometry import apply_homography, homography_dlt, pose, transform
+from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.judge.statistics import median_interval
 from repro.page.space import draw_scene
@@ -86,7 +86,7 @@ def plane_sheet(case):
 def parts_of(case):
     """What is drawn: camera, rays, two grids, the plane between."""
     centre = np.broadcast_to(CENTRE_MM, case.there.shape)
-    base = np.pad(lattice(), ((0, 0), (0, 1)))
+    base = on_plane(lattice())
     origin = case.true[None, :3, 3]
     plane = plane_sheet(case)
     return [

@@ -13,7 +13,7 @@ from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, scoring_grid
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import Plain, Rectangle, Sensor, TexturedScene, board_scene, render
 from raxel.lab.corner_check import board_before, fitted_corners
 from raxel.sets import Chessboard
@@ -122,7 +122,7 @@ def corners_check(condition, rng):
     for middle in PLACES:
         board, T = board_before(camera, middle)
         image = render(camera, np.eye(4), board_scene(board, T))
-        points = np.pad(board.points(), ((0, 0), (0, 1)))
+        points = on_plane(board.points())
         pixels = camera.project(transform(T, points)).pixels
         found = fitted_corners(image, pixels)[0]
         errors.append(np.linalg.norm(found - pixels, axis=1))

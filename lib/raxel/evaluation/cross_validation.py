@@ -21,6 +21,7 @@ from raxel.calibration.pose.three_point import (
 from raxel.calibration.views.correspondence import check_view
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.pixel_pose import refine_pose_in_pixels
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 FEWEST_CORNERS = 6  # six pose parameters take three corners; the rest is judged
@@ -146,7 +147,7 @@ def _score(camera, view):
     except CalibrationError as error:
         return blank._replace(reason=str(error))
     T, residuals[known] = refine_pose_in_pixels(camera, pixels, points, by_angle)
-    sight = transform(by_angle, np.pad(points, ((0, 0), (0, 1)))) - origins
+    sight = transform(by_angle, on_plane(points)) - origins
     across = np.linalg.norm(np.cross(directions, sight), axis=1)
     angles = np.arctan2(across, np.sum(directions * sight, axis=1))
     scored = np.isfinite(residuals[:, 0])
@@ -171,7 +172,7 @@ def fit_board_pose(directions, points, origins=(0.0, 0.0, 0.0)):
     T[:3, 3] += middle
     for _ in range(3):
         # Distances over lengths are sines; the lengths hardly change in the fit.
-        sight = transform(T, np.pad(points, ((0, 0), (0, 1)))) - origins
+        sight = transform(T, on_plane(points)) - origins
         weights = 1.0 / np.linalg.norm(sight, axis=1)
         T, _ = refine_pose_ray_point(
             directions, points, T, origins=origins, weights=weights

@@ -9,6 +9,7 @@ import numpy as np
 
 from raxel.calibration.pose.three_point import moved_pose, moving_points
 from raxel.geometry.damped import damped_step, gauss_newton
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 STEP_PX = 0.5  # to each side, for the derivatives of the rays
@@ -30,7 +31,7 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     Returns the pose (4, 4) and residuals (N, 2), found less projected, NaN for corners
     that do not count.
     """
-    pixels, flat = np.asarray(pixels, float), np.pad(points, ((0, 0), (0, 1)))
+    pixels, flat = np.asarray(pixels, float), on_plane(points)
     T = np.array(T_camera_grid, float)
     residuals = pixels - camera.project(transform(T, flat)).pixels
     counted = np.isfinite(residuals[:, 0])

@@ -24,6 +24,7 @@ from raxel.geometry.planes import (
     PlaneIntersection,
     intersect_lines_plane,
     intersect_rays_plane,
+    on_plane,
     plane_of_pose,
 )
 from raxel.geometry.poses import (
@@ -53,6 +54,7 @@ __all__ = [
     "intersect_rays_plane",
     "inverse_pose",
     "nearest_rotation",
+    "on_plane",
     "plane_of_pose",
     "pluecker_matrix",
     "pluecker_matrix_of_rays",

@@ -25,6 +25,12 @@ class PlaneIntersection(NamedTuple):
     valid: np.ndarray
 
 
+def on_plane(points):
+    """Points (..., 2) of a plane in the plane's own frame (..., 3): with z = 0."""
+    points = np.asarray(points)
+    return np.pad(points, [(0, 0)] * (points.ndim - 1) + [(0, 1)])
+
+
 def intersect_rays_plane(origins, directions, T_world_plane):
     """Meet N rays with the plane z = 0 of a pose, all at once.
 

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.lighting import Lighting
@@ -87,7 +88,7 @@ def grey_of(picture):
 def window_of(rig, T_camera_board):
     """The `Crop` of the rig's picture that holds the whole board."""
     camera = rig.camera
-    outline = np.pad(outline_of(*rig.extent), ((0, 0), (0, 1)))
+    outline = on_plane(outline_of(*rig.extent))
     seen = camera.project(transform(T_camera_board, outline)).pixels
     full = np.array([camera.width, camera.height])
     low = np.clip(np.floor(seen.min(axis=0)) - MARGIN_PX, 0, full).astype(int)

@@ -14,6 +14,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.files import check_can_be_written, write_json
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.monitor_views import (
@@ -149,7 +150,7 @@ def true_corners(rig, poses):
     is_monitor = isinstance(rig.target, ActiveGrid)
     board = rig.target.chessboard if is_monitor else rig.target
     points = rig.target.chessboard_points() if is_monitor else board.points()
-    flat = np.pad(points, ((0, 0), (0, 1)))
+    flat = on_plane(points)
     images = {
         label: {
             "corners": rig.camera.project(transform(T, flat)).pixels.tolist(),

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import (
     inverse_pose,
     pose,
@@ -87,7 +87,7 @@ class Visibility:
 
     def _seen(self, camera, T_camera_target, flat):
         """(pixels, fault) of points (N, 2) of the target's plane."""
-        points = transform(T_camera_target, np.pad(flat, ((0, 0), (0, 1))))
+        points = transform(T_camera_target, on_plane(flat))
         pixels, valid = camera.project(points)
         if not valid.all():
             return pixels, BESIDE
@@ -253,7 +253,7 @@ class AroundPoses(_RandomPoses):
         ahead = _turned_to(self.axis)
         towards, R = ahead @ towards, ahead @ R
         arms = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size / 2
-        arms = np.pad(arms, ((0, 0), (0, 1))) @ R.T
+        arms = on_plane(arms) @ R.T
         distance = _distance_for(subtense, arms, towards[:, 2])
         middle = np.array(self.centre) + distance * towards[:, 2]
         return pose(R, middle - R @ [*(corner + size / 2), 0])

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from raxel.features.detector import as_8_bit
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded
 from raxel.report.folder import PAGE
@@ -78,5 +79,5 @@ def _predicted(camera, view, score):
     """Where the camera expects each corner (N, 2); NaN where it does not say."""
     if score.T_camera_grid is None:
         return np.full(view.pixels.shape, np.nan)
-    flat = np.pad(view.points, ((0, 0), (0, 1)))
+    flat = on_plane(view.points)
     return camera.project(transform(score.T_camera_grid, flat)).pixels

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from raxel.cameras import caustic_points, centrality, closest_point
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.show.boards import polygon
 from raxel.show.scene import Arrows, Labels, Points, Polyline, Segments, Surface
@@ -131,7 +132,7 @@ def mirrors(camera, label="mirror", colour=SILVER, opacity=0.35):
     """The mirrors of a camera as Surfaces; none of a camera without one."""
     if hasattr(camera, "outlines"):
         rings = [
-            transform(T, np.pad(outline, ((0, 0), (0, 1))))
+            transform(T, on_plane(outline))
             for T, outline in zip(camera.T_viewer_facets, camera.outlines, strict=True)
         ]
         return [

@@ -9,7 +9,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems impo
     scaled_coefficients,
     scene_points,
 )
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -51,7 +51,7 @@ def worked_trial(condition, rng):
     u = unknowns_of(centre, T_base_grid[1:], scales)
     A, x = matrix_a(coefficients)
     ray = np.argmax(np.linalg.norm(points[0], axis=1) < NEAR_MM)
-    flat = np.pad(points[:, ray], ((0, 0), (0, 1)))
+    flat = on_plane(points[:, ray])
     met = np.array([transform(T, p) for T, p in zip(T_base_grid, flat, strict=True)])
     return {
         "centre": centre,

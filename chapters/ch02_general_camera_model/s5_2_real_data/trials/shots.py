@@ -14,7 +14,7 @@ import numpy as np
 from chapters.shared.zoom_rigs import STAGE_ZOOM, camera_of, laboratory_of, rig_of
 from raxel.calibration import BoardView
 from raxel.features import find_opencv
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import board_scene
 
 STAGE_IMAGES, STEP_MM = 5, 25.0
@@ -69,7 +69,7 @@ def draw_stage(rig, rng):
 
 def true_corners(zoom, poses):
     """Projections (n, N, 2) of the board's corners."""
-    flat = np.pad(rig_of(zoom).target.points(), ((0, 0), (0, 1)))
+    flat = on_plane(rig_of(zoom).target.points())
     return np.stack([camera_of(zoom).project(transform(T, flat)).pixels for T in poses])
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from chapters.shared.zoo import ZOO
 from chapters.shared.zoo import camera as zoo_camera
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import Sensor, board_scene, render
 from raxel.lab.target_poses import Visibility, outline_of
@@ -88,7 +89,7 @@ def zoo_board(name, rng):
         read_noise_e=15.0,
         gamma=rng.uniform(*DRAWN["gamma"]),
     )
-    points = np.pad(board.points(), ((0, 0), (0, 1)))
+    points = on_plane(board.points())
     corners = camera.project(transform(T, points)).pixels
     return ZooBoard(sensor.expose(picture, rng), corners, board.columns, board.rows)
 

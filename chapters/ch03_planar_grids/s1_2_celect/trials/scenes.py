@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from raxel.cameras import FisheyeCamera, QuadricMirrorCamera, camera_from
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
 
@@ -80,7 +80,7 @@ def drawn_pose(camera, rng):
 def lattice_at(camera, T_camera_board):
     """True corners (rows, columns, 2) px, None where a square is not in sight."""
     rim = Chessboard(BOARD.columns + 2, BOARD.rows + 2, BOARD.pitch_mm)
-    points = np.pad(rim.points() - BOARD.pitch_mm, ((0, 0), (0, 1)))
+    points = on_plane(rim.points() - BOARD.pitch_mm)
     seen = camera.project(transform(T_camera_board, points))
     inside = (seen.pixels > 4) & (seen.pixels < camera.width - 5)
     if not (seen.valid.all() and inside.all()):

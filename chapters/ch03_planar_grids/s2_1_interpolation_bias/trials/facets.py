@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators imp
     through_four,
 )
 from raxel.cameras import PerspectiveCamera, PlanarMirrorsCamera
-from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.sets import ActiveGrid
 
@@ -74,7 +74,7 @@ def chessboard_corners(camera, T_camera_monitor):
         np.meshgrid(*(np.arange(n + 1, dtype=int) for n in count)), -1
     ).reshape(-1, 2)
     points = PITCH_MM * places
-    space = transform(T_camera_monitor, np.pad(points, ((0, 0), (0, 1))))
+    space = transform(T_camera_monitor, on_plane(points))
     found = []
     for facet in range(2):
         seen = camera.project_facet(space, facet)

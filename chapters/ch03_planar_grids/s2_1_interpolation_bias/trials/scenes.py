@@ -11,6 +11,7 @@ from chapters.shared.rigs import rig_named
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import BrownCamera, Camera
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform
 
 SIDE_MM, MIDDLE_MM = 300.0, 150.0
@@ -40,7 +41,7 @@ class GridScene:
     def pixels(self, points):
         """Where points (..., 2) mm of the grid are seen, px; NaN out of sight."""
         flat = np.reshape(points, (-1, 2))
-        seen = transform(self.T_camera_grid, np.pad(flat, ((0, 0), (0, 1))))
+        seen = transform(self.T_camera_grid, on_plane(flat))
         return self.camera.project(seen).pixels.reshape(np.shape(points))
 
     def view(self, pitch_mm):

@@ -9,6 +9,7 @@ import numpy as np
 from raxel.cameras import PerspectiveCamera
 from raxel.features.active_grid import decode
 from raxel.features.localise import derivative, saddle_point
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import (
     Laboratory,
@@ -116,7 +117,7 @@ def light_of(T):
     scene = board_scene(
         board, T_board, border_mm=0, black=BLACK, white=1.0, background=0.2
     )
-    flat = np.pad(board.points(), ((0, 0), (0, 1)))
+    flat = on_plane(board.points())
     return Light(
         lab.irradiance(scene, np.eye(4)),
         np.array([lab.optics.apply(one) for one in shown]),

@@ -14,7 +14,7 @@ import numpy as np
 
 from chapters.shared.grid_rigs import HARD, SETS, rig_of
 from chapters.shared.lattices import clockwise
-from raxel.geometry import intersect_rays_plane, transform
+from raxel.geometry import intersect_rays_plane, on_plane, transform
 from raxel.lab.board_photograph import grey_of, light_of_room, mirror_in_view, window_of
 from raxel.lab.rig import Rig
 from raxel.lab.scenes import board_scene
@@ -55,7 +55,7 @@ class Sheet(NamedTuple):
 
     def place(self, points):
         """True pixels (N, 2) of places on the board (N, 2), mm."""
-        flat = np.pad(points, ((0, 0), (0, 1)))
+        flat = on_plane(points)
         seen = transform(self.T_camera_board, flat)
         return self.rig.camera.project(seen).pixels
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from chapters.shared.grid_rigs import SETS, rig_of, wiped
 from chapters.shared.lattices import clockwise, corner_areas, outer
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 from raxel.lab.board_photograph import grey_of, light_of_board, saved
 
 IMAGES = 15
@@ -68,7 +68,7 @@ def grid_view(set_name, image, seed, poses, without=None):
     number = list(SETS).index(set_name)
     specimen = np.random.default_rng([seed, number, SPECIMEN])
     picture = saved(rig, light, deepcopy(draws), specimen)
-    points = np.pad(rig.target.points(), ((0, 0), (0, 1)))
+    points = on_plane(rig.target.points())
     corners = rig.camera.project(transform(pose, points)).pixels
     columns, rows = rig.target.columns, rig.target.rows
     lattice = clockwise(corners.reshape(rows, columns, 2))

@@ -7,7 +7,7 @@ import numpy as np
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import FACETS, seeds_of
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import MM_PER_PX
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.show.boards import board, polygon
 from raxel.show.cameras import axes as axes_parts
@@ -98,7 +98,7 @@ def ext_fig_3_18_facets(results):
     ]
     rows = []
     for k, piece in pieces.items():
-        flat = transform(T, np.pad(piece, ((0, 0), (0, 1))) - [0, 0, 1.0])
+        flat = transform(T, on_plane(piece) - [0, 0, 1.0])
         parts.append(
             polygon(flat, colour=ORANGE, opacity=0.8, label="piece of a facet")
         )
@@ -138,7 +138,7 @@ def pieces_shown(camera, T_camera_monitor, size):
     """The corners (4, 2) mm on the monitor of each facet that shows it whole."""
     T_facets, found = camera.T_viewer_facets, {}
     for k, (T, outline) in enumerate(zip(T_facets, camera.outlines, strict=True)):
-        corners = transform(T, np.pad(0.98 * np.asarray(outline), ((0, 0), (0, 1))))
+        corners = transform(T, on_plane(0.98 * np.asarray(outline)))
         seen = camera.viewer.project(corners).pixels
         if not camera.in_image(seen).all():
             continue

@@ -23,7 +23,7 @@ from chapters.shared.wide_angle import (
 )
 from raxel.calibration import BoardView, pixels_on_board
 from raxel.cameras.core.base import pixel_grid
-from raxel.geometry import inverse_pose, transform
+from raxel.geometry import inverse_pose, on_plane, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -49,7 +49,7 @@ def interpolated(camera, T_base_grid, pixels, pitch_mm):
     half = pitch_mm * np.ceil(REACH * CENTRE_MM[2] / pitch_mm)
     along = np.arange(-half, half + pitch_mm / 2, pitch_mm)
     board = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
-    flat = np.pad(board, ((0, 0), (0, 1)))
+    flat = on_plane(board)
     at = camera.project(transform(inverse_pose(T_BASE_CAMERA) @ T_base_grid, flat))
     off = np.linalg.norm(at.pixels - PRINCIPAL, axis=1)
     visible = (at.valid & (off <= RADIUS_PX))[:, None]

@@ -11,6 +11,7 @@ from chapters.shared.wide_angle import CENTRE_MM, SETTINGS, T_BASE_CAMERA, equid
 from raxel.geometry import (
     intersect_rays_plane,
     inverse_pose,
+    on_plane,
     pose,
     rotation_from_vector,
     transform,
@@ -32,7 +33,7 @@ def scene_trial(condition, rng):
     """Corners of the board: in space, in the camera's picture, on the base grid."""
     camera = equidistance(WIDE_FOV_DEG)
     at = PITCH_MM * (np.indices((ROWS, COLUMNS))[::-1].T - [4, 3])
-    corners = np.pad(np.swapaxes(at, 0, 1), ((0, 0), (0, 0), (0, 1)))
+    corners = on_plane(np.swapaxes(at, 0, 1))
     corners = transform(board_pose(), corners.reshape(-1, 3))
     seen = camera.project(transform(inverse_pose(T_BASE_CAMERA), corners))
     rays = corners - CENTRE_MM

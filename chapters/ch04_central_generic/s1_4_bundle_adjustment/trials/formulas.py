@@ -7,6 +7,7 @@ import numpy as np
 from chapters.shared.wide_angle import CENTRE_MM, RAYS, SETTINGS, draw_poses
 from raxel.calibration.adjust.bundle import ray_point_residuals
 from raxel.calibration.adjust.relaxation import pose_vector
+from raxel.geometry import on_plane
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -35,7 +36,7 @@ def unknowns(effort):
 def formula_trial(condition, rng):
     """(4.16) to (4.18) beside a search for the nearest point of each ray."""
     on_grid = rng.uniform(-HALF_MM, HALF_MM, (POINTS, 2))
-    reach = np.pad(on_grid, ((0, 0), (0, 1))) - CENTRE_MM
+    reach = on_plane(on_grid) - CENTRE_MM
     rays = reach + rng.standard_normal(reach.shape)
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     seen = np.ones((1, POINTS), bool)

@@ -26,7 +26,7 @@ from raxel.calibration.adjust.free_centre import adjust_concurrence, adjust_ray_
 from raxel.calibration.adjust.relaxation import relax_poses
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.errors import CalibrationError
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -127,7 +127,7 @@ def scheme_trial(condition, rng):
         start = linear(scene.noisy)
     except CalibrationError as fault:
         return {"refused": str(fault)}
-    true = np.pad(scene.points, ((0, 0), (0, 0), (0, 1)))
+    true = on_plane(scene.points)
     true = transform(scene.T_base_grid, true)
     out = {}
     for name, method in METHODS.items():

@@ -23,7 +23,7 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.cameras import PerspectiveCamera
 from raxel.features.boards import detect_boards
-from raxel.geometry import fit_pose, inverse_pose, transform
+from raxel.geometry import fit_pose, inverse_pose, on_plane, transform
 from raxel.sets import load_set
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
@@ -72,7 +72,7 @@ def scanned(T, size_mm, rng):
     """The pose of a monitor at T that a laser scanner measures."""
     x, y = (np.arange(SCANNED_MM / 2, s, SCANNED_MM) for s in size_mm)
     flat = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    flat = np.pad(flat, ((0, 0), (0, 1)))
+    flat = on_plane(flat)
     noise = SCAN_SD_MM * rng.standard_normal(flat.shape)
     return fit_pose(flat, transform(T, flat) + noise)
 

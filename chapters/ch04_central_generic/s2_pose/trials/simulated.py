@@ -15,7 +15,7 @@ from chapters.shared.wide_angle import (
     draw_poses,
     radial_lens,
 )
-from raxel.geometry import inverse_pose, pose, transform
+from raxel.geometry import inverse_pose, on_plane, pose, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -40,7 +40,7 @@ def normalised(vectors):
 
 def lifted(points):
     """Points (N, 2) of the plane z = 0 as (N, 3)."""
-    return np.pad(points, ((0, 0), (0, 1)))
+    return on_plane(points)
 
 
 def moved(T, shift):

@@ -19,7 +19,7 @@ from raxel.calibration.linear.standard import linear_as_printed, linear_well_con
 from raxel.calibration.pose.grid_pose import grid_pose_ransac
 from raxel.calibration.pose.three_point import pose_from_rays
 from raxel.errors import CalibrationError
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 
 LINEAR = 3  # grids of the linear stage
 LINEAR_WEIGHT = 10.0  # of its points, in the rays, against those of further grids
@@ -144,7 +144,7 @@ def ray_point_distances(points, seen, used, centre, T_base_grid, rays):
     shared = seen[used] & (np.sum(seen[used], axis=0) >= 2)
     found = []
     for grid, T, here in zip(used, T_base_grid, shared, strict=True):
-        flat = np.pad(points[grid, here], ((0, 0), (0, 1)))
+        flat = on_plane(points[grid, here])
         reach = transform(T, flat) - centre
         u = rays[here]
         along = np.sum(reach * u, axis=1, keepdims=True)

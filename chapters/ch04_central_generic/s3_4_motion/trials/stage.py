@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.grid_rigs import rig_named
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import TexturedScene, board_scene
 from raxel.lab.sight import Crop
 from raxel.lab.target_poses import outline_of
@@ -97,7 +97,7 @@ def board_poses():
 def corners_of(T_camera_target):
     """True corners of both boards, in the camera's frame: a list of (N, 3)."""
     return [
-        transform(T_camera_target @ T, np.pad(board.points(), ((0, 0), (0, 1))))
+        transform(T_camera_target @ T, on_plane(board.points()))
         for board, T in zip(BOARDS, board_poses(), strict=True)
     ]
 
@@ -116,9 +116,7 @@ def photograph(T_camera_target, rng):
         parts += scene.parts
         sheet = scene.parts[0][0]
         ring = outline_of(sheet.low, sheet.high - sheet.low)
-        outlines.append(
-            transform(sheet.T_world_surface, np.pad(ring, ((0, 0), (0, 1))))
-        )
+        outlines.append(transform(sheet.T_world_surface, on_plane(ring)))
     window = window_of(rig.camera, np.concatenate(outlines))
     whole = TexturedScene(tuple(parts), scene.background)
     light = rig.laboratory().irradiance(whole, np.eye(4), window=window)

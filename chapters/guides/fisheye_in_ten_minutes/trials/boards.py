@@ -9,7 +9,7 @@ import numpy as np
 
 from chapters.shared.rigs import rig_named
 from raxel.cameras.registry import camera_from
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.target_poses import AroundPoses, Visibility
 from raxel.sets import Chessboard
@@ -162,7 +162,7 @@ def held_anywhere(rig, rng, count):
 
 def true_corners(rig, T):
     """Corners (N, 2) in px of a board at a pose (4, 4), without any noise."""
-    flat = np.pad(rig.target.points(), ((0, 0), (0, 1)))
+    flat = on_plane(rig.target.points())
     return rig.camera.project(transform(T, flat)).pixels
 
 

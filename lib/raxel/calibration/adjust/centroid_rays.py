@@ -12,6 +12,7 @@ rule, which gives the grids of the linear stage more weight.
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 
@@ -74,5 +75,5 @@ def _moved_across(points, T, covariance, u):
 def _from_centre(points, seen, centre, T_base_grid):
     """P - C (n, N, 3) in the base frame, zero where not seen."""
     seen = np.asarray(seen, bool)[..., None]
-    flat = np.pad(np.where(seen, points, 0.0), ((0, 0), (0, 0), (0, 1)))
+    flat = on_plane(np.where(seen, points, 0.0))
     return np.where(seen, transform(T_base_grid, flat) - centre, 0.0)

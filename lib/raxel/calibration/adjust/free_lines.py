@@ -24,6 +24,7 @@ from raxel.calibration.adjust.consistent import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry.damped import damped_step
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
 BLOCK = 4096  # lines handled at once
@@ -209,7 +210,7 @@ def _system(lines, block, T):
         own[:, rows, :2] = across
         own[:, rows, 2:] = depth[:, None, None] * across
         if j:
-            G = cross_matrix(np.pad(q, ((0, 0), (0, 1))))
+            G = cross_matrix(on_plane(q))
             of_poses[:, rows, 6 * j - 6 : 6 * j] = np.concatenate([E @ G, E], axis=2)
     return own, of_poses, residual
 

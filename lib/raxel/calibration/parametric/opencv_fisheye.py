@@ -13,6 +13,7 @@ import numpy as np
 from raxel.calibration.parametric.zhang import found_corners
 from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
 from raxel.errors import CalibrationError, InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 
 MOST_STEPS, SMALLEST_STEP = 200, 1e-10
@@ -65,7 +66,7 @@ def _fitted(views, width, height, focal_px):
     """FisheyeCalibration of (pixels, points) pairs, from a first focal length in px."""
     import cv2
 
-    flat = [np.pad(points, ((0, 0), (0, 1)))[None] for _, points in views]
+    flat = [on_plane(points)[None] for _, points in views]
     corners = [pixels[None] for pixels, _ in views]
     start = np.diag([focal_px, focal_px, 1.0])
     start[:2, 2] = (width - 1) / 2, (height - 1) / 2

@@ -14,6 +14,7 @@ from raxel.calibration.views.parallel import refuse_parallel
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 
 MOST_STEPS, SMALLEST_STEP = 200, 1e-8
@@ -49,7 +50,7 @@ def calibrate_zhang(views, width, height):
             f"Zhang's method: {len(views)} view given; two or more boards at different"
             " tilts are needed"
         )
-    flat = [np.pad(xy, ((0, 0), (0, 1))).astype(np.float32) for _, xy in views]
+    flat = [on_plane(xy).astype(np.float32) for _, xy in views]
     corners = [pixels.astype(np.float32)[:, None] for pixels, _ in views]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     # Until a step is smaller than this share of the parameters: OpenCV's default stops

@@ -20,6 +20,7 @@ from raxel.calibration.smooth.prior import free_polynomials, node_places
 from raxel.cameras.tables.cubic_field import shares
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
@@ -96,7 +97,7 @@ def _stacked(boards):
         )
     pixels, points = (np.concatenate(part) for part in zip(*boards, strict=True))
     board = np.repeat(np.arange(len(boards)), [len(own) for own, _ in boards])
-    return CornersOfBoards(pixels, np.pad(points, ((0, 0), (0, 1))), board)
+    return CornersOfBoards(pixels, on_plane(points), board)
 
 
 def _check(linear, corners, count):

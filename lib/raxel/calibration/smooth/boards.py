@@ -22,6 +22,7 @@ from raxel.calibration.smooth.adjustment import (
 from raxel.calibration.smooth.trend import trend_of_rays
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError, InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform
 
 THINNED = 2000  # rays of a table that a trend is fitted to
@@ -129,7 +130,7 @@ def _laid(start, corners, width, height):
     """The field on one trend, of the boards of which it images enough: _Laid."""
     used, left_out = [], dict(start.left_out)
     for k, T in start.T_camera_grid.items():
-        flat = np.pad(corners[k][1], ((0, 0), (0, 1)))
+        flat = on_plane(corners[k][1])
         count = np.count_nonzero(start.trend.project(transform(T, flat)).valid)
         if count < FEWEST_CORNERS:
             left_out[k] = f"the trend images {count} of its corners"

@@ -11,6 +11,7 @@ from raxel.cameras.linear.orthographic import OrthographicCamera
 from raxel.cameras.mirrors.ball import ball_facets
 from raxel.cameras.mirrors.viewer import checked_viewer
 from raxel.errors import InputError
+from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 # Along a leaving ray, mm: nearer hits are the facet it leaves.
@@ -142,7 +143,7 @@ class PlanarMirrorsCamera(Camera):
     def _pieces(self):
         """The corners of each facet, (n, 3), in the viewer's frame."""
         return [
-            transform(T, np.pad(outline, ((0, 0), (0, 1))))
+            transform(T, on_plane(outline))
             for T, outline in zip(self.T_viewer_facets, self.outlines, strict=True)
         ]
 
