@@ -5,7 +5,7 @@ import pytest
 
 from repro.judge.ledger import LedgerError
 from repro.judge.readings import crossed, open_questions, primary
-from repro.judge.statistics import HOLDS, UNDECIDED, Estimate
+from repro.judge.statistics import HOLDS, UNDECIDED, Estimate, median_and_range
 from repro.run.outcomes import Measured, Reading, Value
 from repro.run.readings import Case, counterpart, decision_of_seeds, in_every_reading
 from tests.small_checkouts import ROOT
@@ -105,3 +105,11 @@ def test_medians_for_cells_and_numbers_have_the_interval_of_the_statistics():
     trials = np.array([3.0, 1.0, np.nan, 2.0, 5.0])
     assert Measured.median(trials) == Measured(3, 1, np.inf)
     assert Value.median(trials, "px") == Value(3, (1, np.inf), "px")
+
+
+def test_numbers_of_seeds_have_the_range_of_those_that_have_a_value():
+    seeds = np.array([3.0, 1.0, np.nan, np.inf, 5.0])
+    assert Measured.of_seeds(seeds) == Measured(3, 1, 5)
+    assert Value.of_seeds(seeds, "mm") == Value(3, (1, 5), "mm")
+    assert median_and_range(seeds).failed == 2
+    assert np.isnan(median_and_range(seeds[2:4])[:3]).all()

@@ -152,6 +152,16 @@ def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def median_and_range(found: np.ndarray) -> Estimate:
+    """Median of seeds (n,) and their range, of those with a value; nan without any."""
+    found = np.asarray(found, float)
+    known = found[np.isfinite(found)]
+    if not len(known):
+        return Estimate(np.nan, np.nan, np.nan, len(found))
+    ends = float(known.min()), float(known.max())
+    return Estimate(float(np.median(known)), *ends, len(found) - len(known))
+
+
 def median_interval(values: np.ndarray, *, worst: float = np.inf) -> Estimate:
     """Median of trials (n,) with its 95 % interval; nan counts as ``worst``.
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from repro.judge.statistics import Estimate, median_interval
+from repro.judge.statistics import Estimate, median_and_range, median_interval
 
 if TYPE_CHECKING:
     import numpy as np
@@ -82,6 +82,12 @@ class Value:
         middle = median_interval(trials)
         return cls(middle.value, (middle.low, middle.high), unit, reason)
 
+    @classmethod
+    def of_seeds(cls, found: np.ndarray, unit: str = "", reason: str = "") -> Value:
+        """Median of seeds (n,) and their range, of those with a value."""
+        middle = median_and_range(found)
+        return cls(middle.value, (middle.low, middle.high), unit, reason)
+
 
 @dataclass(frozen=True)
 class Check:
@@ -118,6 +124,11 @@ class Measured:
     def median(cls, trials: np.ndarray) -> Measured:
         """Median of trials (n,) with its 95 % interval; nan counts as the worst."""
         return cls(*median_interval(trials)[:3])
+
+    @classmethod
+    def of_seeds(cls, found: np.ndarray) -> Measured:
+        """Median of seeds (n,) and their range, of those with a value."""
+        return cls(*median_and_range(found)[:3])
 
 
 @dataclass(frozen=True)

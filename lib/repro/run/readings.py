@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from repro.judge.readings import crossed
-from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, proportion
+from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_and_range, proportion
 from repro.run.outcomes import DECISIONS, Reading
 
 SHARE_OF_SEEDS = 0.9
@@ -69,12 +69,12 @@ def counterpart(
     median and the range shown are those of the seeds that have a value.
     """
     share = proportion(np.asarray(holds, float))
-    found = np.asarray(found, float)
-    known = found[np.isfinite(found)]
+    middle = median_and_range(found)
+    known = middle.failed < len(found)
     return Reading(
         DECISIONS[decision_of_seeds(holds)],
-        float(np.median(known)) if len(known) else "nothing",
-        interval=(float(known.min()), float(known.max())) if len(known) else None,
+        middle.value if known else "nothing",
+        interval=(middle.low, middle.high) if known else None,
         unit=unit,
         reason=f"{reason}; true in {np.count_nonzero(holds)} of {len(holds)} seeds "
         f"({share.low:.2f} to {share.high:.2f})",
