@@ -2,180 +2,126 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     CORNERS,
     FACETS,
     FAR,
-    HALF_PITCH,
+    FAR_CASE,
     LINES,
     METHODS,
+    NAMES,
     OF_CORNERS,
     OF_LINES,
-    QUESTIONS,
-    SHARE_OF_SEEDS,
     VECTOR_SCALE,
     Corners,
     lines_of,
-    options_of,
     percent,
-    seeds_of,
     spread_between,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from raxel.features.localise.subpix import TERMINATION_PX
-from repro.judge.statistics import median_interval, proportion
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Reading, Value
+from repro.run.outcomes import Value
+from repro.run.readings import Case, counterpart
 
 SENSOR_MM = 23.6  # width of the camera's sensor
-MOST_RATIO = 1.25
-MOST_SPEARMAN = -0.8
-MOST_BENT, LEAST_BENT = 0.01, 0.05
-MOST_ANGLE_DEG = 1.0
-MOST_SQUARES, FACETS_FAILED = 0.1, 0.5
+MAX_RATIO = 1.25
+MAX_SPEARMAN = -0.8
+MAX_BENT, MIN_BENT = 0.01, 0.05
+MAX_ANGLE_DEG = 1.0
+MAX_SQUARES, FACETS_FAILED = 0.1, 0.5
 SIGNIFICANCE = 0.01
 OUTER = 0.8  # quantile of the radius that begins the outer quintile
-VIEW, POINTS, WHICH = "room_view", "line_points", "lines_of_a_picture"
-
-
-def decided(holds, measured, reading, unit, reason):
-    """The Reading of a counterpart: true in at least 90 % of the seeds, or not.
-
-    holds: (seeds,) bool; measured: (seeds,) what was measured.
-    """
-    share = proportion(np.array(holds, float))
-    middle = median_interval(np.array(measured, float))
-    told = (
-        f"{reason}; true in {sum(holds)} of {len(holds)} seeds "
-        f"({share.low:.2f} to {share.high:.2f})"
-    )
-    good = share.value >= SHARE_OF_SEEDS
-    return Reading(
-        "reproduced" if good else "differs",
-        middle.value,
-        reading=reading,
-        interval=(float(np.min(measured)), float(np.max(measured))),
-        unit=unit,
-        reason=told,
-    )
-
-
 OF_TABLE = (
-    "opencv_window", "active_corner", "lens_left", "undistorted_bits", "edge_blur",
-)  # fmt: skip
+    "opencv_window",
+    "active_corner",
+    "lens_left",
+    "undistorted_bits",
+    "edge_blur",
+)
 
 
-@claim("c3_t38_order", needs=("table_3_8_corners",), evidence="rendered")
-def judge_order(results):
+@claim(
+    "c3_t38_order", needs=("table_3_8_corners",), evidence="rendered", readings=OF_TABLE
+)
+def judge_order(results, options):
     """Derivative below active grid below OpenCV below saddle point."""
-    readings = []
-    for options in options_of(OF_TABLE):
-        case = Corners(results[CORNERS], options)
-        mean = {m: case.statistic(m, "mean") for m in METHODS}
-        steps = (
-            mean["derivative"] < mean["active grid"],
-            mean["active grid"] < mean["OpenCV"],
-            mean["OpenCV"] < mean["saddle point"],
-        )
-        rest = [m for m in METHODS if m != "derivative"]
-        best = np.all([mean["derivative"] < mean[m] for m in rest], axis=0)
-        others = [m for m in METHODS if m != "saddle point"]
-        worst = np.all([mean["saddle point"] > mean[m] for m in others], axis=0)
-        told = ", ".join(f"{m} {np.median(mean[m]):.4f}" for m in METHODS)
-        readings.append(
-            decided(
-                list(np.all(steps, axis=0)),
-                np.sum(steps, axis=0),
-                options,
-                "1",
-                f"how many of the three orderings hold; median means {told} px; "
-                f"derivative the best in {best.sum()} seeds, saddle point the worst "
-                f"in {worst.sum()}",
-            )
-        )
-    return readings
+    case = Corners(results[CORNERS], options)
+    mean = {m: case.statistic(m, "mean") for m in METHODS}
+    order = ("derivative", "active grid", "OpenCV", "saddle point")
+    steps = [mean[a] < mean[b] for a, b in pairwise(order)]
+    means = np.array(list(mean.values()))
+    best = np.sum(mean["derivative"] < means[1:], axis=0) == 3
+    others = np.array([mean[m] for m in METHODS if m != "saddle point"])
+    worst = np.all(mean["saddle point"] > others, axis=0)
+    medians = ", ".join(f"{m} {np.median(mean[m]):.4f}" for m in METHODS)
+    return counterpart(
+        np.all(steps, axis=0),
+        np.sum(steps, axis=0),
+        "1",
+        f"how many of the three orderings hold; median means {medians} px; "
+        f"derivative the best in {best.sum()} seeds, saddle point the worst "
+        f"in {worst.sum()}",
+    )
 
 
-@claim("c3_t38_close", needs=("table_3_8_corners",), evidence="rendered")
-def judge_close(results):
+@claim(
+    "c3_t38_close", needs=("table_3_8_corners",), evidence="rendered", readings=OF_TABLE
+)
+def judge_close(results, options):
     """Means of derivative, active grid and OpenCV within a factor of 1.25."""
-    readings = []
-    for options in options_of(OF_TABLE):
-        case = Corners(results[CORNERS], options)
-        means = np.array(
-            [case.statistic(m, "mean") for m in METHODS if "saddle" not in m]
-        )
-        ratio = means.max(axis=0) / means.min(axis=0)
-        readings.append(
-            decided(
-                list(ratio <= MOST_RATIO),
-                ratio,
-                options,
-                "1",
-                "largest of the three means over the least",
-            )
-        )
-    return readings
+    case = Corners(results[CORNERS], options)
+    means = np.array([case.statistic(m, "mean") for m in METHODS if "saddle" not in m])
+    ratio = means.max(axis=0) / means.min(axis=0)
+    reason = "largest of the three means over the least"
+    return counterpart(ratio <= MAX_RATIO, ratio, "1", reason)
 
 
-@claim("c3_deriv_window", needs=("table_3_8_corners",), evidence="rendered")
-def judge_window(results):
+@claim(
+    "c3_deriv_window",
+    needs=("table_3_8_corners",),
+    evidence="rendered",
+    readings=("undistorted_bits", "edge_blur"),
+)
+def judge_window(results, options):
     """Spearman of window and mean residual at most -0.8."""
     from scipy.stats import spearmanr
 
-    readings = []
-    for options in options_of(("undistorted_bits", "edge_blur")):
-        case = Corners(results[CORNERS], options)
-        curves = case.curve("derivative")
-        ranks = [float(spearmanr(*curve).statistic) for curve in curves]
-        last = ", ".join(f"{w[-1]:g}" for w, _ in curves)
-        readings.append(
-            decided(
-                [rank <= MOST_SPEARMAN for rank in ranks],
-                ranks,
-                options,
-                "1",
-                f"Spearman over windows of 5 px to those that still fit: {last} px",
-            )
-        )
-    return readings
+    curves = Corners(results[CORNERS], options).curve("derivative")
+    ranks = np.array([spearmanr(*curve).statistic for curve in curves])
+    last = ", ".join(f"{w[-1]:g}" for w, _ in curves)
+    return counterpart(
+        ranks <= MAX_SPEARMAN,
+        ranks,
+        "1",
+        f"Spearman over windows of 5 px to those that still fit: {last} px",
+    )
 
 
-@claim("c3_params_square", needs=OF_CORNERS, evidence="rendered")
-def judge_square(results):
+@claim(
+    "c3_params_square",
+    needs=OF_CORNERS,
+    evidence="rendered",
+    readings=("opencv_window",),
+)
+def judge_square(results, options):
     """The best window differs where squares look half as large."""
-    readings = []
-    for options in options_of(("opencv_window",)):
-        near = Corners(results[CORNERS], options)
-        far = FarCorners(results[FAR], options)
-        apart, told = [], []
-        for method in METHODS[:3]:
-            one, two = near.best_window(method), far.best_window(method)
-            apart.append(np.abs(one - two))
-            told.append(f"{method} {listed(one)} and {listed(two)}")
-        least = np.min(apart, axis=0)
-        readings.append(
-            decided(
-                list(least > 0),
-                least,
-                options,
-                "px",
-                "least difference over the three methods; best windows (px) near and "
-                f"far by seed: {'; '.join(told)}",
-            )
-        )
-    return readings
-
-
-class FarCorners(Corners):
-    """Table 3.8 at twice the distance."""
-
-    @property
-    def case(self):
-        """The trial's name of the pictures."""
-        return "far"
+    near = Corners(results[CORNERS], options)
+    far = Corners(results[FAR], options, FAR_CASE)
+    windows = {m: (near.best_window(m), far.best_window(m)) for m in METHODS[:3]}
+    least = np.min([np.abs(one - two) for one, two in windows.values()], axis=0)
+    best = [f"{m} {listed(a)} and {listed(b)}" for m, (a, b) in windows.items()]
+    return counterpart(
+        least > 0,
+        least,
+        "px",
+        "least difference over the three methods; best windows (px) near and "
+        f"far by seed: {'; '.join(best)}",
+    )
 
 
 def listed(values):
@@ -183,16 +129,13 @@ def listed(values):
     return ", ".join(f"{v:g}" for v in values)
 
 
-def radial_residuals(case, method, middle):
+def radial_residuals(case, method):
     """Signed radial residuals (n,) px of the outer quintile of each seed."""
     out = []
-    for corners, vectors, centre in zip(
-        case.arrays(method, "corners"),
-        case.arrays(method, "vectors"),
-        middle,
-        strict=True,
-    ):
-        away = corners - centre
+    of_seeds = case.arrays(method, "corners"), case.arrays(method, "vectors")
+    middles = case.trials.arrays("middle")
+    for corners, vectors, middle in zip(*of_seeds, middles, strict=True):
+        away = corners - middle
         radius = np.linalg.norm(away, axis=1)
         known = np.isfinite(radius)
         outer = known & (radius >= np.quantile(radius[known], OUTER))
@@ -200,124 +143,98 @@ def radial_residuals(case, method, middle):
     return out
 
 
-@claim("c3_residual_radial", needs=("table_3_8_corners",), evidence="rendered")
-def judge_radial(results):
+@claim(
+    "c3_residual_radial",
+    needs=("table_3_8_corners",),
+    evidence="rendered",
+    readings=("active_corner",),
+)
+def judge_radial(results, options):
     """The mean radial residual of the outer quintile is not 0."""
     from scipy.stats import ttest_1samp
 
-    readings = []
-    for options in options_of(("active_corner",)):
-        case = Corners(results[CORNERS], options)
-        middle = [
-            case.ran.arrays("middle", case=case.case, seed=s)[0] for s in case.seeds
-        ]
-        worst, told = np.zeros(len(middle)), []
-        for method in METHODS:
-            found = radial_residuals(case, method, middle)
-            p = [float(ttest_1samp(one, 0).pvalue) for one in found]
-            worst = np.maximum(worst, p)
-            told.append(
-                f"{method} {np.median([x.mean() for x in found]):+.4f} "
-                f"(p {np.median(p):.2g})"
-            )
-        readings.append(
-            decided(
-                list(worst < SIGNIFICANCE),
-                worst,
-                options,
-                "1",
-                "largest p of the four methods; median over seeds of the mean radial "
-                f"residual (px): {', '.join(told)}",
-            )
-        )
-    return readings
+    case = Corners(results[CORNERS], options)
+    found = {method: radial_residuals(case, method) for method in METHODS}
+    p = {m: [ttest_1samp(one, 0).pvalue for one in seeds] for m, seeds in found.items()}
+    worst = np.max([*p.values()], axis=0)
+    means = ", ".join(
+        f"{m} {np.median([x.mean() for x in found[m]]):+.4f} (p {np.median(p[m]):.2g})"
+        for m in METHODS
+    )
+    return counterpart(
+        worst < SIGNIFICANCE,
+        worst,
+        "1",
+        "largest p of the four methods; median over seeds of the mean radial "
+        f"residual (px): {means}",
+    )
 
 
-@claim("c3_active_undistort", needs=("fig_3_17_lines",), evidence="rendered")
-def judge_undistort(results):
+@claim(
+    "c3_active_undistort",
+    needs=("fig_3_17_lines",),
+    evidence="rendered",
+    readings=("room_view", "line_points", "lines_of_a_picture"),
+)
+def judge_undistort(results, options):
     """Lines bent by at least 5 % before, and by at most 1 % after."""
-    ran, readings = results[LINES], []
-    for options in options_of((VIEW, POINTS, WHICH)):
-        measure = np.max if options[WHICH] == QUESTIONS[WHICH][0] else np.median
-        before, after = [], []
-        for seed in seeds_of(ran, view=options[VIEW]):
-            lines = lines_of(ran, options[POINTS], seed=seed, view=options[VIEW])
-            before.append(measure(lines.before))
-            after.append(measure(lines.after))
-        holds = [
-            a <= MOST_BENT and b >= LEAST_BENT
-            for b, a in zip(before, after, strict=True)
-        ]
-        readings.append(
-            decided(
-                holds,
-                [percent(a) for a in after],
-                options,
-                "%",
-                "largest distance from the line over its length, after; before it is "
-                f"{percent(np.median(before)):.2f} %",
-            )
-        )
-    return readings
+    taken = Case(NAMES, options)
+    lines = lines_of(results[LINES], options, view=taken["room_view"])
+    measure = taken["lines_of_a_picture"]
+    before, after = (
+        np.array([measure(getattr(one, when)) for one in lines])
+        for when in ("before", "after")
+    )
+    return counterpart(
+        (after <= MAX_BENT) & (before >= MIN_BENT),
+        100 * after,
+        "%",
+        "largest distance from the line over its length, after; before it is "
+        f"{percent(np.median(before)):.2f} %",
+    )
 
 
-@claim("c3_pitch_vertical", needs=OF_LINES, evidence="rendered")
-def judge_pitch(results):
+@claim(
+    "c3_pitch_vertical", needs=OF_LINES, evidence="rendered", readings=("line_points",)
+)
+def judge_pitch(results, options):
     """Verticals straight to 1 %, and converging as the pitch says to 1 deg."""
-    readings = []
-    for options in options_of((POINTS,)):
-        gaps, bent, angles, holds = [], [], [], []
-        for ran in (results[LINES], results[HALF_PITCH]):
-            for seed in seeds_of(ran, view=QUESTIONS[VIEW][0]):
-                lines = lines_of(
-                    ran, options[POINTS], seed=seed, view=QUESTIONS[VIEW][0]
-                )
-                found = spread_between(lines, lines.lean)
-                gaps.append(abs(found - spread_between(lines, lines.predicted)))
-                bent.append(lines.after[lines.vertical].max())
-                angles.append(f"{lines.pitch:.1f}: {found:.2f}")
-                holds.append(gaps[-1] <= MOST_ANGLE_DEG and bent[-1] < MOST_BENT)
-        readings.append(
-            decided(
-                holds,
-                gaps,
-                options,
-                "deg",
-                "difference of the angle between the outermost verticals from the "
-                f"predicted one; found, by pitch (deg): {', '.join(angles)}; "
-                f"most bent vertical {percent(max(bent)):.2f} % (seeds and pitches)",
-            )
-        )
-    return readings
+    wall = {"view": "long wall"}
+    lines = [x for ran in OF_LINES for x in lines_of(results[ran], options, **wall)]
+    found = np.array([spread_between(x, x.lean) for x in lines])
+    predicted = np.array([spread_between(x, x.predicted) for x in lines])
+    gaps = np.abs(found - predicted)
+    bent = np.array([x.after[x.vertical].max() for x in lines])
+    angles = [f"{x.pitch:.1f}: {f:.2f}" for f, x in zip(found, lines, strict=True)]
+    return counterpart(
+        (gaps <= MAX_ANGLE_DEG) & (bent < MAX_BENT),
+        gaps,
+        "deg",
+        "difference of the angle between the outermost verticals from the "
+        f"predicted one; found, by pitch (deg): {', '.join(angles)}; "
+        f"most bent vertical {percent(bent.max()):.2f} % (seeds and pitches)",
+    )
 
 
-@claim("c3_disco", needs=("fig_3_18_facets",), evidence="rendered")
-def judge_disco(results):
+@claim(
+    "c3_disco",
+    needs=("fig_3_18_facets",),
+    evidence="rendered",
+    readings=("static_grid",),
+)
+def judge_disco(results, options):
     """Remapped corners within 0.1 square, where a static grid fails on half."""
-    ran, readings = results[FACETS], []
-    for options in options_of(("static_grid",)):
-        whole = options["static_grid"] == QUESTIONS["static_grid"][0]
-        name = "across" if whole else "within"
-        errors, failed = [], []
-        for seed in seeds_of(ran):
-            errors.append(np.nanmedian(ran.arrays("corner_squares", seed=seed)[0]))
-            right = ran.arrays(name, seed=seed)[0]
-            failed.append(float(np.mean(right < 0.5)))
-        holds = [
-            e <= MOST_SQUARES and f >= FACETS_FAILED
-            for e, f in zip(errors, failed, strict=True)
-        ]
-        readings.append(
-            decided(
-                holds,
-                errors,
-                options,
-                "squares",
-                "median distance of remapped corners from their places; the static "
-                f"grid fails on {percent(min(failed)):.0f} % of the facets or more",
-            )
-        )
-    return readings
+    trials = results[FACETS].select()
+    errors = np.array([np.nanmedian(e) for e in trials.arrays("corner_squares")])
+    right = trials.arrays(Case(NAMES, options)["static_grid"])
+    failed = np.array([np.mean(one < 0.5) for one in right])
+    return counterpart(
+        (errors <= MAX_SQUARES) & (failed >= FACETS_FAILED),
+        errors,
+        "squares",
+        "median distance of remapped corners from their places; the static "
+        f"grid fails on {percent(failed.min()):.0f} % of the facets or more",
+    )
 
 
 def of_seeds(values, unit):
@@ -329,7 +246,7 @@ def of_seeds(values, unit):
 @numbers("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def numbers_of_table(results):
     """Means, SDs and best settings of Table 3.8."""
-    case = Corners(results[CORNERS], {})
+    case = Corners(results[CORNERS])
     short = dict(
         zip(METHODS, ("derivative", "opencv", "saddle", "active"), strict=True)
     )

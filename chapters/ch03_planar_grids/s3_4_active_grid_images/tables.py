@@ -8,9 +8,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     CORNERS,
     FACETS,
     METHODS,
-    QUESTIONS,
+    NAMES,
     Corners,
-    seeds_of,
 )
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
@@ -35,7 +34,7 @@ def of_seeds(values):
 @table("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def table_3_8(results):
     """Errors of four methods with their best settings."""
-    case = Corners(results[CORNERS], {})
+    case = Corners(results[CORNERS])
     windows = [of_seeds(case.best_window(m)) for m in METHODS[:3]]
     blur = of_seeds(case.best_blur())
     return Table(
@@ -49,7 +48,7 @@ def table_3_8(results):
         "Residuals of the corners of one chessboard after the homography from the "
         "metric grid, with the window and blur of the least mean residual: "
         "medians, and "
-        f"ranges over {len(case.seeds)} seeds. Pictures undistorted with "
+        f"ranges over {len(case.trials.conditions)} seeds. Pictures undistorted with "
         "Zhang's calibration.",
     )
 
@@ -73,29 +72,26 @@ def ext_table_3_8_readings(results):
 @table("ext_fig_3_18_numbers", needs=("fig_3_18_facets",), evidence="rendered")
 def ext_fig_3_18_numbers(results):
     """The mirror ball by seed."""
-    ran = results[FACETS]
-    seeds = seeds_of(ran)
-    off = [ran.arrays("corner_squares", seed=s)[0] for s in seeds]
+    trials = results[FACETS].select()
+    off = trials.arrays("corner_squares")
     count = {
-        name: [int(ran.column(name, seed=s)[0]) for s in seeds]
+        name: [int(n) for n in trials.column(name)]
         for name in ("facets", "corners", "detector_found")
     }
-    failed = {
-        option: [float(100 * np.mean(ran.arrays(name, seed=s)[0] < 0.5)) for s in seeds]
-        for option, name in zip(
-            QUESTIONS["static_grid"], ("across", "within"), strict=True
-        )
-    }
+    all_together, alone = (
+        [float(100 * np.mean(one < 0.5)) for one in trials.arrays(name)]
+        for name in NAMES["static_grid"].values()
+    )
     return Table(
         {
-            "Seed": list(seeds),
+            "Seed": trials.levels("seed"),
             "Facets with the monitor": count["facets"],
             "Corners of the board": count["corners"],
             "Corners measured": [int(np.isfinite(e).sum()) for e in off],
             "Median error (squares)": [float(np.nanmedian(e)) for e in off],
             "Largest error (squares)": [float(np.nanmax(e)) for e in off],
-            "Static grid fails, all facets (%)": failed[QUESTIONS["static_grid"][0]],
-            "Static grid fails, each alone (%)": failed[QUESTIONS["static_grid"][1]],
+            "Static grid fails, all facets (%)": all_together,
+            "Static grid fails, each alone (%)": alone,
             "Boards found by a detector": count["detector_found"],
         },
         "Corners of the chessboard put together from the facets, and facets on which a "

@@ -7,11 +7,12 @@ import numpy as np
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     CORNERS,
     FAR,
+    FAR_CASE,
     METHODS,
     OF_CORNERS,
     VECTOR_SCALE,
     Corners,
-    seeds_of,
+    over_blurs,
 )
 from repro.page.style import figure as new_figure
 from repro.page.style import series
@@ -25,7 +26,7 @@ FINER_SCALE = 2000
 @figure("fig_3_16", needs=("table_3_8_corners",), evidence="rendered")
 def fig_3_16(results):
     """Residual vectors of the four methods, first seed."""
-    case = Corners(results[CORNERS], {})
+    case = Corners(results[CORNERS])
     drawn, axes = new_figure(2, 4, height_in=4.6, sharex=True, sharey=True)
     rows, worst = [], 0.0
     for k, method in enumerate(METHODS):
@@ -69,36 +70,23 @@ def fig_3_16(results):
 @figure("ext_fig_3_16_windows", needs=OF_CORNERS, evidence="rendered")
 def ext_fig_3_16_windows(results):
     """Mean residual over the window, near and at twice the distance."""
-    near = Corners(results[CORNERS], {})
     drawn, axes = new_figure(1, 2, height_in=3.2, sharey=True)
     rows = []
-    for panel, case, word in (
-        (axes[0], "near", "squares of"),
-        (axes[1], "far", "squares of"),
-    ):
-        ran = results[CORNERS] if case == "near" else results[FAR]
-        seeds = seeds_of(ran, case=case)
-        condition = next(c for c in ran.conditions if c["case"] == case)
-        windows = np.array(condition["windows"], float)
+    near, far = Corners(results[CORNERS]), Corners(results[FAR], case=FAR_CASE)
+    for panel, case, letter in zip(axes, (near, far), "ab", strict=True):
+        windows = case.settings("windows").astype(float)
         for k, method in enumerate(METHODS):
-            curves = np.array(
-                [
-                    _over_blurs(
-                        ran.arrays(f"{near.name(method)}.means", case=case, seed=s)[0]
-                    )
-                    for s in seeds
-                ]
-            )
+            curves = [over_blurs(means) for means in case.arrays(method, "means")]
             middle = np.median(curves, axis=0)
             if method == "active grid":
                 middle = np.full(len(windows), middle[0])
             shown = np.where(np.isfinite(middle), middle, np.nan)
             panel.plot(windows, shown, label=method, **series(k))
-            rows += [(case, method, w, m) for w, m in zip(windows, shown, strict=True)]
-        square = np.median(
-            [ran.column("square_px", case=case, seed=s)[0] for s in seeds]
-        )
-        panel.set_title(f"({'ab'[case == 'far']}) {word} {square:.0f} px")
+            rows += [
+                (case.case, method, w, m) for w, m in zip(windows, shown, strict=True)
+            ]
+        square = np.median(case.trials.column("square_px"))
+        panel.set_title(f"({letter}) squares of {square:.0f} px")
         panel.set_xlabel("Window, full width (px)")
     axes[0].set_yscale("log")
     axes[0].set_ylim(0.003, 0.3)
@@ -112,7 +100,3 @@ def ext_fig_3_16_windows(results):
         "picture, or a "
         "corner is lost. The active grid has no window.",
     )
-
-
-def _over_blurs(means):
-    return means.min(axis=0) if means.ndim == 2 else means

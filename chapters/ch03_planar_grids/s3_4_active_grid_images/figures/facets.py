@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_4_active_grid_images.results import FACETS, seeds_of
+from chapters.ch03_planar_grids.s3_4_active_grid_images.results import FACETS
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import MM_PER_PX
 from raxel.geometry import on_plane, transform
@@ -30,10 +30,9 @@ HEAD = ("facet", "x_mm", "y_mm")
 @figure("fig_3_18", needs=("fig_3_18_facets",), evidence="rendered")
 def fig_3_18(results):
     """The picture, and what the active grid makes of it over the true grid."""
-    ran = results[FACETS]
-    first = {"seed": seeds_of(ran)[0]}
+    ran = results[FACETS].select()
     picture, laid, seen, metric, off = (
-        ran.arrays(name, **first)[0]
+        ran.arrays(name)[0]
         for name in ("picture", "laid", "seen", "metric", "corner_squares")
     )
     drawn, axes = new_figure(1, 2, height_in=3.9, width_ratios=(0.9, 1.3))
@@ -87,7 +86,7 @@ def true_grid(shape, metric):
 def ext_fig_3_18_facets(results):
     """The ball, its monitor, and the piece of it that each facet shows."""
     rig = rig_of("mirror-ball")
-    T = drawn_poses(rig, seeds_of(results[FACETS])[0])[0]
+    T = drawn_poses(rig, results[FACETS].levels("seed")[0])[0]
     camera = rig.camera
     pieces = pieces_shown(camera, T, rig.target.monitor_mm)
     parts = [

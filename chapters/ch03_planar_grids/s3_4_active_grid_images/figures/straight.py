@@ -9,7 +9,6 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     LINES,
     OF_LINES,
     lines_of,
-    seeds_of,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
@@ -30,9 +29,8 @@ VIEW = "long wall"
 def fig_3_17(results):
     """The room through the fisheye, and on the plane of the active grid."""
     ran = results[LINES]
-    first = {"seed": seeds_of(ran)[0], "view": VIEW}
-    taken, laid = (ran.arrays(name, **first)[0] for name in ("taken", "laid"))
-    lines = lines_of(ran, **first)
+    taken, laid = (ran.select(view=VIEW).arrays(name)[0] for name in ("taken", "laid"))
+    lines = lines_of(ran, view=VIEW)[0]
     drawn, axes = new_figure(1, 2, height_in=2.9)
     for panel, picture, title in zip(
         axes, (taken, laid), ("(a) as taken", "(b) remapped"), strict=True
@@ -71,12 +69,9 @@ def ext_fig_3_17_lines(results):
             ("found in the picture", "o", "found in the pictures"),
             ("projected from truth", "x", "projected from truth"),
         ):
-            before, after = [], []
-            for seed in seeds_of(ran, view=view):
-                lines = lines_of(ran, points, seed=seed, view=view)
-                before.append(100 * lines.before)
-                after.append(100 * lines.after)
-            before, after = np.concatenate(before), np.concatenate(after)
+            lines = lines_of(ran, {"line_points": points}, view=view)
+            before = np.concatenate([100 * one.before for one in lines])
+            after = np.concatenate([100 * one.after for one in lines])
             panel.plot(before, after, mark, ms=3.5, label=label, alpha=0.7)
             rows += [(view, points, *pair) for pair in zip(before, after, strict=True)]
         panel.axhline(1, color="0.5", lw=1, ls="--")
@@ -106,8 +101,8 @@ def ext_fig_3_17_verticals(results):
         (results[LINES], "o", "pitched"),
         (results[HALF_PITCH], "s", "half as much"),
     ):
-        for seed in seeds_of(ran, view=VIEW):
-            lines = lines_of(ran, seed=seed, view=VIEW)
+        seeds = ran.select(view=VIEW).levels("seed")
+        for seed, lines in zip(seeds, lines_of(ran, view=VIEW), strict=True):
             up = lines.vertical
             rows += [
                 (word, seed, lines.pitch, *pair)
