@@ -10,7 +10,7 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.features.active_grid.checks.phases import _told_of_edges
+from raxel.features.active_grid.checks.phases import _edge_doubts
 from raxel.features.active_grid.coding import read_coding
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
@@ -347,5 +347,5 @@ def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
     code = read_coding(one.patterns, one.grid.monitor_px)[0]
     along = np.where(np.arange(300) % 3 == 0, 0.1, slope)
     names = SimpleNamespace(names=[p.image for p in one.patterns])
-    found = list(_told_of_edges(names, code, np.ones(300, complex), along))
+    found = list(_edge_doubts(names, code, np.ones(300, complex), along))
     assert [("falls where" in doubt.text) for doubt in found] == [True] * falls

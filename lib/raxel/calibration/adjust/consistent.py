@@ -36,7 +36,7 @@ CLOSE = 0.1
 RESOLUTION = 1e-13  # steps this small, against the scene, are rounding
 SINGULAR = 1e-10  # smallest over largest eigenvalue, all unknowns in like units
 FIRST_DAMPING = 1e-9
-LARGEST_DAMPING = 1e6
+MAX_DAMPING = 1e6
 MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 
 
@@ -216,7 +216,7 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
             damping = max(damping / 10, FIRST_DAMPING)
         else:
             damping *= 10
-            if damping > LARGEST_DAMPING:
+            if damping > MAX_DAMPING:
                 break
     return _State(centre, T, now, False, passes)
 

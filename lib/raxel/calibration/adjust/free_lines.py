@@ -17,18 +17,14 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.adjust.bundle import check_shared
-from raxel.calibration.adjust.consistent import (
-    FIRST_DAMPING,
-    LARGEST_DAMPING,
-    is_rounding,
-)
+from raxel.calibration.adjust.consistent import FIRST_DAMPING, MAX_DAMPING, is_rounding
 from raxel.errors import CalibrationError
 from raxel.geometry.damped import damped_step
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
 BLOCK = 4096  # lines handled at once
-LEAST = 3  # grids that a line must see to have a say
+MIN_GRIDS = 3  # grids that a line must see to have a say
 # Depths of its points must differ by this share: where grids cross there is no line.
 SPREAD = 0.02
 
@@ -111,7 +107,7 @@ def _determined(points, seen, central):
         depth = np.linalg.norm(p, axis=1)
         near = np.minimum(near, np.where(seen[j], depth, np.inf))
         far = np.maximum(far, np.where(seen[j], depth, 0.0))
-    return (np.count_nonzero(seen, axis=0) >= LEAST) & (far > (1 + SPREAD) * near)
+    return (np.count_nonzero(seen, axis=0) >= MIN_GRIDS) & (far > (1 + SPREAD) * near)
 
 
 def _chosen(points, central, rays):
@@ -146,7 +142,7 @@ def _descend(lines, T, freedom, iterations, tolerance):
         else:
             lines.unknowns[:] = before
             damping *= 10
-            if damping > LARGEST_DAMPING:
+            if damping > MAX_DAMPING:
                 break
     return T, now, False
 

@@ -22,7 +22,7 @@ from raxel.cameras.tables.general import GeneralCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import nearest_rotation, pose, transform
 
-FEWEST_COMMON = 40  # coarse samples that two boards must share to be compared
+MIN_COMMON = 40  # coarse samples that two boards must share to be compared
 POSED = 400  # samples a pose is found from
 AGREES = 0.6  # share of those within THRESHOLD_PX for a board to be taken in
 THRESHOLD_PX = 3.0
@@ -120,7 +120,7 @@ def grown(samples, start, rng):
 
 def _posed(directions, points, rng, threshold):
     """Pose (4, 4) of one board from known rays, or None and the reason."""
-    if len(points) < FEWEST_COMMON:
+    if len(points) < MIN_COMMON:
         return None, f"shares {len(points)} samples with the known rays; too few"
     picked = rng.permutation(len(points))[:POSED]
     try:

@@ -27,7 +27,7 @@ from raxel.geometry.planes import intersect_rays_plane
 RAYS = 10_000  # tested at most, spread evenly over those that see three grids
 UNLIKELY = 1e-3
 GROSS = 8.0  # standard deviations of the points' distances from their lines
-LEAST_CLEAN = 0.8  # of the rays: with more gross errors, lines follow some of them
+MIN_CLEAN = 0.8  # of the rays: with more gross errors, lines follow some of them
 ROUNDS = 4  # in which rays with gross errors are left out
 MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 WIDE = 4.0  # times the median variance: from here on a line counts less
@@ -98,7 +98,7 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
     alike = correlation(window, step)
     if sigma is not None and np.ndim(sigma):
         sigma = np.asarray(sigma)[:, rays]
-    chosen, rounds, least = points[:, rays], 0, LEAST_CLEAN * len(rays)
+    chosen, rounds, least = points[:, rays], 0, MIN_CLEAN * len(rays)
     while True:
         start = centre, T_base_grid
         central = adjust_consistent(

@@ -13,7 +13,7 @@ import numpy as np
 from raxel.calibration.adjust.bundle import ray_directions
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.generic.board_growth import (
-    FEWEST_COMMON,
+    MIN_COMMON,
     AdjustedBoards,
     Start,
     completed,
@@ -91,7 +91,7 @@ def _start(samples, side, pinhole, rng):
     """The Start whose base determines the centre best, of the bases tried."""
     common = samples.seen.astype(int) @ samples.seen.T
     np.fill_diagonal(common, 0)
-    overlaps = common >= FEWEST_COMMON
+    overlaps = common >= MIN_COMMON
     bases = sorted(
         range(len(common)), key=lambda k: (-overlaps[k].sum(), -common[k].sum())
     )

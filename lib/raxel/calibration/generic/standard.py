@@ -19,7 +19,7 @@ import itertools
 import numpy as np
 
 from raxel.calibration.generic.board_growth import (
-    FEWEST_COMMON,
+    MIN_COMMON,
     AdjustedBoards,
     Start,
     adjusted,
@@ -172,7 +172,7 @@ def _grid_pairs(samples):
     pairs = {}
     for a, b in itertools.permutations(range(len(points)), 2):
         both = seen[a] & seen[b]
-        if np.count_nonzero(both) < FEWEST_COMMON:
+        if np.count_nonzero(both) < MIN_COMMON:
             continue
         try:
             pairs[a, b] = grid_pair(

@@ -18,10 +18,10 @@ from raxel.geometry.homography_stream import across, fit_homography, floating
 from raxel.geometry.robust_homography import robust_start
 
 SUBSET = 20_000  # pairs of rays that outliers are looked for among, as in the thesis
-FEWEST = 4  # rays that two grids must share
+MIN_RAYS = 4  # rays that two grids must share
 ROUNDS = 2  # of weighting; a third changes nothing
 LOOSE = 0.5  # of the spread of the base's points: pairs this far off are not alike
-FEWEST_INLIERS = 0.5  # share of the rays common to two grids
+MIN_INLIERS = 0.5  # share of the rays common to two grids
 
 
 class CgspSolution(NamedTuple):
@@ -104,10 +104,10 @@ def homography_to_base(
     """
     both = seen[0] & seen[k]
     common = np.flatnonzero(both)
-    if len(common) < FEWEST:
+    if len(common) < MIN_RAYS:
         raise CalibrationError(
             f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
-            f" at least {FEWEST} are needed: the grids must overlap in the image"
+            f" at least {MIN_RAYS} are needed: the grids must overlap in the image"
         )
     try:
         if robust is None:
@@ -127,7 +127,7 @@ def homography_to_base(
         raise CalibrationError(
             f"linear stage: grid {k} and the base: {error}"
         ) from None
-    if fit.count < FEWEST_INLIERS * len(common):
+    if fit.count < MIN_INLIERS * len(common):
         raise CalibrationError(
             f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
             f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"

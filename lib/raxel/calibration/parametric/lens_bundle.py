@@ -21,11 +21,11 @@ from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, tra
 
 RAYLEIGH = 1.1774  # median distance of a corner whose coordinates scatter by 1
 WIDTH = 6.0  # scales beyond which a corner counts as wrong
-LARGEST_SCALE = 5.0  # of a board, in scales of all
-LEAST_SCALE_PX = 0.01  # no corner is known better
+MAX_SCALE = 5.0  # of a board, in scales of all
+MIN_SCALE_PX = 0.01  # no corner is known better
 ROUNDING_PX = 1e-7
-MOST_STEPS, ENOUGH = 40, 1e-6
-LEAST_DAMPING, FIRMEST, LARGEST_DAMPING = 1e-13, 1e-8, 1e10
+MAX_STEPS, ENOUGH = 40, 1e-6
+MIN_DAMPING, FIRMEST, MAX_DAMPING = 1e-13, 1e-8, 1e10
 ROUNDS, AT_REST = 4, 0.05  # of the scales
 POSE_STEPS = 20
 
@@ -120,9 +120,9 @@ def scales_of(residuals):
     """Standard deviations (n,) px of a coordinate, for each board, from the median
     distances (robust)."""
     distances = np.linalg.norm(residuals, axis=-1)
-    whole = max(np.nanmedian(distances) / RAYLEIGH, LEAST_SCALE_PX)
+    whole = max(np.nanmedian(distances) / RAYLEIGH, MIN_SCALE_PX)
     own = np.nanmedian(distances, axis=1) / RAYLEIGH
-    return np.clip(own, whole, LARGEST_SCALE * whole)
+    return np.clip(own, whole, MAX_SCALE * whole)
 
 
 def distance_loss(squares, scales, loss):
@@ -142,7 +142,7 @@ def _minimised(formula, values, T, boards, loss, scales):
     cost, damping = _costs(residuals, boards, loss, scales).sum(), 1e-4
     rounding = np.count_nonzero(boards.seen) * ROUNDING_PX**2
     system = _system(formula, values, T, boards, loss, scales)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         step, moves = _step(system, damping)
         new_values, new_T = formula.bounded(values + step), _moved(T, moves)
         new = _residuals(formula, new_values, new_T, boards)
@@ -151,15 +151,15 @@ def _minimised(formula, values, T, boards, loss, scales):
             # A small step by a strong damping is no rest.
             at_rest = cost - new_cost < ENOUGH * cost and damping < FIRMEST
             values, T, residuals, cost = new_values, new_T, new, new_cost
-            damping = max(damping / 30, LEAST_DAMPING)
+            damping = max(damping / 30, MIN_DAMPING)
             system = _system(formula, values, T, boards, loss, scales)
             if at_rest or cost < rounding:
                 break
         else:
             damping *= 30
-            if damping > LARGEST_DAMPING:
+            if damping > MAX_DAMPING:
                 break
-    normal, _, _, size, _ = _reduced(system, LEAST_DAMPING)
+    normal, _, _, size, _ = _reduced(system, MIN_DAMPING)
     return values, T, residuals, cost, normal * np.outer(size, size)
 
 

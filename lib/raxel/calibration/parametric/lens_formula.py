@@ -37,7 +37,7 @@ FIRST_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
 SURE = 1e-3  # of the ratio test
 PARTS = 5  # of the boards, kept out in turn
 FLOOR_PX = 1e-6  # residuals below it are as good as none
-TOLD_PX = 1e-3  # residuals below it tell nothing of a pupil
+MIN_RESIDUAL_PX = 1e-3  # residuals below it tell nothing of a pupil
 UNDETERMINED = 0.2  # of a focal length, as its standard deviation
 
 
@@ -259,7 +259,9 @@ def _ratio_test(central, moving, boards):
 
     fixed = _refit(central, central.formula, boards, "tukey", moving.result.scales)
     free, q = _free(moving, boards), moving.formula.pupil
-    less, more = (max(fit.result.cost, free * TOLD_PX**2) for fit in (fixed, moving))
+    less, more = (
+        max(fit.result.cost, free * MIN_RESIDUAL_PX**2) for fit in (fixed, moving)
+    )
     return float(fisher.sf((less - more) / q / (more / free), q, free))
 
 

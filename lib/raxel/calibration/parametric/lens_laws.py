@@ -29,7 +29,7 @@ from raxel.cameras.lenses.unified_sphere import UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
 
 FRAME = 4  # fx, fy, cx, cy come first
-LARGEST_XI = 100.0  # a fisheye has 2 or 3; the image of more is the same to 1 %
+MAX_XI = 100.0  # a fisheye has 2 or 3; the image of more is the same to 1 %
 NEAR_AXIS = 1e-9  # of the distance: nearer to the axis a point counts as on it
 
 
@@ -75,9 +75,9 @@ class LensFormula(NamedTuple):
 
     def bounded(self, values):
         """The vector with a xi that a unified sphere can have."""
-        if self.base == "unified" and not 0 <= values[FRAME] <= LARGEST_XI:
+        if self.base == "unified" and not 0 <= values[FRAME] <= MAX_XI:
             values = values.copy()
-            values[FRAME] = np.clip(values[FRAME], 0, LARGEST_XI)
+            values[FRAME] = np.clip(values[FRAME], 0, MAX_XI)
         return values
 
     def camera(self, values, width, height):

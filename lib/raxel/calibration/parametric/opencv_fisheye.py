@@ -16,7 +16,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 
-MOST_STEPS, SMALLEST_STEP = 200, 1e-10
+MAX_STEPS, MIN_STEP = 200, 1e-10
 # Angles that the longer side of the image may span, in radians: OpenCV's own start
 # (pi) does not lead everywhere, and a user would try others.
 SPANS = (np.pi, 2.0, 1.2)
@@ -75,19 +75,17 @@ def _fitted(views, width, height, focal_px):
         | cv2.CALIB_FIX_SKEW
         | cv2.CALIB_USE_INTRINSIC_GUESS
     )
-    enough = (
-        cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS,
-        MOST_STEPS,
-        SMALLEST_STEP,
-    )
+    enough = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, MAX_STEPS, MIN_STEP)
     try:
         rms, K, k, turns, shifts = cv2.fisheye.calibrate(
             flat, corners, (int(width), int(height)), start, np.zeros((4, 1)),
             flags=flags, criteria=enough,
         )  # fmt: skip
     except cv2.error as error:
-        said = " ".join(str(error.err).split())
-        raise CalibrationError(f"OpenCV's fisheye model: it refuses: {said}") from None
+        message = " ".join(str(error.err).split())
+        raise CalibrationError(
+            f"OpenCV's fisheye model: it refuses: {message}"
+        ) from None
     numbers = np.concatenate([np.ravel(part) for part in (rms, K, k, turns, shifts)])
     if not np.isfinite(numbers).all():
         raise CalibrationError("OpenCV's fisheye model: the fit diverged")

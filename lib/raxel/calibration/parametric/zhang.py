@@ -17,8 +17,8 @@ from raxel.geometry.homography import homography_dlt
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 
-MOST_STEPS, SMALLEST_STEP = 200, 1e-8
-FEWEST_CORNERS = 6  # a view's six pose parameters and something left to fit
+MAX_STEPS, MIN_STEP = 200, 1e-8
+MIN_CORNERS = 6  # a view's six pose parameters and something left to fit
 
 
 class ZhangCalibration(NamedTuple):
@@ -55,11 +55,7 @@ def calibrate_zhang(views, width, height):
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     # Until a step is smaller than this share of the parameters: OpenCV's default stops
     # after 30 steps, converged or not.
-    enough = (
-        cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS,
-        MOST_STEPS,
-        SMALLEST_STEP,
-    )
+    enough = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, MAX_STEPS, MIN_STEP)
     try:
         rms, K, distortion, turns, shifts = cv2.calibrateCamera(
             flat, corners, (int(width), int(height)), None, None,
@@ -83,10 +79,10 @@ def found_corners(view):
     view = check_view(view)
     found = np.isfinite(view.pixels[:, 0])
     pixels, points = view.pixels[found], view.points[found]
-    if len(pixels) < FEWEST_CORNERS:
+    if len(pixels) < MIN_CORNERS:
         raise InputError(
             f"{view.name or 'board'}: corners: found {len(pixels)}; at least"
-            f" {FEWEST_CORNERS} are needed"
+            f" {MIN_CORNERS} are needed"
         )
     try:
         homography_dlt(points, pixels)

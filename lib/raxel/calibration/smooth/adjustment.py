@@ -26,13 +26,13 @@ from raxel.geometry.poses import transform
 CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
 SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell, from both TRIED_FIRST on
 TRIED_FIRST = 5, 9
-MOST_PARTS = 6  # of boards, kept out in turn
+MAX_PARTS = 6  # of boards, kept out in turn
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
 # Scales below which no corner counts as wrong: before there is a field, and with it.
-FIRST_SCALE_PX, LEAST_SCALE_PX = 0.5, 0.05
-MOST_STEPS, ENOUGH_PX = 30, 1e-5
+FIRST_SCALE_PX, MIN_SCALE_PX = 0.5, 0.05
+MAX_STEPS, ENOUGH_PX = 30, 1e-5
 CHOSEN_AT = (2, 5)  # steps at which cells and smoothness are chosen
-FEWEST_CORNERS = 6  # of a board
+MIN_CORNERS = 6  # of a board
 
 
 class SplineAdjustment(NamedTuple):
@@ -68,11 +68,11 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
     boards, or one of which the trend images fewer than six corners.
     """
     corners, T = _stacked(boards), np.array(T_camera_grid, float)
-    part = np.arange(len(T)) % MOST_PARTS
+    part = np.arange(len(T)) % MAX_PARTS
     grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
     choice = _Choice(grids[0], SMOOTHNESS[-1], {})
     control = choice.grid.blank
-    for step in range(MOST_STEPS):
+    for step in range(MAX_STEPS):
         linear = linear_part.linearised(trend, T, corners, control, choice.grid)
         _check(linear, corners, len(T))
         weights, _ = _weights(linear.off, early=step <= CHOSEN_AT[0])
@@ -102,10 +102,10 @@ def _stacked(boards):
 
 def _check(linear, corners, count):
     imaged = np.bincount(corners.board[linear.imaged], minlength=count)
-    for k in np.flatnonzero(imaged < FEWEST_CORNERS):
+    for k in np.flatnonzero(imaged < MIN_CORNERS):
         raise CalibrationError(
             f"smooth rays: board {k}: the trend images {imaged[k]} of its corners;"
-            f" {FEWEST_CORNERS} are needed"
+            f" {MIN_CORNERS} are needed"
         )
 
 
@@ -113,7 +113,7 @@ def _weights(off, early):
     """Weights (N,) of errors (N, 2) and their scale, px, of a coordinate."""
     distance = np.linalg.norm(off, axis=1)
     there = np.isfinite(distance)
-    least = FIRST_SCALE_PX if early else LEAST_SCALE_PX
+    least = FIRST_SCALE_PX if early else MIN_SCALE_PX
     scale = max(float(np.median(distance[there])) / RAYLEIGH, least)
     squares = np.where(there, distance / scale, np.inf) ** 2
     if early:

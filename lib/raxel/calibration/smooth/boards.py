@@ -15,7 +15,7 @@ from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.parametric.lens_formula import PupilTest, proposed_lenses
 from raxel.calibration.parametric.zhang import found_corners
 from raxel.calibration.smooth.adjustment import (
-    FEWEST_CORNERS,
+    MIN_CORNERS,
     SplineAdjustment,
     adjust_spline,
 )
@@ -132,7 +132,7 @@ def _laid(start, corners, width, height):
     for k, T in start.T_camera_grid.items():
         flat = on_plane(corners[k][1])
         count = np.count_nonzero(start.trend.project(transform(T, flat)).valid)
-        if count < FEWEST_CORNERS:
+        if count < MIN_CORNERS:
             left_out[k] = f"the trend images {count} of its corners"
         else:
             used.append(k)

@@ -148,16 +148,16 @@ def equations(corners, linear, weights, grid, part):
     count, n, parts = int(np.prod(grid.shape)), len(part), part.max() + 1
     place = np.where(linear.imaged[:, None], linear.place, 0.0)
     basis = shares(place, grid.shape, grid.spacing)
-    pulled, told = metric @ J, (metric @ linear.values[..., None])[..., 0]
+    pulled, weighted = metric @ J, (metric @ linear.values[..., None])[..., 0]
     of_board = np.eye(n)[corners.board].T
     P = (of_board @ (np.swapaxes(J, 1, 2) @ pulled).reshape(-1, 36)).reshape(n, 6, 6)
     inverse = np.linalg.pinv(P, hermitian=True)
-    g = of_board @ np.einsum("nij,ni->nj", J, told)
+    g = of_board @ np.einsum("nij,ni->nj", J, weighted)
     E = _lifted(*basis, pulled, corners.board, n, count)
     own = part[corners.board]
     normal = _products(*basis, metric, own, parts, count)
-    right = _lifted(*basis, told[..., None], own, parts, count)[..., 0]
-    squares = np.bincount(own, np.sum(linear.values * told, axis=1), parts)
+    right = _lifted(*basis, weighted[..., None], own, parts, count)[..., 0]
+    squares = np.bincount(own, np.sum(linear.values * weighted, axis=1), parts)
     for p in range(parts):
         of_part = E[part == p]
         solved = of_part @ inverse[part == p]

@@ -21,7 +21,7 @@ from raxel.calibration.smooth.prior import (
     penalty_matrix,
 )
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
-from raxel.calibration.smooth.trend import FEWEST_RAYS, trend_of_rays
+from raxel.calibration.smooth.trend import MIN_RAYS, trend_of_rays
 from raxel.cameras.tables.cubic_field import field_at, shares
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
@@ -32,7 +32,7 @@ SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell, from TRIED_FIRST on
 TRIED_FIRST = 7
 PARTS = 5  # kept out in turn
 PILOT = 20_000  # rays that trend and gross errors are found from
-GROSS, LEAST_GROSS_PX = 8.0, 0.1  # robust standard deviations, and at least
+GROSS, MIN_GROSS_PX = 8.0, 0.1  # robust standard deviations, and at least
 RAYLEIGH = 1.1774  # median distance where coordinates scatter by 1
 BLOCK = 1 << 16
 
@@ -165,7 +165,7 @@ def _near(field, pixels, values, weights):
     found, _ = field_at(pixels, field.control, field.sums.spacing)
     distance = np.linalg.norm(values - found, axis=1) * np.sqrt(weights)
     sd = np.median(distance[weights > 0]) / RAYLEIGH
-    floor = LEAST_GROSS_PX * np.sqrt(weights)
+    floor = MIN_GROSS_PX * np.sqrt(weights)
     return (weights > 0) & (distance <= GROSS * sd + floor)
 
 
@@ -174,10 +174,10 @@ def _near(field, pixels, values, weights):
 
 def _best_field(pixels, values, weights, size, block_px):
     """The _Field that predicts best what is kept out, fitted to all."""
-    if len(pixels) < FEWEST_RAYS:
+    if len(pixels) < MIN_RAYS:
         raise CalibrationError(
             f"smooth rays: found {len(pixels)} rays that the trend images; "
-            f"{FEWEST_RAYS} are needed"
+            f"{MIN_RAYS} are needed"
         )
     square = _squares(pixels, block_px)
     part = (square[:, 0] + 2 * square[:, 1]) % PARTS

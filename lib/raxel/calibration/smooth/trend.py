@@ -12,8 +12,8 @@ from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import nearest_rotation, rotation_from_vector
 
-MOST_TERMS = 5
-FEWEST_RAYS = 40
+MAX_TERMS = 5
+MIN_RAYS = 40
 
 
 class RayTrend(NamedTuple):
@@ -33,14 +33,14 @@ def trend_of_rays(pixels, directions, width, height):
     With as many radial terms, 2 to 5, as let the law rise out to the image's corners.
     Raises CalibrationError for fewer than 40 rays, and where no such law is near.
     """
-    if len(pixels) < FEWEST_RAYS:
+    if len(pixels) < MIN_RAYS:
         raise CalibrationError(
-            f"trend of rays: found {len(pixels)} rays; {FEWEST_RAYS} are needed"
+            f"trend of rays: found {len(pixels)} rays; {MIN_RAYS} are needed"
         )
     start, R = _start(pixels, directions, width, height)
     corners = np.array([[x, y] for x in (0, width - 1) for y in (0, height - 1)])
     fits = []
-    for terms in range(2, MOST_TERMS + 1):
+    for terms in range(2, MAX_TERMS + 1):
         values, scale = _fitted(pixels, directions @ R, start[: 7 + terms])
         try:
             camera = _camera(values, width, height)
@@ -62,7 +62,7 @@ def _passes_pi(values, corners):
 
 
 def _start(pixels, directions, width, height):
-    """Values (7 + MOST_TERMS,) of r = theta and the rotation of an axis at mid-image.
+    """Values (7 + MAX_TERMS,) of r = theta and the rotation of an axis at mid-image.
 
     The axes that map the rays best to those of an equidistance lens; its focal length
     by the angles between rays and the one in the middle.
@@ -78,7 +78,7 @@ def _start(pixels, directions, width, height):
     theta = np.minimum(radius / focal, np.pi)
     across = offset / np.maximum(radius, 1e-12)[:, None] * np.sin(theta)[:, None]
     R = nearest_rotation(directions.T @ np.column_stack([across, np.cos(theta)]))
-    values = np.zeros(7 + MOST_TERMS)
+    values = np.zeros(7 + MAX_TERMS)
     values[3:5], values[5:7], values[7] = middle, np.log(focal), 1.0
     return values, R
 

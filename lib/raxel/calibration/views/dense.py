@@ -15,9 +15,9 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
 
 SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
-FEWEST_PIXELS = 100
+MIN_PIXELS = 100
 REACH = 3  # px to either side, for how a point moves with its pixel
-LEAST_SIGMA = 1e-6  # mm: no point is known better
+MIN_SIGMA = 1e-6  # mm: no point is known better
 FARTHEST = 1e6  # mm: no monitor is larger, and no point less certain
 
 
@@ -117,7 +117,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
     Seen in the image, x should turn clockwise into y. Where it turns the other way for
     most pixels, as through a mirror, the grid's image is the grid: y is counted
     upwards, with a minus sign. Raises InputError for shapes that do not fit,
-    CalibrationError for fewer than FEWEST_PIXELS pixels with a point.
+    CalibrationError for fewer than MIN_PIXELS pixels with a point.
     """
     name = name or "grid"
     location = _single(location)
@@ -133,12 +133,12 @@ def dense_view(location, sigma=None, mask=None, name=""):
     else:
         deviations = _fitting(name, "sigma", _single(sigma), location.shape)
         seen &= (deviations >= 0).all(axis=2)
-        deviations = np.maximum(deviations, LEAST_SIGMA)
+        deviations = np.maximum(deviations, MIN_SIGMA)
     count = np.count_nonzero(seen)
-    if count < FEWEST_PIXELS:
+    if count < MIN_PIXELS:
         raise CalibrationError(
             f"{name}: found {count} pixels with a point on both axes; at least "
-            f"{FEWEST_PIXELS} are needed"
+            f"{MIN_PIXELS} are needed"
         )
     location[~seen] = deviations[~seen] = np.nan
     whole = whole_cells(location, None if sigma is None else deviations)

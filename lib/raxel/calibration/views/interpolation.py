@@ -25,8 +25,8 @@ TRIAL = 4  # points per cell each way at which the two are compared
 STRAIGHT_PX = 0.015  # a cell of the finer lattice bends no more than this
 FINEST = 16  # of its cells to one of the board, each way
 EXACT_PX = 1e-3  # no corner is known better than this
-MOST_TERMS = 120  # of a polynomial through corners
-LEAST_WEIGHT = 0.02  # of the perspective weights, over the largest
+MAX_TERMS = 120  # of a polynomial through corners
+MIN_WEIGHT = 0.02  # of the perspective weights, over the largest
 
 
 def interpolated_view(view, interpolation):
@@ -93,7 +93,7 @@ def corner_variance(view):
     at least is left to judge by; inf where that is too few for any degree.
     """
     found = np.flatnonzero(np.isfinite(view.pixels[:, 0]))
-    i, j, counts = _terms(view, min(3 * len(found) // 4, MOST_TERMS))
+    i, j, counts = _terms(view, min(3 * len(found) // 4, MAX_TERMS))
     if len(counts) == 0:
         return np.inf
     y, x = np.divmod(found, view.columns)
@@ -102,9 +102,9 @@ def corner_variance(view):
     terms = np.cos(i * x[:, None]) * np.cos(j * y[:, None])
     weight = _perspective(view)(view.points[found])
     basis = np.linalg.qr(terms / weight[:, None])[0]
-    told = basis.T @ view.pixels[found]
-    rest = np.sum((view.pixels[found] - basis @ told) ** 2)
-    left = np.array([rest + np.sum(told[count:] ** 2) for count in counts])
+    coefficients = basis.T @ view.pixels[found]
+    rest = np.sum((view.pixels[found] - basis @ coefficients) ** 2)
+    left = np.array([rest + np.sum(coefficients[count:] ** 2) for count in counts])
     freedom = 2.0 * (len(found) - counts)
     return np.min(left / freedom * (1 + np.sqrt(2 / freedom)))
 
@@ -163,7 +163,7 @@ def _perspective(view):
     found = np.isfinite(view.pixels[:, 0])
     a, b, c = homography_dlt(view.points[found], view.pixels[found])[2]
     values = view.points @ [a, b] + c
-    if values.min() < LEAST_WEIGHT * values.max():
+    if values.min() < MIN_WEIGHT * values.max():
         return lambda points: np.ones(points.shape[:-1])
     return lambda points: (points @ [a, b] + c) / values.max()
 

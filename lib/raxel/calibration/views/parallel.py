@@ -4,7 +4,7 @@ import numpy as np
 
 from raxel.errors import CalibrationError
 
-SMALLEST_TILT_DEG = 3.0  # between boards that count as tilted against each other
+MIN_TILT_DEG = 3.0  # between boards that count as tilted against each other
 
 
 def refuse_parallel(rotations, method, needed):
@@ -19,15 +19,15 @@ def refuse_parallel(rotations, method, needed):
     normals = rotations[:, :, 2]
     cosine = np.clip(np.abs(normals @ normals.T), 0.0, 1.0)
     angles = np.degrees(np.arccos(cosine))
-    apart = angles >= SMALLEST_TILT_DEG
+    apart = angles >= MIN_TILT_DEG
     pairs = apart.astype(int)
     found = apart if needed == 2 else apart & (pairs @ pairs > 0)
     if not found.any():
         what = "the boards are parallel"
-        if angles.max() >= SMALLEST_TILT_DEG:
+        if angles.max() >= MIN_TILT_DEG:
             what += ", or no camera with a single centre fits them"
         widest = f"widest pair {angles.max():.1f}"
         raise CalibrationError(
             f"{method}: no {needed} boards are tilted against each other by"
-            f" {SMALLEST_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more"
+            f" {MIN_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more"
         )

@@ -18,10 +18,10 @@ from raxel.errors import InputError
 # products of these must not overflow.
 REMOTE = 1e100
 # Scales and lengths: fourth powers, and pixels divided by one, must not overflow.
-SMALLEST, LARGEST = 1e-30, 1e30
+MIN_SCALE, MAX_SCALE = 1e-30, 1e30
 # Coefficients of a polynomial, or corners of an outline: the roots of longer
 # polynomials are noise, and finding them takes the cube of their number.
-MOST_IN_A_ROW = 200
+MAX_IN_A_ROW = 200
 
 
 class Rays(NamedTuple):
@@ -117,7 +117,7 @@ def check_size(camera, width, height):
 def checked_array(name, values, shape):
     """A finite, read-only float64 copy of `values` of this shape.
 
-    None in `shape` stands for up to MOST_IN_A_ROW. Raises InputError naming the field,
+    None in `shape` stands for up to MAX_IN_A_ROW. Raises InputError naming the field,
     also for numbers of REMOTE and above.
     """
     try:
@@ -132,9 +132,9 @@ def checked_array(name, values, shape):
     )
     if not fits:
         raise InputError(f"field '{name}': shape {array.shape} found, {shape} needed")
-    if max(array.shape, default=0) > MOST_IN_A_ROW:
+    if max(array.shape, default=0) > MAX_IN_A_ROW:
         raise InputError(
-            f"field '{name}': shape {array.shape} found; give {MOST_IN_A_ROW} in a row "
+            f"field '{name}': shape {array.shape} found; give {MAX_IN_A_ROW} in a row "
             "at most"
         )
     if not (np.abs(array) < REMOTE).all():
@@ -146,12 +146,12 @@ def checked_array(name, values, shape):
 
 
 def checked_positive(name, values, shape=()):
-    """As `checked_array`, of scales or lengths: each from SMALLEST to LARGEST."""
+    """As `checked_array`, of scales or lengths: each from MIN_SCALE to MAX_SCALE."""
     array = checked_array(name, values, shape)
-    if not ((array >= SMALLEST) & (array <= LARGEST)).all():
+    if not ((array >= MIN_SCALE) & (array <= MAX_SCALE)).all():
         raise InputError(
             f"field '{name}': found {array.tolist()}; it must be positive, from "
-            f"{SMALLEST:g} to {LARGEST:g}"
+            f"{MIN_SCALE:g} to {MAX_SCALE:g}"
         )
     return array
 
@@ -170,7 +170,7 @@ def checked_calibration_matrix(K):
     """K (3, 3) of the form (2.1), read-only, or InputError naming the field."""
     K = checked_array("K", K, (3, 3))
     upper = K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])
-    if not (upper and min(K[0, 0], K[1, 1]) >= SMALLEST):
+    if not (upper and min(K[0, 0], K[1, 1]) >= MIN_SCALE):
         raise InputError(
             "field 'K': found " + str(K.tolist()) + "; (2.1) needs positive "
             "focal lengths, zeros below the diagonal, and 1 in the corner"

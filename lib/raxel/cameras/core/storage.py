@@ -9,12 +9,12 @@ from raxel.errors import InputError
 from raxel.files import replacing
 
 # A camera has some hundred parameters at most; only tables of the image have more.
-MOST_NUMBERS = 4096
+MAX_NUMBERS = 4096
 # Rays differ from pixel to pixel: of a table larger than this, in bytes, some numbers
 # remain however few of its pixels have a ray.
 LARGE, BEST_PACKING = 1 << 28, 100
 # As in an image set.
-MOST_PIXELS_A_SIDE = 32_000
+MAX_PIXELS_A_SIDE = 32_000
 # A viewer of a mirror, and mirrors in it.
 DEEPEST = 4
 
@@ -44,7 +44,7 @@ class CameraFile:
     def __exit__(self, *fault):
         self._archive.__exit__(*fault)
 
-    def array(self, name, most=MOST_NUMBERS):
+    def array(self, name, most=MAX_NUMBERS):
         """The array under `name`, of at most `most` numbers."""
         return self._archive.array(name, most)
 
@@ -71,7 +71,7 @@ class CameraFile:
             raise self._fault(name, f"found {value}; a finite number is needed")
         return value.item()
 
-    def numbers(self, name, axes=None, most=MOST_NUMBERS):
+    def numbers(self, name, axes=None, most=MAX_NUMBERS):
         """The real numbers, or truth values, under `name`; axes: how many it has."""
         value = self.array(name, most)
         if axes not in (None, value.ndim):
@@ -122,11 +122,11 @@ class CameraFile:
 
     def _pixels(self, name):
         value = self.number(name)
-        if value != int(value) or not 1 <= value <= MOST_PIXELS_A_SIDE:
+        if value != int(value) or not 1 <= value <= MAX_PIXELS_A_SIDE:
             raise self._fault(
                 name,
                 f"found {value}; give a whole number of pixels, 1 to "
-                f"{MOST_PIXELS_A_SIDE}",
+                f"{MAX_PIXELS_A_SIDE}",
             )
         return int(value)
 
@@ -169,7 +169,7 @@ class _FilePart(CameraFile):
         self.depth = file.depth + 1
         self.kind = self.text("kind")
 
-    def array(self, name, most=MOST_NUMBERS):
+    def array(self, name, most=MAX_NUMBERS):
         return self._file.array(f"{self._name}.{name}", most)
 
     def shape(self, name):

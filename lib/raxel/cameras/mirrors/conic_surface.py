@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras.core.base import (
-    LARGEST,
-    SMALLEST,
+    MAX_SCALE,
+    MIN_SCALE,
     checked_array,
     checked_positive,
     checked_word,
@@ -220,7 +220,7 @@ def conic_of(shape, axes):
     """(R, e, kappa) of a shape and its axes; InputError if no such surface exists."""
     names = SHAPES[checked_word("shape", shape, SHAPES)]
     axes = checked_array("axes", np.atleast_1d(axes), (None,))
-    if len(axes) != len(names) or not ((axes > SMALLEST) & (axes < LARGEST)).all():
+    if len(axes) != len(names) or not ((axes > MIN_SCALE) & (axes < MAX_SCALE)).all():
         raise InputError(
             f"field 'axes': found {axes.tolist()}; the {shape} needs positive "
             f"({', '.join(names)}) in mm"

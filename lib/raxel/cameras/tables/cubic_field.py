@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 # Newton's steps end here: relative to the position, px, and at most so many.
-ROUNDING, MOST_STEPS = 4e-16, 100
+ROUNDING, MAX_STEPS = 4e-16, 100
 
 
 def control_shape(width, height, spacing):
@@ -145,7 +145,7 @@ def _undisplaced(targets, control, spacing):
         x, y = targets[n, 0], targets[n, 1]
         u, v, before = x, y, np.inf
         enough = ROUNDING * (1 + abs(x) + abs(y))
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             _one(u, v, control, spacing, b, out)
             du, dv = u + out[0] - x, v + out[1] - y
             miss = abs(du) + abs(dv)

@@ -14,13 +14,13 @@ import numpy as np
 
 from raxel.features.active_grid.coding import phase_weights
 from raxel.features.active_grid.layout import SQUARE
-from raxel.features.active_grid.reading import LEAST_MODULATION
+from raxel.features.active_grid.reading import MIN_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
 HALF, QUARTER = SQUARE // 2, SQUARE // 4
 FRAME = 2  # squares around the picture, of which nothing is known
 # Second differences over HALF px in periods: above is a break; below is no jump.
-MOST_BENT, LEAST_JUMP = 0.15, 0.02
+MAX_BENT, MIN_JUMP = 0.15, 0.02
 # Over QUARTER px bending is a fourth of it. What departs from that by such a share, and
 # by so many standard deviations, is none.
 UNLIKE, BEYOND = 0.5, 4
@@ -58,7 +58,7 @@ def _shifts(images, code, spread, of_windows, of_blur):
     variance of what noise alone would give.
     """
     rows, columns = (size // SQUARE for size in images[0].shape)
-    least = LEAST_MODULATION * spread
+    least = MIN_MODULATION * spread
     middle, upright, level = (
         _seen_places(images, code, _every_square(first, count), least)
         for first, count in (
@@ -72,7 +72,7 @@ def _shifts(images, code, spread, of_windows, of_blur):
     for axis, sides in ((1, upright), (0, level)):
         bent, step, brighter, there = _across(middle, sides, axis)
         # Few squares are so far from flat.
-        asked = np.nonzero(there & (np.abs(bent) > LEAST_JUMP))
+        asked = np.nonzero(there & (np.abs(bent) > MIN_JUMP))
         near = [
             _seen_places(images, code, _near_middles(asked, axis, away), least)
             for away in (-QUARTER, QUARTER)
@@ -101,13 +101,13 @@ def _across(middle, sides, axis):
     place, size, known = (_framed(values, *frame) for values in sides)
     bent = _first(place, axis) + _last(place, axis) - 2 * middle[0]
     shares = np.maximum(_last(size, axis), 1e-6) / np.maximum(_first(size, axis), 1e-6)
-    known = _first(known, axis) & _last(known, axis) & (np.abs(bent) < MOST_BENT)
+    known = _first(known, axis) & _last(known, axis) & (np.abs(bent) < MAX_BENT)
     # Over twice the distance, bending is four times as much, and a jump the same.
     far, beside = _framed(middle[0], *frame), _framed(middle[2], *frame)
     before, behind = _first(_first(far, axis), axis), _last(_last(far, axis), axis)
     jump = np.abs(before + behind - 2 * middle[0]) < 2 * np.abs(bent)
     jump &= _first(_first(beside, axis), axis) & _last(_last(beside, axis), axis)
-    known &= ~(jump & (np.abs(bent) > LEAST_JUMP))
+    known &= ~(jump & (np.abs(bent) > MIN_JUMP))
     return bent, _last(place, axis) - _first(place, axis), np.log(shares), known
 
 

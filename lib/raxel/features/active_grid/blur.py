@@ -20,10 +20,10 @@ SMOOTHED_PX = 1.5  # against noise; taken off again
 OF_DIFFERENCES = 1 / 3  # variance, px^2, that differences over two pixels add
 NEAR_EDGE = 0.5  # of the contrast
 TOO_FINE = 0.7  # share of a patch near edges: they flow together
-CLEAR, LEAST_SHARE = 10, 0.2  # contrast in deviations of the noise, and of the usual
+CLEAR, MIN_SHARE = 10, 0.2  # contrast in deviations of the noise, and of the usual
 AREAS = 3  # along each side of the picture, each with a blur of its own
 EDGES = 6  # of each area
-LEAST_PIXELS = 100  # of an area, or of the whole picture where no area has so many
+MIN_PIXELS = 100  # of an area, or of the whole picture where no area has so many
 DARK_BELOW = 7  # deviations of the noise: contrasts that the decoder takes for none
 FARTHEST = 3  # standard deviations of the blur, beyond which there is no light
 
@@ -72,13 +72,13 @@ def measured_blur(stack, noise):
     lit = contrast > CLEAR * np.sqrt(noise.at(dark))
     if not lit.any():
         return None
-    lit &= contrast > LEAST_SHARE * np.quantile(contrast[lit], 0.9)
+    lit &= contrast > MIN_SHARE * np.quantile(contrast[lit], 0.9)
     usual, dark = np.median(contrast[lit]), np.median(dark[lit])
     edges = _edges(apart, lit, step)
-    spread, edge = _spread(stack, pairs, edges, LEAST_SHARE * usual)
+    spread, edge = _spread(stack, pairs, edges, MIN_SHARE * usual)
     parts = (spread[edges.area[edge] == k] for k in range(AREAS * AREAS))
-    medians = [np.median(own) for own in parts if len(own) >= LEAST_PIXELS]
-    if not medians and len(spread) < LEAST_PIXELS:
+    medians = [np.median(own) for own in parts if len(own) >= MIN_PIXELS]
+    if not medians and len(spread) < MIN_PIXELS:
         return None
     widest = max(medians) if medians else np.median(spread)
     blur = float(np.sqrt(max(widest - SMOOTHED_PX**2 - OF_DIFFERENCES, 0)))

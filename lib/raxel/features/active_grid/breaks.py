@@ -21,7 +21,7 @@ BEYOND = np.float32(5 * np.sqrt(6))
 BENT = np.float32(0.1)
 # Of a period; the ripple that a gamma leaves is smaller, and where there is no noise,
 # rounding to whole grey levels is none that a mean takes away.
-LEAST = np.float32(0.02)
+MIN_SD = np.float32(0.02)
 _HALF = np.float32(0.5)
 
 
@@ -83,7 +83,7 @@ def find_breaks(location, sigma, used, length, start, stop, found):
         for axis in range(len(location)):
             if not used[axis]:
                 continue
-            at, sd, least = location[axis], sigma[axis], LEAST * length[axis]
+            at, sd, least = location[axis], sigma[axis], MIN_SD * length[axis]
             n = width - 2 * reach
             if n > 0:
                 i, j, k = 2 * HALF, 4 * HALF, 6 * HALF

@@ -9,7 +9,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid.layout import CodePlan
 from raxel.sets.patterns import cell_width
 
-MOST_BITS = 15
+MAX_BITS = 15
 # Of a code without phases: cells between neighbours that see the same surface, as a
 # share of the monitor.
 NEIGHBOURS = 1 / 32
@@ -99,9 +99,9 @@ def _gray(name, own, monitor_px):
         raise InputError(
             f"patterns: axis {name}: Gray code lacks bit {gap}; give its picture"
         )
-    if count > MOST_BITS:
+    if count > MAX_BITS:
         raise InputError(
-            f"patterns: axis {name}: found {count} bits; give at most {MOST_BITS}, and "
+            f"patterns: axis {name}: found {count} bits; give at most {MAX_BITS}, and "
             "leave out what is finer than a pixel of the monitor"
         )
     pattern = own[0][1]

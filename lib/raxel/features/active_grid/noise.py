@@ -6,7 +6,7 @@ import numpy as np
 
 SAMPLES = 120_000  # pixels looked at, in rows all over the pictures
 LEVELS = 16
-LEAST_IN_LEVEL = 500
+MIN_IN_LEVEL = 500
 QUANTISATION = 1 / 12  # variance of rounding to whole grey levels
 # The median of |x| of a normal law with standard deviation 1.
 MEDIAN = 0.6744897501960817
@@ -59,10 +59,10 @@ def estimate_noise(images, white):
 
 
 def _fitted(levels, responses):
-    if len(levels) < LEAST_IN_LEVEL:
+    if len(levels) < MIN_IN_LEVEL:
         return Noise(QUANTISATION)
     order = np.argsort(levels, kind="stable")
-    parts = np.array_split(order, min(LEVELS, len(order) // LEAST_IN_LEVEL))
+    parts = np.array_split(order, min(LEVELS, len(order) // MIN_IN_LEVEL))
     level = np.array([levels[part].mean() for part in parts])
     spread = [_median(responses[part]) / MEDIAN for part in parts]
     variance = np.maximum(np.square(spread) / GAIN, QUANTISATION)

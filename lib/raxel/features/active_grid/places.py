@@ -14,10 +14,10 @@ from raxel.features.active_grid.layout import (
     COSINE,
     DECODED,
     DOUBT,
+    HIGHEST,
     KEPT,
-    LEAST,
     LOST,
-    MOST,
+    LOWEST,
     OFF,
     OWN,
     PERIOD,
@@ -54,8 +54,8 @@ def _mark_seen(axis, y, height, n, rows):
     codes, greys, flags = rows.codes, rows.greys, rows.flags
     k, above, under = y % KEPT, max(y - 1, 0) % KEPT, min(y + 1, height - 1) % KEPT
     for x in range(n):
-        own, least = codes[axis, k, x], greys[axis, k, LEAST + x]
-        weak = 2 * np.int32(least) < np.int32(greys[0, k, MOST + x])
+        own, least = codes[axis, k, x], greys[axis, k, LOWEST + x]
+        weak = 2 * np.int32(least) < np.int32(greys[0, k, HIGHEST + x])
         upright = (own != codes[axis, above, x]) | (own != codes[axis, under, x])
         flags[axis, DOUBT + x] = weak | upright
     # Indices that are seen to be no less than 0 run on many pixels at once.
@@ -183,7 +183,7 @@ def _settle(images, y, axis, strip, plan, rows, asked):
         even = gap * abs(gap) < FAR * work[SPREAD + x]
         cell, most, below = (
             np.int64(code[k, x]),
-            np.int64(greys[0, k, MOST + x]),
+            np.int64(greys[0, k, HIGHEST + x]),
             off < 0,
         )
         near, across = (cell, cell + 1) if below else (cell + 1, cell)

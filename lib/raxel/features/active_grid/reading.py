@@ -18,10 +18,10 @@ from raxel.features.active_grid.layout import (
     CROSSED,
     DARK,
     DECODED,
+    HIGHEST,
     KEPT,
-    LEAST,
     LEVEL,
-    MOST,
+    LOWEST,
     RIGHT,
     SATURATED,
     SECOND,
@@ -31,8 +31,8 @@ from raxel.features.active_grid.layout import (
 )
 
 # A pixel is dark below so many standard deviations of its noise.
-LEAST_CONTRAST = np.float32(7.0)
-LEAST_MODULATION = np.float32(5.0)
+MIN_CONTRAST = np.float32(7.0)
+MIN_MODULATION = np.float32(5.0)
 # The cosine of what is more than a quarter of a turn; not quite 0, as it is rounded.
 OPPOSED = np.float32(-1e-6)
 # Where the last bit does not matter: 1 / sqrt from its approximation, products added
@@ -40,7 +40,7 @@ OPPOSED = np.float32(-1e-6)
 FAST = {"arcp", "contract"}
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 _TINY, _FOUR = np.float32(1e-20), np.float32(4)
-_FAINTEST, _WEAKEST = LEAST_CONTRAST**2, LEAST_MODULATION**2
+_FAINTEST, _WEAKEST = MIN_CONTRAST**2, MIN_MODULATION**2
 _TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns in a squared radian
 
 
@@ -53,12 +53,12 @@ def _read_bit(light, dark, axis, k, rows):
         # What is written has the type of grey values, and stays as short.
         greys[axis, k, APART + x] = light[x] - dark[x] if one else dark[x] - light[x]
         apart = greys[axis, k, APART + x]
-        least, second = greys[axis, k, LEAST + x], greys[axis, k, SECOND + x]
-        most = greys[axis, k, MOST + x]
+        least, second = greys[axis, k, LOWEST + x], greys[axis, k, SECOND + x]
+        most = greys[axis, k, HIGHEST + x]
         higher = least if apart < least else apart
-        greys[axis, k, LEAST + x] = apart if apart < least else least
+        greys[axis, k, LOWEST + x] = apart if apart < least else least
         greys[axis, k, SECOND + x] = higher if higher < second else second
-        greys[axis, k, MOST + x] = apart if apart > most else most
+        greys[axis, k, HIGHEST + x] = apart if apart > most else most
     # Arrays of one type in a loop are worked through twice as fast.
     for x in range(len(light)):
         code = codes[axis, k, x]
@@ -75,7 +75,7 @@ def _read_gray(images, y, strip, pairs, axis, k, rows):
     columns = slice(strip.start, strip.start + n)
     distant = np.iinfo(greys.dtype).max
     rows.codes[axis, k, :n] = 0
-    greys[LEAST : LEAST + n] = distant
+    greys[LOWEST : LOWEST + n] = distant
     greys[SECOND : SECOND + n] = distant
     for bit in range(len(pairs)):
         light, dark = (
@@ -107,8 +107,8 @@ def _weigh(images, y, strip, steps, weights, out):
 def _join_most(axis, k, n, rows):
     greys = rows.greys
     for x in range(n):
-        one, other = greys[0, k, MOST + x], greys[axis, k, MOST + x]
-        greys[0, k, MOST + x] = other if other > one else one
+        one, other = greys[0, k, HIGHEST + x], greys[axis, k, HIGHEST + x]
+        greys[0, k, HIGHEST + x] = other if other > one else one
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -126,7 +126,7 @@ def _mark_code(axis, k, n, noise, rows):
     """Dark is too little contrast; two edges at one place are no Gray code."""
     (floor, slope, least), work, greys, marks = noise, rows.work, rows.greys, rows.marks
     for x in range(n):
-        contrast = np.float32(greys[0, k, MOST + x])
+        contrast = np.float32(greys[0, k, HIGHEST + x])
         second = np.float32(greys[axis, k, SECOND + x])
         bad = UNREADABLE if _FOUR * second < contrast else marks[k, BAD + x]
         variance = max(floor + slope * work[axis, LEVEL + x], least)
@@ -210,7 +210,7 @@ def _read_row(images, y, strip, plan, white, noise, rows):
     """All that the own pixels of a row say, into the rows kept."""
     n, k, marks = strip.width, y % KEPT, rows.marks
     count, columns = len(plan.bits), slice(strip.start, strip.start + n)
-    rows.greys[:, k, MOST : MOST + n] = 0
+    rows.greys[:, k, HIGHEST : HIGHEST + n] = 0
     marks[k, BAD : BAD + n] = DECODED
     for axis in range(count):
         bits, used = plan.bits[axis], plan.used[axis]

@@ -60,18 +60,20 @@ def decode_view(image_set, view, **options):
         options = {"saturated": clipped.level, **options}
     try:
         found = decode(images, view.patterns, image_set.target, **levels, **options)
-        told, errors = examine(images, view.patterns, image_set.target, found, **levels)
+        doubts, errors = examine(
+            images, view.patterns, image_set.target, found, **levels
+        )
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
     found, specks = without_specks(found)
     if errors.any():
         sigma = np.hypot(found.sigma, errors.astype(np.float32))
         found = replace(found, sigma=sigma)
-    reason = next((doubt.text for doubt in told if doubt.spoils), "")
+    reason = next((doubt.text for doubt in doubts if doubt.spoils), "")
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
         reason = f"no pixel could be decoded ({', '.join(reasons)})"
-    warnings = [d.text for d in told if not d.spoils]
+    warnings = [d.text for d in doubts if not d.spoils]
     if found.blur_px is None and options.get("margin_px") is None:
         warnings.append(
             f"its blur cannot be measured; the margin of {found.margin_px} px is right "

@@ -15,8 +15,8 @@ from raxel.features.active_grid.checks.sample import Doubt, neighbours
 NOT_OPPOSITE = 0.15  # share of the lit pixels
 STRONG = 0.25  # of the contrast: so far apart, a picture and its inverse are read
 APART_PX = 4  # between the pixels that are compared: beyond the blur of an edge
-LEAST_SPACING_PX = 12  # between the edges of a bit, to be counted
-LEAST_PAIRS = 30
+MIN_SPACING_PX = 12  # between the edges of a bit, to be counted
+MIN_PAIRS = 30
 LEAPS = 0.5  # of the edges of a bit
 HEALED = 0.2  # of the leaps are left by an exchange that explains them
 BEYOND_REPAIR = 0.4  # of all edges
@@ -135,10 +135,10 @@ def _countable(sample, bits, widths, seen):
     orders = []
     for axis in range(len(sample.codes)):
         own = [k for k, (a, _) in enumerate(bits) if a == axis]
-        fine = next((k for k in own if widths[k] < LEAST_SPACING_PX), None)
+        fine = next((k for k in own if widths[k] < MIN_SPACING_PX), None)
         stop = own.index(fine) if fine is not None else len(own)
         for k in own[stop + 1 :]:
-            wide = np.isfinite(widths[k]) and widths[k] >= LEAST_SPACING_PX
+            wide = np.isfinite(widths[k]) and widths[k] >= MIN_SPACING_PX
             if wide and seen[k] and seen[fine] and widths[k] > 2 * widths[fine]:
                 first, second = (_name(sample, bits[n])[0] for n in (fine, k))
                 name = "xy"[sample.codes[axis].axis]
@@ -190,7 +190,7 @@ def _leaping(before, after, count, slots):
     shares = []
     for order in slots:
         table = _leaps(before, after, count, order) if order else np.zeros((0, 2))
-        bad = (table[:, 1] > LEAPS * table[:, 0]) & (table[:, 1] >= LEAST_PAIRS)
+        bad = (table[:, 1] > LEAPS * table[:, 0]) & (table[:, 1] >= MIN_PAIRS)
         shares.append(table[:, 1].sum() / table[:, 0].sum() if bad.any() else 0.0)
     return shares if any(shares) else None
 
@@ -204,11 +204,13 @@ def _repair(before, after, count, slots):
         )
 
     allowed = HEALED * leaps(slots)
-    trials = [(leaps(trial), k, told) for k, (trial, told) in enumerate(_trials(slots))]
+    trials = [
+        (leaps(trial), k, message) for k, (trial, message) in enumerate(_trials(slots))
+    ]
     if not trials:
         return None
-    least, _, told = min(trials, key=lambda one: one[:2])
-    return told if least <= allowed else None
+    least, _, message = min(trials, key=lambda one: one[:2])
+    return message if least <= allowed else None
 
 
 def _trials(slots):
@@ -238,7 +240,7 @@ def _with(slots, changes):
 
 
 def _turned(place):
-    def told(names, axis):
+    def message(names, axis):
         light, dark = names[place]
         if dark is None:
             return (
@@ -250,17 +252,17 @@ def _turned(place):
             f"{axis} leaps; exchange them"
         )
 
-    return told
+    return message
 
 
 def _exchanged(one, other):
-    def told(names, axis):
+    def message(names, axis):
         return (
             f"{names[one][0]} and {names[other][0]}, and their inverses, are in each "
             f"other's place: the Gray code of axis {axis} leaps; exchange them"
         )
 
-    return told
+    return message
 
 
 def _backwards(names, axis):

@@ -24,7 +24,7 @@ CLIPPED = 0.1
 OUTSIDE = 0.2
 # Values so much more frequent than those below them are where a camera stops counting.
 SPIKE = 5
-LEAST_AT_LIMIT = 5e-4
+MIN_AT_LIMIT = 5e-4
 FEW = 50_000  # pixels, enough for a median
 
 
@@ -65,8 +65,8 @@ def examine(images, patterns, monitor, decoded, white=None, black=None):
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += steadiness_doubts(sample)
-            told, errors = _of_steps(sample, monitor, decoded)
-            found += told
+            of_steps, errors = _of_steps(sample, monitor, decoded)
+            found += of_steps
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
                     found += moved_doubts(sample, axis, decoded.blur_px)
@@ -89,10 +89,10 @@ def _of_steps(sample, monitor, decoded):
         return [], np.zeros(2)
     axes = [code.axis for code in sample.codes]
     usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes]
-    told, periods = step_errors(sample, decoded.noise, usual / lengths)
+    of_steps, periods = step_errors(sample, decoded.noise, usual / lengths)
     errors = np.zeros(2)
     errors[axes] = periods * lengths
-    return told, errors
+    return of_steps, errors
 
 
 def _equal_pictures(images, patterns):
@@ -171,7 +171,7 @@ def clipped_at(images, patterns):
     for image in sines:
         count += int(np.count_nonzero(image == top))
         total += image.size
-    if count < LEAST_AT_LIMIT * total:
+    if count < MIN_AT_LIMIT * total:
         return None
     values = np.concatenate([image[image > 0.9 * top].ravel() for image in sines])
     lower = np.unique(values[values < top])[::-1][:3]

@@ -12,13 +12,13 @@ import numpy as np
 
 from raxel.features.active_grid.checks.sample import Doubt, neighbours
 
-LEAST_PERIODS = 1.5  # of a sine that are in the picture
+MIN_PERIODS = 1.5  # of a sine that are in the picture
 FAINT = 0.01  # of the contrast: less is no sine
 SAME_STEP = 0.1  # of the distance between steps
 OF_SINES = 0.6  # share of a picture that is explained by what all have in common
-LEAST_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
+MIN_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
 HEALED = 0.4  # of it is left by an order that explains the pictures
-LEAST_EDGES = 100  # pixels
+MIN_EDGES = 100  # pixels
 SMOOTH = 3  # times the usual change from pixel to pixel
 BREAK = 1.0  # rad
 # Length of the mean of unit vectors. Without inverses a tone curve moves edges to dark
@@ -29,7 +29,7 @@ OFF_CODE = 0.08  # periods
 # sines apart where a surface bends: what is beyond all three has moved.
 MOVED, BEYOND_NOISE, DRAWN = 0.006, 6, 0.1
 OFF_STEP = 0.45  # of a step: less is no exchange of steps
-MOST_NAMED = 8
+MAX_NAMED = 8
 
 
 def phase_doubts(sample):
@@ -84,9 +84,9 @@ def _order(sample, axis):
         )
         return
     order, before, after = _best_order(alike)
-    if before > LEAST_LEFT and after < HEALED * before:
-        listed = [names[k] for k in order][:MOST_NAMED]
-        more = ", ..." if count > MOST_NAMED else ""
+    if before > MIN_LEFT and after < HEALED * before:
+        listed = [names[k] for k in order][:MAX_NAMED]
+        more = ", ..." if count > MAX_NAMED else ""
         yield Doubt(
             True,
             f"the phase steps along {'xy'[code.axis]} are not in order: the pictures "
@@ -133,7 +133,7 @@ def _beside_code(sample, axis):
     """The phase where a bit changes, against what the code's cells make it there."""
     off, along = _edges_of_code(sample, axis)
     if len(off):
-        yield from _told_of_edges(sample, sample.codes[axis], off, along)
+        yield from _edge_doubts(sample, sample.codes[axis], off, along)
 
 
 def moved_doubts(sample, axis, blur_px):
@@ -181,7 +181,7 @@ def _edges_of_code(sample, axis):
     ]
     off, along, breaks = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # Among many breaks between surfaces, some look like edges.
-    return (off, along) if len(off) >= max(LEAST_EDGES, breaks.sum()) else none
+    return (off, along) if len(off) >= max(MIN_EDGES, breaks.sum()) else none
 
 
 def _at_edges(sample, code, apart, phase, cells, first, second):
@@ -218,7 +218,7 @@ def _cells(apart):
     return cells
 
 
-def _told_of_edges(sample, code, off, along):
+def _edge_doubts(sample, code, off, along):
     name = "xy"[code.axis]
     mean = off.mean()
     files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 PIXELS, WINDOWS = 12_000, 800  # looked at
-LEAST_PIXELS = 1000
+MIN_PIXELS = 1000
 SMOOTH_TURN = 0.5  # of the cosine: neighbours further apart lie across a break
 WINDOW = 7
 CLEAR = 0.75  # of the contrast: far from the edges of a code, where sums are plain
@@ -121,7 +121,7 @@ def mismatch(sample, axis, noise):
         spare = 3 + 9 / (2 * max(np.median(sums[sample.lit]), 1))
     one_surface = _on_one_surface(light, wave, lit)
     good = np.argwhere(one_surface)
-    if len(good) < LEAST_PIXELS:
+    if len(good) < MIN_PIXELS:
         return None
     usual = float(np.median(np.abs(wave[tuple(good.T)])))
     some = good[:: -(-len(good) // PIXELS)].T

@@ -9,9 +9,9 @@ from raxel.features.active_grid.coding import phase_weights
 
 PIXELS = 250_000
 BAND = 16  # rows that are taken together, so that there are neighbours both ways
-LEAST_CONTRAST = 10  # standard deviations of the noise
-LEAST_SHARE = 0.1  # of what the better lit pixels have
-LEAST_LIT = 500  # pixels; of fewer, nothing is said
+MIN_CONTRAST = 10  # standard deviations of the noise
+MIN_SHARE = 0.1  # of what the better lit pixels have
+MIN_LIT = 500  # pixels; of fewer, nothing is said
 
 
 class Doubt(NamedTuple):
@@ -66,8 +66,8 @@ def sampled(images, patterns, codes, noise, white, black):
     contrast = high - low
     spread = np.sqrt(noise.at((high + low) / 2))
     usual = np.quantile(contrast, 0.95)
-    lit = contrast > np.maximum(LEAST_CONTRAST * spread, LEAST_SHARE * usual)
-    if np.count_nonzero(lit) < LEAST_LIT:
+    lit = contrast > np.maximum(MIN_CONTRAST * spread, MIN_SHARE * usual)
+    if np.count_nonzero(lit) < MIN_LIT:
         return None
     return Sample(
         *(taken[: len(images)], [p.image for p in patterns], codes, high, low, lit),

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from raxel.features.active_grid.checks.code import LEAST_SPACING_PX, spacing
+from raxel.features.active_grid.checks.code import MIN_SPACING_PX, spacing
 from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
 from raxel.features.active_grid.checks.sample import Doubt
 
@@ -33,7 +33,7 @@ FEW_EDGES = 0.3  # of those along the other direction
 SURE = 8  # standard deviations of the estimated motion
 TONE = 2  # times what a tone curve does: less may be its as well
 PHASE_BINS = 16
-LEAST_IN_BIN = 30
+MIN_IN_BIN = 30
 
 
 def steadiness_doubts(sample):
@@ -55,11 +55,11 @@ def step_errors(sample, noise, sigma):
         limit = WIDENS if found.kind else WIDENS_UNEXPLAINED
         if found.periods > limit * usual:
             errors[axis] = found.periods
-            doubts += _told_of_steps(sample, axis, found, found.periods / usual)
+            doubts += _step_doubts(sample, axis, found, found.periods / usual)
     return doubts, errors
 
 
-def _told_of_steps(sample, axis, found, times):
+def _step_doubts(sample, axis, found, times):
     """times: the error of places in standard deviations."""
     steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
     spoils = times > TOO_FAR and found.periods > FAR_OFF
@@ -120,7 +120,7 @@ def _light_of_bits(sample):
     for axis, code in enumerate(sample.codes):
         for bit, (light, dark) in enumerate(code.bits):
             apart = sample.apart(axis, bit)
-            if spacing(apart > 0, sample.lit) < 2 * LEAST_SPACING_PX:
+            if spacing(apart > 0, sample.lit) < 2 * MIN_SPACING_PX:
                 continue  # blurred stripes are darker
             bright[light] = sample.lit & (apart > CLEAR)
             if dark is not None:
@@ -130,7 +130,7 @@ def _light_of_bits(sample):
     level = _usual_level(sample, bright)
     for picture, on in bright.items():
         on = on & (level > 0)
-        if np.count_nonzero(on) > LEAST_IN_BIN:
+        if np.count_nonzero(on) > MIN_IN_BIN:
             yield picture, float(np.mean(sample.pictures[picture][on] / level[on]))
 
 
@@ -152,7 +152,7 @@ def _light_of_steps(sample, axis):
     turn = np.angle(wave[sample.lit]) / (2 * np.pi) % 1
     place = np.minimum((turn * PHASE_BINS).astype(int), PHASE_BINS - 1)
     count = np.bincount(place, minlength=PHASE_BINS)
-    if count.min() < LEAST_IN_BIN:
+    if count.min() < MIN_IN_BIN:
         return
     level = mean[sample.lit].clip(1e-6)
     for picture in steps:
