@@ -191,7 +191,7 @@ def even_trial(condition, rng):
     return {"formula_rad": max(formula), "decoder_rad": max(decoder)}
 
 
-@experiment("exp_c3_even_cancels", artefact="app_a", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_even_cancels", artefact="app_a")
 def even_orders(effort):
     """Orders 2, 4 and 6, sine and cosine, up to 30 % of the first."""
     conditions = [
@@ -219,9 +219,7 @@ def odd_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c3_odd_orders_matter", artefact="app_a", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c3_odd_orders_matter", artefact="app_a")
 def odd_orders(effort):
     """Orders 3 and 5, each up to 5 % of the first, and together."""
     conditions = [
@@ -246,11 +244,7 @@ def order_trial(condition, rng):
     return found
 
 
-@experiment(
-    "ext_orders_of_steps",
-    artefact="ext_orders_of_steps",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_orders_of_steps", artefact="ext_orders_of_steps")
 def order_sweep(effort):
     """Every order up to 17, for 3, 4, 5, 6 and 8 steps."""
     conditions = [{"steps": n, "phases": PHASES[effort]} for n in STEPS]
@@ -258,11 +252,7 @@ def order_sweep(effort):
 
 
 # %%
-@experiment(
-    "ext_phase_error_gamma",
-    artefact="ext_phase_error_gamma",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_phase_error_gamma", artefact="ext_phase_error_gamma")
 def response_sweep(effort):
     """Gammas from 1 to 2.6, whole and cut off, and the sRGB standard's curve."""
     laws = [

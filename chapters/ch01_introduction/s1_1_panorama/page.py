@@ -142,9 +142,7 @@ def picture_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_1_1_picture", artefact="fig_1_1", shards={"quick": 1, "full": 1}, inputs=RIGS
-)
+@experiment("fig_1_1_picture", artefact="fig_1_1", inputs=RIGS)
 def picture(effort):
     """The room in the mirror, and the picture unwrapped."""
     settings = {"rig": RIG, "size": "pixels each way, as a share"}
@@ -179,12 +177,7 @@ def resolution_trial(condition, rng):
     }
 
 
-@experiment(
-    "fig_1_1_resolution",
-    artefact="fig_1_1",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
-)
+@experiment("fig_1_1_resolution", artefact="fig_1_1", inputs=RIGS)
 def resolution(effort):
     """Source pixels per unwrapped pixel, row by row, for each mirror."""
     settings = {

@@ -173,7 +173,7 @@ def census_trial(condition, rng):
     }
 
 
-@experiment("exp_zoo", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_zoo", artefact="sec_2_2")
 def census(effort):
     """Counts, field of view, centrality and round trip of every camera."""
     conditions = [{"model": name, "step": STEPS[effort]} for name in ZOO]
@@ -185,7 +185,7 @@ def census(effort):
     return Plan(census_trial, conditions, 1, settings)
 
 
-@experiment("exp_zoo_curves", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_zoo_curves", artefact="sec_2_2")
 def curves(effort):
     """Angle and radius along a row of every round camera."""
     return Plan(curve_trial, [{"model": name} for name in CURVES], 1)
@@ -211,7 +211,7 @@ def fit_trial(condition, rng):
 @experiment(
     "exp_zoo_fits",
     artefact="sec_2_2",
-    shards={"quick": 1, "full": 2},
+    shards={"full": 2},
     inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
 )
 def fits(effort):
@@ -230,19 +230,19 @@ def fits(effort):
     return Plan(fit_trial, conditions, 1, settings)
 
 
-@experiment("exp_zoo_mirrors", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_zoo_mirrors", artefact="sec_2_2")
 def mirrors(effort):
     """The unified sphere fitted to the three central mirrors."""
     return Plan(mirror_trial, [{"model": name} for name in MIRRORS], 1)
 
 
-@experiment("exp_zoo_rays", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_zoo_rays", artefact="sec_2_2")
 def rays(effort):
     """Rays and caustic points of cameras that are not central."""
     return Plan(rays_trial, [{"model": name} for name in DRAWN_MM], 1)
 
 
-@experiment("exp_zoo_room", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_zoo_room", artefact="sec_2_2")
 def pictures(effort):
     """One room through eight cameras, without lens blur or noise."""
     conditions = [{"model": name, "samples": SAMPLES[effort]} for name in ROOM]

@@ -145,7 +145,7 @@ ERROR_TRIALS = {"quick": 6, "full": 50}
 
 
 # %%
-@experiment("fig_2_1_tables", artefact="fig_2_1", shards={"quick": 1, "full": 1})
+@experiment("fig_2_1_tables", artefact="fig_2_1")
 def tables(effort):
     """The look-up tables of a fisheye and of a faceted-mirror camera."""
     conditions = [{"camera": name} for name in ("fisheye", "faceted")]
@@ -191,7 +191,7 @@ def grids_trial(condition, rng):
     }
 
 
-@experiment("fig_2_2_grids", artefact="fig_2_2", shards={"quick": 1, "full": 1})
+@experiment("fig_2_2_grids", artefact="fig_2_2")
 def grids(effort):
     """One camera, calibrated with two known and three unknown poses."""
     conditions = [{"method": name} for name in ("general", "generic")]
@@ -224,7 +224,7 @@ def wrong_motion_trial(condition, rng):
     return out
 
 
-@experiment("fig_2_2_error", artefact="fig_2_2", shards={"quick": 1, "full": 1})
+@experiment("fig_2_2_error", artefact="fig_2_2")
 def wrong_motion(effort):
     """The two-pose method with a growing error put on T_1."""
     settings = {

@@ -115,7 +115,7 @@ def substitution_trial(condition, rng):
     return out
 
 
-@experiment("table_2_1_sums", artefact="table_2_1", shards={"quick": 1, "full": 1})
+@experiment("table_2_1_sums", artefact="table_2_1")
 def substitution(effort):
     """Exact substitution of Table 2.1 in random scenes."""
     return Plan(substitution_trial, [{}], TRIALS[effort], {"rays": 8})

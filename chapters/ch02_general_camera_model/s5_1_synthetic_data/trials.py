@@ -270,7 +270,7 @@ def fisheye_trial(condition, rng):
     return scores(data, ("opencv_fisheye",))
 
 
-@experiment("fig_2_3_fisheye", artefact="fig_2_3", shards={"quick": 1, "full": 2})
+@experiment("fig_2_3_fisheye", artefact="fig_2_3", shards={"full": 2})
 def fisheye_sweep(effort):
     """The first trials of `fov_sweep` in the primary reading."""
     cases = [
@@ -287,7 +287,7 @@ def laws_trial(condition, rng):
     return {law: scores(measured[law], METHODS[1:]) for law in LAWS}
 
 
-@experiment("fig_2_3_laws", artefact="fig_2_3", shards={"quick": 1, "full": 2})
+@experiment("fig_2_3_laws", artefact="fig_2_3", shards={"full": 2})
 def law_sweep(effort):
     """Four laws at 90 degrees: same image radius, rays and noise."""
     cases = conditions("all four", [LAWS_FOV_DEG], [FOV_NOISE])

@@ -173,7 +173,7 @@ def grid_trial(condition, rng):
     return found
 
 
-@experiment("ext_cells_runs", artefact="ext_cells", shards={"quick": 1, "full": 2})
+@experiment("ext_cells_runs", artefact="ext_cells", shards={"full": 2})
 def cells_runs(effort):
     """Numbers of cells against blur and noise, with four steps."""
     changed = {"blurs_px": BLURS_PX[effort], "noises": NOISES[effort]}
@@ -183,7 +183,7 @@ def cells_runs(effort):
     return Plan(grid_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("ext_steps_runs", artefact="ext_steps", shards={"quick": 1, "full": 1})
+@experiment("ext_steps_runs", artefact="ext_steps")
 def steps_runs(effort):
     """Numbers of steps against the monitor's response, without noise."""
     changed = {"gammas": GAMMAS[effort], "noises": (0.0,)}
@@ -200,9 +200,7 @@ def steps_runs(effort):
 
 
 # %%
-@experiment(
-    "ext_pictures_runs", artefact="ext_equal_pictures", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_pictures_runs", artefact="ext_equal_pictures")
 def pictures_runs(effort):
     """Grids of equally many pictures, on an ordinary monitor."""
     changed = {"gammas": [ORDINARY], "blurs_px": SHARED_BLURS_PX[effort]}
@@ -227,9 +225,7 @@ def light_trial(condition, rng):
     }
 
 
-@experiment(
-    "ext_light_runs", artefact="ext_steps_light", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_light_runs", artefact="ext_steps_light")
 def light_runs(effort):
     """Numbers of steps with the same pictures, and with the same light."""
     conditions = [condition_of(effort, OUR_CELLS, steps) for steps in STEPS[effort]]

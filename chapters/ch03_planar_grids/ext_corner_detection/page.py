@@ -172,11 +172,7 @@ def _kind(contour):
     return contour.split()[0] if contour else None
 
 
-@experiment(
-    "ext_further_ideas_runs",
-    artefact="ext_further_ideas",
-    shards={"quick": 1, "full": 4},
-)
+@experiment("ext_further_ideas_runs", artefact="ext_further_ideas", shards={"full": 4})
 def further_ideas(effort):
     """Published stages, each further one, and all three; same pictures."""
     return Plan(
@@ -184,11 +180,7 @@ def further_ideas(effort):
     )
 
 
-@experiment(
-    "ext_split_corners_runs",
-    artefact="ext_split_corners",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_split_corners_runs", artefact="ext_split_corners")
 def split_corners(effort):
     """One blurred contour: what either detector finds on it."""
     return Plan(further.split_trial, [{"picture": "blur SD 5 px"}], 1, further.SETTINGS)
@@ -213,9 +205,7 @@ def coded_trial(condition, rng):
     return {"least_px": float(least)} | values
 
 
-@experiment(
-    "ext_coded_grid_runs", artefact="ext_coded_grid", shards={"quick": 1, "full": 2}
-)
+@experiment("ext_coded_grid_runs", artefact="ext_coded_grid", shards={"full": 2})
 def coded_grids(effort):
     """Blocks of a coded grid: found, refused, or put in a wrong place."""
     return Plan(
@@ -223,9 +213,7 @@ def coded_grids(effort):
     )
 
 
-@experiment(
-    "ext_coded_grid_picture", artefact="ext_coded_grid", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_coded_grid_picture", artefact="ext_coded_grid")
 def coded_picture(effort):
     """Some pictures, for looking at the first that is decoded."""
     return Plan(coded.picture_trial, [coded.DEFAULT], coded.PICTURES, coded.SETTINGS)

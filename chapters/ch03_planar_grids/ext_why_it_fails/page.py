@@ -159,7 +159,7 @@ def sweep_trial(condition, rng):
     return {"stage": lost.stage, "contour": lost.contour, "returned": run.found}
 
 
-@experiment("ext_why_sweeps", artefact="ext_why_sweeps", shards={"quick": 1, "full": 2})
+@experiment("ext_why_sweeps", artefact="ext_why_sweeps", shards={"full": 2})
 def sweeps(effort):
     """The levels of Fig. 3.11 at which trials are lost."""
     levels = FEW if effort == "quick" else LOSING

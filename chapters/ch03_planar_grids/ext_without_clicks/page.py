@@ -156,11 +156,7 @@ def refusals(board):
     return out
 
 
-@experiment(
-    "ext_without_clicks_zoo",
-    artefact="ext_without_clicks",
-    shards={"quick": 1, "full": 4},
-)
+@experiment("ext_without_clicks_zoo", artefact="ext_without_clicks", shards={"full": 4})
 def zoo(effort):
     """Boards before the cameras of the zoo, every detector, and refusals."""
     conditions = [{"camera": name} for name in CAMERAS[effort]]
@@ -186,9 +182,7 @@ def sweep_trial(condition, rng):
 
 
 @experiment(
-    "ext_without_clicks_sweeps",
-    artefact="ext_click_free_sweeps",
-    shards={"quick": 1, "full": 2},
+    "ext_without_clicks_sweeps", artefact="ext_click_free_sweeps", shards={"full": 2}
 )
 def sweeps(effort):
     """The synthetic board of 3.3.1 with one thing changed at a time."""

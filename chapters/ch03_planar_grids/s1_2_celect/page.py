@@ -218,7 +218,7 @@ def candidates_of(result):
     return len(np.unique(np.vstack(seen), axis=0)) if seen else 0
 
 
-@experiment("fig_3_1_cameras", artefact="fig_3_1", shards={"quick": 1, "full": 2})
+@experiment("fig_3_1_cameras", artefact="fig_3_1", shards={"full": 2})
 def cameras(effort):
     """The same values on pictures of four kinds of camera."""
     conditions = [
@@ -239,7 +239,7 @@ def window_trial(condition, rng):
     return scored(result, board.lattice)
 
 
-@experiment("table_3_1_window", artefact="table_3_1", shards={"quick": 1, "full": 2})
+@experiment("table_3_1_window", artefact="table_3_1", shards={"full": 2})
 def windows(effort):
     """The radius of Table 3.1 times a factor; thresholds as they are."""
     taken = boards.MULTIPLIERS[::4] if effort == "quick" else boards.MULTIPLIERS
@@ -247,7 +247,7 @@ def windows(effort):
     return Plan(window_trial, conditions, BOARDS[effort])
 
 
-@experiment("table_3_1_growth", artefact="table_3_1", shards={"quick": 1, "full": 2})
+@experiment("table_3_1_growth", artefact="table_3_1", shards={"full": 2})
 def growth(effort):
     """Broken edges, each picture with and without growing windows."""
     return Plan(boards.growth_trial, list(boards.BROKEN.values()), PAIRS[effort])

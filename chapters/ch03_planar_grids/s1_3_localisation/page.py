@@ -179,7 +179,7 @@ def derivative_trial(condition, rng):
     }
 
 
-@experiment("fig_3_5_derivative", artefact="fig_3_5", shards={"quick": 1, "full": 4})
+@experiment("fig_3_5_derivative", artefact="fig_3_5", shards={"full": 4})
 def derivative_sweep(effort):
     """The derivative method with every window, on boards of four scales."""
     conditions = [
@@ -209,7 +209,7 @@ def saddle_trial(condition, rng):
     }
 
 
-@experiment("fig_3_5_saddle", artefact="fig_3_5", shards={"quick": 1, "full": 1})
+@experiment("fig_3_5_saddle", artefact="fig_3_5")
 def saddle_sweep(effort):
     """The saddle point method with every window and blur."""
     conditions = [
@@ -250,9 +250,7 @@ def spread_trial(condition, rng):
     return found
 
 
-@experiment(
-    "ext_localiser_spread", artefact="ext_localisers", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_localiser_spread", artefact="ext_localisers")
 def spreads(effort):
     """Errors of three localisers beside the SD that they state."""
     conditions = [{"square_px": square} for square in SQUARES_PX]
@@ -260,7 +258,7 @@ def spreads(effort):
 
 
 # %%
-@experiment("ext_localiser_basin", artefact="fig_3_11", shards={"quick": 1, "full": 1})
+@experiment("ext_localiser_basin", artefact="fig_3_11")
 def others_basin(effort):
     """The starts of Fig. 3.11(f), with the localisers beside OpenCV's."""
     conditions = [{"start_px": start} for start in START_ERRORS_PX[effort]]

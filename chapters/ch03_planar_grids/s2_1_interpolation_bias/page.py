@@ -225,7 +225,7 @@ def rms_trial(condition, rng):
 
 
 # %%
-@experiment("fig_3_6_vectors", artefact="fig_3_6", shards={"quick": 1, "full": 1})
+@experiment("fig_3_6_vectors", artefact="fig_3_6")
 def vectors(effort):
     """Fig. 3.6: 500 random points at a pitch of 20 mm."""
     trials = {"quick": 2, "full": 50}[effort]
@@ -233,7 +233,7 @@ def vectors(effort):
     return Plan(vector_trial, [condition], trials, SETTINGS)
 
 
-@experiment("fig_3_7_pitches", artefact="fig_3_7", shards={"quick": 1, "full": 1})
+@experiment("fig_3_7_pitches", artefact="fig_3_7")
 def pitches(effort):
     """Fig. 3.7: the RMS against the pitch."""
     swept = QUICK_PITCHES_MM if effort == "quick" else PITCHES_MM
@@ -241,7 +241,7 @@ def pitches(effort):
     return Plan(rms_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_3_6_distortion", artefact="fig_3_6", shards={"quick": 1, "full": 1})
+@experiment("fig_3_6_distortion", artefact="fig_3_6")
 def distortions(effort):
     """The RMS against the distortion, both coefficients scaled together."""
     conditions = [{"pitch_mm": 20, "share": share} for share in SHARES]

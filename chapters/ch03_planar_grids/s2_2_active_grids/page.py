@@ -208,24 +208,14 @@ from repro.run.outcomes import Plan
 SEEDS = {"quick": 1, "full": 3}
 
 
-@experiment(
-    "ext_active_grid",
-    artefact="ext_active_grid",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
-)
+@experiment("ext_active_grid", artefact="ext_active_grid", inputs=RIGS)
 def views(effort):
     """Views of an 8 x 8 grid, decoded with the decoder's defaults."""
     condition = {"coarseness": COARSENESS[effort]}
     return Plan(view_trial, [condition], SEEDS[effort])
 
 
-@experiment(
-    "ext_wrap_rule",
-    artefact="ext_wrap_rule",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
-)
+@experiment("ext_wrap_rule", artefact="ext_wrap_rule", inputs=RIGS)
 def edges_of_cells(effort):
     """Gross errors at the edges of cells, under four blurs."""
     condition = {"coarseness": COARSENESS[effort]}
@@ -236,9 +226,7 @@ def edges_of_cells(effort):
 GRIDS = {"quick": ((8, 4),), "full": ((8, 4), (8, 6), (16, 4), (32, 4))}
 
 
-@experiment(
-    "ext_window", artefact="ext_window", shards={"quick": 1, "full": 1}, inputs=RIGS
-)
+@experiment("ext_window", artefact="ext_window", inputs=RIGS)
 def windows(effort):
     """The 7 x 7 window on wide and on narrow cells, with four and six steps."""
     conditions = [
@@ -249,7 +237,7 @@ def windows(effort):
 
 
 # %%
-@experiment("fig_3_9", artefact="fig_3_9", shards={"quick": 1, "full": 1}, inputs=RIGS)
+@experiment("fig_3_9", artefact="fig_3_9", inputs=RIGS)
 def profiles(effort):
     """One period of the imaged sine for a range of gammas and two cameras."""
     condition = {"coarseness": COARSENESS[effort], "gammas": GAMMAS[effort]}

@@ -162,7 +162,7 @@ def robustness_trial(condition, rng):
 
 
 # %%
-@experiment("fig_3_11_noise", artefact="fig_3_11", shards={"quick": 1, "full": 4})
+@experiment("fig_3_11_noise", artefact="fig_3_11", shards={"full": 4})
 def noise_sweep(effort):
     """Fig. 3.11(a): noise, at full and at half contrast."""
     conditions = [
@@ -173,28 +173,28 @@ def noise_sweep(effort):
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_3_11_blur", artefact="fig_3_11", shards={"quick": 1, "full": 2})
+@experiment("fig_3_11_blur", artefact="fig_3_11", shards={"full": 2})
 def blur_sweep(effort):
     """Fig. 3.11(b): blur."""
     conditions = sweep("blur_px", BLUR_PX, effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_3_11_square", artefact="fig_3_11", shards={"quick": 1, "full": 2})
+@experiment("fig_3_11_square", artefact="fig_3_11", shards={"full": 2})
 def square_sweep(effort):
     """Fig. 3.11(c): size of the squares."""
     conditions = sweep("squares_across", SQUARES_ACROSS, effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_3_11_fov", artefact="fig_3_11", shards={"quick": 1, "full": 2})
+@experiment("fig_3_11_fov", artefact="fig_3_11", shards={"full": 2})
 def fov_sweep(effort):
     """Fig. 3.11(d): fisheye distortion."""
     conditions = sweep("fov_deg", FOV_DEG, effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_3_11_yaw", artefact="fig_3_11", shards={"quick": 1, "full": 2})
+@experiment("fig_3_11_yaw", artefact="fig_3_11", shards={"full": 2})
 def yaw_sweep(effort):
     """Fig. 3.11(e): yaw of the board."""
     conditions = sweep("yaw_deg", YAW_DEG, effort)
@@ -202,18 +202,14 @@ def yaw_sweep(effort):
 
 
 # %%
-@experiment(
-    "ext_celect_merging", artefact="ext_celect_merging", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_celect_merging", artefact="ext_celect_merging")
 def merging(effort):
     """Steps, gaps and merging distance on side 1 of a turned board."""
     conditions = [{"yaw_deg": yaw} for yaw in MERGING_YAW_DEG[effort]]
     return Plan(merging_trial, conditions, 1, SETTINGS)
 
 
-@experiment(
-    "ext_celect_columns", artefact="ext_celect_columns", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_celect_columns", artefact="ext_celect_columns")
 def columns_alone(effort):
     """Which columns are lost beyond 134 deg when the sides are known."""
     conditions = sweep("fov_deg", COLUMN_FOV_DEG, effort)
@@ -226,7 +222,7 @@ def columns_alone(effort):
 
 
 # %%
-@experiment("fig_3_11_localised", artefact="fig_3_11", shards={"quick": 1, "full": 1})
+@experiment("fig_3_11_localised", artefact="fig_3_11")
 def localised_starts(effort):
     """Error after localisation for starts of falling accuracy."""
     settings = {
@@ -241,7 +237,7 @@ def localised_starts(effort):
 
 
 # %%
-@experiment("fig_3_10_pictures", artefact="fig_3_10", shards={"quick": 1, "full": 1})
+@experiment("fig_3_10_pictures", artefact="fig_3_10")
 def pictures(effort):
     """The two pictures of Fig. 3.10."""
     default = SETTINGS["defaults"]

@@ -157,7 +157,7 @@ SETS_TAKEN = {
     "full": ["spherical", "hyperboloidal", "fisheye", "flexible-mirror"],
 }
 SHADOW_DEPTH = 0.3
-JOBS = {"quick": 1, "full": 3}
+JOBS = {"full": 3}
 LEVELS = {"quick": [0.8, 0.1], "full": list(LIGHT_LEVELS)}
 SETTINGS = {
     "clicks_sd_px": 0.614,

@@ -233,7 +233,7 @@ def no_clicks(name, view):
 
 
 # %%
-JOBS = {"quick": 1, "full": 4}
+JOBS = {"full": 4}
 
 
 def plan_of(set_name, effort):

@@ -151,34 +151,21 @@ from repro.run.outcomes import Plan
 
 # %%
 @experiment(
-    "fig_3_15_sweeps",
-    artefact="fig_3_15",
-    shards={"quick": 1, "full": 3},
-    inputs=exposures.FILES,
-    rendered=sweeps.SETS,
+    "fig_3_15_sweeps", artefact="fig_3_15", shards={"full": 3}, rendered=sweeps.SETS
 )
 def all_sweeps(effort):
     """Fig. 3.15: distance, orientation, blur and noise, on every set."""
     return Plan(sweeps.robustness_trial, sweeps.conditions(effort), 1, sweeps.SETTINGS)
 
 
-@experiment(
-    "exp_c3_active_viewing_angle",
-    artefact="fig_3_15",
-    shards={"quick": 1, "full": 1},
-    inputs=viewing.FILES,
-)
+@experiment("exp_c3_active_viewing_angle", artefact="fig_3_15", inputs=viewing.FILES)
 def viewing_angles(effort):
     """How much of a turned monitor is decoded, with other fall-offs."""
     return Plan(viewing.viewing_trial, viewing.conditions(effort), 1, viewing.SETTINGS)
 
 
 @experiment(
-    "ext_active_exposure",
-    artefact="ext_active_exposure",
-    shards={"quick": 1, "full": 1},
-    inputs=exposures.FILES,
-    rendered=exposures.SETS,
+    "ext_active_exposure", artefact="ext_active_exposure", rendered=exposures.SETS
 )
 def more_light(effort):
     """The default condition with more and more light."""
@@ -190,13 +177,7 @@ def more_light(effort):
     return Plan(exposures.exposure_trial, conditions, 1, sweeps.SETTINGS)
 
 
-@experiment(
-    "ext_active_pixels",
-    artefact="ext_active_pixels",
-    shards={"quick": 1, "full": 1},
-    inputs=exposures.FILES,
-    rendered=exposures.SETS,
-)
+@experiment("ext_active_pixels", artefact="ext_active_pixels", rendered=exposures.SETS)
 def over_all_pixels(effort):
     """Errors over all pixels, with another tone curve and six steps."""
     conditions = [

@@ -15,11 +15,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.exercises import (
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import name_values
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.conditions import (
-    BALL_RIGS,
     BALL_SETS,
-    CORNER_RIGS,
     CORNER_SETS,
-    FISHEYE_RIGS,
     FISHEYE_SETS,
     PITCHES,
     VIEWS,
@@ -152,11 +149,7 @@ WHAT = {"grid": "20 patterns, 8 x 8 cells", "board": "15 x 15 corners"}
 
 
 @experiment(
-    "table_3_8_corners",
-    artefact="table_3_8",
-    shards={"quick": 1, "full": 3},
-    inputs=CORNER_RIGS,
-    rendered=CORNER_SETS,
+    "table_3_8_corners", artefact="table_3_8", shards={"full": 3}, rendered=CORNER_SETS
 )
 def table_3_8_corners(effort):
     """Corners by four methods at every setting, near, in three readings."""
@@ -165,39 +158,21 @@ def table_3_8_corners(effort):
     return Plan(corner_trial, conditions, 1, WHAT)
 
 
-@experiment(
-    "exp_c3_params_square",
-    artefact="table_3_8",
-    shards={"quick": 1, "full": 1},
-    inputs=CORNER_RIGS,
-    rendered=CORNER_SETS,
-)
+@experiment("exp_c3_params_square", artefact="table_3_8", rendered=CORNER_SETS)
 def exp_c3_params_square(effort):
     """The same where squares look half as large."""
     return Plan(corner_trial, corner_conditions(effort, ("far",)), 1, WHAT)
 
 
 # %%
-@experiment(
-    "fig_3_17_lines",
-    artefact="fig_3_17",
-    shards={"quick": 1, "full": 1},
-    inputs=FISHEYE_RIGS,
-    rendered=FISHEYE_SETS,
-)
+@experiment("fig_3_17_lines", artefact="fig_3_17", rendered=FISHEYE_SETS)
 def fig_3_17_lines(effort):
     """Edges of the room before and after, in two views."""
     conditions = line_conditions(effort, PITCHES[:1], VIEWS)
     return Plan(straight_trial, conditions, 1, WHAT)
 
 
-@experiment(
-    "exp_c3_pitch_vertical",
-    artefact="fig_3_17",
-    shards={"quick": 1, "full": 1},
-    inputs=FISHEYE_RIGS,
-    rendered=FISHEYE_SETS,
-)
+@experiment("exp_c3_pitch_vertical", artefact="fig_3_17", rendered=FISHEYE_SETS)
 def exp_c3_pitch_vertical(effort):
     """The same with a grid of half the pitch."""
     conditions = line_conditions(effort, PITCHES[1:], VIEWS[:1])
@@ -205,13 +180,7 @@ def exp_c3_pitch_vertical(effort):
 
 
 # %%
-@experiment(
-    "fig_3_18_facets",
-    artefact="fig_3_18",
-    shards={"quick": 1, "full": 1},
-    inputs=BALL_RIGS,
-    rendered=BALL_SETS,
-)
+@experiment("fig_3_18_facets", artefact="fig_3_18", rendered=BALL_SETS)
 def fig_3_18_facets(effort):
     """A chessboard in a ball of mirrors, with and without an active grid."""
     return Plan(facet_trial, ball_conditions(effort), 1, WHAT)

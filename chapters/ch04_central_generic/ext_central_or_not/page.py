@@ -84,12 +84,7 @@ def trial(condition, rng):
     return one_camera(condition["camera"], condition["noise_mm"], rng)
 
 
-@experiment(
-    "ext_centrality_runs",
-    artefact="ext_centrality",
-    inputs=MIRROR_RIGS,
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_centrality_runs", artefact="ext_centrality", inputs=MIRROR_RIGS)
 def runs(effort):
     """All cameras at both noises."""
     conditions = [

@@ -112,9 +112,7 @@ from repro.run.outcomes import Plan
 
 
 # %%
-@experiment(
-    "ext_lens_known", artefact="ext_lens_formula_figure", shards={"quick": 1, "full": 2}
-)
+@experiment("ext_lens_known", artefact="ext_lens_formula_figure", shards={"full": 2})
 def known_lenses(effort):
     """Three known lenses, every model."""
     conditions = [{"lens": lens} for lens in LENSES]

@@ -124,9 +124,7 @@ def trial(condition, rng):
 
 
 @experiment(
-    "ext_smooth_rays_runs",
-    artefact="ext_smooth_rays_figure",
-    shards={"quick": 1, "full": 2},
+    "ext_smooth_rays_runs", artefact="ext_smooth_rays_figure", shards={"full": 2}
 )
 def runs(effort):
     """Noise, lenses and numbers of grids."""
@@ -138,11 +136,7 @@ def map_trial(_condition, rng):
     return map_of_a_field(rng)
 
 
-@experiment(
-    "ext_smooth_rays_map",
-    artefact="ext_smooth_rays_map_figure",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_smooth_rays_map", artefact="ext_smooth_rays_map_figure")
 def field_map(effort):
     """The bent lens from chessboards on the left of the image."""
     settings = {"boards": BOARDS, "corner_noise_px": CORNER_NOISE_PX}

@@ -97,11 +97,7 @@ def trial(condition, rng):
     return centre_errors(scene.noisy, STEPS)
 
 
-@experiment(
-    "ext_cgsp_steps",
-    artefact="ext_what_cgsp_buys_figure",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_cgsp_steps", artefact="ext_what_cgsp_buys_figure")
 def steps(effort):
     """All steps, three grids, 0.5 px."""
     return Plan(trial, [{"noise": NOISE_PX}], TRIALS[effort], SETTINGS)

@@ -140,11 +140,7 @@ def grids_trial(condition, rng):
     return centre_errors(scene.noisy, methods)
 
 
-@experiment(
-    "ext_cgsp_grids",
-    artefact="ext_cgsp_sensitivity_figure",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_cgsp_grids", artefact="ext_cgsp_sensitivity_figure")
 def grids_sweep(effort):
     """Three to ten grids, 0.5 px."""
     conditions = [{"grids": count} for count in GRIDS]
@@ -183,11 +179,7 @@ def outliers_trial(condition, rng):
     )
 
 
-@experiment(
-    "ext_cgsp_outliers",
-    artefact="ext_cgsp_outliers_table",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_cgsp_outliers", artefact="ext_cgsp_outliers_table")
 def outliers_sweep(effort):
     """None to 5 % of wrong points, 0.5 px."""
     conditions = [{"outliers": share} for share in OUTLIERS]
@@ -224,11 +216,7 @@ def _in_view(camera, condition, rng):
         return poses, pixels, drawn_again
 
 
-@experiment(
-    "ext_cgsp_sensitivity",
-    artefact="ext_cgsp_sensitivity_figure",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_cgsp_sensitivity", artefact="ext_cgsp_sensitivity_figure")
 def sensitivity_sweep(effort):
     """Tilts, sizes of the grids and numbers of rays, three grids, 0.5 px."""
     conditions = [

@@ -130,7 +130,7 @@ def exact_trial(condition, rng):
     return {stage: centre_off(stage, points) for stage in SOLVERS}
 
 
-@experiment("exp_c4_any_pinhole", artefact="sec_4_1_1", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_any_pinhole", artefact="sec_4_1_1")
 def exact_centres(effort):
     """Two solvers on the same exact points, for cameras of every kind."""
     conditions = [{"camera": name} for name in CAMERAS]

@@ -196,7 +196,7 @@ def outlier_trial(condition, rng):
     }
 
 
-@experiment("exp_c4_ransac_h", artefact="ext_outliers", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_ransac_h", artefact="ext_outliers")
 def outliers(effort):
     """5 % gross outliers on each grid, at every level of noise."""
     conditions = [{"noise_px": noise} for noise in NOISES_PX[effort]]

@@ -106,9 +106,7 @@ from repro.run.outcomes import Plan
 
 
 # %%
-@experiment(
-    "ext_ray_weights_trials", artefact="ext_ray_weights", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_ray_weights_trials", artefact="ext_ray_weights")
 def weights_of_rays(effort):
     """Rays by centroids, with weights."""
     cases = [{"domain": domain} for domain in NOISE]

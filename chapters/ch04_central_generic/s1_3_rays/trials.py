@@ -65,9 +65,7 @@ def stacked_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c4_mats_intersection", artefact="sec_4_1_3", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_mats_intersection", artefact="sec_4_1_3")
 def stacked(effort):
     """Rays met with a plane by one transpose and one product."""
     return Plan(stacked_trial, [{}], 5, {"rays": TABLE_RAYS})

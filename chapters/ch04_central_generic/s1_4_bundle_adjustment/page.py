@@ -160,9 +160,7 @@ def consistency_trial(condition, rng):
 
 
 @experiment(
-    "ext_consistency_sweep",
-    artefact="ext_consistent_adjustment",
-    shards={"quick": 1, "full": 2},
+    "ext_consistency_sweep", artefact="ext_consistent_adjustment", shards={"full": 2}
 )
 def consistency_sweep(effort):
     """Errors of the centre as rays become more."""

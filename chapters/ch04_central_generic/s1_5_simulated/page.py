@@ -143,7 +143,7 @@ def trial(condition, rng):
     return out
 
 
-@experiment("fig_4_2_redrawn", artefact="fig_4_2", shards={"quick": 1, "full": 2})
+@experiment("fig_4_2_redrawn", artefact="fig_4_2", shards={"full": 2})
 def redrawn_sweep(effort):
     """Fig. 4.2: rising noise, every trial with its own grids and rays."""
     settings = SETTINGS | {"fov_deg": FOV_DEG}

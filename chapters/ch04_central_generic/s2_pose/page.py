@@ -172,7 +172,7 @@ def noise_trial(condition, rng):
     return out
 
 
-@experiment("fig_4_4_noise", artefact="fig_4_4", shards={"quick": 1, "full": 2})
+@experiment("fig_4_4_noise", artefact="fig_4_4", shards={"full": 2})
 def noise_sweep(effort):
     """Pose errors against the noise, in px and mm, on two kinds of rays."""
     levels = LEVELS if effort == "full" else LEVELS[::2]

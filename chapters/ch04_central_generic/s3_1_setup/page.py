@@ -15,14 +15,13 @@ from chapters.ch04_central_generic.s3_1_setup.exercises import (
 )
 from chapters.ch04_central_generic.s3_1_setup.results import name_values
 from chapters.ch04_central_generic.s3_1_setup.trials import (
-    TURNED_RIGS,
     TURNED_SETS,
     field_trial,
     shift_between,
     turned_conditions,
     turned_trial,
 )
-from chapters.shared.central_sets import GRID_RIGS, GRID_SETS, grid_conditions
+from chapters.shared.central_sets import GRID_SETS, grid_conditions
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -118,24 +117,14 @@ from repro.run.outcomes import Plan
 
 # %%
 @experiment(
-    "sec_4_3_1_field",
-    artefact="sec_4_3_1",
-    shards={"quick": 1, "full": 2},
-    inputs=GRID_RIGS,
-    rendered=GRID_SETS,
+    "sec_4_3_1_field", artefact="sec_4_3_1", shards={"full": 2}, rendered=GRID_SETS
 )
 def calibrated_field(effort):
     """Shares of the field that are decoded."""
     return Plan(field_trial, grid_conditions(effort), 1, {})
 
 
-@experiment(
-    "sec_4_3_1_turned",
-    artefact="sec_4_3_1",
-    shards={"quick": 1, "full": 1},
-    inputs=TURNED_RIGS,
-    rendered=TURNED_SETS,
-)
+@experiment("sec_4_3_1_turned", artefact="sec_4_3_1", rendered=TURNED_SETS)
 def turned_over(effort):
     """Cameras turned over between the grids."""
     return Plan(turned_trial, turned_conditions(effort), 1, {})

@@ -37,12 +37,6 @@ TURNED_SETS = {
         "coolpix-4500-fce8-small/2", "coolpix-4500-fce8-turned-small/2",
     ),
 }  # fmt: skip
-TURNED_RIGS = (
-    "data/rigs/onevr-d70-small.yaml",
-    "data/rigs/onevr-d70-turned-small.yaml",
-    "data/rigs/coolpix-4500-fce8-small.yaml",
-    "data/rigs/coolpix-4500-fce8-turned-small.yaml",
-)
 
 
 def field_trial(condition, rng):

@@ -17,7 +17,6 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
 )
 from chapters.ch04_central_generic.s3_2_results.results import ERRORS, name_values
 from chapters.ch04_central_generic.s3_2_results.trials import (
-    BRACKET_RIGS,
     BRACKET_SETS,
     TRIALS,
     bracket_conditions,
@@ -142,11 +141,7 @@ from repro.run.outcomes import Plan
 
 # %%
 @experiment(
-    "table_4_3_rendered",
-    artefact="table_4_3",
-    shards={"quick": 1, "full": 2},
-    inputs=GRID_RIGS,
-    rendered=GRID_SETS,
+    "table_4_3_rendered", artefact="table_4_3", shards={"full": 2}, rendered=GRID_SETS
 )
 def rendered_seeds(effort):
     """From pictures to tables, both cameras."""
@@ -159,13 +154,7 @@ def rendered_seeds(effort):
     )
 
 
-@experiment(
-    "table_4_3_errors",
-    artefact="table_4_3",
-    shards={"quick": 1, "full": 1},
-    inputs=GRID_RIGS,
-    rendered=GRID_SETS,
-)
+@experiment("table_4_3_errors", artefact="table_4_3", rendered=GRID_SETS)
 def decoding_errors(effort):
     """Decoding errors of the rendered sets."""
     return Plan(errors_trial, errors_conditions(effort), 1, {})
@@ -174,7 +163,7 @@ def decoding_errors(effort):
 @experiment(
     "table_4_3_redrawn",
     artefact="table_4_3",
-    shards={"quick": 1, "full": 2},
+    shards={"full": 2},
     inputs=GRID_RIGS,
     needs=("table_4_3_errors",),
 )
@@ -190,24 +179,13 @@ def redrawn_seeds(effort, results):
 
 
 # %%
-@experiment(
-    "exp_c4_small_misalign",
-    artefact="table_4_3",
-    shards={"quick": 1, "full": 1},
-    inputs=BRACKET_RIGS,
-    rendered=BRACKET_SETS,
-)
+@experiment("exp_c4_small_misalign", artefact="table_4_3", rendered=BRACKET_SETS)
 def brackets(effort):
     """The mirror with brackets more and less off, at reduced size."""
     return Plan(bracket_trial, bracket_conditions(effort), 1, {})
 
 
-@experiment(
-    "exp_c4_caustic_floor",
-    artefact="fig_4_6",
-    shards={"quick": 1, "full": 1},
-    inputs=GRID_RIGS,
-)
+@experiment("exp_c4_caustic_floor", artefact="fig_4_6", inputs=GRID_RIGS)
 def caustic(effort):
     """The fisheye without noise, grids set up anew in each trial."""
     return Plan(caustic_trial, caustic_conditions(effort), TRIALS[effort], {})

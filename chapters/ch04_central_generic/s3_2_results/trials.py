@@ -57,12 +57,6 @@ BRACKET_SETS = {
         "onevr-d70-small/2", "onevr-d70-double-small/2",
     ),
 }  # fmt: skip
-BRACKET_RIGS = (
-    "data/rigs/onevr-d70-aligned-small.yaml",
-    "data/rigs/onevr-d70-half-small.yaml",
-    "data/rigs/onevr-d70-small.yaml",
-    "data/rigs/onevr-d70-double-small.yaml",
-)
 
 
 def rendered_trial(condition, rng):

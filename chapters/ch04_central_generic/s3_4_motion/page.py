@@ -208,13 +208,7 @@ def trial_of(results, effort):
     return partial(motion_trial, corners=corners, decoding=decoding)
 
 
-@experiment(
-    "fig_4_10_rendered",
-    artefact="fig_4_10",
-    shards={"quick": 1, "full": 1},
-    inputs=RIG_FILES,
-    needs=MEASURED,
-)
+@experiment("fig_4_10_rendered", artefact="fig_4_10", inputs=RIG_FILES, needs=MEASURED)
 def rendered_seeds(effort, results):
     """Motions from the corners of the rendered pictures."""
     conditions = [{"seed": seed} for seed in range(RENDERED[effort])]
@@ -225,7 +219,7 @@ def rendered_seeds(effort, results):
 @experiment(
     "fig_4_10_seeds",
     artefact="fig_4_10",
-    shards={"quick": 1, "full": 2},
+    shards={"full": 2},
     inputs=RIG_FILES,
     needs=MEASURED,
 )

@@ -72,7 +72,7 @@ def score_rig(name, views, rng):
 @experiment(
     "ext_benchmark_scores",
     artefact="ext_benchmarks",
-    shards={"quick": 1, "full": 3},
+    shards={"full": 3},
     inputs=ZOOM_RIGS,
 )
 def ext_benchmark_scores(effort):
@@ -86,11 +86,7 @@ def ext_benchmark_scores(effort):
     return Plan(trial, conditions, 1, settings)
 
 
-@experiment(
-    "ext_lab_accuracy_checks",
-    artefact="ext_lab_accuracy",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_lab_accuracy_checks", artefact="ext_lab_accuracy")
 def ext_lab_accuracy_checks(effort):
     """Rendered corners and light against what they should be."""
     return Plan(
@@ -102,9 +98,7 @@ def ext_lab_accuracy_checks(effort):
     )
 
 
-@experiment(
-    "ext_lab_rendering", artefact="ext_lab_accuracy", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_lab_rendering", artefact="ext_lab_accuracy")
 def ext_lab_rendering(effort):
     """Pictures of one megapixel; their time stands in the run record."""
     return Plan(megapixel_trial, [{"size_px": VIEW_PX}], RENDERINGS[effort])
@@ -113,7 +107,6 @@ def ext_lab_rendering(effort):
 @experiment(
     "ext_detector_record",
     artefact="ext_detector_counts",
-    shards={"quick": 1, "full": 1},
     inputs=("data/records/detectors.json",),
 )
 def ext_detector_record(effort):

@@ -30,7 +30,7 @@ RECORDED = "calibrations"  # of data/records
 @experiment(
     "ext_fisheye_pictures",
     artefact="ext_fisheye_corners",
-    shards={"quick": 1, "full": 2},
+    shards={"full": 2},
     inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
 )
 def ext_fisheye_pictures(effort):
@@ -46,10 +46,7 @@ def ext_fisheye_pictures(effort):
 
 
 @experiment(
-    "ext_fisheye_found",
-    artefact="ext_fisheye_corners",
-    shards={"quick": 1, "full": 1},
-    needs=("ext_fisheye_pictures",),
+    "ext_fisheye_found", artefact="ext_fisheye_corners", needs=("ext_fisheye_pictures",)
 )
 def ext_fisheye_found(effort, made):
     """The corners, by the command."""
@@ -61,7 +58,6 @@ def ext_fisheye_found(effort, made):
 @experiment(
     "ext_fisheye_camera",
     artefact="ext_fisheye_residuals",
-    shards={"quick": 1, "full": 1},
     needs=("ext_fisheye_pictures", "ext_fisheye_found"),
 )
 def ext_fisheye_camera(effort, made):
@@ -74,7 +70,6 @@ def ext_fisheye_camera(effort, made):
 @experiment(
     "ext_fisheye_look",
     artefact="ext_fisheye_views",
-    shards={"quick": 1, "full": 1},
     needs=("ext_fisheye_pictures", "ext_fisheye_camera"),
 )
 def ext_fisheye_look(effort, made):
@@ -87,7 +82,6 @@ def ext_fisheye_look(effort, made):
 @experiment(
     "ext_fisheye_scores",
     artefact="ext_fisheye_models",
-    shards={"quick": 1, "full": 1},
     needs=("ext_fisheye_pictures", "ext_fisheye_found"),
 )
 def ext_fisheye_scores(effort, made):
@@ -107,7 +101,6 @@ def ext_fisheye_scores(effort, made):
 @experiment(
     "ext_fisheye_draws",
     artefact="ext_fisheye_coverage",
-    shards={"quick": 1, "full": 1},
     inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
 )
 def ext_fisheye_draws(effort):
@@ -125,7 +118,6 @@ def ext_fisheye_draws(effort):
 @experiment(
     "ext_calibration_record",
     artefact="ext_fisheye_photographs",
-    shards={"quick": 1, "full": 1},
     inputs=("data/records/calibrations.json",),
 )
 def ext_calibration_record(effort):

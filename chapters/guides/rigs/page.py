@@ -15,9 +15,7 @@ from repro.run.outcomes import Plan
 
 
 # %% tags=["hide-cell"]
-@experiment(
-    "ext_rigs", artefact="ext_rigs", shards={"quick": 1, "full": 1}, inputs=FILES
-)
+@experiment("ext_rigs", artefact="ext_rigs", inputs=FILES)
 def ext_rigs(effort):
     """Poses of the targets of every rig, and its sizes."""
     conditions = [{"rig": name} for name in NAMES]

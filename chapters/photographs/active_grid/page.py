@@ -34,12 +34,7 @@ def grid_trial(folder, width_px, condition, rng):
     return calibration_part(folder)
 
 
-@experiment(
-    "active_grid_study",
-    artefact="ext_grid_places",
-    shards={"quick": 1, "full": 1},
-    per_set=("active_grid",),
-)
+@experiment("active_grid_study", artefact="ext_grid_places", per_set=("active_grid",))
 def active_grid_study(effort, folder):
     """Every view decoded, and a camera where there are enough."""
     image_set = load_set(folder)

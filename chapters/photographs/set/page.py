@@ -285,10 +285,7 @@ def detector_trial(folder, condition, rng):
 
 
 @experiment(
-    "photograph_detectors",
-    artefact="ext_detectors",
-    shards={"quick": 1, "full": 4},
-    per_set=BOARDS,
+    "photograph_detectors", artefact="ext_detectors", shards={"full": 4}, per_set=BOARDS
 )
 def photograph_detectors(effort, folder):
     """Every detector on every image of the set."""

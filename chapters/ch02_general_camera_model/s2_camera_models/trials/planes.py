@@ -65,7 +65,7 @@ def plane_trial(condition, rng):
     }
 
 
-@experiment("exp_c2_fov180", artefact="sec_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c2_fov180", artefact="sec_2_2")
 def planes(effort):
     """The linear programme n . r_i >= eps over fields of view."""
     settings = {

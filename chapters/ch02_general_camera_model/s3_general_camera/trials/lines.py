@@ -80,17 +80,13 @@ def normalised(matrices):
     return (sign[:, None] * flat).reshape(matrices.shape)
 
 
-@experiment(
-    "exp_c2_pluecker_invariant", artefact="sec_2_3", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_pluecker_invariant", artefact="sec_2_3")
 def lines_by_two_pairs(effort):
     """Plücker matrices of random lines, each from two pairs of points."""
     return Plan(two_pairs_trial, [{}], LINE_TRIALS[effort], LINE_SETTINGS)
 
 
-@experiment(
-    "exp_c2_pluecker_origin", artefact="sec_2_3", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_pluecker_origin", artefact="sec_2_3")
 def lines_through_origin(effort):
     """Plücker vectors of lines through the origin and of others."""
     return Plan(origin_trial, [{}], LINE_TRIALS[effort], LINE_SETTINGS)

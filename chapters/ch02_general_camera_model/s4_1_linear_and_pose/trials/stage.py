@@ -56,7 +56,7 @@ def rank_a_trial(condition, rng):
     return {"unknowns": A.shape[1], "rank": rank_of(values), "smallest": values[-1]}
 
 
-@experiment("exp_c2_rank_A", artefact="sec_2_4_1", shards={"quick": 1, "full": 1})
+@experiment("exp_c2_rank_A", artefact="sec_2_4_1")
 def rank_of_a(effort):
     """Singular values of A (2.24) in random noise-free scenes."""
     return Plan(rank_a_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
@@ -82,7 +82,7 @@ def rank_d_trial(condition, rng):
     return out
 
 
-@experiment("exp_c2_rank_D", artefact="sec_2_4_1", shards={"quick": 1, "full": 1})
+@experiment("exp_c2_rank_D", artefact="sec_2_4_1")
 def rank_of_d(effort):
     """Singular values and null vectors of D (2.25), the same way."""
     return Plan(rank_d_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
@@ -108,7 +108,7 @@ def exact_trial(condition, rng):
     return out
 
 
-@experiment("exp_c2_linear_exact", artefact="sec_2_4_1", shards={"quick": 1, "full": 1})
+@experiment("exp_c2_linear_exact", artefact="sec_2_4_1")
 def exact_data(effort):
     """The linear stage on exact data, in three forms of its formulas."""
     return Plan(exact_trial, [{}], SCENES[effort], LINEAR_SETTINGS)
@@ -169,9 +169,7 @@ def no_motion_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c2_generic_no_motion", artefact="alg_1", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_generic_no_motion", artefact="alg_1")
 def no_motion(effort):
     """Poses from intersections alone, and the two-pose method beside."""
     settings = LINEAR_SETTINGS | {"error_put_on_T_1_mm": 1.0}

@@ -65,9 +65,7 @@ def worked_trial(condition, rng):
     }
 
 
-@experiment(
-    "ext_worked_row_scene", artefact="ext_worked_row", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_worked_row_scene", artefact="ext_worked_row")
 def worked_scene(effort):
     """One scene without noise, with every symbol of (2.24) as a number."""
     return Plan(worked_trial, [{}], 1, {"drawn_mm": 2 * HALF_TRACE_MM})

@@ -84,7 +84,7 @@ def read_trial(condition, rng, counts, errors):
 @experiment(
     "table_2_2_readings",
     artefact="table_2_2",
-    shards={"quick": 1, "full": 4},
+    shards={"full": 4},
     inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
@@ -97,7 +97,7 @@ def read_seeds(effort, results):
 @experiment(
     "fig_2_7_smooth",
     artefact="table_2_2",
-    shards={"quick": 1, "full": 3},
+    shards={"full": 3},
     inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
@@ -108,10 +108,7 @@ def smooth_seeds(effort, results):
 
 
 @experiment(
-    "ext_table_2_2_exact",
-    artefact="table_2_2",
-    shards={"quick": 1, "full": 2},
-    inputs=ZOOM_RIGS,
+    "ext_table_2_2_exact", artefact="table_2_2", shards={"full": 2}, inputs=ZOOM_RIGS
 )
 def exact_seeds(effort):
     """Set 3 with exact corners: what is left is not the detector's."""
@@ -121,15 +118,13 @@ def exact_seeds(effort):
     return Plan(trial, sets, EXACT[effort], settings(effort))
 
 
-@experiment("fig_2_5_true_centre", artefact="fig_2_5", shards={"quick": 1, "full": 1})
+@experiment("fig_2_5_true_centre", artefact="fig_2_5")
 def true_centres(effort):
     """The true centre in the place of the estimated one, simulated."""
     return Plan(centre_trial, [{}], SMALL[effort], {"scene": SCENE})
 
 
-@experiment(
-    "exp_c2_homography_harmless", artefact="fig_2_5", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c2_homography_harmless", artefact="fig_2_5")
 def homographies(effort):
     """Perspective points and distorted ones, after a homography."""
     return Plan(homography_trial, [{}], SMALL[effort], {})

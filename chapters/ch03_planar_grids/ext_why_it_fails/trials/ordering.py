@@ -70,9 +70,7 @@ def ordering_trial(condition, rng):
     }
 
 
-@experiment(
-    "ext_why_orderings", artefact="ext_why_orderings", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_why_orderings", artefact="ext_why_orderings")
 def orderings(effort):
     """The two orderings of 1.2.1 on corners of boards that bend more and more."""
     settings = {"corner_sd_px": CORNER_SD_PX}

@@ -131,69 +131,49 @@ def plan_of(case, effort):
     return Plan(why_trial, [condition], TRIALS[effort], VARIATION)
 
 
-@experiment(
-    "ext_why_clearance", artefact="ext_why_clearance", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_why_clearance", artefact="ext_why_clearance")
 def clearance(effort):
     """How far the sheet goes on beyond the outermost corners."""
     return plan_of("clearance", effort)
 
 
-@experiment(
-    "ext_why_first_corner",
-    artefact="ext_why_first_corner",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_why_first_corner", artefact="ext_why_first_corner")
 def first_corner(effort):
     """The right contour of the first corner comes within t4 of L4."""
     return plan_of("first_corner", effort)
 
 
-@experiment(
-    "ext_why_wrong_contour",
-    artefact="ext_why_wrong_contour",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_why_wrong_contour", artefact="ext_why_wrong_contour")
 def wrong_contour(effort):
     """The wrong contour of the first corner leaves t4 of L4, closer to L1."""
     return plan_of("wrong_contour", effort)
 
 
-@experiment(
-    "ext_why_direction", artefact="ext_why_direction", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_why_direction", artefact="ext_why_direction")
 def direction(effort):
     """Eight ways to click one picture."""
     return plan_of("direction", effort)
 
 
-@experiment("ext_why_window", artefact="ext_why_window", shards={"quick": 1, "full": 1})
+@experiment("ext_why_window", artefact="ext_why_window")
 def window(effort):
     """The window's radius, times a factor."""
     return plan_of("window", effort)
 
 
-@experiment(
-    "ext_why_curvature", artefact="ext_why_curvature", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_why_curvature", artefact="ext_why_curvature")
 def curvature(effort):
     """The same bend with fewer and larger squares."""
     return plan_of("curvature", effort)
 
 
-@experiment(
-    "ext_why_size_variation",
-    artefact="ext_why_size_variation",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_why_size_variation", artefact="ext_why_size_variation")
 def size_variation(effort):
     """Squares that grow along a contour."""
     return plan_of("size_variation", effort)
 
 
-@experiment(
-    "ext_why_blur_noise", artefact="ext_why_blur_noise", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_why_blur_noise", artefact="ext_why_blur_noise")
 def blur_noise(effort):
     """Blur, and noise."""
     return plan_of("blur_noise", effort)

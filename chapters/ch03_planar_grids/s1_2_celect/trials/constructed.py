@@ -75,7 +75,7 @@ def split_trial(condition, rng):
     return counts
 
 
-@experiment("table_3_2_split", artefact="table_3_2", shards={"quick": 1, "full": 1})
+@experiment("table_3_2_split", artefact="table_3_2")
 def split_peaks(effort):
     """Windows with one edge, with and without averaging of peaks."""
     return Plan(split_trial, [{"windows": 40}], WINDOWS[effort])
@@ -137,7 +137,7 @@ def start_trial(condition, rng):
     }
 
 
-@experiment("table_3_2_start", artefact="table_3_2", shards={"quick": 1, "full": 1})
+@experiment("table_3_2_start", artefact="table_3_2")
 def start_cases(effort):
     """First corners on both sides of each condition of the text."""
     return Plan(start_trial, [{}], CASES[effort])
@@ -170,7 +170,7 @@ def bias_trial(condition, rng):
     }
 
 
-@experiment("exp_c3_bias", artefact="sec_3_1_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_bias", artefact="sec_3_1_2")
 def bias(effort):
     """A corner and a disc under a homography and a radial law."""
     return Plan(bias_trial, [{"bend": 0.2, "radius": 20.0}], CASES[effort])

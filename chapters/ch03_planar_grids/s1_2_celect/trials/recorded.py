@@ -85,14 +85,14 @@ def drawn_run(condition, rng):
     return values | {"image": view.image, "tried": tried}
 
 
-@experiment("fig_3_1_run", artefact="fig_3_1", shards={"quick": 1, "full": 1})
+@experiment("fig_3_1_run", artefact="fig_3_1")
 def run_on_fisheye(effort):
     """A run that is drawn: windows, lines, candidates of every step."""
     condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
     return Plan(drawn_run, [condition], 1)
 
 
-@experiment("fig_3_4_run", artefact="fig_3_4", shards={"quick": 1, "full": 1})
+@experiment("fig_3_4_run", artefact="fig_3_4")
 def run_on_mirror(effort):
     """A run on a mirror's picture that is drawn."""
     condition = {"camera": "hyperboloid", "size_px": 900, "least_px": 18, "views": 10}
@@ -148,7 +148,7 @@ def stage_trial(condition, rng):
     return counts
 
 
-@experiment("fig_3_3_stages", artefact="fig_3_3", shards={"quick": 1, "full": 1})
+@experiment("fig_3_3_stages", artefact="fig_3_3")
 def stages(effort):
     """Which stage of the code follows which, counted in a run."""
     return Plan(stage_trial, [{}], 1)

@@ -25,7 +25,7 @@ def square_trial(condition, rng):
     return scored(result, board.lattice)
 
 
-@experiment("exp_c3_big_square", artefact="sec_3_1_2", shards={"quick": 1, "full": 2})
+@experiment("exp_c3_big_square", artefact="sec_3_1_2", shards={"full": 2})
 def big_squares(effort):
     """Sizes of square at three wide fields of view."""
     across = SQUARES_ACROSS[::6] if effort == "quick" else SQUARES_ACROSS
@@ -48,7 +48,7 @@ def limit_trial(condition, rng):
     return scored(result, board.lattice)
 
 
-@experiment("ext_celect_limits", artefact="sec_3_1_2", shards={"quick": 1, "full": 2})
+@experiment("ext_celect_limits", artefact="sec_3_1_2", shards={"full": 2})
 def limits(effort):
     """One smoothing for all, against noise and against small squares."""
     pictures = LIMITS[1:4:2] if effort == "quick" else LIMITS

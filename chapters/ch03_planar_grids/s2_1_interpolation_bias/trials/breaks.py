@@ -62,9 +62,7 @@ def ridge_trial(condition, rng):
     return found
 
 
-@experiment(
-    "exp_c3_interp_discontinuous", artefact="sec_3_2_1", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c3_interp_discontinuous", artefact="sec_3_2_1")
 def ridge(effort):
     """The camera of two facets."""
     stated = {"facet_deg": facets.FACET_DEG, "height_px": HEIGHT_PX[effort]}
@@ -72,9 +70,7 @@ def ridge(effort):
     return Plan(ridge_trial, [stated], trials, SETTINGS)
 
 
-@experiment(
-    "ext_interpolation_breaks", artefact="ext_breaks", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_interpolation_breaks", artefact="ext_breaks")
 def breaks(effort):
     """Smaller and larger breaks, beside the stated one."""
     others = facets.OTHER_FACETS_DEG

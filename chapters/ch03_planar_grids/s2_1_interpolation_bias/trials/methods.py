@@ -68,7 +68,6 @@ def method_trial(condition, rng):
 @experiment(
     "ext_interpolation_methods",
     artefact="ext_interpolation_methods",
-    shards={"quick": 1, "full": 1},
     inputs=("data/rigs/hyperboloidal.yaml",),
 )
 def methods(effort):
@@ -100,11 +99,7 @@ def active_trial(condition, rng):
     }
 
 
-@experiment(
-    "ext_interpolation_active",
-    artefact="ext_interpolation_methods",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_interpolation_active", artefact="ext_interpolation_methods")
 def active_beside(effort):
     """An active grid where the grid of Fig. 3.6 stood."""
     width, trials = {"quick": (100, 1), "full": (300, 2)}[effort]

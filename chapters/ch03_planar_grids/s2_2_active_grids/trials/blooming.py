@@ -152,7 +152,7 @@ def bloom_trial(condition, rng):
 BLOOM_TRIALS = {"quick": 1, "full": 50}
 
 
-@experiment("exp_c3_blooming", artefact="sec_3_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_blooming", artefact="sec_3_2_2")
 def too_much_light(effort):
     """A chessboard and an active grid on a sensor that overflows."""
     settings = {"exposures": list(EXPOSURES), "shares": list(SHARES)}

@@ -194,14 +194,14 @@ MONITORS_PX = {
 }
 
 
-@experiment("exp_c3_20_patterns", artefact="fig_3_8", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_20_patterns", artefact="fig_3_8")
 def whole_displays(effort):
     """Every pixel of a monitor, decoded from what it is sent."""
     conditions = [{"monitor_px": list(m)} for m in MONITORS_PX[effort]]
     return Plan(whole_display_trial, conditions, 1)
 
 
-@experiment("exp_c3_gray_single", artefact="sec_3_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_gray_single", artefact="sec_3_2_2")
 def wrong_bits_at_edges(effort):
     """One wrong bit beside every edge of codes of 1 to 8 bits."""
     conditions = [{"bits": bits} for bits in range(1, 9)]
@@ -217,12 +217,7 @@ EDGES_AND_LIGHT = (
 BIT_TRIALS = {"quick": 2, "full": 20}
 
 
-@experiment(
-    "exp_c3_inverse_helps",
-    artefact="sec_3_2_2",
-    shards={"quick": 1, "full": 1},
-    inputs=RIGS,
-)
+@experiment("exp_c3_inverse_helps", artefact="sec_3_2_2", inputs=RIGS)
 def bits_near_edges(effort):
     """Bits near edges, by an inverse and by three thresholds."""
     conditions = [

@@ -141,7 +141,7 @@ POSITIONS = {"quick": 4, "full": 8}
 DRAWS = {"quick": 2, "full": 10}
 
 
-@experiment("exp_c3_radiometric_ok", artefact="fig_3_9", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_radiometric_ok", artefact="fig_3_9")
 def published_orders(effort):
     """The decoder on profiles with the orders that Fig. 3.9's misfits imply."""
     given = {"phases": PHASES[effort], "positions": POSITIONS[effort]}
@@ -150,16 +150,14 @@ def published_orders(effort):
     return Plan(response_trial, conditions, 1, settings)
 
 
-@experiment(
-    "exp_c3_offset_cancels", artefact="sec_3_2_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c3_offset_cancels", artefact="sec_3_2_2")
 def offsets(effort):
     """Offsets of up to 50 grey levels."""
     conditions = [{"phases": PHASES[effort]}]
     return Plan(offset_trial, conditions, DRAWS[effort])
 
 
-@experiment("exp_c3_vignetting", artefact="sec_3_2_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c3_vignetting", artefact="sec_3_2_2")
 def gains(effort):
     """A gain of 0.2 to 1 for every pixel."""
     conditions = [{"phases": PHASES[effort]}]

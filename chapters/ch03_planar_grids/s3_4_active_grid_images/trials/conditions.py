@@ -29,14 +29,6 @@ BALL_SETS = {
     "quick": ("mirror-ball-small/1",),
     "full": ("mirror-ball/1", "mirror-ball/2", "mirror-ball/3"),
 }
-CORNER_RIGS = (
-    "data/rigs/d200-lens.yaml",
-    "data/rigs/d200-lens-small.yaml",
-    "data/rigs/d200-lens-sharp.yaml",
-    "data/rigs/d200-lens-sharp-small.yaml",
-)
-FISHEYE_RIGS = ("data/rigs/d200-fisheye.yaml", "data/rigs/d200-fisheye-small.yaml")
-BALL_RIGS = ("data/rigs/mirror-ball.yaml", "data/rigs/mirror-ball-small.yaml")
 
 
 def corner_conditions(effort, cases):

@@ -84,20 +84,14 @@ def board_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c4_interp_bias_centre", artefact="sec_4_1_1", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_interp_bias_centre", artefact="sec_4_1_1")
 def boards_as_base(effort):
     """The claim's case: 20 mm squares before the camera of 4.1.5."""
     conditions = [{"lens": LENSES[0], "pitch_mm": PITCH_MM, "all_grids": True}]
     return Plan(board_trial, conditions, {"quick": 4, "full": 50}[effort], SETTINGS)
 
 
-@experiment(
-    "ext_board_as_base_sweep",
-    artefact="ext_board_as_base",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_board_as_base_sweep", artefact="ext_board_as_base")
 def pitches(effort):
     """Larger squares, and a lens that bends them more."""
     conditions = [

@@ -47,7 +47,7 @@ def picture_trial(condition, rng):
     return {"residual": max(largest), "residual_mm": max(in_mm)}
 
 
-@experiment("exp_c4_synth_pinhole", artefact="fig_4_1", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_synth_pinhole", artefact="fig_4_1")
 def synthetic_pictures(effort):
     """Noise-free cameras: is the picture on the base grid one of a pinhole?"""
     conditions = [{"camera": name} for name in CAMERAS]
@@ -71,7 +71,7 @@ def noisy_trial(condition, rng):
     return {stage: centre_off(stage, seen.noisy) for stage in SOLVERS}
 
 
-@experiment("exp_c4_sm_vs_wl", artefact="sec_4_1_1", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_sm_vs_wl", artefact="sec_4_1_1")
 def pinhole_methods(effort):
     """Sturm-Maybank and the circles on the same noisy points."""
     conditions = [{"fov_deg": 100, "noise_px": noise} for noise in NOISES_PX[effort]]
@@ -92,7 +92,7 @@ def count_trial(condition, rng):
     return {"found": 1, "centre_mm": float(off)}
 
 
-@experiment("sec_4_1_1_grids", artefact="sec_4_1_1", shards={"quick": 1, "full": 1})
+@experiment("sec_4_1_1_grids", artefact="sec_4_1_1")
 def fewest_grids(effort):
     """Two grids, three, four: from when on is there a centre?"""
     conditions = [{"grids": n} for n in (2, 3, 4)]

@@ -47,7 +47,7 @@ def scene_trial(condition, rng):
     }
 
 
-@experiment("fig_4_1_scene", artefact="fig_4_1", shards={"quick": 1, "full": 1})
+@experiment("fig_4_1_scene", artefact="fig_4_1")
 def scene(effort):
     """One board, its bent picture in a fisheye and the one on the base grid."""
     settings = SETTINGS | {"fov_deg": WIDE_FOV_DEG, "pitch_mm": PITCH_MM}

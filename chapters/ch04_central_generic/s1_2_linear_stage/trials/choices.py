@@ -31,9 +31,7 @@ def choices_trial(condition, rng):
 
 
 @experiment(
-    "ext_linear_choices_trials",
-    artefact="ext_linear_choices",
-    shards={"quick": 1, "full": 2},
+    "ext_linear_choices_trials", artefact="ext_linear_choices", shards={"full": 2}
 )
 def choices(effort):
     """Weights and RANSAC, for two lenses and three or ten grids."""

@@ -90,7 +90,7 @@ def minimal_trial(condition, rng):
     return out | {"length_mm": off.max(), "angle_rad": turns.max()}
 
 
-@experiment("exp_c4_min_triplets", artefact="sec_4_1_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_min_triplets", artefact="sec_4_1_2")
 def fewest_rays(effort):
     """Three rays and four, in scenes without noise."""
     conditions = [{"rays": n} for n in (3, 4)]
@@ -132,7 +132,7 @@ def parameters_trial(condition, rng):
     }
 
 
-@experiment("sec_4_1_2_unknowns", artefact="sec_4_1_2", shards={"quick": 1, "full": 1})
+@experiment("sec_4_1_2_unknowns", artefact="sec_4_1_2")
 def unknowns(effort):
     """How many of the unknowns two homographies determine."""
     return Plan(parameters_trial, [{}], TRIALS[effort], SETTINGS)

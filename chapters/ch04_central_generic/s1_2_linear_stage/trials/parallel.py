@@ -96,9 +96,7 @@ def parallel_trial(condition, rng):
     return out | {"refused": 0, "margin": found.margin, "centre_mm": off}
 
 
-@experiment(
-    "ext_degeneracy_sweep", artefact="ext_degeneracy", shards={"quick": 1, "full": 2}
-)
+@experiment("ext_degeneracy_sweep", artefact="ext_degeneracy", shards={"full": 2})
 def nearly_parallel(effort):
     """One angle goes to zero: of a grid to the base, or of two grids."""
     conditions = [

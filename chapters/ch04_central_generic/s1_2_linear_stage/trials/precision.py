@@ -49,9 +49,7 @@ def precision_trial(condition, rng):
     return out
 
 
-@experiment(
-    "exp_c4_svd_precision", artefact="ext_svd_precision", shards={"quick": 1, "full": 2}
-)
+@experiment("exp_c4_svd_precision", artefact="ext_svd_precision", shards={"full": 2})
 def precisions(effort):
     """20 000 pairs, exact and with noise, normalised and as they come."""
     conditions = [

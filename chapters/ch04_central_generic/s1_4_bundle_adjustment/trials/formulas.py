@@ -25,9 +25,7 @@ def unknowns_trial(condition, rng):
     }
 
 
-@experiment(
-    "exp_c4_ba_param_count", artefact="sec_4_1_4", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_ba_param_count", artefact="sec_4_1_4")
 def unknowns(effort):
     """How many numbers the adjustments move."""
     return Plan(unknowns_trial, [{"grids": n} for n in GRIDS], 1, SETTINGS)
@@ -63,9 +61,7 @@ def nearest(rays, reach, rounds=90):
     return distance((low + high) / 2)
 
 
-@experiment(
-    "exp_c4_raypoint_formula", artefact="sec_4_1_4", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_raypoint_formula", artefact="sec_4_1_4")
 def formula(effort):
     """The closed form of the ray-point distance."""
     return Plan(formula_trial, [{}], 5, {"points": POINTS})

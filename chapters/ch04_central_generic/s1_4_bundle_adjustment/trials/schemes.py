@@ -144,11 +144,7 @@ def scheme_trial(condition, rng):
     return out
 
 
-@experiment(
-    "ext_schemes_trials",
-    artefact="ext_adjustment_schemes",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_schemes_trials", artefact="ext_adjustment_schemes")
 def schemes(effort):
     """All schemes of adjustment on the same data."""
     trials = {"quick": 2, "full": 50}[effort]
@@ -192,11 +188,7 @@ def normalised_square(found, scene):
     return float(off @ np.linalg.solve(found.covariance, off) / len(off))
 
 
-@experiment(
-    "ext_adjustment_targets_trials",
-    artefact="ext_adjustment_targets",
-    shards={"quick": 1, "full": 1},
-)
+@experiment("ext_adjustment_targets_trials", artefact="ext_adjustment_targets")
 def targets(effort):
     """Accuracy of the consistent adjustment, and of the error it states."""
     cases = [{"case": name} for name in TARGETS]
@@ -261,9 +253,7 @@ def _spread(centres):
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
 
-@experiment(
-    "exp_c4_centre_ba_unstable", artefact="sec_4_1_4", shards={"quick": 1, "full": 2}
-)
+@experiment("exp_c4_centre_ba_unstable", artefact="sec_4_1_4", shards={"full": 2})
 def unstable(effort):
     """Where adjustments with a free centre end, from many starts."""
     cases = [{"starts": STARTS[effort]}]

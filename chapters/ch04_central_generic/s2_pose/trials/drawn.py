@@ -63,7 +63,7 @@ def case_trial(condition, rng):
     }
 
 
-@experiment("fig_4_3_case", artefact="fig_4_3", shards={"quick": 1, "full": 1})
+@experiment("fig_4_3_case", artefact="fig_4_3")
 def drawn_case(effort):
     """One grid, its image on the synthetic plane, and the pose from it."""
     settings = {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG}
@@ -106,9 +106,7 @@ def time_trial(condition, rng):
     }
 
 
-@experiment(
-    "ext_pose_times_run", artefact="ext_pose_times", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_pose_times_run", artefact="ext_pose_times")
 def times(effort):
     """How long each estimator takes, on one processor."""
     conditions = [{"points": count} for count in TIMED[effort]]

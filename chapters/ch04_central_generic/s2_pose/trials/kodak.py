@@ -153,12 +153,7 @@ def chosen_pairs(camera, location, step, rng):
     return camera.rays(pixels).directions, location[v, u]
 
 
-@experiment(
-    "table_4_1_rendered",
-    artefact="table_4_1",
-    shards={"quick": 1, "full": 1},
-    rendered=KODAK_SETS,
-)
+@experiment("table_4_1_rendered", artefact="table_4_1", rendered=KODAK_SETS)
 def rendered_seeds(effort):
     """Seeds that go from pictures to numbers."""
     conditions = [
@@ -210,7 +205,7 @@ def measured_seeds(results, effort):
 @experiment(
     "table_4_1_redrawn",
     artefact="table_4_1",
-    shards={"quick": 1, "full": 2},
+    shards={"full": 2},
     inputs=KODAK_RIGS,
     needs=("table_4_1_rendered",),
 )

@@ -53,16 +53,14 @@ def plane_trial(condition, rng):
     return out
 
 
-@experiment(
-    "exp_c4_plane_orientation", artefact="fig_4_3", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_plane_orientation", artefact="fig_4_3")
 def plane_orientation(effort):
     """Pose errors on planes tilted against the one of (4.24)."""
     settings = SETTINGS | {"tilts_deg": TILTS_DEG}
     return Plan(plane_trial, [{"noise": NOISE_PX}], TRIALS[effort], settings)
 
 
-@experiment("exp_c4_plane_free", artefact="fig_4_3", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_plane_free", artefact="fig_4_3")
 def plane_free(effort):
     """The same without noise."""
     settings = SETTINGS | {"tilts_deg": TILTS_DEG}

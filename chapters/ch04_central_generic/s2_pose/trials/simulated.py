@@ -105,7 +105,7 @@ def size_trial(condition, rng):
     return out
 
 
-@experiment("exp_c4_real_larger", artefact="fig_4_4", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_real_larger", artefact="fig_4_4")
 def real_larger(effort):
     """The same grids, and half as large at twice the distance."""
     settings = {"sizes": SIZES, "noise_px": SIZE_NOISE, "points": POINTS}

@@ -81,9 +81,7 @@ def source_trial(condition, rng):
     return out
 
 
-@experiment(
-    "ext_pose_rays_run", artefact="ext_pose_rays", shards={"quick": 1, "full": 1}
-)
+@experiment("ext_pose_rays_run", artefact="ext_pose_rays")
 def sources(effort):
     """The same pose by rays from four sources."""
     settings = {"noise_px": NOISE_PX, "grids": GRIDS}

@@ -132,21 +132,19 @@ SETTINGS_HERE = SETTINGS | {
 }
 
 
-@experiment("exp_c4_3pt_sensitive", artefact="sec_4_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_3pt_sensitive", artefact="sec_4_2")
 def sensitive(effort):
     """Errors of three points near to each other, and far apart."""
     return Plan(error_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
-@experiment(
-    "exp_c4_3pt_no_solution", artefact="sec_4_2", shards={"quick": 1, "full": 1}
-)
+@experiment("exp_c4_3pt_no_solution", artefact="sec_4_2")
 def no_solution(effort):
     """How often three noisy points have no pose at all."""
     return Plan(count_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
-@experiment("exp_c4_linear_always", artefact="sec_4_2", shards={"quick": 1, "full": 1})
+@experiment("exp_c4_linear_always", artefact="sec_4_2")
 def linear_always(effort):
     """How often four noisy points have a linear pose."""
     return Plan(four_trial, [{}], SCENES[effort], SETTINGS_HERE)

@@ -11,7 +11,7 @@ from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
     lines_trial,
     pictures_trial,
 )
-from chapters.shared.central_sets import GRID_RIGS, GRID_SETS, RIGS, SEEDS, SMALL
+from chapters.shared.central_sets import GRID_SETS, RIGS, SEEDS, SMALL
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -21,12 +21,7 @@ LINES = {"quick": 2, "full": 50}
 LINES_STEP = {"quick": 4, "full": 12}
 
 
-@experiment(
-    "fig_4_9_boards",
-    artefact="fig_4_9",
-    rendered=ALL_SETS,
-    shards={"quick": 1, "full": 2},
-)
+@experiment("fig_4_9_boards", artefact="fig_4_9", rendered=ALL_SETS, shards={"full": 2})
 def boards(effort):
     """Every rendered seed of both cameras: chessboards, corrected."""
     cases = conditions(effort, STEP[effort])
@@ -35,11 +30,7 @@ def boards(effort):
 
 
 @experiment(
-    "fig_4_7_pictures",
-    artefact="fig_4_7",
-    rendered=GRID_SETS,
-    inputs=GRID_RIGS,
-    shards={"quick": 1, "full": 2},
+    "fig_4_7_pictures", artefact="fig_4_7", rendered=GRID_SETS, shards={"full": 2}
 )
 def pictures(effort):
     """Two frames of a room by each camera, as taken and corrected."""
@@ -50,12 +41,7 @@ def pictures(effort):
     return Plan(pictures_trial, cases, 1, {"step_px": STEP[effort]})
 
 
-@experiment(
-    "fig_4_7_lines",
-    artefact="fig_4_7",
-    rendered=GRID_SETS,
-    shards={"quick": 1, "full": 2},
-)
+@experiment("fig_4_7_lines", artefact="fig_4_7", rendered=GRID_SETS, shards={"full": 2})
 def lines(effort):
     """Redrawn calibrations of both cameras: edges, and the field of view."""
     step = LINES_STEP[effort]

@@ -59,12 +59,7 @@ def decoding_trial(condition, rng):
     return measured_errors(seen, PERIODS, size_mm)._asdict()
 
 
-@experiment(
-    "fig_4_10_decoding",
-    artefact="fig_4_10",
-    shards={"quick": 1, "full": 1},
-    rendered=DECODED_SETS,
-)
+@experiment("fig_4_10_decoding", artefact="fig_4_10", rendered=DECODED_SETS)
 def decoding(effort):
     """How the active grids of the mirror camera are decoded."""
     settings = {"grids": LINEAR_GRIDS, "periods": PERIODS}
@@ -91,10 +86,7 @@ def corner_trial(condition, rng, every):
 
 
 @experiment(
-    "fig_4_10_corners",
-    artefact="fig_4_10",
-    shards={"quick": 1, "full": 2},
-    inputs=RIG_FILES,
+    "fig_4_10_corners", artefact="fig_4_10", shards={"full": 2}, inputs=RIG_FILES
 )
 def corners(effort):
     """Corners of the target in rendered pictures, by both detectors."""
