@@ -3,6 +3,7 @@
 import json
 import math
 import os
+from pathlib import Path
 
 import pytest
 
@@ -116,5 +117,18 @@ def test_yaml_has_one_meaning(tmp_path):
     path.write_text("taken: 2026-01-31\nsizes: [1, 2.5]\n")
     assert read_yaml(path) == {"taken": "2026-01-31", "sizes": [1, 2.5]}
     path.write_text("a: 1\nb: 2\na: 3\n")
-    with pytest.raises(InputError, match=r"plain\.yaml: line 3: key 'a' given twice"):
+    twice = r"plain\.yaml: line 3: key 'a' given twice, first in line 1; keep one"
+    with pytest.raises(InputError, match=twice):
+        read_yaml(path)
+
+
+def test_no_yaml_of_the_repository_has_a_key_twice():
+    root = Path(__file__).resolve().parents[1]
+    paths = [
+        path
+        for folder in ("chapters", "data/published", "data/rigs", "lib", "tests")
+        for path in (root / folder).rglob("*.yaml")
+    ]
+    assert len(paths) > 50
+    for path in [*paths, root / "CITATION.cff"]:
         read_yaml(path)

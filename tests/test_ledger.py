@@ -229,7 +229,11 @@ def test_several_faults_are_counted(written):
 def test_broken_yaml_and_a_missing_file_are_one_line(written):
     folder = written() / ledger.FOLDER
     (folder / "claims.yaml").write_text("claims: [\n")
-    with pytest.raises(LedgerError, match=r"^claims.yaml: not YAML; mend it: .*line"):
+    with pytest.raises(LedgerError, match=r"^claims.yaml: line 2: .*mend the YAML$"):
+        ledger.load(folder.parents[1])
+    (folder / "claims.yaml").write_text("claims: []\nother: 1\nclaims: []\n")
+    twice = "^claims.yaml: line 3: key 'claims' given twice, first in line 1; keep one"
+    with pytest.raises(LedgerError, match=twice):
         ledger.load(folder.parents[1])
     (folder / "claims.yaml").unlink()
     with pytest.raises(LedgerError, match=r"claims.yaml: not found; bring it back"):

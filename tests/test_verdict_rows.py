@@ -146,9 +146,9 @@ def test_judged_files_are_read_in_order_and_checked(tmp_path):
 def test_the_list_of_unfinished_chapters_is_checked(tmp_path):
     (tmp_path / "chapters").mkdir()
     path = tmp_path / "chapters/unfinished.yaml"
-    path.write_text("2: the rest\nA: all\n")
+    path.write_text('"2": the rest\nA: all\n')
     assert verdict.read_unfinished(tmp_path) == {"2": "the rest", "A": "all"}
-    for text in ("7: all\n", "2:\n", "- 2\n", "2: [\n"):
+    for text in ('"7": all\n', "A:\n", "2: all\n", "- 2\n", "2: [\n"):
         path.write_text(text)
         with pytest.raises(InputError, match=r"^unfinished.yaml: "):
             verdict.read_unfinished(tmp_path)

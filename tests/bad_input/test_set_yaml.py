@@ -242,12 +242,13 @@ SYNTAX = {
     "aliases upon aliases": (ALIASES, "aliases .* grow without bound"),
     "itself": ("a: &x [*x]\n", "aliases .* grow without bound"),
     "tag": ("raxel_set: !!python/name:os.system 1\n", "line 1: a tag"),
-    "number as key": ("1: 2\n", "line 1: a key must be a word"),
+    "number as key": ("1: 2\n", "line 1: a key must be a word; put it"),
     "two documents": ("raxel_set: 1\n---\nraxel_set: 1\n", "line 2: "),
     "no number": ("raxel_set: 0b_\n", "line 1: '0b_' is not a number"),
     "empty": ("", "found null; give a mapping"),
     "text": ("chessboard", "found 'chessboard'; give a mapping"),
-    "deep": ("[" * 3000, "nested too deeply|line 1"),
+    "deep": ("[" * 3000, "line 1: nested too deeply"),
+    "deeper": ("[" * 1_000_000, "line 1: nested too deeply"),
     "control character": ("name: \x07\n", "not a YAML text"),
 }
 

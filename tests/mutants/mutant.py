@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
+from raxel.documents import read_yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 LISTS = ("library.yaml", "calibration.yaml", "report.yaml")
@@ -48,9 +48,9 @@ class Mutant(NamedTuple):
 
 def load_mutants():
     """The Mutants of the lists beside this module, in their order."""
-    texts = [Path(__file__).with_name(name).read_text("utf-8") for name in LISTS]
+    paths = [Path(__file__).with_name(name) for name in LISTS]
     return [
         Mutant(**entry | {"tests": tuple(entry["tests"])})
-        for text in texts
-        for entry in yaml.safe_load(text)
+        for path in paths
+        for entry in read_yaml(path)
     ]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
+from raxel import documents
 from raxel.errors import InputError
 from repro.judge.schema import faults, hint
 
@@ -121,16 +122,13 @@ def load(root: Path) -> Ledger:
 
 def read_yaml(path: Path) -> object:
     """Content of a YAML file; LedgerError where it is missing or malformed."""
-    import yaml
-
+    if not path.is_file():
+        raise LedgerError(f"{path}: not found; bring it back from git")
     try:
-        text = path.read_text("utf-8")
-        return yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except OSError:
-        raise LedgerError(f"{path}: not found; bring it back from git") from None
-    except yaml.YAMLError as error:
-        told = " ".join(str(error).split())
-        raise LedgerError(f"{path.name}: not YAML; mend it: {told}") from None
+        return documents.read_yaml(path)
+    except InputError as fault:
+        line = str(fault).removeprefix(f"{path.parent}/")
+        raise LedgerError(line) from None
 
 
 def _raise_first(lines: Iterable[str]) -> None:

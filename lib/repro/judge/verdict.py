@@ -53,8 +53,6 @@ def read_judged(folder: Path, pages: Iterable[str] | None = None) -> list[dict]:
 def read_unfinished(root: Path) -> dict[str, str]:
     """Chapters that are not built yet, each with what is missing."""
     content = read_yaml(root / "chapters" / "unfinished.yaml")
-    if isinstance(content, dict):
-        content = {str(chapter): what for chapter, what in content.items()}
     _raise_first(faults(content, "unfinished", "unfinished.yaml"))
     return content
 
