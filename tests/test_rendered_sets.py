@@ -34,8 +34,7 @@ def sets(root, *names):
 
 
 def key(root, name=NAME):
-    rig, _, seed = name.partition("/")
-    return sets(root).key(SimpleNamespace(rig=rig, seed=seed))
+    return sets(root).key(name)
 
 
 def written(root, name, text):

@@ -4,20 +4,51 @@ A result is rebuilt when something it was computed with changed, and only then. 
 of a function covers its own syntax tree and, followed by name through the chapters and
 `lib/`, every function, class and constant it can reach; comments, docstrings and
 annotations do not count. A package from outside counts with its pinned version.
+
+In a definition's hash each name of another definition is replaced by that one's hash,
+so what things are called and where they stand does not count either: a module that
+moves, a constant or function with another name reruns nothing. Names stay in the hash
+where they can be seen at run time: those of classes (a camera's file holds its own), of
+all that a module defines where it is handed on as a whole, of the module of code that
+reads ``__file__``, and all names that are reached where code asks what a function is
+called. A name that is bound below a definition as well stays there, too. Names in
+strings are not followed, nor what importing another module does to this one.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
-from repro.run.source_index import Definition, Module, index
+from repro.run.bare_syntax import PROJECT
+from repro.run.circles import circles
+from repro.run.source_index import Module, index
 
-PROJECT = ("chapters", "raxel", "repro")
 DISTRIBUTION = {"cv2": "opencv-python-headless", "yaml": "pyyaml"}
+WHOLE = "*"
+"""Name that stands for all definitions of a module."""
+MAX_IMPORTS = 20
+"""Modules that a name may come through; more is a circle."""
+
+Place = tuple[str, str]
+"""Module and name of a definition."""
+
+
+class Node(NamedTuple):
+    """What one place says: its syntax, and in order where each name of it leads.
+
+    A link is what is said about a target, and the target: none where that is outside.
+    """
+
+    hash: str
+    links: list[tuple[str, Place | None]]
+    pins: dict[str, str]
+    asks_names: bool = False
 
 
 class Reach:
@@ -26,116 +57,174 @@ class Reach:
     def __init__(self, root: Path) -> None:
         self.root = root
         self._modules: dict[str, Module | None] = {}
-        self._known: dict[tuple[str, str], tuple[dict, list]] = {}
-        self._keys: dict[tuple[tuple[str, str], ...], str] = {}
+        self._nodes: dict[Place, Node] = {}
+        self._hashes: dict[Place, str] = {}
+        self._asks_names: dict[Place, bool] = {}
+        self._keys: dict[tuple[Place, ...], str] = {}
         self.versions = _pins(root / "environment.txt")
 
-    def key(self, *functions: tuple[str, str]) -> str:
+    def key(self, *functions: Place) -> str:
         """Hash over everything the (module, name) pairs reach."""
         if functions not in self._keys:
-            digest = hashlib.sha256()
-            for name, part in sorted(self.parts(*functions).items()):
-                digest.update(f"{name}={part}\n".encode())
-            self._keys[functions] = digest.hexdigest()[:16]
+            places = self._places(functions)
+            found = [self._hash(place) for place in places]
+            if any(self._asks_names[place] for place in places):
+                found += [f"{module}:{name}" for module, name in self.reached(*places)]
+            self._keys[functions] = _digest(found)
         return self._keys[functions]
 
-    def parts(self, *functions: tuple[str, str]) -> dict[str, str]:
-        """Reached definition -> hash of its bare syntax, or pinned version."""
+    def parts(self, *functions: Place) -> dict[str, str]:
+        """Reached definition -> hash of its own syntax, or pinned version."""
         found: dict[str, str] = {}
         for place in self._walked(functions):
-            found |= self._direct(place)[0]
+            node = self._node(place)
+            found |= node.pins
+            if place[1] != WHOLE:
+                found[":".join(place)] = node.hash
         return found
 
-    def reached(self, *functions: tuple[str, str]) -> list[tuple[str, str]]:
+    def reached(self, *functions: Place) -> list[Place]:
         """Definitions of the checkout, (module, name), that these reach: nearest first.
 
         The functions themselves are the first of them.
         """
-        return [place for place in self._walked(functions) if self._defined(*place)]
+        return [place for place in self._walked(functions) if place[1] != WHOLE]
 
     def place(self, module: str, name: str) -> tuple[Path, int]:
         """File and line of a definition; LookupError for what is none."""
-        found = self._defined(module, name)
-        if found is None:
+        found = self._module(module)
+        if found is None or name not in found.definitions:
             raise LookupError(f"{module} defines no {name}")
-        return self._path(module), found.line
+        return self._path(module), found.definitions[name].line
 
-    def _defined(self, module_name: str, name: str) -> Definition | None:
-        module = self._module(module_name)
-        return module.definitions.get(name) if module else None
-
-    def _walked(
-        self, functions: Iterable[tuple[str, str]]
-    ) -> Iterator[tuple[str, str]]:
+    def _walked(self, functions: Iterable[Place]) -> Iterator[Place]:
         """Each place that the functions reach, once: the nearest first."""
-        seen = dict.fromkeys(functions)
+        seen = dict.fromkeys(self._places(functions))
         todo = deque(seen)
         while todo:
             place = todo.popleft()
             yield place
-            further = [p for p in self._direct(place)[1] if p not in seen]
-            seen |= dict.fromkeys(further)
-            todo += dict.fromkeys(further)
+            further = [target for _, target in self._node(place).links]
+            new = dict.fromkeys(t for t in further if t and t not in seen)
+            seen |= new
+            todo += new
 
-    def _direct(
-        self, place: tuple[str, str]
-    ) -> tuple[dict[str, str], list[tuple[str, str]]]:
-        """Parts of one definition itself, and the definitions it names."""
-        if place not in self._known:
-            self._known[place] = self._looked_up(*place)
-        return self._known[place]
+    def _places(self, functions: Iterable[Place]) -> list[Place]:
+        """Where the functions are defined; a module may have them from another."""
+        found = (
+            self._resolved(module, [] if name == WHOLE else [name])[0]
+            for module, name in functions
+        )
+        return [place for place in found if place]
 
-    def _looked_up(
-        self, module_name: str, name: str
-    ) -> tuple[dict[str, str], list[tuple[str, str]]]:
+    def _hash(self, place: Place) -> str:
+        """Hash over a definition and, by their hashes, all that it reaches."""
+        if place not in self._hashes:
+            for circle in circles(place, self._targets):
+                self._settle(circle)
+        return self._hashes[place]
+
+    def _targets(self, place: Place) -> list[Place]:
+        """The places that a place names and that have no hash yet."""
+        links = self._node(place).links
+        return [t for _, t in links if t and t not in self._hashes]
+
+    def _settle(self, circle: Collection[Place]) -> None:
+        """Hash the definitions of a circle, each as it is met from itself."""
+        hashes = {place: self._of_circle(place, circle) for place in circle}
+        self._hashes |= hashes
+        asks = any(
+            self._node(place).asks_names
+            or any(self._asks_names.get(t) for _, t in self._node(place).links)
+            for place in circle
+        )
+        self._asks_names |= dict.fromkeys(circle, asks)
+
+    def _of_circle(self, first: Place, circle: Collection[Place]) -> str:
+        """Hash of one of a circle: the others have the number in which they are met."""
+        met = {first: 0}
+        said: list[str] = []
+        for place in (order := [first]):
+            node = self._node(place)
+            said += [node.hash, str(len(node.links))]
+            for words, target in node.links:
+                if target in circle and target not in met:
+                    met[target] = len(met)
+                    order.append(target)
+                said.append(words)
+                said.append(str(met[target]) if target in met else self._known(target))
+        return _digest(said)
+
+    def _known(self, target: Place | None) -> str:
+        return self._hashes[target] if target else ""
+
+    def _node(self, place: Place) -> Node:
+        if place not in self._nodes:
+            self._nodes[place] = self._read(*place)
+        return self._nodes[place]
+
+    def _read(self, module_name: str, name: str) -> Node:
+        """What one place says itself; a whole module names all that it defines."""
         module = self._module(module_name)
-        if module is None:
-            package = module_name.split(".")[0]
-            pin = DISTRIBUTION.get(package, package)
-            return ({pin: self.versions[pin]} if pin in self.versions else {}), []
-        if name == "*":
-            return {}, [(module_name, n) for n in module.definitions]
-        if name in module.definitions:
-            found = module.definitions[name]
-            return {f"{module_name}:{name}": found.hash}, self._named(module, found)
-        if name in module.imports:
-            return {}, self._resolve(*module.imports[name], [])
-        if self._module(f"{module_name}.{name}") is not None:
-            return {}, [(f"{module_name}.{name}", "*")]
-        return {}, []
+        if name == WHOLE:
+            return Node("", [(n, (module_name, n)) for n in module.definitions], {})
+        found = module.definitions[name]
+        links, pins = [], {}
+        for word, home, path in found.references:
+            place, rest = self._resolved(home, path)
+            words = ".".join([f"{word}=", *rest])
+            if place is None and self._pin(rest[0]):
+                pin, version = self._pin(rest[0])
+                pins[pin] = version
+                words += f" {version}"
+            links.append((words, place))
+        return Node(found.hash, links, pins, found.asks_names)
 
-    def _named(self, module: Module, found: Definition) -> list[tuple[str, str]]:
-        """Definitions that a definition names, wherever they are."""
-        aliases = module.imports | found.imports
-        named: list[tuple[str, str]] = []
-        for root, attributes in found.chains:
-            if root in aliases:
-                named += self._resolve(*aliases[root], attributes)
-            elif root in module.definitions:
-                named.append((module.name, root))
-        return named
+    def _resolved(
+        self, module: str, path: Sequence[str]
+    ) -> tuple[Place | None, list[str]]:
+        """The definition or module that ``path`` leads to, and what is left of it.
 
-    def _resolve(
-        self, module: str, attribute: str | None, attributes: list[str]
-    ) -> list[tuple[str, str]]:
-        """Definition that ``module[.attribute][.attributes...]`` names."""
-        path = ([attribute] if attribute else []) + attributes
-        while path and self._module(f"{module}.{path[0]}") is not None:
-            submodule = self._module(module)
-            if submodule is not None and path[0] in submodule.definitions:
+        From what is none of the checkout's, all is left.
+        """
+        for _ in range(MAX_IMPORTS):
+            found = self._module(module)
+            if found is None:
                 break
-            module, path = f"{module}.{path[0]}", path[1:]
-        return [(module, path[0] if path else "*")]
+            if not path:
+                return (module, WHOLE), []
+            first, *rest = path
+            if first in found.definitions:
+                return (module, first), rest
+            if first in found.imports:
+                module, attribute = found.imports[first]
+                path = [attribute, *rest] if attribute else rest
+            elif self._module(f"{module}.{first}") is not None:
+                module, path = f"{module}.{first}", rest
+            else:
+                break
+        return None, [module, *path]
+
+    def _pin(self, module: str) -> tuple[str, str] | None:
+        """Package and version of a module from outside, if one is pinned."""
+        package = module.split(".")[0]
+        pin = DISTRIBUTION.get(package, package)
+        return (pin, self.versions[pin]) if pin in self.versions else None
 
     def _module(self, name: str) -> Module | None:
         if name not in self._modules:
             path = self._path(name)
-            self._modules[name] = (
-                index(name, path, self.root / ".cache" / "reach") if path else None
-            )
+            if path is None:
+                self._modules[name] = None
+            elif path.is_dir():  # a package without a file of its own
+                self._modules[name] = Module(name, {}, {})
+            else:
+                folder = self.root / ".cache" / "reach"
+                self._modules[name] = index(name, path, folder)
         return self._modules[name]
 
     def _path(self, name: str) -> Path | None:
+        """File of a module of the checkout, or the folder of one that has none."""
         top = name.split(".")[0]
         if top not in PROJECT:
             return None
@@ -144,9 +233,13 @@ class Reach:
         for path in (stem.with_suffix(".py"), stem / "__init__.py"):
             if path.is_file():
                 return path
-        return None
+        return stem if stem.is_dir() else None
 
 
 def _pins(path: Path) -> dict[str, str]:
     text = path.read_text("utf-8") if path.is_file() else ""
     return dict(re.findall(r"^([a-z0-9_.-]+)==([^\s;\\]+)", text, flags=re.M))
+
+
+def _digest(said: list[str]) -> str:
+    return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:16]

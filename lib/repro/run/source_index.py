@@ -9,27 +9,48 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
+from repro.run import bare_syntax
+from repro.run.bare_syntax import (
+    Target,
+    Writer,
+    bare,
+    below,
+    bound_by,
+    chains,
+    filled_by,
+    import_aliases,
+)
 from repro.run.results import write_json
 
-# Marks say how a producer is split and judged; they do not change what it computes.
-MARKS = {"experiment", "experiments", "figure", "table", "claim", "numbers"}
+# Words by which code tells where it stands.
+OF_PLACE = {"__file__", "__name__", "__package__", "__path__", "__spec__"}
+# Words by which code tells what a function is called, or where it is from.
+OF_NAME = {
+    "__module__", "__name__", "__qualname__", "co_filename", "co_name", "co_qualname",
+    "getfile", "getmodule", "getsource", "getsourcefile", "getsourcelines", "pickle",
+}  # fmt: skip
+PROGRAM = "__name__ == '__main__'"
 
 
 @dataclass(frozen=True)
 class Definition:
-    """A top-level name: its line, hash of its bare syntax, what it names, its imports.
+    """A top-level name: its line, the hash of its bare syntax, and where that leads.
 
-    ``chains`` are the names it uses, each with the attributes read from it.
+    ``references`` are (word, module, path): where the names of ``path`` lead from
+    ``module``. They stand in the syntax as their numbers; those with a word stand there
+    as that word, which may be something else, too. ``asks_names`` says that it asks
+    what functions are called.
     """
 
     line: int
     hash: str
-    chains: list[tuple[str, list[str]]]
-    imports: dict[str, tuple[str, str | None]]
+    references: list[tuple[str, str, list[str]]]
+    asks_names: bool
 
 
 @dataclass(frozen=True)
@@ -38,7 +59,7 @@ class Module:
 
     name: str
     definitions: dict[str, Definition]
-    imports: dict[str, tuple[str, str | None]]
+    imports: dict[str, Target]
 
 
 def index(name: str, path: Path, folder: Path) -> Module:
@@ -58,133 +79,114 @@ def index(name: str, path: Path, folder: Path) -> Module:
 
 @cache
 def _revision() -> str:
-    return hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    files = (__file__, bare_syntax.__file__)
+    return hashlib.sha256(b"".join(Path(f).read_bytes() for f in files)).hexdigest()
 
 
 def _indexed(name: str, package: str, source: bytes, path: Path) -> Module:
-    reader = _Reader(package)
-    for node in _Bare().visit(ast.parse(source, str(path))).body:
+    reader = _Reader(name, package)
+    for node in bare(ast.parse(source, str(path))).body:
         reader.add(node)
-    definitions = {
-        defined: _definition([*nodes, *reader.bare], package)
-        for defined, nodes in reader.definitions.items()
-    }
+    definitions = {own: reader.definition(own) for own in reader.statements}
     return Module(name, definitions, reader.imports)
 
 
-def _definition(nodes: list[ast.stmt], package: str) -> Definition:
-    imports, chains = {}, set()
-    for node in nodes:
-        for inner in ast.walk(node):
-            if isinstance(inner, ast.Import | ast.ImportFrom):
-                imports |= import_aliases(inner, package)
-        chains |= {(root, tuple(path)) for root, path in _chains(node)}
-    return Definition(
-        nodes[0].lineno,
-        _hash(nodes),
-        [(root, list(path)) for root, path in sorted(chains)],
-        imports,
-    )
+class _Statement:
+    """A statement of a module, and what it binds, names and imports."""
+
+    def __init__(self, node: ast.stmt, package: str) -> None:
+        every = list(below(node))
+        outside = [one for one, inside in every if not inside]
+        self.node = node
+        self.bound = {name for one in outside for name in bound_by(one)}
+        self.filled = {name for one in outside for name in filled_by(one)}
+        self.local = {name for one, inside in every if inside for name in bound_by(one)}
+        self.chains = set(chains([node]))
+        self.asks_names = any(_asks_names(one) for one, _ in every)
+        self.imports = [
+            (name, target, inside)
+            for one, inside in every
+            if isinstance(one, ast.Import | ast.ImportFrom)
+            for name, target in import_aliases(one, package).items()
+        ]
 
 
 class _Reader:
-    """Sorts the statements of a module by the name that they define."""
+    """Sorts the statements of a module by the names that they define.
 
-    def __init__(self, package: str) -> None:
+    A statement that defines nothing may change what others define: it belongs to all.
+    """
+
+    def __init__(self, module: str, package: str) -> None:
+        self.module = module
         self.package = package
-        self.definitions: dict[str, list[ast.stmt]] = {}
-        self.imports: dict[str, tuple[str, str | None]] = {}
-        self.bare: list[ast.stmt] = []
+        self.statements: dict[str, list[_Statement]] = {}
+        self.imports: dict[str, Target] = {}
+        self.bare: list[_Statement] = []
 
     def add(self, node: ast.stmt) -> None:
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            self.definitions.setdefault(node.name, []).append(node)
-        elif isinstance(node, ast.Import | ast.ImportFrom):
-            self.imports.update(import_aliases(node, self.package))
-        elif isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            for target in targets:
-                for name in _bound_names(target):
-                    self.definitions.setdefault(name, []).append(node)
-        elif isinstance(node, ast.If | ast.Try | ast.With):
-            for child in ast.iter_child_nodes(node):
-                if isinstance(child, ast.stmt):
-                    self.add(child)
-        elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
-            self.bare.append(node)
+        one = _Statement(node, self.package)
+        self.imports |= {name: to for name, to, inside in one.imports if not inside}
+        if isinstance(node, ast.Import | ast.ImportFrom) or _says_nothing(node):
+            return
+        names = one.bound | (one.filled - self.imports.keys())
+        for name in sorted(names):
+            self.statements.setdefault(name, []).append(one)
+        if not names:
+            self.bare.append(one)
 
-
-def import_aliases(
-    node: ast.Import | ast.ImportFrom, package: str
-) -> dict[str, tuple[str, str | None]]:
-    """Local name -> (module, attribute or None) of one import statement."""
-    if isinstance(node, ast.Import):
-        return {
-            (a.asname or a.name.split(".")[0]): (
-                a.name if a.asname else a.name.split(".")[0],
-                None,
-            )
-            for a in node.names
+    def definition(self, own: str) -> Definition:
+        """One name with all the statements that belong to it."""
+        mine = [*self.statements[own], *self.bare]
+        used = sorted({one for statement in mine for one in statement.chains})
+        may_mean = {root: self._may_mean(root, mine) for root, _ in used}
+        local = {name for statement in mine for name in statement.local}
+        kept = {n for n, found in may_mean.items() if len(found) > 1 or n in local}
+        leads = {
+            name: found[0]
+            for name, found in may_mean.items()
+            if found and name not in kept and name != own
         }
-    base = node.module or ""
-    if node.level:
-        parents = package.split(".")[: len(package.split(".")) - node.level + 1]
-        base = ".".join([*parents, base] if base else parents)
-    return {a.asname or a.name: (base, a.name) for a in node.names}
+        aliases = partial(import_aliases, package=self.package)
+        writer = Writer(own, leads, kept, aliases)
+        text = "\n".join(writer.statement(statement.node) for statement in mine)
+        if any(root in OF_PLACE for root, _ in used):
+            text += f"\n{self.module}"
+        references = [("", module, list(path)) for module, path in writer.numbers]
+        references += [
+            (root, module, [*([name] if name else []), *attributes])
+            for root, attributes in used
+            if root in kept
+            for module, name in may_mean[root]
+            if (module, name) != (self.module, own)
+        ]
+        return Definition(
+            mine[0].node.lineno,
+            hashlib.sha256(text.encode()).hexdigest()[:16],
+            references,
+            any(statement.asks_names for statement in mine),
+        )
+
+    def _may_mean(self, name: str, mine: Iterable[_Statement]) -> list[Target]:
+        """What a name may stand for: one of the module, or imported there or below."""
+        found = [(self.module, None)] if name == "globals" else []
+        found += [(self.module, name)] if name in self.statements else []
+        found += [self.imports[name]] if name in self.imports else []
+        imported = (pair for one in mine for pair in one.imports if pair[2])
+        found += [target for alias, target, _ in imported if alias == name]
+        return list(dict.fromkeys(found))
 
 
-def _bound_names(target: ast.expr) -> list[str]:
-    if isinstance(target, ast.Name):
-        return [target.id]
-    if isinstance(target, ast.Tuple | ast.List):
-        return [name for part in target.elts for name in _bound_names(part)]
-    if isinstance(target, ast.Subscript | ast.Attribute | ast.Starred):
-        return _bound_names(target.value)
-    return []
+def _says_nothing(node: ast.stmt) -> bool:
+    """A docstring, or what only a program does: ``if __name__ == "__main__"``."""
+    if isinstance(node, ast.Expr):
+        return isinstance(node.value, ast.Constant)
+    return isinstance(node, ast.If) and ast.unparse(node.test) == PROGRAM
 
 
-class _Bare(ast.NodeTransformer):
-    """Strip what cannot change a result: docstrings, annotations, producer marks."""
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            first = node.body[0]
-            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
-                node.body = node.body[1:] or [ast.Pass()]
-            node.decorator_list = [d for d in node.decorator_list if not _is_mark(d)]
-            if not isinstance(node, ast.ClassDef):
-                node.returns = None
-        if isinstance(node, ast.arg):
-            node.annotation = None
-        if isinstance(node, ast.AnnAssign) and node.value is not None:
-            node = ast.copy_location(ast.Assign([node.target], node.value), node)
-        return self.generic_visit(node)
-
-
-def _is_mark(decorator: ast.expr) -> bool:
-    return (
-        isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") in MARKS
-    )
-
-
-def _chains(node: ast.AST) -> list[tuple[str, list[str]]]:
-    """Every name used below ``node`` with the attributes read from it."""
-    chains, inside = [], set()
-    for inner in ast.walk(node):
-        if isinstance(inner, ast.Attribute) and id(inner) not in inside:
-            attributes, base = [], inner
-            while isinstance(base, ast.Attribute):
-                inside.add(id(base))
-                attributes.insert(0, base.attr)
-                base = base.value
-            if isinstance(base, ast.Name):
-                inside.add(id(base))
-                chains.append((base.id, attributes))
-        elif isinstance(inner, ast.Name) and id(inner) not in inside:
-            chains.append((inner.id, []))
-    return chains
-
-
-def _hash(nodes: list[ast.stmt]) -> str:
-    text = "\n".join(ast.unparse(node) for node in nodes)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+def _asks_names(node: ast.AST) -> bool:
+    """Whether what functions are called may matter; a class keeps its name anyway."""
+    if isinstance(node, ast.Attribute) and node.attr == "__name__":
+        return getattr(getattr(node.value, "func", None), "id", "") != "type"
+    said = (getattr(node, field, None) for field in ("attr", "id", "value"))
+    return any(isinstance(word, str) and word in OF_NAME for word in said)

@@ -56,14 +56,19 @@ class RenderedSets:
 
     def parts(self, name: str) -> dict[str, str]:
         """What the set is made with: each definition reached, and the rig's bytes."""
-        rig = hash_of(self.root / rig_file(name))
-        return self.reach.parts(CODE) | {rig_file(name): rig}
+        return self.reach.parts(CODE) | {rig_file(name): self._rig(name)}
 
-    def key(self, wildcards) -> str:
-        """Key over the parts of a set; its seed is in its name."""
-        parts = self.parts(f"{wildcards.rig}/{wildcards.seed}")
-        text = "\n".join(f"{name}={part}" for name, part in sorted(parts.items()))
+    def key(self, name: str) -> str:
+        """Key over the code and the rig of a set; its seed is in its name."""
+        text = f"{self.reach.key(CODE)}\n{self._rig(name)}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def of_rule(self, wildcards) -> str:
+        """Parameter function: the key of the set."""
+        return self.key(f"{wildcards.rig}/{wildcards.seed}")
+
+    def _rig(self, name: str) -> str:
+        return hash_of(self.root / rig_file(name))
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -9,7 +9,7 @@ rule rendered_set:
     conda:
         "environment.yaml"
     params:
-        code=WORK.rendered.key,
+        code=WORK.rendered.of_rule,
         times=TIMES,
     message:
         "rendered set {wildcards.rig}/{wildcards.seed}"

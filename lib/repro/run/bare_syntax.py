@@ -1,0 +1,184 @@
+"""What the syntax of a module binds, names and says, without what changes no result.
+
+Docstrings, annotations and the marks of producers are left out; comments are no syntax.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+
+PROJECT = ("chapters", "raxel", "repro")
+# Marks say how a producer is split and judged; they do not change what it computes.
+MARKS = {"experiment", "figure", "table", "claim", "numbers"}
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+SCOPES = (*FUNCTIONS, ast.ClassDef, ast.Lambda, *COMPREHENSIONS)
+# Where a name is used, a type in a comment, the `u` of a string: nothing that matters.
+UNWRITTEN = {"ctx", "type_comment", "kind"}
+OWN = "§"
+
+Chain = tuple[str, tuple[str, ...]]
+"""``a.b.c`` as its root and the attributes read from it."""
+Target = tuple[str, str | None]
+"""Module and attribute that a name is imported from; no attribute: the module."""
+
+
+def bare(tree: ast.Module) -> ast.Module:
+    """The tree without docstrings, annotations and marks."""
+    return _Bare().visit(tree)
+
+
+class _Bare(ast.NodeTransformer):
+    def visit(self, node: ast.AST) -> ast.AST:
+        if isinstance(node, (*FUNCTIONS, ast.ClassDef)):
+            first = node.body[0]
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+                node.body = node.body[1:] or [ast.Pass()]
+            node.decorator_list = [d for d in node.decorator_list if not _is_mark(d)]
+            if not isinstance(node, ast.ClassDef):
+                node.returns = None
+        if isinstance(node, ast.arg):
+            node.annotation = None
+        if isinstance(node, ast.AnnAssign) and node.value is not None:
+            node = ast.copy_location(ast.Assign([node.target], node.value), node)
+        return self.generic_visit(node)
+
+
+def _is_mark(decorator: ast.expr) -> bool:
+    return (
+        isinstance(decorator, ast.Call) and getattr(decorator.func, "id", "") in MARKS
+    )
+
+
+def below(node: ast.AST) -> Iterator[tuple[ast.AST, bool]]:
+    """Each node at or below this one, and whether it lies in a scope of its own."""
+    todo = [(node, False)]
+    while todo:
+        one, inside = todo.pop()
+        yield one, inside
+        inner = inside or isinstance(one, SCOPES)
+        todo += [(child, inner) for child in ast.iter_child_nodes(one)]
+
+
+def bound_by(node: ast.AST) -> list[str]:
+    """Names that a node itself binds: not those of imports, nor keywords of calls."""
+    if isinstance(node, ast.Name):
+        return [] if isinstance(node.ctx, ast.Load) else [node.id]
+    if isinstance(node, ast.Global | ast.Nonlocal):
+        return node.names
+    if isinstance(node, ast.alias | ast.keyword):
+        return []
+    given = (getattr(node, field, None) for field in ("name", "arg", "rest"))
+    return [name for name in given if isinstance(name, str)]
+
+
+def filled_by(node: ast.AST) -> list[str]:
+    """The name whose entry or attribute a node sets: ``TABLE`` of ``TABLE[1] = 2``."""
+    if not isinstance(node, ast.Attribute | ast.Subscript):
+        return []
+    base: ast.expr = node
+    while isinstance(base, ast.Attribute | ast.Subscript):
+        base = base.value
+    set_here = isinstance(base, ast.Name) and not isinstance(node.ctx, ast.Load)
+    return [base.id] if set_here else []
+
+
+def import_aliases(
+    node: ast.Import | ast.ImportFrom, package: str
+) -> dict[str, Target]:
+    """Local name -> (module, attribute or None) of one import statement."""
+    if isinstance(node, ast.Import):
+        return {
+            (a.asname or a.name.split(".")[0]): (
+                a.name if a.asname else a.name.split(".")[0],
+                None,
+            )
+            for a in node.names
+        }
+    base = node.module or ""
+    if node.level:
+        parents = package.split(".")[: len(package.split(".")) - node.level + 1]
+        base = ".".join([*parents, base] if base else parents)
+    return {a.asname or a.name: (base, a.name) for a in node.names}
+
+
+def chain(node: object) -> Chain | None:
+    """The chain that a node is; None for any other."""
+    attributes: list[str] = []
+    while isinstance(node, ast.Attribute):
+        attributes.insert(0, node.attr)
+        node = node.value
+    return (node.id, tuple(attributes)) if isinstance(node, ast.Name) else None
+
+
+def chains(nodes: Iterable[ast.AST]) -> Iterator[Chain]:
+    """Every name used at or below the nodes, with the attributes read from it."""
+    todo = list(nodes)
+    while todo:
+        one = todo.pop()
+        found = chain(one)
+        if found:
+            yield found
+        else:
+            todo += ast.iter_child_nodes(one)
+
+
+class Writer:
+    """Writes a definition's statements the same, whatever it and its like are called.
+
+    Its ``own`` name becomes a sign, and a chain whose root can only be what ``leads``
+    says a number: that of its module and path in ``numbers``. Imports of the project
+    are left out but for those of a name in ``kept``, which stands as it is.
+    """
+
+    def __init__(
+        self,
+        own: str,
+        leads: Mapping[str, Target],
+        kept: Collection[str],
+        imported: Callable[[ast.Import | ast.ImportFrom], Mapping[str, Target]],
+    ) -> None:
+        self.own = own
+        self.leads = leads
+        self.kept = kept
+        self.imported = imported
+        self.numbers: dict[tuple[str, tuple[str, ...]], int] = {}
+
+    def statement(self, node: ast.stmt) -> str:
+        """A statement of the module. A class keeps its name, for values show it."""
+        ours = isinstance(node, FUNCTIONS) and self._is_own(node.name)
+        return self._node(node, {"name", *UNWRITTEN} if ours else UNWRITTEN)
+
+    def _node(self, node: ast.AST, left_out: Collection[str] = UNWRITTEN) -> str:
+        found = chain(node)
+        if found:
+            return self._chain(*found)
+        if isinstance(node, ast.Import | ast.ImportFrom) and self._settled(node):
+            return "Pass()"
+        given = ((f, getattr(node, f, None)) for f in node._fields if f not in left_out)
+        text = ",".join(
+            f"{f}={self._value(v)}" for f, v in given if v not in (None, [])
+        )
+        return f"{type(node).__name__}({text})"
+
+    def _value(self, value: object) -> str:
+        if isinstance(value, list):
+            return f"[{','.join(map(self._value, value))}]"
+        return self._node(value) if isinstance(value, ast.AST) else repr(value)
+
+    def _chain(self, root: str, attributes: tuple[str, ...]) -> str:
+        if root in self.leads:
+            module, name = self.leads[root]
+            path = (module, ((name,) if name else ()) + attributes)
+            return f"{OWN}{self.numbers.setdefault(path, len(self.numbers))}"
+        return ".".join((OWN if self._is_own(root) else root, *attributes))
+
+    def _is_own(self, name: str) -> bool:
+        return name == self.own and name not in self.kept
+
+    def _settled(self, node: ast.Import | ast.ImportFrom) -> bool:
+        """Whether what is named later says all that an import does."""
+        aliases = self.imported(node)
+        homes = {module.split(".")[0] for module, _ in aliases.values()}
+        return homes <= set(PROJECT) and not aliases.keys() & set(self.kept)
