@@ -63,7 +63,9 @@ def fig_3_14(results):
         "extracts from the picture as it is. Right: the largest that OpenCV's "
         "findChessboardCorners returns when all around the squares of that "
         "part is painted white. Red: corners; yellow and green: their order.",
-        check=Check(all(inside), "every drawn corner is a corner of the grid"),
+        check=Check(
+            bool(inside) and all(inside), "every drawn corner is a corner of the grid"
+        ),
     )
 
 
