@@ -1,16 +1,11 @@
 """3.3.3: pictures made worse, residuals measured, claims that can fail."""
 
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import (
-    claims,
-    exercises,
-    results,
-)
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import claims, exercises
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
     exposures,
     sweeps,
@@ -20,6 +15,9 @@ from chapters.shared.rigs import rig_named
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import on_plane
 from raxel.lab.sensor import Sensor
+from repro.run.outcomes import Plan
+from tests.judged_claims import readings_of
+from tests.made_results import written
 
 H = np.array([[0.5, 0.03, 12.0], [-0.02, 0.55, 7.0], [2e-4, -1e-4, 1.0]])
 SQUARE = np.stack(np.meshgrid(np.arange(15.0), np.arange(15.0)), axis=-1)
@@ -113,24 +111,22 @@ def test_the_second_grid_lies_behind_all_corners():
             assert there.max() < 299.5
 
 
-class Swept:
-    """A result of the sweeps: residual(sweep, level, method) for three sets."""
+def swept(residual):
+    """A result of the sweeps: residual(sweep, level, method) in every reading."""
 
-    def __init__(self, residual):
-        self.conditions = sweeps.conditions("full")
-        self.residual = residual
+    def trial(condition, rng):
+        at = condition["sweep"], condition["level"]
+        methods = {method: residual(*at, method) for method in sweeps.METHODS}
+        windows = dict.fromkeys(
+            sweeps.WINDOWS, dict.fromkeys(sweeps.SECOND_GRIDS, methods)
+        )
+        return dict.fromkeys(sweeps.EXPOSURES, windows)
 
-    def column(self, name, **asked):
-        method = name.split(".")[-1]
-        assert asked in self.conditions
-        found = self.residual(asked["sweep"], asked["level"], method)
-        return np.array([float(found)])
+    return written(Plan(trial, sweeps.conditions("full"), 1))
 
 
 def judged(judge, residual):
-    readings = judge({"fig_3_15_sweeps": Swept(residual)})
-    questions = [tuple(sorted(r.reading.items())) for r in readings]
-    assert len(set(questions)) == len(readings)
+    readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual)})
     return {reading.verdict for reading in readings}
 
 
@@ -166,16 +162,6 @@ def test_blur_is_judged_by_ratios():
 
     assert judged(claims.judge_active_blur, steep) == {"differs"}
     assert judged(claims.judge_active_blur, ahead) == {"differs"}
-
-
-def test_readings_are_those_that_the_ledger_asks_for():
-    asked = results.readings_of(("corner_window", "second_grid_pictures", "exposure"))
-    crossed = [
-        {"corner_window": w, "second_grid_pictures": s, "exposure": sweeps.WITHIN}
-        for w, s in product(sweeps.WINDOWS, sweeps.SECOND_GRIDS)
-    ]
-    assert asked[:-1] == crossed
-    assert asked[-1] == results.PRIMARY | {"exposure": sweeps.OVER}
 
 
 def test_a_turned_monitor_has_less_area_and_larger_angles():

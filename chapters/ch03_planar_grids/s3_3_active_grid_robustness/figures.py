@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (
@@ -41,13 +43,16 @@ VIEWED = (
 FLOOR = {"color": "#777777", "linestyle": ":", "marker": ""}
 
 
-def _along(panel, result, sweep, values, look, label):
-    """Median and range over sets of values(level) (sets,), and rows of data."""
+def _along(panel, result, sweep, method, of, look, label):
+    """Median and range over sets of one measure along a sweep, and rows of data.
+
+    of: (result, sweep, level, method) -> (sets,).
+    """
     levels = levels_of(result, sweep)
-    found = np.array([values(level) for level in levels])
+    found = np.array([of(result, sweep, level, method) for level in levels])
     found[~np.isfinite(found)] = np.nan
     low, middle, high = (
-        np.array([of(row) for row in found]) for of in (np.min, np.median, np.max)
+        statistic(found, axis=1) for statistic in (np.min, np.median, np.max)
     )
     panel.plot(levels, middle, label=label, **look)
     band = {"color": look["color"], "alpha": 0.18, "linewidth": 0}
@@ -64,14 +69,7 @@ def fig_3_15(results):
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
         for method in (*METHODS, TRUE):
             look = FLOOR if method == TRUE else series(METHODS.index(method))
-            found = _along(
-                panel,
-                result,
-                sweep,
-                lambda level, s=sweep, m=method: residuals(result, s, level, m),
-                look,
-                method,
-            )
+            found = _along(panel, result, sweep, method, residuals, look, method)
             rows += [(sweep, level, method, *rest) for level, *rest in found]
         panel.set_xlabel(AXES[sweep])
         panel.set_ylabel("RMS residual (mm)")
@@ -96,20 +94,11 @@ def ext_active_errors(results):
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
         for exposure in EXPOSURES:
             for number, method in enumerate(METHODS):
-                look = series(number) | {
-                    "linestyle": "-" if exposure == WITHIN else "--"
-                }
+                line = "-" if exposure == WITHIN else "--"
+                look = series(number) | {"linestyle": line}
                 label = f"{method}{', overexposed' * (exposure == OVER)}"
-                found = _along(
-                    panel,
-                    result,
-                    sweep,
-                    lambda level, s=sweep, m=method, e=exposure: errors(
-                        result, s, level, m, e
-                    ),
-                    look,
-                    label,
-                )
+                of = partial(errors, exposure=exposure)
+                found = _along(panel, result, sweep, method, of, look, label)
                 rows += [
                     (sweep, level, exposure, method, *rest) for level, *rest in found
                 ]
@@ -139,7 +128,7 @@ def ext_active_viewing(results):
     """What is decoded of a turned monitor, and how surely."""
     result = results["exp_c3_active_viewing_angle"]
     drawn, panels = new_figure(1, 3, height_in=3.2)
-    turns = sorted({c["turn_deg"] for c in result.conditions})
+    turns = sorted(result.levels("turn_deg"))
     shown = sorted(
         {(c["falloff_exponent"], c["camera_gamma"]) for c in result.conditions},
         key=lambda pair: (-pair[1], pair[0]),
@@ -185,5 +174,5 @@ def _legend(drawn, panel, columns_in_it):
 
 
 def _sets(result):
-    count = len({condition["set"] for condition in result.conditions})
+    count = len(result.levels("set"))
     return "one set of pictures" if count == 1 else f"{count} sets of pictures"

@@ -66,7 +66,7 @@ def _middle(found):
     """Median and range (n,) over sets; None where a set has no value."""
     if not np.isfinite(found).all():
         return None
-    return Measured(float(np.median(found)), float(found.min()), float(found.max()))
+    return Measured.of_seeds(found)
 
 
 @table("ext_active_exposure", needs=("ext_active_exposure",), evidence="rendered")
@@ -74,7 +74,7 @@ def ext_active_exposure(results):
     """What blooming does to each method at the default condition."""
     result = results["ext_active_exposure"]
     rows = []
-    for white in sorted({c["white_of_well"] for c in result.conditions}):
+    for white in sorted(result.levels("white_of_well")):
         cells = [white, _median(result, "full_wells", white, 100)]
         for kind, digits in (("off_px", 3), ("lost", 0)):
             cells += [
