@@ -29,7 +29,7 @@ from raxel.calibration.generic.board_growth import (
 from raxel.calibration.linear.standard import (
     grid_pair,
     linear_as_printed,
-    margin_of_pairs,
+    margins_of_pairs,
     normalising_similarity,
     solve_grid_pairs,
 )
@@ -139,20 +139,27 @@ def _ranked(pairs, base, failures):
     """Triples (base, j, k), the best determined centre first."""
     others = sorted(
         (k for b, k in pairs if b == base), key=lambda k: pairs[base, k].noise
-    )
-    margins = {}
-    for j, k in itertools.combinations(others[:CLEAREST], 2):
+    )[:CLEAREST]
+    picks = list(itertools.combinations(range(len(others)), 2))
+    if not picks:
+        return []
+    margins = margins_of_pairs([pairs[base, k] for k in others], picks)
+    found = {}
+    for (j, k), margin in zip(picks, margins, strict=True):
+        boards = base, others[j], others[k]
+        if np.isfinite(margin):
+            found[boards] = margin
+            continue
         try:
-            margins[base, j, k] = margin_of_pairs([pairs[base, j], pairs[base, k]])
+            _solved(pairs, boards)
         except CalibrationError as error:
             failures.append(str(error))
-    return sorted(margins, key=lambda boards: -margins[boards])
+    return sorted(found, key=lambda boards: -found[boards])
 
 
 def _linear(samples, pairs, boards, variant, side):
     """LinearSolution of three boards; as printed, with the margin of the other."""
-    base, j, k = boards
-    solution = solve_grid_pairs([pairs[base, j], pairs[base, k]], side)
+    solution = _solved(pairs, boards, side)
     if variant == "well conditioned":
         return solution
     common = samples.seen[list(boards)].all(axis=0)
@@ -160,6 +167,11 @@ def _linear(samples, pairs, boards, variant, side):
         *samples.points[list(boards)][:, common], side=side, tz="corrected"
     )
     return printed._replace(margin=solution.margin)
+
+
+def _solved(pairs, boards, side=-1):
+    base, j, k = boards
+    return solve_grid_pairs([pairs[base, j], pairs[base, k]], side)
 
 
 def _grid_pairs(samples):

@@ -19,7 +19,12 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.linear.bilinear import solve_coefficients
-from raxel.calibration.linear.synthetic_pinhole import DEGENERATE, centre_of, grid_pose
+from raxel.calibration.linear.synthetic_pinhole import (
+    DEGENERATE,
+    centre_of,
+    grid_pose,
+    margins_of,
+)
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import nearest_rotation, pose
 
@@ -143,7 +148,9 @@ def solve_grid_pairs(pairs, side=-1):
         raise CalibrationError(
             f"linear stage: {len(pairs) + 1} grids given; three or more are needed"
         )
-    centre, degeneracy, margin = _centre(pairs, side)
+    homographies = np.stack([pair.homography() for pair in pairs])
+    noise = max(pair.noise for pair in pairs)
+    centre, degeneracy, margin = centre_of(homographies, noise, side)
     base = pairs[0].base
     centre = centre / base.scale + np.append(base.offset, 0.0)
     poses = [np.eye(4)]
@@ -153,17 +160,14 @@ def solve_grid_pairs(pairs, side=-1):
     return LinearSolution(centre, np.stack(poses), degeneracy, margin)
 
 
-def margin_of_pairs(pairs):
-    """`margin` of the solution that these GridPairs would give, for choosing grids.
+def margins_of_pairs(pairs, picks):
+    """`margin` of the solutions that choices of GridPairs would give: (T,).
 
-    Raises CalibrationError where they determine no centre.
+    picks: (T, m) indices of pairs. NaN where they determine no centre.
     """
-    return _centre(pairs, -1)[2]
-
-
-def _centre(pairs, side):
     homographies = np.stack([pair.homography() for pair in pairs])
-    return centre_of(homographies, max(pair.noise for pair in pairs), side)
+    noise = np.array([pair.noise for pair in pairs])
+    return margins_of(homographies[picks], noise[picks].max(axis=1))
 
 
 # ---------------------------------------------------------------------- as printed

@@ -38,36 +38,42 @@ def scaled(H):
 
 
 def conic_rows(H):
-    """Rows (2, 4) of (4.8) and (4.9) for (w_11, w_13, w_23, w_33) of (4.6).
+    """Rows (..., 2, 4) of (4.8) and (4.9) for (w_11, w_13, w_23, w_33) of (4.6).
 
-    Twice (4.9): then a turn of the grid in its own plane only turns the pair of rows.
+    H: (..., 3, 3). Twice (4.9): then a turn of the grid in its own plane only turns the
+    pair of rows.
     """
 
     def row(g, h):
-        return np.array(
+        return np.stack(
             [
                 g[0] * h[0] + g[1] * h[1],
                 g[0] * h[2] + g[2] * h[0],
                 g[1] * h[2] + g[2] * h[1],
                 g[2] * h[2],
-            ]
+            ],
+            axis=-1,
         )
 
-    first, second = H[:, 0], H[:, 1]
-    return np.stack([row(first, first) - row(second, second), 2 * row(first, second)])
+    first, second = (np.moveaxis(H[..., k], -1, 0) for k in (0, 1))
+    rows = row(first, first) - row(second, second), 2 * row(first, second)
+    return np.stack(rows, axis=-2)
 
 
 def conic_system(homographies):
-    """Matrix (2 (n - 1), 4) of (4.8), (4.9) of homographies (n - 1, 3, 3), scaled."""
-    return np.concatenate([conic_rows(H) for H in scaled(homographies)])
+    """Matrix (..., 2 (n - 1), 4) of (4.8), (4.9) of homographies (..., n - 1, 3, 3),
+    scaled."""
+    rows = conic_rows(scaled(homographies))
+    return rows.reshape(*rows.shape[:-3], -1, 4)
 
 
 def sturm_maybank(homographies):
     """x, y and the square of z of the centre, by (4.6) to (4.10).
 
-    homographies: (n - 1, 3, 3), at least two, coordinates of about unit size.
+    homographies: (..., n - 1, 3, 3), at least two, coordinates of about unit size.
     """
-    w_11, w_13, w_23, w_33 = np.linalg.svd(conic_system(homographies))[2][3]
+    null = np.linalg.svd(conic_system(homographies))[2][..., 3, :]
+    w_11, w_13, w_23, w_33 = np.moveaxis(null, -1, 0)
     x, y = -w_13 / w_11, -w_23 / w_11
     return x, y, w_33 / w_11 - x**2 - y**2
 
@@ -129,10 +135,7 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
         raise ValueError(f"pinhole: {pinhole!r}; expected one of {[*PINHOLE_METHODS]}")
     if side not in (-1, 1):
         raise ValueError(f"side: {side!r}; expected -1 or 1, the sign of C_z")
-    singular = np.linalg.svd(conic_system(homographies), compute_uv=False)
-    degeneracy = singular[2] / singular[0]
-    # Exact points leave rounding alone.
-    margin = singular[2] / max(noise, 1e-15)
+    degeneracy, margin = _determination(homographies, noise)
     if degeneracy < DEGENERATE or margin < NOISE_MARGIN:
         raise CalibrationError(
             f"linear stage: {_parallel(homographies, noise)} (singular-value ratio"
@@ -146,6 +149,26 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
         )
     centre = np.array([x, y, side * np.sqrt(square)])
     return centre, float(degeneracy), float(margin)
+
+
+def margins_of(homographies, noise):
+    """The margins (...) that `centre_of` gives, NaN where it refuses.
+
+    homographies: (..., n - 1, 3, 3), as there; noise: (...). Sturm and Maybank's method
+    says whether C_z is real.
+    """
+    degeneracy, margin = _determination(homographies, noise)
+    square = sturm_maybank(homographies)[2]
+    refused = (degeneracy < DEGENERATE) | (margin < NOISE_MARGIN) | ~(square > 0)
+    return np.where(refused, np.nan, margin)
+
+
+def _determination(homographies, noise):
+    """Degeneracy and margin, as `centre_of` says."""
+    singular = np.linalg.svd(conic_system(homographies), compute_uv=False)
+    # Exact points leave rounding alone.
+    margin = singular[..., 2] / np.maximum(noise, 1e-15)
+    return singular[..., 2] / singular[..., 0], margin
 
 
 def _parallel(homographies, noise):
