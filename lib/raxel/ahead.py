@@ -14,7 +14,7 @@ from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.linear.cgsp import homography_to_base, image_noise_weights
 from raxel.calibration.smooth.adjustment import adjust_spline
 from raxel.calibration.smooth.table import smoothed_rays
-from raxel.cameras import FisheyeCamera
+from raxel.cameras import FisheyeCamera, GeneralCamera
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
@@ -77,6 +77,7 @@ def compile_ahead():
         image_noise_weights(*grids, fit.H, [0.0, 0.0, 1.0])
     _adjust_grids()
     _smooth_rays()
+    _look_up_rays()
     return find_board(picture, BOARD.columns, BOARD.rows).corners
 
 
@@ -107,6 +108,14 @@ def _smooth_rays():
     return smoothed_rays(
         pixels, CAMERA.rays(pixels).directions, CAMERA.width, CAMERA.height
     )
+
+
+def _look_up_rays():
+    """A table of rays, asked for rays and for points that it sees and does not see."""
+    table = GeneralCamera.from_camera(CAMERA)
+    axis = np.array([0.0, 0.0, DISTANCE_MM])
+    seen = table.project([axis, -axis])
+    return table.rays(seen.pixels)
 
 
 def main(words=()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,8 @@ from chapters.shared.corrected_views import source_pixels_of
 from chapters.shared.facade import straightness
 from chapters.shared.methods import LINEAR, METHODS, SCALES
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, camera_of
-from raxel.calibration import calibrate_generic, calibrate_zhang
+from raxel.calibration import calibrate_zhang
+from raxel.calibration.generic.standard import calibrate_compared, compared_boards
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError, InputError
@@ -33,15 +35,16 @@ PERMUTATIONS = 999
 COVERAGE_PX = 8  # apart are the pixels that coverage is counted on
 
 
-def calibrate(method, views, size, rng, interpolation="homographic"):
-    """The camera of one method, from views of boards; size (width, height)."""
+def calibrate(method, views, size, rng, compared):
+    """The camera of one method, from views of boards; size (width, height).
+
+    compared() gives what all generic methods begin with, worked out once.
+    """
     if method == "parametric":
         return calibrate_zhang(views, *size).camera
     if method == "opencv_fisheye":
         return calibrate_opencv_fisheye(views, *size).camera
-    return calibrate_generic(
-        views, *size, rng=rng, linear=LINEAR[method], interpolation=interpolation
-    ).camera
+    return calibrate_compared(compared(), rng=rng, linear=LINEAR[method]).camera
 
 
 class Residuals(NamedTuple):
@@ -205,10 +208,11 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     out = {f"found.{use}": len(of_use) for use, of_use in views.items()}
     out["corner_error_px"] = corner_error(boards)
     out["distortion_level"] = distortion_level(true, boards)
-    cameras = {}
+    cameras, seen = {}, views["calibration"]
+    compared = cache(lambda: compared_boards(seen, *size, interpolation))
     for method in methods:
         try:
-            camera = calibrate(method, views["calibration"], size, rng, interpolation)
+            camera = calibrate(method, seen, size, rng, compared)
             out[method] = of_camera(zoom, camera, views, rng)
             cameras[method] = camera
         except (CalibrationError, InputError) as error:

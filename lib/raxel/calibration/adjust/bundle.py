@@ -103,13 +103,13 @@ def ray_point_residuals(points, seen, centre, T_base_grid, directions):
 
 def moved_poses(T_base_grid, step):
     """Poses moved by step ((n - 1) * 6,), rotation first; the base stays."""
+    vectors, shifts = np.moveaxis(step.reshape(-1, 2, 3), 1, 0)
+    rotations, places = T_base_grid[1:, :3, :3], T_base_grid[1:, :3, 3]
     moved = T_base_grid.copy()
-    for k, (vector, shift) in enumerate(step.reshape(-1, 2, 3), start=1):
-        rotation = T_base_grid[k, :3, :3]
-        moved[k] = pose(
-            rotation @ rotation_from_vector(vector),
-            T_base_grid[k, :3, 3] + rotation @ shift,
-        )
+    moved[1:] = pose(
+        rotations @ rotation_from_vector(vectors),
+        places + (rotations @ shifts[..., None])[..., 0],
+    )
     return moved
 
 

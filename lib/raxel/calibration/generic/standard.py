@@ -15,6 +15,7 @@ doi:10.1007/978-3-540-24671-8_1.
 """
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,7 +37,7 @@ from raxel.calibration.linear.standard import (
 from raxel.calibration.views.correspondence import check_view
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.calibration.views.parallel import refuse_parallel
-from raxel.calibration.views.samples import sample_boards
+from raxel.calibration.views.samples import BoardSamples, sample_boards
 from raxel.errors import CalibrationError
 
 OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment
@@ -70,15 +71,54 @@ def calibrate_generic(
     three boards overlap enough, boards are parallel, or the linear stage fails on all;
     InputError for views whose counts do not fit.
     """
-    if linear not in ("well conditioned", "as printed"):
-        raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
+    boards = compared_boards(views, width, height, interpolation)
+    return calibrate_compared(boards, rng=rng, linear=linear, units=units, side=side)
+
+
+class ComparedBoards(NamedTuple):
+    """Boards whose points are known at pixels, and how well three determine a centre.
+
+    views, interpolation: with points between the corners, and how each view got them;
+    width, height: of the image; samples, coarse: BoardSamples, all and those that
+    boards are chosen by; pairs: {(base, other): GridPair}; triples: (base, j, k), the
+    best determined first, of each base; refused: why other triples determine none.
+    """
+
+    views: tuple
+    interpolation: tuple
+    width: int
+    height: int
+    samples: BoardSamples
+    coarse: BoardSamples
+    pairs: dict
+    triples: list
+    refused: list
+
+
+def compared_boards(views, width, height, interpolation="by need"):
+    """What Algorithm 1 knows before its linear stage, the same for all its variants.
+
+    Arguments and errors as `calibrate_generic`. Returns ComparedBoards.
+    """
     views, chosen = filled_views(views, interpolation)
     samples = sample_boards(views, width, height, OBSERVATIONS)
     coarse = samples.thinned(COARSE)
+    pairs = _grid_pairs(coarse)
+    refused = []
+    triples = [_ranked(pairs, base, refused) for base in range(len(views))]
+    return ComparedBoards(
+        views, chosen, width, height, samples, coarse, pairs, triples, refused
+    )
+
+
+def calibrate_compared(boards, *, rng, linear="well conditioned", units="mm", side=-1):
+    """`calibrate_generic` from ComparedBoards, for one variant of the linear stage."""
+    if linear not in ("well conditioned", "as printed"):
+        raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
     growths, failures = [], []
-    for start in _starts(coarse, linear, side)[:CANDIDATES]:
+    for start in _starts(boards, linear, side)[:CANDIDATES]:
         try:
-            growths.append(grown(coarse, start, rng))
+            growths.append(grown(boards.coarse, start, rng))
         except CalibrationError as error:
             failures.append(str(error))
     if not growths:
@@ -86,11 +126,21 @@ def calibrate_generic(
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
     refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
     centre = best.start.linear.centre
+    samples = boards.samples
     poses, directions, _ = adjusted(
         samples, best.boards, centre, best.T_base_grid, tolerance=1e-9
     )
     found = AdjustedBoards(centre, poses, directions)
-    return completed(views, width, height, units, samples, best, found, chosen)
+    return completed(
+        boards.views,
+        boards.width,
+        boards.height,
+        units,
+        samples,
+        best,
+        found,
+        boards.interpolation,
+    )
 
 
 def filled_views(views, interpolation):
@@ -108,21 +158,20 @@ def filled_views(views, interpolation):
 # ------------------------------------------------------------- the first three boards
 
 
-def _starts(samples, linear, side):
+def _starts(boards, linear, side):
     """Starts with different bases, the best determined first.
 
     Raises CalibrationError with the reason that stopped most when there is none.
     """
-    pairs = _grid_pairs(samples)
-    starts, failures = [], []
-    for base in range(len(samples.points)):
-        for boards in _ranked(pairs, base, failures)[:CLEAREST]:
+    starts, failures = [], [*boards.refused]
+    for triples in boards.triples:
+        for triple in triples[:CLEAREST]:
             try:
-                solution = _linear(samples, pairs, boards, linear, side)
+                solution = _linear(boards, triple, linear, side)
             except CalibrationError as error:
                 failures.append(str(error))
                 continue
-            starts.append(Start(boards, solution))
+            starts.append(Start(triple, solution))
             break
     if not starts and not failures:
         raise CalibrationError(
@@ -135,7 +184,7 @@ def _starts(samples, linear, side):
     return sorted(starts, key=lambda start: -start.linear.margin)
 
 
-def _ranked(pairs, base, failures):
+def _ranked(pairs, base, refused):
     """Triples (base, j, k), the best determined centre first."""
     others = sorted(
         (k for b, k in pairs if b == base), key=lambda k: pairs[base, k].noise
@@ -146,31 +195,29 @@ def _ranked(pairs, base, failures):
     margins = margins_of_pairs([pairs[base, k] for k in others], picks)
     found = {}
     for (j, k), margin in zip(picks, margins, strict=True):
-        boards = base, others[j], others[k]
+        triple = base, others[j], others[k]
         if np.isfinite(margin):
-            found[boards] = margin
+            found[triple] = margin
             continue
         try:
-            _solved(pairs, boards)
+            _solved(pairs, triple)
         except CalibrationError as error:
-            failures.append(str(error))
-    return sorted(found, key=lambda boards: -found[boards])
+            refused.append(str(error))
+    return sorted(found, key=lambda triple: -found[triple])
 
 
-def _linear(samples, pairs, boards, variant, side):
+def _linear(boards, triple, variant, side):
     """LinearSolution of three boards; as printed, with the margin of the other."""
-    solution = _solved(pairs, boards, side)
+    solution = _solved(boards.pairs, triple, side)
     if variant == "well conditioned":
         return solution
-    common = samples.seen[list(boards)].all(axis=0)
-    printed = linear_as_printed(
-        *samples.points[list(boards)][:, common], side=side, tz="corrected"
-    )
+    points, seen = boards.coarse.points[[*triple]], boards.coarse.seen[[*triple]]
+    printed = linear_as_printed(*points[:, seen.all(axis=0)], side=side, tz="corrected")
     return printed._replace(margin=solution.margin)
 
 
-def _solved(pairs, boards, side=-1):
-    base, j, k = boards
+def _solved(pairs, triple, side=-1):
+    base, j, k = triple
     return solve_grid_pairs([pairs[base, j], pairs[base, k]], side)
 
 

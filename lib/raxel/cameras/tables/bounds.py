@@ -8,26 +8,24 @@ of the cone plus arcsin(radius of the ball / L).
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 # Cells along each side of the groups at the foot of the pyramid.
 SIDE = 4
 # Room for rounding, in radians.
 SLACK = 1e-9
-BLOCK = 1 << 12
 
 
 class Bounds(NamedTuple):
-    """axis (..., 3) unit or zero, angle (...); centre (..., 3) and reach (...) of the
-    origins, or None for a central camera. A group without rays has angle -inf."""
+    """axis (h, w, 3) unit or zero, angle (h, w); centre (h, w, 3) and reach (h, w) of
+    the origins, (1, 1, 3) and (1, 1) for a central camera. A group without rays has
+    angle -inf."""
 
     axis: np.ndarray
     angle: np.ndarray
-    centre: np.ndarray | None
-    reach: np.ndarray | None
-
-    def at(self, *index):
-        return Bounds(*(None if field is None else field[index] for field in self))
+    centre: np.ndarray
+    reach: np.ndarray
 
 
 class BoundPyramid:
@@ -35,7 +33,8 @@ class BoundPyramid:
 
     def __init__(self, table):
         self._table = table
-        self._levels = [self._foot()]
+        shape = table.height, table.width
+        self._levels = [Bounds(*_foot(*table.rows, *shape))]
         while self._levels[-1].angle.size > 1:
             self._levels.append(_parents(self._levels[-1]))
 
@@ -48,59 +47,127 @@ class BoundPyramid:
         who = np.arange(len(points))
         u = v = np.zeros(len(points), int)
         for level in self._levels[::-1]:
-            height, width = level.angle.shape
-            keep = (u < width) & (v < height)
-            who, u, v = who[keep], u[keep], v[keep]
-            keep = self._may_see(points[who], level.at(v, u))
+            keep = _may_see(points, who, u, v, *level)
             who, u, v = who[keep], u[keep], v[keep]
             if level is not self._levels[0]:
                 who, u, v = _split(who, u, v, 2)
-        found = [
-            self._cells_of_groups(points, *(k[i : i + BLOCK] for k in (who, u, v)))
-            for i in range(0, max(len(who), 1), BLOCK)
-        ]
-        return tuple(np.concatenate(column) for column in zip(*found, strict=True))
-
-    def _cells_of_groups(self, points, who, u, v):
+        table = self._table
         who, u, v = _split(who, u, v, SIDE)
-        keep = (u < self._table.width - 1) & (v < self._table.height - 1)
-        who, u, v = who[keep], u[keep], v[keep]
-        one = np.ones(len(u), int)
-        bounds = _enclose(*self._table.corners(u, v, one, one))
-        keep = self._may_see(points[who], bounds)
+        keep = _cells_may_see(points, who, u, v, *table.rows, table.height, table.width)
         return who[keep], u[keep], v[keep]
 
-    def _may_see(self, points, bounds):
-        if bounds.centre is None:
-            far, room = points - self._table.origins, 0.0
-        else:
-            far = points - bounds.centre
-        length = np.linalg.norm(far, axis=-1)
-        if bounds.centre is not None:
-            ratio = np.maximum(bounds.reach, 0) / np.where(length > 0, length, 1.0)
-            room = np.where(
-                bounds.reach < length, np.arcsin(np.minimum(ratio, 1)), np.pi
-            )
-        far = far / np.where(length > 0, length, 1.0)[..., None]
-        return _angle(far, bounds.axis) <= bounds.angle + room + SLACK
 
-    def _foot(self):
-        table = self._table
-        rows = -(-(table.height - 1) // SIDE)
-        columns = -(-(table.width - 1) // SIDE)
-        offset = np.arange(SIDE + 1)
-        u = np.minimum(SIDE * np.arange(columns)[:, None] + offset, table.width - 1)
-        parts = []
-        for row in range(rows):
-            v = np.minimum(SIDE * row + offset, table.height - 1)
-            # (columns, 5, 5) pixels of the groups in this row, their borders shared.
-            place = (v[None, :, None], u[:, None, :])
-            flat = (columns, -1, 3)
-            directions = table.directions[place].reshape(flat)
-            origins = None if table.central else table.origins[place].reshape(flat)
-            parts.append(_enclose(directions, origins))
-        fields = zip(*parts, strict=True)
-        return Bounds(*(None if f[0] is None else np.stack(f) for f in fields))
+@numba.njit(cache=True)
+def _may_see(points, who, u, v, axis, angle, centre, reach):
+    """Which of the groups (u, v) of a level may see points[who]: (M,) bool."""
+    height, width = angle.shape
+    keep = np.zeros(len(who), np.bool_)
+    for i in range(len(who)):
+        x, y = u[i], v[i]
+        if x < width and y < height:
+            at = min(y, reach.shape[0] - 1), min(x, reach.shape[1] - 1)
+            bound = _three(axis[y, x]), angle[y, x], _three(centre[at]), reach[at]
+            keep[i] = _holds(bound, _three(points[who[i]]))
+    return keep
+
+
+@numba.njit(cache=True)
+def _cells_may_see(points, who, u, v, directions, origins, height, width):
+    """The same of single cells."""
+    keep = np.zeros(len(who), np.bool_)
+    for i in range(len(who)):
+        x, y = u[i], v[i]
+        if x < width - 1 and y < height - 1:
+            ends = y, y + 2, x, x + 2
+            bound = _enclosed(directions, origins, width, ends)
+            keep[i] = _holds(bound, _three(points[who[i]]))
+    return keep
+
+
+@numba.njit(cache=True)
+def _holds(bound, point):
+    axis, angle, centre, reach = bound
+    length, room = _distance(point, centre), np.pi
+    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
+    if reach < length:
+        room = np.arcsin(max(reach, 0.0) / length)
+        x, y, z = x / length, y / length, z / length
+    return _angle((x, y, z), axis) <= angle + room + SLACK
+
+
+@numba.njit(cache=True)
+def _foot(directions, origins, height, width):
+    """Bounds of groups of SIDE x SIDE cells; they share the pixels of their borders."""
+    rows, columns = -(-(height - 1) // SIDE), -(-(width - 1) // SIDE)
+    axis, angle = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
+    central = len(origins) == 1
+    shape = (1, 1) if central else (rows, columns)
+    centre, reach = np.zeros((*shape, 3)), np.zeros(shape)
+    centre[0, 0] = origins[0]
+    for y in range(rows):
+        for x in range(columns):
+            top, left = SIDE * y, SIDE * x
+            down, right = min(top + SIDE + 1, height), min(left + SIDE + 1, width)
+            ends = top, down, left, right
+            bound = _enclosed(directions, origins, width, ends)
+            axis[y, x] = bound[0]
+            angle[y, x] = bound[1]
+            if not central:
+                centre[y, x] = bound[2]
+                reach[y, x] = bound[3]
+    return axis, angle, centre, reach
+
+
+@numba.njit(cache=True)
+def _enclosed(directions, origins, width, ends):
+    """Bound of the rays of pixels from a row and a column to others; NaN ones do not
+    count."""
+    top, down, left, right = ends
+    last = len(origins) - 1
+    x = y = z = a = b = c = 0.0
+    count = 0
+    for v in range(top, down):
+        for u in range(left, right):
+            at = v * width + u
+            if np.isfinite(directions[at, 0]):
+                d, o = _three(directions[at]), _three(origins[min(at, last)])
+                x, y, z = x + d[0], y + d[1], z + d[2]
+                a, b, c = a + o[0], b + o[1], c + o[2]
+                count += 1
+    if count == 0:
+        return (x, y, z), -np.inf, (a, b, c), -np.inf
+    length = _distance((x, y, z), (0.0, 0.0, 0.0))
+    if length > 0:
+        x, y, z = x / length, y / length, z / length
+    centre = a / count, b / count, c / count
+    angle, reach = -np.inf, -np.inf
+    for v in range(top, down):
+        for u in range(left, right):
+            at = v * width + u
+            if np.isfinite(directions[at, 0]):
+                angle = max(angle, _angle((x, y, z), _three(directions[at])))
+                reach = max(reach, _distance(_three(origins[min(at, last)]), centre))
+    # Interpolated directions lie in the hull of their corners, which a cone is sure
+    # to hold only while it is narrower than a half-space.
+    if not angle < np.pi / 2:
+        angle = np.pi
+    return (x, y, z), angle, centre, reach
+
+
+@numba.njit(cache=True)
+def _angle(a, b):
+    """Angle between unit vectors by their chord, accurate also when small."""
+    return 2 * np.arcsin(min(_distance(a, b) / 2, 1.0))
+
+
+@numba.njit(cache=True)
+def _distance(a, b):
+    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@numba.njit(cache=True)
+def _three(row):
+    return row[0], row[1], row[2]
 
 
 def _split(who, u, v, side):
@@ -111,54 +178,30 @@ def _split(who, u, v, side):
     return np.repeat(who, side * side), u, v
 
 
-def _angle(a, b):
-    """Angle between unit vectors by their chord, accurate also when small."""
-    chord = np.linalg.norm(a - b, axis=-1)
-    return 2 * np.arcsin(np.minimum(chord / 2, 1.0))
-
-
-def _unit(vectors):
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1.0)
-
-
-def _enclose(directions, origins):
-    """Bounds (n,) of n groups of k rays (n, k, 3); rays that are NaN do not count."""
-    have = np.isfinite(directions[..., 0])
-    directions = np.where(have[..., None], directions, 0.0)
-    axis = _unit(directions.sum(axis=1))
-    angle = np.where(have, _angle(axis[:, None], directions), -np.inf).max(axis=1)
-    # Interpolated directions lie in the hull of their corners, which a cone is sure
-    # to hold only while it is narrower than a half-space.
-    angle = np.where(angle < np.pi / 2, angle, np.where(angle > 0, np.pi, angle))
-    if origins is None:
-        return Bounds(axis, angle, None, None)
-    origins = np.where(have[..., None], origins, 0.0)
-    centre = origins.sum(axis=1) / np.maximum(have.sum(axis=1), 1)[:, None]
-    distance = np.linalg.norm(origins - centre[:, None], axis=-1)
-    reach = np.where(have, distance, -np.inf).max(axis=1)
-    return Bounds(axis, angle, centre, reach)
-
-
 def _parents(level):
     """Bounds of 2 x 2 neighbouring groups."""
     height, width = level.angle.shape
     pad = ((0, height % 2), (0, width % 2))
 
     def quads(field, fill):
-        if field is None:
-            return None
         widths = pad + ((0, 0),) * (field.ndim - 2)
         field = np.pad(field, widths, constant_values=fill)
         return np.stack([field[i::2, j::2] for i in (0, 1) for j in (0, 1)])
 
     axes, angles = quads(level.axis, 0.0), quads(level.angle, -np.inf)
     axis = _unit(axes.sum(axis=0))
-    angle = np.minimum((_angle(axis, axes) + angles).max(axis=0), np.pi)
-    if level.centre is None:
-        return Bounds(axis, angle, None, None)
+    between = np.linalg.norm(axis - axes, axis=-1)
+    apart = 2 * np.arcsin(np.minimum(between / 2, 1.0))
+    angle = np.minimum((apart + angles).max(axis=0), np.pi)
+    if level.reach.shape != level.angle.shape:
+        return Bounds(axis, angle, level.centre, level.reach)
     centres, reaches = quads(level.centre, 0.0), quads(level.reach, -np.inf)
     have = np.isfinite(reaches)
     centre = centres.sum(axis=0) / np.maximum(have.sum(axis=0), 1)[..., None]
     reach = (np.linalg.norm(centres - centre, axis=-1) + reaches).max(axis=0)
     return Bounds(axis, angle, centre, reach)
+
+
+def _unit(vectors):
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)

@@ -12,6 +12,7 @@ from raxel.cameras.core.base import (
     pixel_grid,
 )
 from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.tables.interpolation import rays_at
 from raxel.cameras.tables.inverse import TableInverse
 from raxel.cameras.tables.ray_table import RayTable
 from raxel.errors import InputError
@@ -135,15 +136,15 @@ class GeneralCamera(Camera):
     def rays(self, pixels):
         """Rays of pixels (N, 2) by interpolation in the table."""
         pixels = as_rows(pixels, 2)
-        origins, directions = np.empty((2, len(pixels), 3))
-        for start in range(0, len(pixels), BLOCK):
-            rows = slice(start, start + BLOCK)
-            origins[rows], directions[rows] = self._interpolated(pixels[rows])
+        # One layout, as compiled loops are compiled for each.
+        pixels = np.array(pixels, order="C")
+        size = self.width, self.height
+        origins, directions = rays_at(pixels, *self._table.rows, *size)
         return Rays(origins, directions, np.isfinite(directions[:, 0]))
 
     def project(self, points):
         """Pixels of points (N, 3): where the interpolated ray passes through each."""
-        points = near_rows(points, 3)
+        points = np.ascontiguousarray(near_rows(points, 3))
         if self._inverse is None:
             self._inverse = TableInverse(self._table)
         pixels = np.empty((len(points), 2))
@@ -160,20 +161,6 @@ class GeneralCamera(Camera):
         directions = self.directions[rows]
         origins = self.origins if self.central else self.origins[rows]
         return pluecker_matrix_of_rays(origins, directions)
-
-    def _interpolated(self, pixels):
-        limits = np.array([self.width - 1, self.height - 1])
-        inside = np.all((pixels >= 0) & (pixels <= limits), axis=1)
-        place = np.where(inside[:, None], pixels, 0.0)
-        cell = np.floor(place)
-        s, t = (place - cell).T
-        u, v = cell.astype(int).T
-        # A neighbour with no part in the sum is not looked at.
-        corners = self._table.corners(u, v, (s > 0).astype(int), (t > 0).astype(int))
-        (d, _, _), (o, _, _) = self._table.interpolate(corners, s, t)
-        length = np.linalg.norm(d, axis=1)
-        length = np.where(inside & (length > 0), length, np.nan)[:, None]
-        return np.where(np.isfinite(length), o, np.nan), d / length
 
     def _fields(self):
         return {

@@ -15,14 +15,10 @@ from functools import cached_property
 import numpy as np
 
 from raxel.cameras.tables.bounds import BoundPyramid
+from raxel.cameras.tables.interpolation import walked, within_cells
 
-# In pixels: a step this small ends the iteration, and a cell reaches this far over its
-# border, so that rounding cannot lose a point between two cells.
-STEP = 1e-10
-# Sine of the angle by which a ray may miss its point. Rounding alone stays below it.
-MISS = 1e-11
 # Where Newton's method starts in a cell. The centre does, except where noise folds it.
-STARTS = ((0.5, 0.5), (0, 0), (1, 0), (0, 1), (1, 1))
+STARTS = ((0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
 COARSE_CELLS = 1 << 16
 SEARCH_BLOCK = 1 << 11
 
@@ -72,60 +68,20 @@ class TableInverse:
         far = points - self._eye
         length = np.linalg.norm(far, axis=1, keepdims=True)
         _, nearest = self._tree.query(far / np.where(length > 0, length, 1.0))
-        place = self._start[nearest] + 0.5
-        last = np.array([table.width - 2, table.height - 2])
-        found = np.full_like(place, np.nan)
-        active = np.arange(len(points))
-        one = np.ones(len(points), int)
-        for _ in range(20):
-            cell = np.clip(np.floor(place).astype(int), 0, last)
-            whole = one[: len(active)]
-            corners = table.corners(*cell.T, whole, whole)
-            step, good = self._newton(points[active], corners, place - cell)
-            small = np.all(np.abs(step) < STEP, axis=1)
-            place = place + step
-            inside = np.all(np.abs(place - cell - 0.5) <= 0.5 + STEP, axis=1)
-            arrived = small & inside & good
-            found[active[arrived]] = np.clip(place, cell, cell + 1)[arrived]
-            go_on = ~small & np.isfinite(step).all(axis=1)
-            active, place = active[go_on], np.clip(place[go_on], 0, last + 1)
-            if not len(active):
-                break
-        return found
-
-    def _newton(self, points, corners, place):
-        """Newton step (N, 2) towards the ray through each point; and whether the ray
-        after a small step meets the point, ahead of its origin."""
-        (d, d_s, d_t), (o, o_s, o_t) = self._table.interpolate(corners, *place.T)
-        far = points - o
-        length = np.linalg.norm(far, axis=1, keepdims=True)
-        length[length == 0] = np.nan
-        far = far / length
-        miss = _cross(far, d)
-        miss_s, miss_t = _cross(far, d_s), _cross(far, d_t)
-        if not self._table.central:
-            miss_s -= _cross(o_s / length, d)
-            miss_t -= _cross(o_t / length, d)
-        ss, tt, st = _dot(miss_s, miss_s), _dot(miss_t, miss_t), _dot(miss_s, miss_t)
-        gs, gt = _dot(miss_s, miss), _dot(miss_t, miss)
-        # An edge has no extent one way, a single pixel neither way: no step there.
-        ss, tt = np.where(ss > 0, ss, 1.0), np.where(tt > 0, tt, 1.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = -np.stack([tt * gs - st * gt, ss * gt - st * gs], axis=1)
-            step /= (ss * tt - st * st)[:, None]
-            rest = miss + step[:, :1] * miss_s + step[:, 1:] * miss_t
-        sine = np.sqrt(_dot(rest, rest) / _dot(d, d))
-        return step, (sine < MISS) & (_dot(far, d) > 0)
+        start = self._start[nearest] + 0.5
+        return walked(points, start, *table.rows, table.width, table.height)
 
     def _search(self, points):
         """The complete search, for the points on which the walk gave up."""
         who, u, v = self._pyramid.cells(points)
-        who, *cells = self._solvable(who, u, v)
+        who, cells = self._solvable(who, u, v)
         place = np.full((len(who), 2), np.nan)
         todo = np.ones(len(who), bool)
+        rows, width = self._table.rows, self._table.width
         for start in STARTS:
-            few = [column[todo] for column in cells]
-            place[todo] = self._within_cells(points[who[todo]], *few, start)
+            place[todo] = within_cells(
+                points[who[todo]], cells[todo], start, *rows, width
+            )
             todo = ~np.isin(who, who[np.isfinite(place[:, 0])])
         seen = np.isfinite(place[:, 0])
         who, place = who[seen], place[seen]
@@ -154,36 +110,5 @@ class TableInverse:
         sizes = [len(part[0]) for part in parts]
         joined = [np.concatenate([part[k] for part in parts]) for k in range(3)]
         extent = [np.repeat([part[k] for part in parts], sizes) for k in (3, 4)]
-        return (*joined, *extent)
-
-    def _within_cells(self, points, u, v, right, below, start):
-        """Newton's method inside one cell for each point; NaN where it leads out."""
-        directions, origins = self._table.corners(u, v, right, below)
-        extent = np.column_stack([right, below]).astype(float)
-        place = extent * start
-        found = np.full_like(place, np.nan)
-        active = np.arange(len(points))
-        for _ in range(20):
-            size = extent[active]
-            corners = directions[active], None if origins is None else origins[active]
-            step, good = self._newton(points[active], corners, place)
-            small = np.all(np.abs(step) < STEP, axis=1)
-            place = np.clip(place + step, -1.0, 2.0)
-            inside = np.all(np.abs(place - size / 2) <= size / 2 + STEP, axis=1)
-            arrived = small & inside & good
-            found[active[arrived]] = np.clip(place, 0, size)[arrived]
-            go_on = ~small & np.isfinite(step).all(axis=1)
-            active, place = active[go_on], place[go_on]
-            if not len(active):
-                break
-        return np.column_stack([u, v]) + found
-
-
-def _dot(a, b):
-    return np.einsum("ni,ni->n", a, b)
-
-
-def _cross(a, b):
-    x, y, z = a.T
-    p, q, r = b.T
-    return np.stack([y * r - z * q, z * p - x * r, x * q - y * p], axis=1)
+        who, *place = joined
+        return who, np.column_stack([*place, *extent])
