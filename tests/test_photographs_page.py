@@ -111,7 +111,7 @@ def small_and_on_one_thread():
     before = cv2.getNumThreads()
     cv2.setNumThreads(1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(study.SIZES, "quick", study.Size(3, 3, 80, 80))
+        patch.setitem(study.SIZES, "quick", study.Size(8, 3, 3, 80, 80))
         yield
     cv2.setNumThreads(before)
 
@@ -162,7 +162,8 @@ def test_photographs_kept_out_are_not_in_the_calibration(drawn, monkeypatch):
     monkeypatch.setattr(
         study, "scores", lambda cameras, view: scored.append(view.name) or {}
     )
-    image_set, boards = load_set(folder), study.boards_of(str(folder))
+    image_set = load_set(folder)
+    boards = study.boards_of(str(folder), study.SIZES["quick"])
     kept = []
     for fold in range(3):
         calibrated_from.clear()
@@ -325,7 +326,7 @@ def test_undistortion_is_the_identity_without_distortion(drawn):
     image_set = load_set(folder)
     K = [[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]]
     pinhole = PerspectiveCamera(np.array(K), [], WIDTH, HEIGHT)
-    boards = study.boards_of(str(folder))
+    boards = study.boards_of(str(folder), study.SIZES["quick"])
     # The widest corners need no smaller view here, so the picture stays as it is.
     result = undistorted(image_set, {"zhang": pinhole}, boards, WIDTH)
     assert result["zoom"] == 1
@@ -342,7 +343,7 @@ def test_corners_lie_where_a_tilted_view_shows_them(tmp_path):
     # Its axis is far from mid-image, where the view looks.
     K = [[FOCAL, 0, WIDTH * 0.8], [0, FOCAL, HEIGHT * 0.2], [0, 0, 1]]
     aside = PerspectiveCamera(np.array(K), [], WIDTH, HEIGHT)
-    boards = study.boards_of(str(folder))
+    boards = study.boards_of(str(folder), study.SIZES["quick"])
     seen = undistorted(image_set, {"zhang": aside}, boards, WIDTH)["zhang"]
     until = (cv2.TERM_CRITERIA_COUNT, 50, 0)
     start = np.array(seen["corners"][:, None], np.float32)

@@ -29,7 +29,7 @@ def exercise_corner(study):
         pixel = _predicted(camera, T, point) + [0.21, -0.13]
     else:
         index = int(study.array("calibrated", part="fit")[0])
-        image = study.images[index]
+        image = study.image(index)
         T = study.array("zhang.T_camera_grid", part="fit")[0]
         k = np.flatnonzero(np.isfinite(image.corners[:, 0]))[-1]
         pitch = study.settings["pitch_mm"] or 1.0

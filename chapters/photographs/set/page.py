@@ -58,7 +58,7 @@ def study_trial(folder, size, condition, rng):
     image_set = load_set(folder)
     if condition["part"] == "image":
         return image_part(folder, image_set, condition["view"], size)
-    boards = boards_of(folder)
+    boards = boards_of(folder, size)
     if condition["part"] == "fit":
         return fit_part(image_set, boards, size, rng)
     parts = sum(c["part"] == "fold" for c in conditions_of(image_set, size))
@@ -66,10 +66,7 @@ def study_trial(folder, size, condition, rng):
 
 
 @experiment(
-    "photograph_study",
-    artefact="ext_models",
-    shards={"quick": 2, "full": 4},
-    per_set=BOARDS,
+    "photograph_study", artefact="ext_models", shards={"full": 2}, per_set=BOARDS
 )
 def photograph_study(effort, folder):
     """Every image, the calibration from all, and every part kept out."""

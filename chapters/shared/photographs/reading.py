@@ -104,11 +104,13 @@ class Study:
 
     @cached_property
     def images(self) -> list[Image]:
-        """Every photograph of the set, in its order."""
-        return [
-            self._image(index, name)
-            for index, name in enumerate(self.settings["images"])
-        ]
+        """Every photograph that was looked at, in the order of the set."""
+        taken = [c["view"] for c in self.result.conditions if c["part"] == "image"]
+        return [self._image(index, self.settings["images"][index]) for index in taken]
+
+    def image(self, index: int) -> Image:
+        """The photograph of this number in the set."""
+        return next(image for image in self.images if image.index == index)
 
     @property
     def found(self) -> list[Image]:

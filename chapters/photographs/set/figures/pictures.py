@@ -135,7 +135,7 @@ def undistorted_views(study):
         return Drawing(drawn, {}, "No camera to look through.")
     shape = study.settings["height_px"] / study.settings["width_px"]
     drawn, axes = new_figure(1, 3, height_in=WIDTH_IN / 3 * shape + 0.75)
-    image = study.images[int(view)]
+    image = study.image(int(view))
     data = {"panel": [], "corner": [], "x_px": [], "y_px": []}
     original = study.array("undistorted.original", part="fit")
     corners = study.array("undistorted.corners", part="fit")

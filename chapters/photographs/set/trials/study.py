@@ -37,11 +37,13 @@ LENSES = ("kannala_brandt", "unified")
 
 
 class Size(NamedTuple):
-    """How large the study is: parts of the cross-validation, widths of pictures.
+    """How large the study is: images, parts kept out in turn, widths of pictures.
 
-    Sets with at most ``leave_one_out`` images keep out one image at a time.
+    Of sets with more than ``images`` these are spread over all of them. Sets with at
+    most ``leave_one_out`` images keep out one image at a time.
     """
 
+    images: float
     folds: int
     leave_one_out: int
     thumbnail_px: int
@@ -49,8 +51,8 @@ class Size(NamedTuple):
 
 
 SIZES = {
-    "quick": Size(folds=3, leave_one_out=3, thumbnail_px=160, picture_px=220),
-    "full": Size(folds=5, leave_one_out=10, thumbnail_px=240, picture_px=440),
+    "quick": Size(8, folds=2, leave_one_out=3, thumbnail_px=160, picture_px=220),
+    "full": Size(np.inf, folds=5, leave_one_out=10, thumbnail_px=240, picture_px=440),
 }
 
 
@@ -64,15 +66,24 @@ class Found(NamedTuple):
 
 def conditions_of(image_set, size):
     """Every image, the calibration from all of them, and every part kept out."""
+    taken = views_taken(image_set, size)
     images = [
-        {"part": "image", "view": index, "image": view.label}
-        for index, view in enumerate(image_set.views)
+        {"part": "image", "view": index, "image": image_set.views[index].label}
+        for index in taken
     ]
-    count = len(image_set.views_for("calibrate"))
+    count = sum(image_set.views[index].use == "calibrate" for index in taken)
     if count > size.leave_one_out:
         count = size.folds
     folds = [{"part": "fold", "fold": fold} for fold in range(count)]
     return [*images, {"part": "fit"}, *folds]
+
+
+def views_taken(image_set, size):
+    """Indices of the views that are looked at: all, or as many as `size` has images."""
+    count = len(image_set.views)
+    if count <= size.images:
+        return list(range(count))
+    return np.linspace(0, count - 1, size.images).round().astype(int).tolist()
 
 
 def settings_of(image_set):
@@ -108,11 +119,12 @@ def board_in(folder, index):
     return detect_boards(image_set, DEFAULT_DETECTOR, views)[0]
 
 
-def boards_of(folder):
-    """Every Found board of the set, in the order of its views."""
+def boards_of(folder, size):
+    """Every Found board of the views that are looked at, in their order."""
     image_set = load_set(folder)
     boards = []
-    for index, view in enumerate(image_set.views):
+    for index in views_taken(image_set, size):
+        view = image_set.views[index]
         for seen in board_views(image_set, [board_in(folder, index)]):
             boards.append(Found(index, view.use, seen))
     return boards
