@@ -2,10 +2,21 @@
 
 from repro.judge.readings import open_questions
 from repro.run.readings import in_every_reading
-from tests.made_results import ROOT
+from tests.made_results import ROOT, as_planned
 
 
 def readings_of(judge, results):
     """The readings of a claim's test, of the questions that its mark names."""
     (mark,) = (mark for mark in judge.repro_marks if mark["kind"] == "claim")
     return in_every_reading(judge, results, open_questions(ROOT), mark["readings"])
+
+
+def readings(judge, experiment, values):
+    """The readings of a claim on an experiment `as_planned`."""
+    return readings_of(judge, {experiment: as_planned(experiment, values)})
+
+
+def verdict(judge, experiment, values):
+    """The verdict of a claim that has one reading, on an experiment `as_planned`."""
+    (reading,) = readings(judge, experiment, values)
+    return reading.verdict

@@ -83,17 +83,6 @@ def flat(values, prefix=""):
     return out
 
 
-def readings(judge, experiment, values):
-    """What a claim says of an experiment `as_planned`."""
-    return judge({experiment: as_planned(experiment, values)})
-
-
-def verdict(judge, experiment, values):
-    """The verdict of a claim that has one reading, of an experiment `as_planned`."""
-    (reading,) = readings(judge, experiment, values)
-    return reading.verdict
-
-
 def _is_column(value):
     return isinstance(value, list | tuple | np.ndarray) and np.ndim(value) > 0
 

@@ -12,37 +12,18 @@ from chapters.ch01_introduction.s1_1_panorama import (
     trials,
 )
 from raxel.multiview.perspective_view import source_pixels
-
-
-class Found:
-    """Stands for a Result: trials by condition, values and arrays by name."""
-
-    def __init__(self, made):
-        self.made = made
-
-    def _of(self, name, condition):
-        fits = [v for c, v in self.made if condition.items() <= c.items()]
-        assert len(fits) == 1
-        return [fits[0][name]]
-
-    def column(self, name, **condition):
-        return np.array(self._of(name, condition), float)
-
-    def arrays(self, name, **condition):
-        return self._of(name, condition)
+from tests.made_results import of_columns, of_seed
 
 
 @pytest.fixture(scope="module")
 def rows():
     conditions = [{"mirror": name} for name in trials.ECCENTRICITIES]
-    return Found([(c, page.resolution_trial(c, None)) for c in conditions])
+    return of_seed(page.resolution_trial, conditions)
 
 
 @pytest.fixture(scope="module")
-def taken():
-    rng = np.random.default_rng(0)
-    condition = {"size": 0.25}
-    return Found([(condition, page.picture_trial(condition, rng))])
+def picture():
+    return page.picture_trial({"size": 0.25}, np.random.default_rng(0))
 
 
 def closed_form(e, focal, radius_px, elevations):
@@ -88,8 +69,8 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
     assert reading.verdict == "reproduced"
     assert np.all(results.over_mirrors(rows, "ratio") > trials.LEAST_RATIO)
     assert np.isfinite(results.over_mirrors(rows, "band_deg")).all()
-    even = [(c, v | {"ratio": 1.4}) for c, v in rows.made]
-    (reading,) = judge({"fig_1_1_resolution": Found(even)})
+    even = of_columns(*((c, {"ratio": 1.4, "band_deg": 10.0}) for c in rows.conditions))
+    (reading,) = judge({"fig_1_1_resolution": even})
     assert reading.verdict == "differs"
 
 
@@ -114,17 +95,15 @@ def test_a_smaller_picture_shows_the_same_view():
     np.testing.assert_allclose(one, two, atol=1e-12)
 
 
-def test_the_picture_is_unwrapped_and_its_uprights_are_straight(taken):
-    ((_, values),) = taken.made
-    assert values["picture"].dtype == values["unwrapped"].dtype == np.uint8
-    assert values["unwrapped"].shape[1:] == (320, 3)
-    assert values["spread_px"] < 1e-6
-    assert values["horizon_error_px"] < 1e-6
-    drawing = figures.fig_1_1({"fig_1_1_picture": taken})
-    assert drawing.check.holds
-    tilted = values | {"spread_px": 0.1}
-    drawing = figures.fig_1_1({"fig_1_1_picture": Found([({}, tilted)])})
-    assert not drawing.check.holds
+def test_the_picture_is_unwrapped_and_its_uprights_are_straight(picture):
+    assert picture["picture"].dtype == picture["unwrapped"].dtype == np.uint8
+    assert picture["unwrapped"].shape[1:] == (320, 3)
+    assert picture["spread_px"] < 1e-6
+    assert picture["horizon_error_px"] < 1e-6
+    for change, holds in (({}, True), ({"spread_px": 0.1}, False)):
+        values = picture | change
+        taken = of_seed(lambda condition, rng, values=values: values)
+        assert figures.fig_1_1({"fig_1_1_picture": taken}).check.holds is holds
 
 
 def test_the_picture_has_straight_ahead_on_top_and_in_the_middle():

@@ -25,7 +25,8 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials import (
 from chapters.shared import general_cameras
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays
-from tests.made_results import flat, of_seed, readings, verdict
+from tests.judged_claims import readings, verdict
+from tests.made_results import flat, of_seed
 
 # Cameras and drawings
 

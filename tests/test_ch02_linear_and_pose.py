@@ -23,7 +23,8 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
 )
 from chapters.shared import algorithm_1
 from raxel.calibration import linear_as_printed
-from tests.made_results import flat, of_seed, verdict, written
+from tests.judged_claims import verdict
+from tests.made_results import flat, of_seed, written
 
 # The linear stage
 

@@ -1,7 +1,5 @@
 """The rig of section 2.5.1: exact without noise, independent noise, fair scoring."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -16,6 +14,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data import page, trials
 from chapters.shared import methods, three_planes
 from raxel.geometry import apply_homography
 from repro.run.experiment import trial_rng
+from tests.judged_claims import readings
 
 BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",
         "extent": "unbounded"}  # fmt: skip
@@ -219,10 +218,7 @@ def test_table_2_1_is_judged_both_ways(change, verdict):
         values[f"corrected.{vector}.relative"] = [0.0, 0.0]
         values[f"printed.{vector}.relative"] = [0.1, 1e-4]
     values |= change
-    ran = SimpleNamespace(
-        trials_per_condition=2, column=lambda name: np.array(values[name])
-    )
-    (reading,) = judge_table_coefficients({"table_2_1_sums": ran})
+    (reading,) = readings(judge_table_coefficients, "table_2_1_sums", values)
     assert reading.verdict == verdict
     few = sum(np.sum(np.array(values[f"printed.{v}.relative"]) <= 1e-3) for v in "WN")
     assert f"{few} of 4 are at most 1e-3" in reading.reason

@@ -1,7 +1,5 @@
 """The camera zoo of section 2.2: complete, counted, invertible, and fitted."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -17,6 +15,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.trials import zoo as tr
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import CURVES
 from chapters.shared.zoo import ELSEWHERE, SIZE_PX, ZOO, K_of, camera, made
 from raxel.cameras import CAMERAS
+from tests.made_results import as_planned, of_columns
 
 
 def test_every_kind_of_camera_is_in_the_zoo_or_has_a_reason():
@@ -149,33 +148,34 @@ def test_fits_are_found_by_lens_and_family():
         {"lens": "FC-E8", "family": "radial", "extra": 1},
         {"lens": "equidistance", "family": "radial", "extra": 0},
     ]
-    result = SimpleNamespace(
-        conditions=rows,
-        column=lambda name, **c: [c["extra"] + (1 if name == "free" else 0.5)],
+    result = of_columns(
+        *((c, {"free": c["extra"] + 1, "rms_px": c["extra"] + 0.5}) for c in rows)
     )
     free, rms = fits_of(result, "FC-E8", "radial")
     assert free.tolist() == [1, 2]
     assert rms.tolist() == [0.5, 1.5]
 
 
-def test_the_table_says_when_a_camera_does_not_come_back():
-    def column(name, model):
-        lost = (name, model) == ("round_trip_px", "Tardif")
-        return [0.5 if lost else float(name == "returned")]
+def zoo_check(**of_tardif):
+    """The check of the table where one camera has other values than all others."""
+    good = {"returned": 1.0, "round_trip_px": 0.0, "centrality_mm": 0.0}
+    good |= {"central": True, "projects": True, "kind": "any", "parameters": 5}
 
-    result = SimpleNamespace(column=column, texts=lambda name, model: [True])
-    assert not ext_zoo({"exp_zoo": result}).check.holds
+    def values(condition):
+        return good | (of_tardif if condition["model"] == "Tardif" else {})
+
+    return ext_zoo({"exp_zoo": as_planned("exp_zoo", values)}).check
+
+
+def test_the_table_says_when_a_camera_does_not_come_back():
+    assert zoo_check().holds
+    assert not zoo_check(round_trip_px=0.5).holds
+    assert not zoo_check(central=False).holds
 
 
 @pytest.mark.parametrize(("returned", "holds"), [(1.0, True), (0.5, False)])
 def test_the_table_says_when_pixels_of_a_camera_are_lost(returned, holds):
-    def column(name, model):
-        if name == "returned":
-            return [returned if model == "Tardif" else 1.0]
-        return [0.0]
-
-    result = SimpleNamespace(column=column, texts=lambda name, model: [True])
-    check = ext_zoo({"exp_zoo": result}).check
+    check = zoo_check(returned=returned)
     assert check.holds is holds
     assert check.text.startswith(f"{100 * returned:.0f} % of the pixels come back")
 

@@ -16,7 +16,8 @@ from chapters.ch03_planar_grids.s1_2_celect.trials import (
     scenes,
 )
 from chapters.shared.synthetic_board import SyntheticBoard
-from repro.run.results import gather, opened
+from tests.judged_claims import readings
+from tests.made_results import of_seed
 
 
 @pytest.fixture(scope="module")
@@ -24,16 +25,6 @@ def run():
     """One recorded run on a small fisheye picture."""
     condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
     return recorded.drawn_run(condition, np.random.default_rng(5))
-
-
-class Recorded:
-    """A recorded run, read as `repro.run.results.Result` would give it."""
-
-    def __init__(self, values):
-        self.values = values
-
-    def arrays(self, name):
-        return [self.values[name]]
 
 
 def test_views_are_moderate_and_the_board_is_whole():
@@ -76,7 +67,7 @@ def test_a_recorded_run_is_complete(run):
 
 
 def test_the_animation_is_well_formed_and_moves_on_a_click_only(run):
-    shown = animation(Recorded(run))
+    shown = animation(of_seed(lambda condition, rng: run))
     assert "\n\n" not in shown.markdown
     root = ET.fromstring(shown.html)
     space = "{http://www.w3.org/2000/svg}"
@@ -152,18 +143,6 @@ def test_the_border_costs_28_of_63_corners():
     assert claims.judge_border_formula({})[0].verdict == "reproduced"
 
 
-def result_of(tmp_path, name, plan, values):
-    """A written result with these values, one list per condition."""
-    records = [
-        {"condition": c, "trial": t, "values": v}
-        for c, rows in enumerate(values)
-        for t, v in enumerate(rows)
-    ]
-    identity = {"experiment": name, "effort": "full"}
-    gather(identity, plan, records, {}, tmp_path / f"{name}.json")
-    return opened(tmp_path, {name: name})
-
-
 def test_a_candidate_that_two_contours_see_is_counted_once():
     side, column = [[10, 10], [40, 11]], [[10, 10], [10, 40]]
     contours = [SimpleNamespace(candidates=np.array(c)) for c in (side, column)]
@@ -171,18 +150,15 @@ def test_a_candidate_that_two_contours_see_is_counted_once():
     assert page.candidates_of(SimpleNamespace(contours=())) == 0
 
 
-def test_growth_is_judged_on_pictures_that_differ(tmp_path):
-    from repro.run.outcomes import Plan
+def test_growth_is_judged_on_pictures_that_differ():
+    right = [*zip(boards.BROKEN.values(), ((15, 2), (8, 6), (3, 10)), strict=True)]
 
-    plan = Plan(None, list(boards.BROKEN.values()), 20)
+    def values(condition):
+        ((grown, fixed),) = (counts for one, counts in right if one == condition)
+        return {
+            "published.success": [k < grown for k in range(20)],
+            "no growth.success": [k < fixed for k in range(20)],
+        }
 
-    def rows(grown, fixed):
-        return [
-            {"published.success": k < grown, "no growth.success": k < fixed}
-            for k in range(20)
-        ]
-
-    values = [rows(15, 2), rows(8, 6), rows(3, 10)]
-    written = result_of(tmp_path, "table_3_1_growth", plan, values)
-    verdicts = [r.verdict for r in claims.judge_window_growth(written)]
-    assert verdicts == ["reproduced", "undecided", "differs"]
+    found = readings(claims.judge_window_growth, "table_3_1_growth", values)
+    assert [r.verdict for r in found] == ["reproduced", "undecided", "differs"]

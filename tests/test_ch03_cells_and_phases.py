@@ -11,6 +11,7 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     sigma_px,
 )
 from raxel.sets.patterns import patterns_of
+from tests.made_results import of_columns
 
 WIDTH_PX = trials.WIDTH_PX["quick"]
 
@@ -93,23 +94,25 @@ def test_light_is_shared_out_as_said():
     assert sines[4] / alike[4] == pytest.approx(6**-0.5, rel=0.05)
 
 
-class ThreeGrids:
+def three_grids():
     """Results of three grids: the finest is best, and cannot be read."""
-
-    cells = (8, 16, 32)
-
-    def __init__(self):
-        self.conditions = [{"cells": n, "steps": 4} for n in self.cells]
-
-    def column(self, name, cells, steps):
-        values = {
-            "rms_px": ([0.2, 0.3], [0.1, 0.12], [0.01, 0.01]),
-            "decoded": ([1, 1], [0.995, 1], [1, 0.98]),
-            "gross": ([0, 0], [0, 0], [0, 0]),
-        }[name.rpartition(".")[2]]
-        return np.array(values[self.cells.index(cells)], float)
+    values = {
+        8: {"rms_px": [0.2, 0.3], "decoded": [1, 1]},
+        16: {"rms_px": [0.1, 0.12], "decoded": [0.995, 1]},
+        32: {"rms_px": [0.01, 0.01], "decoded": [1, 0.98]},
+    }
+    case = f"{trials.name_of(trials.LINEAR, 1.0, 3.0)}.{BY_PIXEL}"
+    return of_columns(
+        *(
+            (
+                {"cells": cells, "steps": 4},
+                {f"{case}.{name}": of for name, of in (found | {"gross": 0}).items()},
+            )
+            for cells, found in values.items()
+        )
+    )
 
 
 def test_a_grid_that_loses_pixels_is_not_advised():
-    cells, error = results.best_cells(ThreeGrids(), 1.0, 3.0, BY_PIXEL)
+    cells, error = results.best_cells(three_grids(), 1.0, 3.0, BY_PIXEL)
     assert (cells, error) == (16, pytest.approx(0.11))

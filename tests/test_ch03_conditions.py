@@ -34,6 +34,7 @@ from raxel.lab.blemishes import Blemishes
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
 from raxel.lab.scenes import board_scene
+from tests.made_results import OfLaw, of_columns
 
 
 def drawn_lattice(rows=6, columns=8, growth=1.0):
@@ -167,44 +168,27 @@ def test_candidate_parts_leave_out_the_smallest_steps():
     assert parts[1].right == 7
 
 
-class Parts:
-    """A result of large grids: the same part for both cameras in two pictures."""
-
-    trials_per_condition = 2
-
-    def __init__(self, **values):
-        self.values = values
-
-    def column(self, name, camera):
-        who, what = name.split(".")
-        return np.array(self.values[who][what, camera], float)
-
-
 def test_nearer_to_the_frame_is_asked_of_the_fisheye_alone():
-    def of(count, hyperboloidal, fisheye):
-        frames = {"hyperboloidal": hyperboloidal, "fisheye": fisheye}
-        found = {("border_px", camera): px for camera, px in frames.items()}
-        return found | {("count", camera): [count] * 2 for camera in frames}
+    def parts(celect, opencv):
+        """The same part for both cameras, and its px to the frame in two pictures."""
+        made = {}
+        for who, (count, *frames) in (("celect", celect), ("opencv", opencv)):
+            for camera, px in zip(("hyperboloidal", "fisheye"), frames, strict=True):
+                found = {f"{who}.count": count, f"{who}.border_px": px}
+                made[camera] = made.get(camera, {}) | found
+        return of_columns(*(({"camera": camera}, of) for camera, of in made.items()))
 
-    result = Parts(celect=of(20, [90, 90], [50, 70]), opencv=of(10, [80, 80], [60, 60]))
+    result = parts(celect=(20, [90, 90], [50, 70]), opencv=(10, [80, 80], [60, 60]))
     holds, ratios = partial_predicates(result, result, "opencv")
     assert holds.tolist() == [True, False]
     assert ratios.tolist() == [2, 2]
-    small = Parts(celect=of(12, [9, 9], [5, 5]), opencv=of(10, [80, 80], [60, 60]))
+    small = parts(celect=(12, [9, 9], [5, 5]), opencv=(10, [80, 80], [60, 60]))
     assert not partial_predicates(small, small, "opencv")[0].any()
 
 
-class Orders:
-    """A result of the eight orders: every image ends alike in all of them."""
-
-    conditions = ({"poses": WHOLE}, {"poses": HARD})
-
-    def column(self, name, **condition):
-        return np.ones(40)
-
-
 def test_an_order_that_never_decides_is_no_slight_difference():
-    readings = judge_trace_direction({"exp_c3_trace_direction": Orders()})
+    alike = OfLaw("exp_c3_trace_direction", lambda name, condition: np.ones(40), 40)
+    readings = judge_trace_direction({"exp_c3_trace_direction": alike})
     assert [r.verdict for r in readings] == ["undecided"] * 2
     assert [r.reading["pose_range"] for r in readings] == [WHOLE, HARD]
 

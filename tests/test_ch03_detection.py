@@ -5,20 +5,7 @@ import pytest
 
 from chapters.ch03_planar_grids.s3_1_robustness.claims.detection import judge_detect_8px
 from chapters.ch03_planar_grids.s3_1_robustness.results import SWEEPS, experiment_of
-
-
-class Sweep:
-    """One level of a sweep with the largest errors of its grids in order."""
-
-    trials_per_condition = 1
-
-    def __init__(self, level, largest):
-        self.conditions = [{"level": level, "levels": "full range"}]
-        self.largest = np.asarray(largest, float)
-
-    def column(self, value, **condition):
-        assert value.endswith("ordered_px")
-        return self.largest
+from tests.made_results import OfLaw
 
 
 @pytest.mark.parametrize(
@@ -32,7 +19,16 @@ class Sweep:
     ],
 )
 def test_nearly_all_grids_in_order_are_less_than_8_px_off(largest, verdict, count):
-    results = {experiment_of(s): Sweep(s, largest) for s in SWEEPS}
+    def law(name, condition):
+        assert name.endswith("ordered_px")
+        return largest
+
+    results = {
+        experiment_of(s): OfLaw(
+            [{"level": s, "levels": "full range"}], law, len(largest)
+        )
+        for s in SWEEPS
+    }
     readings = judge_detect_8px(results)
     assert {r.verdict for r in readings} == {verdict}
     assert f"of {count} complete grids" in readings[0].reason

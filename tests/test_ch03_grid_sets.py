@@ -51,6 +51,8 @@ from raxel.features.celect import (
     ContourFailure,
     ContourTrace,
 )
+from repro.run.outcomes import Plan
+from tests.made_results import written
 
 COLUMNS, ROWS = 5, 4
 LATTICE = np.stack(
@@ -159,28 +161,28 @@ def test_wiping_takes_one_blemish_and_leaves_the_draws():
     assert clean.spots == rig.blemishes.spots
 
 
-class TwoSeeds:
+def two_seeds():
     """A result of the ball: two seeds of the whole range, one of the hard one."""
 
-    def __init__(self):
-        self.settings = {"set": "spherical"}
-        self.conditions = [
-            {"set": "spherical", "poses": poses, "image": 0, "seed": seed}
-            for poses, seed in ((WHOLE, 1), (WHOLE, 2), (HARD, 1))
-        ]
+    def trial(condition, rng):
+        good = {"success": condition["poses"] == WHOLE}
+        seen = {CELECT: good, OPENCV: good}
+        lost = {CELECT: {"success": False}, OPENCV: {"success": False}}
+        spotless = lost | {"errors": every(SPOTLESS, condition)}
+        return seen | {"errors": every(METHODS, condition), "spotless": spotless}
 
-    def column(self, name, **condition):
-        good = condition["poses"] == WHOLE and "spotless" not in name
-        return np.array([float(good)])
+    def every(methods, condition):
+        return np.full((len(methods), len(MEASURES), 4), float(condition["seed"]))
 
-    def arrays(self, name, **condition):
-        methods = SPOTLESS if "spotless" in name else METHODS
-        shape = len(methods), len(MEASURES), 4
-        return [np.full(shape, float(condition["seed"]))]
+    conditions = [
+        {"set": "spherical", "poses": poses, "image": 0, "seed": seed}
+        for poses, seed in ((WHOLE, 1), (WHOLE, 2), (HARD, 1))
+    ]
+    return written(Plan(trial, conditions, 1, {"set": "spherical"}))
 
 
 def test_a_reading_counts_its_own_pictures():
-    result = TwoSeeds()
+    result = two_seeds()
     assert seeds_of(result) == [1, 2]
     assert seeds_of(result, Which(HARD)) == seeds_of(result, Which(spots=CLEAN)) == [1]
     assert right(result, CELECT).tolist() == [True, True]

@@ -11,7 +11,8 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
     formulas,
     schemes,
 )
-from tests.made_results import flat, of_seed, readings, verdict
+from tests.judged_claims import readings, verdict
+from tests.made_results import flat, of_seed
 
 UNSTABLE = "exp_c4_centre_ba_unstable"
 

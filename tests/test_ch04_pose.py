@@ -15,7 +15,8 @@ from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimate
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
 from raxel.geometry import inverse_pose, pose, rotation_from_vector
-from tests.made_results import flat, of_columns, of_seed, readings
+from tests.judged_claims import readings
+from tests.made_results import flat, of_columns, of_seed
 
 PRIMARY = {"domain": "px", "rays": "exact", "unit": "angle"}
 
