@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
-
-from raxel.calibration import (
-    linear_as_printed,
-    linear_cgsp,
-    linear_well_conditioned,
-    pose_from_rays,
-    pose_three_point_ransac,
-)
+from raxel.calibration import linear_as_printed, linear_cgsp, linear_well_conditioned
 
 METHODS = ("parametric", "generic_as_printed", "generic_well_conditioned")
 # The linear stage that a generic method begins with.
@@ -31,22 +23,27 @@ SCORINGS = ("fresh", "noisy", "clean")
 SCALES = ("corrected", "source")
 
 
-def _as_printed(points, *, side):
+def as_printed(points, *, side=-1):
+    """The standard linear stage as the thesis prints it, with t_z as corrected.
+
+    The printed form of t_z divides by C_y, which is 0 for the thesis's own centre
+    [0 0 600].
+    """
     return linear_as_printed(*points, side=side, tz="corrected")
 
 
-# Chapter 4's linear stages: points (3, N, 2) of rays that meet all grids and
-# the side of C_z in; centre and T_base_grid out, or a CalibrationError.
-# As printed, t_z is taken as corrected: the thesis's own centre [0 0 600]
-# has C_y = 0, by which the printed form divides.
+# The linear stages of chapter 4, by what trials call them: points (n, N, 2) of rays
+# that meet all grids and the side of C_z in; centre and T_base_grid out, or a
+# CalibrationError.
 LINEAR_STAGES = {
-    "standard as printed": _as_printed,
-    "standard well conditioned": linear_well_conditioned,
-    "CGSP": linear_cgsp,
-    "CGSP circle": partial(linear_cgsp, pinhole="circle"),
+    "as_printed": as_printed,
+    "well_conditioned": linear_well_conditioned,
+    "cgsp": linear_cgsp,
 }
-# Both readings of the standard method's pose stage (2.4.2 and 4.2.2).
-STANDARD_POSES = {
-    "three points": pose_three_point_ransac,
-    "three points, refined": pose_from_rays,
+LINEAR_NAMES = {
+    "as_printed": "standard, as printed",
+    "well_conditioned": "standard, well conditioned",
+    "cgsp": "CGSP",
 }
+# Options of the ledger's question `standard_method`.
+STANDARD_METHODS = {"as printed": "as_printed", "well conditioned": "well_conditioned"}

@@ -6,18 +6,13 @@ import numpy as np
 
 from chapters.shared.central_scatter import scatter_about
 from chapters.shared.methods import LINEAR_STAGES
-from raxel.calibration import relax_poses
+from raxel.calibration import ray_point_distances, relax_poses
 from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, transform
 
 # Where grids cross, a ray's points nearly coincide and no line goes through them.
 LEAST_SPREAD = 0.1
-METHODS = {
-    "as_printed": "standard as printed",
-    "well_conditioned": "standard well conditioned",
-    "cgsp": "CGSP",
-}
 
 
 def calibrated(points, true, centrality=True):
@@ -28,9 +23,9 @@ def calibrated(points, true, centrality=True):
     (TrueGrids); or why it failed.
     """
     out = {}
-    for name, stage in METHODS.items():
+    for name, stage in LINEAR_STAGES.items():
         try:
-            out[name] = _calibrated(LINEAR_STAGES[stage], points, true, centrality)
+            out[name] = _calibrated(stage, points, true, centrality)
         except CalibrationError as fault:
             out[name] = {"failed": str(fault)}
     return out
@@ -93,6 +88,4 @@ def _turn(T):
 def ray_point_errors(points, centre, T_base_grid, directions):
     """Distances (n * N,) mm of points from their rays, (4.18)."""
     placed = transform(T_base_grid, on_plane(points))
-    reach = placed - centre
-    along = np.sum(reach * directions, axis=2, keepdims=True)
-    return np.linalg.norm(reach - along * directions, axis=2).ravel()
+    return ray_point_distances(placed, centre, directions).ravel()

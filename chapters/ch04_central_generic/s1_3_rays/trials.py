@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.shared.wide_angle import RAYS, SIDE, draw_scene, radial_lens
+from raxel.calibration.adjust.bundle import ray_point_distances
 from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.linear.cgsp import linear_cgsp
@@ -153,7 +154,5 @@ def _posed(rays, points, T_start, centre):
 
 def off_true_points(scene, centre, u):
     """Mean distance (mm) of rays (N, 3) from the true points they see."""
-    flat = on_plane(scene.points)
-    reach = transform(scene.T_base_grid, flat) - centre
-    along = np.sum(reach * u, axis=2, keepdims=True)
-    return float(np.linalg.norm(reach - along * u, axis=2).mean())
+    placed = transform(scene.T_base_grid, on_plane(scene.points))
+    return float(ray_point_distances(placed, centre, u).mean())

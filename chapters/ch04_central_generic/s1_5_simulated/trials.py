@@ -13,6 +13,7 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
+from raxel.calibration.adjust.bundle import ray_point_distances
 from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.adjust.relaxation import relax_poses
@@ -69,8 +70,8 @@ def errors(centre, T_base_grid, directions, scene):
     own = _placed(T_base_grid, scene.noisy)
     moved = _placed(T_base_grid, scene.points)
     return out | {
-        "ray_mm": _off_rays(placed, centre, directions),
-        "own_ray_mm": _off_rays(own, centre, directions),
+        "ray_mm": float(ray_point_distances(placed, centre, directions).mean()),
+        "own_ray_mm": float(ray_point_distances(own, centre, directions).mean()),
         "point_mm": float(np.linalg.norm(moved[1:] - placed[1:], axis=2).mean()),
     }
 
@@ -78,13 +79,6 @@ def errors(centre, T_base_grid, directions, scene):
 def _placed(T_base_grid, points):
     """Points (n, N, 2) of n grids in the base frame, (n, N, 3)."""
     return transform(T_base_grid, on_plane(points))
-
-
-def _off_rays(points, centre, directions):
-    """Mean distance (mm) of points (n, N, 3) from their rays (4.18)."""
-    reach = points - centre
-    along = np.sum(reach * directions, axis=2, keepdims=True)
-    return float(np.linalg.norm(reach - along * directions, axis=2).mean())
 
 
 def _length(vector):

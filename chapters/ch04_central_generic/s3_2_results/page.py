@@ -145,13 +145,12 @@ from repro.run.outcomes import Plan
 )
 def rendered_seeds(effort):
     """From pictures to tables, both cameras."""
-    settings = {"most_rays": MOST_RAYS, "grids": LINEAR_GRIDS}
-    return Plan(
-        rendered_trial,
-        grid_conditions(effort),
-        1,
-        settings | {"least_spread": LEAST_SPREAD},
-    )
+    settings = {
+        "most_rays": MOST_RAYS,
+        "grids": LINEAR_GRIDS,
+        "least_spread": LEAST_SPREAD,
+    }
+    return Plan(rendered_trial, grid_conditions(effort), 1, settings)
 
 
 @experiment("table_4_3_errors", artefact="table_4_3", rendered=GRID_SETS)
@@ -170,10 +169,7 @@ def decoding_errors(effort):
 def redrawn_seeds(effort, results):
     """Grids set up anew, with the decoding errors of the rendered sets."""
     conditions = redrawn_conditions(effort)
-    errors = {
-        condition["rig"]: errors_of(results[ERRORS], condition["rig"])
-        for condition in conditions
-    }
+    errors = {c["rig"]: errors_of(results[ERRORS], c["rig"]) for c in conditions}
     trial = partial(redrawn_trial, errors=errors)
     return Plan(trial, conditions, TRIALS[effort], {})
 

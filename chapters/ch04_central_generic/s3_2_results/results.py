@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from chapters.shared.central_sets import FISH, OMNI
-from repro.judge.statistics import median_interval
+from chapters.shared.methods import STANDARD_METHODS
 from repro.page.reader import value
-from repro.run.outcomes import Measured
+from repro.run.readings import Case
 
 RENDERED = "table_4_3_rendered"
 REDRAWN = "table_4_3_redrawn"
@@ -17,37 +15,16 @@ BRACKETS = "exp_c4_small_misalign"
 CAUSTIC = "exp_c4_caustic_floor"
 ERRORS = "table_4_3_errors"
 SEEDS_OF_BOTH = ("table_4_3_rendered", "table_4_3_redrawn")
-STANDARD = {"as printed": "as_printed", "well conditioned": "well_conditioned"}
 SCATTER = {"all rays": "all", "rays whose points lie apart": "apart"}
-QUESTIONS = {"standard_method": tuple(STANDARD), "scatter_rays": tuple(SCATTER)}
-NAMES = {
-    "as_printed": "standard, as printed",
-    "well_conditioned": "standard, well conditioned",
-    "cgsp": "CGSP",
-}
+READINGS = {"standard_method": STANDARD_METHODS, "scatter_rays": SCATTER}
 CAMERAS = {"omni": OMNI, "fish": FISH}
 PARAMETERS = ("cx", "cy", "cz", "r2", "t2", "r3", "t3")
 UNITS = dict.fromkeys(PARAMETERS, "mm") | {"r2": "deg", "r3": "deg"}
 
 
-def cases(*questions):
-    """Every combination of options of the questions, as dicts."""
-    return [
-        dict(zip(questions, chosen, strict=True))
-        for chosen in product(*(QUESTIONS[q] for q in questions))
-    ]
-
-
 def rendered_seeds(results, camera, key):
     """A value of every rendered set of a camera, (seeds,)."""
-    result = results[RENDERED]
-    return np.array(
-        [
-            result.column(key, **condition)[0]
-            for condition in result.conditions
-            if condition["camera"] == camera
-        ]
-    )
+    return results[RENDERED].select(camera=camera).column(key)
 
 
 def by_seed(results, camera, key):
@@ -56,17 +33,26 @@ def by_seed(results, camera, key):
     return np.concatenate([rendered_seeds(results, camera, key), redrawn])
 
 
-def measured(values):
-    """Median and its interval of seeds (n,), for a cell of a table."""
-    return Measured(*median_interval(values)[:3])
+def both(results, camera, options, key):
+    """A value of the standard method and of CGSP in one reading, (2, seeds)."""
+    methods = Case(READINGS, options)["standard_method"], "cgsp"
+    return np.array([by_seed(results, camera, f"{method}.{key}") for method in methods])
 
 
-def disagreement(results, camera, standard):
-    """Largest difference of CGSP from a standard method, in %, by seed, (seeds,)."""
-    pairs = [
-        [by_seed(results, camera, f"{m}.{name}") for m in (standard, "cgsp")]
-        for name in PARAMETERS
-    ]
+def ratio(results, camera, options, key):
+    """The standard method over CGSP, (seeds,)."""
+    return np.divide(*both(results, camera, options, key))
+
+
+def scatter(results, camera, options, key):
+    """A measure of the scatter of both methods, (2, seeds)."""
+    rays = Case(READINGS, options)["scatter_rays"]
+    return both(results, camera, options, f"{rays}.{key}")
+
+
+def disagreement(results, camera, options, parameters=PARAMETERS):
+    """Largest difference of CGSP from the standard method, in %, by seed, (seeds,)."""
+    pairs = [both(results, camera, options, name) for name in parameters]
     return np.max([100 * np.abs(b / a - 1) for a, b in pairs], axis=0)
 
 
@@ -76,18 +62,17 @@ def name_values(open_results):
     for short, camera in CAMERAS.items():
         left_out = rendered_seeds(results, camera, "left_out")
         value(f"{short}.left_out", 100 * float(np.median(left_out)))
-        for standard, key, name in (
-            ("as_printed", "ray_mean_mm", "ratio"),
-            ("as_printed", "ba_mean_mm", "ba_ratio"),
-            ("well_conditioned", "ray_mean_mm", "ratio"),
+        for option, stage, name in (
+            ("as printed", "ray", "ratio"),
+            ("as printed", "ba", "ba_ratio"),
+            ("well conditioned", "ray", "ratio"),
         ):
-            a, b = (
-                by_seed(results, camera, f"{method}.{key}")
-                for method in (standard, "cgsp")
-            )
-            value(f"{short}.{standard}.{name}", float(np.nanmedian(a / b)))
-    scatter = rendered_seeds(results, OMNI, "true_scatter_mm")
-    value("omni.true_scatter_mm", float(np.median(scatter)))
+            reading = {"standard_method": option}
+            found = ratio(results, camera, reading, f"{stage}_mean_mm")
+            standard = STANDARD_METHODS[option]
+            value(f"{short}.{standard}.{name}", float(np.nanmedian(found)))
+    true = rendered_seeds(results, OMNI, "true_scatter_mm")
+    value("omni.true_scatter_mm", float(np.median(true)))
     for method in ("as_printed", "cgsp"):
         inside = by_seed(results, FISH, f"{method}.all.inside")
         value(f"inside.{method}", int(np.nansum(inside)))
@@ -98,22 +83,10 @@ def name_values(open_results):
     value("redrawn", results[REDRAWN].trials_per_condition)
     brackets = open_results(BRACKETS)
     for offset in (0, 1):
-        found = bracket_errors(brackets, offset)
+        found = brackets.select(offset_mm=offset).column("cgsp.ray_mean_mm")
         value(f"bracket.{offset}", float(np.median(found)))
     caustic = open_results(CAUSTIC)
     for key in ("scatter_mm", "caustic_mm"):
         value(f"caustic.{key}", float(np.median(caustic.column(key))))
-    errors = open_results(ERRORS)
-    bias = errors.column("bias_mm_rms", **errors.conditions[0])[0]
-    value("omni.errors.bias_mm_rms", float(bias))
-
-
-def bracket_errors(result, offset, key="cgsp.ray_mean_mm"):
-    """A value of every rendered set of one misalignment, (seeds,)."""
-    return np.array(
-        [
-            result.column(key, **condition)[0]
-            for condition in result.conditions
-            if condition["offset_mm"] == offset
-        ]
-    )
+    bias = open_results(ERRORS).select().column("bias_mm_rms")
+    value("omni.errors.bias_mm_rms", float(bias[0]))

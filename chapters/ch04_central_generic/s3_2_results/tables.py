@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch04_central_generic.s3_2_results.results import (
     BRACKETS,
     CAMERAS,
-    NAMES,
     PARAMETERS,
     SCATTER,
     SEEDS_OF_BOTH,
     UNITS,
-    bracket_errors,
     by_seed,
     disagreement,
-    measured,
+    ratio,
     rendered_seeds,
 )
 from chapters.shared.central_sets import FISH
+from chapters.shared.methods import LINEAR_NAMES
+from repro.run.columns import columns
 from repro.run.experiment import numbers, table
-from repro.run.outcomes import Table, Value
+from repro.run.outcomes import Measured, Table, Value
 
 WORDS = {
     "cx": "centre, x (mm)",
@@ -31,24 +33,27 @@ WORDS = {
     "r3": "rotation of grid 3 (deg)",
     "t3": "translation of grid 3 (mm)",
 }
+# What the ledger's ids call methods and stages.
+PRINTED_METHODS = {"std": "as_printed", "cgsp": "cgsp"}
+PRINTED_STAGES = {"pre": "ray", "ba": "ba"}
 
 
 @table("table_4_2", needs=("table_4_3_rendered",), evidence="rendered")
 def table_4_2(results):
     """Centre and poses by every method, and the true ones, of the first set."""
-    heads = ["Camera", "Parameter", *NAMES.values(), "true"]
-    columns = {head: [] for head in heads}
-    for camera in CAMERAS.values():
-        for name in PARAMETERS:
-            cells = [
+    rows = [
+        (
+            camera,
+            WORDS[name],
+            *(
                 float(rendered_seeds(results, camera, f"{which}.{name}")[0])
-                for which in (*NAMES, "true")
-            ]
-            row = (camera, WORDS[name], *cells)
-            for head, cell in zip(heads, row, strict=True):
-                columns[head].append(cell)
+                for which in (*LINEAR_NAMES, "true")
+            ),
+        )
+        for camera, name in product(CAMERAS.values(), PARAMETERS)
+    ]
     return Table(
-        columns,
+        columns(("Camera", "Parameter", *LINEAR_NAMES.values(), "true"), rows),
         "Centre of the camera in the frame of the base grid, and how far grids 2 "
         "and 3 are turned and moved against it, of the first rendered set of each "
         "camera. *True* is the point nearest to all rays: neither camera has one "
@@ -59,7 +64,6 @@ def table_4_2(results):
 @table("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
 def table_4_3(results):
     """Ray-point errors before and after adjustment."""
-    columns = {"Camera": [], "Method": []}
     heads = {
         "ray_mean_mm": "Mean (mm)",
         "ray_sd_mm": "SD (mm)",
@@ -67,17 +71,19 @@ def table_4_3(results):
         "ba_sd_mm": "SD after BA (mm)",
         "centre_off_mm": "Centre off (mm)",
     }
-    columns |= {head: [] for head in heads.values()}
-    for camera in CAMERAS.values():
-        for method, name in NAMES.items():
-            columns["Camera"].append(camera)
-            columns["Method"].append(name)
-            for key, head in heads.items():
-                columns[head].append(
-                    measured(by_seed(results, camera, f"{method}.{key}"))
-                )
+    rows = [
+        (
+            camera,
+            LINEAR_NAMES[method],
+            *(
+                Measured.median(by_seed(results, camera, f"{method}.{key}"))
+                for key in heads
+            ),
+        )
+        for camera, method in product(CAMERAS.values(), LINEAR_NAMES)
+    ]
     return Table(
-        columns,
+        columns(("Camera", "Method", *heads.values()), rows),
         "Distances of the points on the three grids from their rays: mean and "
         "standard deviation over all rays of the linear stage, as it comes out and "
         "after the thesis's bundle adjustment (BA), which keeps the centre. *Centre "
@@ -93,24 +99,17 @@ def ext_fig_4_6_measures(results):
         "rms_mm": "RMS (mm)",
         "eigenvalues": "Eigenvalue ratio",
         "kurtosis": "Kurtosis off",
-        "inside": "Centre in hull (share)",
     }
-    columns = {"Camera": [], "Method": [], "Rays": []}
-    columns |= {head: [] for head in heads.values()}
-    for camera in CAMERAS.values():
-        for method, name in NAMES.items():
-            for words, which in SCATTER.items():
-                columns["Camera"].append(camera)
-                columns["Method"].append(name)
-                columns["Rays"].append(words)
-                for key, head in heads.items():
-                    found = by_seed(results, camera, f"{method}.{which}.{key}")
-                    cell = measured(found)
-                    if key == "inside":
-                        cell = float(np.nanmean(found))
-                    columns[head].append(cell)
+    rows = []
+    for camera, method, words in product(CAMERAS.values(), LINEAR_NAMES, SCATTER):
+        of_rays = f"{method}.{SCATTER[words]}"
+        measures = [by_seed(results, camera, f"{of_rays}.{key}") for key in heads]
+        inside = float(np.nanmean(by_seed(results, camera, f"{of_rays}.inside")))
+        cells = (*map(Measured.median, measures), inside)
+        rows.append((camera, LINEAR_NAMES[method], words, *cells))
+    names = ("Camera", "Method", "Rays", *heads.values(), "Centre in hull (share)")
     return Table(
-        columns,
+        columns(names, rows),
         "The scatters of Fig. 4.6 over all seeds: RMS distance from the centre; "
         "smaller over larger eigenvalue of the covariance, 1 for a round one; how "
         "far Mardia's kurtosis is from the 8 of a Gaussian; and in which share of "
@@ -121,30 +120,20 @@ def ext_fig_4_6_measures(results):
 @table("ext_misalignment", needs=("exp_c4_small_misalign",), evidence="rendered")
 def ext_misalignment(results):
     """CGSP on the mirror with brackets more and less off."""
-    result = results[BRACKETS]
-    offsets = sorted({c["offset_mm"] for c in result.conditions})
     heads = {
         "true_scatter_mm": "Rays from one point, RMS (mm)",
         "cgsp.ray_mean_mm": "Ray-point error (mm)",
         "cgsp.ba_mean_mm": "after BA (mm)",
         "cgsp.centre_off_mm": "Centre off (mm)",
     }
-    columns = {"Bracket off (mm)": list(offsets)}
-    for key, head in heads.items():
-        columns[head] = [
-            measured(bracket_errors(result, offset, key)) for offset in offsets
-        ]
+    rows = [
+        (offset, *(Measured.median(seeds.column(key)) for key in heads))
+        for offset, seeds in results[BRACKETS].by("offset_mm").items()
+    ]
     return Table(
-        columns,
+        columns(("Bracket off (mm)", *heads.values()), rows),
         "CGSP on rendered sets of reduced size of the mirror, with a bracket that is "
         "right, or off by so much. Median and range over the seeds.",
-    )
-
-
-def of_seeds(values, unit):
-    """A Value of one number by seed: median and range."""
-    return Value(
-        float(np.median(values)), (float(np.min(values)), float(np.max(values))), unit
     )
 
 
@@ -152,32 +141,32 @@ def of_seeds(values, unit):
 def numbers_of_table_4_2(results):
     """Centre and pose magnitudes of the rendered sets, the standard as printed."""
     found = {
-        f"t4_2_{short}_{name}_{method}": of_seeds(
+        f"t4_2_{short}_{name}_{method}": Value.of_seeds(
             rendered_seeds(results, camera, f"{which}.{name}"), UNITS[name]
         )
         for short, camera in CAMERAS.items()
         for name in PARAMETERS
-        for method, which in (("std", "as_printed"), ("cgsp", "cgsp"))
+        for method, which in PRINTED_METHODS.items()
     }
-    agree = disagreement(results, FISH, "as_printed")
-    return found | {"t4_2_fish_agree": of_seeds(agree, "%")}
+    agree = disagreement(results, FISH, {})
+    return found | {"t4_2_fish_agree": Value.of_seeds(agree, "%")}
 
 
 @numbers("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
 def numbers_of_table_4_3(results):
     """Ray-point errors over all seeds, the standard as printed."""
-    found = {}
-    for short, camera in CAMERAS.items():
-        for method, which in (("std", "as_printed"), ("cgsp", "cgsp")):
-            for stage, key in (("pre", "ray"), ("ba", "ba")):
-                for statistic in ("mean", "sd"):
-                    values = by_seed(results, camera, f"{which}.{key}_{statistic}_mm")
-                    name = f"t4_3_{short}_{method}_{statistic}_{stage}"
-                    found[name] = of_seeds(values[np.isfinite(values)], "mm")
-        standard, cgsp = (
-            by_seed(results, camera, f"{method}.ray_mean_mm")
-            for method in ("as_printed", "cgsp")
+    errors = {
+        f"t4_3_{short}_{method}_{statistic}_{stage}": Value.of_seeds(
+            by_seed(results, camera, f"{which}.{key}_{statistic}_mm"), "mm"
         )
-        ratio = standard / cgsp
-        found[f"s4_4_ratio_{short}"] = of_seeds(ratio[np.isfinite(ratio)], "ratio")
-    return found
+        for short, camera in CAMERAS.items()
+        for method, which in PRINTED_METHODS.items()
+        for stage, key in PRINTED_STAGES.items()
+        for statistic in ("mean", "sd")
+    }
+    return errors | {
+        f"s4_4_ratio_{short}": Value.of_seeds(
+            ratio(results, camera, {}, "ray_mean_mm"), "ratio"
+        )
+        for short, camera in CAMERAS.items()
+    }

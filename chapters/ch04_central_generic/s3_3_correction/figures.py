@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.results import fields
+from chapters.ch04_central_generic.s3_3_correction.results import BOARDS
 from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import MAGNIFIED
 from chapters.shared.central_sets import FISH, OMNI
 from repro.page.style import figure as new_figure
@@ -19,32 +19,31 @@ PANELS = (
     ("(c) fisheye, standard", FISH, "printed"),
     ("(d) fisheye, CGSP", FISH, "cgsp"),
 )
+ROWS = (("frame", "as taken"), ("printed", "standard"), ("cgsp", "CGSP"))
 
 
-def _pictures(results, camera, names):
+def _pictures(results, camera):
     """Frames as taken, standard, CGSP: three rows of two."""
     result = results["fig_4_7_pictures"]
-    condition = next(c for c in result.conditions if c["camera"] == camera)
     drawn, axes = new_figure(3, 2, height_in=6.4)
-    kept = {"panel": [], "mean_grey": []}
+    rows = []
     for number, panel in enumerate(axes.flat):
         row, frame = divmod(number, 2)
-        name = ("frame", "printed", "cgsp")[row]
-        found = result.arrays(f"{name}_{frame}", **condition)
+        name, words = ROWS[row]
+        found = result.arrays(f"{name}_{frame}", camera=camera)
         letter = "abcdef"[number]
-        panel.set_title(f"({letter}) {names[row]}, frame {frame + 1}")
+        panel.set_title(f"({letter}) {words}, frame {frame + 1}")
         panel.set_axis_off()
         if found:
             panel.imshow(found[0], cmap="gray", vmin=0, vmax=255)
-            kept["panel"].append(letter)
-            kept["mean_grey"].append(float(found[0].mean()))
-    return drawn, kept
+            rows.append((letter, float(found[0].mean())))
+    return drawn, columns(("panel", "mean_grey"), rows)
 
 
 @figure("fig_4_7", needs=("fig_4_7_pictures",), evidence="rendered")
 def fig_4_7(results):
     """The mirror's picture of a room, unwrapped by both calibrations."""
-    drawn, data = _pictures(results, OMNI, ("as taken", "standard", "CGSP"))
+    drawn, data = _pictures(results, OMNI)
     return Drawing(
         drawn,
         data,
@@ -58,7 +57,7 @@ def fig_4_7(results):
 @figure("fig_4_8", needs=("fig_4_7_pictures",), evidence="rendered")
 def fig_4_8(results):
     """The fisheye's picture of a room, made that of a pinhole."""
-    drawn, data = _pictures(results, FISH, ("as taken", "standard", "CGSP"))
+    drawn, data = _pictures(results, FISH)
     return Drawing(
         drawn,
         data,
@@ -71,16 +70,16 @@ def fig_4_8(results):
 @figure("fig_4_9", needs=("fig_4_9_boards",), evidence="rendered")
 def fig_4_9(results):
     """Residual vectors of one board by camera and method."""
-    result = results["fig_4_9_boards"]
+    result = results[BOARDS]
     drawn, axes = new_figure(2, 2, height_in=6.0)
     rows = []
     for panel, (title, camera, method) in zip(axes.flat, PANELS, strict=True):
-        found = fields(result, camera, method)
+        found = result.select(camera=camera).arrays(f"{method}.field")
         panel.set(title=title, xlabel="x (mm)", ylabel="y (mm)")
         panel.set_aspect("equal", adjustable="datalim")
-        if found is None:
+        if not found:
             continue
-        x, y, dx, dy = found[:, :4].T
+        x, y, dx, dy = found[0][:, :4].T
         panel.plot(x, y, ".", color=series(7)["color"], markersize=3)
         ends = np.column_stack([x + MAGNIFIED * dx, y + MAGNIFIED * dy])
         panel.update_datalim(ends)
@@ -88,7 +87,7 @@ def fig_4_9(results):
             x, y, MAGNIFIED * dx, MAGNIFIED * dy, angles="xy",
             scale_units="xy", scale=1, color=series(0)["color"], width=0.004,
         )  # fmt: skip
-        rows += [(camera, method, *row[:4]) for row in found]
+        rows += [(camera, method, *row[:4]) for row in found[0]]
     return Drawing(
         drawn,
         columns(("camera", "method", "x_mm", "y_mm", "dx_mm", "dy_mm"), rows),

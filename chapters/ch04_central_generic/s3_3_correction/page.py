@@ -16,10 +16,9 @@ from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     corner_residuals,
     on_plane,
 )
-from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
-    calibrate_central,
-)
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import by_protocol
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import straightness
+from raxel.calibration import calibrate_central
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 
@@ -71,7 +70,7 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 # are known so far.
 
 # %% tags=["active-ipynb", "hide-output"]
-# show_code(calibrate_central)
+# show_code(by_protocol, calibrate_central)
 
 # %% [markdown]
 # **Residuals of a board.** The corners of a chessboard are found in a

@@ -4,67 +4,50 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
-    STANDARD_METHODS,
-)
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import METHODS
 from chapters.shared.central_sets import FISH, OMNI, RIGS
-from repro.judge.statistics import with_worst
+from chapters.shared.methods import LINEAR_NAMES
 from repro.page.reader import value
+from repro.run.readings import Case
+
+BOARDS, LINES = "fig_4_9_boards", "fig_4_7_lines"
+NAMES = {method: LINEAR_NAMES[stage] for method, stage in METHODS.items()}
+READINGS = {
+    "standard_method": {"as printed": "printed", "well conditioned": "conditioned"}
+}
 
 
 def of_camera(result, camera, name):
     """Values (trials,) of one camera over all its conditions."""
-    found = [
-        result.column(name, **condition)
-        for condition in result.conditions
-        if condition["camera"] == camera
-    ]
-    return np.concatenate(found)
+    return result.select(camera=camera).column(name)
 
 
-def ratio(result, camera, standard, name):
-    """Standard over CGSP, (seeds,); a failed standard run counts as the worst."""
-    over, under = (
-        of_camera(result, camera, f"{method}.{name}") for method in (standard, "cgsp")
-    )
-    return with_worst(over) / under
-
-
-def readings():
-    """The options of the question which standard method, and its column."""
-    return [
-        ({"standard_method": option}, method)
-        for option, method in STANDARD_METHODS.items()
-    ]
-
-
-def fields(result, camera, method):
-    """Rows of the board that Fig. 4.9 draws, of the first seed, or None."""
-    for condition in result.conditions:
-        if condition["camera"] == camera:
-            found = result.arrays(f"{method}.field", **condition)
-            return found[0] if found else None
-    return None
+def both(result, camera, options, name):
+    """A value of the standard method and of CGSP in one reading, (2, trials)."""
+    methods = Case(READINGS, options)["standard_method"], "cgsp"
+    return np.array([of_camera(result, camera, f"{m}.{name}") for m in methods])
 
 
 def name_values(open_results):
-    """Name the numbers of the prose."""
-    boards = open_results("fig_4_9_boards")
-    lines = open_results("fig_4_7_lines")
+    """Name the numbers of the prose: medians of the trials that have a value."""
+    boards, lines = open_results(BOARDS), open_results(LINES)
+
+    def median(result, camera, key):
+        return float(np.nanmedian(of_camera(result, camera, key)))
+
     for camera in RIGS:
         short = "omni" if camera == OMNI else "fish"
-        for method in ("printed", "conditioned", "cgsp"):
-            mean = of_camera(boards, camera, f"{method}.mean_mm")
-            value(f"{short}.{method}.mean", float(np.nanmedian(mean)))
-            worst = of_camera(lines, camera, f"{method}.worst_share")
-            value(f"{short}.{method}.worst", 100 * float(np.nanmedian(worst)))
+        for method in NAMES:
+            value(f"{short}.{method}.mean", median(boards, camera, f"{method}.mean_mm"))
+            worst = median(lines, camera, f"{method}.worst_share")
+            value(f"{short}.{method}.worst", 100 * worst)
         found = of_camera(boards, camera, "boards_found")
         value(f"{short}.boards", int(found.sum()))
     for method in ("printed", "cgsp"):
-        beside = of_camera(boards, OMNI, f"{method}.seam_ratio")
-        value(f"seam.{method}", float(np.nanmedian(beside)))
-        skew = of_camera(boards, FISH, f"{method}.skew_spearman")
-        value(f"skew.{method}", float(np.nanmedian(skew)))
-        high = of_camera(lines, OMNI, f"{method}.vertical_deg")
-        value(f"vertical.{method}", float(np.nanmedian(high)))
+        for name, result, camera, key in (
+            ("seam", boards, OMNI, "seam_ratio"),
+            ("skew", boards, FISH, "skew_spearman"),
+            ("vertical", lines, OMNI, "vertical_deg"),
+        ):
+            value(f"{name}.{method}", median(result, camera, f"{method}.{key}"))
     value("trials", lines.trials_per_condition)

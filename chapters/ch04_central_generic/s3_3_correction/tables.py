@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.results import of_camera
-from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
-    CENTRAL_METHODS,
+from chapters.ch04_central_generic.s3_3_correction.results import (
+    BOARDS,
+    NAMES,
+    of_camera,
 )
 from chapters.shared.central_sets import FISH, OMNI
 from repro.run.experiment import table
@@ -23,12 +24,11 @@ COLUMNS = {
 @table("table_4_4", needs=("fig_4_9_boards",), evidence="rendered")
 def table_4_4(results):
     """Residual statistics of both cameras by method."""
-    result = results["fig_4_9_boards"]
-    columns = {"Method": list(CENTRAL_METHODS.values())}
+    result = results[BOARDS]
+    columns = {"Method": list(NAMES.values())}
     for title, (camera, name) in COLUMNS.items():
         columns[title] = [
-            _cell(of_camera(result, camera, f"{method}.{name}"))
-            for method in CENTRAL_METHODS
+            _cell(of_camera(result, camera, f"{method}.{name}")) for method in NAMES
         ]
     return Table(
         columns,
@@ -40,7 +40,4 @@ def table_4_4(results):
 
 
 def _cell(found):
-    known = found[np.isfinite(found)]
-    if len(known) < len(found) or not len(known):
-        return None
-    return Measured(float(np.median(known)), float(known.min()), float(known.max()))
+    return Measured.of_seeds(found) if np.isfinite(found).all() else None

@@ -4,6 +4,7 @@ from raxel.calibration.adjust.bundle import (
     BundleResult,
     bundle_adjust_fixed_centre,
     ray_directions,
+    ray_point_distances,
     ray_point_residuals,
 )
 from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
@@ -18,6 +19,11 @@ from raxel.calibration.adjust.relaxation import relax_poses
 from raxel.calibration.generic.board_growth import GenericCalibration
 from raxel.calibration.generic.central_test import CentralTest, centrality_test
 from raxel.calibration.generic.cgsp import calibrate_cgsp
+from raxel.calibration.generic.further_grids import (
+    CentralCalibration,
+    calibrate_central,
+    relaxed_start,
+)
 from raxel.calibration.generic.known_motion import (
     KnownMotionRays,
     rays_from_known_motion,
@@ -67,6 +73,7 @@ __all__ = [
     "AngularPose",
     "BoardView",
     "BundleResult",
+    "CentralCalibration",
     "CentralTest",
     "CgspSolution",
     "ConsistentResult",
@@ -88,6 +95,7 @@ __all__ = [
     "adjust_spline",
     "bilinear_products",
     "bundle_adjust_fixed_centre",
+    "calibrate_central",
     "calibrate_cgsp",
     "calibrate_generic",
     "calibrate_lens",
@@ -110,12 +118,14 @@ __all__ = [
     "pose_from_rays",
     "pose_three_point_ransac",
     "ray_directions",
+    "ray_point_distances",
     "ray_point_residuals",
     "rays_from_known_motion",
     "refine_pose_angular",
     "refine_pose_ray_point",
     "relax_centrality",
     "relax_poses",
+    "relaxed_start",
     "smoothed_rays",
     "smoothed_table",
     "solve_coefficients",

@@ -18,6 +18,7 @@ from chapters.shared.wide_angle import (
 )
 from raxel.calibration.adjust.bundle import (
     bundle_adjust_fixed_centre,
+    ray_point_distances,
     ray_point_residuals,
 )
 from raxel.calibration.adjust.centroid_rays import centroid_directions
@@ -127,17 +128,14 @@ def scheme_trial(condition, rng):
         start = linear(scene.noisy)
     except CalibrationError as fault:
         return {"refused": str(fault)}
-    true = on_plane(scene.points)
-    true = transform(scene.T_base_grid, true)
+    true = transform(scene.T_base_grid, on_plane(scene.points))
     out = {}
     for name, method in METHODS.items():
         centre, poses, rays, rounds = method(scene.noisy, start)
-        reach = true - centre
-        along = np.sum(reach * rays, axis=2, keepdims=True)
         own = ray_point_residuals(scene.noisy, everything(true), centre, poses, rays)
         out[name] = {
             "centre_mm": centre_error(centre),
-            "ray_mm": float(np.linalg.norm(reach - along * rays, axis=2).mean()),
+            "ray_mm": float(ray_point_distances(true, centre, rays).mean()),
             "own_ray_mm": float(np.sqrt(np.mean(np.sum(own**2, axis=2)))),
             "rounds": rounds,
         }

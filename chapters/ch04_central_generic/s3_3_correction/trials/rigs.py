@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
-    CENTRAL_METHODS,
-    calibrate_central,
+    METHODS,
+    by_protocol,
     lattice_of,
     without_outliers,
 )
@@ -133,7 +133,7 @@ def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
     return Lattice(step, shape, pixels), without_outliers(points[:, some], rng)
 
 
-def calibrated(folder, lattice, points, rng, methods=tuple(CENTRAL_METHODS)):
+def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):
     """{method: LatticeRays, or the reason why there is none}.
 
     The rays are turned from the base grid's axes to the camera's, by the true
@@ -143,7 +143,7 @@ def calibrated(folder, lattice, points, rng, methods=tuple(CENTRAL_METHODS)):
     out = {}
     for method in methods:
         try:
-            found = calibrate_central(points, method, rng)
+            found = by_protocol(points, method, rng)
         except CalibrationError as fault:
             out[method] = str(fault)
             continue

@@ -14,25 +14,22 @@ import numpy as np
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import RIG
 from chapters.shared.decoding_errors import drawn_again, lattice_rays, true_lattice
 from chapters.shared.grid_rigs import rig_named
-from raxel.calibration.adjust.centroid_rays import centroid_directions
-from raxel.calibration.adjust.relaxation import relax_poses
-from raxel.calibration.linear.cgsp import linear_cgsp
-from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
-from raxel.calibration.pose.grid_pose import grid_pose_ransac
-from raxel.calibration.pose.three_point import pose_from_rays
-from raxel.geometry import pose
+from raxel.calibration import (
+    calibrate_central,
+    centroid_directions,
+    grid_pose_ransac,
+    linear_as_printed,
+    linear_cgsp,
+    linear_well_conditioned,
+    pose_from_rays,
+    relaxed_start,
+)
+from raxel.errors import CalibrationError
 
 LATTICE_PX = 16
 LINEAR_GRIDS = 3
 THRESHOLD_MM = 1.0  # of RANSAC, ray-point distance
 METHODS = ("as printed", "well conditioned", "CGSP")
-
-
-class Calibrated(NamedTuple):
-    """centre (3,) and T_base_grid (6, 4, 4), base frame of the first grid."""
-
-    centre: np.ndarray
-    T_base_grid: np.ndarray
 
 
 class SeenGrids(NamedTuple):
@@ -64,42 +61,29 @@ def drawn_grids(errors, rng):
 
 
 def calibrated(method, grids, rng):
-    """Centre and poses of all grids by one method; see `Calibrated`."""
-    points, seen = grids.points, grids.seen
-    first = slice(0, LINEAR_GRIDS)
+    """The CentralCalibration by one of METHODS; CalibrationError where a grid fails."""
     if method == "CGSP":
-        found = linear_cgsp(points[first], seen[first], robust="ransac", rng=rng)
-        poses = found.T_base_grid
+        first, seen = grids.points[:LINEAR_GRIDS], grids.seen[:LINEAR_GRIDS]
+        start = linear_cgsp(first, seen, robust="ransac", rng=rng)
+        place = grid_pose_ransac
     else:
-        found = standard_start(method, points[first], seen[first])
-        common = seen[first].sum(axis=0) >= 2
-        poses = relax_poses(
-            points[first][:, common],
-            seen[first][:, common],
-            found.centre,
-            found.T_base_grid,
-        ).T_base_grid
-    rays = centroid_directions(
-        np.nan_to_num(points[first]), seen[first], found.centre, poses
+        start, place = standard_start(method, grids), pose_from_rays
+    found = calibrate_central(
+        grids.points, start, place, rng, threshold=THRESHOLD_MM, join=False
     )
-    known = seen[first].any(axis=0)
-    for k in range(LINEAR_GRIDS, len(points)):
-        both = known & seen[k]
-        given = rays[both], points[k][both], rng, THRESHOLD_MM
-        if method == "CGSP":
-            further = grid_pose_ransac(*given).T_camera_grid
-        else:
-            further = pose_from_rays(*given).T_camera_grid
-        further = pose(further[:3, :3], further[:3, 3] + found.centre)
-        poses = np.concatenate([poses, further[None]])
-    return Calibrated(found.centre, poses)
+    if found.failed:
+        raise CalibrationError(next(iter(found.failed.values())))
+    return found
 
 
-def standard_start(method, points, seen):
-    """The standard linear stage; as printed it needs rays that meet all grids."""
+def standard_start(method, grids):
+    """The adjusted linear stage; as printed it needs rays that meet all grids."""
+    points, seen = grids.points[:LINEAR_GRIDS], grids.seen[:LINEAR_GRIDS]
     if method == "well conditioned":
-        return linear_well_conditioned(points, seen)
-    return linear_as_printed(*points[:, seen.all(axis=0)])
+        start = linear_well_conditioned(points, seen)
+    else:
+        start = linear_as_printed(*points[:, seen.all(axis=0)])
+    return relaxed_start(points, start)
 
 
 def rays_of_pixels(pixels, grids, found, rng):
@@ -122,6 +106,6 @@ def rays_of_pixels(pixels, grids, found, rng):
     out = np.full((len(pixels), 3), np.nan)
     some = seen.any(axis=0)
     out[some] = centroid_directions(
-        np.nan_to_num(points[:, some]), seen[:, some], *found
+        points[:, some], seen[:, some], found.centre, found.T_base_grid
     )
     return out

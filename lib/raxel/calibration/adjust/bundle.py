@@ -101,6 +101,16 @@ def ray_point_residuals(points, seen, centre, T_base_grid, directions):
     return np.swapaxes(p - _dot(p, u)[:, None] * u, 1, 2)
 
 
+def ray_point_distances(points, origins, directions):
+    """Distances (..., N) of points (..., N, 3) from the lines of their rays, (4.18).
+
+    origins: (3,), the centre, or (N, 3); directions: (N, 3) unit.
+    """
+    reach = points - origins
+    along = np.sum(reach * directions, axis=-1, keepdims=True)
+    return np.linalg.norm(reach - along * directions, axis=-1)
+
+
 def moved_poses(T_base_grid, step):
     """Poses moved by step ((n - 1) * 6,), rotation first; the base stays."""
     vectors, shifts = np.moveaxis(step.reshape(-1, 2, 3), 1, 0)
