@@ -160,7 +160,7 @@ def refine_homography(H, source, target, weights=None):
     for isotropic Gaussian noise of the target points alone. Levenberg-Marquardt on the
     eight directions that change H. Raises InputError as `homography_dlt`.
     """
-    from scipy.optimize import least_squares
+    from scipy.optimize import leastsq
 
     source, target, w = _checked(source, target, weights)
     T_s = normalising(source, w**2)
@@ -179,9 +179,17 @@ def refine_homography(H, source, target, weights=None):
         J = transfer_jacobian((h + x @ tangent).reshape(3, 3), s)
         return (J * w[:, None, None]).reshape(-1, 9) @ tangent.T
 
-    x = least_squares(
-        residual, np.zeros(8), jacobian, method="lm", xtol=1e-12, ftol=1e-12
-    ).x
+    # The full output keeps it from warning of points that leave nothing to improve.
+    x, *_ = leastsq(
+        residual,
+        np.zeros(8),
+        Dfun=jacobian,
+        full_output=True,
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-8,
+        maxfev=800,
+    )
     return _denormalised((h + x @ tangent).reshape(3, 3), T_s, T_t)
 
 
