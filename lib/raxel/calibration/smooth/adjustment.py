@@ -79,7 +79,9 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
         if step in CHOSEN_AT:
             choice = _chosen(corners, linear, weights, grids, part)
         of = linear_part.equations(corners, linear, weights, choice.grid, part)
-        c = linear_part.solved(*linear_part.system(of, choice.grid, choice.smoothness))
+        parts = linear_part.normal_parts(of, choice.grid)
+        normal = linear_part.normal_matrix(parts, choice.smoothness)
+        c = linear_part.solved(normal, of.right.sum(axis=0))
         T = linear_part.moved_boards(T, of, c)
         before = control
         control = np.ascontiguousarray(
@@ -143,9 +145,11 @@ def _best_smoothness(of, grid):
     """(score, smoothness): the better end of two ways downhill. Where the trend is
     nearly enough, a rise lies between it and the field that serves."""
 
+    parts = linear_part.normal_parts(of, grid)
+
     @cache
     def score(k):
-        return linear_part.held_out(of, grid, SMOOTHNESS[k])
+        return linear_part.held_out(of, parts, SMOOTHNESS[k])
 
     def downhill(here):
         around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))

@@ -15,6 +15,7 @@ from them. What is left of a board is a quadratic form: what the field costs onc
 board's pose alone is fitted to it.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numba
@@ -96,7 +97,15 @@ def grid_of(cells, width, height, pixels):
     spacing = max(width, height) / cells
     shape = control_shape(width, height, spacing)
     far = far_from_data(covered_cells(pixels, shape, spacing))
-    return FieldGrid(cells, spacing, shape, penalty_matrix(shape).toarray(), FADE * far)
+    return FieldGrid(cells, spacing, shape, _penalty(shape), FADE * far)
+
+
+@lru_cache(maxsize=8)
+def _penalty(shape):
+    # A grid's penalty hangs on its shape alone, and many fits have the same few.
+    penalty = penalty_matrix(shape).toarray()
+    penalty.flags.writeable = False
+    return penalty
 
 
 def covered_cells(pixels, shape, spacing):
@@ -106,6 +115,15 @@ def covered_cells(pixels, shape, spacing):
     column, row = np.clip((pixels + 0.5) // spacing, 0, last).astype(int).T
     covered[row, column] = True
     return covered
+
+
+def occupied_cells(pixels, spacing):
+    """How many cells hold one of the pixels (N, 2), inside the image or not."""
+    column, row = ((pixels + 0.5) // spacing).T
+    order = np.lexsort((column, row))
+    column, row = column[order], row[order]
+    new = (np.diff(column) != 0) | (np.diff(row) != 0)
+    return min(len(pixels), 1) + np.count_nonzero(new)
 
 
 def linearised(trend, T_camera_grid, corners, control, grid):
@@ -166,8 +184,8 @@ def equations(corners, linear, weights, grid, part):
     squares -= np.bincount(part, np.einsum("ni,nij,nj->n", g, inverse, g), parts)
     one, turns = np.zeros(len(own), int), metric @ linear.by_turn
     turned = _lifted(*basis, turns, one, 1, count)[0]
-    cell = ((corners.pixels + 0.5) // grid.spacing)[weights > 0]
-    of_a_cell = weights.sum() / max(len(np.unique(cell, axis=0)), 1)
+    cells = occupied_cells(corners.pixels[weights > 0], grid.spacing)
+    of_a_cell = weights.sum() / max(cells, 1)
     gauge = np.linalg.qr(turned)[0]
     return Equations(normal, right, squares, gauge, of_a_cell, E, inverse, g)
 
@@ -205,12 +223,17 @@ def _products(index, share, metric, group, groups, count):
     return found
 
 
-def system(of, grid, smoothness):
-    """(normal (2K, 2K), right (2K,)) of all parts, with what is expected of a field,
-    and without common rotations."""
+def normal_parts(of, grid):
+    """Three parts (2K, 2K) of a normal matrix: of all data; what is expected of a
+    field, in data of a cell; and that it has no part in common rotations."""
     expected = of.of_a_cell * twice(grid.penalty + np.diag(grid.ties))
-    normal = of.normal.sum(axis=0) + smoothness * expected + held(of)
-    return normal, of.right.sum(axis=0)
+    return of.normal.sum(axis=0), expected, held(of)
+
+
+def normal_matrix(parts, smoothness):
+    """(2K, 2K) from its `normal_parts`."""
+    data, expected, rotations = parts
+    return data + smoothness * expected + rotations
 
 
 def held(of):
@@ -227,14 +250,17 @@ def twice(penalty):
 
 def solved(normal, right):
     """Control values (2K,): the u of all, then the v of all."""
-    from scipy.linalg import solve
+    from scipy.linalg import cho_factor, cho_solve
 
-    return solve(normal, right, assume_a="pos", check_finite=False)
+    # `solve` would estimate the condition too, which takes as long again.
+    factor = cho_factor(normal, check_finite=False)
+    return cho_solve(factor, right, check_finite=False)
 
 
-def held_out(of, grid, smoothness):
-    """Sum over parts of squares from a field fitted without them, poses fitted anew."""
-    normal, right = system(of, grid, smoothness)
+def held_out(of, parts, smoothness):
+    """Sum over parts of squares from a field fitted without them, poses fitted anew;
+    parts: the `normal_parts` of `of`."""
+    normal, right = normal_matrix(parts, smoothness), of.right.sum(axis=0)
     score = 0.0
     for own, of_own, squares in zip(of.normal, of.right, of.squares, strict=True):
         c = solved(normal - own, right - of_own)
