@@ -74,12 +74,12 @@ readme: setup ## the pictures of README.md, from those of the full report
 # The words after `where` are ids: what they name is looked up and not made.
 ifeq ($(firstword $(MAKECMDGOALS)),where)
 IDS = $(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS))
-.PHONY: $(IDS)
-$(eval $(IDS):;@:)
+.PHONY: $(subst :,\:,$(IDS))
+$(eval $(subst :,\:,$(IDS)):;@:)
 endif
 
-where: setup ## where something is made, as file:line: make where table_3_4 (any figure, claim, number, page)
-	@$(RUN) .venv/bin/python -m repro.run.where $(IDS)
+where: setup ## where something is made, as file:line: make where table_3_4 (any figure, claim, number, page, and what prose quotes)
+	@$(RUN) .venv/bin/python -m repro.run.where $(foreach id,$(IDS),'$(id)')
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }

@@ -1,19 +1,37 @@
 """`make where`: from an id to the files and lines behind it."""
 
+import ast
+import re
 import shutil
 import subprocess
+import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from repro.judge.ledger import load
 from repro.run import where
-from repro.run.discover import page_files, page_id
+from repro.run.discover import page_files, page_id, producers
+from repro.run.names import parsed as parsed_file
+from repro.run.reach import Reach
+from repro.run.where.scopes import displayed
 
 ROOT = Path(__file__).resolve().parents[1]
 ATLAS = where.Whereabouts(ROOT)
+MADE = producers(ROOT)
+# What leads to no function of the library, and why.
+BOOK_KEEPING = {
+    "c3_border_formula": "arithmetic of the printed formula alone",
+    "fig2_5_scale": "the scale at which arrows are drawn",
+    "fig2_6_images": "a count of pictures",
+    "fig2_6_step": "a step of the stage, put into the rig",
+    "fig2_6_scale": "the scale at which arrows are drawn",
+    "fig3_16_scale": "the scale at which arrows are drawn",
+}
 
 
+@cache
 def words(identifier):
     """(word, file, line) of what stands behind an id."""
     found = []
@@ -29,6 +47,7 @@ def source_line(path, number):
 
 def test_a_table_leads_to_its_trial():
     found = [n for n in words("table_3_4") if n[0] != "data"]
+    found = [n for n in found if n[0] != "algorithm"]
     kinds = [word for word, _, _ in found]
     assert kinds[:5] == ["page", "trial", "experiment", "table", "numbers"]
     assert set(kinds[5:]) == {"claim"}
@@ -41,7 +60,8 @@ def test_a_table_leads_to_its_trial():
 
 def test_a_claim_leads_to_its_test_and_what_it_read():
     found = [n for n in words("c2_noise_linear_generic") if n[0] != "data"]
-    assert [word for word, _, _ in found] == ["page", "trial", "experiment", "claim"]
+    kinds = list(dict.fromkeys(word for word, _, _ in found))
+    assert kinds == ["page", "trial", "experiment", "algorithm", "claim"]
     assert found[0][1].endswith("s5_1_synthetic_data/page.py")
     assert "judge_noise_linear_generic" in source_line(*found[-1][1:])
 
@@ -58,19 +78,24 @@ def test_a_page_and_an_experiment_have_a_place():
     whole = words(page)
     assert whole[0] == ("page", f"chapters/{page}/page.py", 1)
     assert whole == words("s3_2_grid_sets")
-    one = [word for word, _, _ in words("table_3_4_grids") if word != "data"]
-    assert one == ["page", "trial", "experiment"]
+    one = dict.fromkeys(word for word, _, _ in words("table_3_4_grids"))
+    assert [w for w in one if w != "data"] == [
+        "page",
+        "trial",
+        "experiment",
+        "algorithm",
+    ]
 
 
 def test_every_experiment_has_a_trial():
-    made = [p for p in ATLAS.made if p.kind == "experiment"]
+    made = [p for p in MADE if p.kind == "experiment"]
     lost = [p.id for p in made if ATLAS.trial_of(p) is None]
     assert not lost
 
 
 def test_everything_of_the_thesis_that_is_made_has_a_page_and_lines_that_exist():
     book = load(ROOT)
-    made = {p.id for p in ATLAS.made}
+    made = {p.id for p in MADE}
     pages = {page_id(ROOT, path) for path in page_files(ROOT)}
     asked = [i for i in (*book.artefacts, *book.claims) if i in made]
     asked += [i for i, entry in book.numbers.items() if entry["artefact"] in made]
@@ -85,6 +110,99 @@ def test_everything_of_the_thesis_that_is_made_has_a_page_and_lines_that_exist()
                 text = (ROOT / path).read_bytes()
                 lengths[path] = text.count(b"\n") + 1
             assert 1 <= number <= lengths[path], (identifier, path, number)
+
+
+def test_what_is_found_by_its_id_is_what_a_build_makes():
+    for one in MADE:
+        assert one in ATLAS.marked.of_id(one.id)
+    for page in ATLAS.marked.pages:
+        assert ATLAS.marked.of_page(page) == [p for p in MADE if p.page == page]
+
+
+def test_every_id_leads_to_the_algorithm():
+    numbers = load(ROOT).numbers
+    made = {p.id for p in MADE}
+    asked = {p.id for p in MADE} | {
+        i for i, e in numbers.items() if e["artefact"] in made
+    }
+    lost = {i for i in asked if "algorithm" not in [word for word, _, _ in words(i)]}
+    assert lost == set(BOOK_KEEPING)
+
+
+def test_every_quoted_name_is_made_by_one_statement_and_leads_on():
+    quoted = [(p, name) for p in ATLAS.marked.pages for name in ATLAS.quotes(p)]
+    assert len(quoted) > 700
+    made = {asked: ATLAS.makers(*asked) for asked in quoted}
+    assert not {asked for asked, makers in made.items() if len(makers) != 1}
+    lost, constants = [], 0
+    for page, name in quoted:
+        lines = ATLAS.lines(f"{page.rpartition('/')[2]}:{name}")
+        kinds = [line.word for line in lines]
+        # A number of the thesis is led on by its own lines, see above.
+        if not {"algorithm", "constant", "function"} & set(kinds):
+            lost.append((page, name))
+        constants += "algorithm" not in kinds
+    assert not lost
+    assert constants < len(quoted) / 15
+
+
+def test_the_first_lines_of_the_library_are_the_algorithm():
+    def first(identifier):
+        named = [n.name for n in ATLAS.lines(identifier) if n.word == "algorithm"]
+        return named[:3]
+
+    assert "celect" in first("table_3_4")
+    assert "calibrate_zhang" in first("c2_noise_linear_generic")
+    assert "linear_cgsp" in first("s3_2_results:omni.left_out")
+    assert "rays_from_known_motion" in first("fig_2_2_error")
+
+
+def test_what_is_listed_of_the_library_is_in_the_key_of_the_trial():
+    reach = Reach(ROOT)
+    for one in MADE:
+        if one.id not in ("fig_2_3_noise", "table_3_4_grids", "table_4_3_rendered"):
+            continue
+        module = f"chapters.{one.path[:-3].replace('/', '.')}"
+        reached = {reach.place(*p) for p in reach.reached((module, one.function))}
+        listed = [n.place for n in ATLAS.lines(one.id) if n.word == "algorithm"]
+        assert len(listed) > 3
+        for place in listed:
+            path, _, line = place.rpartition(":")
+            assert (ROOT / path, int(line)) in reached
+
+
+def test_only_files_that_an_id_concerns_are_parsed(monkeypatch):
+    parsed = []
+    parse = ast.parse
+
+    def counted(source, filename="<unknown>", *given, **named):
+        parsed.append(str(filename).removeprefix(f"{ROOT}/"))
+        return parse(source, filename, *given, **named)
+
+    # What an earlier test has parsed is kept for files of the same text.
+    parsed_file.cache_clear()
+    monkeypatch.setattr(ast, "parse", counted)
+    where.Whereabouts(ROOT).lines("s3_2_results:omni.left_out")
+    chapters = {path for path in parsed if path.startswith("chapters/")}
+    packages = {"/".join(path.split("/")[1:3]) for path in chapters}
+    pages = {p for p in packages if p in ATLAS.marked.pages}
+    assert pages == {"ch04_central_generic/s3_2_results"}
+    assert len(set(parsed)) < 60
+    # The page is read twice: as it stands, and with its display lines.
+    assert len(parsed) <= len(set(parsed)) + 1
+
+
+def test_neither_arrays_nor_chapters_are_imported_to_look_something_up():
+    code = "import sys, repro.run.where; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = {name.partition(".")[0] for name in done.stdout.split()}
+    assert not loaded & {"numpy", "scipy", "cv2", "chapters", "snakemake", "matplotlib"}
 
 
 def test_what_nothing_has_is_told_with_what_is_near(monkeypatch, capsys):
@@ -105,6 +223,21 @@ def test_words_and_places_stand_below_each_other(monkeypatch, capsys):
     assert where.main(["table_3_4"]) == 0
     rows = capsys.readouterr().out.splitlines()
     assert len({row.index("chapters/") for row in rows if "chapters/" in row}) == 1
+
+
+def test_the_listings_in_contributing_are_what_is_printed():
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    listings = text.split("$ make where ")[1:]
+    assert len(listings) > 1
+    for listing in listings:
+        identifier, *rows = listing.partition("...")[0].split("\n")
+        printed = [
+            [line.word, line.place.rpartition(":")[0], *line.name.split()]
+            for line in ATLAS.lines(identifier)
+        ]
+        # Lines move; what is said of them does not.
+        listed = [re.sub(r":\d+ ", " ", row).split() for row in rows if row]
+        assert listed == printed[: len(listed)]
 
 
 TRIALS = """
@@ -152,12 +285,76 @@ def unnamed(effort):
 """
 
 
+QUOTING = """
+# %% [markdown]
+# {glue:text}`count` of {glue:text}`far.rms:.2f` px, {glue:text}`near.rms`,
+# {glue:text}`best.share`, {glue:text}`sharp.most` {glue:text}`pages`,
+# {glue:text}`law` {glue:text}`on_page`, {glue:text}`any.thing`
+
+# %%
+from chapters.ch02_x.s2_b.results import LIMIT, facts, name_values
+from repro.page.reader import open_results, value
+
+# %% tags=["active-ipynb"]
+# name_values(open_results)
+
+# %% tags=["active-ipynb"]
+# opened = open_results("by_module")
+
+# %% tags=["active-ipynb"]
+# for name, x in facts(opened).items(): value(name, x)
+
+# %% tags=["active-ipynb"]
+# value("on_page", opened.trials_per_condition)
+
+# %% tags=["active-ipynb"]
+# value("law", LIMIT)
+"""
+RESULTS = """
+from chapters.shared import trials
+from repro.page.reader import value
+
+WAYS = {"far": 1, "near": 2}
+FIRST, SECOND = "plain", "closed"
+LIMIT = 4
+
+
+def name_values(open_results):
+    result = open_results(FIRST)
+    value("count", len(result))
+    for way, level in WAYS.items():
+        value(f"{way}.rms", result.column("rms", level=level))
+    _named("best", open_results(SECOND))
+    for name in result.levels("kind"):
+        value(f"any.{name}", result.column(name))
+    for way in ("share", "most"):
+        value(f"any.{way}", result.column(way))
+
+
+def _named(stem, result):
+    for part in ("share", "rms"):
+        value(f"{stem}.{part}", result.column(part))
+
+
+def facts(result):
+    found = {f"{name}.most": result.column(name) for name in ("sharp", "dull")}
+    found["pages"] = len(result)
+    return found
+"""
+FILES = {
+    "shared/trials.py": TRIALS,
+    "ch02_x/s1_a/page.py": PAGE,
+    "ch02_x/s2_b/page.py": QUOTING,
+    "ch02_x/s2_b/results.py": RESULTS,
+}
+
+
 @pytest.fixture
 def checkout(tmp_path):
     shutil.copytree(ROOT / "data/published", tmp_path / "data/published")
-    for name, text in (("shared/trials.py", TRIALS), ("ch02_x/s1_a/page.py", PAGE)):
+    for name, text in FILES.items():
         path = tmp_path / "chapters" / name
-        path.parent.mkdir(parents=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
     return tmp_path
 
@@ -177,6 +374,74 @@ def test_a_trial_is_found_however_the_plan_names_it(checkout, experiment, place)
     assert [line.place for line in found if line.word == "trial"] == [place]
 
 
+@pytest.mark.parametrize(
+    ("name", "line", "experiments"),
+    [
+        ("count", 'value("count"', ["plain"]),
+        ("far.rms", 'value(f"{way}.rms"', ["plain"]),
+        ("near.rms", 'value(f"{way}.rms"', ["plain"]),
+        ("best.share", 'value(f"{stem}.{part}"', ["closed"]),
+        ("any.thing", 'value(f"any.{name}"', ["plain"]),
+        ("sharp.most", 'found = {f"{name}.most"', ["by_module"]),
+        ("pages", 'found["pages"]', ["by_module"]),
+        ("on_page", '# value("on_page"', ["by_module"]),
+        ("law", '# value("law"', []),
+    ],
+)
+def test_a_quoted_name_leads_to_what_makes_it(checkout, name, line, experiments):
+    lines = where.Whereabouts(checkout).lines(name)
+    assert [n.word for n in lines[:2]] == ["quoted", "value"]
+    assert lines[0].name == f"s2_b:{name}"
+    texts = []
+    for found in lines[:2]:
+        path, _, number = found.place.rpartition(":")
+        texts.append((checkout / path).read_text().splitlines()[int(number) - 1])
+    assert f"`{name}" in texts[0]
+    assert texts[1].strip().startswith(line)
+    named = [n.name.split()[0] for n in lines if n.word == "experiment"]
+    assert named == experiments
+
+
+def test_a_constant_is_shown_where_it_stands(checkout):
+    found = where.Whereabouts(checkout).lines("law")
+    assert [(n.place, n.name) for n in found if n.word == "constant"] == [
+        ("chapters/ch02_x/s2_b/results.py:7", "LIMIT")
+    ]
+
+
+def test_a_name_that_pages_share_is_told_apart(checkout):
+    other = checkout / "chapters/ch02_x/s3_c/page.py"
+    other.parent.mkdir()
+    other.write_text(QUOTING)
+    atlas = where.Whereabouts(checkout)
+    both = [n.name for n in atlas.lines("count") if n.word == "quoted"]
+    assert both == ["s2_b:count", "s3_c:count"]
+    for page in ("s3_c", "ch02_x/s3_c"):
+        one = [n for n in atlas.lines(f"{page}:count") if n.word == "quoted"]
+        assert [n.place.partition(":")[0] for n in one] == [
+            "chapters/ch02_x/s3_c/page.py"
+        ]
+    with pytest.raises(where.UnknownId):
+        atlas.lines("s3_c:counted")
+
+
+def test_a_name_with_blanks_is_put_together_again():
+    words = ["three", "grids.linear_mm", "table_3_4", "svd.noisy,", "normalised"]
+    assert where.joined(ATLAS, words) == [
+        "three grids.linear_mm",
+        "table_3_4",
+        "svd.noisy, normalised",
+    ]
+
+
+def test_display_lines_are_code_and_keep_their_lines():
+    shown = displayed(QUOTING).splitlines()
+    assert shown.index("name_values(open_results)") == QUOTING.splitlines().index(
+        "# name_values(open_results)"
+    )
+    assert "# {glue:text}`law` {glue:text}`on_page`, {glue:text}`any.thing`" in shown
+
+
 def test_built_files_of_the_full_report_are_listed(checkout):
     results = checkout / "figures/full/results"
     results.mkdir(parents=True)
@@ -191,8 +456,9 @@ def test_built_files_of_the_full_report_are_listed(checkout):
 
 def test_make_takes_an_id_for_a_question_and_not_for_an_order():
     done = subprocess.run(
-        ["make", "--dry-run", "where", "table_3_4"],
+        ["make", "--dry-run", "where", "table_3_4", "s3_2_results:omni.left_out"],
         cwd=ROOT, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert "repro.run.where table_3_4" in done.stdout
+    assert "repro.run.where 'table_3_4' 's3_2_results:omni.left_out'" in done.stdout
+    assert not done.stderr
     assert "repro.run.build" not in done.stdout

@@ -166,19 +166,19 @@ def best_of(of_sets):
 
 def of_model(scores, name, use):
     """The scores of one model in words."""
-    reason = scores.texts(f"{name}.reason", boards=use)[0]
-    stem = f"{name}.{use}"
-    if reason:
-        return dict.fromkeys((f"{stem}.px", f"{stem}.image", f"{stem}.ray"), "refused")
+    words = told_scores(scores, name, use)
+    return {f"{name}.{use}.{what}": word for what, word in words.items()}
+
+
+def told_scores(scores, name, use):
+    """Error in the pictures kept out, share with rays, and ray error of a model."""
+    if scores.texts(f"{name}.reason", boards=use)[0]:
+        return dict.fromkeys(("px", "image", "ray"), "refused")
     kept, image, ray = (
         float(scores.column(f"{name}.{what}", boards=use)[0])
         for what in ("kept_out_px", "image_with_ray", "ray_deg")
     )
-    return {
-        f"{stem}.px": f"{kept:.2g} px",
-        f"{stem}.image": percent(image),
-        f"{stem}.ray": f"{ray:.2g}°",
-    }
+    return {"px": f"{kept:.2g} px", "image": percent(image), "ray": f"{ray:.2g}°"}
 
 
 def reach(drawn, held, boards):

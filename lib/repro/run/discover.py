@@ -93,7 +93,7 @@ def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer
     found: dict[tuple[str, str], Producer] = {}
     sources = Sources(root)
     for path, _ in dated:
-        for producer in _of_file(sources, path):
+        for producer in marked_in(sources, path):
             key = (producer.kind, producer.id)
             if key in found:
                 other = found[key]
@@ -138,7 +138,8 @@ def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
     ]
 
 
-def _of_file(sources: Sources, path: Path) -> list[Producer]:
+def marked_in(sources: Sources, path: Path) -> list[Producer]:
+    """The marked functions of one file, in the order of their lines."""
     module = ".".join(path.relative_to(sources.root).with_suffix("").parts)
     page = page_id(sources.root, path)
     made = []

@@ -23,11 +23,12 @@ class Sources:
     def __init__(self, root: Path) -> None:
         self.root = root
         self._bodies: dict[Path, list[ast.stmt]] = {}
+        self._known: dict[Path, tuple[dict[str, ast.stmt], dict]] = {}
 
     def body(self, path: Path) -> list[ast.stmt]:
         """The statements of a file."""
         if path not in self._bodies:
-            self._bodies[path] = _parsed(path, path.read_text("utf-8"))
+            self._bodies[path] = parsed(path, path.read_text("utf-8"))
         return self._bodies[path]
 
     def find(self, path: Path, name: Sequence[str]) -> Place | None:
@@ -36,26 +37,40 @@ class Sources:
         ``name`` is split at its dots: `results.GRIDS` is ("results", "GRIDS").
         """
         first, *rest = name
-        body = self.body(path)
-        for node in body:
-            if first in defined_by(node):
-                return None if rest else Place(path, node)
-        for node in body:
-            if not isinstance(node, ast.ImportFrom) or node.level or not node.module:
-                continue
-            for alias in node.names:
-                if (alias.asname or alias.name) == first:
-                    return self._imported(node.module, alias.name, rest)
+        defined, imports = self._names(path)
+        if first in defined:
+            return None if rest else Place(path, defined[first])
+        if first in imports:
+            return self.imported(*imports[first], rest)
         return None
 
-    def _imported(self, module: str, name: str, rest: list[str]) -> Place | None:
-        inner = self._file(f"{module}.{name}")
+    def _names(self, path: Path) -> tuple[dict[str, ast.stmt], dict]:
+        """Names that a file defines, each with the first statement that does; and those
+        that it imports, as (module, name).
+        """
+        if path not in self._known:
+            defined: dict[str, ast.stmt] = {}
+            imports: dict[str, tuple[str, str]] = {}
+            for node in self.body(path):
+                for name in defined_by(node):
+                    defined.setdefault(name, node)
+                if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    for alias in node.names:
+                        names = alias.asname or alias.name
+                        imports.setdefault(names, (node.module, alias.name))
+            self._known[path] = defined, imports
+        return self._known[path]
+
+    def imported(self, module: str, name: str, rest: Sequence[str]) -> Place | None:
+        """What ``name`` of ``module``, with attributes, stands for."""
+        inner = self.file(f"{module}.{name}")
         if inner:
             return self.find(inner, rest) if rest else None
-        home = self._file(module)
+        home = self.file(module)
         return self.find(home, [name, *rest]) if home else None
 
-    def _file(self, module: str) -> Path | None:
+    def file(self, module: str) -> Path | None:
+        """The file of a module of the checkout."""
         base = self.root if module.startswith("chapters.") else self.root / "lib"
         stem = base.joinpath(*module.split("."))
         for path in (stem.with_suffix(".py"), stem / "__init__.py"):
@@ -65,7 +80,7 @@ class Sources:
 
 
 @cache
-def _parsed(path: Path, text: str) -> list[ast.stmt]:
+def parsed(path: Path, text: str) -> list[ast.stmt]:
     """Statements of a file with this text: one that did not change is parsed once."""
     return ast.parse(text, str(path)).body
 

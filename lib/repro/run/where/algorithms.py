@@ -1,0 +1,152 @@
+"""From a trial to the algorithm: functions of the library that chapter code calls.
+
+The walk goes from a function through all that it names in the chapters and stops at the
+library: what stands there is the border, and the library's own calls are its matter.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from repro.run.names import Place, Sources, dotted
+from repro.run.where.scopes import Scope
+
+# Rooms of the library by what a reader looks for first: how things are found and
+# calibrated, what is modelled and measured with, what makes pictures, the arithmetic.
+ROOMS = (
+    ("calibration", "features", "multiview"),
+    ("cameras", "evaluation"),
+    ("lab", "sets", "cli"),
+    ("geometry", "show", "report"),
+)
+LIBRARY = "raxel"
+TYPES = ("returns", "annotation", "decorator_list")
+
+
+@dataclass(frozen=True)
+class Called:
+    """A function or class of the library, and how far from the trial it is named."""
+
+    name: str
+    path: Path
+    line: int
+    steps: int
+    is_class: bool
+    is_leaf: bool
+
+    @property
+    def rank(self) -> tuple:
+        """What the order of the lines is made of, see `Border.calls`."""
+        room = self.path.parts[self.path.parts.index(LIBRARY) + 1]
+        height = [room in rooms for rooms in ROOMS]
+        return (
+            height.index(True) if any(height) else len(ROOMS),
+            self.is_class,
+            self.name.startswith("_"),
+            self.is_leaf,
+            self.steps,
+        )
+
+
+class Border:
+    """What code of the chapters calls of the library."""
+
+    def __init__(self, sources: Sources) -> None:
+        self.sources = sources
+        self._known: dict[ast.stmt, list[tuple[str, Place]]] = {}
+        self._library = sources.root / "lib" / LIBRARY
+        self._chapters = sources.root / "chapters"
+
+    def calls(self, starts: Iterable[tuple[Place, int]]) -> list[Called]:
+        """Functions and classes of the library that the code from there on names.
+
+        ``starts`` are definitions of the chapters, and how many steps lead to each.
+
+        The order: rooms in that of `ROOMS`, in each the functions before the classes,
+        the public before the private ones, those that call others of the library before
+        those that call none, those that fewer steps lead to first, and then as they
+        stand in the text. Constants and classes of errors are left out.
+        """
+        found: dict[tuple[Path, str], Called] = {}
+        seen: set[ast.stmt] = set()
+        todo = deque(starts)
+        while todo:
+            place, steps = todo.popleft()
+            if place.node in seen:
+                continue
+            seen.add(place.node)
+            for name, named in self._named(place):
+                if named.path.is_relative_to(self._chapters):
+                    todo.append((named, steps + 1))
+                elif self._is_of_library(named) and (named.path, name) not in found:
+                    one = self._called(name, named, steps)
+                    found[named.path, name] = one
+        return sorted(found.values(), key=lambda one: one.rank)
+
+    def _called(self, name: str, place: Place, steps: int) -> Called:
+        calls = (p for _, p in self._named(place) if p.node is not place.node)
+        return Called(
+            name,
+            place.path,
+            place.node.lineno,
+            steps,
+            isinstance(place.node, ast.ClassDef),
+            not any(self._is_of_library(p) for p in calls),
+        )
+
+    def _is_of_library(self, place: Place) -> bool:
+        return place.path.is_relative_to(self._library) and _is_code(place.node)
+
+    def _named(self, place: Place) -> list[tuple[str, Place]]:
+        """Definitions that a definition names, in the order of its text."""
+        if place.node not in self._known:
+            self._known[place.node] = list(dict.fromkeys(self._looked_up(place)))
+        return self._known[place.node]
+
+    def _looked_up(self, place: Place) -> Iterator[tuple[str, Place]]:
+        local = Scope(place.path, _whole(place.node))
+        for name in _chains(place.node):
+            if name[0] in local.bound or name[0] in local.parameters():
+                continue
+            for length in range(len(name), 0, -1):
+                found = self._find(place.path, name[:length], local)
+                if found:
+                    yield name[length - 1], found
+                    break
+
+    def _find(self, path: Path, name: list[str], local: Scope) -> Place | None:
+        if name[0] in local.imports:
+            return self.sources.imported(*local.imports[name[0]], name[1:])
+        return self.sources.find(path, name)
+
+
+def _whole(node: ast.stmt) -> ast.AST:
+    return node if isinstance(node, ast.FunctionDef) else ast.Module([node], [])
+
+
+def _is_code(node: ast.stmt) -> bool:
+    if isinstance(node, ast.ClassDef):
+        return not any(
+            "".join(dotted(base)[-1:]).endswith(("Error", "Exception"))
+            for base in node.bases
+        )
+    return isinstance(node, ast.FunctionDef)
+
+
+def _chains(node: ast.AST) -> Iterator[list[str]]:
+    """Names below a node with their attributes, but for types and marks."""
+    if isinstance(node, ast.Name | ast.Attribute):
+        name = dotted(node)
+        if name:
+            yield name
+            return
+    for field, value in ast.iter_fields(node):
+        if field in TYPES:
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield from _chains(child)
