@@ -27,7 +27,7 @@ from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 from repro.run.outcomes import Plan
-from repro.run.results import Result, gather
+from tests.made_results import written
 
 PINHOLE = PerspectiveCamera([[900, 0, 500], [0, 900, 500], [0, 0, 1]], (), 1000, 1000)
 TILTED = GridScene(
@@ -134,20 +134,12 @@ def test_the_two_facets_break_and_a_known_ridge_mends_it():
     assert np.abs(facets.interpolated(near, corners) - seen).max() < 1e-8
 
 
-def made(folder, name, conditions, trials, trial):
-    """A Result of trial(condition, rng) -> (values, arrays)."""
-    records, arrays = [], {}
-    for c, condition in enumerate(conditions):
-        for t in range(trials):
-            values, own = trial(condition, np.random.default_rng([c, t]))
-            records.append({"condition": c, "trial": t, "values": values})
-            arrays |= {f"{c}/{t}/{key}": array for key, array in own.items()}
-    path, plan = folder / f"{name}.json", Plan(None, conditions, trials)
-    gather({"experiment": name, "effort": "full"}, plan, records, arrays, path)
-    return {name: Result(path)}
+def made(name, conditions, trials, trial):
+    """{name: the Result of a trial in these conditions}."""
+    return {name: written(Plan(trial, conditions, trials), name)}
 
 
-def vectors(folder, along, across):
+def vectors(along, across):
     """Errors along(radius) and across(radius), per reading, of 300 points."""
 
     def trial(condition, rng):
@@ -159,37 +151,37 @@ def vectors(folder, along, across):
             name: along(radius, rng) * out + across[k] * radius * side
             for k, name in enumerate(claims.READINGS)
         }
-        return {}, {"points": points} | found
+        return {"points": points} | found
 
-    return made(folder, "fig_3_6_vectors", [{"pitch_mm": 20}], 12, trial)
+    return made("fig_3_6_vectors", [{"pitch_mm": 20}], 12, trial)
 
 
 def verdicts(readings):
     return [reading.verdict for reading in readings]
 
 
-def test_growth_and_direction_can_hold_and_fail(tmp_path):
-    grown = vectors(tmp_path, lambda r, rng: r, (0.3, 0.1))
+def test_growth_and_direction_can_hold_and_fail():
+    grown = vectors(lambda r, rng: r, (0.3, 0.1))
     assert verdicts(claims.judge_radial_growth(grown)) == ["reproduced"] * 2
     assert verdicts(claims.judge_radial_direction(grown)) == ["reproduced"]
     # More sideways in the square than with the nearest four; then sideways anyhow.
     for across in ((0.1, 0.3), (2.0, 0.1)):
-        turned = vectors(tmp_path, lambda r, rng: r, across)
+        turned = vectors(lambda r, rng: r, across)
         assert verdicts(claims.judge_radial_direction(turned)) == ["differs"]
-    shrinking = vectors(tmp_path, lambda r, rng: 300 - r, (0.0, 0.0))
+    shrinking = vectors(lambda r, rng: 300 - r, (0.0, 0.0))
     assert verdicts(claims.judge_radial_growth(shrinking)) == ["differs"] * 2
 
 
 @pytest.mark.parametrize(
     ("power", "expected"), [(2, "reproduced"), (3, "differs"), (-2, "differs")]
 )
-def test_the_slope_in_the_pitch_decides(tmp_path, power, expected):
+def test_the_slope_in_the_pitch_decides(power, expected):
     def trial(condition, rng):
         size = condition["pitch_mm"] ** power * rng.uniform(0.99, 1.01)
-        return {f"{name}.rms_mm": size for name in claims.READINGS}, {}
+        return {f"{name}.rms_mm": size for name in claims.READINGS}
 
     conditions = [{"pitch_mm": p} for p in (5, 10, 20, 40)]
-    results = made(tmp_path, "fig_3_7_pitches", conditions, 10, trial)
+    results = made("fig_3_7_pitches", conditions, 10, trial)
     assert verdicts(claims.judge_pitch(results)) == [expected] * 2
 
 
@@ -197,27 +189,25 @@ def test_the_slope_in_the_pitch_decides(tmp_path, power, expected):
     ("at_none", "power", "expected"),
     [(1e-13, 1, "reproduced"), (1e-6, 1, "differs"), (1e-13, 2, "differs")],
 )
-def test_distortion_is_the_cause_if_none_leaves_nothing(
-    tmp_path, at_none, power, expected
-):
+def test_distortion_is_the_cause_if_none_leaves_nothing(at_none, power, expected):
     def trial(condition, rng):
         share = condition["share"]
         size = share**power * rng.uniform(0.99, 1.01) if share else at_none
-        return {f"{name}.rms_mm": size for name in claims.READINGS}, {}
+        return {f"{name}.rms_mm": size for name in claims.READINGS}
 
     conditions = [{"share": s} for s in (0, 0.1, 0.3, 1)]
-    results = made(tmp_path, "fig_3_6_distortion", conditions, 10, trial)
+    results = made("fig_3_6_distortion", conditions, 10, trial)
     assert verdicts(claims.judge_cause(results)) == [expected] * 2
 
 
-def test_the_ridge_is_judged_in_four_readings(tmp_path):
+def test_the_ridge_is_judged_in_four_readings():
     sizes = {"unknown": 9.0, "known": 0.1, "7 x 7": 1.0, "none": 0.5}
 
     def trial(condition, rng):
         values = {f"{n}.rms_mm": s * rng.uniform(0.99, 1) for n, s in sizes.items()}
-        return values | {"trusted": 0.9}, {}
+        return values | {"trusted": 0.9}
 
     name = "exp_c3_interp_discontinuous"
-    results = made(tmp_path, name, [{"facet_deg": 1.5}], 8, trial)
+    results = made(name, [{"facet_deg": 1.5}], 8, trial)
     found = verdicts(claims.judge_discontinuous(results))
     assert found == ["differs", "reproduced", "differs", "differs"]

@@ -26,27 +26,14 @@ from chapters.shared.localiser_basin import (
 )
 from chapters.shared.synthetic_board import SyntheticBoard
 from repro.run.outcomes import Plan
-from repro.run.results import Result, gather
+from tests.made_results import written
 
 WINDOWS = [5, 15, 25, 35]
 BLURS = [1.0, 2.0, 3.0]
 SQUARES = (50, 100, 150, 200)
 
 
-def made(folder, name, plan, trial):
-    """A Result written from trial(condition, rng) -> (values, arrays)."""
-    records, arrays = [], {}
-    for c, condition in enumerate(plan.conditions):
-        for t in range(plan.trials):
-            values, own = trial(condition, np.random.default_rng([c, t]))
-            records.append({"condition": c, "trial": t, "values": values})
-            arrays |= {f"{c}/{t}/{key}": array for key, array in own.items()}
-    path = folder / f"{name}.json"
-    gather({"experiment": name, "effort": "full"}, plan, records, arrays, path)
-    return Result(path)
-
-
-def swept(folder, name, scale):
+def swept(name, scale):
     """Residuals |N(0, scale(distance))| of 200 corners an image, 12 to 168 px apart.
 
     scale: distances (N,) -> (N, windows[, blurs]).
@@ -55,14 +42,12 @@ def swept(folder, name, scale):
     def trial(condition, rng):
         distance = rng.uniform(12, 168, 200)
         size = scale(distance)
-        return {}, {
-            "error": np.abs(rng.normal(size=size.shape)) * size,
-            "distance": distance,
-        }
+        error = np.abs(rng.normal(size=size.shape)) * size
+        return {"error": error, "distance": distance}
 
     extra = {"blurs": BLURS} if scale(np.ones(1)).ndim == 3 else {}
     conditions = [{"square_px": s, "windows": WINDOWS} | extra for s in SQUARES]
-    return made(folder, name, Plan(None, conditions, 4), trial)
+    return written(Plan(trial, conditions, 4), name)
 
 
 def alike(distance):
@@ -92,17 +77,15 @@ def verdict(judge, **results):
     ("scale", "relation", "small"),
     [(alike, "reproduced", "reproduced"), (growing, "differs", "differs")],
 )
-def test_a_relation_with_distance_is_seen_where_there_is_one(
-    tmp_path, scale, relation, small
-):
-    derivative = swept(tmp_path, "fig_3_5_derivative", scale)
-    saddle = swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, 0.1, 1.0]))
+def test_a_relation_with_distance_is_seen_where_there_is_one(scale, relation, small):
+    derivative = swept("fig_3_5_derivative", scale)
+    saddle = swept("fig_3_5_saddle", with_blur([1.0, 0.1, 1.0]))
     both = {"derivative": derivative, "saddle": saddle}
     assert verdict(claims.judge_no_relation, **both) == relation
     assert verdict(claims.judge_derivative_small, derivative=derivative) == small
 
 
-def test_images_of_the_same_corners_add_no_certainty(tmp_path):
+def test_images_of_the_same_corners_add_no_certainty():
     rng = np.random.default_rng(5)
     corners, images = 60, 8
     distance, best = rng.random(corners), rng.random(corners)
@@ -117,12 +100,12 @@ def test_images_of_the_same_corners_add_no_certainty(tmp_path):
     assert many.high - many.low == pytest.approx(one.high - one.low, rel=1e-6)
 
 
-def test_one_blur_is_judged_by_what_it_costs(tmp_path):
+def test_one_blur_is_judged_by_what_it_costs():
     for costs, expected in (
         ([1.0, 0.3, 4.0], ("reproduced", "reproduced")),
         ([1.0, 3.0, 4.0], ("differs", "differs")),
     ):
-        saddle = swept(tmp_path, "fig_3_5_saddle", with_blur(costs))
+        saddle = swept("fig_3_5_saddle", with_blur(costs))
         readings = claims.judge_saddle_blur({"fig_3_5_saddle": saddle})
         assert tuple(r.verdict for r in readings) == expected
         assert verdict(claims.judge_saddle_window, saddle=saddle) == "reproduced"
@@ -137,19 +120,19 @@ def test_the_best_blur_inside_need_not_be_the_middle():
     assert best_blur(two, 3, [1, 2]) == 2
 
 
-def test_entropy_is_compared_at_equal_counts(tmp_path):
+def test_entropy_is_compared_at_equal_counts():
     def wide_near(distance):
         near = (distance < 30)[:, None]
         return np.where(near, 1.0, alike(distance))
 
-    derivative = swept(tmp_path, "fig_3_5_derivative", wide_near)
+    derivative = swept("fig_3_5_derivative", wide_near)
     assert verdict(claims.judge_derivative_dense, derivative=derivative) == "reproduced"
-    derivative = swept(tmp_path, "fig_3_5_derivative", alike)
+    derivative = swept("fig_3_5_derivative", alike)
     assert verdict(claims.judge_derivative_dense, derivative=derivative) == "undecided"
 
 
-def test_settings_are_scored_on_corners_that_did_not_choose_them(tmp_path):
-    one = Swept(swept(tmp_path, "fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
+def test_settings_are_scored_on_corners_that_did_not_choose_them():
+    one = Swept(swept("fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
     lucky = one.error.reshape(len(one.error), -1).min(axis=1)
     scored = one.scored(per_bin(np.mean))
     assert scored.mean() > 1.5 * lucky.mean()
@@ -158,7 +141,7 @@ def test_settings_are_scored_on_corners_that_did_not_choose_them(tmp_path):
     assert np.isin(one.best_blur, BLURS).all()
 
 
-def test_the_basin_ends_where_a_corner_is_left(tmp_path):
+def test_the_basin_ends_where_a_corner_is_left():
     def trial(condition, rng):
         start = condition["start_px"]
         return {
@@ -166,11 +149,11 @@ def test_the_basin_ends_where_a_corner_is_left(tmp_path):
             "full window.left_share": float(start > 3),
             "half window.max_px": 0.2,
             "half window.left_share": 0.0,
-        }, {}
+        }
 
     conditions = [{"start_px": start} for start in START_ERRORS_PX["full"]]
-    plan = Plan(None, conditions, 3, {"half_windows": {"full window": 4}})
-    result = made(tmp_path, "fig_3_11_localised", plan, trial)
+    plan = Plan(trial, conditions, 3, {"half_windows": {"full window": 4}})
+    result = written(plan, "fig_3_11_localised")
     assert farthest_start(result, "full window") == 3
     assert farthest_start(result, "half window") == 12
     assert worst_within(result, "full window") == 8

@@ -31,6 +31,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
 )
 from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.scoring import missing_on, scored
+from tests.made_results import OfLaw, of_columns
 
 LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
 
@@ -73,26 +74,30 @@ def test_a_run_that_was_given_up_names_its_stage():
     assert (values["missed"], values["missed_on_rim"]) == (1, 1)
 
 
-class Sweep:
-    """Results along one nuisance, made up."""
-
-    def __init__(self, name, successes, means=None):
-        self.name, self.successes, self.means = name, successes, means
-        self.conditions = [{name: level, "levels": "full range"} for level in successes]
-        self.trials_per_condition = 1
-
-    def column(self, value, **condition):
-        value = value.removeprefix("0.7 px.")
-        which = self.successes if value == "success" else self.means
-        return np.atleast_1d(np.asarray(which[condition[self.name]], float))
+def swept(name, successes, means=None):
+    """Results along one nuisance, made up: {level: value of each trial}."""
+    return of_columns(
+        *(
+            (
+                {name: level, "levels": "full range"},
+                {
+                    f"{smoothing}{what}": of[level]
+                    for smoothing in ("", "0.7 px.")
+                    for what, of in (("success", successes), ("mean_px", means))
+                    if of
+                },
+            )
+            for level in successes
+        )
+    )
 
 
 def test_the_limit_is_bracketed_by_the_last_whole_and_the_first_lossy_level():
-    sweep = Sweep("noise_sd", {0: [1, 1], 10: [1, 1], 20: [1, 0], 30: [1, 1]})
+    sweep = swept("noise_sd", {0: [1, 1], 10: [1, 1], 20: [1, 0], 30: [1, 1]})
     assert levels_of(sweep, "noise_sd").tolist() == [0, 10, 20, 30]
     assert first_lost(sweep, "noise_sd") == 2
     assert limit(sweep, "noise_sd") == (10.0, 20.0)
-    assert limit(Sweep("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
+    assert limit(swept("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
 
 
 def test_a_limit_that_is_not_reached_is_the_last_level_and_says_so():
@@ -103,7 +108,7 @@ def test_a_limit_that_is_not_reached_is_the_last_level_and_says_so():
 
 
 def test_a_few_trials_leave_a_share_open():
-    few, many = (Sweep("yaw_deg", {0: [1] * count}) for count in (25, 50))
+    few, many = (swept("yaw_deg", {0: [1] * count}) for count in (25, 50))
     assert rate(few, yaw_deg=0).above(0.9) == "undecided"
     assert rate(many, yaw_deg=0).above(0.9) == "holds"
 
@@ -111,9 +116,9 @@ def test_a_few_trials_leave_a_share_open():
 def test_blur_hurts_by_losses_or_by_larger_errors():
     whole = {0: [1, 1], 1: [1, 1], 2: [1, 1], 3: [1, 1]}
     errors = {0: [9, 9], 1: [1, 1], 2: [1.2, 1.2], 3: [1.3, 1.3]}
-    assert blur_that_hurts(Sweep("blur_px", whole, errors)) == (2.0, 3.0)
+    assert blur_that_hurts(swept("blur_px", whole, errors)) == (2.0, 3.0)
     lossy = whole | {2: [1, 0]}
-    assert blur_that_hurts(Sweep("blur_px", lossy, errors)) == (1.0, 2.0)
+    assert blur_that_hurts(swept("blur_px", lossy, errors)) == (1.0, 2.0)
 
 
 def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
@@ -125,10 +130,7 @@ def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
 
 
 def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
-    def column(name, **condition):
-        return {"success": [1.0], "0.7 px.success": [0.0]}[name]
-
-    result = SimpleNamespace(column=column, conditions=[], trials_per_condition=1)
+    result = of_columns(({}, {"success": 1.0, "0.7 px.success": 0.0}))
     assert next(iter(SMOOTHINGS)) == PRIMARY
     assert successes(Under(result, PRIMARY)) == [1.0]
     assert successes(Under(result, "0.7 px")) == [0.0]
@@ -139,9 +141,9 @@ def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
 
 
 def test_a_yaw_counts_only_while_all_before_it_are_sure():
-    sweep = Sweep("yaw_deg", {0: [1] * 9, 40: [1] * 9, 44: [0] * 9, 48: [1] * 9})
+    sweep = swept("yaw_deg", {0: [1] * 9, 40: [1] * 9, 44: [0] * 9, 48: [1] * 9})
     assert sure_up_to(sweep, "yaw_deg", 0.9) == 40
-    assert sure_up_to(Sweep("yaw_deg", {0: [0]}), "yaw_deg", 0.9) == 0
+    assert sure_up_to(swept("yaw_deg", {0: [0]}), "yaw_deg", 0.9) == 0
 
 
 def grid(**moved):
@@ -159,18 +161,17 @@ def test_a_complete_grid_in_order_has_its_largest_error_however_large():
     assert largest_in_order(run(), LATTICE) is None
 
 
-class Levels(Sweep):
+def ten_levels(name):
     """Ten levels, the last three of which have a failed trial beside a good one."""
-
-    def column(self, value, **condition):
-        return np.array([2.0, np.nan if condition[self.name] >= 7 else 3.0])
+    return OfLaw(
+        [{name: level, "levels": "full range"} for level in range(10)],
+        lambda value, condition: [2.0, np.nan if condition[name] >= 7 else 3.0],
+        2,
+    )
 
 
 def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
-    results = {
-        f"fig_3_11_{sweep}": Levels(name, dict.fromkeys(range(10)))
-        for sweep, name in SWEEPS.items()
-    }
+    results = {f"fig_3_11_{sweep}": ten_levels(name) for sweep, name in SWEEPS.items()}
     readings = {
         r.reading["failed_trials_of_a_level"]: (r.verdict, r.regenerated)
         for r in judge_detect_below_basin(results)
@@ -184,7 +185,7 @@ def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
 def test_a_level_that_sweeps_share_counts_once():
     def sweep(levels):
         conditions = [{"x": x, "levels": option} for x, option in levels]
-        return SimpleNamespace(conditions=conditions)
+        return of_columns(*((condition, {}) for condition in conditions))
 
     full, half = "full range", "half range"
     sweeps = {"a": sweep([(0, full), (1, full), (1, half)]), "b": sweep([(1, full)])}
@@ -194,7 +195,7 @@ def test_a_level_that_sweeps_share_counts_once():
 
 def test_success_that_does_not_follow_the_square_is_no_rise():
     def verdicts(right):
-        result = Sweep("squares_across", right)
+        result = swept("squares_across", right)
         readings = judge_small_square_fail({"fig_3_11_square": result})
         return {r.verdict for r in readings}
 

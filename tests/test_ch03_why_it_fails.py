@@ -1,7 +1,5 @@
 """The page on CELECT's failures: its boards, and the naming of the stage that lost."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -33,6 +31,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.sector_board import (
     clicked_from,
 )
 from raxel.features.celect import CelectResult, ContourTrace, along_contour
+from tests.made_results import as_planned
 
 ORDINARY = SectorBoard(**BOARD)
 HALF_RING = {"columns": 9, "rows": 5, "radius_px": 470.0, "depth_px": 250.0}
@@ -239,10 +238,10 @@ def test_clicks_of_every_case_lie_in_its_picture_however_the_board_is_turned():
 def test_every_board_of_a_row_of_the_table_stands_in_one_of_its_columns():
     names = [stages.DONE, stages.CLICK, *TRACED, stages.MISSED, stages.FALSE]
     results = {
-        f"ext_why_{case}": SimpleNamespace(
-            conditions=[{"levels": levels_of(case, "full")}],
-            texts=lambda _: names,
-            column=lambda _: np.zeros(len(names)),
+        f"ext_why_{case}": as_planned(
+            f"ext_why_{case}",
+            {f"{level}.stage": names for level in levels_of(case, "full")}
+            | {f"{level}.silently_wrong": False for level in levels_of(case, "full")},
         )
         for case in CASES
     }

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -10,10 +9,12 @@ import pytest
 
 from chapters.guides.fisheye_in_ten_minutes import page, results, tables
 from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
-from chapters.shared.records import record, set_of
+from chapters.shared.records import record
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.errors import CalibrationError
 from raxel.multiview.perspective_view import perspective_view
+from repro.run.outcomes import Plan
+from tests.made_results import plan_of, written
 
 SIZE = boards.SIZES["quick"]
 
@@ -169,7 +170,11 @@ def test_a_view_turned_aside_looks_there():
 
 def test_boards_until_a_goal_are_counted_and_draws_that_never_reach_it():
     shares = np.array([[0.5, 0.9, 0.95], [0.3, 0.5, 0.7]])
-    drawn = SimpleNamespace(arrays=lambda name, held: list(shares))
+    draws = iter(shares)
+    plan = Plan(
+        lambda condition, rng: {"shares": next(draws)}, [{"held": "anywhere"}], 2
+    )
+    drawn = written(plan)
     needed = results.boards_for(drawn, "anywhere", 0.9)
     assert needed[0] == 2
     assert np.isnan(needed[1])
@@ -179,11 +184,7 @@ def test_boards_until_a_goal_are_counted_and_draws_that_never_reach_it():
 
 def test_the_record_of_calibrations_fills_its_table():
     sets = record("calibrations")["sets"]
-    kept = SimpleNamespace(
-        conditions=[{"set": one["name"]} for one in sets],
-        settings={"date": "2026-01-01"},
-        column=lambda name, set: np.array([number_of(name, {"set": set})]),
-    )
+    kept = written(plan_of("ext_calibration_record"))
     columns = tables.ext_fisheye_photographs(
         {"ext_calibration_record": kept, "photograph_study": {}}
     ).columns
@@ -192,13 +193,3 @@ def test_the_record_of_calibrations_fills_its_table():
     for one, cell in zip(sets, columns["Generic (px)"], strict=True):
         assert cell.low <= cell.value == one["models"]["generic"]["px"] <= cell.high
     assert all(0 < x <= 100 for x in columns["Picture with a ray (%)"])
-
-
-def number_of(name, condition):
-    """A number of the record by its dotted name, NaN where there is none."""
-    value = set_of("calibrations", condition)
-    for part in name.split("."):
-        value = value.get(part)
-        if value is None:
-            return np.nan
-    return value

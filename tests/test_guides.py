@@ -1,8 +1,6 @@
 """The guides: a table from made-up results, and exercises found in pages."""
 
-import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,35 +18,23 @@ from chapters.guides.for_teachers.exercises import answers
 from chapters.guides.for_teachers.exercises import on_pages as class_exercises
 from chapters.guides.for_teachers.results import stated_times
 from chapters.shared.detector_counts import RENDERED, rendered_counts, summed
-from chapters.shared.records import record, set_of
+from chapters.shared.records import record
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
-from repro.run.outcomes import Measured
-from repro.run.results import Result
+from repro.run.outcomes import Measured, Plan
 from repro.workflow.work import Work
+from tests.made_results import of_columns, plan_of, written
 
 ROOT = Path(__file__).resolve().parents[1]
 METHODS = ("parametric", "generic_well_conditioned")
 
 
-def result(folder, name, settings, cases):
+def result(name, settings, cases):
     """A result of three trials a condition: cases are (condition, values)."""
-    path = folder / f"{name}.json"
-    trials = [
-        {"condition": i, "trial": t, "values": values(t)}
-        for i, (_, values) in enumerate(cases)
-        for t in range(3)
-    ]
-    content = {
-        "experiment": name,
-        "effort": "quick",
-        "settings": settings,
-        "conditions": [condition for condition, _ in cases],
-        "trials_per_condition": 3,
-        "trials": trials,
-    }
-    path.write_text(json.dumps(content))
-    return Result(path)
+    rows = (values(t) for _, values in cases for t in range(3))
+    conditions = [condition for condition, _ in cases]
+    plan = Plan(lambda condition, rng: next(rows), conditions, 3, settings)
+    return written(plan, name, "quick")
 
 
 def of_methods(*names, zhang, generic):
@@ -61,7 +47,7 @@ def of_methods(*names, zhang, generic):
 
 
 @pytest.fixture
-def results(tmp_path):
+def results():
     scores = of_methods("ray_deg", "clean.source.mean_px", zhang=0.5, generic=0.25)
     fov = [
         ({"fov_deg": f, "domain": "px", "extent": e}, scores)
@@ -77,22 +63,20 @@ def results(tmp_path):
         for kind in ("translation", "rotation")
     ]
     return {
-        "fig_2_3_fov": result(
-            tmp_path, "fig_2_3_fov", {"fov_sweep": {"noise": 0.5}}, fov
-        ),
+        "fig_2_3_fov": result("fig_2_3_fov", {"fov_sweep": {"noise": 0.5}}, fov),
         "table_2_2_redrawn": result(
-            tmp_path, "table_2_2_redrawn", {"calibration_images": 14}, zoom
+            "table_2_2_redrawn", {"calibration_images": 14}, zoom
         ),
-        "fig_2_2_error": result(tmp_path, "fig_2_2_error", {"grids": "apart"}, wrong),
-        "ext_benchmark_scores": result(tmp_path, "scores", {}, [rig_scores()]),
-        "ext_fisheye_scores": result(tmp_path, "fisheye", {}, list(fisheye_cases())),
+        "fig_2_2_error": result("fig_2_2_error", {"grids": "apart"}, wrong),
+        "ext_benchmark_scores": result("scores", {}, [rig_scores()]),
+        "ext_fisheye_scores": result("fisheye", {}, list(fisheye_cases())),
         "photograph_study": {},
-        **of_opencv(tmp_path),
-        "ext_calibration_record": calibration_record(),
+        **of_opencv(),
+        "ext_calibration_record": written(plan_of("ext_calibration_record")),
     }
 
 
-def of_opencv(folder):
+def of_opencv():
     """OpenCV's fisheye model on the simulated lenses, and on set 3."""
     model, where = "opencv_fisheye", {"domain": "px", "extent": "unbounded"}
     simulated = {f"{model}.{x}": 0.125 for x in ("ray_deg", "clean.source.mean_px")}
@@ -101,31 +85,13 @@ def of_opencv(folder):
     smooth = {"zoom": 3, "corner_noise": "none", "interpolation": "smooth"}
     return {
         "fig_2_3_fisheye": result(
-            folder,
             "fisheye_fov",
             {},
             [({"fov_deg": f, **where}, lambda t: simulated) for f in (60, 120, 150)],
         ),
-        "table_2_2_readings": result(
-            folder, "readings", {}, [(smooth, lambda t: set_3)]
-        ),
-        "fig_2_7_smooth": result(folder, "smooth", {}, []),
+        "table_2_2_readings": result("readings", {}, [(smooth, lambda t: set_3)]),
+        "fig_2_7_smooth": result("smooth", {}, []),
     }
-
-
-def calibration_record():
-    """The record as its experiment reads it."""
-
-    def column(name, **condition):
-        value = set_of("calibrations", condition)
-        for part in name.split("."):
-            value = value.get(part) if isinstance(value, dict) else None
-        return np.array([np.nan if value is None else value], float)
-
-    sets = record("calibrations")["sets"]
-    return SimpleNamespace(
-        conditions=[{"set": one["name"]} for one in sets], column=column
-    )
 
 
 def rig_scores():
@@ -170,12 +136,12 @@ def test_wrong_motion_has_a_table_of_its_own(results):
     assert "apart" in table.caption
 
 
-def test_a_method_that_never_worked_has_failed(results, tmp_path):
+def test_a_method_that_never_worked_has_failed(results):
     cases = [
         ({"zoom": z}, of_methods("left_out", zhang=0.0, generic=0.0)) for z in (1, 2, 3)
     ]
     settings = {"calibration_images": 8}
-    results["table_2_2_redrawn"] = result(tmp_path, "none", settings, cases)
+    results["table_2_2_redrawn"] = result("none", settings, cases)
     rows = tables.ext_methods(results).columns
     # Six simulated rows stand above the rendered ones.
     assert rows["Evidence"][6:10] == ["rendered"] * 4
@@ -184,20 +150,21 @@ def test_a_method_that_never_worked_has_failed(results, tmp_path):
     assert named(results)["zhang.stage"] == "∞"
 
 
-def scores(**of_one):
+def scores(values):
     """Scores of one rig, as the experiment's result gives them."""
-    return SimpleNamespace(
-        conditions=[{"rig": "ordinary-lens"}],
-        settings={"views": 5},
-        column=lambda name, rig: np.array([of_one.get(name.replace(".", "_"), np.nan)]),
-    )
+    return of_columns(({"rig": "ordinary-lens"}, values), settings={"views": 5})
 
 
 def test_rigs_are_in_the_table_of_scores_or_in_the_list_of_others():
     found = scores(
-        **{"opencv_right": 5, "opencv_rms_px": 0.25},
-        **{"opencv-sb_right": 0, "raxel_right": 5},
-        **{"opencv_fisheye_rms_deg": 0.125, "general_share_with_ray": 0.5},
+        {
+            "opencv.right": 5,
+            "opencv.rms_px": 0.25,
+            "opencv-sb.right": 0,
+            "raxel.right": 5,
+            "opencv_fisheye.rms_deg": 0.125,
+            "general.share_with_ray": 0.5,
+        }
     )
     columns = ext_benchmarks({"ext_benchmark_scores": found}).columns
     assert {name: cells[0] for name, cells in columns.items()} == {
@@ -221,16 +188,19 @@ def test_rigs_are_in_the_table_of_scores_or_in_the_list_of_others():
 
 def counts(**of_sets):
     """A result of pictures: {set: (right, returned) of each detector in turn}."""
-    conditions = [{"set": name} for name in of_sets]
-
-    def column(name, **condition):
-        detector, _, what = name.rpartition(".")
-        values = of_sets[condition["set"]]
-        place = ["success", "returned"].index(what)
-        which = ["raxel", "findChessboardCorners", "findChessboardCornersSB"]
-        return np.array([values[which.index(detector)][place]])
-
-    return SimpleNamespace(conditions=conditions, column=column)
+    detectors = ["raxel", "findChessboardCorners", "findChessboardCornersSB"]
+    return of_columns(
+        *(
+            (
+                {"set": name},
+                {
+                    detector: dict(zip(("success", "returned"), found, strict=True))
+                    for detector, found in zip(detectors, values, strict=True)
+                },
+            )
+            for name, values in of_sets.items()
+        )
+    )
 
 
 def test_boards_of_all_sets_are_counted_and_what_is_returned_wrong():

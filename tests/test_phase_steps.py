@@ -10,19 +10,10 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials import codes
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import order_sizes
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import fitted
 from chapters.shared import phase_steps as steps
+from tests.judged_claims import readings
+from tests.made_results import of_columns
 
 PHASE = 2 * np.pi * (np.arange(240) + 0.5) / 240
-
-
-class Found:
-    """A result that a test makes up: {name: value}, for one condition or for each."""
-
-    def __init__(self, values, conditions=({},)):
-        self.values, self.conditions = values, list(conditions)
-
-    def column(self, name, **condition):
-        value = self.values[name]
-        return np.atleast_1d(value(condition) if callable(value) else value)
 
 
 @pytest.mark.parametrize("gamma", [1.0, 1.4, 2.0, 2.2, 2.6])
@@ -110,7 +101,7 @@ def test_one_pixel_by_hand():
     told |= {"step_2": 10, "step_3": 50}
     values = {f"pixel.x.{k}": v for k, v in told.items()}
     values |= {"pixel.noise_floor": 1.0, "pixel.noise_slope": 0.06}
-    found = worked(Found(values), "x", 20.0)
+    found = worked(of_columns(({}, values)), "x", 20.0)
     assert (found["gray"], found["cell"]) == ("110", 4)
     assert found["location"] == pytest.approx(4.25 * 20)
     assert found["swing"] == pytest.approx(40)
@@ -129,12 +120,17 @@ def test_claims_of_appendix_a_can_fail():
     assert _verdict(appendix.judge_even_cancels, "exp_c3_even_cancels", even) == (
         "differs"
     )
-    pairs = [{"b3": 0.01, "b5": 0.01}]
-    odd = {"amplitude_rad": 0.02, "strongest_order": 4}
-    judge, name = appendix.judge_odd_orders, "exp_c3_odd_orders_matter"
-    assert _verdict(judge, name, odd, pairs) == "reproduced"
-    assert _verdict(judge, name, odd | {"strongest_order": 2}, pairs) == "differs"
-    assert _verdict(judge, name, odd | {"amplitude_rad": 0.017}, pairs) == "differs"
+
+    def odd(share, strongest=4):
+        def values(condition):
+            amplitude = share * (condition["b3"] + condition["b5"])
+            return {"amplitude_rad": amplitude, "strongest_order": strongest}
+
+        return _verdict(appendix.judge_odd_orders, "exp_c3_odd_orders_matter", values)
+
+    assert odd(1.0) == "reproduced"
+    assert odd(1.0, strongest=2) == "differs"
+    assert odd(0.85) == "differs"
 
 
 @pytest.mark.parametrize(("rms_1", "rms_2", "first", "third"), [
@@ -155,13 +151,16 @@ def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
         for n in (4, 8)
     ]
     values = {
-        "white and black.wrong": lambda c: [c["noise_grey"] * (1 + c["slant_px"])] * 3,
         "inverse.wrong": [1, 1, 1],
         "pixels": [10, 10, 10],
         "white and black.only_threshold": [5, 5, 5],
         "white and black.only_inverse": [0, 0, 0],
     }
-    result = Found(values, conditions)
+
+    def wrong_bits(c):
+        return {"white and black.wrong": c["noise_grey"] * (1 + c["slant_px"])}
+
+    result = of_columns(*((c, values | wrong_bits(c)) for c in conditions))
     wrong, paired, pixels, only, other = bit_counts(
         result, "anywhere", "even", "white and black"
     )
@@ -195,5 +194,5 @@ def test_an_exact_threshold_has_root_two_more_wrong_bits_than_an_inverse():
         assert ratio == pytest.approx(expected, rel=3 * np.sqrt(2 / inverse))
 
 
-def _verdict(judge, name, values, conditions=({},)):
-    return judge({name: Found(values, conditions)})[0].verdict
+def _verdict(judge, name, values):
+    return readings(judge, name, values)[0].verdict

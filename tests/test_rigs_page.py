@@ -13,9 +13,8 @@ from raxel.files import read_json
 from raxel.geometry import pose, rotation_from_vector
 from raxel.lab import load_rig, render_set
 from repro.page.space import available
-from repro.run.experiment import run_trials
 from repro.run.outcomes import Plan
-from repro.run.results import Result, gather
+from tests.made_results import written
 
 ROOT = Path(__file__).resolve().parents[1]
 # Those for quick builds are smaller ones of others; they may be left out.
@@ -29,15 +28,9 @@ SMALL = "active-grid-demo"
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory):
+def ran():
     """The experiment of the page."""
-    plan = rigs_page.ext_rigs("quick")
-    pairs = [(index, 0) for index in range(len(plan.conditions))]
-    records, arrays = run_trials("ext_rigs", plan, pairs)
-    path = tmp_path_factory.mktemp("results") / "ext_rigs.json"
-    identity = {"experiment": "ext_rigs", "effort": "quick"}
-    gather(identity, plan, records, arrays, path)
-    return Result(path)
+    return written(rigs_page.ext_rigs("quick"), "ext_rigs", "quick")
 
 
 def test_every_rig_is_an_input_and_has_its_figure_on_the_page():
