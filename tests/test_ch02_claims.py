@@ -8,6 +8,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
     results as s5_1_results,
 )
 from chapters.shared.three_planes import FOVS_DEG
+from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 
 TRIALS = 50
@@ -17,8 +18,12 @@ def spread_about(middle, share=0.05, seed=0):
     return middle * (1 + share * np.random.default_rng(seed).standard_normal(TRIALS))
 
 
+PRIMARY = {}  # of every question
+
+
 def verdicts(judge, experiment, values):
-    return {r.verdict for r in judge({experiment: OfLaw(experiment, values, TRIALS)})}
+    made = {experiment: OfLaw(experiment, values, TRIALS)}
+    return {reading.verdict for reading in readings_of(judge, made)}
 
 
 def of_fov(values, trials=TRIALS):
@@ -83,8 +88,9 @@ def test_failed_trials_count_as_the_worst_in_the_signs():
         return spread_about(0.1 if fov < 90 else 1.0, seed=fov)
 
     assert crossover(low_then_high, flat) == {"reproduced"}
-    readings = claims.judge_crossover(
-        {"fig_2_3_fov": of_fov(along_the_sweep(low_then_high, failing))}
+    readings = readings_of(
+        claims.judge_crossover,
+        {"fig_2_3_fov": of_fov(along_the_sweep(low_then_high, failing))},
     )
     assert {r.regenerated for r in readings} == {
         "parametric better, generic from 135 deg on"
@@ -101,7 +107,9 @@ def test_peripheral_noise_is_asked_of_infinite_planes_only(middle, verdict):
         assert condition.items() >= asked.items()
         return spread_about(middle)
 
-    readings = claims.judge_peripheral_noise({"fig_2_3_fov": of_fov(values)})
+    readings = readings_of(
+        claims.judge_peripheral_noise, {"fig_2_3_fov": of_fov(values)}
+    )
     assert [(r.reading, r.verdict) for r in readings] == [({}, verdict)]
 
 
@@ -117,7 +125,7 @@ def test_proportion_holds_for_a_line_and_not_for_a_root():
     assert proportional(np.sqrt) == {"differs"}
 
 
-def test_projection_laws_are_compared_trial_by_trial(monkeypatch):
+def test_projection_laws_are_compared_trial_by_trial():
     """Trials that differ more than the laws do; the corrected view stretches them."""
     shared = spread_about(1.0, share=0.5, seed=7)
 
@@ -127,14 +135,12 @@ def test_projection_laws_are_compared_trial_by_trial(monkeypatch):
         stretched = 1.2 if scale == "corrected" else 1.02
         return shared * (stretched if law == "perspective" else 1.0)
 
-    pixels = {"law_pixels": claims.OF_LAWS["law_pixels"]}
-    monkeypatch.setattr(claims, "OF_LAWS", pixels)
-    readings = claims.judge_modality_independent(
-        {"fig_2_3_laws": OfLaw("fig_2_3_laws", values, TRIALS)}
-    )
-    assert [(r.reading["law_pixels"], r.verdict) for r in readings] == [
-        ("source image", "reproduced"), ("corrected view", "differs"),
-    ]  # fmt: skip
+    made = {"fig_2_3_laws": OfLaw("fig_2_3_laws", values, TRIALS)}
+    verdicts = {
+        pixels: claims.judge_modality_independent(made, {"law_pixels": pixels}).verdict
+        for pixels in ("source image", "corrected view")
+    }
+    assert verdicts == {"source image": "reproduced", "corrected view": "differs"}
 
 
 def at_150(stretch, own, grazing):
@@ -162,10 +168,9 @@ def at_150(stretch, own, grazing):
     [(1.3, 1.1, "reproduced"), (1.3, 0.95, "differs"), (1.0, 0.9, "differs")],
 )
 def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
-    monkeypatch, stretch, own, verdict
+    stretch, own, verdict
 ):
-    monkeypatch.setattr(claims, "ALL", {})  # the primary reading alone
-    (reading,) = claims.judge_fov_generic_150(at_150(stretch, own, 0.0))
+    reading = claims.judge_fov_generic_150(at_150(stretch, own, 0.0), PRIMARY)
     assert reading.verdict == verdict
     assert "over the ratios of exact rays" in reading.reason
 
@@ -174,11 +179,8 @@ def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
     ("own", "grazing", "verdict"),
     [(1.2, 0.5, "reproduced"), (1.2, 0.1, "differs"), (0.9, 0.5, "differs")],
 )
-def test_the_stretch_of_the_view_does_not_pass_for_grazing_rays(
-    monkeypatch, own, grazing, verdict
-):
-    monkeypatch.setattr(claims, "_questions", lambda *_: {})
-    (reading,) = claims.judge_infinite_plane_cause(at_150(1.3, own, grazing))
+def test_the_stretch_of_the_view_does_not_pass_for_grazing_rays(own, grazing, verdict):
+    reading = claims.judge_infinite_plane_cause(at_150(1.3, own, grazing), PRIMARY)
     assert reading.verdict == verdict
 
 

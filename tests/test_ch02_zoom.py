@@ -119,12 +119,12 @@ def test_a_homography_removes_a_plane_and_leaves_distortion():
 
 
 def test_a_share_of_seeds_has_its_exact_interval():
-    holds = np.arange(10) < 9
-    decision, share, interval, words = in_seeds(holds)
+    reading = in_seeds(np.arange(10) < 9, "so")
     exact = binomtest(9, 10).proportion_ci(0.95, method="exact")
-    assert (decision, share, words) == ("holds", 0.9, "9 of 10 seeds")
-    assert interval == pytest.approx((exact.low, exact.high))
-    assert in_seeds(np.arange(10) < 8)[0] == "fails"
+    assert (reading.verdict, reading.regenerated) == ("reproduced", 0.9)
+    assert reading.interval == pytest.approx((exact.low, exact.high))
+    assert reading.reason == "9 of 10 seeds; so"
+    assert in_seeds(np.arange(10) < 8, "").verdict == "differs"
 
 
 def test_the_upright_view_of_the_front_keeps_verticals_in_columns():

@@ -16,6 +16,7 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
 from chapters.shared import synthetic_readings
 from chapters.shared.three_planes import FOVS_DEG
 from chapters.shared.zoom_readings import IN_PAIRS, OF_SEEDS, READINGS, ZoomCase
+from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 
 TRIALS = 50
@@ -62,14 +63,16 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
         level = s5_2_results.distortion_level(covered)
         return spread_about(np.exp(slope * level), 0.01, condition["fov_deg"])
 
-    readings = s5_2_claims.judge_depends_on_distortion(
-        {"fig_2_3_fov": OfLaw("fig_2_3_fov", values, TRIALS)} | rising_with_level(*sets)
+    readings = readings_of(
+        s5_2_claims.judge_depends_on_distortion,
+        {"fig_2_3_fov": OfLaw("fig_2_3_fov", values, TRIALS)}
+        | rising_with_level(*sets),
     )
     assert {r.verdict for r in readings} == {verdict}
     assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
     # All options about Fig. 2.3 and about Table 2.2; three more of the laboratory, with
     # the first ones of all but where and how the sets' residual is measured.
-    options = map(len, synthetic_readings.QUESTIONS.values())
+    options = map(len, synthetic_readings.NAMES.values())
     assert len(readings) == 4 * np.prod([*options]) + 3 * 8
 
 
@@ -93,7 +96,7 @@ def of_zoom(parametric, generic):
 @pytest.mark.parametrize(("growth", "verdict"), [(1.05, "reproduced"), (2, "differs")])
 def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
     made = of_zoom(None, lambda zoom: spread_about(growth**zoom, 0.01, zoom))
-    readings = s5_2_claims.judge_generic_flat(made)
+    readings = readings_of(s5_2_claims.judge_generic_flat, made)
     assert {r.verdict for r in readings} == {verdict}
     assert len(readings) == 16 + 3 * 8
 
@@ -102,7 +105,7 @@ def test_a_failed_generic_seed_counts_against_it():
     generic = np.full(TRIALS, 1.0)
     generic[:6] = np.nan
     made = of_zoom(lambda zoom: np.full(TRIALS, 2.0), lambda zoom: generic)
-    readings = s5_2_claims.judge_parametric_worse(made)
+    readings = readings_of(s5_2_claims.judge_parametric_worse, made)
     assert {r.verdict for r in readings} == {"differs"}
     assert readings[0].regenerated == pytest.approx(0.88)
 
@@ -116,7 +119,9 @@ def test_radial_bias_must_turn_round(inner, verdict):
         return np.full(TRIALS, 0.5 if outer else inner)
 
     made = of_seeds(values)
-    assert {r.verdict for r in s5_2_claims.judge_radial_bias(made)} == {verdict}
+    assert {r.verdict for r in readings_of(s5_2_claims.judge_radial_bias, made)} == {
+        verdict
+    }
 
 
 @pytest.mark.parametrize(("bias", "verdict"), [(0.2, "reproduced"), (0.3, "differs")])
@@ -125,7 +130,9 @@ def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
         return np.full(TRIALS, 1.0 if name.endswith("rms_px") else -bias)
 
     made = of_seeds(values)
-    assert {r.verdict for r in s5_2_claims.judge_no_radial_bias(made)} == {verdict}
+    assert {r.verdict for r in readings_of(s5_2_claims.judge_no_radial_bias, made)} == {
+        verdict
+    }
 
 
 @pytest.mark.parametrize(
@@ -136,7 +143,9 @@ def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
     made = of_seeds(lambda name, condition: np.full(TRIALS, p)) | {
         "fig_2_5_true_centre": of_centre(spread_about(ratio))
     }
-    assert {r.verdict for r in s5_2_claims.judge_systematic(made)} == {verdict}
+    assert {r.verdict for r in readings_of(s5_2_claims.judge_systematic, made)} == {
+        verdict
+    }
 
 
 def of_centre(ratios):
@@ -159,12 +168,12 @@ def scattered(name, better):
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
 def test_motion_is_won_by_the_smaller_scatter(better, verdict):
-    readings = s5_2_claims.judge_motion(scatter(better, missing=0))
+    readings = readings_of(s5_2_claims.judge_motion, scatter(better, missing=0))
     assert {r.verdict for r in readings} == {verdict}
 
 
 def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
-    readings = s5_2_claims.judge_motion(scatter(3.0, missing=2))
+    readings = readings_of(s5_2_claims.judge_motion, scatter(3.0, missing=2))
     assert {r.verdict for r in readings} == {"reproduced"}
     assert "2 failed with the parametric" in readings[0].reason
 
@@ -174,7 +183,7 @@ def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
             found[:40] = np.nan
         return found
 
-    readings = s5_2_claims.judge_motion(of_seeds(values))
+    readings = readings_of(s5_2_claims.judge_motion, of_seeds(values))
     assert {r.verdict for r in readings} == {"differs"}
     assert "40 with the generic" in readings[0].reason
 
@@ -185,7 +194,7 @@ def test_failed_trials_of_the_true_centre_are_told():
     made = of_seeds(lambda name, condition: np.full(TRIALS, 0.001)) | {
         "fig_2_5_true_centre": of_centre(ratios)
     }
-    assert "3 failed" in s5_2_claims.judge_systematic(made)[0].reason
+    assert "3 failed" in readings_of(s5_2_claims.judge_systematic, made)[0].reason
 
 
 def test_prose_of_the_real_data_counts_failures_and_corners_left_out():
@@ -254,7 +263,7 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
         found[0] = np.nan
         return found
 
-    readings = s5_3_claims.judge_periphery(of_seeds(values))
+    readings = readings_of(s5_3_claims.judge_periphery, of_seeds(values))
     assert {r.verdict for r in readings} == {verdict}
     assert "1 failed with the parametric" in readings[0].reason
     made = ZoomCase(of_seeds(lambda name, condition: [1.0, np.nan, np.nan], 3))

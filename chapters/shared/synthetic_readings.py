@@ -1,44 +1,40 @@
-"""The readings of section 2.5.1: every combination of what its text leaves open."""
+"""The readings of section 2.5.1: what its text leaves open, as the trials call it."""
 
 from __future__ import annotations
-
-from collections.abc import Callable, Iterator
-from itertools import product
 
 import numpy as np
 
 from chapters.shared.methods import LINEAR, SCALES, SCORINGS
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.readings import Case
 
-QUESTIONS = {
-    "noise": ("px", "mm"),
-    "scoring": ("fresh noise", "same noise", "no noise"),
-    "extent": ("unbounded", "finite"),
-    "standard_method": ("as printed", "well conditioned"),
-    "residual_scale": ("corrected view", "source image"),
+# Question of the ledger -> {option: name in the trials}, the primary one first.
+NAMES = {
+    "noise": {"px": "px", "mm": "mm"},
+    "scoring": dict(
+        zip(("fresh noise", "same noise", "no noise"), SCORINGS, strict=True)
+    ),
+    "extent": {"unbounded": "unbounded", "finite": "finite"},
+    "standard_method": {linear: method for method, linear in LINEAR.items()},
+    "residual_scale": dict(
+        zip(("corrected view", "source image"), SCALES, strict=True)
+    ),
 }
-METHOD = {linear: method for method, linear in LINEAR.items()}
-SCORING = dict(zip(QUESTIONS["scoring"], SCORINGS, strict=True))
-SCALE = dict(zip(QUESTIONS["residual_scale"], SCALES, strict=True))
-Judge = Callable[["SweepCase"], tuple[str, float | str, tuple | None, str]]
 
 
 class SweepCase:
     """Trials of one reading."""
 
-    def __init__(self, result, options: dict[str, str]) -> None:
+    def __init__(self, result, options: dict[str, str] | None = None) -> None:
         self.result = result
-        self.options = options
+        self.taken = Case(NAMES, options)
 
     def generic(self, quantity: str, law: str | None = None, **condition) -> np.ndarray:
         """Trials of the generic method, (trials,).
 
         law: which one, in the sweep that holds several in every trial.
         """
-        method = METHOD[self._option("standard_method")]
-        if law is not None:
-            method = f"{law}.{method}"
-        return self._column(method, quantity, condition)
+        method = self.taken["standard_method"]
+        return self._column(f"{law}.{method}" if law else method, quantity, condition)
 
     def parametric(self, quantity: str, **condition) -> np.ndarray:
         """Trials of the parametric method, (trials,)."""
@@ -46,11 +42,8 @@ class SweepCase:
 
     def exact(self, quantity: str, law: str | None = None, **condition) -> np.ndarray:
         """Trials of exact rays, scored on fresh noise in any reading."""
-        scale = SCALE[self._option("residual_scale")]
-        place = f"exact.{scale}.{quantity}"
-        if law is not None:
-            place = f"{law}.{place}"
-        return self.column(place, **condition)
+        place = f"exact.{self.taken['residual_scale']}.{quantity}"
+        return self.column(f"{law}.{place}" if law else place, **condition)
 
     def over_exact(self, quantity: str, **condition) -> np.ndarray:
         """The generic method's trials as multiples of those of exact rays."""
@@ -59,50 +52,13 @@ class SweepCase:
 
     def column(self, name: str, **condition) -> np.ndarray:
         """Trials of a value without a method, such as the point noise."""
-        return self.result.column(name, **self._with(condition))
+        open_text = {"domain": self.taken["noise"], "extent": self.taken["extent"]}
+        return self.result.column(name, **open_text | condition)
 
     def other(self, **options: str) -> SweepCase:
         """The same reading with other options."""
-        return SweepCase(self.result, self.options | options)
+        return SweepCase(self.result, {**self.taken.options, **options})
 
     def _column(self, method: str, quantity: str, condition: dict) -> np.ndarray:
-        scale = SCALE[self._option("residual_scale")]
-        place = f"{method}.{SCORING[self._option('scoring')]}.{scale}"
-        return self.result.column(f"{place}.{quantity}", **self._with(condition))
-
-    def _with(self, condition: dict) -> dict:
-        domain = {"domain": self._option("noise")}
-        return domain | {"extent": self._option("extent")} | condition
-
-    def _option(self, question: str) -> str:
-        return self.options.get(question, QUESTIONS[question][0])
-
-
-def every_reading(result, questions: dict[str, tuple[str, ...]]) -> Iterator[SweepCase]:
-    """One case per combination of options of the given questions."""
-    for options in product(*questions.values()):
-        yield SweepCase(result, dict(zip(questions, options, strict=True)))
-
-
-def judged(
-    result, questions: dict[str, tuple[str, ...]], judge: Judge
-) -> list[Reading]:
-    """Readings of a claim about the simulated sweeps."""
-    return readings_of(every_reading(result, questions), judge)
-
-
-def readings_of(cases, judge) -> list[Reading]:
-    """Readings of a claim: decision, value, interval and remark of each."""
-    readings = []
-    for case in cases:
-        decision, value, interval, remark = judge(case)
-        readings.append(
-            Reading(
-                DECISIONS[decision],
-                value,
-                reading=case.options,
-                interval=interval,
-                reason=remark,
-            )
-        )
-    return readings
+        place = f"{method}.{self.taken['scoring']}.{self.taken['residual_scale']}"
+        return self.column(f"{place}.{quantity}", **condition)

@@ -20,7 +20,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     LEVELS,
     NOISE_FOV_DEG,
 )
-from chapters.shared.synthetic_readings import QUESTIONS, SweepCase, judged
+from chapters.shared.synthetic_readings import SweepCase
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import (
     FAILS,
@@ -44,19 +44,15 @@ from repro.run.outcomes import Reading, Value
 FLAT_FOVS = [fov for fov in FOVS_DEG if 30 <= fov <= 120]
 
 
-def _questions(*left_out: str) -> dict[str, tuple[str, ...]]:
-    """The questions about the sweeps, without those a claim answers itself."""
-    return {q: o for q, o in QUESTIONS.items() if q not in left_out}
+NOISY = ("fig_2_3_noise",)
+SWEPT = ("fig_2_3_fov",)
+ALL = ("noise", "scoring", "extent", "standard_method", "residual_scale")
+PARAMETRIC = ("noise", "scoring", "extent", "residual_scale")
+ANY_EXTENT = ("noise", "scoring", "standard_method", "residual_scale")
+OF_LAWS = ("noise", "scoring", "extent", "standard_method", "law_pixels")
 
 
-ALL = _questions()
-PARAMETRIC = _questions("standard_method")
-OF_LAWS = _questions("residual_scale") | {
-    "law_pixels": ("source image", "corrected view")
-}
-
-
-def _proportional(series: Callable) -> tuple[str, float, tuple, str]:
+def _proportional(series: Callable) -> Reading:
     """Weighted line with R2 >= 0.98, log-log slope in [0.85, 1.15]."""
     levels = np.array(LEVELS)
     trials = [series(level) for level in LEVELS]
@@ -73,127 +69,107 @@ def _proportional(series: Callable) -> tuple[str, float, tuple, str]:
     remark = f"log-log slope; R² of the weighted line {line.r2:.4f}"
     if failed:
         remark += f"; {failed} of {sum(map(len, trials))} trials failed"
-    return decision, slope.value, (slope.low, slope.high), remark
+    return Reading.of(decision, slope, reason=remark)
 
 
-@claim("c2_noise_linear_generic", needs=("fig_2_3_noise",), evidence="synthetic")
-def judge_noise_linear_generic(results):
+@claim("c2_noise_linear_generic", needs=NOISY, evidence="synthetic", readings=ALL)
+def judge_noise_linear_generic(results, options):
     """The generic residual grows in proportion to the noise."""
-
-    def judge(case):
-        return _proportional(
-            lambda level: case.generic("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
-        )
-
-    return judged(results["fig_2_3_noise"], ALL, judge)
+    case = SweepCase(results["fig_2_3_noise"], options)
+    return _proportional(
+        lambda level: case.generic("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
+    )
 
 
-@claim("c2_noise_linear_persp", needs=("fig_2_3_noise",), evidence="synthetic")
-def judge_noise_linear_parametric(results):
+@claim("c2_noise_linear_persp", needs=NOISY, evidence="synthetic", readings=PARAMETRIC)
+def judge_noise_linear_parametric(results, options):
     """The parametric residual grows in proportion to the noise."""
-
-    def judge(case):
-        return _proportional(
-            lambda level: case.parametric("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
-        )
-
-    return judged(results["fig_2_3_noise"], PARAMETRIC, judge)
+    case = SweepCase(results["fig_2_3_noise"], options)
+    return _proportional(
+        lambda level: case.parametric("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
+    )
 
 
-@claim("c2_fov_persp_rises", needs=("fig_2_3_fov",), evidence="synthetic")
-def judge_fov_parametric_rises(results):
+@claim("c2_fov_persp_rises", needs=SWEPT, evidence="synthetic", readings=PARAMETRIC)
+def judge_fov_parametric_rises(results, options):
     """Spearman >= 0.9, and 150 deg more than twice 60 deg."""
-
-    def judge(case):
-        trials = [case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG]
-        rank = trend(np.array(FOVS_DEG), trials, rank_trend)
-        wide, narrow = (case.parametric("mean_px", fov_deg=fov) for fov in (150, 60))
-        ratio = median_ratio(wide, narrow)
-        exact = median_ratio(
-            *(case.exact("mean_px", fov_deg=fov) for fov in (150, 60))
-        ).value
-        p = welch_less(2 * narrow, wide)
-        decision = all_of([rank.above(0.9 - 1e-9), ratio.above(2.0)])
-        if decision == HOLDS and p >= SIGNIFICANCE:
-            decision = UNDECIDED
-        return (
-            decision,
-            ratio.value,
-            (ratio.low, ratio.high),
-            f"ratio 150/60 deg (exact rays {exact:.2f}); Spearman "
-            f"{rank.value:.2f} ({rank.low:.2f} to {rank.high:.2f}); "
-            f"Welch p {p:.1g}",
-        )
-
-    return judged(results["fig_2_3_fov"], PARAMETRIC, judge)
+    case = SweepCase(results["fig_2_3_fov"], options)
+    trials = [case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG]
+    rank = trend(np.array(FOVS_DEG), trials, rank_trend)
+    wide, narrow = (case.parametric("mean_px", fov_deg=fov) for fov in (150, 60))
+    ratio = median_ratio(wide, narrow)
+    exact = median_ratio(
+        *(case.exact("mean_px", fov_deg=fov) for fov in (150, 60))
+    ).value
+    p = welch_less(2 * narrow, wide)
+    decision = all_of([rank.above(0.9 - 1e-9), ratio.above(2.0)])
+    if decision == HOLDS and p >= SIGNIFICANCE:
+        decision = UNDECIDED
+    return Reading.of(
+        decision,
+        ratio,
+        reason=f"ratio 150/60 deg (exact rays {exact:.2f}); Spearman "
+        f"{rank.value:.2f} ({rank.low:.2f} to {rank.high:.2f}); "
+        f"Welch p {p:.1g}",
+    )
 
 
-@claim("c2_fov_generic_flat", needs=("fig_2_3_fov",), evidence="synthetic")
-def judge_fov_generic_flat(results):
+@claim("c2_fov_generic_flat", needs=SWEPT, evidence="synthetic", readings=ALL)
+def judge_fov_generic_flat(results, options):
     """30 to 120 deg: mean within 1.5, SD within 2, below parametric."""
-
-    def judge(case):
-        spread = {
-            quantity: trend(
-                np.array(FLAT_FOVS),
-                [case.generic(quantity, fov_deg=fov) for fov in FLAT_FOVS],
-                spread_over_sweep,
-            )
-            for quantity in ("mean_px", "sd_px")
-        }
-        generic = case.generic("mean_px", fov_deg=120)
-        parametric = case.parametric("mean_px", fov_deg=120)
-        ratio = median_ratio(parametric, generic)
-        p = welch_less(generic, parametric)
-        lower = ratio.above(1.0)
-        if lower == HOLDS and p >= SIGNIFICANCE:
-            lower = UNDECIDED
-        decision = all_of(
-            [spread["mean_px"].below(1.5), spread["sd_px"].below(2.0), lower]
+    case = SweepCase(results["fig_2_3_fov"], options)
+    spread = {
+        quantity: trend(
+            np.array(FLAT_FOVS),
+            [case.generic(quantity, fov_deg=fov) for fov in FLAT_FOVS],
+            spread_over_sweep,
         )
-        mean, sd = spread["mean_px"], spread["sd_px"]
-        exact = {
-            q: spread_of_medians(*(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS))
-            for q in spread
-        }
-        return (
-            decision,
-            mean.value,
-            (mean.low, mean.high),
-            f"max/min of the mean (exact rays {exact['mean_px']:.2f}); of "
-            f"the SD {sd.value:.2f} ({sd.low:.2f} to {sd.high:.2f}; exact "
-            f"rays {exact['sd_px']:.2f}); parametric/generic at 120 deg "
-            f"{ratio.value:.2f}, Welch p {p:.1g}",
-        )
+        for quantity in ("mean_px", "sd_px")
+    }
+    generic = case.generic("mean_px", fov_deg=120)
+    parametric = case.parametric("mean_px", fov_deg=120)
+    ratio = median_ratio(parametric, generic)
+    p = welch_less(generic, parametric)
+    lower = ratio.above(1.0)
+    if lower == HOLDS and p >= SIGNIFICANCE:
+        lower = UNDECIDED
+    decision = all_of([spread["mean_px"].below(1.5), spread["sd_px"].below(2.0), lower])
+    mean, sd = spread["mean_px"], spread["sd_px"]
+    exact = {
+        q: spread_of_medians(*(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS))
+        for q in spread
+    }
+    return Reading.of(
+        decision,
+        mean,
+        reason=f"max/min of the mean (exact rays {exact['mean_px']:.2f}); of "
+        f"the SD {sd.value:.2f} ({sd.low:.2f} to {sd.high:.2f}; exact "
+        f"rays {exact['sd_px']:.2f}); parametric/generic at 120 deg "
+        f"{ratio.value:.2f}, Welch p {p:.1g}",
+    )
 
-    return judged(results["fig_2_3_fov"], ALL, judge)
 
-
-@claim("c2_fov_generic_150", needs=("fig_2_3_fov",), evidence="synthetic")
-def judge_fov_generic_150(results):
+@claim("c2_fov_generic_150", needs=SWEPT, evidence="synthetic", readings=ALL)
+def judge_fov_generic_150(results, options):
     """Generic mean and SD rise from 120 to 150 deg, more than of exact rays."""
-
-    def judge(case):
-        quantities = ("mean_px", "sd_px")
-        means = [case.generic("mean_px", fov_deg=f) for f in (120, 150)]
-        won = wins([tuple(means)])[0]
-        rise, beyond = (
-            {q: median_ratio(*(of(q, fov_deg=f) for f in (150, 120)))
-             for q in quantities}
-            for of in (case.generic, case.over_exact)
-        )  # fmt: skip
-        decisions = [won.decision, rise["sd_px"].above(1.0)]
-        decisions += [beyond[q].above(1.0) for q in quantities]
-        return (
-            all_of(decisions),
-            won.ratio.value,
-            (won.ratio.low, won.ratio.high),
-            f"ratio of means 150/120 deg, Wilcoxon p {won.p:.1g}; of SDs "
-            f"{_said(rise['sd_px'])}; over the ratios of exact rays: means "
-            f"{_said(beyond['mean_px'])}, SDs {_said(beyond['sd_px'])}",
-        )
-
-    return judged(results["fig_2_3_fov"], ALL, judge)
+    case = SweepCase(results["fig_2_3_fov"], options)
+    quantities = ("mean_px", "sd_px")
+    means = [case.generic("mean_px", fov_deg=f) for f in (120, 150)]
+    won = wins([tuple(means)])[0]
+    rise, beyond = (
+        {q: median_ratio(*(of(q, fov_deg=f) for f in (150, 120)))
+         for q in quantities}
+        for of in (case.generic, case.over_exact)
+    )  # fmt: skip
+    decisions = [won.decision, rise["sd_px"].above(1.0)]
+    decisions += [beyond[q].above(1.0) for q in quantities]
+    return Reading.of(
+        all_of(decisions),
+        won.ratio,
+        reason=f"ratio of means 150/120 deg, Wilcoxon p {won.p:.1g}; of SDs "
+        f"{_said(rise['sd_px'])}; over the ratios of exact rays: means "
+        f"{_said(beyond['mean_px'])}, SDs {_said(beyond['sd_px'])}",
+    )
 
 
 def _said(found) -> str:
@@ -207,65 +183,53 @@ def _excess_left(finite_150, finite_120, unbounded_150, unbounded_120):
     return (finite - 1) / (unbounded - 1)
 
 
-@claim("c2_infinite_plane_cause", needs=("fig_2_3_fov",), evidence="synthetic")
-def judge_infinite_plane_cause(results):
+@claim(
+    "c2_infinite_plane_cause", needs=SWEPT, evidence="synthetic", readings=ANY_EXTENT
+)
+def judge_infinite_plane_cause(results, options):
     """Finite grids halve the rise; the residual follows 1/sin(angle).
 
     The rise is that beyond exact rays, and the rank correlation is in px of
     the source image: the corrected view is stretched where rays graze.
     """
-
-    def judge(case):
-        trials = []
-        for extent in ("finite", "unbounded"):
-            for fov in (150, 120):
-                found = case.other(extent=extent).over_exact("mean_px", fov_deg=fov)
-                trials.append(with_worst(found, np.nanmax(found)))
-        rise = median_ratio(trials[2], trials[3])
-        left = bootstrap(_excess_left, *trials)
-        case = case.other(extent="unbounded", residual_scale="source image")
-        grazing = case.generic("grazing_spearman", fov_deg=150)
-        rank = median_interval(grazing, worst=-1.0)
-        decisions = [left.below(0.5), rank.above(0.3 - 1e-9)]
-        if rise.above(1.0) != HOLDS:
-            decisions.append(rise.above(1.0))
-        return (
-            all_of(decisions),
-            left.value,
-            (left.low, left.high),
-            "share of the rise from 120 to 150 deg, beyond that of exact "
-            "rays, that is left on finite grids (on unbounded planes it is "
-            f"{_said(rise)} times); rank correlation (Spearman) of a ray's "
-            "residual in px of the source image with 1/sin of its angle to "
-            f"the plane {_said(rank)}",
-        )
-
-    return judged(results["fig_2_3_fov"], _questions("extent"), judge)
+    case = SweepCase(results["fig_2_3_fov"], options)
+    trials = []
+    for extent in ("finite", "unbounded"):
+        for fov in (150, 120):
+            found = case.other(extent=extent).over_exact("mean_px", fov_deg=fov)
+            trials.append(with_worst(found, np.nanmax(found)))
+    rise = median_ratio(trials[2], trials[3])
+    left = bootstrap(_excess_left, *trials)
+    case = case.other(extent="unbounded", residual_scale="source image")
+    grazing = case.generic("grazing_spearman", fov_deg=150)
+    rank = median_interval(grazing, worst=-1.0)
+    decisions = [left.below(0.5), rank.above(0.3 - 1e-9)]
+    if rise.above(1.0) != HOLDS:
+        decisions.append(rise.above(1.0))
+    return Reading.of(
+        all_of(decisions),
+        left,
+        reason="share of the rise from 120 to 150 deg, beyond that of exact "
+        "rays, that is left on finite grids (on unbounded planes it is "
+        f"{_said(rise)} times); rank correlation (Spearman) of a ray's "
+        "residual in px of the source image with 1/sin of its angle to "
+        f"the plane {_said(rank)}",
+    )
 
 
-@claim("c2_peripheral_noise", needs=("fig_2_3_fov",), evidence="synthetic")
+@claim("c2_peripheral_noise", needs=SWEPT, evidence="synthetic")
 def judge_peripheral_noise(results):
     """Point noise at 150 deg: outer 20 % of field angle over inner 20 %.
 
     The claim itself says that the planes are infinite, and that the noise
     is back-projected: noise drawn in mm is the same everywhere.
     """
-    case = SweepCase(results["fig_2_3_fov"], {})
-    trials = case.column("point_noise_ratio", fov_deg=150)
+    trials = SweepCase(results["fig_2_3_fov"]).column("point_noise_ratio", fov_deg=150)
     ratio = median_interval(trials)
-    verdict = "undecided"
+    decision = FAILS if ratio.high <= 1.5 else UNDECIDED
     if ratio.value > 1.5 and ratio.low > 1:
-        verdict = "reproduced"
-    elif ratio.high <= 1.5:
-        verdict = "differs"
-    return [
-        Reading(
-            verdict,
-            ratio.value,
-            interval=(ratio.low, ratio.high),
-            reason="ratio of SDs in mm",
-        )
-    ]
+        decision = HOLDS
+    return Reading.of(decision, ratio, reason="ratio of SDs in mm")
 
 
 def _lower_mean(a: np.ndarray, b: np.ndarray) -> tuple[str, float]:
@@ -287,66 +251,63 @@ def _who_is_better(signs: np.ndarray) -> str:
     )
 
 
-@claim("c2_crossover", needs=("fig_2_3_fov",), evidence="synthetic")
-def judge_crossover(results):
+@claim("c2_crossover", needs=SWEPT, evidence="synthetic", readings=ALL)
+def judge_crossover(results, options):
     """Parametric better at the lowest, generic at the highest FOV."""
-
-    def judge(case):
-        found = np.array(
-            [
-                [one("mean_px", fov_deg=fov) for fov in FOVS_DEG]
-                for one in (case.parametric, case.generic)
-            ]
-        )
-        parametric, generic = np.median(with_worst(found), axis=-1)
-        signs = np.sign(parametric - generic)
-        changes = int(np.sum(np.diff(signs) != 0))
-        first, p_first = _lower_mean(found[0, 0], found[1, 0])
-        last, p_last = _lower_mean(found[1, -1], found[0, -1])
-        decision = all_of([first, last])
-        if decision == HOLDS and changes != 1:
-            decision = FAILS
-        return (
-            decision,
-            _who_is_better(signs),
-            None,
-            f"sign changes: {changes}; Welch p {p_first:.1g} at 30 deg, "
-            f"{p_last:.1g} at 150 deg",
-        )
-
-    return judged(results["fig_2_3_fov"], ALL, judge)
+    case = SweepCase(results["fig_2_3_fov"], options)
+    found = np.array(
+        [
+            [one("mean_px", fov_deg=fov) for fov in FOVS_DEG]
+            for one in (case.parametric, case.generic)
+        ]
+    )
+    parametric, generic = np.median(with_worst(found), axis=-1)
+    signs = np.sign(parametric - generic)
+    changes = int(np.sum(np.diff(signs) != 0))
+    first, p_first = _lower_mean(found[0, 0], found[1, 0])
+    last, p_last = _lower_mean(found[1, -1], found[0, -1])
+    decision = all_of([first, last])
+    if decision == HOLDS and changes != 1:
+        decision = FAILS
+    return Reading.of(
+        decision,
+        _who_is_better(signs),
+        reason=f"sign changes: {changes}; Welch p {p_first:.1g} at 30 deg, "
+        f"{p_last:.1g} at 150 deg",
+    )
 
 
-@claim("c2_modality_independent", needs=("fig_2_3_laws",), evidence="synthetic")
-def judge_modality_independent(results):
+@claim(
+    "c2_modality_independent",
+    needs=("fig_2_3_laws",),
+    evidence="synthetic",
+    readings=OF_LAWS,
+)
+def judge_modality_independent(results, options):
     """Four projection laws at 90 deg: means within 15 % of each other.
 
     The laws share rays and noise in every trial, so trials are paired.
     """
-
-    def judge(case):
-        case = case.other(residual_scale=case.options["law_pixels"])
-        trials = [
-            with_worst(found, np.nanmax(found))
-            for found in (
-                case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG) for law in LAWS
-            )
-        ]
-        spread = bootstrap(spread_of_medians, *trials, paired=True)
-        exact = spread_of_medians(
-            *(case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG) for law in LAWS)
+    case = SweepCase(results["fig_2_3_laws"], options)
+    case = case.other(residual_scale=options["law_pixels"])
+    trials = [
+        with_worst(found, np.nanmax(found))
+        for found in (
+            case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG) for law in LAWS
         )
-        return (
-            spread.below(1.15),
-            spread.value,
-            (spread.low, spread.high),
-            f"largest over smallest of the four means (exact rays {exact:.2f})",
-        )
+    ]
+    spread = bootstrap(spread_of_medians, *trials, paired=True)
+    exact = spread_of_medians(
+        *(case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG) for law in LAWS)
+    )
+    return Reading.of(
+        spread.below(1.15),
+        spread,
+        reason=f"largest over smallest of the four means (exact rays {exact:.2f})",
+    )
 
-    return judged(results["fig_2_3_laws"], OF_LAWS, judge)
 
-
-@numbers("fig_2_3", needs=("fig_2_3_fov",), evidence="synthetic")
+@numbers("fig_2_3", needs=SWEPT, evidence="synthetic")
 def numbers_fig_2_3(results):
     """The settings that the text states, as they were run."""
     ran = results["fig_2_3_fov"]

@@ -17,7 +17,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     LEVELS,
 )
 from chapters.shared.methods import METHODS, NAMES, SCALES
-from chapters.shared.synthetic_readings import SCALE, SCORING
+from chapters.shared.synthetic_readings import NAMES as READINGS
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import median_interval
 from repro.page.style import figure as new_figure
@@ -162,8 +162,10 @@ def ext_fig_2_3_readings(results):
     """Fig. 2.3(b) in every reading, but for the well-conditioned stage."""
     curves = Curves(results, 3, 4, height_in=7.2, sharex=True, sharey="row")
     cases = list(product(DOMAINS, EXTENTS))
-    in_words = {name: words for words, name in SCALE.items()}
-    for panels, (words, scoring) in zip(curves.axes, SCORING.items(), strict=True):
+    in_words = {name: words for words, name in READINGS["residual_scale"].items()}
+    for panels, (words, scoring) in zip(
+        curves.axes, READINGS["scoring"].items(), strict=True
+    ):
         for panel, (domain, extent) in zip(panels, cases, strict=True):
             shown = [
                 Curve(

@@ -23,7 +23,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     LAWS_FOV_DEG,
 )
 from chapters.shared.methods import METHODS, NAMES
-from chapters.shared.synthetic_readings import SCALE, SCORING
+from chapters.shared.synthetic_readings import NAMES as READINGS
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import median_interval, with_worst
 from repro.run.experiment import table
@@ -158,17 +158,17 @@ QUANTITIES = (
 def ext_fig_2_3_ahead(results):
     """Where the generic method is ahead of the parametric one, by reading."""
     fov = results["fig_2_3_fov"]
-    cases = list(product(SCORING, DOMAINS, EXTENTS))
+    cases = list(product(READINGS["scoring"], DOMAINS, EXTENTS))
     columns = {
         name: list(cells)
         for name, cells in zip(
             ("Scored on", "Noise in", "Planes"), zip(*cases, strict=True), strict=True
         )
     }
-    for words, scale in SCALE.items():
+    for words, scale in READINGS["residual_scale"].items():
         columns[f"Generic ahead, {words}"] = [
             ahead(
-                fov, GENERIC, f"{SCORING[scoring]}.{scale}.mean_px",
+                fov, GENERIC, f"{READINGS['scoring'][scoring]}.{scale}.mean_px",
                 domain=domain, extent=extent,
             )
             for scoring, domain, extent in cases

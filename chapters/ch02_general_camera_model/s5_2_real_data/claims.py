@@ -25,18 +25,9 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
     STAGE_IMAGES,
     STEP_MM,
 )
-from chapters.shared.methods import SCORINGS
-from chapters.shared.synthetic_readings import QUESTIONS as OF_SWEEP
-from chapters.shared.synthetic_readings import SweepCase, readings_of
-from chapters.shared.zoom_readings import (
-    LABORATORY,
-    OF_SEEDS,
-    ZoomCase,
-    combinations,
-    generic_wins,
-    judged,
-)
-from chapters.shared.zoom_readings import QUESTIONS as OF_SETS
+from chapters.shared.synthetic_readings import NAMES as OF_SWEEP
+from chapters.shared.synthetic_readings import SweepCase
+from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.judge.statistics import (
     FAILS,
@@ -48,9 +39,9 @@ from repro.judge.statistics import (
     with_worst,
 )
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import DECISIONS, Reading, Value
+from repro.run.outcomes import Reading, Value
+from repro.run.readings import decision_of_seeds
 
-SHARE = 0.9
 FLAT = 1.25
 WORSE = 1.3
 NO_BIAS = 0.25
@@ -60,12 +51,36 @@ RESIDUAL = (
     "residual_image",
     "residual_scale",
     "residual_statistic",
-    *LABORATORY,
+    "corner_noise",
+    "interpolation",
 )
-FIELD = ("standard_method", "residual_image", "residual_scale", *LABORATORY)
-
-SCORING = dict(zip(OF_SWEEP["scoring"], SCORINGS, strict=True))
-ASKED = OF_SWEEP | {question: OF_SETS[question] for question in RESIDUAL}
+FIELD = (
+    "standard_method",
+    "residual_image",
+    "residual_scale",
+    "corner_noise",
+    "interpolation",
+)
+BIAS = ("residual_image", "residual_scale", "corner_noise")
+SYSTEMATIC = (
+    "standard_method",
+    "scoring",
+    "residual_scale",
+    "corner_noise",
+    "interpolation",
+)
+IN_BOTH = (
+    "noise",
+    "scoring",
+    "extent",
+    "standard_method",
+    "residual_scale",
+    "residual_image",
+    "residual_statistic",
+    "corner_noise",
+    "interpolation",
+)
+MOTION = ("standard_method", "step_frame")
 
 
 def _depends(parametric, generic) -> str:
@@ -83,59 +98,48 @@ def _as_text(parametric, generic) -> str:
     return f"{slopes}: {_depends(parametric, generic)}"
 
 
-def every_case(result):
-    """One case per combination of options, of the sweep and of the sets."""
-    for taken in combinations(ASKED):
-        yield SweepCase(result, taken)
+@cache
+def _of_sweep(result, options):
+    """Slopes in the sweep; readings that differ in the sets alone share them."""
+    return swept_slopes(SweepCase(result, dict(options)))
 
 
-def _taken(case, questions):
-    return tuple((question, case.options[question]) for question in questions)
+@cache
+def _of_sets(results, options):
+    """Slopes in the sets; readings that differ in the sweep alone share them."""
+    return rendered_slopes(ZoomCase(dict(results), dict(options)))
+
+
+def _among(options, questions):
+    return tuple((q, option) for q, option in options.items() if q in questions)
 
 
 @claim(
     "c2_real_vs_sim_agree",
     needs=("fig_2_3_fov", "table_2_2_redrawn", "table_2_2_readings", "fig_2_7_smooth"),
     evidence="rendered",
+    readings=IN_BOTH,
 )
-def judge_depends_on_distortion(results):
+def judge_depends_on_distortion(results, options):
     """Parametric error depends on distortion, generic a fifth at most.
 
     In the simulated sweep and in the three rendered sets: both must agree.
     """
-    fov = results["fig_2_3_fov"]
-
-    @cache
-    def of_sweep(options):
-        return swept_slopes(SweepCase(fov, dict(options)))
-
-    @cache
-    def of_sets(options):
-        return rendered_slopes(ZoomCase(results, dict(options)))
-
-    def judge(case):
-        halves = (of_sweep(_taken(case, OF_SWEEP)), of_sets(_taken(case, RESIDUAL)))
-        _, generic = halves[0]
-        return (
-            all_of([_depends(*half) for half in halves]),
-            generic.value,
-            (generic.low, generic.high),
-            "generic slope of log residual in the sweep; "
-            + "; ".join(
-                f"{name}: {_as_text(*half)}"
-                for name, half in zip(("sweep", "three sets"), halves, strict=True)
-            ),
-        )
-
-    return readings_of(every_case(fov), judge)
+    sweep = _of_sweep(results["fig_2_3_fov"], _among(options, OF_SWEEP))
+    sets = _of_sets(tuple(results.items()), _among(options, RESIDUAL))
+    return Reading.of(
+        all_of([_depends(*sweep), _depends(*sets)]),
+        sweep[1],
+        reason="generic slope of log residual in the sweep; "
+        f"sweep: {_as_text(*sweep)}; three sets: {_as_text(*sets)}",
+    )
 
 
-def in_seeds(holds):
-    """Decision, share, its interval and words of a predicate over seeds (n,)."""
-    share = proportion(holds)
-    decision = HOLDS if share.value >= SHARE else FAILS
+def in_seeds(holds, reason):
+    """The Reading of a predicate over seeds (n,), and the share that it is true of."""
     words = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
-    return decision, share.value, (share.low, share.high), words
+    share = proportion(holds)
+    return Reading.of(decision_of_seeds(holds), share, reason=f"{words}; {reason}")
 
 
 def spread_of_medians(*trials):
@@ -144,36 +148,28 @@ def spread_of_medians(*trials):
     return np.max(medians, axis=0) / np.min(medians, axis=0)
 
 
-@claim("c2_t22_generic_flat", needs=OF_SEEDS, evidence="rendered")
-def judge_generic_flat(results):
+@claim("c2_t22_generic_flat", needs=OF_SEEDS, evidence="rendered", readings=RESIDUAL)
+def judge_generic_flat(results, options):
     """Largest over smallest generic residual of the three sets: <= 1.25."""
-
-    def judge(case):
-        trials = [with_worst(t) for t in case.residuals("generic")]
-        spread = bootstrap(spread_of_medians, *trials)
-        return (
-            spread.below(FLAT + 1e-12),
-            spread.value,
-            (spread.low, spread.high),
-            "largest over smallest of three medians",
-        )
-
-    return judged(results, RESIDUAL, judge)
+    case = ZoomCase(results, options)
+    trials = [with_worst(t) for t in case.residuals("generic")]
+    spread = bootstrap(spread_of_medians, *trials)
+    return Reading.of(
+        spread.below(FLAT + 1e-12),
+        spread,
+        reason="largest over smallest of three medians",
+    )
 
 
-@claim("c2_t22_persp_set3", needs=OF_SEEDS, evidence="rendered")
-def judge_parametric_worse(results):
+@claim("c2_t22_persp_set3", needs=OF_SEEDS, evidence="rendered", readings=RESIDUAL)
+def judge_parametric_worse(results, options):
     """Set 3: parametric residual above 1.3 times the generic one."""
-
-    def judge(case):
-        parametric = with_worst(case.residual("parametric", 3))
-        generic = case.residual("generic", 3)
-        holds = np.isfinite(generic) & (parametric > WORSE * generic)
-        decision, share, interval, words = in_seeds(holds)
-        ratio = np.median(parametric) / np.median(with_worst(generic))
-        return (decision, share, interval, f"{words}; ratio of medians {ratio:.2f}")
-
-    return judged(results, RESIDUAL, judge)
+    case = ZoomCase(results, options)
+    parametric = with_worst(case.residual("parametric", 3))
+    generic = case.residual("generic", 3)
+    holds = np.isfinite(generic) & (parametric > WORSE * generic)
+    ratio = np.median(parametric) / np.median(with_worst(generic))
+    return in_seeds(holds, f"ratio of medians {ratio:.2f}")
 
 
 def quintiles(case, name):
@@ -189,43 +185,26 @@ def quintiles(case, name):
     return means, p, column("rms_px")
 
 
-@claim("c2_persp_radial_bias", needs=OF_SEEDS, evidence="rendered")
-def judge_radial_bias(results):
+@claim("c2_persp_radial_bias", needs=OF_SEEDS, evidence="rendered", readings=BIAS)
+def judge_radial_bias(results, options):
     """Opposite radial residuals in the second (or first) and last fifth."""
-
-    def judge(case):
-        means, p, _ = quintiles(case, "parametric")
-        sure = p < BIAS_P
-        inner = [sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)]
-        decision, share, interval, words = in_seeds(inner[0] | inner[1])
-        medians = ", ".join(f"{m:+.2f}" for m in np.nanmedian(means, 1))
-        return (
-            decision,
-            share,
-            interval,
-            f"{words}; median of the fifths {medians} px, outwards positive",
-        )
-
-    questions = ("residual_image", "residual_scale", "corner_noise")
-    return judged(results, questions, judge)
+    case = ZoomCase(results, options)
+    means, p, _ = quintiles(case, "parametric")
+    sure = p < BIAS_P
+    inner = [sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)]
+    medians = ", ".join(f"{m:+.2f}" for m in np.nanmedian(means, 1))
+    reason = f"median of the fifths {medians} px, outwards positive"
+    return in_seeds(inner[0] | inner[1], reason)
 
 
-@claim("c2_generic_no_radial_bias", needs=OF_SEEDS, evidence="rendered")
-def judge_no_radial_bias(results):
+@claim("c2_generic_no_radial_bias", needs=OF_SEEDS, evidence="rendered", readings=FIELD)
+def judge_no_radial_bias(results, options):
     """Generic: radial residual at most a quarter of the RMS in every fifth."""
-
-    def judge(case):
-        means, _, rms = quintiles(case, "generic")
-        largest = np.max(np.abs(means), axis=0) / rms
-        decision, share, interval, words = in_seeds(largest <= NO_BIAS)
-        return (
-            decision,
-            share,
-            interval,
-            f"{words}; largest fifth, median {np.nanmedian(largest):.2f} of the RMS",
-        )
-
-    return judged(results, FIELD, judge)
+    case = ZoomCase(results, options)
+    means, _, rms = quintiles(case, "generic")
+    largest = np.max(np.abs(means), axis=0) / rms
+    reason = f"largest fifth, median {np.nanmedian(largest):.2f} of the RMS"
+    return in_seeds(largest <= NO_BIAS, reason)
 
 
 @claim(
@@ -237,48 +216,32 @@ def judge_no_radial_bias(results):
         "fig_2_7_smooth",
     ),
     evidence="rendered",
+    readings=SYSTEMATIC,
 )
-def judge_systematic(results):
+def judge_systematic(results, options):
     """Neighbours correlate, and the true centre lowers the RMS by a fifth."""
-
-    def judge(case):
-        p = case.of("generic", f"moran.{case.scale}.p", STAGE_ZOOM)
-        related, _, _, words = in_seeds(p < MORAN_P)
-        centre = results["fig_2_5_true_centre"]
-        scoring = SCORING[case.options["scoring"]]
-        place = f"{case.option('standard_method')}.{scoring}.{case.scale}"
-        ratio = median_interval(centre.column(f"{place}.ratio"))
-        return (
-            all_of([related, ratio.below(CENTRE_GAIN + 1e-12)]),
-            ratio.value,
-            (ratio.low, ratio.high),
-            "RMS with the true centre over RMS with the estimated one, "
-            f"{ratio.failed} failed trials as the worst; Moran's I "
-            f"significant in {words}",
-        )
-
-    questions = {
-        "standard_method": OF_SETS["standard_method"],
-        "scoring": OF_SWEEP["scoring"],
-        "residual_scale": OF_SETS["residual_scale"],
-    } | {question: OF_SETS[question] for question in LABORATORY}
-    return readings_of(
-        (ZoomCase(results, taken) for taken in combinations(questions)), judge
+    case = ZoomCase(results, options)
+    related = case.of("generic", f"moran.{case.scale}.p", STAGE_ZOOM) < MORAN_P
+    place = f"{case.taken.option('standard_method')}.{case.taken['scoring']}"
+    centre = results["fig_2_5_true_centre"]
+    ratio = median_interval(centre.column(f"{place}.{case.scale}.ratio"))
+    return Reading.of(
+        all_of([decision_of_seeds(related), ratio.below(CENTRE_GAIN + 1e-12)]),
+        ratio,
+        reason="RMS with the true centre over RMS with the estimated one, "
+        f"{ratio.failed} failed trials as the worst; Moran's I "
+        f"significant in {np.count_nonzero(related)} of {len(related)} seeds",
     )
 
 
-@claim("c2_motion", needs=("table_2_2_redrawn",), evidence="rendered")
-def judge_motion(results):
+@claim("c2_motion", needs=("table_2_2_redrawn",), evidence="rendered", readings=MOTION)
+def judge_motion(results, options):
     """The steps scatter less about their mean with the generic method."""
-
-    def judge(case):
-        quantity = f"stage.{case.option('step_frame')}.deviation_mm"
-        parametric = case.of("parametric", quantity, STAGE_ZOOM)
-        generic = case.of("generic", quantity, STAGE_ZOOM)
-        return generic_wins(generic, parametric, "RMS deviation")
-
-    questions = ("standard_method", "step_frame")
-    return judged(results, questions, judge)
+    case = ZoomCase(results, options)
+    quantity = f"stage.{case.taken['step_frame']}.deviation_mm"
+    parametric = case.of("parametric", quantity, STAGE_ZOOM)
+    generic = case.of("generic", quantity, STAGE_ZOOM)
+    return generic_wins(generic, parametric, "RMS deviation")
 
 
 @claim(
@@ -291,14 +254,11 @@ def judge_homography(results):
     distorted = ran.column("with_px").min()
     # Rounding of the same fit on distortion-free points is what `> 0` is above.
     holds = clean < 1e-8 and distorted > 1e3 * max(clean, 1e-12)
-    return [
-        Reading(
-            DECISIONS[HOLDS if holds else FAILS],
-            f"{clean:.1g} px without, at least {distorted:.2g} px with "
-            "radial distortion",
-            reason="largest and smallest RMS over random planes",
-        )
-    ]
+    return Reading.of(
+        HOLDS if holds else FAILS,
+        f"{clean:.1g} px without, at least {distorted:.2g} px with radial distortion",
+        reason="largest and smallest RMS over random planes",
+    )
 
 
 @numbers("table_2_2", needs=("table_2_2_redrawn",), evidence="rendered")

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from chapters.shared.zoom_readings import OF_SEEDS, generic_wins, judged
+from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.run.experiment import claim
 
 
-@claim("c2_periphery", needs=OF_SEEDS, evidence="rendered")
-def judge_periphery(results):
+@claim(
+    "c2_periphery",
+    needs=OF_SEEDS,
+    evidence="rendered",
+    readings=("standard_method", "residual_scale", "interpolation"),
+)
+def judge_periphery(results, options):
     """Near the edge, generic lines are straighter than parametric ones."""
-
-    def judge(case):
-        place = f"lines.{case.method('generic')}"
-        generic, parametric = (
-            case.column(f"{place}.{name}.{case.scale}", FACADE_ZOOM)
-            for name in ("generic", "parametric")
-        )
-        return generic_wins(generic, parametric, "RMS distance from straight lines")
-
-    questions = ("standard_method", "residual_scale", "interpolation")
-    return judged(results, questions, judge)
+    case = ZoomCase(results, options)
+    place = f"lines.{case.method('generic')}"
+    generic, parametric = (
+        case.column(f"{place}.{name}.{case.scale}", FACADE_ZOOM)
+        for name in ("generic", "parametric")
+    )
+    return generic_wins(generic, parametric, "RMS distance from straight lines")
