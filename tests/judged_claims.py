@@ -1,7 +1,7 @@
 """Tests of claims, run as the build runs them: once for each reading of the ledger."""
 
 from repro.judge.readings import open_questions
-from repro.run.readings import in_every_reading
+from repro.run.judging import in_every_reading
 from tests.made_results import ROOT, as_planned
 
 

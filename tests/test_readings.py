@@ -6,8 +6,9 @@ import pytest
 from repro.judge.ledger import LedgerError
 from repro.judge.readings import crossed, open_questions, primary
 from repro.judge.statistics import HOLDS, UNDECIDED, Estimate, median_and_range
+from repro.run.judging import in_every_reading
 from repro.run.outcomes import Measured, Reading, Value
-from repro.run.readings import Case, counterpart, decision_of_seeds, in_every_reading
+from repro.run.readings import Case, counterpart, decision_of_seeds
 from tests.small_checkouts import ROOT
 
 KNOWN = {

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from repro.judge.readings import open_questions
+from repro.judge.readings import crossed, open_questions
 from repro.run import discover, jobs, results
-from repro.run.readings import in_every_reading
+from repro.run.outcomes import Reading
 
 
 def judge(
@@ -68,6 +69,25 @@ def judge(
             "artefacts": artefacts,
         },
     )
+
+
+def in_every_reading(
+    judge: Callable[..., Reading],
+    results: Mapping,
+    known: Mapping[str, dict],
+    questions: tuple[str, ...],
+) -> list[Reading]:
+    """Readings of a claim whose test is called once for each, the primary one first.
+
+    known: the ledger's questions (`repro.judge.readings.open_questions`).
+    """
+    if not questions:
+        found = judge(results)
+        return found if isinstance(found, list) else [found]
+    return [
+        replace(judge(results, options), reading=options)
+        for options in crossed(known, questions)
+    ]
 
 
 def _finite(values: dict) -> dict:

@@ -1,13 +1,11 @@
-"""What a claim's test says, put together over the readings of an open text."""
+"""What a claim's test reads and says in one reading of an open text."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
-from repro.judge.readings import crossed
 from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_and_range, proportion
 from repro.run.outcomes import DECISIONS, Reading
 
@@ -38,25 +36,6 @@ class Case:
     def option(self, question: str) -> str:
         """The option that is taken of a question."""
         return self.options.get(question, next(iter(self.names[question])))
-
-
-def in_every_reading(
-    judge: Callable[..., Reading],
-    results: Mapping,
-    known: Mapping[str, dict],
-    questions: tuple[str, ...],
-) -> list[Reading]:
-    """Readings of a claim whose test is called once for each, the primary one first.
-
-    known: the ledger's questions (`repro.judge.readings.open_questions`).
-    """
-    if not questions:
-        found = judge(results)
-        return found if isinstance(found, list) else [found]
-    return [
-        replace(judge(results, options), reading=options)
-        for options in crossed(known, questions)
-    ]
 
 
 def counterpart(

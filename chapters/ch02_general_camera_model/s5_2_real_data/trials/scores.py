@@ -35,16 +35,16 @@ PERMUTATIONS = 999
 COVERAGE_PX = 8  # apart are the pixels that coverage is counted on
 
 
-def calibrate(method, views, size, rng, compared):
+def calibrate(method, views, size, rng, prepared):
     """The camera of one method, from views of boards; size (width, height).
 
-    compared() gives what all generic methods begin with, worked out once.
+    prepared() gives what all generic methods begin with, worked out once.
     """
     if method == "parametric":
         return calibrate_zhang(views, *size).camera
     if method == "opencv_fisheye":
         return calibrate_opencv_fisheye(views, *size).camera
-    return calibrate_compared(compared(), rng=rng, linear=LINEAR[method]).camera
+    return calibrate_compared(prepared(), rng=rng, linear=LINEAR[method]).camera
 
 
 class Residuals(NamedTuple):
@@ -209,10 +209,10 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     out["corner_error_px"] = corner_error(boards)
     out["distortion_level"] = distortion_level(true, boards)
     cameras, seen = {}, views["calibration"]
-    compared = cache(lambda: compared_boards(seen, *size, interpolation))
+    prepared = cache(lambda: compared_boards(seen, *size, interpolation))
     for method in methods:
         try:
-            camera = calibrate(method, seen, size, rng, compared)
+            camera = calibrate(method, seen, size, rng, prepared)
             out[method] = of_camera(zoom, camera, views, rng)
             cameras[method] = camera
         except (CalibrationError, InputError) as error:
