@@ -39,8 +39,9 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     stacked,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, is_right, localised
-from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_named, rig_of, wiped
+from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_of, wiped
 from chapters.shared.lattices import clockwise, outer
+from chapters.shared.rigs import rig_named
 from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features.celect import (
     OUTER_CORNER,

@@ -12,7 +12,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials import (
     stage,
 )
 from chapters.shared.decoding_errors import ANGLES, PHASES, DecodingErrors
-from chapters.shared.grid_rigs import rig_named
+from chapters.shared.rigs import rig_named
 from raxel.geometry import inverse_pose, vector_from_rotation
 from tests.made_results import of_columns
 

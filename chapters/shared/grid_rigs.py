@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
-from raxel.lab import load_rig
+from chapters.shared.rigs import rig_named
 
-ROOT = Path(__file__).resolve().parents[2]
 # Rigs of a set, each with how many of its images it takes (E-3.14).
 SETS = {
     "spherical": (("spherical", 15),),
@@ -37,12 +35,6 @@ WHOLE_POLAR = {"hyperboloidal": (40, 110), "flexible-mirror": (0, 25)}
 
 # What can be wiped off a rig's mirror, its random draws left as they are.
 CLEANED = {"spots": {"spot_cover": (0.0, 0.0)}, "glare": {"glare_radiance": (0.0, 0.0)}}
-
-
-@lru_cache(maxsize=8)
-def rig_named(name):
-    """The rig of one file of data/rigs."""
-    return load_rig(ROOT / "data" / "rigs" / f"{name}.yaml")
 
 
 @lru_cache(maxsize=8)

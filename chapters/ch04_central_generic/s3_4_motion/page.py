@@ -39,7 +39,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     target_poses,
     true_pixels,
 )
-from chapters.shared.grid_rigs import rig_named
+from chapters.shared.rigs import rig_named
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
 from repro.page.exercise import check

@@ -7,8 +7,12 @@ angle is then not the best in px, and each error is judged at its own best pose.
 
 import numpy as np
 
-from raxel.calibration.pose.three_point import moved_pose, moving_points
-from raxel.geometry.damped import damped_step, gauss_newton
+from raxel.calibration.pose.three_point import (
+    motion_of_points,
+    moved_pose,
+    placed_points,
+)
+from raxel.geometry.damped import damped_step
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
@@ -41,8 +45,8 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
         if cost <= len(off) * ROUNDING_PX**2:
             break
         jacobian = _jacobian(camera, found - off, flat, T)
-        _, normal, gradient = gauss_newton(-off.ravel(), jacobian)
-        step = damped_step(normal, gradient, damping)
+        gradient = jacobian.T @ -off.ravel()
+        step = damped_step(jacobian.T @ jacobian, gradient, damping)
         if -step @ gradient <= ENOUGH * cost:
             break
         trial = moved_pose(T, step)
@@ -68,7 +72,7 @@ def _jacobian(camera, pixels, flat, T):
     Zero for a pixel around which there are too few rays: it then pulls at no step, and
     still counts in what a step leads to.
     """
-    posed, motion = moving_points(flat[:, :2], T)
+    posed, motion = placed_points(flat[:, :2], T), motion_of_points(flat[:, :2], T)
     return (_pixels_by_point(camera, pixels, posed) @ motion).reshape(-1, 6)
 
 

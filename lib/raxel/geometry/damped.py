@@ -15,27 +15,29 @@ FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-6, 1e-12, 1e8
 def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
     """Levenberg-Marquardt: the last state, its costs from the start on, convergence.
 
-    evaluate: state -> cost, normal matrix, half the gradient; move: (state, step) ->
-    state. It ends when the cost falls by less than the share `tolerance`, or below
-    `rounding`, where it cannot fall any more. Raises CalibrationError for a start whose
-    cost is not finite.
+    evaluate: state -> cost, equations; equations() -> normal matrix, half the gradient,
+    asked for only where a step begins; move: (state, step) -> state. It ends when the
+    cost falls by less than the share `tolerance`, or below `rounding`, where it cannot
+    fall any more. Raises CalibrationError for a start whose cost is not finite.
     """
-    cost, normal, gradient = evaluate(state)
+    cost, equations = evaluate(state)
     if not np.isfinite(cost):
         raise CalibrationError("least squares: the points or poses are not finite")
-    costs = [cost]
+    costs, system = [cost], None
     damping = FIRST_DAMPING
     converged = cost <= rounding
     for _ in range(iterations):
         if converged:
             break
+        system = system or equations()
+        normal, gradient = system
         step = damped_step(normal, gradient, damping)
         trial = move(state, step)
-        new = evaluate(trial)
-        if new[0] < cost:
-            converged = cost - new[0] <= tolerance * cost or new[0] <= rounding
-            state = trial
-            cost, normal, gradient = new
+        new, new_equations = evaluate(trial)
+        if new < cost:
+            converged = cost - new <= tolerance * cost or new <= rounding
+            state, cost = trial, new
+            equations, system = new_equations, None
             costs.append(cost)
             damping = max(damping / 10, LEAST_DAMPING)
         else:
@@ -48,11 +50,16 @@ def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
 
 
 def gauss_newton(residuals, jacobian):
-    """Cost, normal matrix (P, P) and half the gradient (P,), as `descend` wants them.
+    """Cost and equations, as `descend` wants them.
 
-    residuals: (M,); jacobian: (M, P).
+    residuals: (M,); jacobian: () -> (M, P).
     """
-    return residuals @ residuals, jacobian.T @ jacobian, jacobian.T @ residuals
+
+    def equations():
+        J = jacobian()
+        return J.T @ J, J.T @ residuals
+
+    return residuals @ residuals, equations
 
 
 def damped_step(normal, gradient, damping):

@@ -28,7 +28,9 @@ class PlaneIntersection(NamedTuple):
 def on_plane(points):
     """Points (..., 2) of a plane in the plane's own frame (..., 3): with z = 0."""
     points = np.asarray(points)
-    return np.pad(points, [(0, 0)] * (points.ndim - 1) + [(0, 1)])
+    lifted = np.zeros((*points.shape[:-1], 3), points.dtype)
+    lifted[..., :2] = points
+    return lifted
 
 
 def intersect_rays_plane(origins, directions, T_world_plane):

@@ -166,8 +166,13 @@ def refine_relative_pose(directions_1, directions_2, start, *, most=50):
     if len(use) != len(d_1):
         use = np.ones(len(d_1), bool)
     a, b = d_1[use], d_2[use]
+
+    def evaluate(T):
+        angles, jacobian = epipolar_system(T, a, b)
+        return gauss_newton(angles, lambda: jacobian)
+
     T, _, _ = descend(
-        lambda T: gauss_newton(*epipolar_system(T, a, b)),
+        evaluate,
         turned,
         np.array(start.T_2_1, float),
         iterations=most,

@@ -14,9 +14,10 @@ from chapters.shared.grid_detectors import (
     PRECISION_PX,
     localised,
 )
-from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_named, rig_of
+from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_of
 from chapters.shared.lattices import outer
 from chapters.shared.localiser_basin import HALF_WINDOWS
+from chapters.shared.rigs import rig_named
 from chapters.shared.scoring import LOST_PX
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import (

@@ -18,7 +18,7 @@ from chapters.shared.decoding_errors import (
     measured_errors,
     true_lattice,
 )
-from chapters.shared.grid_rigs import rig_named
+from chapters.shared.rigs import rig_named
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.cameras import PerspectiveCamera

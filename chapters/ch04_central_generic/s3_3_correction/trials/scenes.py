@@ -14,7 +14,7 @@ from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
 )
 from chapters.shared.active_grid_sets import true_camera, true_poses
 from chapters.shared.central_sets import OMNI
-from chapters.shared.grid_rigs import rig_named
+from chapters.shared.rigs import rig_named
 from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import room

@@ -13,7 +13,7 @@ import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import RIG
 from chapters.shared.decoding_errors import drawn_again, lattice_rays, true_lattice
-from chapters.shared.grid_rigs import rig_named
+from chapters.shared.rigs import rig_named
 from raxel.calibration import (
     calibrate_central,
     centroid_directions,

@@ -11,8 +11,8 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     true_pixels,
 )
 from chapters.shared.grid_detectors import CLICK_SD_PX, CLICKLESS, returned
-from chapters.shared.grid_rigs import rig_named
 from chapters.shared.lattices import clockwise, outer
+from chapters.shared.rigs import rig_named
 from raxel.errors import InputError
 from raxel.features.celect.clicked import find_celect
 from raxel.features.opencv import refine

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.grid_rigs import rig_named
+from chapters.shared.rigs import rig_named
 from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import TexturedScene, board_scene
 from raxel.lab.sight import Crop

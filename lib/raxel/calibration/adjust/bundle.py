@@ -66,8 +66,13 @@ def bundle_adjust_fixed_centre(
     q = homogeneous(points, seen)
     check_shared(np.asarray(seen, bool))
     poses = np.array(T_base_grid, float)
+
+    def evaluate(poses):
+        cost, *equations = reduced_normal_equations(q, centre, poses)
+        return cost, lambda: equations
+
     poses, costs, converged = descend(
-        lambda poses: reduced_normal_equations(q, centre, poses),
+        evaluate,
         moved_poses,
         poses,
         iterations=iterations,

@@ -53,7 +53,7 @@ def adjust_ray_point(
     def evaluate(state):
         # All grids move, as seen from the centre; the base does not turn.
         cost, normal, gradient = reduced_normal_equations(q, *state, first=0)
-        return cost, normal[3:, 3:], gradient[3:]
+        return cost, lambda: (normal[3:, 3:], gradient[3:])
 
     def move(state, step):
         # Points that are shifted are a centre that is shifted the other way.
@@ -82,11 +82,8 @@ def adjust_concurrence(
     def evaluate(state):
         distance, jacobian = concurrence_system(q, *state)
         rows = jacobian.reshape(distance.size, -1)
-        return (
-            float(np.vdot(distance, distance)),
-            rows.T @ rows,
-            rows.T @ distance.ravel(),
-        )
+        cost = float(np.vdot(distance, distance))
+        return cost, lambda: (rows.T @ rows, rows.T @ distance.ravel())
 
     def move(state, step):
         return moved(*state, step)

@@ -18,8 +18,9 @@ from raxel.calibration.pose.three_point import (
     SCORED,
     RayPose,
     checked_rays,
+    motion_of_points,
     moved_pose,
-    moving_points,
+    placed_points,
     ray_errors,
 )
 from raxel.errors import CalibrationError, InputError
@@ -180,7 +181,7 @@ def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=5
     def system(T):
         residual, jacobian = angular_system(directions, across, points, T)
         whitened = jacobian * weights[:, None, None]
-        return (residual * weights[:, None]).ravel(), whitened.reshape(-1, 6)
+        return (residual * weights[:, None]).ravel(), lambda: whitened.reshape(-1, 6)
 
     T, costs, _ = descend(
         lambda T: gauss_newton(*system(T)),
@@ -190,8 +191,8 @@ def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=5
         tolerance=AT_REST,
         rounding=ROUNDING**2 * np.sum(weights**2),
     )
-    jacobian = system(T)[1]
-    residual, _ = angular_system(directions, across, points, T)
+    residual, jacobian = angular_system(directions, across, points, T)
+    jacobian = (jacobian * weights[:, None, None]).reshape(-1, 6)
     return AngularPose(
         T,
         _covariance(jacobian.T @ jacobian, len(jacobian), costs[-1], sigma),
@@ -205,9 +206,12 @@ def angular_system(directions, across, points, T_camera_grid):
 
     A residual points from the ray to the point on the sphere and is as long as the
     angle between them, in radians; across: (N, 3, 2), its two directions at right
-    angles to the ray, from `tangent_bases`. Jacobian: columns as `moving_points`.
+    angles to the ray, from `tangent_bases`. Jacobian: columns as `motion_of_points`.
     """
-    p, motion = moving_points(points, T_camera_grid)
+    p, motion = (
+        placed_points(points, T_camera_grid),
+        motion_of_points(points, T_camera_grid),
+    )
     along = np.einsum("ni,ni->n", p, directions)
     side = np.einsum("ni,nik->nk", p, across)
     d_along = np.einsum("ni,nij->nj", directions, motion)

@@ -132,7 +132,7 @@ def refine_pose_ray_point(
     T = np.array(T_camera_grid, float)
     T, costs, _ = descend(
         lambda T: gauss_newton(
-            *ray_point_system(directions, points, T, origins, weights)
+            *_ray_point_parts(directions, points, T, origins, weights)
         ),
         moved_pose,
         T,
@@ -171,29 +171,44 @@ def ray_point_system(directions, points, T_camera_grid, origins, weights):
     The residual of a point is its part at right angles to its ray. The pose moves as
     R exp([w]x), t + R s; columns: w, s.
     """
-    p, motion = moving_points(points, T_camera_grid)
-    p = p - origins
+    residuals, jacobian = _ray_point_parts(
+        directions, points, T_camera_grid, origins, weights
+    )
+    return residuals, jacobian()
+
+
+def _ray_point_parts(directions, points, T, origins, weights):
+    """The residuals (3N,), and a function that gives the Jacobian (3N, 6)."""
+    p = placed_points(points, T) - origins
     along = np.einsum("ni,ni->n", directions, p)
     residual = p - along[:, None] * directions
-    part = np.einsum("ni,nik->nk", directions, motion)
-    jacobian = motion - directions[:, :, None] * part[:, None, :]
-    residual = residual * weights[:, None]
-    jacobian *= weights[:, None, None]
-    return residual.ravel(), jacobian.reshape(-1, 6)
+
+    def jacobian():
+        motion = motion_of_points(points, T)
+        part = np.einsum("ni,nik->nk", directions, motion)
+        J = motion - directions[:, :, None] * part[:, None, :]
+        J *= weights[:, None, None]
+        return J.reshape(-1, 6)
+
+    return (residual * weights[:, None]).ravel(), jacobian
 
 
-def moving_points(points, T_camera_grid):
-    """Grid points (N, 3) in the camera frame, and how they move (N, 3, 6).
+def placed_points(points, T_camera_grid):
+    """Grid points (N, 2) in the camera frame (N, 3)."""
+    return points @ T_camera_grid[:3, :2].T + T_camera_grid[:3, 3]
 
-    points: (N, 2). The pose moves as R exp([w]x), t + R s; columns: w, s.
+
+def motion_of_points(points, T_camera_grid):
+    """How grid points (N, 2) move in the camera frame with their pose: (N, 3, 6).
+
+    The pose moves as R exp([w]x), t + R s; columns: w, s.
     """
-    rotation = T_camera_grid[:3, :3]
     x, y = points.T
     motion = np.zeros((len(points), 3, 6))
     motion[:, 0, 2], motion[:, 1, 2] = -y, x
     motion[:, 2, 0], motion[:, 2, 1] = y, -x
     motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
-    return points @ rotation[:, :2].T + T_camera_grid[:3, 3], rotation @ motion
+    return T_camera_grid[:3, :3] @ motion
 
 
 def moved_pose(T, step):
