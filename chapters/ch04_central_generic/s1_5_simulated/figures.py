@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch04_central_generic.s1_5_simulated.results import (
-    NAMES,
     PRIMARY,
     QUANTITIES,
     STAGES,
@@ -13,8 +12,10 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
     medians,
 )
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
+from chapters.shared.methods import LINEAR_NAMES
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -32,12 +33,7 @@ def fig_4_2(results):
     """Six errors along the levels of noise, in the primary reading."""
     result = results["fig_4_2_redrawn"]
     drawn, axes = new_figure(2, 3, height_in=5.6, sharex=True)
-    data = {
-        name: []
-        for name in (
-            "quantity", "method", "stage", "noise_px", "median", "low", "high",
-        )
-    }  # fmt: skip
+    rows = []
     for panel, quantity in zip(axes.flat, QUANTITIES, strict=True):
         for index, (method, stage) in enumerate(CURVES):
             found = np.array(
@@ -48,12 +44,12 @@ def fig_4_2(results):
                 np.array(LEVELS),
                 *found.T,
                 index=index,
-                label=NAMES[method] + STAGES[stage],
+                label=LINEAR_NAMES[method] + STAGES[stage],
             )
-            for level, row in zip(LEVELS, found, strict=True):
-                told = (quantity, method, stage, level, *row)
-                for name, cell in zip(data, told, strict=True):
-                    data[name].append(cell)
+            rows += [
+                (quantity, method, stage, level, *row)
+                for level, row in zip(LEVELS, found, strict=True)
+            ]
         panel.set(xscale="log", yscale="log", title=WORDS[quantity])
         panel.set_ylabel(f"Error ({UNITS.get(quantity, 'mm')})")
     for panel in axes[1]:
@@ -62,7 +58,9 @@ def fig_4_2(results):
     drawn.legend(handles, labels, loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(
+            ("quantity", "method", "stage", "noise_px", "median", "low", "high"), rows
+        ),
         "Errors of the centre, of the poses of grids 2 and 3, and of the rays "
         "against the noise of the pixels, for the standard method as printed, "
         "with its bundle adjustment, well conditioned, and for CGSP. Medians "

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
+from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.judge.statistics import median_interval, with_worst
 from repro.page.reader import value
+from repro.run.readings import Case
 
-NAMES = {
-    "as_printed": "standard, as printed",
-    "well_conditioned": "standard, well conditioned",
-    "cgsp": "CGSP",
-}
 STAGES = {
     "linear": "",
     "ba": " + adjustment",
@@ -25,19 +21,17 @@ STAGES = {
 # What was run: the last stage follows CGSP only.
 RUNS = [
     (method, stage)
-    for method, stage in product(NAMES, STAGES)
+    for method, stage in product(LINEAR_NAMES, STAGES)
     if stage != "consistent" or method == "cgsp"
 ]
-# Questions of the ledger -> what their options name in a result.
-NOISE = {"px": "px", "mm": "mm"}
-STANDARD = {"as printed": "as_printed", "well conditioned": "well_conditioned"}
-TRANSLATION = {"difference of lengths": "length_mm", "length of the difference": "mm"}
-RAY_POINT = {"true points": "ray_mm", "noisy points": "own_ray_mm"}
-QUESTIONS = {
-    "noise": tuple(NOISE),
-    "standard_method": tuple(STANDARD),
-    "translation_error": tuple(TRANSLATION),
-    "ray_point": tuple(RAY_POINT),
+READINGS = {
+    "noise": {"px": "px", "mm": "mm"},
+    "standard_method": STANDARD_METHODS,
+    "translation_error": {
+        "difference of lengths": "length_mm",
+        "length of the difference": "mm",
+    },
+    "ray_point": {"true points": "ray_mm", "noisy points": "own_ray_mm"},
 }
 QUANTITIES = ("centre", "t2", "t3", "r2", "r3", "ray")
 WORDS = {
@@ -64,52 +58,32 @@ QUOTED = (
 )
 
 
-class NoiseCase(NamedTuple):
-    """One reading of 4.1.5: an option for every question that is asked."""
+class NoiseCase(Case):
+    """One reading of 4.1.5, with the primary option of what is not asked."""
 
-    options: dict
-
-    def standard(self):
-        """The linear stage that stands for the standard method."""
-        return STANDARD[self.options.get("standard_method", "as printed")]
+    def __init__(self, options=None):
+        super().__init__(READINGS, options)
 
     def name(self, quantity):
-        """The column of a quantity of Fig. 4.2."""
-        translation = self.options.get("translation_error")
-        ray = self.options.get("ray_point", "true points")
+        """The column of a quantity of Fig. 4.2; another quantity is its own."""
         return {
             "centre": "centre_mm",
+            "t2": f"t2_{self['translation_error']}",
+            "t3": f"t3_{self['translation_error']}",
             "r2": "r2_deg",
             "r3": "r3_deg",
-            "ray": RAY_POINT[ray],
-        }.get(
-            quantity,
-            f"{quantity}_{TRANSLATION[translation or 'difference of lengths']}",
-        )
+            "ray": self["ray_point"],
+        }.get(quantity, quantity)
 
     def trials(self, result, method, stage, quantity, noise):
         """Trials (n,) of a quantity; a failed one counts as the worst."""
         if method == "standard":
-            method = self.standard()
-        name = self.name(quantity) if quantity in WORDS else quantity
-        return with_worst(
-            result.column(
-                f"{method}.{stage}.{name}",
-                domain=self.options.get("noise", "px"),
-                noise=noise,
-            )
-        )
+            method = self["standard_method"]
+        name = f"{method}.{stage}.{self.name(quantity)}"
+        return with_worst(result.column(name, domain=self["noise"], noise=noise))
 
 
-def cases(*questions):
-    """A case for every combination of options of the questions."""
-    return [
-        NoiseCase(dict(zip(questions, chosen, strict=True)))
-        for chosen in product(*(QUESTIONS[q] for q in questions))
-    ]
-
-
-PRIMARY = NoiseCase({question: options[0] for question, options in QUESTIONS.items()})
+PRIMARY = NoiseCase()
 
 
 def medians(result, case, method, stage, quantity):
@@ -122,11 +96,7 @@ def medians(result, case, method, stage, quantity):
 
 def failures(result, method):
     """Trials in which a method gave nothing, and all trials."""
-    texts = [
-        text
-        for condition in result.conditions
-        for text in result.texts(f"{method}.failed", **condition)
-    ]
+    texts = result.select().texts(f"{method}.failed")
     return sum(text is not None for text in texts), len(texts)
 
 

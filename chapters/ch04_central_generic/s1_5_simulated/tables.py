@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from chapters.ch04_central_generic.s1_5_simulated.results import (
-    NAMES,
     PRIMARY,
     RUNS,
     STAGES,
     failures,
 )
-from repro.judge.statistics import median_interval
+from chapters.shared.methods import LINEAR_NAMES
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -27,16 +27,21 @@ SHOWN = {
 def ext_fig_4_2_methods(results):
     """Medians at 0.5 px of every method, linear and adjusted."""
     result = results["fig_4_2_redrawn"]
-    columns = {"Method": []} | {title: [] for title in SHOWN.values()}
-    columns["Gave nothing (trials)"] = []
-    for method, stage in RUNS:
-        columns["Method"].append(NAMES[method] + STAGES[stage])
-        for quantity, title in SHOWN.items():
-            found = PRIMARY.trials(result, method, stage, quantity, NOISE_PX)
-            columns[title].append(Measured(*median_interval(found)[:3]))
-        columns["Gave nothing (trials)"].append(failures(result, method)[0])
+    rows = [
+        (
+            LINEAR_NAMES[method] + STAGES[stage],
+            *(
+                Measured.median(
+                    PRIMARY.trials(result, method, stage, quantity, NOISE_PX)
+                )
+                for quantity in SHOWN
+            ),
+            failures(result, method)[0],
+        )
+        for method, stage in RUNS
+    ]
     return Table(
-        columns,
+        columns(("Method", *SHOWN.values(), "Gave nothing (trials)"), rows),
         "Errors at a noise of 0.5 px: medians over trials with 95 % intervals. "
         "*Translation* is here the length of the difference. *Moved points*: "
         "how far the estimated poses of grids 2 and 3 put their points from "

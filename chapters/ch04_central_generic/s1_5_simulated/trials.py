@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.shared.methods import LINEAR_STAGES
 from chapters.shared.wide_angle import (
     CENTRE_MM,
     SETTINGS,
@@ -18,7 +19,6 @@ from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.adjust.relaxation import relax_poses
 from raxel.calibration.linear.cgsp import linear_cgsp
-from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, transform
 from repro.run.experiment import experiment
@@ -28,24 +28,6 @@ LEVELS = (0.1, 0.25, 0.5, 1.0, 2.0)
 DOMAINS = ("px", "mm")
 TRIALS = {"quick": 3, "full": 50}
 FIXED_SEED = 0  # of the one configuration whose noise alone is drawn again
-
-
-def as_printed(points):
-    """(2.15) to (2.25), with t_z from V_6 in place of a division by C_y."""
-    return linear_as_printed(*points, side=SIDE, tz="corrected")
-
-
-def well_conditioned(points):
-    """The same equations in normalised coordinates, by least squares."""
-    return linear_well_conditioned(points, side=SIDE)
-
-
-def cgsp(points):
-    """The base grid as image plane of a pinhole (4.2) to (4.14)."""
-    return linear_cgsp(points, side=SIDE)
-
-
-METHODS = {"as_printed": as_printed, "well_conditioned": well_conditioned, "cgsp": cgsp}
 
 
 def errors(centre, T_base_grid, directions, scene):
@@ -102,7 +84,7 @@ def unadjusted(scene, start):
 
 def calibrate(scene, linear):
     """Errors of one linear stage as it is, and adjusted about two centres."""
-    start = linear(scene.noisy)
+    start = linear(scene.noisy, side=SIDE)
     poses = start.T_base_grid
     return {"linear": unadjusted(scene, start)} | {
         name: errors(centre, *relaxed(scene.noisy, centre, poses), scene)
@@ -112,7 +94,7 @@ def calibrate(scene, linear):
 
 def calibrate_consistent(scene):
     """Errors of CGSP after an adjustment of centre, poses and rays together."""
-    start = cgsp(scene.noisy)
+    start = linear_cgsp(scene.noisy, side=SIDE)
     found = adjust_consistent(scene.noisy, None, start.centre, start.T_base_grid)
     return errors(found.centre, found.T_base_grid, found.directions, scene)
 
@@ -120,7 +102,7 @@ def calibrate_consistent(scene):
 def each_method(scene, run):
     """What ``run(scene, linear)`` gives for every method, or why it failed."""
     out = {}
-    for name, linear in METHODS.items():
+    for name, linear in LINEAR_STAGES.items():
         try:
             out[name] = run(scene, linear)
         except CalibrationError as fault:
@@ -137,7 +119,10 @@ def fixed_trial(condition, rng):
     noise, domain = condition["noise"], condition["domain"]
     scene = observe(camera, poses, pixels, noise, domain, rng)
     return each_method(
-        scene, lambda scene, linear: {"linear": unadjusted(scene, linear(scene.noisy))}
+        scene,
+        lambda scene, linear: {
+            "linear": unadjusted(scene, linear(scene.noisy, side=SIDE))
+        },
     )
 
 
