@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.results import MEASURES, levels_of, trials_of
+from chapters.ch04_central_generic.s2_pose.results import MEASURES, trials_of
 from chapters.ch04_central_generic.s2_pose.trials.drawn import (
     COLUMNS,
     PITCH_MM,
@@ -147,7 +147,7 @@ def fig_4_3(results):
 def fig_4_4(results):
     """Errors of rotation and translation against the noise."""
     result = results["fig_4_4_noise"]
-    levels = levels_of(result)
+    levels = result.levels("noise")
     drawn, axes = new_figure(1, 2, height_in=3.9)
     rows = []
     for panel, measure in zip(axes, MEASURES, strict=True):

@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
-from chapters.ch04_central_generic.s2_pose.trials.simulated import (
-    DOMAINS,
-    LEVELS,
-    METRICS,
-    RAYS,
-)
+from chapters.ch04_central_generic.s2_pose.trials.simulated import RAYS
 from chapters.ch04_central_generic.s2_pose.trials.triplets import APART, DRAWS
 from repro.judge.statistics import bootstrap, median_interval, with_worst
 from repro.page.reader import value
-from repro.run.outcomes import DECISIONS, Reading
 
 PRIMARY = {"domain": "px", "rays": RAYS[0], "unit": "length"}
 MEASURES = ("rotation_deg", "translation_percent")
@@ -30,12 +21,6 @@ PUT_IN = "0.3 %"
 SHOWN_PX = 0.5
 
 
-def levels_of(result):
-    """The noise levels that were run."""
-    run = {condition["noise"] for condition in result.conditions}
-    return [level for level in LEVELS if level in run]
-
-
 def trials_of(result, estimator, measure, noise, **condition):
     """Errors (n,) of an estimator at one noise, nan where it failed."""
     condition = PRIMARY | condition
@@ -44,10 +29,7 @@ def trials_of(result, estimator, measure, noise, **condition):
 
 def table_trials(result, estimator, measure, outliers=PUT_IN):
     """Errors (n,) of Table 4.1's scenes, or seeds, nan where it failed."""
-    name = f"errors.{outliers}.{estimator}.{measure}"
-    return np.concatenate(
-        [result.column(name, **condition) for condition in result.conditions]
-    )
+    return result.select().column(f"errors.{outliers}.{estimator}.{measure}")
 
 
 def ratio(numerator, denominator):
@@ -57,18 +39,6 @@ def ratio(numerator, denominator):
         with_worst(numerator),
         with_worst(denominator),
         paired=True,
-    )
-
-
-def ratio_reading(decision, estimate, reason, reading=None):
-    """A Reading whose number is a ratio with its interval."""
-    return Reading(
-        DECISIONS[decision],
-        estimate.value,
-        reading or {},
-        (estimate.low, estimate.high),
-        "x",
-        reason,
     )
 
 
@@ -82,20 +52,6 @@ def finite_of_four(result, plane):
     """(samples of four points with a finite pose, all of them)."""
     finite = result.column(f"finite.{plane}")
     return int(finite.sum()), DRAWS * len(finite)
-
-
-def readings_of_noise(with_standard=True):
-    """Every reading of the simulation: options by question, primary first."""
-    questions = {
-        "standard_pose": tuple(STANDARD),
-        "noise": DOMAINS,
-        "pose_rays": RAYS,
-        "pose_threshold": tuple(METRICS),
-    }
-    if not with_standard:
-        del questions["standard_pose"]
-    for options in product(*questions.values()):
-        yield dict(zip(questions, options, strict=True))
 
 
 def name_values(open_results):
@@ -138,18 +94,14 @@ def of_table(result):
 
 def of_decoding(result):
     """What the pictures' decoding was like, and the calibration from boards."""
-    seeds = {condition["seed"] for condition in result.conditions}
-    value("rendered_seeds", len(seeds))
-    wrong, bias, sd, rms = [], [], [], []
-    for seed in seeds:
-        wrong.append(result.column("decoding.outlier_share", seed=seed)[0])
-        bias.append(np.abs(result.arrays("decoding.bias_mm", seed=seed)[0]).max())
-        sd.append(result.arrays("decoding.sd_mm", seed=seed)[0].mean())
-        rms.append(result.column("zhang.rms_px", seed=seed)[0])
-    value("wrong_percent", 100 * float(max(wrong)))
+    seeds = result.select()
+    bias = [np.abs(found).max() for found in seeds.arrays("decoding.bias_mm")]
+    sd = [found.mean() for found in seeds.arrays("decoding.sd_mm")]
+    value("rendered_seeds", len(seeds.conditions))
+    value("wrong_percent", 100 * float(seeds.column("decoding.outlier_share").max()))
     value("bias_mm", float(max(bias)))
     value("noise_mm", float(np.mean(sd)))
-    value("zhang_px", float(np.mean(rms)))
+    value("zhang_px", float(seeds.column("zhang.rms_px").mean()))
 
 
 def of_triplets(counts, errors):

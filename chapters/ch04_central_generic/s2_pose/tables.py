@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import (
@@ -15,21 +17,26 @@ from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, 
 from chapters.ch04_central_generic.s2_pose.trials.kodak import OUTLIERS
 from chapters.ch04_central_generic.s2_pose.trials.sources import NOISE_PX, SOURCES
 from chapters.ch04_central_generic.s2_pose.trials.triplets import APART
-from repro.judge.statistics import median_interval, proportion
+from repro.judge.statistics import proportion
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 PRINTED = ("standard", "cgsp", "cgsp_ransac")
 NICE = (1, 2, 5)
+BOTH = ("table_4_1_rendered", "table_4_1_redrawn")
+SAMPLES = ("exp_c4_3pt_sensitive", "exp_c4_3pt_no_solution", "exp_c4_linear_always")
 
 
 def measured(trials):
     """The median of trials with its interval; None where none gave one."""
-    found = median_interval(trials)
-    if not np.isfinite(found.value):
-        return None
-    return Measured(found.value, found.low, found.high)
+    found = Measured.median(trials)
+    return found if np.isfinite(found.value) else None
+
+
+def errors_of(result, name):
+    """Both errors of one estimator or sample, for two cells."""
+    return [measured(result.column(f"{name}.{measure}")) for measure in TABLE_MEASURES]
 
 
 @table("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")
@@ -56,25 +63,18 @@ def table_4_1(results):
     )
 
 
-@table(
-    "ext_table_4_1",
-    needs=("table_4_1_rendered", "table_4_1_redrawn"),
-    evidence="rendered",
-)
+@table("ext_table_4_1", needs=BOTH, evidence="rendered")
 def all_of_table_4_1(results):
     """Every estimator, with and without outliers, rendered and redrawn."""
-    rendered, redrawn = (
-        results[name] for name in ("table_4_1_rendered", "table_4_1_redrawn")
-    )
+    rendered, redrawn = (results[name] for name in BOTH)
     rows = []
-    for outliers in OUTLIERS:
-        for name in ESTIMATORS:
-            cells = []
-            for measure in TABLE_MEASURES:
-                of_seeds = table_trials(rendered, name, measure, outliers)
-                of_scenes = table_trials(redrawn, name, measure, outliers)
-                cells += [float(np.median(of_seeds)), measured(of_scenes)]
-            rows.append((outliers, NAMES[name], *cells))
+    for outliers, name in product(OUTLIERS, ESTIMATORS):
+        cells = []
+        for measure in TABLE_MEASURES:
+            of_seeds = table_trials(rendered, name, measure, outliers)
+            of_scenes = table_trials(redrawn, name, measure, outliers)
+            cells += [float(np.median(of_seeds)), measured(of_scenes)]
+        rows.append((outliers, NAMES[name], *cells))
     return Table(
         columns(
             (
@@ -93,29 +93,15 @@ def all_of_table_4_1(results):
     )
 
 
-@table(
-    "ext_samples",
-    needs=("exp_c4_3pt_sensitive", "exp_c4_3pt_no_solution", "exp_c4_linear_always"),
-    evidence="synthetic",
-)
+@table("ext_samples", needs=SAMPLES, evidence="synthetic")
 def samples(results):
     """What three points and four give, one sample at a time."""
-    errors, counts, four = (
-        results[name]
-        for name in (
-            "exp_c4_3pt_sensitive",
-            "exp_c4_3pt_no_solution",
-            "exp_c4_linear_always",
-        )
-    )
+    errors, counts, four = (results[name] for name in SAMPLES)
     rows = [
         (
             f"three points, {kind.replace(' three points', '')}",
             *lost_share(*without_solution(counts, kind)),
-            *(
-                measured(errors.column(f"{kind}.{measure}"))
-                for measure in TABLE_MEASURES
-            ),
+            *errors_of(errors, kind),
         )
         for kind in APART
     ]
@@ -147,21 +133,14 @@ def samples(results):
 def lost_share(lost, total):
     """(samples, share without a pose in % with its exact interval)."""
     share = proportion(np.arange(total) < lost)
-    return total, Measured(*(100 * x for x in share[:3]))
+    return total, Measured(*share.times(100)[:3])
 
 
 @table("ext_pose_rays", needs=("ext_pose_rays_run",), evidence="synthetic")
 def pose_rays(results):
     """The refined pose by the source of its rays."""
     result = results["ext_pose_rays_run"]
-    rows = [
-        (
-            name,
-            measured(result.column(f"{source}.rotation_deg")),
-            measured(result.column(f"{source}.translation_mm")),
-        )
-        for source, name in SOURCES.items()
-    ]
+    rows = [(name, *errors_of(result, source)) for source, name in SOURCES.items()]
     return Table(
         columns(("Rays", "Rotation error (°)", "Translation error (mm)"), rows),
         "Error of a further grid's pose with the smallest angles, by where "
@@ -175,7 +154,7 @@ def pose_rays(results):
 def pose_times(results):
     """Processor time of each estimator, coarsely."""
     result = results["ext_pose_times_run"]
-    counts = [condition["points"] for condition in result.conditions]
+    counts = result.levels("points")
     rows = [
         (
             NAMES[name],

@@ -31,6 +31,11 @@ class Estimate(NamedTuple):
     high: float
     failed: int = 0
 
+    def times(self, factor: float) -> Estimate:
+        """The same in another unit, such as 100 for percent."""
+        ends = (factor * self.value, factor * self.low, factor * self.high)
+        return Estimate(*ends, self.failed)
+
     def above(self, bound: float) -> str:
         """Whether the statistic lies above ``bound``, with its whole interval."""
         if self.low > bound:

@@ -8,13 +8,11 @@ from chapters.ch04_central_generic.s2_pose.results import (
     TABLE_MEASURES,
     finite_of_four,
     ratio,
-    ratio_reading,
     without_solution,
 )
-from chapters.ch04_central_generic.s2_pose.trials.triplets import APART
-from repro.judge.statistics import all_of, proportion
+from repro.judge.statistics import FAILS, HOLDS, all_of, proportion
 from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.outcomes import Reading
 
 FOUR_PLANES = {"that of (4.24)": "of_4_24", "one that all rays meet": "facing"}
 SENSITIVE = 3.0
@@ -25,59 +23,54 @@ OFTEN = 0.05
 def judge_sensitive(results):
     """Errors of close triplets at least three times those of far ones."""
     result = results["exp_c4_3pt_sensitive"]
-    found = [
+    turn, shift = found = [
         ratio(
-            *(
-                result.column(f"{kind}.{measure}")
-                for kind in ("close together", "far apart")
-            )
+            result.column(f"close together.{measure}"),
+            result.column(f"far apart.{measure}"),
         )
         for measure in TABLE_MEASURES
     ]
-    return [
-        ratio_reading(
-            all_of([r.above(np.nextafter(SENSITIVE, 0)) for r in found]),
-            min(found, key=lambda r: r.value),
-            "close over far, the smaller ratio of rotation "
-            f"({found[0].value:.3g}) and translation ({found[1].value:.3g})",
-        )
-    ]
+    return Reading.of(
+        all_of([r.above(np.nextafter(SENSITIVE, 0)) for r in found]),
+        min(found, key=lambda r: r.value),
+        "x",
+        "close over far, the smaller ratio of rotation "
+        f"({turn.value:.3g}) and translation ({shift.value:.3g})",
+    )
 
 
-@claim("c4_3pt_no_solution", needs=("exp_c4_3pt_no_solution",), evidence="synthetic")
-def judge_no_solution(results):
+@claim(
+    "c4_3pt_no_solution",
+    needs=("exp_c4_3pt_no_solution",),
+    evidence="synthetic",
+    readings=("triplets",),
+)
+def judge_no_solution(results, options):
     """More than 5 % of noisy triplets without an admissible root."""
-    out = []
-    for kind in APART:
-        lost, total = without_solution(results["exp_c4_3pt_no_solution"], kind)
-        share = proportion(np.arange(total) < lost)
-        out.append(
-            Reading(
-                DECISIONS[share.above(OFTEN)],
-                100 * share.value,
-                {"triplets": kind},
-                (100 * share.low, 100 * share.high),
-                "%",
-                f"{lost} of {total} triplets have no real solution ahead of the camera",
-            )
-        )
-    return out
+    counts = results["exp_c4_3pt_no_solution"]
+    lost, total = without_solution(counts, options["triplets"])
+    share = proportion(np.arange(total) < lost)
+    return Reading.of(
+        share.above(OFTEN),
+        share.times(100),
+        "%",
+        f"{lost} of {total} triplets have no real solution ahead of the camera",
+    )
 
 
-@claim("c4_linear_always", needs=("exp_c4_linear_always",), evidence="synthetic")
-def judge_linear_always(results):
+@claim(
+    "c4_linear_always",
+    needs=("exp_c4_linear_always",),
+    evidence="synthetic",
+    readings=("four_plane",),
+)
+def judge_linear_always(results, options):
     """A finite pose from every sample of four noisy points."""
-    out = []
-    for option, plane in FOUR_PLANES.items():
-        finite, total = finite_of_four(results["exp_c4_linear_always"], plane)
-        out.append(
-            Reading(
-                DECISIONS["holds" if finite == total else "fails"],
-                100 * finite / total,
-                {"four_plane": option},
-                unit="%",
-                reason=f"{finite} of {total} samples of four points, the "
-                "fewest that give a pose",
-            )
-        )
-    return out
+    plane = FOUR_PLANES[options["four_plane"]]
+    finite, total = finite_of_four(results["exp_c4_linear_always"], plane)
+    return Reading.of(
+        HOLDS if finite == total else FAILS,
+        100 * finite / total,
+        "%",
+        f"{finite} of {total} samples of four points, the fewest that give a pose",
+    )

@@ -2,101 +2,91 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import (
     IN_WORDS,
     MEASURES,
     TABLE_MEASURES,
-    levels_of,
     ratio,
-    ratio_reading,
-    readings_of_noise,
     trials_of,
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES
-from repro.judge.statistics import all_of, wins
+from repro.judge.statistics import HOLDS, all_of, wins
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Value
+from repro.run.outcomes import Reading, Value
 
 NEUTRAL = (0.95, 1.25)
+SETTING = ("noise", "pose_rays", "pose_threshold")
+READINGS = ("standard_pose", "noise", "pose_rays", "pose_threshold")
 
 
-def domain_of(reading):
-    """The condition of the simulation that a reading asks for."""
-    return {
-        "domain": reading["noise"],
-        "rays": reading["pose_rays"],
-        "unit": reading["pose_threshold"],
+def _pair(result, options, estimators, measure, level):
+    """Errors of two estimators at one noise, in the setting of a reading."""
+    setting = {
+        "domain": options["noise"],
+        "rays": options["pose_rays"],
+        "unit": options["pose_threshold"],
     }
+    return tuple(trials_of(result, e, measure, level, **setting) for e in estimators)
 
 
-@claim("c4_pose_cgsp_better", needs=("fig_4_4_noise",), evidence="synthetic")
-def judge_cgsp_better(results):
+@claim(
+    "c4_pose_cgsp_better",
+    needs=("fig_4_4_noise",),
+    evidence="synthetic",
+    readings=READINGS,
+)
+def judge_cgsp_better(results, options):
     """wins(CGSP + RANSAC < standard + RANSAC) in both, at every level."""
-    result, out = results["fig_4_4_noise"], []
-    for reading in readings_of_noise():
-        standard = STANDARD[reading["standard_pose"]]
-        found = {}
-        for measure in MEASURES:
-            found[measure] = wins(
-                [
-                    tuple(
-                        trials_of(result, name, measure, level, **domain_of(reading))
-                        for name in ("cgsp_ransac", standard)
-                    )
-                    for level in levels_of(result)
-                ]
-            )
-        every = [c for comparisons in found.values() for c in comparisons]
-        least = min(every, key=lambda c: c.ratio.value)
-        won = {
-            IN_WORDS[measure]: sum(c.decision == "holds" for c in comparisons)
-            for measure, comparisons in found.items()
-        }
-        told = ", ".join(
-            f"{name} at {count} of {len(levels_of(result))}"
-            for name, count in won.items()
+    result = results["fig_4_4_noise"]
+    methods = "cgsp_ransac", STANDARD[options["standard_pose"]]
+    levels = result.levels("noise")
+    found = {
+        measure: wins(
+            [_pair(result, options, methods, measure, level) for level in levels]
         )
-        out.append(
-            ratio_reading(
-                all_of([c.decision for c in every]),
-                least.ratio,
-                "standard over CGSP, the smallest ratio of all levels; CGSP "
-                f"wins in {told} levels",
-                reading,
-            )
-        )
-    return out
+        for measure in MEASURES
+    }
+    every = [c for comparisons in found.values() for c in comparisons]
+    least = min(every, key=lambda c: c.ratio.value)
+    won = ", ".join(
+        f"{IN_WORDS[measure]} at {sum(c.decision == HOLDS for c in comparisons)} "
+        f"of {len(levels)}"
+        for measure, comparisons in found.items()
+    )
+    return Reading.of(
+        all_of([c.decision for c in every]),
+        least.ratio,
+        "x",
+        f"standard over CGSP, the smallest ratio of all levels; CGSP wins in {won} "
+        "levels",
+    )
 
 
-@claim("c4_pose_ransac_neutral", needs=("fig_4_4_noise",), evidence="synthetic")
-def judge_ransac_neutral(results):
+@claim(
+    "c4_pose_ransac_neutral",
+    needs=("fig_4_4_noise",),
+    evidence="synthetic",
+    readings=SETTING,
+)
+def judge_ransac_neutral(results, options):
     """With over without RANSAC within 0.95 and 1.25 at every level."""
-    result, out = results["fig_4_4_noise"], []
-    for reading in readings_of_noise(with_standard=False):
-        found = [
-            ratio(
-                *(
-                    trials_of(result, name, measure, level, **domain_of(reading))
-                    for name in ("cgsp_ransac", "cgsp")
-                )
-            )
-            for measure in MEASURES
-            for level in levels_of(result)
-        ]
-        farthest = max(found, key=lambda r: abs(np.log(r.value)))
-        out.append(
-            ratio_reading(
-                all_of([r.within(*NEUTRAL) for r in found]),
-                farthest,
-                "with over without RANSAC, the ratio farthest from 1 of all "
-                "levels, rotation and translation",
-                reading,
-            )
-        )
-    return out
+    result = results["fig_4_4_noise"]
+    found = [
+        ratio(*_pair(result, options, ("cgsp_ransac", "cgsp"), measure, level))
+        for measure, level in product(MEASURES, result.levels("noise"))
+    ]
+    return Reading.of(
+        all_of([r.within(*NEUTRAL) for r in found]),
+        max(found, key=lambda r: abs(np.log(r.value))),
+        "x",
+        "with over without RANSAC, the ratio farthest from 1 of all "
+        "levels, rotation and translation",
+    )
 
 
 @claim("c4_real_larger", needs=("exp_c4_real_larger",), evidence="synthetic")
@@ -105,18 +95,16 @@ def judge_real_larger(results):
     result = results["exp_c4_real_larger"]
     found = [
         wins([tuple(result.column(f"{size}.{name}.{measure}") for size in SIZES)])[0]
-        for name in ("standard", "cgsp_ransac")
-        for measure in TABLE_MEASURES
+        for name, measure in product(("standard", "cgsp_ransac"), TABLE_MEASURES)
     ]
     least = min(found, key=lambda c: c.ratio.value)
-    return [
-        ratio_reading(
-            all_of([c.decision for c in found]),
-            least.ratio,
-            "halved and doubled over usual, the smallest ratio of rotation "
-            "and translation by both methods within RANSAC",
-        )
-    ]
+    return Reading.of(
+        all_of([c.decision for c in found]),
+        least.ratio,
+        "x",
+        "halved and doubled over usual, the smallest ratio of rotation "
+        "and translation by both methods within RANSAC",
+    )
 
 
 @numbers("fig_4_4", needs=("fig_4_4_noise",), evidence="synthetic")

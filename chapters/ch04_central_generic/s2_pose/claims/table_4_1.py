@@ -2,125 +2,106 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import (
     IN_WORDS,
     TABLE_MEASURES,
     ratio,
-    ratio_reading,
     table_trials,
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from repro.judge.statistics import all_of
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Value
+from repro.run.outcomes import Reading, Value
 
 NEEDED = 1.5
 FAIRLY_WELL = 2.0
+SCENES = ("table_4_1_redrawn",)
+STANDARD_POSE = ("standard_pose",)
+# What the ledger's ids call estimators and measures.
+PRINTED_NAMES = {"std_ransac": "standard", "cgsp": "cgsp", "cgsp_ransac": "cgsp_ransac"}
+PRINTED_MEASURES = {"rot": ("rotation_deg", "deg"), "trans": ("translation_mm", "mm")}
 
 
-@claim("c4_pose_ransac_needed", needs=("table_4_1_redrawn",), evidence="rendered")
+def _ratio(results, over, under, measure):
+    """Ratio of the median errors of two estimators over the redrawn scenes."""
+    result = results["table_4_1_redrawn"]
+    return ratio(*(table_trials(result, name, measure) for name in (over, under)))
+
+
+@claim("c4_pose_ransac_needed", needs=SCENES, evidence="rendered")
 def judge_ransac_needed(results):
     """Both errors of CGSP at least 1.5 times those with RANSAC."""
-    result = results["table_4_1_redrawn"]
-    found = [
-        ratio(
-            *(table_trials(result, name, measure) for name in ("cgsp", "cgsp_ransac"))
-        )
-        for measure in TABLE_MEASURES
+    turn, shift = found = [
+        _ratio(results, "cgsp", "cgsp_ransac", measure) for measure in TABLE_MEASURES
     ]
-    least = min(found, key=lambda r: r.value)
-    return [
-        ratio_reading(
-            all_of([r.above(np.nextafter(NEEDED, 0)) for r in found]),
-            least,
-            "without over with RANSAC, the smaller of rotation "
-            f"({found[0].value:.3g}) and translation ({found[1].value:.3g}), "
-            f"over {result.trials_per_condition} scenes",
-        )
-    ]
+    return Reading.of(
+        all_of([r.above(np.nextafter(NEEDED, 0)) for r in found]),
+        min(found, key=lambda r: r.value),
+        "x",
+        "without over with RANSAC, the smaller of rotation "
+        f"({turn.value:.3g}) and translation ({shift.value:.3g}), "
+        f"over {results['table_4_1_redrawn'].trials_per_condition} scenes",
+    )
 
 
-@claim("c4_t41_order", needs=("table_4_1_redrawn",), evidence="rendered")
-def judge_order(results):
+@claim("c4_t41_order", needs=SCENES, evidence="rendered", readings=STANDARD_POSE)
+def judge_order(results, options):
     """CGSP + RANSAC below standard + RANSAC below CGSP, in the medians."""
-    result, out = results["table_4_1_redrawn"], []
-    for option, standard in STANDARD.items():
-        found = {
-            (measure, step): ratio(
-                *(table_trials(result, name, measure) for name in names)
-            )
-            for measure in TABLE_MEASURES
-            for step, names in {
-                "standard over CGSP + RANSAC": (standard, "cgsp_ransac"),
-                "CGSP over standard": ("cgsp", standard),
-            }.items()
-        }
-        (measure, step), least = min(found.items(), key=lambda item: item[1].value)
-        out.append(
-            ratio_reading(
-                all_of([r.above(1.0) for r in found.values()]),
-                least,
-                f"the smallest ratio of neighbours: {step}, {IN_WORDS[measure]}",
-                {"standard_pose": option},
-            )
-        )
-    return out
+    standard = STANDARD[options["standard_pose"]]
+    steps = {
+        "standard over CGSP + RANSAC": (standard, "cgsp_ransac"),
+        "CGSP over standard": ("cgsp", standard),
+    }
+    found = {
+        (measure, step): _ratio(results, *steps[step], measure)
+        for measure, step in product(TABLE_MEASURES, steps)
+    }
+    (measure, step), least = min(found.items(), key=lambda item: item[1].value)
+    return Reading.of(
+        all_of([r.above(1.0) for r in found.values()]),
+        least,
+        "x",
+        f"the smallest ratio of neighbours: {step}, {IN_WORDS[measure]}",
+    )
 
 
-@claim("c4_std_ok_few_outliers", needs=("table_4_1_redrawn",), evidence="rendered")
-def judge_fairly_well(results):
+@claim(
+    "c4_std_ok_few_outliers", needs=SCENES, evidence="rendered", readings=STANDARD_POSE
+)
+def judge_fairly_well(results, options):
     """The standard's translation error at most twice that of CGSP."""
-    result = results["table_4_1_redrawn"]
-    out = []
-    for option, standard in STANDARD.items():
-        found = ratio(
-            *(
-                table_trials(result, name, "translation_mm")
-                for name in (standard, "cgsp_ransac")
-            )
-        )
-        out.append(
-            ratio_reading(
-                found.below(np.nextafter(FAIRLY_WELL, 3)),
-                found,
-                "standard over CGSP, both with RANSAC, translation",
-                {"standard_pose": option},
-            )
-        )
-    return out
+    standard = STANDARD[options["standard_pose"]]
+    found = _ratio(results, standard, "cgsp_ransac", "translation_mm")
+    return Reading.of(
+        found.below(np.nextafter(FAIRLY_WELL, 3)),
+        found,
+        "x",
+        "standard over CGSP, both with RANSAC, translation",
+    )
 
 
 @numbers("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")
 def numbers_table_4_1(results):
     """The cells of Table 4.1, medians over the rendered seeds."""
     result = results["table_4_1_rendered"]
-    cells = {}
-    for name, estimator in (
-        ("std_ransac", "standard"),
-        ("cgsp", "cgsp"),
-        ("cgsp_ransac", "cgsp_ransac"),
-    ):
-        for short, measure, unit in (
-            ("rot", "rotation_deg", "deg"),
-            ("trans", "translation_mm", "mm"),
-        ):
-            trials = table_trials(result, estimator, measure)
-            cells[f"t4_1_{name}_{short}"] = Value(
-                float(np.median(trials)),
-                (float(trials.min()), float(trials.max())),
-                unit,
-                f"median and range of {len(trials)} seeds",
-            )
-    wrong = [
-        result.column("decoding.outlier_share", **condition)[0]
-        for condition in result.conditions
-    ]
+    seeds = result.select()
+    cells = {
+        f"t4_1_{name}_{short}": Value.of_seeds(
+            table_trials(result, estimator, measure),
+            unit,
+            f"median and range of {len(seeds.conditions)} seeds",
+        )
+        for name, estimator in PRINTED_NAMES.items()
+        for short, (measure, unit) in PRINTED_MEASURES.items()
+    }
     return cells | {
         "t4_1_scan": Value(result.settings["scan_sd_mm"], unit="mm"),
         "t4_1_outliers": Value(
-            100 * max(wrong),
+            100 * float(seeds.column("decoding.outlier_share").max()),
             unit="%",
             reason="of the decoded pixels, in the worst seed; 0.3 % are put in besides",
         ),
