@@ -9,15 +9,15 @@ from repro.site.times import PageTimes, Times
 from repro.workflow import clock
 from repro.workflow.clock import (
     BUDGETS,
-    Measured,
+    Clocked,
     Took,
+    clocked_from,
     grown,
     growth_said,
     in_words,
     keep,
     kept_in,
     main,
-    measured_from,
     parts_of,
     parts_said,
     ratio,
@@ -111,13 +111,13 @@ def test_runs_stand_beside_the_last_and_their_budgets():
 def test_what_is_kept_comes_back_and_what_was_not_timed_stays(tmp_path):
     path = tmp_path / "new" / "times.json"
     assert kept_in(path) == {}
-    keep(path, "quick", Measured(BEFORE, {"quick": Took(331.0, 171.0)}))
-    keep(path, "test", Measured({}, {"make test": Took(800.0, 420.0)}))
-    keep(path, "quick", Measured({"ch02": 39.0}, {"nothing changed": Took(3.0, 3.5)}))
-    kept = measured_from(kept_in(path)["quick"])
+    keep(path, "quick", Clocked(BEFORE, {"quick": Took(331.0, 171.0)}))
+    keep(path, "test", Clocked({}, {"make test": Took(800.0, 420.0)}))
+    keep(path, "quick", Clocked({"ch02": 39.0}, {"nothing changed": Took(3.0, 3.5)}))
+    kept = clocked_from(kept_in(path)["quick"])
     assert kept.parts == {"ch02": 39.0}
     assert kept.runs == {"quick": (331.0, 171.0), "nothing changed": (3.0, 3.5)}
-    assert measured_from(kept_in(path)["test"]).runs == {"make test": (800.0, 420.0)}
+    assert clocked_from(kept_in(path)["test"]).runs == {"make test": (800.0, 420.0)}
     path.write_text(path.read_text()[:20])
     assert kept_in(path) == {}
 
@@ -125,7 +125,7 @@ def test_what_is_kept_comes_back_and_what_was_not_timed_stays(tmp_path):
 @pytest.fixture
 def made_up(tmp_path, monkeypatch):
     """What `measured` is to give, in a folder of its own."""
-    given = {"status": 0, "now": Measured(BEFORE, {"quick": Took(331.0, 171.0)})}
+    given = {"status": 0, "now": Clocked(BEFORE, {"quick": Took(331.0, 171.0)})}
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(
         clock, "measured", lambda *order: (given["status"], given["now"])
@@ -135,10 +135,10 @@ def made_up(tmp_path, monkeypatch):
 
 def test_a_run_is_held_against_the_record_and_then_against_the_last(made_up, capsys):
     clock.RECORD.parent.mkdir(parents=True)
-    keep(clock.RECORD, "quick", Measured({n: s / 2 for n, s in BEFORE.items()}, {}))
+    keep(clock.RECORD, "quick", Clocked({n: s / 2 for n, s in BEFORE.items()}, {}))
     assert main(["build"]) == 0
     assert "takes 2.00 times as long" in capsys.readouterr().out
-    made_up["now"] = Measured(BEFORE | {"ch02": 50.0}, {"nothing changed": Took(3, 3)})
+    made_up["now"] = Clocked(BEFORE | {"ch02": 50.0}, {"nothing changed": Took(3, 3)})
     assert main(["build"]) == 0
     shown = capsys.readouterr().out.splitlines()
     assert shown[-1] == "grew: ch02, 40.0 s -> 50.0 s (+25 %)"
@@ -150,7 +150,7 @@ def test_a_run_is_held_against_the_record_and_then_against_the_last(made_up, cap
 
 
 def test_only_a_build_that_fails_fails_and_it_is_not_kept(made_up, capsys):
-    made_up["now"] = Measured({"ch02": 1e9}, {"quick": Took(1e9, 1e9)})
+    made_up["now"] = Clocked({"ch02": 1e9}, {"quick": Took(1e9, 1e9)})
     assert main(["build"]) == 0
     made_up["status"] = 130
     clock.OWN.unlink()
@@ -164,7 +164,7 @@ def test_the_tests_are_timed_where_they_pass(tmp_path, monkeypatch, capsys):
     assert not clock.OWN.exists()
     assert main(["test", "sh", "-c", "echo seen"]) == 0
     assert "make test" in capsys.readouterr().out
-    (name,) = measured_from(kept_in(clock.OWN)["test"]).runs
+    (name,) = clocked_from(kept_in(clock.OWN)["test"]).runs
     assert name in BUDGETS
 
 

@@ -36,7 +36,7 @@ LABELS = {
 }
 
 
-class Case:
+class DrawnPose:
     """The drawn case, as it was computed."""
 
     def __init__(self, result):
@@ -110,7 +110,7 @@ def parts_of(case):
 @figure("fig_4_3", needs=("fig_4_3_case",), evidence="analytic", scene=True)
 def fig_4_3(results):
     """The further grid's image on the synthetic plane, in space."""
-    case = Case(results["fig_4_3_case"])
+    case = DrawnPose(results["fig_4_3_case"])
     drawn, axes = new_figure(height_in=4.6)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])

@@ -68,24 +68,24 @@ RUNS = {"quick": "make quick", "full": "make report"}
 
 
 @dataclass(frozen=True)
-class Measured:
+class Clocked:
     """Processor seconds of the parts of a build, and what whole runs took."""
 
     parts: Mapping[str, float]
     runs: Mapping[str, Took]
 
     def as_json(self) -> dict:
-        """As `measured_from` reads it."""
+        """As `clocked_from` reads it."""
         return {
             "parts": {name: round(seconds, 1) for name, seconds in self.parts.items()},
             "runs": {n: [round(s, 1) for s in took] for n, took in self.runs.items()},
         }
 
 
-def measured_from(kept: Mapping) -> Measured:
-    """What `Measured.as_json` gave; nothing where the file has nothing yet."""
+def clocked_from(kept: Mapping) -> Clocked:
+    """What `Clocked.as_json` gave; nothing where the file has nothing yet."""
     runs = {name: Took(*took) for name, took in kept.get("runs", {}).items()}
-    return Measured(kept.get("parts", {}), runs)
+    return Clocked(kept.get("parts", {}), runs)
 
 
 # ------------------------------------------------------------------------ adding up
@@ -226,9 +226,7 @@ def _processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def measured(
-    root: Path, effort: str, recorded: str, cores: str
-) -> tuple[int, Measured]:
+def measured(root: Path, effort: str, recorded: str, cores: str) -> tuple[int, Clocked]:
     """Build, build again, and a third time with one page to make; the exit status of
     the first that failed, and what they took.
 
@@ -249,7 +247,7 @@ def measured(
     work = Work(root, effort, None, sets_of_report(root, recorded))
     for name in ("nothing changed", "a page again"):
         if status:
-            return status, Measured({}, runs)
+            return status, Clocked({}, runs)
         if name == "a page again":
             (root / work.notebooks()[0]).unlink()
         status, runs[name] = timed(words)
@@ -257,7 +255,7 @@ def measured(
         folder, root / SET_TIMES, effort, discover.producers(root), [*work.pages]
     )
     site = sum(map(seconds_kept, sorted((folder / "site").glob("*.json"))))
-    return status, Measured(parts_of(times, site), runs)
+    return status, Clocked(parts_of(times, site), runs)
 
 
 def _records(*folders: Path) -> Iterable[Path]:
@@ -275,11 +273,11 @@ def kept_in(path: Path) -> dict:
         return {}
 
 
-def keep(path: Path, name: str, now: Measured) -> None:
+def keep(path: Path, name: str, now: Clocked) -> None:
     """Keep what was measured under a name, and of its runs those not timed now."""
     kept = kept_in(path)
-    before = measured_from(kept.get(name, {}))
-    both = Measured(now.parts, {**before.runs, **now.runs})
+    before = clocked_from(kept.get(name, {}))
+    both = Clocked(now.parts, {**before.runs, **now.runs})
     path.parent.mkdir(parents=True, exist_ok=True)
     write_json(path, kept | {name: both.as_json()})
 
@@ -304,9 +302,9 @@ def _test(words: Sequence[str]) -> int:
     status, took = timed(words)
     if not status:
         now = {"make test": took}
-        before = measured_from(kept_in(OWN).get("test", {})).runs
+        before = clocked_from(kept_in(OWN).get("test", {})).runs
         print("\n".join(runs_said(now, before)))
-        keep(OWN, "test", Measured({}, now))
+        keep(OWN, "test", Clocked({}, now))
     return status
 
 
@@ -317,8 +315,8 @@ def _build(options: argparse.Namespace) -> int:
     own, record = kept_in(OWN), kept_in(RECORD)
     same_machine = options.effort in own
     kept = own if same_machine else record
-    before = measured_from(kept.get(options.effort, {}))
-    tests = measured_from(own.get("test", {})).runs
+    before = clocked_from(kept.get(options.effort, {}))
+    tests = clocked_from(own.get("test", {})).runs
     lines = runs_said({**now.runs, **tests}, before.runs)
     if options.effort not in now.runs:
         again = f"make clean times EFFORT={options.effort}"
@@ -329,7 +327,7 @@ def _build(options: argparse.Namespace) -> int:
     for path in (OWN, RECORD) if options.record else (OWN,):
         keep(path, options.effort, now)
     if options.record and tests:
-        keep(RECORD, "test", Measured({}, tests))
+        keep(RECORD, "test", Clocked({}, tests))
     return 0
 
 

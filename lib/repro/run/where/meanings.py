@@ -16,17 +16,17 @@ from repro.run.where.scopes import (
     COMPREHENSIONS,
     ELEMENT,
     FUNCTIONS,
-    Atlas,
     Binding,
-    Entry,
+    DictEntry,
+    LoopRow,
     Position,
-    Row,
     Scope,
+    ScopeAtlas,
     Term,
     position,
 )
 
-Part = Term | Row
+Part = Term | LoopRow
 ORDERED = (ast.Tuple, ast.List, ast.Call, ast.GeneratorExp, ast.ListComp)
 SAME_ELEMENTS = ("sorted", "reversed", "list", "tuple", "set", "iter", "dict", "chain")
 
@@ -34,7 +34,7 @@ SAME_ELEMENTS = ("sorted", "reversed", "list", "tuple", "set", "iter", "dict", "
 class Meanings:
     """What names and expressions of a page's scopes stand for."""
 
-    def __init__(self, atlas: Atlas) -> None:
+    def __init__(self, atlas: ScopeAtlas) -> None:
         self.atlas = atlas
         self._open: set[tuple[str, ast.AST, int]] = set()
 
@@ -53,7 +53,7 @@ class Meanings:
 
     def resolved(self, term: Part) -> list[Part]:
         """The expressions that a name, a call of ours, or a choice stands for."""
-        if isinstance(term, Row):
+        if isinstance(term, LoopRow):
             return [term]
         with self._once("resolved", term) as first:
             return self._resolved(term) if first else []
@@ -139,7 +139,7 @@ class Meanings:
         """The term at a place of what has an order."""
         found: list[Part] = []
         for one in self.resolved(part):
-            if isinstance(one, Row):
+            if isinstance(one, LoopRow):
                 inside: list[Part] = list(one.terms)
             elif isinstance(one.node, ORDERED):
                 inside = self.elements(one)
@@ -173,7 +173,7 @@ class Meanings:
 
     def elements(self, part: Part) -> list[Part]:
         """All that a loop over an expression goes over, as far as it is known."""
-        if isinstance(part, Row):
+        if isinstance(part, LoopRow):
             return list(part.terms)
         with self._once("elements", part) as first:
             if not first:
@@ -252,7 +252,7 @@ class Meanings:
             owner = Term(call.func.value, scope)
             if call.func.attr == "items":
                 return [
-                    Row((self._key(e), Term(e.value, e.scope)))
+                    LoopRow((self._key(e), Term(e.value, e.scope)))
                     for e in self.entries(owner)
                 ]
             if call.func.attr == "keys":
@@ -266,9 +266,9 @@ class Meanings:
             columns = [self.elements(g) for g in given]
             return _beside(columns)
         if last == ["product"]:
-            return [Row(turn) for turn in _pairs([self.elements(g) for g in given])]
+            return [LoopRow(turn) for turn in _pairs([self.elements(g) for g in given])]
         if last == ["enumerate"]:
-            return [Row((_blank(), e)) for e in self.elements(given[0])]
+            return [LoopRow((_blank(), e)) for e in self.elements(given[0])]
         if last == ["map"] and len(given) == 2:
             return [
                 Term(ast.Call(call.args[0], [e.node], []), e.scope)
@@ -282,20 +282,20 @@ class Meanings:
             return [e for g in given for e in self.elements(g)]
         return []
 
-    def _key(self, entry: Entry) -> Term:
+    def _key(self, entry: DictEntry) -> Term:
         return Term(entry.key, entry.scope, entry)
 
-    def _put(self, term: Term) -> list[Entry]:
+    def _put(self, term: Term) -> list[DictEntry]:
         """Entries that statements put into the dict of this name, one by one."""
         inner: Scope | None = term.scope
         while inner and term.node.id not in inner.entries:
             inner = inner.parent
         put = inner.entries[term.node.id] if inner else ()
-        return [Entry(key, value, inner) for key, value in put]
+        return [DictEntry(key, value, inner) for key, value in put]
 
-    def entries(self, part: Part) -> list[Entry]:
+    def entries(self, part: Part) -> list[DictEntry]:
         """Keys with values of a dict, however it was put together."""
-        if isinstance(part, Row):
+        if isinstance(part, LoopRow):
             return []
         with self._once("entries", part) as first:
             if not first:
@@ -305,20 +305,20 @@ class Meanings:
                 found += self._put(part)
             return found or self._entries(part)
 
-    def _entries(self, term: Term) -> list[Entry]:
+    def _entries(self, term: Term) -> list[DictEntry]:
         node, scope = term.node, term.scope
         if isinstance(node, ast.Dict):
             return [
                 entry
                 for key, value in zip(node.keys, node.values, strict=True)
                 for entry in (
-                    [Entry(key, value, scope)]
+                    [DictEntry(key, value, scope)]
                     if key
                     else self.entries(Term(value, scope))
                 )
             ]
         if isinstance(node, ast.DictComp):
-            return [Entry(node.key, node.value, self.atlas.within(node, scope))]
+            return [DictEntry(node.key, node.value, self.atlas.within(node, scope))]
         if isinstance(node, ast.BinOp):
             sides = (Term(side, scope) for side in (node.left, node.right))
             return [entry for side in sides for entry in self.entries(side)]
@@ -327,21 +327,22 @@ class Meanings:
             if name == ["dict", "fromkeys"]:
                 value = (*node.args[1:], ast.Constant(None))[0]
                 return [
-                    Entry(e.node, value, e.scope)
+                    DictEntry(e.node, value, e.scope)
                     for e in self.elements(Term(node.args[0], scope))
                     if isinstance(e, Term)
                 ]
             if name == ["dict"]:
                 named = [
-                    Entry(ast.Constant(k.arg), k.value, scope)
+                    DictEntry(ast.Constant(k.arg), k.value, scope)
                     for k in node.keywords
                     if k.arg
                 ]
                 pairs = [p for a in node.args for p in self.elements(Term(a, scope))]
                 return named + [
-                    Entry(p.terms[0].node, p.terms[1].node, p.terms[0].scope)
+                    DictEntry(p.terms[0].node, p.terms[1].node, p.terms[0].scope)
                     for p in pairs
-                    if isinstance(p, Row) and all(isinstance(t, Term) for t in p.terms)
+                    if isinstance(p, LoopRow)
+                    and all(isinstance(t, Term) for t in p.terms)
                 ]
         return []
 
@@ -356,11 +357,11 @@ def given_back(called: Scope) -> list[Term]:
     ]
 
 
-def _beside(columns: list[list[Part]]) -> list[Row]:
+def _beside(columns: list[list[Part]]) -> list[LoopRow]:
     """Rows of columns; every pair where they are not of one length."""
     if len({len(column) for column in columns}) == 1:
-        return [Row(row) for row in zip(*columns, strict=True)]
-    return [Row(turn) for turn in _pairs(columns)]
+        return [LoopRow(row) for row in zip(*columns, strict=True)]
+    return [LoopRow(turn) for turn in _pairs(columns)]
 
 
 def _pairs(columns: list[list[Part]]) -> Iterator[tuple[Part, ...]]:

@@ -16,7 +16,7 @@ from pathlib import Path
 from repro.run.discover import PAGE_FILE, Producer
 from repro.run.names import Sources, dotted
 from repro.run.where.meanings import given_back
-from repro.run.where.scopes import COMPREHENSIONS, Atlas, Scope, Term
+from repro.run.where.scopes import COMPREHENSIONS, Scope, ScopeAtlas, Term
 from repro.run.where.texts import Reader, Text, fits, fixed_length, merged
 
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)")
@@ -55,7 +55,7 @@ class Quoted:
         self.sources = sources
         self.page = page
         self.numbers = tuple(numbers)
-        self.atlas = Atlas(sources)
+        self.atlas = ScopeAtlas(sources)
         self.reader = Reader(self.atlas)
         self._calls: list[Term] = []
         self._walked: set[Scope] = set()

@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 from functools import cache
 
 from repro.run.names import Place, dotted
-from repro.run.where.scopes import COMPREHENSIONS, FUNCTIONS, Row, Scope, Term, position
+from repro.run.where.scopes import (
+    COMPREHENSIONS,
+    FUNCTIONS,
+    LoopRow,
+    Scope,
+    Term,
+    position,
+)
 from repro.run.where.texts import ANY, Reader, Text
 
 OPENS = "open_results"
@@ -64,8 +71,8 @@ class Reads:
             self.whole = False
         return read
 
-    def _follow(self, term: Term | Row, read: Read, seen: set, among: bool) -> None:
-        if isinstance(term, Row):
+    def _follow(self, term: Term | LoopRow, read: Read, seen: set, among: bool) -> None:
+        if isinstance(term, LoopRow):
             for part in term.terms:
                 self._follow(part, read, seen, among)
             return

@@ -32,18 +32,18 @@ class Term:
 
     node: ast.AST
     scope: Scope
-    entry: Entry | None = None
+    entry: DictEntry | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class LoopRow:
     """Terms that stand beside each other, as those of `zip` or of `items()`."""
 
-    terms: tuple[Term | Row, ...]
+    terms: tuple[Term | LoopRow, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class DictEntry:
     """A key of a dict with its value, and the statement or line that puts it there."""
 
     key: ast.expr
@@ -77,7 +77,7 @@ class Scope:
     path: Path
     node: ast.AST
     parent: Scope | None = None
-    fixed: dict[str, Term | Row] = field(default_factory=dict)
+    fixed: dict[str, Term | LoopRow] = field(default_factory=dict)
     calls: list[Term] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -199,7 +199,7 @@ class Scope:
         return found
 
 
-class Atlas:
+class ScopeAtlas:
     """Scopes of the modules and functions of one page, each made once."""
 
     def __init__(self, sources: Sources) -> None:

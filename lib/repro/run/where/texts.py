@@ -11,7 +11,7 @@ from functools import cache
 from itertools import product
 
 from repro.run.where.meanings import Meanings, Part
-from repro.run.where.scopes import Entry, Scope, Term
+from repro.run.where.scopes import DictEntry, Scope, Term
 
 ANY = None
 Text = tuple[str | None, ...]
@@ -34,9 +34,9 @@ class Reader(Meanings):
         """Every text that an expression can be; `UNKNOWN` where it can be any."""
         return list(dict.fromkeys(text for text, _ in self.placed(part)))
 
-    def placed(self, part: Part) -> list[tuple[Text, Entry | None]]:
+    def placed(self, part: Part) -> list[tuple[Text, DictEntry | None]]:
         """Texts, each with the entry of a dict whose key it is."""
-        found: list[tuple[Text, Entry | None]] = []
+        found: list[tuple[Text, DictEntry | None]] = []
         for one in self.resolved(part):
             entry = getattr(one, "entry", None) or getattr(part, "entry", None)
             if isinstance(one, Term):
