@@ -1,5 +1,8 @@
 """What tests make up is a Result: what no plan has cannot be asked of it."""
 
+import ast
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -25,6 +28,12 @@ def test_a_condition_that_no_plan_has_is_refused(result):
             result.column("feasible", **wrong)
 
 
+def test_a_key_that_no_condition_has_is_refused():
+    only = of_columns(({"fov_deg": 90}, {"feasible": 1}))
+    with pytest.raises(KeyError, match="0 conditions fit"):
+        only.column("feasible", fov=90)
+
+
 def test_a_law_is_asked_in_its_condition():
     result = OfLaw(EXPERIMENT, lambda name, condition: [condition["fov_deg"]], 1)
     assert [result.column("any", fov_deg=fov)[0] for fov in FOVS_DEG] == list(FOVS_DEG)
@@ -35,3 +44,26 @@ def test_arrays_and_nested_values_are_read_as_a_build_leaves_them():
     assert result.column("a.b").tolist() == [1.5]
     (drawn,) = result.arrays("drawn")
     np.testing.assert_array_equal(drawn, np.random.default_rng(3).random(4))
+
+
+def test_no_test_has_a_result_of_its_own_kind():
+    """Whatever answers as a result is one, so that it refuses what a result refuses."""
+    reads = {"column", "texts", "arrays"}
+    own = [
+        f"{path.name}:{node.lineno}"
+        for path in sorted(Path(__file__).parent.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if reads & _made_up(node)
+    ]
+    assert not own, f"{', '.join(own)}: make a Result by tests.made_results"
+
+
+def _made_up(node):
+    """Methods of a class, keywords of a SimpleNamespace, attributes that are set."""
+    if isinstance(node, ast.ClassDef):
+        return {one.name for one in node.body if isinstance(one, ast.FunctionDef)}
+    if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("Namespace"):
+        return {keyword.arg for keyword in node.keywords}
+    if isinstance(node, ast.Assign):
+        return {t.attr for t in node.targets if isinstance(t, ast.Attribute)}
+    return set()
