@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import resource
 import socket
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from repro.workflow.forks import ADDRESS, END, PINNED, warm_jobs
+from repro.workflow.forks import ADDRESS, END, PINNED, READING, warm_jobs
 
 ROOT = Path(__file__).resolve().parents[1]
 # Seconds after which a test gives up: none of what is waited for takes long anywhere.
@@ -71,7 +72,7 @@ def ask(request, folder):
 
     def start(*words, **more):
         return subprocess.Popen(
-            [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", *words],
+            [sys.executable, "-I", "-S", str(ASK), "page/label", "sample", *words],
             cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             env=environment | {ADDRESS: os.environ.get(ADDRESS, "")} | more,
         )  # fmt: skip
@@ -94,7 +95,7 @@ def test_folder_words_environment_streams_and_time(ask, folder):
     assert job.returncode == 0, aside
     assert said == f'{folder} a = b two words  quo"te\n'
     assert aside == "aside\n"
-    took = json.loads((folder / "times" / "kind" / "label.json").read_text())
+    took = json.loads((folder / "times" / "page" / "label.json").read_text())
     assert took["processor_seconds"] >= 0
     assert set(took) == {"seconds", "processor_seconds"}
 
@@ -104,12 +105,12 @@ def test_folder_words_environment_streams_and_time(ask, folder):
     [(("leave", "7"), 7, ""), (("raise",), 1, "ValueError: wrong")],
 )
 def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
-    (folder / "times" / "kind" / "label.json").unlink(missing_ok=True)
+    (folder / "times" / "page" / "label.json").unlink(missing_ok=True)
     job = ask(*words)
     _, aside = job.communicate(timeout=FOREVER)
     assert job.returncode == status
     assert reason in aside
-    assert not (folder / "times" / "kind" / "label.json").exists()
+    assert not (folder / "times" / "page" / "label.json").exists()
 
 
 def test_a_job_that_dies_is_not_taken_for_done(ask):
@@ -141,9 +142,12 @@ BUSY = "[print(flush=True), time.sleep(3600)]"
 
 @contextmanager
 def bare_server(folder, ahead="None"):
-    """A server without imports that listens at `jobs` in the folder."""
+    """A server without imports that listens at `jobs` in the folder, and what asks it
+    for a job."""
+    (folder / "sample.py").write_text(SAMPLE)
     paths = os.pathsep.join([str(ROOT / "lib"), str(folder)])
     environment = os.environ | {"PYTHONPATH": paths, ADDRESS: str(folder / "jobs")}
+    environment.pop("RAXEL_TIMES", None)
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(environment[ADDRESS])
         listener.listen()
@@ -155,26 +159,51 @@ def bare_server(folder, ahead="None"):
             cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             env=environment, pass_fds=[listener.fileno()],
         )  # fmt: skip
-    job = subprocess.Popen(
-        [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "half"],
-        cwd=folder, text=True, stdout=subprocess.PIPE, env=environment,
-    )  # fmt: skip
-    yield server, job
-    assert job.wait(timeout=FOREVER) != 0
-    assert {path.name for path in folder.glob("*.json")} == set()
+
+    def ask(*words):
+        return subprocess.Popen(
+            [sys.executable, "-I", "-S", str(ASK), *words],
+            cwd=folder, text=True, stdout=subprocess.PIPE, env=environment,
+        )  # fmt: skip
+
+    yield server, ask
+
+
+def ended_and_left_nothing(job, folder):
+    return job.wait(timeout=FOREVER) != 0 and not [*folder.glob("*.json")]
 
 
 def test_a_server_that_imports_still_ends_at_once(tmp_path):
-    with bare_server(tmp_path, BUSY) as (server, _):
+    with bare_server(tmp_path, BUSY) as (server, ask):
+        job = ask("kind/label", "sample", "half")
         server.stdout.readline()
         server.send_signal(END)
         assert server.wait(timeout=FOREVER) == 1
+        assert ended_and_left_nothing(job, tmp_path)
+
+
+def test_what_only_reads_results_does_not_wait_for_what_computing_needs(tmp_path):
+    with bare_server(tmp_path, BUSY) as (server, ask):
+        job = ask("page/label", "sample", "half")
+        assert int(job.stdout.readline()) > 0
+        server.send_signal(END)
+        assert server.wait(timeout=FOREVER) == 1
+        assert server.stdout.read() == b""
+        assert ended_and_left_nothing(job, tmp_path)
+
+
+def test_the_jobs_that_only_read_are_jobs_of_the_rules():
+    rules = (ROOT / "lib/repro/workflow/rules").glob("*.smk")
+    text = "\n".join(path.read_text("utf-8") for path in rules)
+    labels = set(re.findall(r'"\(?job ([a-z]+)[/ ]', text))
+    assert labels - set(READING) == {"experiment", "figure"}
+    assert set(READING) < labels
 
 
 @pytest.mark.parametrize("how", ["the build is gone", "it says so"])
 def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how):
-    (tmp_path / "sample.py").write_text(SAMPLE)
-    with bare_server(tmp_path) as (server, job):
+    with bare_server(tmp_path) as (server, ask):
+        job = ask("kind/label", "sample", "half")
         started = Path("/proc") / job.stdout.readline().strip()
         assert [path.suffix for path in tmp_path.glob(".whole-*")] == [".json"]
         if how == "the build is gone":
@@ -182,6 +211,7 @@ def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how)
         else:
             server.send_signal(END)
         assert server.wait(timeout=FOREVER) == (how != "the build is gone")
+        assert ended_and_left_nothing(job, tmp_path)
     assert not started.exists() or "Z" in (started / "stat").read_text().split()[2]
 
 
@@ -201,22 +231,20 @@ def test_the_warm_process_ends_with_the_build():
     assert not Path(address).exists()
 
 
-def test_the_time_of_jobs_counts_as_the_builds(folder):
+def test_the_time_of_jobs_counts_as_the_servers(tmp_path):
     busy = "import time\nend = time.process_time() + 1\n"
     busy += "def main(words):\n    while time.process_time() < end:\n        pass\n"
-    (folder / "busy.py").write_text(busy + "    return 0\n")
-    build = (
-        "import subprocess, sys\nfrom repro.workflow.forks import warm_jobs\n"
-        f"ask = [sys.executable, '-I', '-S', {str(ASK)!r}, 'a', 'busy']\n"
-        "with warm_jobs():\n    subprocess.run(ask, check=True)\n"
-        "    subprocess.run(ask, check=True)\n"
-    )
-    paths = os.pathsep.join([str(ROOT / "lib"), str(folder)])
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = {k: v for k, v in os.environ.items() if k != "RAXEL_TIMES"}
-    subprocess.run(
-        [sys.executable, "-c", build], cwd=folder, check=True,
-        env=environment | {"PYTHONPATH": paths},
-    )  # fmt: skip
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    assert after.ru_utime - before.ru_utime > 2
+    (tmp_path / "busy.py").write_text(busy + "    return 0\n")
+    before = processor_seconds()
+    with bare_server(tmp_path) as (server, ask):
+        for _ in range(2):
+            assert ask("kind/label", "busy").wait(timeout=FOREVER) == 0
+        server.stdin.close()
+        assert server.wait(timeout=FOREVER) == 0
+    assert processor_seconds() - before > 2
+
+
+def processor_seconds():
+    """Of all processes that were waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

@@ -1,7 +1,8 @@
 """One warm process for a build, which is forked for each job.
 
 Half of the work of many small jobs is to import numpy, OpenCV and matplotlib again.
-Here they are imported once, and a job begins where that has been done:
+Here they are imported once, and a job begins where that has been done. What only some
+jobs need waits for the first of these: after a changed sentence nothing is computed.
 
     python -m repro.workflow.forks DESCRIPTOR
 
@@ -25,9 +26,11 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from repro.run import discover
 from repro.workflow import job
@@ -45,13 +48,17 @@ PINNED = {
 
 ADDRESS = "RAXEL_JOBS"
 WARM = (
-    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "pyvista.plotting",
-    "scipy.ndimage", "scipy.optimize", "scipy.spatial", "scipy.stats",
-    "trame_pyvista.jupyter", "trame_vtk.modules.vtk.serializers",
-    "IPython.core.interactiveshell", "raxel.calibration", "raxel.evaluation",
-    "repro.run.judging", "repro.page.draw", "repro.page.execute",
+    "cv2", "jupytext", "matplotlib.figure", "nbformat", "numpy", "scipy.ndimage",
+    "scipy.optimize", "scipy.spatial", "scipy.stats", "IPython.core.interactiveshell",
+    "raxel.calibration", "raxel.evaluation", "repro.run.judging", "repro.page.draw",
+    "repro.page.execute",
 )  # fmt: skip
-
+WARMER = (
+    "pyvista.plotting", "trame_pyvista.jupyter", "trame_vtk.modules.vtk.serializers",
+)  # fmt: skip
+READING = ("judge", "notebooks", "page", "result", "scoreboard", "site", "table")
+"""Kinds of jobs, the first words of their labels, that read results and no more: they
+render nothing and run no compiled loop that would be worth to load before them."""
 
 END = signal.SIGUSR1
 GRACE_S = 2.0
@@ -93,29 +100,40 @@ def warm_jobs() -> Iterator[Callable[[], None]]:
             server.wait()
 
 
+class Request(NamedTuple):
+    """A job that is asked for: where it writes to, its folder, words and variables."""
+
+    streams: list[int]
+    folder: str
+    words: list[str]
+    variables: list[str]
+
+
 def serve(descriptor: int) -> None:
     """Fork a job for each request at a listening socket, until standard input ends."""
     listener = socket.socket(fileno=descriptor)
     for number in SIGNALS:  # the build hears them, and ends what has to end
         signal.signal(number, signal.SIG_IGN)
     signal.signal(END, _end)
-    if not _asked(listener):
-        return
-    _import_ahead()
     signal.signal(signal.SIGCHLD, _reap)
-    gc.collect()
-    gc.freeze()
     while _asked(listener):
         connection, _ = listener.accept()
+        request = _request(connection)
+        if request is None:
+            connection.close()
+            continue
+        _get_ready(request.words[0])
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD, END])
         number = os.fork()
         if number == 0:
             listener.close()
-            _job(connection)
+            _job(connection, request)
         with suppress(OSError):  # the job may be as far already, or have ended
             os.setpgid(number, number)
         RUNNING.add(number)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD, END])
+        for stream in request.streams:
+            os.close(stream)
         connection.close()
     _end_jobs()
 
@@ -157,49 +175,17 @@ def _signal_jobs(number: int) -> None:
             os.killpg(leader, number)
 
 
-def _import_ahead() -> None:
-    """Import what jobs need. A module that is broken is left for its job to report."""
-    for name in WARM:
-        try:
-            importlib.import_module(name)
-        except Exception:
-            traceback.print_exc()
-    _run_once()
-
-
-def _run_once() -> None:
-    """Load the machine code of compiled loops, or compile it before two jobs do."""
+def _request(connection: socket.socket) -> Request | None:
+    """What is asked for; None where the process that asks has ended meanwhile."""
     try:
-        importlib.import_module("raxel.ahead").compile_ahead()
-    except Exception:
-        traceback.print_exc()
-    discover.producers(Path.cwd())
-
-
-def _job(connection: socket.socket) -> None:
-    """Take the place of the process that asks: its streams, folder and environment."""
-    os.setpgid(0, 0)
-    for number in (signal.SIGCHLD, END):
-        signal.signal(number, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD, END])
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.signal(signal.SIGTERM, _leave)
-    head, streams, _, _ = socket.recv_fds(connection, 8, 2)
-    asked = _received(connection, int.from_bytes(head, "big"))
+        head, streams, _, _ = socket.recv_fds(connection, 8, 2)
+        asked = _received(connection, int.from_bytes(head, "big"))
+    except ConnectionError:
+        return None
+    if not asked:
+        return None
     folder, count, *rest = os.fsdecode(asked).split("\0")
-    words, variables = rest[: int(count)], rest[int(count) :]
-    for own, given in zip((1, 2), streams, strict=True):
-        os.dup2(given, own)
-        os.close(given)
-    os.environ.clear()
-    os.environ.update(pair.split("=", 1) for pair in variables)
-    os.chdir(folder)
-    threading.Thread(target=_end_with, args=(connection,), daemon=True).start()
-    status = _status(words)
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    connection.sendall(bytes([status]))
-    os._exit(status)
+    return Request(streams, folder, rest[: int(count)], rest[int(count) :])
 
 
 def _received(connection: socket.socket, size: int) -> bytes:
@@ -207,9 +193,75 @@ def _received(connection: socket.socket, size: int) -> bytes:
     while len(received) < size:
         part = connection.recv(size - len(received))
         if not part:
-            os._exit(1)
+            raise ConnectionError
         received += part
     return received
+
+
+def _get_ready(label: str) -> None:
+    """Import what this job and its like need, where none of them came before."""
+    # A process that an import starts and waits for is not taken from it.
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD])
+    _import_ahead()
+    if label.partition("/")[0] not in READING:
+        _run_once()
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD])
+
+
+@cache
+def _import_ahead() -> None:
+    """Import what every job needs, and list the producers."""
+    _imported(WARM)
+    discover.producers(Path.cwd())
+    _keep_apart()
+
+
+@cache
+def _run_once() -> None:
+    """Load the machine code of compiled loops, or compile it before two jobs do."""
+    _imported(WARMER)
+    try:
+        importlib.import_module("raxel.ahead").compile_ahead()
+    except Exception:
+        traceback.print_exc()
+    _keep_apart()
+
+
+def _imported(names: Iterable[str]) -> None:
+    """Import modules. One that is broken is left for its job to report."""
+    for name in names:
+        try:
+            importlib.import_module(name)
+        except Exception:
+            traceback.print_exc()
+
+
+def _keep_apart() -> None:
+    """What is there now is never collected: jobs share its memory with this process."""
+    gc.collect()
+    gc.freeze()
+
+
+def _job(connection: socket.socket, request: Request) -> None:
+    """Take the place of the process that asks: its streams, folder and environment."""
+    os.setpgid(0, 0)
+    for number in (signal.SIGCHLD, END):
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD, END])
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, _leave)
+    for own, given in zip((1, 2), request.streams, strict=True):
+        os.dup2(given, own)
+        os.close(given)
+    os.environ.clear()
+    os.environ.update(pair.split("=", 1) for pair in request.variables)
+    os.chdir(request.folder)
+    threading.Thread(target=_end_with, args=(connection,), daemon=True).start()
+    status = _status(request.words)
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    connection.sendall(bytes([status]))
+    os._exit(status)
 
 
 def _end_with(connection: socket.socket) -> None:
