@@ -198,7 +198,7 @@ def _targets(work: Work, target: str) -> list[str]:
     made = {i: kind for kind, i in work.producers if kind in ("figure", "table")}
     if target not in made:
         raise OrderError(_unknown(work, target, list(made)))
-    return [work.artefact_file(made[target], target)]
+    return work.files_of_artefact(made[target], target)
 
 
 def _is_chapter(target: str) -> bool:
@@ -254,7 +254,8 @@ def _ages(root: Path, targets: list[str]) -> list[int]:
 
 def _say_where(work: Work, targets: list[str], changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
-    for target in targets[:1] if len(targets) > 3 else targets:
+    shown = [target for target in targets if not target.endswith(".html")]
+    for target in shown[:1] if len(shown) > 3 else shown:
         path = Path(target)
         if target == work.site_done:
             path = Path(work.site) / "index.html"

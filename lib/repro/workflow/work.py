@@ -261,17 +261,22 @@ class Work:
         """What a figure with a scene is made from: results, and the viewer's files."""
         return self._result_files("figure", wildcards.artefact) + list(VIEWER)
 
-    def artefact_file(self, kind: str, identifier: str) -> str:
-        """The description file of a figure or table, which names its other files."""
-        return f"{self.base}/{identifier}.json"
+    def files_of_artefact(self, kind: str, identifier: str) -> list[str]:
+        """The description file of a figure or table, which names its other files, and
+        its scene: a figure that had none before is not made again without being asked.
+        """
+        scene = self.producers[kind, identifier].details.get("scene")
+        endings = ("json", "html") if scene else ("json",)
+        return [f"{self.base}/{identifier}.{ending}" for ending in endings]
 
     def artefact_files(self, page: str | None = None) -> list[str]:
-        """Description files of a page's figures and tables, or of all."""
+        """Such files of a page's figures and tables, or of all."""
         wanted = set(self.of_page(page, "figure", "table")) if page else None
         return [
-            self.artefact_file(kind, identifier)
+            path
             for kind, identifier in self.producers
             if kind in ("figure", "table") and (wanted is None or identifier in wanted)
+            for path in self.files_of_artefact(kind, identifier)
         ]
 
     def page_results(self, page: str) -> list[str]:
