@@ -198,9 +198,12 @@ def trial_rng(artefact: str, condition: dict, trial: int) -> np.random.Generator
 
 
 def shard_pairs(plan: Plan, shard: int, of: int) -> list[tuple[int, int]]:
-    """(condition index, trial) pairs of one shard, dealt out in turn."""
+    """(condition index, trial) pairs of one shard, beside each other.
+
+    So what trials of a condition share is worked out by as few jobs as can be.
+    """
     pairs = [(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)]
-    return pairs[shard::of]
+    return pairs[len(pairs) * shard // of : len(pairs) * (shard + 1) // of]
 
 
 def run_trials(

@@ -117,15 +117,20 @@ def errors_of(rig, seed):
     return measured_errors(with_cosines())
 
 
+@lru_cache(maxsize=4)
+def true_lattices(rig, seed, step, size_mm):
+    """`true_lattice` of every grid of a rendered set."""
+    folder = rendered_set(rig, seed)
+    rays = lattice_rays(true_camera(folder), step)
+    return [true_lattice(*rays, T, size_mm) for T in true_poses(folder).values()]
+
+
 def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
     """As `decoded_points`, with errors drawn like those of the rendered set."""
-    folder = rendered_set(rig, seed)
-    errors, camera = errors_of(rig, seed), true_camera(folder)
-    rays, shape = lattice_rays(camera, step)
-    tables = []
-    for T in true_poses(folder).values():
-        points, cosine = true_lattice(rays, shape, T, size_mm)
+    errors, tables = errors_of(rig, seed), []
+    for points, cosine in true_lattices(rig, seed, step, size_mm):
         tables.append(drawn_again(errors, points, cosine, rng, step))
+    shape = tables[0].shape[:2]
     points = np.stack(tables).reshape(len(tables), -1, 2)
     some = np.isfinite(points[..., 0]).any(axis=0)
     v, u = np.divmod(np.flatnonzero(some), shape[1])

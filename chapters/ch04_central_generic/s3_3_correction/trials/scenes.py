@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -62,6 +62,7 @@ def edges(upright):
     return np.unique(np.round(points, 6), axis=0)
 
 
+@lru_cache(maxsize=8)
 def seen_edges(camera_name, folder):
     """True pixels (edges, ON_EDGE, 2) of the edges, NaN where unseen."""
     T = inverse_pose(T_world_camera(camera_name, folder, 0.0))

@@ -101,7 +101,12 @@ def ray_point_residuals(points, seen, centre, T_base_grid, directions):
     """Vectors from the nearest point of each ray to the grid points: (n, N, 3), in the
     base frame, zero where not seen. Their norms are the distances of (4.18).
     """
-    p = _from_centre(homogeneous(points, seen), centre, T_base_grid)
+    return residuals_of(homogeneous(points, seen), centre, T_base_grid, directions)
+
+
+def residuals_of(q, centre, T_base_grid, directions):
+    """`ray_point_residuals` of `homogeneous` points q (n, 3, N)."""
+    p = _from_centre(q, centre, T_base_grid)
     u = np.nan_to_num(directions).T
     return np.swapaxes(p - _dot(p, u)[:, None] * u, 1, 2)
 

@@ -23,15 +23,25 @@ def centroid_directions(points, seen, centre, T_base_grid, weights=None):
     weights: (n,) of the grids or (n, N), above zero; default: all equal. NaN for a ray
     that sees no grid. Raises InputError for weights that are not above zero.
     """
+    return joined_rays(points, seen, centre, weights)(T_base_grid)
+
+
+def joined_rays(points, seen, centre, weights=None):
+    """T_base_grid -> `centroid_directions`, for points that do not change."""
     seen = np.asarray(seen, bool)
     weights = np.ones(len(seen)) if weights is None else np.asarray(weights, float)
     weights = np.broadcast_to(weights.T, seen.T.shape).T
     if not np.all(weights > 0, where=seen):
         raise InputError("rays: field 'weights': not above 0 where a point is seen")
-    p = _from_centre(points, seen, centre, T_base_grid)
-    middle = np.einsum("jn,jnk->nk", np.where(seen, weights, 0.0), p)
-    length = np.linalg.norm(middle, axis=1, keepdims=True)
-    return middle / np.where(length > 0, length, np.nan)
+    flat, shares = _seen_points(points, seen), np.where(seen, weights, 0.0)
+
+    def directions(T_base_grid):
+        p = _from_centre(flat, seen, centre, T_base_grid)
+        middle = np.einsum("jn,jnk->nk", shares, p)
+        length = np.linalg.norm(middle, axis=1, keepdims=True)
+        return middle / np.where(length > 0, length, np.nan)
+
+    return directions
 
 
 def centroid_weights(points, seen, centre, T_base_grid, covariances, noise, domain):
@@ -46,7 +56,8 @@ def centroid_weights(points, seen, centre, T_base_grid, covariances, noise, doma
     """
     if domain not in ("image", "plane"):
         raise InputError(f"rays: domain {domain!r}; expected 'image' or 'plane'")
-    p = _from_centre(points, seen, centre, T_base_grid)
+    seen = np.asarray(seen, bool)
+    p = _from_centre(_seen_points(points, seen), seen, centre, T_base_grid)
     length = np.linalg.norm(p, axis=2)
     u = p / np.where(length > 0, length, 1.0)[..., None]
     variance = (noise * length) ** 2
@@ -72,8 +83,11 @@ def _moved_across(points, T, covariance, u):
     return (np.trace(spread, axis1=1, axis2=2) - along) / 2
 
 
-def _from_centre(points, seen, centre, T_base_grid):
+def _seen_points(points, seen):
+    """Points (n, N, 3) of the grids in their own frames, zero where not seen."""
+    return on_plane(np.where(seen[..., None], points, 0.0))
+
+
+def _from_centre(flat, seen, centre, T_base_grid):
     """P - C (n, N, 3) in the base frame, zero where not seen."""
-    seen = np.asarray(seen, bool)[..., None]
-    flat = on_plane(np.where(seen, points, 0.0))
-    return np.where(seen, transform(T_base_grid, flat) - centre, 0.0)
+    return np.where(seen[..., None], transform(T_base_grid, flat) - centre, 0.0)

@@ -14,9 +14,10 @@ import numpy as np
 from raxel.calibration.adjust.bundle import (
     BundleResult,
     check_shared,
-    ray_point_residuals,
+    homogeneous,
+    residuals_of,
 )
-from raxel.calibration.adjust.centroid_rays import centroid_directions
+from raxel.calibration.adjust.centroid_rays import joined_rays
 from raxel.calibration.pose.three_point import refine_pose_ray_point
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, vector_from_rotation
@@ -39,17 +40,18 @@ def relax_poses(
     seen = np.asarray(seen, bool)
     check_shared(seen)
     unknowns = pose_vector(T_base_grid)
+    joined, q = joined_rays(points, seen, centre, weights), homogeneous(points, seen)
+    looks = [points[j, seen[j]] for j in range(len(points))]
     costs = []
     for _ in range(iterations + 1):
         poses = poses_of_vector(unknowns)
-        u = centroid_directions(points, seen, centre, poses, weights)
-        residuals = ray_point_residuals(points, seen, centre, poses, u)
-        costs.append(float(np.sum(residuals**2)))
+        u = joined(poses)
+        costs.append(float(np.sum(residuals_of(q, centre, poses, u) ** 2)))
         if not np.isfinite(costs[-1]):
             raise CalibrationError("relaxation: the points or poses are not finite")
         if len(costs) > 1 and abs(costs[-2] - costs[-1]) <= tolerance * costs[-1]:
             return BundleResult(poses, u, np.array(costs), True)
-        unknowns = pose_vector(_moved_once(points, seen, centre, poses, u))
+        unknowns = pose_vector(_moved_once(looks, seen, centre, poses, u))
     return BundleResult(poses, u, np.array(costs), False)
 
 
@@ -66,11 +68,12 @@ def poses_of_vector(unknowns):
     return np.concatenate([np.eye(4)[None], moving])
 
 
-def _moved_once(points, seen, centre, poses, u):
-    """Poses after one step each, the rays as they are."""
+def _moved_once(looks, seen, centre, poses, u):
+    """Poses after one step each, the rays as they are; looks: the points seen of each
+    grid."""
     moved = poses.copy()
     for j in range(1, len(poses)):
         moved[j], _ = refine_pose_ray_point(
-            u[seen[j]], points[j, seen[j]], poses[j], origins=centre, iterations=1
+            u[seen[j]], looks[j], poses[j], origins=centre, iterations=1
         )
     return moved
