@@ -290,6 +290,7 @@ QUOTING = """
 # {glue:text}`count` of {glue:text}`far.rms:.2f` px, {glue:text}`near.rms`,
 # {glue:text}`best.share`, {glue:text}`sharp.most` {glue:text}`pages`,
 # {glue:text}`law` {glue:text}`on_page`, {glue:text}`any.thing`
+# {glue:text}`any.share` {glue:text}`early` {glue:text}`late`
 
 # %%
 from chapters.ch02_x.s2_b.results import LIMIT, facts, name_values
@@ -329,6 +330,10 @@ def name_values(open_results):
         value(f"any.{name}", result.column(name))
     for way in ("share", "most"):
         value(f"any.{way}", result.column(way))
+    found = open_results(FIRST)
+    value("early", len(found))
+    found = open_results(SECOND)
+    value("late", len(found))
 
 
 def _named(stem, result):
@@ -382,6 +387,9 @@ def test_a_trial_is_found_however_the_plan_names_it(checkout, experiment, place)
         ("near.rms", 'value(f"{way}.rms"', ["plain"]),
         ("best.share", 'value(f"{stem}.{part}"', ["closed"]),
         ("any.thing", 'value(f"any.{name}"', ["plain"]),
+        ("any.share", 'value(f"any.{way}"', ["plain"]),
+        ("early", 'value("early"', ["plain"]),
+        ("late", 'value("late"', ["closed"]),
         ("sharp.most", 'found = {f"{name}.most"', ["by_module"]),
         ("pages", 'found["pages"]', ["by_module"]),
         ("on_page", '# value("on_page"', ["by_module"]),

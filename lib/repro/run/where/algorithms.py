@@ -7,10 +7,11 @@ library: what stands there is the border, and the library's own calls are its ma
 from __future__ import annotations
 
 import ast
-from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 from repro.run.names import Place, Sources, dotted
 from repro.run.where.scopes import Scope
@@ -23,33 +24,27 @@ ROOMS = (
     ("lab", "sets", "cli"),
     ("geometry", "show", "report"),
 )
+# In so many of them, what calls nothing of the library helps what does.
+CALLING = 2
+CLASS = 1.5
 LIBRARY = "raxel"
 TYPES = ("returns", "annotation", "decorator_list")
 
 
-@dataclass(frozen=True)
-class Called:
-    """A function or class of the library, and how far from the trial it is named."""
+class Called(NamedTuple):
+    """A function or class of the library, with what the order is made of.
 
+    ``room`` is the place of its room in `ROOMS`, classes behind the functions of the
+    next room; ``steps`` is how many definitions lead to it.
+    """
+
+    room: float
+    is_private: bool
+    is_leaf: bool
+    steps: int
     name: str
     path: Path
     line: int
-    steps: int
-    is_class: bool
-    is_leaf: bool
-
-    @property
-    def rank(self) -> tuple:
-        """What the order of the lines is made of, see `Border.calls`."""
-        room = self.path.parts[self.path.parts.index(LIBRARY) + 1]
-        height = [room in rooms for rooms in ROOMS]
-        return (
-            height.index(True) if any(height) else len(ROOMS),
-            self.is_class,
-            self.name.startswith("_"),
-            self.is_leaf,
-            self.steps,
-        )
 
 
 class Border:
@@ -66,37 +61,43 @@ class Border:
 
         ``starts`` are definitions of the chapters, and how many steps lead to each.
 
-        The order: rooms in that of `ROOMS`, in each the functions before the classes,
-        the public before the private ones, those that call others of the library before
-        those that call none, those that fewer steps lead to first, and then as they
-        stand in the text. Constants and classes of errors are left out.
+        The order: rooms in that of `ROOMS`, the classes of each behind the functions of
+        the next one; the public before the private ones; in the first two rooms those
+        that call others of the library before those that call none; those that fewer
+        steps lead to first; and then as they stand in the text. Constants and classes
+        of errors are left out.
         """
         found: dict[tuple[Path, str], Called] = {}
         seen: set[ast.stmt] = set()
-        todo = deque(starts)
+        todo = [(steps, number, place) for number, (place, steps) in enumerate(starts)]
+        heapify(todo)
+        numbers = count(len(todo))
         while todo:
-            place, steps = todo.popleft()
+            steps, _, place = heappop(todo)
             if place.node in seen:
                 continue
             seen.add(place.node)
             for name, named in self._named(place):
                 if named.path.is_relative_to(self._chapters):
-                    todo.append((named, steps + 1))
+                    heappush(todo, (steps + 1, next(numbers), named))
                 elif self._is_of_library(named) and (named.path, name) not in found:
                     one = self._called(name, named, steps)
                     found[named.path, name] = one
-        return sorted(found.values(), key=lambda one: one.rank)
+        return sorted(found.values(), key=lambda one: one[:4])
 
     def _called(self, name: str, place: Place, steps: int) -> Called:
-        calls = (p for _, p in self._named(place) if p.node is not place.node)
-        return Called(
-            name,
-            place.path,
-            place.node.lineno,
-            steps,
-            isinstance(place.node, ast.ClassDef),
-            not any(self._is_of_library(p) for p in calls),
+        folder = place.path.relative_to(self._library).parts[0]
+        inside = [number for number, rooms in enumerate(ROOMS) if folder in rooms]
+        room: float = (*inside, len(ROOMS))[0]
+        is_leaf = room < CALLING and not any(
+            self._is_of_library(p)
+            for _, p in self._named(place)
+            if p.node is not place.node
         )
+        room += CLASS * isinstance(place.node, ast.ClassDef)
+        is_private = name.startswith("_")
+        line = place.node.lineno
+        return Called(room, is_private, is_leaf, steps, name, place.path, line)
 
     def _is_of_library(self, place: Place) -> bool:
         return place.path.is_relative_to(self._library) and _is_code(place.node)

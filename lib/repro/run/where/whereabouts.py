@@ -21,6 +21,8 @@ from repro.run.where.trials import Trial, trial_of
 READERS = ("figure", "table", "numbers", "claim")
 # More lines of the library than these say nothing of what matters.
 MAX_ALGORITHMS = 12
+# How much farther what a result is read from stands than what reads it.
+STEPS_OF_RESULT = 3
 # An f-string with less than this that is known may be the id of anything.
 MIN_KNOWN = 5
 
@@ -75,37 +77,37 @@ class Whereabouts:
             *(PlaceLine("page", f"chapters/{p}/{PAGE_FILE}:1", p) for p in pages),
             *self._computed(experiments, [self._function(p) for p in readers]),
             *(_line(p) for p in readers),
-            *self._data([*readers, *experiments]),
+            *self._data([*readers, *(one for one, _ in experiments)]),
         ]
 
     def _computed(
-        self, experiments: Sequence[Producer], readers: Iterable[Place]
+        self, experiments: Sequence[tuple[Producer, int]], readers: Iterable[Place]
     ) -> list[PlaceLine]:
         """Trials and experiments, the library's functions, and the rendered sets."""
-        found, trials = [], []
-        for one in experiments:
+        found, starts = [], []
+        for one, between in experiments:
             trial = self.trial_of(one)
             if trial:
-                trials.append(trial)
+                # The function that makes the Plan comes after its trial.
+                starts.append((trial.place, between * STEPS_OF_RESULT))
+                starts.append((trial.planned, between * STEPS_OF_RESULT + 1))
                 found.append(self._at("trial", trial.place, trial.name))
             found.append(_line(one))
-        names = dict.fromkeys(n for one in experiments for n in rendered_by(one))
+        names = dict.fromkeys(n for one, _ in experiments for n in rendered_by(one))
         return [
             *dict.fromkeys(found),
-            *self._algorithms(trials, readers),
+            *self._algorithms(starts, readers),
             *(PlaceLine("set", f"{rig_file(name)}:1", name) for name in names),
         ]
 
     def _algorithms(
-        self, trials: Sequence[Trial], readers: Iterable[Place]
+        self, starts: Sequence[tuple[Place, int]], readers: Iterable[Place]
     ) -> list[PlaceLine]:
         """Functions of the library, in the order of `Border.calls`.
 
         Those that trials call come first, and then those that figures, tables, claims
         and numbers call themselves. Of many the last are counted and not listed.
         """
-        # The function that makes the Plan comes after its trial.
-        starts = [(t.place, 0) for t in trials] + [(t.planned, 1) for t in trials]
         called = dict.fromkeys(
             (one.path, one.line, one.name)
             for some in (starts, [(place, 0) for place in readers])
@@ -165,15 +167,20 @@ class Whereabouts:
         # A setting has no producer of its own: it stands where its artefact is made.
         return [p for p in of_it if p.kind == "numbers"] or of_it
 
-    def _experiments(self, mine: Iterable[Producer]) -> list[Producer]:
-        """The experiments among ``mine`` and all that they read, and theirs."""
-        found: dict[str, Producer] = {}
-        todo = list(mine)
+    def _experiments(self, mine: Iterable[Producer]) -> list[tuple[Producer, int]]:
+        """The experiments among ``mine`` and all that they read, and theirs.
+
+        Each with how many results lie between.
+        """
+        found: dict[str, tuple[Producer, int]] = {}
+        todo = [(one, 0) for one in mine]
         while todo:
-            one = todo.pop(0)
+            one, between = todo.pop(0)
             if one.kind == "experiment":
-                found.setdefault(one.id, one)
-            todo += self.experiments(n for n in one.needs if n not in found)
+                found.setdefault(one.id, (one, between))
+                between += 1
+            needed = self.experiments(n for n in one.needs if n not in found)
+            todo += [(further, between) for further in needed]
         return list(found.values())
 
     def experiments(self, ids: Iterable[str]) -> list[Producer]:
@@ -247,7 +254,7 @@ class Whereabouts:
         if not any(line.word == "algorithm" for line in lines):
             lines += [self._at("constant", p, name) for name, p in read.constants]
             lines += [self._at("function", p, p.node.name) for p in read.functions]
-        return lines + self._data(experiments)
+        return lines + self._data(one for one, _ in experiments)
 
     def _data(self, made: Iterable[Producer]) -> list[PlaceLine]:
         """Files of the full build that these have left, one set after the other."""
