@@ -65,12 +65,12 @@ def test_every_mirror_has_the_same_rim_in_world_and_picture():
 
 def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
     judge = claims.judge_unwrap_resolution
-    (reading,) = judge({"fig_1_1_resolution": rows})
+    reading = judge({"fig_1_1_resolution": rows})
     assert reading.verdict == "reproduced"
     assert np.all(results.over_mirrors(rows, "ratio") > trials.LEAST_RATIO)
     assert np.isfinite(results.over_mirrors(rows, "band_deg")).all()
     even = of_columns(*((c, {"ratio": 1.4, "band_deg": 10.0}) for c in rows.conditions))
-    (reading,) = judge({"fig_1_1_resolution": even})
+    reading = judge({"fig_1_1_resolution": even})
     assert reading.verdict == "differs"
 
 

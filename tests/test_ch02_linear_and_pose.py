@@ -142,7 +142,7 @@ def test_eight_solutions_are_judged_both_ways():
     conditions = [{"anchors": name} for name in ("common", "distinct")]
     found = of_seed(three_quadrics.triplet_trial, conditions)
     judge = s4_1_claims.judge_pose_eight
-    assert judge({"exp_c2_pose_eight": found})[0].verdict == "reproduced"
+    assert judge({"exp_c2_pose_eight": found}).verdict == "reproduced"
     good = {"solutions": [4, 8], "paired_share": [1.0, 1.0]}
     for change in ({"solutions": [4, 10]}, {"paired_share": [1.0, 0.75]}):
         values = good | change

@@ -16,16 +16,14 @@ def judge_even_cancels(results):
     ran = results["exp_c3_even_cancels"]
     formula = over(ran, "formula_rad", ran.conditions).max()
     decoder = over(ran, "decoder_rad", ran.conditions).max()
-    return [
-        Reading(
-            "reproduced" if formula < ROUNDING_RAD else "differs",
-            float(formula),
-            unit="rad",
-            reason="largest of all orders and amplitudes in double precision; "
-            f"the decoder, in float32 and from pictures of 16 bits, {decoder:.0e} "
-            "rad",
-        )
-    ]
+    return Reading(
+        "reproduced" if formula < ROUNDING_RAD else "differs",
+        float(formula),
+        unit="rad",
+        reason="largest of all orders and amplitudes in double precision; "
+        f"the decoder, in float32 and from pictures of 16 bits, {decoder:.0e} "
+        "rad",
+    )
 
 
 @claim("c3_odd_orders_matter", needs=("exp_c3_odd_orders_matter",), evidence="analytic")
@@ -35,15 +33,12 @@ def judge_odd_orders(results):
     ratios = [ratio for _, _, ratio, _ in pairs]
     four = all(order == 4 for *_, order in pairs)
     near = max(abs(ratio - 1) for ratio in ratios) <= MARGIN
-    return [
-        Reading(
-            "reproduced" if near and four else "differs",
-            f"{min(ratios):.4f} to {max(ratios):.4f} of (b3 + b5)/b1",
-            reason=f"{len(pairs)} pairs of b3 and b5 of up to 5 %; the "
-            "strongest order of the error is "
-            + ("4 in all" if four else "not 4 in all"),
-        )
-    ]
+    return Reading(
+        "reproduced" if near and four else "differs",
+        f"{min(ratios):.4f} to {max(ratios):.4f} of (b3 + b5)/b1",
+        reason=f"{len(pairs)} pairs of b3 and b5 of up to 5 %; the "
+        "strongest order of the error is " + ("4 in all" if four else "not 4 in all"),
+    )
 
 
 @numbers("app_a", needs=("exp_c3_even_cancels",), evidence="analytic")

@@ -19,15 +19,13 @@ def judge_unwrap_resolution(results):
     ratio = of("ratio")
     apart = max(ratio, 1 / ratio)
     least = over_mirrors(ran, "ratio").min()
-    return [
-        Reading(
-            "reproduced" if apart > LEAST_RATIO else "differs",
-            apart,
-            unit="1",
-            reason="area of the picture per unwrapped pixel, top row to "
-            f"bottom row: {of('top'):.2f} to {of('bottom'):.3f} px²; "
-            f"{of('ratio_row'):.1f} along the row, "
-            f"{of('ratio_column'):.1f} along the column; "
-            f"{least:.0f} or more with all mirrors tried",
-        )
-    ]
+    return Reading(
+        "reproduced" if apart > LEAST_RATIO else "differs",
+        apart,
+        unit="1",
+        reason="area of the picture per unwrapped pixel, top row to "
+        f"bottom row: {of('top'):.2f} to {of('bottom'):.3f} px²; "
+        f"{of('ratio_row'):.1f} along the row, "
+        f"{of('ratio_column'):.1f} along the column; "
+        f"{least:.0f} or more with all mirrors tried",
+    )

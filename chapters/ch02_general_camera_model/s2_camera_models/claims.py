@@ -29,13 +29,11 @@ def judge_fov180(results):
             "with both ends of a diameter of the rim among the rays, the "
             "programme has no solution from 180 deg on"
         )
-    return [
-        Reading(
-            verdict,
-            "a plane up to "
-            f"{max(feasible, default=0)} deg, none from "
-            f"{min((f for f in FOVS_DEG if f not in feasible), default=0)} "
-            "deg on",
-            reason=reason,
-        )
-    ]
+    return Reading(
+        verdict,
+        "a plane up to "
+        f"{max(feasible, default=0)} deg, none from "
+        f"{min((f for f in FOVS_DEG if f not in feasible), default=0)} "
+        "deg on",
+        reason=reason,
+    )

@@ -27,15 +27,13 @@ def judge_pluecker_invariant(results):
     difference = ran.column("difference").max()
     asymmetry = ran.column("asymmetry").max()
     holds = difference < ROUNDING and asymmetry < ROUNDING
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            float(difference),
-            reason="largest difference of an entry, matrices at unit norm; "
-            "a matrix plus its transpose, which is 0 if it is "
-            f"antisymmetric, is at most {asymmetry:.1g}",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        float(difference),
+        reason="largest difference of an entry, matrices at unit norm; "
+        "a matrix plus its transpose, which is 0 if it is "
+        f"antisymmetric, is at most {asymmetry:.1g}",
+    )
 
 
 @claim("c2_pluecker_origin", needs=("exp_c2_pluecker_origin",), evidence="analytic")
@@ -45,15 +43,13 @@ def judge_pluecker_origin(results):
     through = ran.column("through_origin").max()
     beside = ran.column("beside_origin").min()
     nearest = ran.column("least_distance_m").min()
-    return [
-        Reading(
-            "reproduced" if through < ROUNDING < beside else "differs",
-            float(through),
-            reason="norm of the last three entries over that of the "
-            f"vector, lengths in m; at least {beside:.2g} for lines that pass "
-            f"the origin at {1e3 * nearest:.2g} mm or more",
-        )
-    ]
+    return Reading(
+        "reproduced" if through < ROUNDING < beside else "differs",
+        float(through),
+        reason="norm of the last three entries over that of the "
+        f"vector, lengths in m; at least {beside:.2g} for lines that pass "
+        f"the origin at {1e3 * nearest:.2g} mm or more",
+    )
 
 
 @claim("c2_nonparam_any", needs=("exp_c2_nonparam_any",), evidence="analytic")
@@ -66,16 +62,14 @@ def judge_nonparametric(results):
     share = ran.column("share", **faceted).min()
     jump = ran.column("jump_deg", **faceted).max()
     holds = angle < RAY_ERROR and gap < RAY_ERROR and share == 1
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            float(angle),
-            unit="rad",
-            reason=f"largest angle; the lines pass the mirror points at "
-            f"{gap:.1g} mm; {100 * share:.0f} % of the rays, neighbours up "
-            f"to {jump:.0f} deg apart",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        float(angle),
+        unit="rad",
+        reason=f"largest angle; the lines pass the mirror points at "
+        f"{gap:.1g} mm; {100 * share:.0f} % of the rays, neighbours up "
+        f"to {jump:.0f} deg apart",
+    )
 
 
 @claim("c2_two_pose_needs_T", needs=("fig_2_2_error",), evidence="synthetic")
@@ -95,12 +89,10 @@ def judge_two_pose_needs_motion(results):
         verdict = "reproduced"
     elif not rising or middle.high < LEAST_R2:
         verdict = "differs"
-    return [
-        Reading(
-            verdict,
-            middle.value,
-            interval=(middle.low, middle.high),
-            reason="R² of the straight line of a trial; lowest of all "
-            "trials: " + ", ".join(f"{r2:.6f} ({kind})" for kind, r2 in worst.items()),
-        )
-    ]
+    return Reading(
+        verdict,
+        middle.value,
+        interval=(middle.low, middle.high),
+        reason="R² of the straight line of a trial; lowest of all "
+        "trials: " + ", ".join(f"{r2:.6f} ({kind})" for kind, r2 in worst.items()),
+    )

@@ -24,15 +24,13 @@ def judge_rank_a(results):
     ran = results["exp_c2_rank_A"]
     ranks, columns = ran.column("rank"), ran.column("unknowns")
     holds = (ranks == RANK_A).all() and (columns == 14).all()
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            float(np.median(ranks)),
-            interval=(float(ranks.min()), float(ranks.max())),
-            reason=f"{len(ranks)} scenes; smallest of the 12 singular "
-            f"values {ran.column('smallest').min():.2g} of the largest",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        float(np.median(ranks)),
+        interval=(float(ranks.min()), float(ranks.max())),
+        reason=f"{len(ranks)} scenes; smallest of the 12 singular "
+        f"values {ran.column('smallest').min():.2g} of the largest",
+    )
 
 
 @claim("c2_rank_D", needs=("exp_c2_rank_D",), evidence="analytic")
@@ -43,15 +41,13 @@ def judge_rank_d(results):
     entry = ran.column("orthonormal.null_entry").max()
     other = ran.column("any.null_entry").max()
     holds = (ranks == RANK_D).all() and entry < NULL_ENTRY
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            float(np.median(ranks)),
-            interval=(float(ranks.min()), float(ranks.max())),
-            reason=f"largest null-vector entry on l1, l2, lambda terms "
-            f"{entry:.1g}; {other:.1g} with bases that are not orthonormal",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        float(np.median(ranks)),
+        interval=(float(ranks.min()), float(ranks.max())),
+        reason=f"largest null-vector entry on l1, l2, lambda terms "
+        f"{entry:.1g}; {other:.1g} with bases that are not orthonormal",
+    )
 
 
 @claim("c2_linear_exact", needs=("exp_c2_linear_exact",), evidence="analytic")
@@ -69,18 +65,16 @@ def judge_linear_exact(results):
     other = max(
         found["well_conditioned"][name] for name in ("centre_mm", "translation_mm")
     )
-    return [
-        Reading(
-            "reproduced" if exact and fails else "differs",
-            lengths,
-            unit="mm",
-            reason="largest error of centre and translations, corrected "
-            f"(rotations {found['corrected']['rotation_rad']:.1g} rad); "
-            f"well conditioned {other:.1g} mm. The printed C_z² is "
-            f"negative in {negative} of {len(printed)} scenes and "
-            f"otherwise wrong by at least {printed.min():.2g} mm",
-        )
-    ]
+    return Reading(
+        "reproduced" if exact and fails else "differs",
+        lengths,
+        unit="mm",
+        reason="largest error of centre and translations, corrected "
+        f"(rotations {found['corrected']['rotation_rad']:.1g} rad); "
+        f"well conditioned {other:.1g} mm. The printed C_z² is "
+        f"negative in {negative} of {len(printed)} scenes and "
+        f"otherwise wrong by at least {printed.min():.2g} mm",
+    )
 
 
 @claim("c2_pose_eight", needs=("exp_c2_pose_eight",), evidence="analytic")
@@ -91,18 +85,16 @@ def judge_pose_eight(results):
     paired = ran.column("paired_share", anchors="common")
     distinct = ran.column("paired_share", anchors="distinct")
     holds = number.max() <= MOST_SOLUTIONS and (paired == 1).all()
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            float(number.max()),
-            unit="solutions",
-            reason=f"triplets by number of solutions: "
-            f"{counted(ran, 'common')}; all in pairs of opposite sign in "
-            f"{int((paired == 1).sum())} of {len(paired)} triplets. With "
-            f"distinct anchors {counted(ran, 'distinct')}, and a pair in "
-            f"{int((distinct > 0).sum())} of {len(distinct)} (E-2.15)",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        float(number.max()),
+        unit="solutions",
+        reason=f"triplets by number of solutions: "
+        f"{counted(ran, 'common')}; all in pairs of opposite sign in "
+        f"{int((paired == 1).sum())} of {len(paired)} triplets. With "
+        f"distinct anchors {counted(ran, 'distinct')}, and a pair in "
+        f"{int((distinct > 0).sum())} of {len(distinct)} (E-2.15)",
+    )
 
 
 @claim("c2_generic_no_motion", needs=("exp_c2_generic_no_motion",), evidence="analytic")
@@ -114,17 +106,15 @@ def judge_generic_no_motion(results):
     right = ran.column("two_pose_deg.right").max()
     wrong = ran.column("two_pose_deg.wrong")
     holds = max(lengths, angle) < RECOVERED and wrong.min() > max(1e-6, 10 * right)
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            float(lengths),
-            unit="mm",
-            reason=f"largest error of a translation; of a rotation "
-            f"{angle:.1g} rad. Two-pose method: median ray error "
-            f"{np.median(wrong):.2g} deg (at least {wrong.min():.2g}) with "
-            f"T_1 wrong by 1 mm, {right:.1g} deg with the right one",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        float(lengths),
+        unit="mm",
+        reason=f"largest error of a translation; of a rotation "
+        f"{angle:.1g} rad. Two-pose method: median ray error "
+        f"{np.median(wrong):.2g} deg (at least {wrong.min():.2g}) with "
+        f"T_1 wrong by 1 mm, {right:.1g} deg with the right one",
+    )
 
 
 @numbers("sec_2_4_1", needs=("exp_c2_rank_A", "exp_c2_rank_D"), evidence="analytic")

@@ -22,14 +22,12 @@ def judge_table_coefficients(results):
         for vector in ("W", "N")
     )
     holds = exact and corrected < 1e-12 and min(printed) > 1e-3
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            f"{corrected:.1g} corrected; {printed[0]:.2g} (W), "
-            f"{printed[1]:.2g} (N) as printed",
-            reason="row 3 of W and N carries a superscript one too low as "
-            "printed (E-2.08); largest residual of all scenes corrected, "
-            "medians over scenes as printed, where "
-            f"{few} of {2 * ran.trials_per_condition} are at most 1e-3",
-        )
-    ]
+    return Reading(
+        "reproduced" if holds else "differs",
+        f"{corrected:.1g} corrected; {printed[0]:.2g} (W), "
+        f"{printed[1]:.2g} (N) as printed",
+        reason="row 3 of W and N carries a superscript one too low as "
+        "printed (E-2.08); largest residual of all scenes corrected, "
+        "medians over scenes as printed, where "
+        f"{few} of {2 * ran.trials_per_condition} are at most 1e-3",
+    )
