@@ -11,7 +11,7 @@ from chapters.ch03_planar_grids.s1_2_celect.results import (
     interior,
 )
 from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import CAMERAS, LEAST_PX
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import LEAST_PX
 from raxel.features.celect import CelectSettings
 from repro.judge.statistics import (
     FAILS,
@@ -24,133 +24,126 @@ from repro.judge.statistics import (
     proportion,
 )
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import DECISIONS, Reading, Value
+from repro.run.outcomes import Reading, Value
+from repro.run.readings import Case
 
-SURE, DROP = 0.9, 0.2
-LEAST_TRIALS = 10
-P_MAX = 0.05
+MIN_SUCCESS, MIN_DROP = 0.9, 0.2
+MIN_TRIALS = 10
+MAX_P = 0.05
+NAMES = {
+    "least_side_px": {f"{side} px": size for size, side in LEAST_PX.items()},
+    "broken_edges": BROKEN,
+    "single_edge_windows": {
+        "any further line": "any",
+        "a further line near the edge": "near",
+    },
+    "highest_fov": {f"{fov} deg": fov for fov in BIG_FOVS},
+}
 
 
-@claim("c3_trace_orders", needs=("fig_3_1_cameras",), evidence="rendered")
-def judge_trace_orders(results):
+def if_enough(trials, decision):
+    """The decision made on trials (n,); open where they are fewer than ten."""
+    return decision if len(trials) >= MIN_TRIALS else UNDECIDED
+
+
+@claim(
+    "c3_trace_orders",
+    needs=("fig_3_1_cameras",),
+    evidence="rendered",
+    readings=("least_side_px",),
+)
+def judge_trace_orders(results, options):
     """Success of at least 0.9 with every camera."""
-    result = results["fig_3_1_cameras"]
-    readings = []
-    for size, least_px in LEAST_PX.items():
-        runs = {
-            camera: result.column("success", camera=camera, size_px=size)
-            for camera in CAMERAS
-        }
-        rates = {camera: proportion(run) for camera, run in runs.items()}
-        decisions = [rate.above(SURE - 1e-9) for rate in rates.values()]
-        worst = min(rates, key=lambda camera: rates[camera].value)
-        readings.append(
-            Reading(
-                DECISIONS[all_of(decisions)],
-                rates[worst].value,
-                reading={"least_side_px": f"{least_px} px"},
-                interval=(rates[worst].low, rates[worst].high),
-                unit="1",
-                reason=f"least share of boards in order ({worst}); "
-                + ", ".join(f"{c} {100 * r.value:.0f} %" for c, r in rates.items()),
-            )
-        )
-    return readings
+    size = Case(NAMES, options)["least_side_px"]
+    of_camera = results["fig_3_1_cameras"].by("camera", size_px=size)
+    rates = {c: proportion(runs.column("success")) for c, runs in of_camera.items()}
+    worst = min(rates, key=lambda camera: rates[camera].value)
+    return Reading.of(
+        all_of([rate.above(MIN_SUCCESS - 1e-9) for rate in rates.values()]),
+        rates[worst],
+        "1",
+        f"least share of boards in order ({worst}); "
+        + ", ".join(f"{c} {100 * r.value:.0f} %" for c, r in rates.items()),
+    )
 
 
 @claim("c3_window_tradeoff", needs=("table_3_1_window",), evidence="synthetic")
 def judge_window_tradeoff(results):
     """Both ends of the multiplier lower than the best by 20 points."""
-    result = results["table_3_1_window"]
-    run = [c["multiplier"] for c in result.conditions]
-    success = {m: result.column("success", multiplier=m) for m in run}
-    best = max(run, key=lambda m: (success[m].mean(), -abs(np.log(m))))
-    decisions, drops = [], []
-    for end in (run[0], run[-1]):
-        drop = bootstrap(
+    runs = results["table_3_1_window"].by("multiplier")
+    success = {m: run.column("success") for m, run in runs.items()}
+    best = max(success, key=lambda m: (success[m].mean(), -abs(np.log(m))))
+    first, *_, last = success
+    drops = [
+        bootstrap(
             lambda a, b: a.mean(axis=-1) - b.mean(axis=-1), success[best], success[end]
         )
-        few = len(success[end]) < LEAST_TRIALS
-        decisions.append(UNDECIDED if few else drop.above(DROP - 1e-9))
-        drops.append(drop.value)
-    inside = HOLDS if best not in (run[0], run[-1]) else FAILS
-    return [
-        Reading(
-            DECISIONS[all_of([inside, *decisions])],
-            float(best),
-            unit="1",
-            reason="multiplier of r with the most boards right; "
-            f"{100 * drops[0]:.0f} points fewer at {run[0]}, "
-            f"{100 * drops[1]:.0f} at {run[-1]}",
-        )
+        for end in (first, last)
     ]
+    inside = HOLDS if best not in (first, last) else FAILS
+    large = if_enough(success[best], all_of([d.above(MIN_DROP - 1e-9) for d in drops]))
+    return Reading.of(
+        all_of([inside, large]),
+        float(best),
+        "1",
+        "multiplier of r with the most boards right; "
+        f"{100 * drops[0].value:.0f} points fewer at {first}, "
+        f"{100 * drops[1].value:.0f} at {last}",
+    )
 
 
-@claim("c3_window_growth", needs=("table_3_1_growth",), evidence="synthetic")
-def judge_window_growth(results):
+@claim(
+    "c3_window_growth",
+    needs=("table_3_1_growth",),
+    evidence="synthetic",
+    readings=("broken_edges",),
+)
+def judge_window_growth(results, options):
     """McNemar's test of runs with and without growing windows."""
-    result = results["table_3_1_growth"]
-    readings = []
-    for option, condition in BROKEN.items():
-        grown = result.column("published.success", **condition)
-        fixed = result.column("no growth.success", **condition)
-        only_grown = int(((grown == 1) & (fixed == 0)).sum())
-        only_fixed = int(((grown == 0) & (fixed == 1)).sum())
-        p = mcnemar(grown == 1, fixed == 1)
-        gain = paired_gain(grown, fixed)
-        verdict = FAILS
-        if len(grown) < LEAST_TRIALS:
-            verdict = UNDECIDED
-        elif p < P_MAX and only_grown > only_fixed:
-            verdict = HOLDS
-        elif p >= P_MAX and only_grown > only_fixed:
-            verdict = UNDECIDED
-        readings.append(
-            Reading(
-                DECISIONS[verdict],
-                gain.value,
-                reading={"broken_edges": option},
-                interval=(gain.low, gain.high),
-                unit="1",
-                reason=f"{100 * grown.mean():.0f} % right with growth, "
-                f"{100 * fixed.mean():.0f} % without; {only_grown} boards "
-                f"only with it, {only_fixed} only without; p = {p:.2g}",
-            )
-        )
-    return readings
+    broken = Case(NAMES, options)["broken_edges"]
+    runs = results["table_3_1_growth"].one(**broken)
+    grown, fixed = (runs.column(f"{n}.success") for n in ("published", "no growth"))
+    only_grown = int(((grown == 1) & (fixed == 0)).sum())
+    only_fixed = int(((grown == 0) & (fixed == 1)).sum())
+    p = mcnemar(grown == 1, fixed == 1)
+    better = HOLDS if p < MAX_P else UNDECIDED
+    return Reading.of(
+        if_enough(grown, better if only_grown > only_fixed else FAILS),
+        paired_gain(grown, fixed),
+        "1",
+        f"{100 * grown.mean():.0f} % right with growth, "
+        f"{100 * fixed.mean():.0f} % without; {only_grown} boards "
+        f"only with it, {only_fixed} only without; p = {p:.2g}",
+    )
 
 
-@claim("c3_split_peaks", needs=("table_3_2_split",), evidence="synthetic")
-def judge_split_peaks(results):
+@claim(
+    "c3_split_peaks",
+    needs=("table_3_2_split",),
+    evidence="synthetic",
+    readings=("single_edge_windows",),
+)
+def judge_split_peaks(results, options):
     """Duplicates in windows with one edge: at most half with averaging."""
-    result = results["table_3_2_split"]
-    windows = result.conditions[0]["windows"]
-    readings = []
-    for count, option in (
-        ("any", "any further line"),
-        ("near", "a further line near the edge"),
-    ):
-        without = result.column(f"no averaging.{count}") / windows
-        with_it = result.column(f"published.{count}") / windows
-        drop = bootstrap(
-            lambda a, b: 1 - b.mean(axis=-1) / a.mean(axis=-1),
-            without,
-            with_it,
-            paired=True,
-        )
-        few = len(without) < LEAST_TRIALS
-        readings.append(
-            Reading(
-                DECISIONS[UNDECIDED if few else drop.above(0.5 - 1e-9)],
-                drop.value,
-                reading={"single_edge_windows": option},
-                interval=(drop.low, drop.high),
-                unit="1",
-                reason=f"drop of the rate, from {100 * without.mean():.1f} % "
-                f"of the windows to {100 * with_it.mean():.1f} %",
-            )
-        )
-    return readings
+    result, count = results["table_3_2_split"], Case(NAMES, options)
+    without, with_it = (
+        result.column(f"{name}.{count['single_edge_windows']}")
+        / result.conditions[0]["windows"]
+        for name in ("no averaging", "published")
+    )
+    drop = bootstrap(
+        lambda a, b: 1 - b.mean(axis=-1) / a.mean(axis=-1),
+        without,
+        with_it,
+        paired=True,
+    )
+    return Reading.of(
+        if_enough(without, drop.above(0.5 - 1e-9)),
+        drop,
+        "1",
+        f"drop of the rate, from {100 * without.mean():.1f} % "
+        f"of the windows to {100 * with_it.mean():.1f} %",
+    )
 
 
 @claim("c3_start_condition", needs=("table_3_2_start",), evidence="synthetic")
@@ -160,23 +153,17 @@ def judge_start_condition(results):
     predicted = result.column("predicted") == 1
     wrong = result.column("went_wrong") == 1
     agree = predicted == wrong
-    share = proportion(agree)
     both_sides = 0 < predicted.sum() < len(predicted)
-    verdict = HOLDS if agree.all() else FAILS
-    if not both_sides or len(agree) < LEAST_TRIALS:
-        verdict = UNDECIDED
-    return [
-        Reading(
-            DECISIONS[verdict],
-            share.value,
-            interval=(share.low, share.high),
-            unit="1",
-            reason="share of constructed first corners that go as predicted: "
-            f"{int((predicted & wrong).sum())} of {int(predicted.sum())} "
-            f"wrong as predicted, {int((~predicted & ~wrong).sum())} of "
-            f"{int((~predicted).sum())} right as predicted",
-        )
-    ]
+    as_said = HOLDS if agree.all() else FAILS
+    return Reading.of(
+        if_enough(agree, as_said) if both_sides else UNDECIDED,
+        proportion(agree),
+        "1",
+        "share of constructed first corners that go as predicted: "
+        f"{int((predicted & wrong).sum())} of {int(predicted.sum())} "
+        f"wrong as predicted, {int((~predicted & ~wrong).sum())} of "
+        f"{int((~predicted).sum())} right as predicted",
+    )
 
 
 def falling_trend(scores, counts, trials):
@@ -191,36 +178,29 @@ def falling_trend(scores, counts, trials):
     return float(((counts - trials * rate) * (scores - middle)).sum()) / np.sqrt(spread)
 
 
-@claim("c3_big_square_curved", needs=("exp_c3_big_square",), evidence="synthetic")
-def judge_big_square(results):
+@claim(
+    "c3_big_square_curved",
+    needs=("exp_c3_big_square",),
+    evidence="synthetic",
+    readings=("highest_fov",),
+)
+def judge_big_square(results, options):
     """Success falls with the size of the square, one-sided p < 0.05."""
     from scipy.stats import norm
 
-    result = results["exp_c3_big_square"]
-    readings = []
-    for fov in BIG_FOVS:
-        across = [c["squares_across"] for c in result.conditions if c["fov_deg"] == fov]
-        runs = [result.column("success", squares_across=n, fov_deg=fov) for n in across]
-        trials = [len(r) for r in runs]
-        z = falling_trend(1000 / np.array(across), [r.sum() for r in runs], trials)
-        p = float(norm.cdf(z))
-        verdict = HOLDS if p < P_MAX else FAILS
-        if min(trials) < LEAST_TRIALS:
-            verdict = UNDECIDED
-        rates = ", ".join(
-            f"{1000 / n:.0f} px {100 * r.mean():.0f} %"
-            for n, r in zip(across, runs, strict=True)
-        )
-        readings.append(
-            Reading(
-                DECISIONS[verdict],
-                p,
-                reading={"highest_fov": f"{fov} deg"},
-                unit="1",
-                reason=f"p of a falling trend; right: {rates}",
-            )
-        )
-    return readings
+    fov = Case(NAMES, options)["highest_fov"]
+    sizes = results["exp_c3_big_square"].by("squares_across", fov_deg=fov)
+    runs = {1000 / across: of.column("success") for across, of in sizes.items()}
+    trials = [len(r) for r in runs.values()]
+    z = falling_trend(list(runs), [r.sum() for r in runs.values()], trials)
+    p = float(norm.cdf(z))
+    rates = ", ".join(f"{px:.0f} px {100 * r.mean():.0f} %" for px, r in runs.items())
+    return Reading.of(
+        if_enough(min(runs.values(), key=len), HOLDS if p < MAX_P else FAILS),
+        p,
+        "1",
+        f"p of a falling trend; right: {rates}",
+    )
 
 
 @claim("c3_merge_multi", needs=("fig_3_1_cameras",), evidence="rendered")
@@ -229,28 +209,22 @@ def judge_merge_multi(results):
 
     That one is left of each is what it takes to be read, so it cannot fail here.
     """
-    result = results["fig_3_1_cameras"]
-    success, candidates, merged, wanted = (
-        np.concatenate([result.column(name, **c) for c in result.conditions])
-        for name in ("success", "candidates", "merged", "wanted")
-    )
-    right = success == 1
-    candidates, merged, wanted = (
-        values[right] for values in (candidates, merged, wanted)
-    )
+    runs = results["fig_3_1_cameras"].select()
+    right = runs.column("success") == 1
     if not right.any():
-        return [Reading(DECISIONS[UNDECIDED], "none", reason="no board read")]
+        return Reading.of(UNDECIDED, "none", reason="no board read")
+    candidates, merged, wanted = (
+        runs.column(name)[right] for name in ("candidates", "merged", "wanted")
+    )
     holds = (candidates > wanted).all() and (merged == wanted).all()
-    return [
-        Reading(
-            DECISIONS[HOLDS if holds else FAILS],
-            float((candidates / wanted).min()),
-            unit="1",
-            reason="least number of candidates per corner over "
-            f"{int(right.sum())} boards that were read; mean "
-            f"{(candidates / wanted).mean():.1f}",
-        )
-    ]
+    return Reading.of(
+        HOLDS if holds else FAILS,
+        float((candidates / wanted).min()),
+        "1",
+        "least number of candidates per corner over "
+        f"{int(right.sum())} boards that were read; mean "
+        f"{(candidates / wanted).mean():.1f}",
+    )
 
 
 @claim("c3_border_formula", needs=(), evidence="analytic")
@@ -260,32 +234,29 @@ def judge_border_formula(results):
     holds = all(
         interior(size, 0) - interior(size, 1) == 2 * sum(size) - 8 for size in sizes
     )
-    return [
-        Reading(
-            DECISIONS[HOLDS if holds else FAILS],
-            f"{interior((10, 8), 0)} - {interior((10, 8), 1)} = "
-            f"{interior((10, 8), 0) - interior((10, 8), 1)}",
-            reason=f"counted for {len(sizes)} sizes of board",
-        )
-    ]
+    without, with_it = interior((10, 8), 0), interior((10, 8), 1)
+    return Reading.of(
+        HOLDS if holds else FAILS,
+        f"{without} - {with_it} = {without - with_it}",
+        reason=f"counted for {len(sizes)} sizes of board",
+    )
 
 
 @claim("c3_chess_unbiased", needs=("exp_c3_bias",), evidence="analytic")
 def judge_chess_unbiased(results):
     """The corner stays to 1e-9 px, the centroid moves by more than 1e-3 px."""
-    result = results["exp_c3_bias"]
-    corner, disc = result.column("corner_px"), result.column("disc_px")
+    corner, disc = (
+        results["exp_c3_bias"].column(f"{n}_px") for n in ("corner", "disc")
+    )
     holds = corner.max() < 1e-9 and disc.min() > 1e-3
-    return [
-        Reading(
-            DECISIONS[HOLDS if holds else FAILS],
-            float(np.median(disc)),
-            unit="px",
-            reason="median shift of the centroid of a disc of 20 px; largest "
-            f"of the corner {corner.max():.0e} px, least of the disc "
-            f"{disc.min():.1e} px",
-        )
-    ]
+    return Reading.of(
+        HOLDS if holds else FAILS,
+        float(np.median(disc)),
+        "px",
+        "median shift of the centroid of a disc of 20 px; largest "
+        f"of the corner {corner.max():.0e} px, least of the disc "
+        f"{disc.min():.1e} px",
+    )
 
 
 @numbers("table_3_1", needs=(), evidence="analytic")

@@ -33,17 +33,11 @@ def name_values(open_results):
 
 def of_cameras(result):
     """Success of each camera, of small pictures, and candidates per corner."""
-    large, small = LEAST_PX
-    tiny, many = [], []
-    for camera in NAMES:
-        here = {"camera": camera, "size_px": large}
-        ratio = result.column("candidates", **here) / result.column("wanted", **here)
-        many.append(ratio[result.column("success", **here) == 1])
-        tiny.append(result.column("success", camera=camera, size_px=small))
-    fisheye = result.column("success", camera="fisheye", size_px=large)
-    value("fisheye", percent(fisheye))
-    many = np.concatenate(many)
-    value("tiny", percent(np.concatenate(tiny)))
+    large, small = (result.select(size_px=size) for size in LEAST_PX)
+    value("fisheye", percent(large.select(camera="fisheye").column("success")))
+    value("tiny", percent(small.column("success")))
+    ratio = large.column("candidates") / large.column("wanted")
+    many = ratio[large.column("success") == 1]
     value("candidates", float(many.mean()) if len(many) else 0.0)
 
 
@@ -51,12 +45,9 @@ def of_squares(result):
     """Success with the largest and the smallest squares at the widest view."""
     fov = BIG_FOVS[0]
     value("wide_fov", fov)
-    across = sorted(
-        c["squares_across"] for c in result.conditions if c["fov_deg"] == fov
-    )
-    for name, count in (("large", across[0]), ("small", across[-1])):
-        success = result.column("success", fov_deg=fov, squares_across=count)
-        value(f"{name}_squares", percent(success))
+    sizes = result.by("squares_across", fov_deg=fov)
+    for name, across in (("large", min(sizes)), ("small", max(sizes))):
+        value(f"{name}_squares", percent(sizes[across].column("success")))
 
 
 def percent(flags):

@@ -12,6 +12,7 @@ from chapters.ch03_planar_grids.s1_2_celect.results import (
 )
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import LEAST_PX
 from raxel.features.celect import CelectSettings
+from raxel.features.celect.hough import angle_apart
 from repro.judge.statistics import proportion
 from repro.run.columns import columns
 from repro.run.experiment import table
@@ -61,11 +62,9 @@ def table_3_2(results):
     run = Run(results["fig_3_1_run"])
     rows = []
     for name, (field, unit, bounds) in THRESHOLDS.items():
-        number = getattr(settings, field)
-        if name == "t4":
-            share, here = None, number
-        else:
-            share, here = number, number * float(run.s[0])
+        number, of_window = getattr(settings, field), name != "t4"
+        here = number * float(run.s[0]) if of_window else number
+        share = number if of_window else None
         rows.append((f"$t_{name[1]}$", bounds, share, here, unit, f"`{field}`"))
     names = (
         "Threshold", "What it bounds", "Share of $s_i$", "Side 1", "Unit",
@@ -86,21 +85,18 @@ def step_table(results):
     index = turning_step(run)
     limit = settings.near_centre * run.s[int(run.steps[index, 0])]
     chosen, before = run.step(index)[2], run.step(index - 1)[2]
-    rows = []
-    for number, line in enumerate(run.of_step("lines", index), 1):
-        turn = abs(line[1] - before[1]) % 180
-        near = bool(abs(line[0]) < limit)
-        followed = bool(np.allclose(line, chosen))
-        rows.append(
-            (
-                number,
-                float(line[0]),
-                "yes" if near else "no",
-                float(line[1]),
-                float(min(turn, 180 - turn)),
-                "yes" if followed else "no",
-            )
+    words = {True: "yes", False: "no"}
+    rows = [
+        (
+            number,
+            float(R),
+            words[bool(abs(R) < limit)],
+            float(theta),
+            float(angle_apart(theta, before[1])),
+            words[np.allclose((R, theta), chosen)],
         )
+        for number, (R, theta) in enumerate(run.of_step("lines", index), 1)
+    ]
     names = (
         "Line", "$R$ (px)", r"$\lvert R\rvert < t_3$?", r"$\theta$ (deg)",
         r"Turn from $\theta_{prev}$ (deg)", "Followed?",
@@ -119,12 +115,9 @@ def camera_table(results):
     result = results["fig_3_1_cameras"]
     rows = []
     for camera, name in NAMES.items():
-        row = [name]
-        for size in LEAST_PX:
-            found = proportion(result.column("success", camera=camera, size_px=size))
-            percents = (100 * found.value, 100 * found.low, 100 * found.high)
-            row.append(Measured(*percents))
-        rows.append(row)
+        runs = [result.column("success", camera=camera, size_px=s) for s in LEAST_PX]
+        shares = [100 * np.array(proportion(run)[:3]) for run in runs]
+        rows.append((name, *(Measured(*map(float, share)) for share in shares)))
     heads = [f"Squares from {least} px on (%)" for least in LEAST_PX.values()]
     return Table(
         columns(("Camera", *heads), rows),
@@ -138,28 +131,25 @@ def camera_table(results):
 def smoothing_table(results):
     """Success by smoothing, over noise and over the size of squares."""
     result = results["ext_celect_limits"]
-    rules = list(dict.fromkeys(c["smoothing_px"] for c in result.conditions))
-    scenes = list(
-        dict.fromkeys((c["squares_across"], c["noise_sd"]) for c in result.conditions)
+    scenes = dict.fromkeys(
+        (c["squares_across"], c["noise_sd"]) for c in result.conditions
     )
-    found = {
-        "smoothing (px)": [
-            "0.1 s (chosen)" if rule is None else f"{rule:g}" for rule in rules
-        ]
-    }
-    for across, noise in scenes:
-        name = f"{1000 / across:.0f} px squares, noise {noise:g} (%)"
-        found[name] = [
-            100
-            * float(
-                result.column(
-                    "success", smoothing_px=rule, squares_across=across, noise_sd=noise
-                ).mean()
-            )
-            for rule in rules
-        ]
+    rows = [
+        (
+            "0.1 s (chosen)" if rule is None else f"{rule:g}",
+            *(
+                100
+                * float(
+                    runs.select(squares_across=n, noise_sd=sd).column("success").mean()
+                )
+                for n, sd in scenes
+            ),
+        )
+        for rule, runs in result.by("smoothing_px").items()
+    ]
+    heads = [f"{1000 / n:.0f} px squares, noise {sd:g} (%)" for n, sd in scenes]
     return Table(
-        found,
+        columns(("smoothing (px)", *heads), rows),
         "Noise and small squares ask for opposite smoothing: share of synthetic "
         "boards read completely. The thesis states no smoothing.",
     )

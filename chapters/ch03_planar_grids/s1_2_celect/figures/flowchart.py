@@ -144,9 +144,9 @@ def fig_3_3(results):
     for start, end in straight:
         draw_arrow(axes, start, end, found.get((start, end), 0))
     draw_returns(axes, found)
-    axes.set_xlim(-2.0, 2 * X_STEP + 1.9)
-    axes.set_ylim(-4.6 * Y_STEP - 0.8, 1.45)
-    axes.set_aspect("equal")
+    axes.set(
+        xlim=(-2.0, 2 * X_STEP + 1.9), ylim=(-4.6 * Y_STEP - 0.8, 1.45), aspect="equal"
+    )
     axes.axis("off")
     pairs = sorted(set(ARROWS) | set(found))
     unknown = [" > ".join(p) for p in found if p not in ARROWS]

@@ -11,6 +11,7 @@ from chapters.ch03_planar_grids.s1_2_celect.results import (
     which_view,
 )
 from raxel.features.celect import CelectSettings
+from raxel.features.celect.hough import angle_apart
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
@@ -21,6 +22,13 @@ GREY = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest"}
 BLUE, RED, GREEN, PINK = (series(i)["color"] for i in range(4))
 YELLOW = series(5)["color"]
 VIEW_RADII = 2.6
+
+
+def draw_picture(axes, image):
+    """The picture of a run, with axes in pixels."""
+    axes.imshow(image, **GREY)
+    axes.grid(False)
+    axes.set(xlabel="u (px)", ylabel="v (px)")
 
 
 def mark(axes, point, text, offset, colour="white"):
@@ -42,7 +50,7 @@ def draw_window(axes, run, index, band):
     import matplotlib.patches as patches
 
     centre, radius, line, anchor = run.step(index)
-    axes.imshow(run.image, **GREY)
+    draw_picture(axes, run.image)
     axes.add_patch(
         patches.Circle(centre, radius, fill=False, color=YELLOW, linewidth=2)
     )
@@ -72,11 +80,8 @@ def draw_window(axes, run, index, band):
     axes.plot(*centre, "o", color=YELLOW, markersize=6, linestyle="none")
     axes.plot(*anchor, "o", color=GREEN, markersize=6, linestyle="none")
     reach = VIEW_RADII * radius
-    axes.set_xlim(centre[0] - reach, centre[0] + reach)
-    axes.set_ylim(centre[1] + reach, centre[1] - reach)
-    axes.grid(False)
-    axes.set_xlabel("u (px)")
-    axes.set_ylabel("v (px)")
+    (u, v), across = centre, np.array([-reach, reach])
+    axes.set(xlim=u + across, ylim=v - across)
 
 
 def towards(axes, start, end, text, colour):
@@ -110,7 +115,7 @@ def fig_3_1(results):
     mark(axes, anchor, "$p_{new}$", (-44, 20))
     axes.legend(loc="lower left", fontsize=7.5)
     axes.set_title("Window at $c_1$")
-    whole.imshow(run.image, **GREY)
+    draw_picture(whole, run.image)
     loop = np.vstack((corners, corners[:1]))
     whole.plot(*loop.T, "--", color=GREEN, linewidth=1.3)
     for k, corner in enumerate(corners):
@@ -133,17 +138,11 @@ def fig_3_1(results):
             markersize=3,
         )
     whole.set_title("Corners, side lines, traces")
-    whole.grid(False)
-    whole.set_xlabel("u (px)")
-    whole.set_ylabel("v (px)")
+    numbers = ("u_px", "v_px", "radius_px", "R_px", "theta_deg")
     data = {
         "step": list(range(len(run.steps))),
         "contour": run.steps[:, 0].astype(int).tolist(),
-        "u_px": run.steps[:, 1].tolist(),
-        "v_px": run.steps[:, 2].tolist(),
-        "radius_px": run.steps[:, 3].tolist(),
-        "R_px": run.steps[:, 4].tolist(),
-        "theta_deg": run.steps[:, 5].tolist(),
+        **dict(zip(numbers, run.steps[:, 1:6].T.tolist(), strict=True)),
     }
     return Drawing(
         drawn,
@@ -160,18 +159,17 @@ def fig_3_1(results):
 
 def window_check(run):
     """Every anchor lies within its window and within t5 of its line."""
-    settings = CelectSettings()
-    worst = 0.0
-    for index, row in enumerate(run.steps):
+    settings, ratios = CelectSettings(), []
+    for index, contour in enumerate(run.steps[:-1, 0]):
+        if run.steps[index + 1, 0] != contour:
+            continue
         centre, radius, line, anchor = run.step(index)
-        ends = line_ends(centre, radius, line)
-        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-        off = abs(np.cross(along, anchor - ends[0]))
-        s = run.s[int(row[0])]
-        band = max(settings.edge_band * s, settings.least_band_px)
-        last = index + 1 == len(run.steps) or run.steps[index + 1, 0] != row[0]
-        if not last:
-            worst = max(worst, off / band, np.linalg.norm(anchor - centre) / radius)
+        start, end = line_ends(centre, radius, line)
+        along = (end - start) / np.linalg.norm(end - start)
+        off = abs(np.cross(along, anchor - start))
+        band = max(settings.edge_band * run.s[int(contour)], settings.least_band_px)
+        ratios += [off / band, np.linalg.norm(anchor - centre) / radius]
+    worst = max(ratios)
     return Check(
         worst <= 1 + 1e-9,
         f"all {len(run.steps)} anchors lie in their window and within t5 of their line",
@@ -221,10 +219,12 @@ def fig_3_2(results):
         label="chosen $h_p$",
     )
     hough.axvline(before[1], color=GREEN, linestyle="--", label=r"$\theta_{prev}$")
-    hough.set_xlim(0, 180)
-    hough.set_ylim(-radius, radius)
-    hough.set_xlabel(r"Orientation $\theta$ (deg)")
-    hough.set_ylabel("Distance $R$ from the centre (px)")
+    hough.set(
+        xlim=(0, 180),
+        ylim=(-radius, radius),
+        xlabel=r"Orientation $\theta$ (deg)",
+        ylabel="Distance $R$ from the centre (px)",
+    )
     hough.legend(loc="upper right", fontsize=7.5)
     hough.set_title("Its lines")
     return Drawing(
@@ -244,22 +244,18 @@ def fig_3_2(results):
 
 def turn_check(run):
     """(3.11) holds at every step that is not a contour's first."""
-    settings = CelectSettings()
-    least, steps = True, 0
+    least = []
     for index in range(1, len(run.steps)):
         contour = int(run.steps[index, 0])
         if contour != run.steps[index - 1, 0]:
             continue
-        steps += 1
-        lines = run.of_step("lines", index)
-        near = np.abs(lines[:, 0]) < settings.near_centre * run.s[contour]
-        turns = np.abs(lines[:, 1] - run.steps[index - 1, 5]) % 180
-        turns = np.minimum(turns, 180 - turns)
-        chosen = np.abs(run.steps[index, 5] - run.steps[index - 1, 5]) % 180
-        least &= min(chosen, 180 - chosen) <= turns[near].min() + 1e-9
+        lines, before = run.of_step("lines", index), run.steps[index - 1, 5]
+        limit = CelectSettings().near_centre * run.s[contour]
+        turns = angle_apart(lines[np.abs(lines[:, 0]) < limit, 1], before)
+        least.append(angle_apart(run.steps[index, 5], before) <= turns.min() + 1e-9)
     return Check(
-        bool(least),
-        f"the line of the least turn was followed at all {steps} later steps",
+        all(least),
+        f"the line of the least turn was followed at all {len(least)} later steps",
     )
 
 
@@ -269,14 +265,10 @@ def fig_3_4(results):
     run = Run(results["fig_3_4_run"])
     drawn, (traces, corners) = new_figure(1, 2, height_in=3.9)
     raw = np.unique(run.corners[:, 1:], axis=0)
+    low, high = raw.min(axis=0) - 20, raw.max(axis=0) + 20
     for axes in (traces, corners):
-        axes.imshow(run.image, **GREY)
-        low, high = raw.min(axis=0) - 20, raw.max(axis=0) + 20
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(high[1], low[1])
-        axes.grid(False)
-        axes.set_xlabel("u (px)")
-        axes.set_ylabel("v (px)")
+        draw_picture(axes, run.image)
+        axes.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     for contour in range(len(run.s)):
         traces.plot(
             *run.anchors(contour).T, ".-", color=YELLOW, linewidth=1.0, markersize=3
@@ -313,33 +305,24 @@ def fig_3_4(results):
 @figure("ext_celect_window", needs=("table_3_1_window",), evidence="synthetic")
 def window_study(results):
     """Share of boards read against the multiplier of the window radius."""
-    result = results["table_3_1_window"]
-    run = [c["multiplier"] for c in result.conditions]
-    rates = [proportion(result.column("success", multiplier=m)) for m in run]
+    runs = results["table_3_1_window"].by("multiplier")
+    rates = [proportion(run.column("success"))[:3] for run in runs.values()]
+    multipliers, shares = list(runs), 100 * np.array(rates).T
     drawn, axes = new_figure(height_in=2.8)
-    middle, low, high = (
-        100 * np.array([getattr(r, name) for r in rates])
-        for name in ("value", "low", "high")
-    )
-    plot_interval(
-        axes,
-        np.array(run),
-        middle,
-        low,
-        high,
-        index=0,
-        label="boards read, 95 % interval",
-    )
+    label = "boards read, 95 % interval"
+    plot_interval(axes, np.array(multipliers), *shares, index=0, label=label)
     axes.set_xscale("log")
-    axes.set_xticks(run, [f"{m:g}" for m in run])
+    axes.set_xticks(multipliers, [f"{m:g}" for m in multipliers])
     axes.minorticks_off()
-    axes.set_ylim(-3, 103)
-    axes.set_xlabel("Window radius over that of Table 3.1 (1)")
-    axes.set_ylabel("Success (%)")
+    axes.set(
+        ylim=(-3, 103),
+        xlabel="Window radius over that of Table 3.1 (1)",
+        ylabel="Success (%)",
+    )
     axes.legend(loc="best")
     return Drawing(
         drawn,
-        {"multiplier": run, "success_percent": middle.tolist()},
+        {"multiplier": multipliers, "success_percent": shares[0].tolist()},
         "Windows that are too small or too large: share of synthetic boards that "
         "are read completely, against a multiplier of the window radius.",
     )
