@@ -34,6 +34,7 @@ from raxel.lab.blemishes import Blemishes
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
 from raxel.lab.scenes import board_scene
+from tests.judged_claims import readings_of
 from tests.made_results import OfLaw, of_columns
 
 
@@ -188,7 +189,7 @@ def test_nearer_to_the_frame_is_asked_of_the_fisheye_alone():
 
 def test_an_order_that_never_decides_is_no_slight_difference():
     alike = OfLaw("exp_c3_trace_direction", lambda name, condition: np.ones(40), 40)
-    readings = judge_trace_direction({"exp_c3_trace_direction": alike})
+    readings = readings_of(judge_trace_direction, {"exp_c3_trace_direction": alike})
     assert [r.verdict for r in readings] == ["undecided"] * 2
     assert [r.reading["pose_range"] for r in readings] == [WHOLE, HARD]
 

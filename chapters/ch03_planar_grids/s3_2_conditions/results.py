@@ -33,21 +33,9 @@ SPOTS = (SPOTTED, CLEAN) = ("600 spots", "no spots")
 SEPARATED = 1e-6
 
 
-def conditions_of(result, poses, **more):
-    """Conditions of an experiment with one range of poses."""
-    wanted = {"poses": poses, **more}
-    return [
-        c
-        for c in result.conditions
-        if all(c[key] == value for key, value in wanted.items())
-    ]
-
-
 def numbers_of(result, name, poses=WHOLE):
     """A number of every image of one range of poses: (n,)."""
-    return np.concatenate(
-        [result.column(name, **c) for c in conditions_of(result, poses)]
-    )
+    return result.select(poses=poses).column(name)
 
 
 def levels_run(result):
@@ -93,15 +81,10 @@ def differing(orders):
     return (flat.min(axis=0) != flat.max(axis=0)).astype(float)
 
 
-def ends_of_orders(result, conditions):
-    """Counter of where the runs in the eight orders ended, over some conditions."""
-    ends = Counter()
-    for condition in conditions:
-        for way in WAYS:
-            for rank in range(4):
-                name = f"{way}_{rank}_stage"
-                ends.update(result.texts(name, **condition))
-    return ends
+def ends_of_orders(trials):
+    """Counter of where the runs in the eight orders ended, over a selection."""
+    names = [f"{way}_{rank}_stage" for way in WAYS for rank in range(4)]
+    return Counter(end for name in names for end in trials.texts(name))
 
 
 def merging_of(results, tone="", poses=WHOLE):
@@ -201,7 +184,7 @@ def name_values(open_results):
     value("orders.differ", 100 * differing(orders).mean())
     value("orders.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
     for poses in (WHOLE, HARD):
-        ends = ends_of_orders(direction, conditions_of(direction, poses))
+        ends = ends_of_orders(direction.select(poses=poses))
         _name_failures(f"orders.{poses}", ends)
     both = {
         "exp_c3_shadow": shadow,
@@ -250,8 +233,7 @@ def _name_light(result):
     ends = Counter(
         stage
         for v in levels
-        for c in result.conditions
-        for stage in result.texts(f"{level_name(v)}.stage", **c)
+        for stage in result.select().texts(f"{level_name(v)}.stage")
     )
     _name_failures("light", ends)
 

@@ -11,7 +11,6 @@ from chapters.ch03_planar_grids.s3_2_conditions.results import (
     METHODS,
     SPOTS,
     all_orders,
-    conditions_of,
     dim_of,
     ends_of_orders,
     in_light,
@@ -207,17 +206,10 @@ def stages_of(results):
         "fisheye, shadow": (results["exp_c3_shadow"], "shadow.stage"),
         "fisheye, more images": (results["exp_c3_merge_images"], "stage"),
     }
-    sets = dict.fromkeys(c["set"] for c in direction.conditions)
     runs = {}
     for poses in (WHOLE, HARD):
-        for told, (result, name) in named.items():
-            runs[told, poses] = Counter(
-                text
-                for c in conditions_of(result, poses)
-                for text in result.texts(name, **c)
-            )
-        for name in sets:
-            of_set = conditions_of(direction, poses, set=name)
-            told = f"{name}, eight orders"
-            runs[told, poses] = ends_of_orders(direction, of_set)
+        for what, (result, name) in named.items():
+            runs[what, poses] = Counter(result.select(poses=poses).texts(name))
+        for name, trials in direction.by("set", poses=poses).items():
+            runs[f"{name}, eight orders", poses] = ends_of_orders(trials)
     return runs
