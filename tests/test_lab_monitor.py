@@ -6,14 +6,22 @@ import numpy as np
 import pytest
 import yaml
 
-from raxel.cameras import load_camera
+from lab_cameras import EVERY
+from raxel.cameras import load_camera, pixel_grid
 from raxel.errors import InputError
 from raxel.features.active_grid import decode
 from raxel.features.localise import saddle_point
 from raxel.files import read_json
-from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 from raxel.lab import MonitorLevel, MonitorPattern, monitor_scene, trace
 from raxel.lab.monitor_sight import MonitorSight
+from raxel.lab.monitor_views import points_seen
 from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
 from raxel.lab.sensor import Sensor
@@ -107,6 +115,25 @@ def test_patterns_shaded_fast_are_those_of_the_renderer(tmp_path, turn):
     exact = traced.shade({0: MonitorLevel(0.5, respond)})
     np.testing.assert_allclose(sight.level(0.5), exact, atol=2e-6)
     assert 0 < np.count_nonzero(exact == exact[0, 0]) < exact.size
+
+
+@pytest.mark.parametrize("name", ["perspective", "hyperboloid", "planar mirrors"])
+def test_truth_is_what_the_rays_of_the_camera_itself_meet(name):
+    camera, size = EVERY[name][0], np.array([150.0, 110.0])
+    rays = camera.rays(pixel_grid(camera.width, camera.height))
+    middle = np.flatnonzero(rays.valid)[np.count_nonzero(rays.valid) // 3]
+    ahead = rays.directions[middle]
+    across = np.cross([0.3, 1.0, 0.2], ahead)
+    across /= np.linalg.norm(across)
+    R = np.column_stack([across, np.cross(ahead, across), ahead])
+    T = pose(R, rays.origins[middle] + 200 * ahead - R @ [*(size / 2), 0])
+    met, _, forward = intersect_rays_plane(rays.origins, rays.directions, T)
+    on = forward & (rays.directions @ T[:3, 2] > 0)
+    on &= ((met >= 0) & (met <= size)).all(axis=1)
+    assert 100 < np.count_nonzero(on) < 0.9 * len(on)
+    expected = np.where(on[:, None], met, np.nan).astype(np.float32)
+    found = points_seen(camera, T, size)
+    np.testing.assert_array_equal(found.reshape(-1, 2), expected)
 
 
 def test_the_chessboard_lies_where_the_patterns_say(tmp_path):

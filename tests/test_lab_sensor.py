@@ -6,7 +6,8 @@ from scipy.stats import norm
 
 from raxel.errors import InputError
 from raxel.lab.monitor import Monitor
-from raxel.lab.sensor import Sensor, bloom, demosaiced, mosaic, on_curve
+from raxel.lab.sensor import Sensor, bloom, demosaiced, mosaic
+from raxel.lab.tone_steps import tone_steps
 
 SHAPE = 250, 400
 COUNT = SHAPE[0] * SHAPE[1]
@@ -171,10 +172,20 @@ def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
     assert "\n" not in str(fault.value)
 
 
-def test_the_tone_curve_is_that_of_numpy():
-    nodes, values = np.array([0.0, 0.01, 0.3, 1.0]), np.array([0.0, 0.2, 0.5, 0.9])
-    x = np.random.default_rng(4).uniform(-0.2, 1.2, (70, 50)).astype(np.float32)
-    x[0, :4], x[1, :4] = nodes, np.nextafter(nodes.astype(np.float32), 2)
-    np.testing.assert_array_equal(
-        on_curve(x, nodes, values), np.interp(x, nodes, values)
-    )
+@pytest.mark.parametrize(
+    "tone",
+    [
+        {},
+        {"gamma": 2.2, "black_level": 0.02},
+        {"black_level": 0.1, "bits": 16},
+        {"response": ((0, 0.01, 0.3, 1), (0.02, 0.2, 0.5, 0.9))},
+    ],
+)
+def test_steps_of_the_tone_curve_are_the_curve_rounded(tone):
+    sensor = Sensor(1, 1, **tone)
+    share = np.random.default_rng(4).uniform(-0.3, 1.3, (70, 500)).astype(np.float32)
+    share[0, :5] = -2, -0.0, 0, 1, 3
+    steps = tone_steps(sensor.number, 2**sensor.bits - 1).steps
+    share[1:3, :250] = np.resize(steps[np.isfinite(steps)], 250)
+    share[2] = np.nextafter(share[1], np.float32(-9))
+    np.testing.assert_array_equal(sensor.develop(share), sensor.number(share))

@@ -14,7 +14,12 @@ from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.linear.cgsp import homography_to_base, image_noise_weights
 from raxel.calibration.smooth.adjustment import adjust_spline
 from raxel.calibration.smooth.table import smoothed_rays
-from raxel.cameras import FisheyeCamera, GeneralCamera
+from raxel.cameras import (
+    FisheyeCamera,
+    GeneralCamera,
+    PerspectiveCamera,
+    QuadricMirrorCamera,
+)
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
@@ -38,6 +43,8 @@ from raxel.sets import (
 
 BOARD = Chessboard(columns=7, rows=5, pitch_mm=20.0)
 CAMERA = FisheyeCamera("equidistance", 150.0, [159.5, 119.5], 320, 240, np.pi / 2)
+PINHOLE = PerspectiveCamera([[150, 0, 160], [0, 150, 120], [0, 0, 1]], [], 320, 240)
+MIRROR = QuadricMirrorCamera.aligned(PINHOLE, "hyperboloid", (30, 20), 25.0)
 DISTANCE_MM = 110.0
 MONITOR_PX = 48, 32
 
@@ -50,9 +57,10 @@ def compile_ahead():
     middle = np.append(BOARD.points().mean(axis=0), -DISTANCE_MM)
     T_camera_board = np.eye(4)
     T_camera_board[:3, 3] = -middle
-    laboratory = Laboratory(CAMERA, Sensor(8000, 10000), Optics(blur_sd_px=(0.8, 0.8)))
-    scene = board_scene(BOARD, T_camera_board)
-    picture = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
+    scene, optics = board_scene(BOARD, T_camera_board), Optics(blur_sd_px=(0.8, 0.8))
+    for well in (10_000, 100_000):
+        laboratory = Laboratory(CAMERA, Sensor(0.8 * well, well), optics)
+        picture = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
     points = on_plane(BOARD.points())
     true = CAMERA.project(transform(T_camera_board, points)).pixels
     clicks = true.reshape(BOARD.rows, BOARD.columns, 2)[[0, 0, -1, -1], [0, -1, -1, 0]]

@@ -5,13 +5,15 @@ Rays and intersections are found once for a view; each pattern is then only shad
 
 import numpy as np
 
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.core.smooth_rays import smooth_rays
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.lab.monitor_sight import MonitorSight
 from raxel.lab.patterns import MonitorBoard, monitor_scene
 from raxel.sets.patterns import BLACK, WHITE, patterns_of
 
-PIXELS_AT_ONCE = 1 << 18
+PIXELS_AT_ONCE = 1 << 16
+# Smooth rays are closer to a camera's own than this share of the monitor.
+NEAR = 1e-3
 # Stream of random numbers of the chessboard, behind those of any patterns.
 BOARD = 1 << 16
 
@@ -45,17 +47,28 @@ def points_seen(camera, T_camera_target, size_mm):
     """Where each pixel's ray meets the monitor, (height, width, 2) mm; NaN beside it.
 
     T_camera_target: (4, 4); size_mm: (width, height) of the lit area, whose upper left
-    corner is the origin.
+    corner is the origin. Smooth rays tell which pixels come near it; what these see is
+    told by the camera's own.
     """
-    points = np.full((camera.height * camera.width, 2), np.nan, np.float32)
-    pixels = pixel_grid(camera.width, camera.height)
-    for first in range(0, len(pixels), PIXELS_AT_ONCE):
-        part = slice(first, first + PIXELS_AT_ONCE)
-        rays = camera.rays(pixels[part])
-        met = intersect_rays_plane(rays.origins, rays.directions, T_camera_target)
-        with np.errstate(invalid="ignore"):
-            on = np.all((met[0] >= 0) & (met[0] <= size_mm), axis=1)
-        facing = rays.directions @ T_camera_target[:3, 2] > 0
-        seen = on & facing & met[2] & rays.valid
-        points[part][seen] = met[0][seen]
-    return points.reshape(camera.height, camera.width, 2)
+    points = np.full((camera.height, camera.width, 2), np.nan, np.float32)
+    size, smooth = np.array(size_mm, float), smooth_rays(camera)
+    u, step = np.arange(float(camera.width)), max(1, PIXELS_AT_ONCE // camera.width)
+    for first in range(0, camera.height, step):
+        v = np.arange(first, min(first + step, camera.height), dtype=float)
+        rays = smooth.grid(u, v)
+        _, near = _met(rays, T_camera_target, size, NEAR * size.max())
+        near = np.flatnonzero(near)
+        exact = smooth.exact_on_grid(u, v, rays, near)
+        met, on = _met(exact, T_camera_target, size, 0.0)
+        points[first : first + step].reshape(-1, 2)[near[on]] = met[on]
+    return points
+
+
+def _met(rays, T_camera_target, size, beyond):
+    """Points (N, 2) mm of the monitor's plane that rays meet, and which (N,) of them
+    lie on its face, or as far as `beyond` mm beside it."""
+    met = intersect_rays_plane(rays.origins, rays.directions, T_camera_target)
+    with np.errstate(invalid="ignore"):
+        within = (met.points >= -beyond) & (met.points <= size + beyond)
+    facing = rays.directions @ T_camera_target[:3, 2] > 0
+    return met.points, within.all(axis=1) & facing & met.valid & rays.valid

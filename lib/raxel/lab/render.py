@@ -182,14 +182,9 @@ def lit_pixels(traced, number):
     found = []
     for block in traced.blocks:
         v, u = np.nonzero(_alone(block, number) & _even(block))
-        across, down = _footprint(block.corners.uv)
-        centres = block.centres
-        found.append(
-            (
-                (v + block.rows.start) * width + u,
-                *(part[v, u] for part in (centres.uv, across, down, centres.cosine)),
-            )
-        )
+        uv, cosine = block.centres.uv[v, u], block.centres.cosine[v, u]
+        place = (v + block.rows.start) * width + u
+        found.append((place, uv, *_sides(block, v, u), cosine))
     return tuple(np.concatenate(part) for part in zip(*found, strict=True))
 
 
@@ -316,24 +311,36 @@ def _inside_radiance(block, inside, texture, keys):
     uv, cosine = block.centres.uv[inside], block.centres.cosine[inside]
     if not texture.averages or texture.even_inside:
         return texture.radiance(uv, cosine)
-    across, down = _footprint(block.corners.uv)
-    return texture.average(uv, across[inside], down[inside], cosine)
+    return texture.average(uv, *_sides(block, *np.nonzero(inside)), cosine)
 
 
-def _footprint(uv):
-    """Sides (h, w, 2), (h, w, 2) in mm of the patch of surface that a pixel sees."""
-    a, b, c, d = uv[:-1, :-1], uv[:-1, 1:], uv[1:, :-1], uv[1:, 1:]
+def _sides(block, v, u):
+    """Sides (N, 2), (N, 2) in mm of the patches of surface that pixels (v, u) see."""
+    uv = block.corners.uv
+    a, b, c, d = uv[v, u], uv[v, u + 1], uv[v + 1, u], uv[v + 1, u + 1]
     return (b + d - a - c) / 2, (c + d - a - b) / 2
 
 
 def _even(block):
     """Whether the centre of each pixel lies in the middle of its footprint."""
-    uv = block.corners.uv
-    across, down = _footprint(uv)
-    middle = (uv[:-1, :-1] + uv[:-1, 1:] + uv[1:, :-1] + uv[1:, 1:]) / 4
-    off = np.abs(block.centres.uv - middle).sum(axis=-1)
-    with np.errstate(invalid="ignore"):
-        return off <= EVEN * (np.abs(across) + np.abs(down)).sum(axis=-1)
+    return _centred(block.corners.uv, block.centres.uv)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _centred(corners, centres):
+    """Pixels (h, w) with places `centres` (h, w, 2) in the middle of their corners'."""
+    height, width, _ = centres.shape
+    even = np.empty((height, width), np.bool_)
+    for i in range(height):
+        for j in range(width):
+            off = size = 0.0
+            for k in range(2):
+                a, b = corners[i, j, k], corners[i, j + 1, k]
+                c, d = corners[i + 1, j, k], corners[i + 1, j + 1, k]
+                off += abs(centres[i, j, k] - (a + b + c + d) / 4)
+                size += abs((b + d - a - c) / 2) + abs((c + d - a - b) / 2)
+            even[i, j] = off <= EVEN * size
+    return even
 
 
 def _canvas(raster, colour):

@@ -6,12 +6,14 @@ come the camera's own tone curve and the rounding.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numba
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.lab.textures import LUMINANCE, interval
+from raxel.lab.textures import LUMINANCE
+from raxel.lab.tone_steps import counted, tone_steps
 
 # Values handled at once, so that the steps between stay in cache.
 BLOCK = 1 << 15
@@ -115,16 +117,19 @@ class Sensor:
         at_once = self.white_e >= GAUSSIAN_E
         charge = np.empty(irradiance.shape, np.float32 if at_once else float)
         for rows in _row_blocks(charge):
-            expected = np.maximum(
-                irradiance[rows].astype(charge.dtype) * self.white_e, 0
-            )
-            expected = np.minimum(expected, MOST_E)
+            light = irradiance[rows].astype(charge.dtype)
             if at_once:
-                noise = rng.standard_normal(expected.shape, np.float32)
-                noise *= np.sqrt(expected + np.float32(self.read_noise_e**2))
-                charge[rows] = expected + noise
+                noise = rng.standard_normal(light.shape, np.float32)
+                _charge_into(
+                    charge[rows].reshape(-1),
+                    light.reshape(-1),
+                    noise.reshape(-1),
+                    np.float32(self.white_e),
+                    np.float32(self.read_noise_e**2),
+                )
             else:
-                charge[rows] = rng.poisson(expected)
+                expected = np.maximum(light * self.white_e, 0)
+                charge[rows] = rng.poisson(np.minimum(expected, MOST_E))
         charge = bloom(charge, self.full_well_e, self.blooming)
         share = np.empty(charge.shape, np.float32)
         for rows in _row_blocks(charge):
@@ -136,46 +141,35 @@ class Sensor:
 
     def develop(self, share):
         """Tone curve and rounding of shares of the full well, (H, W) or (H, W, 3)."""
-        share = np.asarray(share, np.float32)
-        picture = np.empty(share.shape, BITS[self.bits])
-        for rows in _row_blocks(share):
-            picture[rows] = self._rounded(self._toned(share[rows]))
-        return picture
+        share = np.ascontiguousarray(share, np.float32)
+        return counted(share, _steps_of(self), BITS[self.bits])
+
+    def number(self, share):
+        """The number in the file, as a float, of shares (N,) of the full well."""
+        top = 2**self.bits - 1
+        toned = self.black_level + (1 - self.black_level) * self._toned(share)
+        return np.clip(np.rint(top * toned), 0, top)
 
     def _toned(self, share):
         if self.response is not None:
-            return on_curve(share, *map(np.array, self.response))
+            return np.interp(share, *self.response)
         if self.gamma != 1:
             return np.maximum(share, 0) ** np.float32(1 / self.gamma)
         return share
 
-    def _rounded(self, share):
-        share = self.black_level + (1 - self.black_level) * share
-        top = 2**self.bits - 1
-        return np.clip(np.rint(top * share), 0, top)
+
+@numba.njit(cache=True, error_model="numpy")
+def _charge_into(charge, light, noise, white_e, read_variance):
+    """Electrons (N,) of light (N,), shot and read noise being `noise` (N,) of SD 1."""
+    for n in range(len(charge)):
+        expected = min(max(light[n] * white_e, np.float32(0)), np.float32(MOST_E))
+        charge[n] = expected + noise[n] * np.sqrt(expected + read_variance)
 
 
-def on_curve(x, nodes, values):
-    """Piecewise linear curve through rising nodes (n,) at x, constant beyond its ends.
-
-    As np.interp, in a third of the time where neighbours lie close together.
-    """
-    slopes = np.diff(values) / np.diff(nodes)
-    return _on_curve(x.ravel(), nodes, values, slopes).reshape(x.shape)
-
-
-@numba.njit(cache=True)
-def _on_curve(x, nodes, values, slopes):
-    out = np.empty(len(x))
-    near = 0
-    for n in range(len(x)):
-        near = interval(nodes, x[n], near)
-        if near == 0 or near == len(nodes):
-            out[n] = values[max(near - 1, 0)]
-        else:
-            away = x[n] - nodes[near - 1]
-            out[n] = slopes[near - 1] * away + values[near - 1]
-    return out
+@lru_cache(maxsize=8)
+def _steps_of(sensor):
+    """The ToneSteps of a sensor."""
+    return tone_steps(sensor.number, 2**sensor.bits - 1)
 
 
 def _row_blocks(image):

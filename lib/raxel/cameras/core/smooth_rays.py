@@ -53,8 +53,10 @@ class SmoothRays:
         first = seen.origins[np.argmax(seen.valid)]
         one = np.all((seen.origins == first) | ~seen.valid[:, None])
         self._origin = first[None] if camera.central and one else None
-        self._directions = np.empty((0, NODES, NODES, 3))
-        self._origins = np.empty((0, NODES, NODES, 3))
+        # Room for all tiles; memory that is never written is never taken.
+        self._directions = np.empty((self._tiles.size, NODES, NODES, 3))
+        self._origins = np.empty_like(self._directions)
+        self._known = 0
 
     def rays(self, pixels):
         """`Rays` of positions (N, 2)."""
@@ -84,6 +86,17 @@ class SmoothRays:
             exact = np.flatnonzero((self._tiles == EXACT)[row][:, column])
         j, i = np.divmod(exact, len(u))
         return self._corrected(rays, exact, np.column_stack([u[i], v[j]]))
+
+    def exact_on_grid(self, u, v, rays, where):
+        """The camera's own `Rays` at indices (n,) of a grid, of which `grid` gave
+        `rays`."""
+        j, i = np.divmod(where, len(u))
+        origins = rays.origins if self._origin is not None else rays.origins[where]
+        found = Rays(origins, rays.directions[where], rays.valid[where])
+        tile = self._tiles[self._place(v[j], 1)[0], self._place(u[i], 0)[0]]
+        again = np.flatnonzero(tile != EXACT)
+        pixels = np.column_stack([u[i[again]], v[j[again]]])
+        return self._corrected(found, again, pixels)
 
     def _place(self, values, axis):
         """Tile of each coordinate, and where in it: -1 to 1 from node to node."""
@@ -126,11 +139,13 @@ class SmoothRays:
         good = valid.all(axis=(1, 2))
         good[good] = _smooth(directions[good]) & _smooth(origins[good])
         kind = np.where(valid.any(axis=(1, 2)), EXACT, EMPTY)
-        kind[good] = len(self._directions) + np.arange(np.count_nonzero(good))
+        kind[good] = self._known + np.arange(np.count_nonzero(good))
         self._tiles[rows, columns] = kind
-        self._directions = np.concatenate([self._directions, directions[good]])
+        new = slice(self._known, self._known + np.count_nonzero(good))
+        self._directions[new] = directions[good]
         if self._origin is None:
-            self._origins = np.concatenate([self._origins, origins[good]])
+            self._origins[new] = origins[good]
+        self._known = new.stop
 
 
 def _pairs(u, v):

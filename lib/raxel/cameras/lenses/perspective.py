@@ -91,6 +91,8 @@ class PerspectiveCamera(Camera):
         The iteration is in log r: far out, where the highest power of r rules, its
         logarithm is a straight line and one step arrives.
         """
+        if not np.any(self.radial):
+            return np.ones_like(distorted)
         low = np.full_like(distorted, 1e-300)
         high = np.full_like(distorted, min(self.max_radius, 1e300))
         r, done = np.minimum(distorted, high), distorted < 1e-300

@@ -11,6 +11,7 @@ The foci are at z = R / (1 + e) and R / (1 - e). Lengths are mm.
 import math
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from raxel.cameras.core.base import (
@@ -98,48 +99,15 @@ class ConicMirror:
         out = np.column_stack([x, y, self.kappa * z - self.radius])
         return -out if self.inside else out
 
-    def carries(self, points):
-        """Whether points (N, 3) of the quadric lie between hole and rim."""
-        with np.errstate(invalid="ignore"):
-            across = np.hypot(points[:, 0], points[:, 1])
-            scale = RIM * self.rim
-            between = (across >= self.hole - scale) & (across <= self.rim + scale)
-            # A second sheet, or the far half of an ellipsoid, is as wide.
-            middle = self.height * (1 + RIM) + scale
-            return between & (points[:, 2] >= -scale) & (points[:, 2] <= middle)
-
     def reflect(self, origins, directions):
         """Meet rays with the mirror and turn them: exact to rounding.
 
         origins, directions: (N, 3), the latter unit. Not valid where the first part of
         the mirror met is its back, or the ray meets the mirror again after leaving.
         """
-        steps = self._meetings(origins, directions)
-        first = np.min(steps, axis=1)
-        with np.errstate(invalid="ignore"):
-            points = origins + first[:, None] * directions
-            n = self.normals(points)
-            towards = np.sum(directions * n, axis=1)
-            n_square = np.sum(n * n, axis=1)
-            leaving = directions - (2 * towards / n_square)[:, None] * n
-            leaving /= np.linalg.norm(leaving, axis=1, keepdims=True)
-            valid = np.isfinite(first) & (towards < 0)
-        again = self._meetings(points, leaving)
-        valid &= ~np.any(np.isfinite(again) & (again > LEAVING * self.radius), axis=1)
-        keep = valid[:, None]
-        return Reflection(
-            np.where(keep, points, np.nan), np.where(keep, leaving, np.nan), valid
-        )
-
-    def _meetings(self, origins, directions):
-        """Distances (N, 2) at which rays meet the mirror; inf where they do not."""
-        steps = self.quadric_meetings(origins, directions)
-        for k in range(2):
-            with np.errstate(invalid="ignore"):
-                points = origins + steps[:, k, None] * directions
-                met = (steps[:, k] > 0) & self.carries(points)
-            steps[~met, k] = np.inf
-        return steps
+        shape = self.radius, self.kappa, self.hole, self.rim, self.height
+        rays = (np.ascontiguousarray(a, float) for a in (origins, directions))
+        return Reflection(*_reflected(*rays, shape, self.inside))
 
     def quadric_meetings(self, origins, directions):
         """Roots (N, 2) of the quadric along lines, NaN where none; not sorted.
@@ -214,6 +182,68 @@ class ConicMirror:
         first += lifted[:, :, None] * d_scale[:, None, :]
         double = 2 * self.radius
         return double * lifted * scale[:, None], double * first, double * second
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _reflected(origins, directions, shape, inside):
+    """`Reflection` of rays (N, 3), (N, 3) on a mirror of `shape`: radius, kappa, radii
+    of hole and rim, height."""
+    radius = shape[0]
+    points, leaving = np.full((2, len(origins), 3), np.nan)
+    valid = np.zeros(len(origins), np.bool_)
+    for n in range(len(origins)):
+        o, d = origins[n], directions[n]
+        first = min(*_meetings(o[0], o[1], o[2], d[0], d[1], d[2], shape))
+        if not first < np.inf:
+            continue
+        x, y, z = o[0] + first * d[0], o[1] + first * d[1], o[2] + first * d[2]
+        u, v, w = x, y, shape[1] * z - radius
+        if inside:
+            u, v, w = -u, -v, -w
+        towards = d[0] * u + d[1] * v + d[2] * w
+        if not towards < 0:
+            continue
+        turn = 2 * towards / (u * u + v * v + w * w)
+        u, v, w = d[0] - turn * u, d[1] - turn * v, d[2] - turn * w
+        length = math.sqrt(u * u + v * v + w * w)
+        u, v, w = u / length, v / length, w / length
+        for again in _meetings(x, y, z, u, v, w, shape):
+            if LEAVING * radius < again < np.inf:
+                break
+        else:
+            valid[n] = True
+            points[n, 0], points[n, 1], points[n, 2] = x, y, z
+            leaving[n, 0], leaving[n, 1], leaving[n, 2] = u, v, w
+    return points, leaving, valid
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _meetings(ox, oy, oz, dx, dy, dz, shape):
+    """Distances at which a ray meets the mirror, two; inf where it does not."""
+    radius, kappa = shape[:2]
+    # The roots of `quadric_meetings`.
+    a = dx * dx + dy * dy + kappa * dz * dz
+    b = ox * dx + oy * dy + kappa * oz * dz - radius * dz
+    c = ox * ox + oy * oy - oz * (2 * radius - kappa * oz)
+    q = -(b + math.copysign(math.sqrt(b * b - a * c), b))
+    one, other = q / a, c / q
+    if not (one > 0 and _carries(ox + one * dx, oy + one * dy, oz + one * dz, shape)):
+        one = np.inf
+    if not (
+        other > 0 and _carries(ox + other * dx, oy + other * dy, oz + other * dz, shape)
+    ):
+        other = np.inf
+    return one, other
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _carries(x, y, z, shape):
+    """Whether a point of the quadric lies between hole and rim of the mirror."""
+    _, _, hole, rim, height = shape
+    across, scale = math.hypot(x, y), RIM * rim
+    # A second sheet, or the far half of an ellipsoid, is as wide.
+    middle = height * (1 + RIM) + scale
+    return hole - scale <= across <= rim + scale and -scale <= z <= middle
 
 
 def conic_of(shape, axes):
