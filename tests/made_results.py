@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from repro.run.experiment import run_trials
-from repro.run.jobs import function_of, producer
+from repro.run.jobs import Order, producer
 from repro.run.outcomes import Plan
+from repro.run.rendered import declared
 from repro.run.results import Result, gather
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -33,7 +34,10 @@ def written(plan, experiment="made_up", effort="full"):
 @functools.cache
 def plan_of(experiment):
     """The plan of an experiment that reads no other, at full size."""
-    return function_of(producer(ROOT, "experiment", experiment))("full")
+    found = producer(ROOT, "experiment", experiment)
+    order = Order(experiment, "full", trials=None, set_folder=None, results=ROOT)
+    with declared(found.rendered("full")):
+        return order.plan(ROOT, found)
 
 
 def of_seed(trial, conditions=({},), seed=0):
