@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from repro.judge.statistics import Estimate
 from repro.page import style
 from repro.run.outcomes import Drawing
 
@@ -14,6 +15,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 import numpy as np
+from repro.judge.statistics import Estimate
 from repro.page import style
 from repro.run.outcomes import Drawing
 
@@ -154,3 +156,13 @@ def test_every_colour_stands_out_from_white():
         luminance = np.array([0.2126, 0.7152, 0.0722]) @ linear(entry["color"])
         # WCAG asks 3:1 for graphics; the two palest also have a marker with an edge.
         assert 1.05 / (luminance + 0.05) > 2.0
+
+
+def test_estimates_are_drawn_as_the_rows_that_they_are_kept_as():
+    drawn, axes = style.figure()
+    found = [Estimate(2.0, 1.0, 3.0), Estimate(4.0, 3.5, 6.0)]
+    rows = style.plot_estimates(axes, [10, 20], found, index=1, label="one")
+    assert rows == [(10, 2.0, 1.0, 3.0), (20, 4.0, 3.5, 6.0)]
+    np.testing.assert_array_equal(axes.lines[0].get_xydata(), [[10, 2], [20, 4]])
+    style.legend_below(drawn, axes, ncols=1)
+    assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["one"]

@@ -7,7 +7,8 @@ import numpy as np
 from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, NOISES, median
 from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS, SIZE_PX
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval
+from repro.page.style import legend_below, plot_estimates
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -22,34 +23,27 @@ def smooth_rays_figure(results):
     """Both measures against noise, for every method."""
     result = results["ext_smooth_rays_runs"]
     drawn, panels = new_figure(1, 2, height_in=3.6)
-    data = {n: [] for n in ("measure", "method", "noise_px", "median", "low", "high")}
+    rows = []
     for axes, (measure, (title, label)) in zip(panels, MEASURES.items(), strict=True):
         for index, method in enumerate(METHODS):
-            found = np.array(
-                [
-                    median(
-                        result, f"{method}.{measure}", lens="bent", noise=noise, grids=3
-                    )[:3]
-                    for noise in NOISES
-                ]
-            )
-            plot_interval(
-                axes, np.array(NOISES), *found.T, index=index,
-                label=NAMES[method],
-            )  # fmt: skip
-            for noise, row in zip(NOISES, found, strict=True):
-                told = (measure, method, noise, *row)
-                for column, cell in zip(data, told, strict=True):
-                    data[column].append(cell)
+            name = f"{method}.{measure}"
+            found = [
+                median(result, name, lens="bent", noise=noise, grids=3)
+                for noise in NOISES
+            ]
+            look = {"index": index, "label": NAMES[method]}
+            rows += [
+                (measure, method, *row)
+                for row in plot_estimates(axes, NOISES, found, **look)
+            ]
         axes.set(xscale="log", yscale="log", title=title, ylabel=label)
         axes.set_xlabel("Noise (px)")
         axes.set_xticks(NOISES, [f"{noise:g}" for noise in NOISES])
         axes.minorticks_off()
-    handles, labels = panels[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=4)
+    legend_below(drawn, panels[0], ncols=4)
     return Drawing(
         drawn,
-        data,
+        columns(("measure", "method", "noise_px", "median", "low", "high"), rows),
         "What is left of the rays' errors against noise: the table of single "
         "rays, the radial law nearest to them, the law with a smooth field "
         "fitted to the table, and the field adjusted together with the poses "

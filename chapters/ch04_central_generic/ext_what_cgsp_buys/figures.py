@@ -12,8 +12,9 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     STEPS,
     SWEEPS,
 )
+from chapters.shared.methods import LINEAR_NAMES
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval, series
+from repro.page.style import legend_below, plot_estimates, series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -23,7 +24,6 @@ LABELS = {
     "extent": ("size of the grids", "Half the side (mm)"),
     "rays": ("number of rays", "Rays (1)"),
 }
-IN_SWEEPS = NAMES | {"well_conditioned": "standard, well conditioned"}
 
 
 @figure("ext_what_cgsp_buys_figure", needs=("ext_cgsp_steps",), evidence="synthetic")
@@ -60,7 +60,7 @@ def what_cgsp_buys(results):
 def cgsp_sensitivity(results):
     """Error of the centre against tilt, size, rays and grids."""
     drawn, axes = new_figure(2, 2, height_in=5.6)
-    data = {n: [] for n in ("sweep", "method", "x", "median", "low", "high")}
+    rows = []
     panels = [
         (results["ext_cgsp_sensitivity"], sweep, name, levels, LABELS[sweep])
         for sweep, (name, levels) in SWEEPS.items()
@@ -79,37 +79,24 @@ def cgsp_sensitivity(results):
     ):
         fixed = {"sweep": sweep} if sweep else {}
         for index, method in enumerate(OF_MANY_GRIDS):
-            found = np.array(
-                [
-                    centre(result, method, **fixed, **{name: level})[:3]
-                    for level in levels
-                ]
-            )
-            plot_interval(
-                panel,
-                np.array(levels, float),
-                *found.T,
-                index=index,
-                label=IN_SWEEPS[method],
-            )
-            for level, row in zip(levels, found, strict=True):
-                told = (sweep or "grids", method, level, *row)
-                for column, cell in zip(data, told, strict=True):
-                    data[column].append(cell)
+            found = [
+                centre(result, method, **fixed, **{name: level}) for level in levels
+            ]
+            look = {"index": index, "label": LINEAR_NAMES.get(method, NAMES[method])}
+            rows += [
+                (sweep or "grids", method, *row)
+                for row in plot_estimates(panel, levels, found, **look)
+            ]
         panel.set(xscale="log", yscale="log", title=words[0], xlabel=words[1])
         panel.set_ylabel("Error of the centre (mm)")
         panel.set_xticks(levels, [f"{level:g}" for level in levels])
         panel.minorticks_off()
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(drawn, axes[0, 0], ncols=2)
     swept = results["ext_cgsp_sensitivity"]
-    again = sum(
-        int(swept.column("drawn_again", **condition).sum())
-        for condition in swept.conditions
-    )
+    again = int(swept.select().column("drawn_again").sum())
     return Drawing(
         drawn,
-        data,
+        columns(("sweep", "method", "x", "median", "low", "high"), rows),
         "Error of the camera's centre at 0.5 px as one thing of the scene "
         "changes: how much the grids are tilted, how large they are, how "
         "many rays and how many grids there are. Medians over trials with "

@@ -10,9 +10,16 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
     largest,
     over_cameras,
 )
-from repro.judge.statistics import all_of, median_interval
+from repro.judge.statistics import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Estimate,
+    all_of,
+    median_interval,
+)
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import DECISIONS, Reading, Value
+from repro.run.outcomes import Reading, Value
 
 DISTORTION_FREE = 1e-9
 EXACT_MM = 1e-6
@@ -27,37 +34,30 @@ def judge_picture(results):
     worst = over_cameras(found, "residual")
     in_mm = over_cameras(found, "residual_mm")
     scenes = found.trials_per_condition * len(CAMERAS)
-    return [
-        Reading(
-            "reproduced" if worst < DISTORTION_FREE else "differs",
-            worst,
-            reason=f"largest residual of {scenes} scenes with four kinds of "
-            f"camera, in normalised coordinates; {in_mm:.1g} mm",
-        )
-    ]
+    return Reading.of(
+        HOLDS if worst < DISTORTION_FREE else FAILS,
+        worst,
+        reason=f"largest residual of {scenes} scenes with four kinds of "
+        f"camera, in normalised coordinates; {in_mm:.1g} mm",
+    )
 
 
 @claim("c4_any_pinhole", needs=("exp_c4_any_pinhole",), evidence="analytic")
 def judge_centres(results):
     """Both solvers, for the fisheye of 183 deg and the hyperboloid."""
     found = results["exp_c4_any_pinhole"]
-    off = {
-        (camera, solver): largest(found, solver, camera=camera)
-        for camera in CAMERAS
-        for solver in SOLVERS
-    }
-    worst = max(off[camera, solver] for camera in WIDE for solver in SOLVERS)
-    others = max(off.values())
-    return [
-        Reading(
-            "reproduced" if worst < EXACT_MM else "differs",
-            worst,
-            unit="mm",
-            reason="largest error of Sturm-Maybank and the circles over "
-            f"{found.trials_per_condition} scenes each; with the radial lens "
-            f"and rays at random as well {others:.1g} mm",
-        )
-    ]
+    worst, others = (
+        max(over_cameras(found, solver, cameras) for solver in SOLVERS)
+        for cameras in (WIDE, CAMERAS)
+    )
+    return Reading.of(
+        HOLDS if worst < EXACT_MM else FAILS,
+        worst,
+        "mm",
+        "largest error of Sturm-Maybank and the circles over "
+        f"{found.trials_per_condition} scenes each; with the radial lens "
+        f"and rays at random as well {others:.1g} mm",
+    )
 
 
 @claim("c4_sm_vs_wl", needs=("exp_c4_sm_vs_wl",), evidence="synthetic")
@@ -65,20 +65,16 @@ def judge_methods(results):
     """Not to be decided without Wang and Liu's paper; the ratio is given."""
     found = results["exp_c4_sm_vs_wl"]
     ratios = [centre_ratio(found, c) for c in found.conditions]
-    middle = sorted(ratio.value for ratio in ratios)[len(ratios) // 2]
-    low, high = min(r.value for r in ratios), max(r.value for r in ratios)
-    return [
-        Reading(
-            "undecided",
-            middle,
-            interval=(low, high),
-            unit="1",
-            reason="not comparable: the method of Wang and Liu is not "
-            "described. Shown: error of the circle construction over that of "
-            "Sturm-Maybank, median within trials, and its range over "
-            f"{len(ratios)} levels of noise and fields of view",
-        )
-    ]
+    values = sorted(ratio.value for ratio in ratios)
+    return Reading.of(
+        UNDECIDED,
+        Estimate(values[len(values) // 2], values[0], values[-1]),
+        "1",
+        "not comparable: the method of Wang and Liu is not "
+        "described. Shown: error of the circle construction over that of "
+        "Sturm-Maybank, median within trials, and its range over "
+        f"{len(ratios)} levels of noise and fields of view",
+    )
 
 
 @claim(
@@ -87,23 +83,19 @@ def judge_methods(results):
 def judge_interpolation(results):
     """Above 0.1 mm, and above what 0.1 px of noise does."""
     found = results["exp_c4_interp_bias_centre"]
-    bias = median_interval(found.column("base_mm"))
-    noise = median_interval(found.column("noise_mm"))
-    boards = median_interval(found.column("all_mm"))
+    bias, noise, boards, gap = (
+        median_interval(found.column(name))
+        for name in ("base_mm", "noise_mm", "all_mm", "gap_mm")
+    )
     more = difference(found, "base_mm", "noise_mm")
-    decision = all_of([bias.above(BIAS_MM), more.above(0.0)])
-    return [
-        Reading(
-            DECISIONS[decision],
-            bias.value,
-            interval=(bias.low, bias.high),
-            unit="mm",
-            reason=f"0.1 px of noise with per-pixel data: {noise.value:.2g} "
-            f"mm; all three grids interpolated: {boards.value:.2g} mm. The "
-            "points on the base are off by "
-            f"{median_interval(found.column('gap_mm')).value:.2g} mm (median)",
-        )
-    ]
+    return Reading.of(
+        all_of([bias.above(BIAS_MM), more.above(0.0)]),
+        bias,
+        "mm",
+        f"0.1 px of noise with per-pixel data: {noise.value:.2g} "
+        f"mm; all three grids interpolated: {boards.value:.2g} mm. The "
+        f"points on the base are off by {gap.value:.2g} mm (median)",
+    )
 
 
 @numbers("sec_4_1_1", needs=("sec_4_1_1_grids",), evidence="analytic")
@@ -111,8 +103,8 @@ def values_of_grids(results):
     """The smallest number of grids that give a centre, and the right one."""
     found = results["sec_4_1_1_grids"]
     enough = [
-        condition["grids"]
-        for condition in found.conditions
-        if largest(found, "centre_mm", **condition) < EXACT_MM
+        grids
+        for grids in found.levels("grids")
+        if largest(found, "centre_mm", grids=grids) < EXACT_MM
     ]
     return {"s4_1_2_grids": Value(float(min(enough)))}

@@ -16,7 +16,7 @@ from raxel.geometry import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
 from repro.judge.statistics import median_interval
 from repro.page.space import draw_scene
-from repro.page.style import INK, plot_interval, series
+from repro.page.style import INK, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -127,25 +127,23 @@ def ext_pinhole_methods(results):
     labels = ("Noise (px)", "Field of view (deg)")
     for column, (name, label) in enumerate(zip(names, labels, strict=True)):
         conditions = levels_of(found, name)
-        x = np.array([condition[name] for condition in conditions])
-        for index, solver in enumerate(SOLVERS):
-            medians = [
-                median_interval(found.column(solver, **condition))
-                for condition in conditions
-            ]
-            look = {"index": index, "label": SOLVERS[solver]}
-            plot_interval(axes[0, column], x, *_bounds(medians), **look)
+        x = [condition[name] for condition in conditions]
+        for index, (solver, label_of) in enumerate(SOLVERS.items()):
+            medians = [median_interval(found.column(solver, **c)) for c in conditions]
             rows += [
-                (name, at, solver, *median[:3])
-                for at, median in zip(x, medians, strict=True)
+                (name, at, solver, *median)
+                for at, *median in plot_estimates(
+                    axes[0, column], x, medians, index=index, label=label_of
+                )
             ]
         ratios = [centre_ratio(found, condition) for condition in conditions]
-        look = {"index": 2, "label": "ratio"}
-        plot_interval(axes[1, column], x, *_bounds(ratios), **look)
-        axes[1, column].axhline(1, color=INK, lw=0.8, ls=":", marker="")
         rows += [
-            (name, at, "ratio", *ratio[:3]) for at, ratio in zip(x, ratios, strict=True)
+            (name, at, "ratio", *ratio)
+            for at, *ratio in plot_estimates(
+                axes[1, column], x, ratios, index=2, label="ratio"
+            )
         ]
+        axes[1, column].axhline(1, color=INK, lw=0.8, ls=":", marker="")
         axes[1, column].set_xlabel(label)
     for panel in axes[:, 0]:
         panel.set_xscale("log")
@@ -164,10 +162,6 @@ def ext_pinhole_methods(results):
     )
 
 
-def _bounds(estimates):
-    return np.array([estimate[:3] for estimate in estimates]).T
-
-
 @figure("ext_board_as_base", needs=("ext_board_as_base_sweep",), evidence="synthetic")
 def ext_board_as_base(results):
     """Centre error over the pitch of a chessboard that is the base."""
@@ -176,15 +170,15 @@ def ext_board_as_base(results):
     rows = []
     shown = {"base_mm": "chessboard, no noise", "noise_mm": "every pixel, 0.1 px"}
     for panel, lens in zip(axes, LENSES, strict=True):
-        conditions = [c for c in found.conditions if c["lens"] == lens]
-        x = np.array([c["pitch_mm"] for c in conditions])
+        pitches = found.by("pitch_mm", lens=lens)
+        x = list(pitches)
         for index, (name, label) in enumerate(shown.items()):
-            medians = [median_interval(found.column(name, **c)) for c in conditions]
-            look = {"index": index, "label": label}
-            plot_interval(panel, x, *_bounds(medians), **look)
+            medians = [median_interval(one.column(name)) for one in pitches.values()]
             rows += [
-                (lens, at, label, *median[:3])
-                for at, median in zip(x, medians, strict=True)
+                (lens, at, label, *median)
+                for at, *median in plot_estimates(
+                    panel, x, medians, index=index, label=label
+                )
             ]
         panel.set(xscale="log", yscale="log", title=lens)
         panel.set_xlabel("Squares of the chessboard (mm)")

@@ -127,7 +127,7 @@ def exact_trial(condition, rng):
     """The centre's error of both solvers, without noise."""
     draw = camera_of(condition["camera"])
     points = draw_points(draw, draw_poses(rng), rng)
-    return {stage: centre_off(stage, points) for stage in SOLVERS}
+    return {solver: centre_off(solver, points) for solver in SOLVERS}
 
 
 @experiment("exp_c4_any_pinhole", artefact="sec_4_1_1")

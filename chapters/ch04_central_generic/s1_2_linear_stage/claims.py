@@ -11,9 +11,9 @@ from chapters.ch04_central_generic.s1_2_linear_stage.results import (
     ratio_of_medians,
 )
 from raxel.calibration.linear.cgsp import SUBSET
-from repro.judge.statistics import all_of
+from repro.judge.statistics import FAILS, HOLDS, all_of
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import DECISIONS, Reading, Value
+from repro.run.outcomes import Reading, Value
 
 EXACT = 1e-6
 FULL_RANK = 8
@@ -30,17 +30,15 @@ def judge_minimum(results):
     ranks = found.column("rank", rays=3)
     refused = np.isnan(found.column("length_mm", rays=3)).all()
     holds = max(length, angle) < EXACT and ranks.max() < FULL_RANK and refused
-    return [
-        Reading(
-            "reproduced" if holds else "differs",
-            length,
-            unit="mm",
-            reason=f"largest error of a length from four rays in "
-            f"{found.trials_per_condition} scenes; of an angle {angle:.1g} "
-            f"rad. With three rays a homography has {ranks.max():.0f} "
-            f"independent equations for {FULL_RANK} unknowns",
-        )
-    ]
+    return Reading.of(
+        HOLDS if holds else FAILS,
+        length,
+        "mm",
+        f"largest error of a length from four rays in "
+        f"{found.trials_per_condition} scenes; of an angle {angle:.1g} "
+        f"rad. With three rays a homography has {ranks.max():.0f} "
+        f"independent equations for {FULL_RANK} unknowns",
+    )
 
 
 @claim("c4_ransac_h", needs=("exp_c4_ransac_h",), evidence="synthetic")
@@ -57,42 +55,36 @@ def judge_ransac(results):
     )
     worst = max(kept, key=lambda ratio: ratio.high)
     least = min(spoilt, key=lambda ratio: ratio.low)
-    return [
-        Reading(
-            DECISIONS[decision],
-            worst.value,
-            interval=(worst.low, worst.high),
-            unit="1",
-            reason="error with RANSAC over the error without outliers, at the "
-            f"worst of {len(kept)} levels of noise; without RANSAC "
-            + (
-                f"{least.value:.3g} at least (from {least.low:.3g})"
-                if np.isfinite(least.value)
-                else "most trials give no centre at all"
-            ),
-        )
-    ]
+    without = "most trials give no centre at all"
+    if np.isfinite(least.value):
+        without = f"{least.value:.3g} at least (from {least.low:.3g})"
+    return Reading.of(
+        decision,
+        worst,
+        "1",
+        "error with RANSAC over the error without outliers, at the worst of "
+        f"{len(kept)} levels of noise; without RANSAC {without}",
+    )
 
 
-@claim("c4_svd_precision", needs=("exp_c4_svd_precision",), evidence="synthetic")
-def judge_precision(results):
+@claim(
+    "c4_svd_precision",
+    needs=("exp_c4_svd_precision",),
+    evidence="synthetic",
+    readings=("svd_condition",),
+)
+def judge_precision(results, options):
     """Single over double precision, in each of the four conditions."""
     found = results["exp_c4_svd_precision"]
-    readings = []
-    for name, condition in SVD_CONDITIONS.items():
-        ratio = precision_ratio(found, **condition)
-        single = np.median(found.column("single_residual_mm", **condition))
-        readings.append(
-            Reading(
-                DECISIONS[ratio.above(SVD_RATIO)],
-                ratio.value,
-                reading={"svd_condition": name},
-                interval=(ratio.low, ratio.high),
-                unit="1",
-                reason=f"the residual in single precision is {single:.2g} mm",
-            )
-        )
-    return readings
+    condition = SVD_CONDITIONS[options["svd_condition"]]
+    ratio = precision_ratio(found, **condition)
+    single = np.median(found.column("single_residual_mm", **condition))
+    return Reading.of(
+        ratio.above(SVD_RATIO),
+        ratio,
+        "1",
+        f"the residual in single precision is {single:.2g} mm",
+    )
 
 
 @numbers(

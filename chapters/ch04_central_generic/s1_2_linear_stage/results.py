@@ -47,26 +47,22 @@ def of_outliers(found):
 
 def of_angles(found):
     """Errors and refusals at the angles to the base that the prose names."""
-    angles = sorted(c["angle_deg"] for c in found.conditions if c["which"] == "base")
-    at = [{"which": "base", "angle_deg": angle} for angle in angles]
-    refused = [found.column("refused", **one).mean() for one in at]
-    told = list(zip(angles, refused, strict=True))
-    value("base.always_deg", max(a for a, share in told if share == 1))
-    value("base.never_deg", min(a for a, share in told if share == 0))
-    parallel = found.column("unguarded_mm", **at[0])
-    value("base.parallel_mm", float(np.nanmedian(parallel)))
-    wide = found.column("centre_mm", **at[-1])
-    value("base.wide_mm", median_interval(wide).value)
-    value("base.wide_deg", angles[-1])
+    angles = found.by("angle_deg", which="base")
+    refused = {angle: one.column("refused").mean() for angle, one in angles.items()}
+    value("base.always_deg", max(a for a, share in refused.items() if share == 1))
+    value("base.never_deg", min(a for a, share in refused.items() if share == 0))
+    parallel, wide = angles[min(angles)], angles[max(angles)]
+    value("base.parallel_mm", float(np.nanmedian(parallel.column("unguarded_mm"))))
+    value("base.wide_mm", median_interval(wide.column("centre_mm")).value)
+    value("base.wide_deg", max(angles))
 
 
 def of_choices(found):
     """Centre errors in the scene of 4.1.5 and with the wider lens."""
-    for fov_deg, grids in ((100, 3), (150, 3)):
-        at = {"fov_deg": fov_deg, "grids": grids}
+    for fov_deg in (100, 150):
         for name in ("as in the thesis", "weighted"):
-            median = median_interval(found.column(name, **at)).value
-            value(f"choice.{fov_deg}.{name}", median)
+            trials = found.column(name, fov_deg=fov_deg, grids=3)
+            value(f"choice.{fov_deg}.{name}", median_interval(trials).value)
 
 
 def largest(found, name, **condition):

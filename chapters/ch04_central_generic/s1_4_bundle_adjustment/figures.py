@@ -10,8 +10,9 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.results import (
     NAMES,
     centre_medians,
 )
-from repro.page.style import INK, plot_interval, series
+from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -29,26 +30,18 @@ def consistency(results):
     """Centre error against the number of rays, at two sizes of noise."""
     result = results["ext_consistency_sweep"]
     drawn, axes = new_figure(1, 2, height_in=4.0)
-    names = ("noise_px", "method", "rays", "median_mm", "low_mm", "high_mm")
-    data = {name: [] for name in names}
+    rows = []
     order = list(CURVES[0.5])
     for panel, (noise, methods) in zip(axes, CURVES.items(), strict=True):
         for method in methods:
             rays, found = centre_medians(result, method, noise)
-            found = np.array([e[:3] for e in found])
-            plot_interval(
-                panel,
-                np.array(rays),
-                *found.T,
-                index=order.index(method),
-                label=NAMES[method],
-            )
-            for count, row in zip(rays, found, strict=True):
-                told = (noise, method, count, *row)
-                for name, cell in zip(names, told, strict=True):
-                    data[name].append(cell)
+            look = {"index": order.index(method), "label": NAMES[method]}
+            rows += [
+                (noise, method, *row)
+                for row in plot_estimates(panel, rays, found, **look)
+            ]
         few, many = rays[0], rays[-1]
-        ideal = found[0, 0] * np.sqrt(few / np.array([few, many]))
+        ideal = found[0].value * np.sqrt(few / np.array([few, many]))
         panel.plot(
             [few, many], ideal, color=INK, lw=1, ls=":", marker="",
             label="falls as $1/\\sqrt{N}$",
@@ -57,11 +50,10 @@ def consistency(results):
         panel.xaxis.set_minor_formatter(NullFormatter())
         panel.set_title(f"noise of {noise:g} px")
         panel.set_ylabel("Error of the centre (mm)")
-    handles, labels = axes[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(drawn, axes[0], ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(("noise_px", "method", "rays", "median_mm", "low_mm", "high_mm"), rows),
         "Error of the camera's centre against the number of rays that three "
         "grids share: medians over trials with 95 % intervals. The dotted "
         "line is what the error of the consistent adjustment with fewest rays "
@@ -77,18 +69,14 @@ def free_centre_starts(results):
     """Error of the centre at the end against that at the start."""
     result = results["exp_c4_centre_ba_unstable"]
     drawn, axes = new_figure(1, 3, height_in=3.4, sharex=True, sharey=True)
-    data = {"scheme": [], "scene": [], "start_mm": [], "end_mm": []}
-    ends = []
+    rows, ends = [], []
     for index, (panel, scheme) in enumerate(zip(axes, TITLES, strict=True), 1):
         starts = result.arrays(f"{scheme}.starts_mm")
         found = result.arrays(f"{scheme}.ends_mm")
         look = series(index) | {"linestyle": "", "ms": 3, "alpha": 0.6}
         for scene, (x, y) in enumerate(zip(starts, found, strict=True)):
             panel.plot(x, y, **look)
-            data["scheme"] += [scheme] * len(x)
-            data["scene"] += [scene] * len(x)
-            data["start_mm"] += x.tolist()
-            data["end_mm"] += y.tolist()
+            rows += [(scheme, scene, *run) for run in zip(x, y, strict=True)]
         ends += [*starts, *found]
         panel.set(xscale="log", yscale="log", title=TITLES[scheme])
         panel.set_xlabel("Error at the start (mm)")
@@ -98,7 +86,7 @@ def free_centre_starts(results):
         panel.plot(limits, limits, color=INK, lw=1, ls=":", marker="")
     return Drawing(
         drawn,
-        data,
+        columns(("scheme", "scene", "start_mm", "end_mm"), rows),
         "Where an adjustment that frees the centre ends, against where it "
         "starts: one dot per start, the starts of a scene on the same data. "
         "Above the dotted line the centre is worse than before. The starts "

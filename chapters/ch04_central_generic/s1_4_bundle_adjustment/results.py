@@ -25,8 +25,7 @@ CURVES = {
 
 def counts_of(result, noise):
     """Numbers of rays that were run at a noise, rising."""
-    found = {c["rays"] for c in result.conditions if c["noise"] == noise}
-    return sorted(found)
+    return sorted(result.levels("rays", noise=noise))
 
 
 def centre_medians(result, method, noise):
@@ -48,12 +47,8 @@ def fall(result, method, noise):
 
 def refusals(result, **condition):
     """Trials that the linear stage refused, under what ``condition`` says."""
-    return sum(
-        text is not None
-        for one in result.conditions
-        if one.items() >= condition.items()
-        for text in result.texts("refused", **one)
-    )
+    texts = result.select(**condition).texts("refused")
+    return sum(text is not None for text in texts)
 
 
 def mean_interval(trials):

@@ -39,8 +39,7 @@ def ext_adjustment_schemes(results):
     columns = {"Method": list(NAMES.values())}
     for name, title in SHOWN.items():
         columns[title] = [
-            Measured(*median_interval(result.column(f"{method}.{name}"))[:3])
-            for method in NAMES
+            Measured.median(result.column(f"{method}.{name}")) for method in NAMES
         ]
     columns["Rounds (1)"] = [
         float(np.nanmedian(result.column(f"{method}.rounds"))) for method in NAMES
@@ -70,8 +69,7 @@ def ext_adjustment_targets(results):
     columns = {"Condition": list(TARGETS)}
     for name, title in titles.items():
         columns[title] = [
-            Measured(*median_interval(result.column(name, case=case))[:3])
-            for case in TARGETS
+            Measured.median(result.column(name, case=case)) for case in TARGETS
         ]
     columns["Asked for (mm)"] = [ASKED_MM[case] for case in TARGETS]
     columns["Normalised squared error (1)"] = [

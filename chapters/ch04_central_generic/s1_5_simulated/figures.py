@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from chapters.ch04_central_generic.s1_5_simulated.results import (
     PRIMARY,
     QUANTITIES,
@@ -14,7 +12,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
 from chapters.shared.methods import LINEAR_NAMES
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval
+from repro.page.style import legend_below, plot_estimates
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -36,26 +34,17 @@ def fig_4_2(results):
     rows = []
     for panel, quantity in zip(axes.flat, QUANTITIES, strict=True):
         for index, (method, stage) in enumerate(CURVES):
-            found = np.array(
-                [e[:3] for e in medians(result, PRIMARY, method, stage, quantity)]
-            )
-            plot_interval(
-                panel,
-                np.array(LEVELS),
-                *found.T,
-                index=index,
-                label=LINEAR_NAMES[method] + STAGES[stage],
-            )
+            found = medians(result, PRIMARY, method, stage, quantity)
+            look = {"index": index, "label": LINEAR_NAMES[method] + STAGES[stage]}
             rows += [
-                (quantity, method, stage, level, *row)
-                for level, row in zip(LEVELS, found, strict=True)
+                (quantity, method, stage, *row)
+                for row in plot_estimates(panel, LEVELS, found, **look)
             ]
         panel.set(xscale="log", yscale="log", title=WORDS[quantity])
         panel.set_ylabel(f"Error ({UNITS.get(quantity, 'mm')})")
     for panel in axes[1]:
         panel.set_xlabel("Noise SD (px)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(drawn, axes[0, 0], ncols=2)
     return Drawing(
         drawn,
         columns(

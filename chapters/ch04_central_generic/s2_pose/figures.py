@@ -19,7 +19,7 @@ from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, tra
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.judge.statistics import median_interval
 from repro.page.space import draw_scene
-from repro.page.style import INK, plot_interval, series
+from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -152,26 +152,21 @@ def fig_4_4(results):
     rows = []
     for panel, measure in zip(axes, MEASURES, strict=True):
         for index, estimator in enumerate(ESTIMATORS):
-            found = np.array(
-                [
-                    median_interval(trials_of(result, estimator, measure, level))[:3]
-                    for level in levels
-                ]
-            )
-            plot_interval(
-                panel, np.array(levels), *found.T, index=index, label=NAMES[estimator]
-            )
+            found = [
+                median_interval(trials_of(result, estimator, measure, level))
+                for level in levels
+            ]
+            look = {"index": index, "label": NAMES[estimator]}
             rows += [
-                (measure, estimator, level, *row)
-                for level, row in zip(levels, found, strict=True)
+                (measure, estimator, *row)
+                for row in plot_estimates(panel, levels, found, **look)
             ]
         panel.set(
             xscale="log", yscale="log", xlabel="Noise SD (px)", ylabel=LABELS[measure]
         )
         panel.set_xticks(levels, [f"{level:g}" for level in levels])
         panel.minorticks_off()
-    handles, names = axes[0].get_legend_handles_labels()
-    drawn.legend(handles, names, loc="outside lower center", ncols=3)
+    legend_below(drawn, axes[0], ncols=3)
     return Drawing(
         drawn,
         columns(("measure", "estimator", "noise_px", "median", "low", "high"), rows),
@@ -196,16 +191,14 @@ def plane_tilt(results):
         for index, (kind, name) in enumerate(
             (("common", "rays that all planes see"), ("own", "all rays"))
         ):
-            found = np.array(
-                [
-                    median_interval(result.column(f"{kind}.{tilt}.{measure}"))[:3]
-                    for tilt in TILTS_DEG
-                ]
-            )
-            plot_interval(panel, np.array(TILTS_DEG), *found.T, index=index, label=name)
+            found = [
+                median_interval(result.column(f"{kind}.{tilt}.{measure}"))
+                for tilt in TILTS_DEG
+            ]
+            look = {"index": index, "label": name}
             rows += [
-                (measure, kind, tilt, *row)
-                for tilt, row in zip(TILTS_DEG, found, strict=True)
+                (measure, kind, *row)
+                for row in plot_estimates(panel, TILTS_DEG, found, **look)
             ]
         panel.set(
             yscale="log",
@@ -213,8 +206,7 @@ def plane_tilt(results):
             ylabel=f"{unit} error ({measure.rpartition('_')[2]})",
         )
         panel.set_xticks(TILTS_DEG)
-    handles, names = axes[0].get_legend_handles_labels()
-    drawn.legend(handles, names, loc="outside lower center", ncols=2)
+    legend_below(drawn, axes[0], ncols=2)
     return Drawing(
         drawn,
         columns(("measure", "rays", "tilt_deg", "median", "low", "high"), rows),

@@ -9,6 +9,7 @@ import numpy as np
 from chapters.ch04_central_generic.s3_2_results.results import CAMERAS, RENDERED
 from chapters.shared.methods import LINEAR_NAMES
 from repro.page.style import figure as new_figure
+from repro.page.style import legend_below
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -43,8 +44,7 @@ def fig_4_6(results):
         panel.title.set_fontsize(9)
         points = zip(x.tolist(), y.tolist(), apart.tolist(), strict=True)
         rows += [(camera, LINEAR_NAMES[method], *point) for point in points]
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=3)
+    legend_below(drawn, axes[0, 0], ncols=3)
     return Drawing(
         drawn,
         columns(("camera", "method", "x_mm", "y_mm", "apart"), rows),

@@ -10,7 +10,7 @@ dark page.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter
 from matplotlib.transforms import Bbox
 
+from repro.judge.statistics import Estimate
 from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic
@@ -157,6 +158,24 @@ def plot_interval(
         return
     axes.plot(x, middle, label=label, **look)
     axes.fill_between(x, low, high, color=look["color"], alpha=0.18, linewidth=0)
+
+
+def plot_estimates(
+    axes: Axes, x: Sequence[float], found: Sequence[Estimate], **look: object
+) -> list[tuple]:
+    """Draw estimates along x as one series, see `plot_interval`.
+
+    Returns its rows for the figure's data: x, value, ends of the interval.
+    """
+    rows = [(at, *estimate[:3]) for at, estimate in zip(x, found, strict=True)]
+    plot_interval(axes, *np.array(rows, float).T, **look)
+    return rows
+
+
+def legend_below(drawn: Figure, axes: Axes, ncols: int) -> None:
+    """One legend for all axes of a figure, that of ``axes``, below them."""
+    handles, labels = axes.get_legend_handles_labels()
+    drawn.legend(handles, labels, loc="outside lower center", ncols=ncols)
 
 
 def check_axes(drawn: Figure, name: str) -> None:

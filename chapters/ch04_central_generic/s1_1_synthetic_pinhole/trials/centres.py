@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.cameras import (
@@ -9,7 +11,6 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.cameras import 
     camera_of,
     draw_points,
 )
-from chapters.shared.methods import LINEAR_STAGES
 from chapters.shared.wide_angle import (
     CENTRE_MM,
     SETTINGS,
@@ -26,8 +27,8 @@ from raxel.geometry.homography import normalising
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
-# Two plane-based solvers, by the names of the methods of chapter 4.
-SOLVERS = ("CGSP", "CGSP circle")
+# CGSP's linear stage with two plane-based solvers.
+SOLVERS = {"CGSP": linear_cgsp, "CGSP circle": partial(linear_cgsp, pinhole="circle")}
 TRIALS = {"quick": 8, "full": 60}
 NOISES_PX = {"quick": [0.1, 0.5, 2.0], "full": [0.1, 0.25, 0.5, 1.0, 2.0]}
 FIELDS_DEG = {"quick": [60, 150], "full": [60, 90, 120, 150]}
@@ -54,10 +55,10 @@ def synthetic_pictures(effort):
     return Plan(picture_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-def centre_off(stage, points):
+def centre_off(solver, points):
     """Distance (mm) of the found centre from the true one; None if refused."""
     try:
-        found = LINEAR_STAGES[stage](points, side=SIDE)
+        found = SOLVERS[solver](points, side=SIDE)
     except CalibrationError:
         return None
     return float(np.linalg.norm(found.centre - CENTRE_MM))
@@ -68,7 +69,7 @@ def noisy_trial(condition, rng):
     fov_deg = condition["fov_deg"]
     camera = radial_lens() if fov_deg == 100 else equidistance(fov_deg)
     seen = draw_scene(camera, condition["noise_px"], rng)
-    return {stage: centre_off(stage, seen.noisy) for stage in SOLVERS}
+    return {solver: centre_off(solver, seen.noisy) for solver in SOLVERS}
 
 
 @experiment("exp_c4_sm_vs_wl", artefact="sec_4_1_1")
