@@ -7,14 +7,13 @@ library: what stands there is the border, and the library's own calls are its ma
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
 from repro.run.names import Place, Sources, dotted
-from repro.run.where.scopes import Scope
 
 # Rooms of the library by what a reader looks for first: how things are found and
 # calibrated, what is modelled and measured with, what makes pictures, the arithmetic.
@@ -109,24 +108,57 @@ class Border:
         return self._known[place.node]
 
     def _looked_up(self, place: Place) -> Iterator[tuple[str, Place]]:
-        local = Scope(place.path, _whole(place.node))
-        for name in _chains(place.node):
-            if name[0] in local.bound or name[0] in local.parameters():
+        used = _Names(place.node)
+        for name in used.chains:
+            if name[0] in used.bound:
                 continue
             for length in range(len(name), 0, -1):
-                found = self._find(place.path, name[:length], local)
+                found = self._find(place.path, name[:length], used.imports)
                 if found:
                     yield name[length - 1], found
                     break
 
-    def _find(self, path: Path, name: list[str], local: Scope) -> Place | None:
-        if name[0] in local.imports:
-            return self.sources.imported(*local.imports[name[0]], name[1:])
+    def _find(
+        self, path: Path, name: Sequence[str], imports: Mapping[str, tuple[str, str]]
+    ) -> Place | None:
+        if name[0] in imports:
+            return self.sources.imported(*imports[name[0]], name[1:])
         return self.sources.find(path, name)
 
 
-def _whole(node: ast.stmt) -> ast.AST:
-    return node if isinstance(node, ast.FunctionDef) else ast.Module([node], [])
+class _Names:
+    """Names that a definition uses, each once with its attributes, and those it binds.
+
+    Types and marks are left out.
+    """
+
+    def __init__(self, node: ast.AST) -> None:
+        self.chains: dict[tuple[str, ...], None] = {}
+        self.bound: set[str] = set()
+        self.imports: dict[str, tuple[str, str]] = {}
+        self._read(node)
+
+    def _read(self, node: ast.AST) -> None:
+        if isinstance(node, ast.Name | ast.Attribute):
+            name = tuple(dotted(node))
+            if name and isinstance(node.ctx, ast.Load):
+                self.chains[name] = None
+            elif len(name) == 1:
+                self.bound.add(name[0])
+            if name:
+                return
+        elif isinstance(node, ast.arg):
+            self.bound.add(node.arg)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            for alias in node.names:
+                self.imports[alias.asname or alias.name] = (node.module, alias.name)
+        for field in node._fields:
+            if field in TYPES:
+                continue
+            value = getattr(node, field, None)
+            for child in value if isinstance(value, list) else (value,):
+                if isinstance(child, ast.AST):
+                    self._read(child)
 
 
 def _is_code(node: ast.stmt) -> bool:
@@ -136,18 +168,3 @@ def _is_code(node: ast.stmt) -> bool:
             for base in node.bases
         )
     return isinstance(node, ast.FunctionDef)
-
-
-def _chains(node: ast.AST) -> Iterator[list[str]]:
-    """Names below a node with their attributes, but for types and marks."""
-    if isinstance(node, ast.Name | ast.Attribute):
-        name = dotted(node)
-        if name:
-            yield name
-            return
-    for field, value in ast.iter_fields(node):
-        if field in TYPES:
-            continue
-        for child in value if isinstance(value, list) else [value]:
-            if isinstance(child, ast.AST):
-                yield from _chains(child)
