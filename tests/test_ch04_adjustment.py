@@ -11,7 +11,7 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
     formulas,
     schemes,
 )
-from tests.judged_claims import readings, verdict
+from tests.judged_claims import readings, readings_of, verdict
 from tests.made_results import flat, of_seed
 
 UNSTABLE = "exp_c4_centre_ba_unstable"
@@ -51,7 +51,7 @@ def test_closed_form_of_the_distance_and_the_unknowns():
     assert found.column("largest_mm")[0] < 1e-11
     counts = of_seed(formulas.unknowns_trial, [{"grids": n} for n in formulas.GRIDS])
     results = {"exp_c4_ba_param_count": counts}
-    (reading,) = claims.judge_param_count(results)
+    (reading,) = readings_of(claims.judge_param_count, results)
     assert reading.verdict == "reproduced"
     assert claims.values_of_adjustment(results)["s4_1_4_ba"].value == "6*(n-1)"
 

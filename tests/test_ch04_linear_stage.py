@@ -22,11 +22,15 @@ from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
 )
 from chapters.shared import wide_angle
 from raxel.geometry import homography_dlt
+from tests.judged_claims import readings_of
 from tests.made_results import of_columns
 
 
 def verdicts(judge, experiment, *made):
-    return [reading.verdict for reading in judge({experiment: of_columns(*made)})]
+    return [
+        reading.verdict
+        for reading in readings_of(judge, {experiment: of_columns(*made)})
+    ]
 
 
 # 4.1.1
