@@ -5,6 +5,7 @@ import pytest
 
 from chapters.ch03_planar_grids.s3_1_robustness.claims.detection import judge_detect_8px
 from chapters.ch03_planar_grids.s3_1_robustness.results import SWEEPS, experiment_of
+from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 
 
@@ -29,7 +30,7 @@ def test_nearly_all_grids_in_order_are_less_than_8_px_off(largest, verdict, coun
         )
         for s in SWEEPS
     }
-    readings = judge_detect_8px(results)
+    readings = readings_of(judge_detect_8px, results)
     assert {r.verdict for r in readings} == {verdict}
     assert f"of {count} complete grids" in readings[0].reason
     assert readings[0].regenerated == pytest.approx(

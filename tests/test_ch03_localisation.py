@@ -26,6 +26,7 @@ from chapters.shared.localiser_basin import (
 )
 from chapters.shared.synthetic_board import SyntheticBoard
 from repro.run.outcomes import Plan
+from tests.judged_claims import readings_of
 from tests.made_results import written
 
 WINDOWS = [5, 15, 25, 35]
@@ -157,7 +158,7 @@ def test_the_basin_ends_where_a_corner_is_left():
     assert farthest_start(result, "full window") == 3
     assert farthest_start(result, "half window") == 12
     assert worst_within(result, "full window") == 8
-    readings = judge_localise_converges({"fig_3_11_localised": result})
+    readings = readings_of(judge_localise_converges, {"fig_3_11_localised": result})
     assert {r.reading["localiser_window"]: r.verdict for r in readings} == {
         "full window": "differs",
         "half window": "reproduced",

@@ -31,6 +31,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
 )
 from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.scoring import missing_on, scored
+from tests.judged_claims import readings_of
 from tests.made_results import OfLaw, of_columns
 
 LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
@@ -174,7 +175,7 @@ def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
     results = {f"fig_3_11_{sweep}": ten_levels(name) for sweep, name in SWEEPS.items()}
     readings = {
         r.reading["failed_trials_of_a_level"]: (r.verdict, r.regenerated)
-        for r in judge_detect_below_basin(results)
+        for r in readings_of(judge_detect_below_basin, results)
     }
     assert readings == {
         "count as the worst": ("differs", 0.7),
@@ -196,7 +197,7 @@ def test_a_level_that_sweeps_share_counts_once():
 def test_success_that_does_not_follow_the_square_is_no_rise():
     def verdicts(right):
         result = swept("squares_across", right)
-        readings = judge_small_square_fail({"fig_3_11_square": result})
+        readings = readings_of(judge_small_square_fail, {"fig_3_11_square": result})
         return {r.verdict for r in readings}
 
     assert verdicts({5: [1], 10: [1], 20: [0], 40: [0]}) == {"reproduced"}

@@ -12,7 +12,7 @@ from chapters.shared.localiser_basin import (
     farthest_start,
     worst_within,
 )
-from chapters.shared.robustness import LEVELS, SMOOTHINGS
+from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.scoring import DONE
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.page.reader import value
@@ -33,14 +33,6 @@ WITHOUT_BLUR = ("noise", "square", "fov", "yaw")
 FULL = {"levels": "full range"}
 TEXT_SQUARES = 20  # across the board: those of 50 px
 
-# What the text leaves open here; the option that decides comes first.
-QUESTIONS = {
-    "celect_smoothing": tuple(SMOOTHINGS),
-    "board_levels": tuple(LEVELS),
-    "corner_distance": ("interior corners", "last corner and rim of the board"),
-    "failed_trials_of_a_level": ("left out", "count as the worst"),
-    "localiser_window": tuple(HALF_WINDOWS),
-}
 PRIMARY, *OTHERS = SMOOTHINGS
 
 
@@ -52,6 +44,7 @@ class Under:
         self.prefix = "" if smoothing == PRIMARY else f"{smoothing}."
         self.conditions = result.conditions
         self.trials_per_condition = result.trials_per_condition
+        self.levels = result.levels
 
     def column(self, name, **condition):
         """Trials (n,) of a value."""
@@ -74,12 +67,7 @@ def sweeps_under(results, smoothing, sweeps=tuple(SWEEPS)):
 
 def levels_of(result, name, **other):
     """Levels (n,) along a sweep, as they were run, in order."""
-    found = [
-        c[name]
-        for c in result.conditions
-        if all(c[key] == value for key, value in other.items())
-    ]
-    return np.array(found)
+    return np.array(result.levels(name, **other))
 
 
 def successes(result, **condition):
@@ -132,10 +120,8 @@ def sure_up_to(result, name, share):
 
 def losses(result):
     """Stage at which runs were lost -> how many, over all levels at full contrast."""
-    stages = Counter()
-    for condition in result.conditions:
-        if condition["levels"] == "full range":
-            stages.update(result.texts("stage", **condition))
+    trials = result.result.select(**FULL)
+    stages = Counter(trials.texts(f"{result.prefix}stage"))
     del stages[DONE]
     return stages
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.results import (
     DEFAULT_FOV,
-    QUESTIONS,
     TEXT_SQUARES,
     WITHOUT_BLUR,
     Under,
@@ -19,12 +18,13 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     sure_up_to,
     sweeps_under,
 )
-from chapters.shared.robustness import LEVELS, SMOOTHINGS
+from chapters.shared.robustness import LEVELS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
     UNDECIDED,
+    Estimate,
     all_of,
     median_ratio,
     proportion,
@@ -32,14 +32,20 @@ from repro.judge.statistics import (
     with_worst,
 )
 from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.outcomes import Reading
 
 SURE, BROKEN = 0.9, 0.5
-MOST_PX = 6.5
+LEFT_OUT = "left out"
+# Option of the ledger -> the value of a trial.
+DISTANCES = {
+    "interior corners": "least_px",
+    "last corner and rim of the board": "rim_px",
+}
+MAX_PX = 6.5
 # The text's trials per level: fewer are no test of "50 of 50".
 TEXT_TRIALS = 50
 # Fewer trials than these leave a difference of shares open.
-LEAST_TRIALS = 10
+MIN_TRIALS = 10
 
 
 def rate(result, **condition):
@@ -47,193 +53,166 @@ def rate(result, **condition):
     return proportion(successes(result, **condition))
 
 
-def in_both(judge, result):
-    """Readings of judge(result as one smoothing left it) -> keywords of a Reading."""
-    return [
-        Reading(**judge(Under(result, name)), reading={"celect_smoothing": name})
-        for name in SMOOTHINGS
-    ]
+def under(result, options):
+    """The result of a sweep as the smoothing of a reading left it."""
+    return Under(result, options["celect_smoothing"])
 
 
-@claim("c3_robust_noise", needs=("fig_3_11_noise",), evidence="rendered")
-def judge_robust_noise(results):
+@claim(
+    "c3_robust_noise",
+    needs=("fig_3_11_noise",),
+    evidence="rendered",
+    readings=("celect_smoothing", "board_levels"),
+)
+def judge_robust_noise(results, options):
     """No loss up to 15 grey levels, the first between 18 and 34."""
-    readings = []
-    for smoothing in SMOOTHINGS:
-        result = Under(results["fig_3_11_noise"], smoothing)
-        for option in LEVELS:
-            levels = levels_of(result, "noise_sd", levels=option)
-            index = first_lost(result, "noise_sd", levels=option)
-            first = np.inf if index is None else levels[index]
-            verdict = HOLDS if 18 <= first <= 34 else FAILS
-            if verdict == HOLDS and result.trials_per_condition < TEXT_TRIALS:
-                verdict = UNDECIDED
-            black, white = LEVELS[option]
-            readings.append(
-                Reading(
-                    DECISIONS[verdict],
-                    float(first) if np.isfinite(first) else "none",
-                    reading={"celect_smoothing": smoothing, "board_levels": option},
-                    unit="grey levels",
-                    reason="first level with a lost trial; black and white "
-                    f"at {black:.0f} and {white:.0f}",
-                )
-            )
-    return readings
+    result, board = under(results["fig_3_11_noise"], options), options["board_levels"]
+    index = first_lost(result, "noise_sd", levels=board)
+    levels = levels_of(result, "noise_sd", levels=board)
+    first = np.inf if index is None else levels[index]
+    decision = HOLDS if 18 <= first <= 34 else FAILS
+    if decision == HOLDS and result.trials_per_condition < TEXT_TRIALS:
+        decision = UNDECIDED
+    black, white = LEVELS[board]
+    return Reading.of(
+        decision,
+        float(first) if np.isfinite(first) else "none",
+        "grey levels",
+        "first level with a lost trial; black and white "
+        f"at {black:.0f} and {white:.0f}",
+    )
 
 
 @claim(
     "c3_max_error",
     needs=("fig_3_11_noise", "fig_3_11_square", "fig_3_11_fov", "fig_3_11_yaw"),
     evidence="rendered",
+    readings=("celect_smoothing",),
 )
-def judge_max_error(results):
+def judge_max_error(results, options):
     """Largest error below 6.5 px in four sweeps."""
-    readings = []
-    for smoothing in SMOOTHINGS:
-        swept = sweeps_under(results, smoothing, WITHOUT_BLUR)
-        largest = float(largest_errors(swept).max())
-        readings.append(
-            Reading(
-                DECISIONS[HOLDS if largest < MOST_PX else FAILS],
-                largest,
-                reading={"celect_smoothing": smoothing},
-                unit="px",
-                reason="largest error of any corner of a successful grid",
-            )
-        )
-    return readings
+    swept = sweeps_under(results, options["celect_smoothing"], WITHOUT_BLUR)
+    largest = float(largest_errors(swept).max())
+    reason = "largest error of any corner of a successful grid"
+    return Reading.of(HOLDS if largest < MAX_PX else FAILS, largest, "px", reason)
 
 
-@claim("c3_perspective_limit", needs=("fig_3_11_yaw",), evidence="rendered")
-def judge_perspective_limit(results):
+@claim(
+    "c3_perspective_limit",
+    needs=("fig_3_11_yaw",),
+    evidence="rendered",
+    readings=("celect_smoothing",),
+)
+def judge_perspective_limit(results, options):
     """At least 0.9 up to 40 deg.
 
     Beyond 48.6 deg corners are not in the picture, so that what is above the limit
     of the text fails by construction: nothing is tested there.
     """
-
-    def judge(result):
-        rates = {
-            yaw: rate(result, yaw_deg=yaw)
-            for yaw in levels_of(result, "yaw_deg")
-            if yaw <= 40
-        }
-        least = min(rates, key=lambda yaw: rates[yaw].value)
-        return {
-            "verdict": DECISIONS[
-                all_of([r.above(SURE - 1e-9) for r in rates.values()])
-            ],
-            "regenerated": sure_up_to(result, "yaw_deg", SURE),
-            "unit": "deg",
-            "reason": "last yaw up to which at least 90 % of the trials are "
-            f"right; up to 40 deg the least share is {_told(rates[least])}, "
-            f"at {least} deg",
-        }
-
-    return in_both(judge, results["fig_3_11_yaw"])
+    result = under(results["fig_3_11_yaw"], options)
+    yaws = [yaw for yaw in levels_of(result, "yaw_deg") if yaw <= 40]
+    rates = {yaw: rate(result, yaw_deg=yaw) for yaw in yaws}
+    least = min(rates, key=lambda yaw: rates[yaw].value)
+    return Reading.of(
+        all_of([found.above(SURE - 1e-9) for found in rates.values()]),
+        sure_up_to(result, "yaw_deg", SURE),
+        "deg",
+        "last yaw up to which at least 90 % of the trials are "
+        f"right; up to 40 deg the least share is {_in_words(rates[least])}, "
+        f"at {least} deg",
+    )
 
 
-def _told(share):
+def _in_words(share):
     return (
         f"{100 * share.value:.0f} % ({100 * share.low:.0f} to {100 * share.high:.0f})"
     )
 
 
-@claim("c3_pitch_limit", needs=("fig_3_11_square",), evidence="rendered")
-def judge_pitch_limit(results):
+@claim(
+    "c3_pitch_limit",
+    needs=("fig_3_11_square",),
+    evidence="rendered",
+    readings=("celect_smoothing",),
+)
+def judge_pitch_limit(results, options):
     """At least 0.9 right with squares of 50 px."""
-
-    def judge(result):
-        right = rate(result, squares_across=TEXT_SQUARES)
-        return {
-            "verdict": DECISIONS[right.above(SURE - 1e-9)],
-            "regenerated": right.value,
-            "interval": (right.low, right.high),
-            "unit": "1",
-            "reason": "share of the boards with squares of 50 px that are "
-            "fully extracted",
-        }
-
-    return in_both(judge, results["fig_3_11_square"])
+    result = under(results["fig_3_11_square"], options)
+    right = rate(result, squares_across=TEXT_SQUARES)
+    reason = "share of the boards with squares of 50 px that are fully extracted"
+    return Reading.of(right.above(SURE - 1e-9), right, "1", reason)
 
 
-@claim("c3_pitch_distance", needs=("fig_3_11_square",), evidence="analytic")
-def judge_pitch_distance(results):
+@claim(
+    "c3_pitch_distance",
+    needs=("fig_3_11_square",),
+    evidence="analytic",
+    readings=("corner_distance",),
+)
+def judge_pitch_distance(results, options):
     """With squares of 50 px the nearest corners are 10 to 14 px apart."""
-    result = results["fig_3_11_square"]
-    readings = []
-    for option, name in zip(
-        QUESTIONS["corner_distance"], ("least_px", "rim_px"), strict=True
-    ):
-        apart = least_distance(result, name)
-        readings.append(
-            Reading(
-                DECISIONS[HOLDS if 10 <= apart <= 14 else FAILS],
-                apart,
-                reading={"corner_distance": option},
-                interval=(apart, apart),
-                unit="px",
-                reason="from the geometry of board and fisheye alone, "
-                "whatever CELECT does",
-            )
-        )
-    return readings
+    name = DISTANCES[options["corner_distance"]]
+    apart = least_distance(results["fig_3_11_square"], name)
+    return Reading.of(
+        HOLDS if 10 <= apart <= 14 else FAILS,
+        Estimate(apart, apart, apart),
+        "px",
+        "from the geometry of board and fisheye alone, whatever CELECT does",
+    )
 
 
-@claim("c3_small_square_fail", needs=("fig_3_11_square",), evidence="rendered")
-def judge_small_square_fail(results):
+@claim(
+    "c3_small_square_fail",
+    needs=("fig_3_11_square",),
+    evidence="rendered",
+    readings=("celect_smoothing",),
+)
+def judge_small_square_fail(results, options):
     """Success rises with the size of the square, as an isotonic fit has it."""
-    return in_both(_rise, results["fig_3_11_square"])
-
-
-def _rise(result):
     from scipy.optimize import isotonic_regression
 
+    result = under(results["fig_3_11_square"], options)
     across = levels_of(result, "squares_across")[::-1]
     right = np.array([successes(result, squares_across=n).mean() for n in across])
     total = ((right - right.mean()) ** 2).sum()
     if total == 0:
-        return {
-            "verdict": DECISIONS[FAILS],
-            "regenerated": "none",
-            "reason": "as many trials are right at every size of square",
-        }
+        reason = "as many trials are right at every size of square"
+        return Reading.of(FAILS, "none", reason=reason)
     left = ((right - isotonic_regression(right).x) ** 2).sum()
     explained = float(1 - left / total)
-    sizes = SIZE_PX / across
-    broken = sizes[right < BROKEN].max(initial=0)
-    return {
-        "verdict": DECISIONS[HOLDS if explained >= 0.95 else FAILS],
-        "regenerated": explained,
-        "unit": "1",
-        "reason": "share of the variance that an isotonic fit explains; "
+    broken = (SIZE_PX / across)[right < BROKEN].max(initial=0)
+    return Reading.of(
+        HOLDS if explained >= 0.95 else FAILS,
+        explained,
+        "1",
+        "share of the variance that an isotonic fit explains; "
         "largest squares of which less than half of the boards are right: "
         f"{broken:.0f} px",
-    }
+    )
 
 
-@claim("c3_fisheye_fail", needs=("fig_3_11_fov",), evidence="rendered")
-def judge_fisheye_fail(results):
+@claim(
+    "c3_fisheye_fail",
+    needs=("fig_3_11_fov",),
+    evidence="rendered",
+    readings=("celect_smoothing",),
+)
+def judge_fisheye_fail(results, options):
     """Below 0.5 somewhere beyond 134 deg."""
-
-    def judge(result):
-        fovs = levels_of(result, "fov_deg")
-        rates = {fov: rate(result, fov_deg=fov) for fov in fovs if fov > DEFAULT_FOV}
-        broken = [r.below(BROKEN) for r in rates.values()]
-        some = UNDECIDED if UNDECIDED in broken else FAILS
-        least = min(rates, key=lambda fov: rates[fov].value)
-        return {
-            "verdict": DECISIONS[HOLDS if HOLDS in broken else some],
-            "regenerated": rates[least].value,
-            "interval": (rates[least].low, rates[least].high),
-            "unit": "1",
-            "reason": f"least share of successes, at {least} deg. In which "
-            "part of the board it breaks is not tested: the rim is traced "
-            "first, and nothing without it",
-        }
-
-    return in_both(judge, results["fig_3_11_fov"])
+    result = under(results["fig_3_11_fov"], options)
+    fovs = [fov for fov in levels_of(result, "fov_deg") if fov > DEFAULT_FOV]
+    rates = {fov: rate(result, fov_deg=fov) for fov in fovs}
+    broken = [found.below(BROKEN) for found in rates.values()]
+    some = UNDECIDED if UNDECIDED in broken else FAILS
+    least = min(rates, key=lambda fov: rates[fov].value)
+    return Reading.of(
+        HOLDS if HOLDS in broken else some,
+        rates[least],
+        "1",
+        f"least share of successes, at {least} deg. In which "
+        "part of the board it breaks is not tested: the rim is traced "
+        "first, and nothing without it",
+    )
 
 
 def _worsens(result, low, high):
@@ -261,36 +240,34 @@ def _worsens(result, low, high):
     return UNDECIDED if UNDECIDED in decisions else FAILS, drop, growth
 
 
-@claim("c3_blur_limit", needs=("fig_3_11_blur",), evidence="rendered")
-def judge_blur_limit(results):
+@claim(
+    "c3_blur_limit",
+    needs=("fig_3_11_blur",),
+    evidence="rendered",
+    readings=("celect_smoothing",),
+)
+def judge_blur_limit(results, options):
     """Worse from 2 to 4 px, and not from 1 to 2 px."""
-    return in_both(_blur_hurts, results["fig_3_11_blur"])
-
-
-def _blur_hurts(result):
+    result = under(results["fig_3_11_blur"], options)
     strong, drop, growth = _worsens(result, 2, 4)
     weak, *_ = _worsens(result, 1, 2)
-    if result.trials_per_condition < LEAST_TRIALS:
+    if result.trials_per_condition < MIN_TRIALS:
         strong = weak = UNDECIDED
-    said = {
-        HOLDS: "it worsens",
-        FAILS: "it does not worsen",
-        UNDECIDED: "that is open",
+    opposite, in_words = {
+        HOLDS: (FAILS, "it worsens"),
+        FAILS: (HOLDS, "it does not worsen"),
+        UNDECIDED: (UNDECIDED, "that is open"),
     }[weak]
-    opposite = {HOLDS: FAILS, FAILS: HOLDS, UNDECIDED: UNDECIDED}[weak]
-    grown = (
-        "cannot be compared"
-        if growth is None
-        else f"grows by a factor of {growth.value:.2f}"
+    grown = "cannot be compared"
+    if growth is not None:
+        grown = f"grows by a factor of {growth.value:.2f}"
+    return Reading.of(
+        all_of([strong, opposite]),
+        drop,
+        "1",
+        "drop of the share of successes from 2 to 4 px; mean error "
+        f"of the successful trials {grown}; from 1 to 2 px {in_words}",
     )
-    return {
-        "verdict": DECISIONS[all_of([strong, opposite])],
-        "regenerated": drop.value,
-        "interval": (drop.low, drop.high),
-        "unit": "1",
-        "reason": "drop of the share of successes from 2 to 4 px; mean error "
-        f"of the successful trials {grown}; from 1 to 2 px {said}",
-    }
 
 
 @claim(
@@ -303,48 +280,28 @@ def _blur_hurts(result):
         "fig_3_11_yaw",
     ),
     evidence="rendered",
+    readings=("celect_smoothing", "failed_trials_of_a_level"),
 )
-def judge_detect_below_basin(results):
+def judge_detect_below_basin(results, options):
     """At 80 % of the levels the largest error is at most 6.5 px.
 
     A failed trial has no error: it is left out, as the text does ("for successfully
     detected grids"), or counts as the worst.
     """
-    readings = []
-    for smoothing in SMOOTHINGS:
-        swept = sweeps_under(results, smoothing)
-        worst = np.array(
-            [
-                with_worst(result.column("max_px", **condition)).max()
-                for result, condition in full_range_levels(swept)
-            ]
-        )
-        largest = largest_errors(swept)
-        whole, small = (int((e <= MOST_PX).sum()) for e in (worst, largest))
-        counted = (
-            (
-                small / len(largest),
-                f"{small} of the {len(largest)} levels with a successful "
-                f"trial; {len(worst) - len(largest)} have none",
-            ),
-            (
-                whole / len(worst),
-                f"{whole} of {len(worst)} levels, all trials of which are right",
-            ),
-        )
-        for option, (share, reason) in zip(
-            QUESTIONS["failed_trials_of_a_level"], counted, strict=True
-        ):
-            readings.append(
-                Reading(
-                    DECISIONS[HOLDS if share >= 0.8 else FAILS],
-                    share,
-                    reading={
-                        "celect_smoothing": smoothing,
-                        "failed_trials_of_a_level": option,
-                    },
-                    unit="1",
-                    reason=reason,
-                )
-            )
-    return readings
+    swept = sweeps_under(results, options["celect_smoothing"])
+    largest = largest_errors(swept)
+    worst = np.array(
+        [
+            with_worst(result.column("max_px", **condition)).max()
+            for result, condition in full_range_levels(swept)
+        ]
+    )
+    if options["failed_trials_of_a_level"] == LEFT_OUT:
+        small, among = int((largest <= MAX_PX).sum()), len(largest)
+        reason = f"{small} of the {among} levels with a successful "
+        reason += f"trial; {len(worst) - among} have none"
+    else:
+        small, among = int((worst <= MAX_PX).sum()), len(worst)
+        reason = f"{small} of {among} levels, all trials of which are right"
+    share = small / among
+    return Reading.of(HOLDS if share >= 0.8 else FAILS, share, "1", reason)
