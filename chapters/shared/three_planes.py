@@ -9,6 +9,7 @@ its rays are scored the same way.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import (
     intersect_rays_plane,
+    inverse_pose,
     on_plane,
     pose,
+    rotate,
     rotation_from_vector,
     transform,
 )
@@ -85,9 +88,8 @@ def _draw_grid(rng):
     return pose(R @ spin, shift + [0.0, 0.0, DISTANCE_MM])
 
 
-def back_project(camera, pixels, T_camera_grid):
-    """Points (N, 2) of a grid that pixels see, and whether they do."""
-    rays = camera.rays(pixels)
+def met(rays, T_camera_grid):
+    """Points (N, 2) of a grid that rays meet, and whether they do."""
     hit = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
     return hit.points, rays.valid & hit.valid
 
@@ -97,9 +99,9 @@ def draw_pixels(camera, grids, extent, rng):
     kept, tried = np.empty((0, 2)), 0
     while len(kept) < POINTS:
         pixels = rng.uniform(-0.5, SIZE_PX - 0.5, (4 * POINTS, 2))
-        seen = np.ones(len(pixels), bool)
+        seen, rays = np.ones(len(pixels), bool), camera.rays(pixels)
         for T_camera_grid in grids:
-            points, hit = back_project(camera, pixels, T_camera_grid)
+            points, hit = met(rays, T_camera_grid)
             seen &= hit
             if extent == "finite":
                 seen &= hit & (
@@ -130,6 +132,20 @@ class Data:
     fresh_pixels: np.ndarray
     fresh_points: np.ndarray
 
+    @cached_property
+    def directions(self):
+        """True directions (N, 3) of the clean pixels' rays."""
+        return self.camera.rays(self.pixels).directions
+
+    @cached_property
+    def grazing_ranks(self):
+        """Ranks (N,) of the rays, those last that graze one of the planes most."""
+        on_normals = [
+            rotate(inverse_pose(T), self.directions)[:, 2] for T in self.grids
+        ]
+        least_sine = np.min(np.abs(on_normals), axis=0)
+        return np.argsort(np.argsort(1 / least_sine))
+
 
 def draw_noise(size, rng):
     """Noise (4, N, 2) of SD size: of three grids, and of the base once more."""
@@ -149,13 +165,14 @@ def measure(condition, rng):
 def observe(camera, grids, pixels, noise, domain):
     """Data of pixels that see all grids; noise (4, N, 2) in px or mm."""
     looks = [*grids, grids[0]]
-    points = np.stack([back_project(camera, pixels, T)[0] for T in looks])
+    rays = camera.rays(pixels)
+    points = np.stack([met(rays, T)[0] for T in looks])
     keep = np.ones(len(pixels), bool)
     noisy_pixels, noisy_points = np.repeat(pixels[None], 4, 0), points
     if domain == "px":
         noisy_pixels = pixels + noise
         seen = [
-            back_project(camera, p, T) for p, T in zip(noisy_pixels, looks, strict=True)
+            met(camera.rays(p), T) for p, T in zip(noisy_pixels, looks, strict=True)
         ]
         noisy_points = np.stack([s[0] for s in seen])
         keep = np.all([s[1] for s in seen], axis=0)
@@ -227,7 +244,7 @@ def targets(data, focal):
     return {
         "fresh": _in_view(data.fresh_points, data.grids[0], focal),
         "noisy": _in_view(data.noisy_points[0], data.grids[0], focal),
-        "clean": view(data.camera.rays(data.pixels).directions, focal),
+        "clean": view(data.directions, focal),
     }
 
 

@@ -89,11 +89,13 @@ def back_project(camera, pixels, T_base_grid):
 
     pixels may be (n, N, 2), others for each grid.
     """
-    pixels = np.broadcast_to(pixels, (len(T_base_grid), *np.shape(pixels)[-2:]))
+    if pixels.ndim == 2:
+        by_grid = [camera.rays(pixels)] * len(T_base_grid)
+    else:
+        by_grid = [camera.rays(seen_by) for seen_by in pixels]
     points, seen = [], []
-    for T, seen_by in zip(T_base_grid, pixels, strict=True):
+    for T, rays in zip(T_base_grid, by_grid, strict=True):
         T_camera_grid = inverse_pose(T_BASE_CAMERA) @ T
-        rays = camera.rays(seen_by)
         hit = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
         incidence = np.abs(rays.directions @ T_camera_grid[:3, 2])
         points.append(hit.points)

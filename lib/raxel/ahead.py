@@ -9,7 +9,13 @@ import sys
 
 import numpy as np
 
-from raxel.calibration import BoardView, adjust_consistent, dense_view, relax_centrality
+from raxel.calibration import (
+    BoardView,
+    adjust_consistent,
+    dense_view,
+    pose_from_rays,
+    relax_centrality,
+)
 from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.linear.cgsp import homography_to_base, image_noise_weights
 from raxel.calibration.smooth.adjustment import adjust_spline
@@ -98,6 +104,7 @@ def _adjust_grids():
     )
     points = intersect_rays_plane(centre, rays, grids).points
     found = adjust_consistent(points, None, centre, grids, loss="huber")
+    pose_from_rays(found.directions, points[1], np.random.default_rng(0), 1.0)
     return relax_centrality(points, found)
 
 

@@ -30,7 +30,6 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.distortion import angular_residual
-from raxel.geometry import inverse_pose, rotate
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -128,21 +127,21 @@ def score_generic(data, focal, linear):
     """Score generic rays on fresh, noisy and clean data."""
     directions = calibrate_generic(data, linear)
     corrected = view(about_principal_ray(directions, data.pixels), focal)
-    known, grazing = targets(data, focal), 1 / least_sine(data)
-    out = {"ray_deg": _ray_error(directions, data.camera.rays(data.pixels).directions)}
+    known = targets(data, focal)
+    out = {"ray_deg": _ray_error(directions, data.directions)}
     for scoring in SCORINGS:
         lengths = score(corrected, known[scoring], data.camera, focal)
         out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
         for scale in SCALES:
             out[scoring][scale]["grazing_spearman"] = _rank_correlation(
-                lengths[scale], grazing
+                lengths[scale], data.grazing_ranks
             )
     return out
 
 
 def _error_of(camera, data):
     """Ray error of a camera over the clean pixels that have a ray."""
-    true = data.camera.rays(data.pixels).directions
+    true = data.directions
     found = camera.rays(data.pixels)
     return _ray_error(found.directions[found.valid], true[found.valid])
 
@@ -152,21 +151,13 @@ def _ray_error(found, true):
     return np.degrees(np.median(angular_residual(found, true)))
 
 
-def least_sine(data):
-    """Sine of the smallest angle between each ray and the three planes."""
-    directions = data.camera.rays(data.pixels).directions
-    on_normals = [rotate(inverse_pose(T), directions)[:, 2] for T in data.grids]
-    return np.min(np.abs(on_normals), axis=0)
-
-
-def _rank_correlation(a, b):
-    ranks = [np.argsort(np.argsort(values)) for values in (a, b)]
-    return np.corrcoef(*ranks)[0, 1]
+def _rank_correlation(values, ranks):
+    return np.corrcoef(np.argsort(np.argsort(values)), ranks)[0, 1]
 
 
 def point_noise_ratio(data):
     """SD of noise on the grids: outer over inner 20 % of field angle."""
-    directions = data.camera.rays(data.pixels).directions
+    directions = data.directions
     angle = np.arccos(np.clip(directions[:, 2], -1, 1))
     error = data.noisy_points - data.points
     outer = error[:, angle > 0.8 * angle.max()].std(ddof=1)
@@ -176,16 +167,15 @@ def point_noise_ratio(data):
 
 def widest_angle_deg(data):
     """Largest angle from the axis at which all grids were measured."""
-    axial = data.camera.rays(data.pixels).directions[:, 2]
+    axial = data.directions[:, 2]
     return np.degrees(np.arccos(axial.min()))
 
 
 def score_exact(data, focal):
     """Summaries of the noise of the scored points alone, in both scales."""
-    grazing = 1 / least_sine(data)
     out = {}
     for scale, found in noise_alone(data, focal).items():
-        rank = _rank_correlation(found, grazing)
+        rank = _rank_correlation(found, data.grazing_ranks)
         out[scale] = summaries(found) | {"grazing_spearman": rank}
     return out
 
