@@ -69,9 +69,8 @@ def with_blur(factor):
 
 
 def verdict(judge, **results):
-    readings = judge({f"fig_3_5_{name}": r for name, r in results.items()})
-    assert len(readings) == 1
-    return readings[0].verdict
+    reading = judge({f"fig_3_5_{name}": r for name, r in results.items()})
+    return reading.verdict
 
 
 @pytest.mark.parametrize(
@@ -107,7 +106,7 @@ def test_one_blur_is_judged_by_what_it_costs():
         ([1.0, 3.0, 4.0], ("differs", "differs")),
     ):
         saddle = swept("fig_3_5_saddle", with_blur(costs))
-        readings = claims.judge_saddle_blur({"fig_3_5_saddle": saddle})
+        readings = readings_of(claims.judge_saddle_blur, {"fig_3_5_saddle": saddle})
         assert tuple(r.verdict for r in readings) == expected
         assert verdict(claims.judge_saddle_window, saddle=saddle) == "reproduced"
 

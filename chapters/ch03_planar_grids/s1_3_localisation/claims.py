@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.results import (
-    MOST_RATIO,
-    QUESTIONS,
+    MAX_RATIO,
     SHARE_OF_BINS,
     Swept,
     gain_of_bins,
@@ -20,10 +19,10 @@ from chapters.ch03_planar_grids.s1_3_localisation.results import (
 )
 from repro.judge.statistics import FAILS, HOLDS, RESAMPLES, Estimate, all_of, bootstrap
 from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
+from repro.run.outcomes import Reading
 
-MOST_GAIN = 0.10
-MOST_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
+MAX_GAIN = 0.10
+MAX_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
 
 
 @claim(
@@ -39,21 +38,16 @@ def judge_no_relation(results):
     gains = {name: gain_of_bins(one) for name, one in swept.items()}
     medians = [gain_of_bins(s, np.median).value for s in swept.values()]
     larger = max(gains.values(), key=lambda gain: gain.value)
-    said = "; ".join(
+    of_mean = "; ".join(
         f"{name} {100 * g.value:.1f} % ({100 * g.low:.1f} to {100 * g.high:.1f})"
         for name, g in gains.items()
     )
-    decision = all_of([gain.below(MOST_GAIN) for gain in gains.values()])
-    return [
-        Reading(
-            DECISIONS[decision],
-            larger.value,
-            interval=(larger.low, larger.high),
-            reason=f"share of the mean residual saved: {said}; of the "
-            f"median residual: {100 * medians[0]:.1f} and "
-            f"{100 * medians[1]:.1f} %",
-        )
-    ]
+    return Reading.of(
+        all_of([gain.below(MAX_GAIN) for gain in gains.values()]),
+        larger,
+        reason=f"share of the mean residual saved: {of_mean}; of the "
+        f"median residual: {100 * medians[0]:.1f} and {100 * medians[1]:.1f} %",
+    )
 
 
 def _shares(values, levels):
@@ -67,23 +61,18 @@ def judge_derivative_small(results):
     small = swept.windows <= swept.lowest_third
     rng = np.random.default_rng(0)
     drawn = np.zeros(RESAMPLES)
-    for k in swept.bins:
-        best = swept.best_window[swept.bin == k]
+    for best in swept.by_bin(swept.best_window):
         counts = rng.multinomial(len(best), _shares(best, swept.windows), RESAMPLES)
         drawn += small[counts.argmax(axis=1)] / len(swept.bins)
     windows = modal_windows(swept)
-    value = float(np.mean(windows <= swept.lowest_third))
-    share = _estimate(value, drawn)
-    return [
-        Reading(
-            DECISIONS[share.above(SHARE_OF_BINS - 1e-9)],
-            value,
-            interval=(share.low, share.high),
-            reason="share of the bins; modal windows, from the nearest "
-            f"bin to the farthest, {_listed(windows)} px; the lowest third is "
-            f"that of our range, up to {swept.lowest_third:.0f} px",
-        )
-    ]
+    share = _estimate(np.mean(windows <= swept.lowest_third), drawn)
+    return Reading.of(
+        share.above(SHARE_OF_BINS - 1e-9),
+        share,
+        reason="share of the bins; modal windows, from the nearest "
+        f"bin to the farthest, {_listed(windows)} px; the lowest third is "
+        f"that of our range, up to {swept.lowest_third:.0f} px",
+    )
 
 
 def _estimate(value, drawn):
@@ -101,12 +90,11 @@ def entropies(swept, rng, draws):
     A histogram of few corners has less entropy than one of many from the same
     law, so every bin draws as many corners as the smallest one has.
     """
-    groups = [swept.best_window[swept.bin == k] for k in swept.bins]
+    groups = swept.by_bin(swept.best_window)
     count = min(len(group) for group in groups)
     out = []
     for group in groups:
-        share = rng.multinomial(count, _shares(group, swept.windows), draws)
-        share = share / count
+        share = rng.multinomial(count, _shares(group, swept.windows), draws) / count
         logs = np.log2(np.where(share > 0, share, 1))
         out.append(-(share * logs).sum(axis=1))
     return np.stack(out, axis=1)
@@ -119,17 +107,14 @@ def judge_derivative_dense(results):
     drawn = entropies(swept, np.random.default_rng(0), RESAMPLES)
     excess = drawn[:, 0] - np.median(drawn, axis=1)
     found = _estimate(np.median(excess), excess)
-    return [
-        Reading(
-            DECISIONS[found.above(0.0)],
-            found.value,
-            interval=(found.low, found.high),
-            unit="bit",
-            reason="entropy of the nearest bin less the median over bins, "
-            "at equal counts of corners; entropies "
-            + ", ".join(f"{h:.2f}" for h in np.median(drawn, axis=0)),
-        )
-    ]
+    return Reading.of(
+        found.above(0.0),
+        found,
+        "bit",
+        "entropy of the nearest bin less the median over bins, "
+        "at equal counts of corners; entropies "
+        + ", ".join(f"{h:.2f}" for h in np.median(drawn, axis=0)),
+    )
 
 
 def rank_tie(swept, values):
@@ -146,9 +131,8 @@ def rank_tie(swept, values):
             for images, pick in zip(swept.images_of, picked, strict=True)
         ]
         index = np.concatenate(index, axis=-1)
-        a, b = (rankdata(x[index], axis=-1) for x in (values, swept.distance))
-        a = a - a.mean(axis=-1, keepdims=True)
-        b = b - b.mean(axis=-1, keepdims=True)
+        ranks = (rankdata(x[index], axis=-1) for x in (values, swept.distance))
+        a, b = (rank - rank.mean(axis=-1, keepdims=True) for rank in ranks)
         scale = np.sqrt((a**2).sum(axis=-1) * (b**2).sum(axis=-1))
         return (a * b).sum(axis=-1) / scale
 
@@ -163,44 +147,34 @@ def judge_saddle_window(results):
     tie = rank_tie(swept, swept.best_window)
     window = modal(swept.best_window)
     small = HOLDS if window <= swept.lowest_third else FAILS
-    decision = all_of([tie.within(-MOST_TIE, MOST_TIE), small])
-    return [
-        Reading(
-            DECISIONS[decision],
-            tie.value,
-            interval=(tie.low, tie.high),
-            reason=f"Spearman; modal window {window:g} px, by bin "
-            f"{_listed(modal_windows(swept))} px; the lowest third is that "
-            f"of our range, up to {swept.lowest_third:.0f} px",
-        )
-    ]
+    return Reading.of(
+        all_of([tie.within(-MAX_TIE, MAX_TIE), small]),
+        tie,
+        reason=f"Spearman; modal window {window:g} px, by bin "
+        f"{_listed(modal_windows(swept))} px; the lowest third is that "
+        f"of our range, up to {swept.lowest_third:.0f} px",
+    )
 
 
-@claim("c3_loc_saddle_blur", needs=("fig_3_5_saddle",), evidence="rendered")
-def judge_saddle_blur(results):
+@claim(
+    "c3_loc_saddle_blur",
+    needs=("fig_3_5_saddle",),
+    evidence="rendered",
+    readings=("mid_range_blur",),
+)
+def judge_saddle_blur(results, options):
     """One blur from inside the range costs at most 15 % in every bin."""
     swept = Swept(results["fig_3_5_saddle"])
-    readings = []
-    for option in QUESTIONS["mid_range_blur"]:
-        places = swept.mid_range_blurs(option)
-        ratios = ratio_of_one_blur(swept, places)
-        worst = max(ratios, key=lambda ratio: ratio.value)
-        decision = all_of([r.below(np.nextafter(MOST_RATIO, 2)) for r in ratios])
-        readings.append(
-            Reading(
-                DECISIONS[decision],
-                worst.value,
-                reading={"mid_range_blur": option},
-                interval=(worst.low, worst.high),
-                unit="1",
-                reason="largest ratio over the bins at one blur of "
-                f"{_listed(swept.chosen_blurs(places))} px; by bin "
-                + ", ".join(
-                    f"{r.value:.2f} ({r.low:.2f} to {r.high:.2f})" for r in ratios
-                ),
-            )
-        )
-    return readings
+    places = swept.mid_range_blurs(options["mid_range_blur"])
+    ratios = ratio_of_one_blur(swept, places)
+    by_bin = (f"{r.value:.2f} ({r.low:.2f} to {r.high:.2f})" for r in ratios)
+    return Reading.of(
+        all_of([r.below(np.nextafter(MAX_RATIO, 2)) for r in ratios]),
+        max(ratios, key=lambda ratio: ratio.value),
+        "1",
+        "largest ratio over the bins at one blur of "
+        f"{_listed(swept.chosen_blurs(places))} px; by bin {', '.join(by_bin)}",
+    )
 
 
 @claim("c3_loc_saddle_weak", needs=("fig_3_5_saddle",), evidence="rendered")
@@ -208,13 +182,6 @@ def judge_saddle_weak(results):
     """0.05 < |Spearman(best blur, distance)| < 0.4."""
     swept = Swept(results["fig_3_5_saddle"])
     tie = rank_tie(swept, swept.best_blur)
-    low, high = WEAK_TIE
     size = tie if tie.value >= 0 else Estimate(-tie.value, -tie.high, -tie.low)
-    return [
-        Reading(
-            DECISIONS[size.within(low, high)],
-            tie.value,
-            interval=(tie.low, tie.high),
-            reason="Spearman of the best blur with the distance",
-        )
-    ]
+    reason = "Spearman of the best blur with the distance"
+    return Reading.of(size.within(*WEAK_TIE), tie, reason=reason)

@@ -12,6 +12,7 @@ from chapters.shared.localiser_basin import (
 )
 from repro.page.style import figure as new_figure
 from repro.page.style import series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -26,8 +27,7 @@ NAMES = {
 def frequencies(swept, best, levels):
     """Share (levels, bins) of the corners of a bin that are best at a level."""
     shares = np.full((len(levels), len(BIN_EDGES_PX) - 1), np.nan)
-    for k in swept.bins:
-        inside = best[swept.bin == k]
+    for k, inside in zip(swept.bins, swept.by_bin(best), strict=True):
         shares[:, k] = np.mean(inside[:, None] == levels, axis=0)
     return shares
 
@@ -77,8 +77,7 @@ def _drawn(rows):
     from matplotlib.colors import LogNorm
 
     drawn, axes = new_figure(3, 2, height_in=9.0, sharex=True, sharey="row")
-    names = ("panel", "distance_from", "level", "share", "median_px")
-    data = {name: [] for name in names}
+    cells = []
     all_medians = np.concatenate([row[4].ravel() for row in rows])
     norm = LogNorm(np.nanmin(all_medians), min(1.5, np.nanmax(all_medians)))
     sums = []
@@ -94,16 +93,16 @@ def _drawn(rows):
         panels[1].set_title("median residual")
         panels[0].set_ylabel(label)
         sums.append(np.nansum(share[:, seen], axis=0))
-        for (i, k), part in np.ndenumerate(share):
-            row = (title, BIN_EDGES_PX[k], levels[i], part, median[i, k])
-            for name, cell in zip(names, row, strict=True):
-                data[name].append(cell)
+        cells += [
+            (title, BIN_EDGES_PX[k], levels[i], part, median[i, k])
+            for (i, k), part in np.ndenumerate(share)
+        ]
     for panel in axes[-1]:
         panel.set_xlabel("Inter-corner distance (px)")
     off = float(np.abs(np.concatenate(sums) - 1).max())
     return Drawing(
         drawn,
-        data,
+        columns(("panel", "distance_from", "level", "share", "median_px"), cells),
         "Left: how often a setting had the least residual of its corner, "
         "each slice of distances by itself, as in the thesis. Right: the "
         "median residual of the same corners at every setting (for the "
@@ -137,21 +136,21 @@ def ext_localiser_basin(results):
     """Largest error against the start error, for all localisers."""
     of_localiser = results_by_localiser(results)
     drawn, panel = new_figure(height_in=3.6)
-    data = {"localiser": [], "start_px": [], "max_px": []}
+    rows = []
     for index, (name, result) in enumerate(of_localiser.items()):
         starts = starts_of(result)
         largest = largest_by_start(result, name)
         panel.plot(starts, largest, label=NAMES[name], **series(index))
-        for row in zip(starts, largest, strict=True):
-            for column, cell in zip(data, (name, *row), strict=True):
-                data[column].append(cell)
-    panel.set_yscale("log")
-    panel.set_xlabel("Start error of every corner (px)")
-    panel.set_ylabel("Largest error (px)")
+        rows += [(name, *row) for row in zip(starts, largest, strict=True)]
+    panel.set(
+        yscale="log",
+        xlabel="Start error of every corner (px)",
+        ylabel="Largest error (px)",
+    )
     panel.legend()
     return Drawing(
         drawn,
-        data,
+        columns(("localiser", "start_px", "max_px"), rows),
         "Largest error over all corners and trials after localisation on "
         "the image of Fig. 3.10(b), which has no noise, against the distance "
         "at which every corner was put from the truth. A corner that is "

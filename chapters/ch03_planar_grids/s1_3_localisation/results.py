@@ -17,9 +17,9 @@ BIN_EDGES_PX = np.arange(10, 171, 20)
 # Share of the bins in which windows have to be small.
 SHARE_OF_BINS = 0.8
 # Most that one blur may cost in a bin, as a factor.
-MOST_RATIO = 1.15
-# What the text leaves open here; the option that decides comes first.
-QUESTIONS = {"mid_range_blur": ("best interior blur", "middle of the sweep")}
+MAX_RATIO = 1.15
+# Name in prose -> option of `mid_range_blur`.
+MID_RANGE = {"interior": "best interior blur", "middle": "middle of the sweep"}
 
 
 class Swept:
@@ -31,30 +31,33 @@ class Swept:
     """
 
     def __init__(self, result):
-        errors, distances, halves, images_of = [], [], [], []
-        before = 0
-        for condition in result.conditions:
-            square = {"square_px": condition["square_px"]}
-            error = result.arrays("error", **square)
-            distance = result.arrays("distance", **square)
-            place = before + np.arange(sum(map(len, distance)))
-            images_of.append(place.reshape(len(distance), -1).T)
+        squares = [
+            (of.arrays("error"), of.arrays("distance"))
+            for of in result.by("square_px").values()
+        ]
+        self.error = np.concatenate([e for es, _ in squares for e in es]).astype(float)
+        self.distance = np.concatenate([d for _, ds in squares for d in ds])
+        # A single image is halved corner by corner.
+        self.half = np.concatenate(
+            [
+                np.full(len(one), trial % 2) if len(es) > 1 else np.arange(len(one)) % 2
+                for es, _ in squares
+                for trial, one in enumerate(es)
+            ]
+        )
+        self.images_of, before = [], 0
+        for _, distances in squares:
+            place = before + np.arange(sum(map(len, distances)))
+            self.images_of.append(place.reshape(len(distances), -1).T)
             before += len(place)
-            for trial, (one, apart) in enumerate(zip(error, distance, strict=True)):
-                errors.append(one)
-                distances.append(apart)
-                # A single image is halved corner by corner.
-                alone = len(error) == 1
-                halves.append(
-                    np.arange(len(one)) % 2 if alone else np.full(len(one), trial % 2)
-                )
         first = result.conditions[0]
-        self.error = np.concatenate(errors).astype(float)
-        self.distance = np.concatenate(distances)
-        self.half = np.concatenate(halves)
-        self.images_of = images_of
         self.windows = np.array(first["windows"])
         self.blurs = np.array(first.get("blurs", []))
+
+    @cached_property
+    def flat(self):
+        """Residuals (M, settings) over flattened settings."""
+        return self.error.reshape(len(self.error), -1)
 
     @cached_property
     def bin(self):
@@ -66,17 +69,19 @@ class Swept:
         """The bins that have corners, nearest first."""
         return np.unique(self.bin)
 
+    def by_bin(self, values):
+        """The parts of values (M, ...) in each bin, nearest first."""
+        return [values[self.bin == k] for k in self.bins]
+
     @cached_property
     def best(self):
         """Places (M,) of the least residual over flattened settings."""
-        return self.error.reshape(len(self.error), -1).argmin(axis=1)
+        return self.flat.argmin(axis=1)
 
     @property
     def best_window(self):
         """Window (M,) of the least residual, px."""
-        if not len(self.blurs):
-            return self.windows[self.best]
-        return self.windows[self.best // len(self.blurs)]
+        return self.windows[self.best // max(len(self.blurs), 1)]
 
     @property
     def best_blur(self):
@@ -102,14 +107,9 @@ class Swept:
 
     def chosen_blurs(self, places):
         """The blurs (px), of `places`, that either half of the corners chooses."""
-        flat = self.error.reshape(len(self.error), -1)
-        return sorted(
-            {
-                float(self.blurs[best_blur(scores, len(self.blurs), places)])
-                for half in (0, 1)
-                for scores in [np.median(flat[self.half == half], axis=0)]
-            }
-        )
+        scores = [np.median(self.flat[self.half == half], axis=0) for half in (0, 1)]
+        chosen = {best_blur(of_half, len(self.blurs), places) for of_half in scores}
+        return [float(self.blurs[place]) for place in sorted(chosen)]
 
     def scored(self, choose):
         """Residuals (M,) with settings chosen on the other half.
@@ -117,13 +117,11 @@ class Swept:
         choose: (errors (m, settings), bins (m,)) -> place of the setting for every
         bin (bins,), of one half; it is applied to the other.
         """
-        flat = self.error.reshape(len(self.error), -1)
-        out = np.empty(len(flat))
+        out = np.empty(len(self.flat))
         for half in (0, 1):
-            chosen, scored = self.half == half, self.half != half
-            places = choose(flat[chosen], self.bin[chosen])
-            rows = np.flatnonzero(scored)
-            out[rows] = flat[rows, places[self.bin[rows]]]
+            chosen, rows = self.half == half, np.flatnonzero(self.half != half)
+            places = choose(self.flat[chosen], self.bin[chosen])
+            out[rows] = self.flat[rows, places[self.bin[rows]]]
         return out
 
 
@@ -134,14 +132,13 @@ def per_bin(statistic, allowed=None):
     """
 
     def choose(errors, bins):
-        places = np.empty(len(BIN_EDGES_PX) - 1, dtype=int)
-        whole = _best(statistic(errors, axis=0), allowed)
-        for k in range(len(places)):
-            inside = errors[bins == k]
-            places[k] = (
-                _best(statistic(inside, axis=0), allowed) if len(inside) else whole
-            )
-        return places
+        inside = [errors[bins == k] for k in range(len(BIN_EDGES_PX) - 1)]
+        return np.array(
+            [
+                _best(statistic(one if len(one) else errors, axis=0), allowed)
+                for one in inside
+            ]
+        )
 
     return choose
 
@@ -184,12 +181,10 @@ def _best(scores, allowed):
 
 def gain_of_bins(swept, statistic=np.mean):
     """Share of the mean (or median) residual that a choice per bin saves."""
-    chosen = swept.scored(per_bin(statistic))
-    alike = swept.scored(single(statistic))
     return bootstrap(
         lambda a, b: 1 - statistic(a, axis=-1) / statistic(b, axis=-1),
-        chosen,
-        alike,
+        swept.scored(per_bin(statistic)),
+        swept.scored(single(statistic)),
         paired=True,
     )
 
@@ -200,23 +195,21 @@ def ratio_of_one_blur(swept, places):
     The blur is one for all bins, chosen like the settings on the other half; the
     window is that of the bin in both. One Estimate for every bin.
     """
-    chosen = at_one_blur(np.median, len(swept.blurs), places)
-    fixed = swept.scored(chosen)
+    fixed = swept.scored(at_one_blur(np.median, len(swept.blurs), places))
     best = swept.scored(per_bin(np.median))
     return [
         bootstrap(
             lambda a, b: np.median(a, axis=-1) / np.median(b, axis=-1),
-            fixed[swept.bin == k],
-            best[swept.bin == k],
+            *of_bin,
             paired=True,
         )
-        for k in swept.bins
+        for of_bin in zip(swept.by_bin(fixed), swept.by_bin(best), strict=True)
     ]
 
 
 def modal_windows(swept):
     """Most frequent best window (bins,) px, nearest bin first."""
-    return np.array([modal(swept.best_window[swept.bin == k]) for k in swept.bins])
+    return np.array([modal(best) for best in swept.by_bin(swept.best_window)])
 
 
 def modal(values):
@@ -237,31 +230,23 @@ def least_range(swept, share):
 
 def best_setting(swept):
     """(window, blur or nan, median px) of the least median over all corners."""
-    flat = np.median(swept.error.reshape(len(swept.error), -1), axis=0)
-    place = int(flat.argmin())
-    if not len(swept.blurs):
-        return swept.windows[place], np.nan, flat[place]
-    window, blur = divmod(place, len(swept.blurs))
-    return swept.windows[window], swept.blurs[blur], flat[place]
+    medians = np.median(swept.flat, axis=0)
+    window, blur = divmod(int(medians.argmin()), max(len(swept.blurs), 1))
+    blur_px = swept.blurs[blur] if len(swept.blurs) else np.nan
+    return swept.windows[window], blur_px, medians.min()
 
 
 def best_windows(swept):
     """Window (bins,) px of the least median residual, nearest bin first."""
-    places = [
-        np.median(swept.error[swept.bin == k], axis=0).argmin() for k in swept.bins
-    ]
-    return swept.windows[places]
+    errors = swept.by_bin(swept.error)
+    return swept.windows[[np.median(one, axis=0).argmin() for one in errors]]
 
 
 def excess_of_one_setting(swept):
     """Largest ratio over bins of the best single setting to the bin's own."""
-    flat = swept.error.reshape(len(swept.error), -1)
-    place = int(np.median(flat, axis=0).argmin())
-    ratios = []
-    for k in swept.bins:
-        median = np.median(flat[swept.bin == k], axis=0)
-        ratios.append(median[place] / median.min())
-    return max(ratios)
+    place = int(np.median(swept.flat, axis=0).argmin())
+    medians = [np.median(one, axis=0) for one in swept.by_bin(swept.flat)]
+    return max(median[place] / median.min() for median in medians)
 
 
 @numbers("fig_3_5", needs=("fig_3_5_derivative",), evidence="rendered")
@@ -299,28 +284,26 @@ def name_values(open_results):
         value(f"{name}.window", float(window))
         value(f"{name}.median", float(median))
         value(f"{name}.gain_median", 100 * gain_of_bins(one, np.median).value)
-    windows = best_windows(swept["derivative"])
-    value("derivative.narrowest", float(windows.min()))
-    value("derivative.widest", float(windows.max()))
-    excess = excess_of_one_setting(swept["derivative"]) - 1
-    value("derivative.excess", 100 * float(excess))
-    blur = float(best_setting(swept["saddle"])[1])
-    value("saddle.blur", blur)
-    value("saddle.modal", float(modal(swept["saddle"].best_window)))
-    value("small.range", least_range(swept["derivative"], SHARE_OF_BINS))
-    value("saddle.lucky", _median_of_winners(swept["saddle"]))
-    value("derivative.at_5", _median_at(swept["derivative"], 0))
-    value("blur.middle", float(swept["saddle"].blurs[swept["saddle"].middle_blur]))
-    for name, reading in zip(
-        ("interior", "middle"), QUESTIONS["mid_range_blur"], strict=True
-    ):
-        ratios = ratio_of_one_blur(
-            swept["saddle"], swept["saddle"].mid_range_blurs(reading)
-        )
+    derivative, saddle = swept.values()
+    windows = best_windows(derivative)
+    for name, number in {
+        "derivative.narrowest": windows.min(),
+        "derivative.widest": windows.max(),
+        "derivative.excess": 100 * float(excess_of_one_setting(derivative) - 1),
+        "derivative.at_5": np.median(derivative.error[:, 0]),
+        "small.range": least_range(derivative, SHARE_OF_BINS),
+        "saddle.blur": best_setting(saddle)[1],
+        "saddle.modal": modal(saddle.best_window),
+        # A corner's own best setting: luck included.
+        "saddle.lucky": np.median(saddle.flat.min(1)),
+        "blur.middle": saddle.blurs[saddle.middle_blur],
+        "most_ratio": MAX_RATIO,
+    }.items():
+        value(name, float(number))
+    for name, option in MID_RANGE.items():
+        ratios = ratio_of_one_blur(saddle, saddle.mid_range_blurs(option))
         worst = max(ratios, key=lambda ratio: ratio.value)
-        interval = worst.low, worst.high
-        value(f"{name}.most", rounded(worst.value, interval))
-    value("most_ratio", MOST_RATIO)
+        value(f"{name}.most", rounded(worst.value, (worst.low, worst.high)))
     name_biases(open_results("ext_localiser_spread"))
 
 
@@ -331,18 +314,9 @@ def name_biases(result):
         ("others", ["derivative", "OpenCV"]),
     ):
         over = [
-            np.mean(result.column(f"{one}.bias_px", square_px=square))
-            / np.mean(result.column(f"{one}.sd_px", square_px=square))
+            np.mean(square.column(f"{one}.bias_px"))
+            / np.mean(square.column(f"{one}.sd_px"))
             for one in localisers
-            for square in SQUARES_PX
+            for square in result.by("square_px").values()
         ]
         value(f"bias.{name}", f"{min(over):.1f} to {max(over):.1f}")
-
-
-def _median_at(swept, place):
-    return float(np.median(swept.error[:, place]))
-
-
-def _median_of_winners(swept):
-    """Median residual (px) of a corner's own best setting: luck included."""
-    return float(np.median(swept.error.reshape(len(swept.error), -1).min(1)))

@@ -10,7 +10,6 @@ from chapters.ch03_planar_grids.s1_3_localisation.results import (
     excess_of_one_setting,
     gain_of_bins,
 )
-from chapters.ch03_planar_grids.s1_3_localisation.trials import SQUARES_PX
 from chapters.shared.localiser_basin import (
     FARTHEST_START_PX,
     HALF_WINDOWS,
@@ -39,18 +38,23 @@ def ext_localisers(results):
         "score_sd": "error / stated SD (1)",
         "within": "within one stated SD (%)",
     }
-    columns = {"square (px)": [], "localiser": []}
-    columns |= {name: [] for name in names.values()}
-    for square in SQUARES_PX:
-        for localiser in LOCALISERS:
-            columns["square (px)"].append(square)
-            columns["localiser"].append(localiser)
-            for key, name in names.items():
-                trials = result.column(f"{localiser}.{key}", square_px=square)
-                scale = 100 if "%" in name else 1
-                columns[name].append(float(scale * np.mean(trials)))
+    rows = [
+        (
+            square,
+            localiser,
+            *(
+                float(
+                    (100 if "%" in name else 1)
+                    * np.mean(of.column(f"{localiser}.{key}"))
+                )
+                for key, name in names.items()
+            ),
+        )
+        for square, of in result.by("square_px").items()
+        for localiser in LOCALISERS
+    ]
     return Table(
-        columns,
+        columns(("square (px)", "localiser", *names.values()), rows),
         "The three localisers with their default settings on the images of "
         "Fig. 3.5, means over the images. The stated SD is that of noise; "
         "what remains without noise is bias.",
