@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from repro.run import discover, names
 from repro.run.discover import producers
 from repro.run.jobs import function_of
 from repro.run.reach import Reach
@@ -139,3 +140,33 @@ def test_rigs_of_rendered_sets_are_inputs(tmp_path):
     write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
     made = next(p for p in producers(tmp_path) if p.kind == "experiment")
     assert made.inputs == ("data/rigs/ball.yaml", "data/rigs/cup.yaml")
+
+
+def test_only_files_that_a_change_concerns_are_parsed_again(tmp_path, monkeypatch):
+    path = checkout(tmp_path, "WIDE", "from chapters.shared.rigs import WIDE")
+    other = write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
+    rigs = tmp_path / "chapters/shared/rigs.py"
+    parsed = []
+    plainly = names.parsed
+
+    def parse(path, text):
+        parsed.append(path)
+        return plainly(path, text)
+
+    def found():
+        parsed.clear()
+        discover._producers.cache_clear()
+        return producers(tmp_path)
+
+    before = found()
+    monkeypatch.setattr(names, "parsed", parse)
+    assert found() == before
+    assert not parsed
+    rigs.write_text(f"{rigs.read_text()}\nLIMIT = 3\n")
+    assert found() == before
+    assert set(parsed) == {path, rigs}
+    other.write_text(other.read_text().replace("one_runs", "first_runs"))
+    assert {p.id for p in found()} - {p.id for p in before} == {"first_runs"}
+    assert parsed == [other]
+    (tmp_path / ".cache/producers.json").write_text("[]")
+    assert len(found()) == len(before)

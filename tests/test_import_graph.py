@@ -23,6 +23,7 @@ ROOMS = (
     "files",
     "documents",
     "archives",
+    "rendering",
     "geometry",
     "cameras",
     "sets",
@@ -71,6 +72,7 @@ REPRO_MAY_IMPORT = (
     "raxel.documents",
     "raxel.errors",
     "raxel.files",
+    "raxel.rendering",
     "raxel.sets",
     "raxel.show",
 )

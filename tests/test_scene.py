@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from raxel.rendering import Availability
 from raxel.show import Points, Scene, Surface, available
-from raxel.show.rendering import Availability
 from repro.page import draw, space, style
 from repro.run import discover, jobs
 

@@ -8,8 +8,8 @@ import pytest
 from repro.judge import ledger, scoreboard
 from repro.judge.number_rules import VerdictError
 from repro.page import rows as row_html
-from repro.run import discover
 from repro.run.deciding import judged_with
+from repro.run.discover import producers
 from repro.run.results import write_atomic, write_json
 from repro.site import scoreboard as board_page
 from tests.scoreboard_rows import READING, ROOT, SECTION, Board
@@ -77,7 +77,7 @@ def test_comparison_equals_the_board(checkout):
     board = scoreboard.rows_of(checkout, "full", folder)
     own = {"c2_noise_linear_generic", "c2_fov_persp_rises", "fig_2_3"}
     table = row_html.comparison_table(SECTION, "full", checkout)
-    found = discover.producers(checkout)
+    found = producers(checkout)
     tests = {
         p.id: f"source/{p.path}.html#{p.function}" for p in found if p.kind == "claim"
     }
@@ -95,8 +95,8 @@ def test_comparison_equals_the_board(checkout):
     assert {a["data-id"] for a, _ in Board(table).rows} == own
     assert "../scoreboard.html#fig_2_3" in Board(table).links
     book = ledger.load(checkout)
-    assert judged_with(checkout, SECTION, book) == [SECTION, OTHER_PAGE]
-    assert judged_with(checkout, OTHER_PAGE, book) == [OTHER_PAGE]
+    assert judged_with(producers(checkout), SECTION, book) == [SECTION, OTHER_PAGE]
+    assert judged_with(producers(checkout), OTHER_PAGE, book) == [OTHER_PAGE]
 
 
 def test_comparison_of_a_page_needs_no_other_chapter(checkout):

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from raxel import rendering
 from raxel.cameras import camera_from
 from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.sets import Chessboard
@@ -28,7 +29,6 @@ from raxel.show import (
     page,
     picture,
     picture_array,
-    rendering,
 )
 from raxel.show.meshes import drawn_parts
 from raxel.show.picture import THEMES

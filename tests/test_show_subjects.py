@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from raxel import rendering
 from raxel.cameras import camera_from, closest_point
 from raxel.cli import main
 from raxel.errors import InputError
@@ -16,7 +17,7 @@ from raxel.lab import board_scene, facade, load_rig, room
 from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
 from raxel.sets import Chessboard, load_set
-from raxel.show import Points, Polyline, Segments, Surface, camera_scene, rendering
+from raxel.show import Points, Polyline, Segments, Surface, camera_scene
 from raxel.show.cameras import MEASURED, field_edge, mirrors, moved, spread_pixels
 from raxel.show.rigs import rig_scene
 from raxel.show.scene import CLEAR, finite_points

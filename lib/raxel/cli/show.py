@@ -11,8 +11,8 @@ from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.files import check_can_be_written, replacing
+from raxel.rendering import need_packages, need_rendering
 from raxel.sets import load_set
-from raxel.show.rendering import need_packages, need_rendering
 
 FORMS = (".html", ".png")
 

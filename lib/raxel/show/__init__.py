@@ -5,6 +5,7 @@ Ready-made scenes: `camera_scene` here, `rigs.rig_scene`, `sets.set_scene` and
 `surroundings.surroundings_scene`.
 """
 
+from raxel.rendering import RenderingError, available
 from raxel.show.boards import board, plate, polygon
 from raxel.show.cameras import (
     axes,
@@ -18,7 +19,6 @@ from raxel.show.cameras import (
 )
 from raxel.show.page import html
 from raxel.show.picture import picture, picture_array
-from raxel.show.rendering import RenderingError, available
 from raxel.show.scene import (
     CLEAR,
     SAME,

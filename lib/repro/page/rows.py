@@ -187,7 +187,8 @@ def comparison_table(page: str, effort: str, root: Path) -> str:
     """
     folder = root / "figures" / effort / "judged"
     book = ledger.load(root)
-    needed = judged_with(root, page, book)
+    made = discover.producers(root)
+    needed = judged_with(made, page, book)
     judged = verdict.read_judged(folder, needed)
     mine = {i for c in judged if c["page"] == page for k in verdict.KINDS for i in c[k]}
     every = chain(book.artefacts, book.numbers, book.claims, book.sections)
@@ -195,9 +196,7 @@ def comparison_table(page: str, effort: str, root: Path) -> str:
     rows = scoreboard.checked(verdict.rows(book, judged, elsewhere, effort))
     own = [row for row in rows if row["id"] in mine]
     tests = {
-        p.id: f"source/{p.path}.html#{p.function}"
-        for p in discover.producers(root)
-        if p.kind == "claim"
+        p.id: f"source/{p.path}.html#{p.function}" for p in made if p.kind == "claim"
     }
     return comparison(own, effort, "../" * page.count("/"), tests, words_of(rows))
 

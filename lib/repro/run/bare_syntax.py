@@ -10,7 +10,9 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
 PROJECT = ("chapters", "raxel", "repro")
 # Marks say how a producer is split and judged; they do not change what it computes.
-MARKS = {"experiment", "figure", "table", "claim", "numbers"}
+KINDS = ("experiment", "figure", "table", "claim", "numbers")
+FAMILY = "experiments"
+MARKS = (*KINDS, FAMILY)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 SCOPES = (*FUNCTIONS, ast.ClassDef, ast.Lambda, *COMPREHENSIONS)

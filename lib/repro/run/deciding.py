@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
 from repro.judge.ledger import Ledger
-from repro.run import discover
+from repro.run.discover import Producer
 
 
-def judged_with(root: Path, page: str, book: Ledger) -> list[str]:
+def judged_with(made: Sequence[Producer], page: str, book: Ledger) -> list[str]:
     """The page, and the pages whose claims decide the verdict of its artefacts."""
-    made = discover.producers(root)
     drawn = [p.id for p in made if p.page == page and p.kind in ("figure", "table")]
     deciding = {claim for name in drawn for claim in book.claims_of(name)}
     pages = {p.page for p in made if p.kind == "claim" and p.id in deciding}

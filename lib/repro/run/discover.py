@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from repro.run import bare_syntax, names
+from repro.run.bare_syntax import FAMILY, MARKS
+from repro.run.kept import Kept
 from repro.run.names import Sources, dotted
 from repro.run.rendered import rig_file
 
-KINDS = ("experiment", "figure", "table", "claim", "numbers")
-FAMILY = "experiments"
-MARKS = (*KINDS, FAMILY)
 PAGE_FILE = "page.py"
 
 
@@ -92,8 +92,15 @@ def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer
     """Producers of files with these times of change: read again when one changed."""
     found: dict[tuple[str, str], Producer] = {}
     sources = Sources(root)
+
+    def read(path: Path) -> tuple[list[list], set[Path]]:
+        sources.asked = {path}
+        made = [list(vars(p).values()) for p in marked_in(sources, path)]
+        return made, sources.asked
+
+    kept = Kept(root, "producers", (__file__, names.__file__, bare_syntax.__file__))
     for path, _ in dated:
-        for producer in marked_in(sources, path):
+        for producer in (Producer(*fields) for fields in kept.of(path, read)):
             key = (producer.kind, producer.id)
             if key in found:
                 other = found[key]
@@ -102,6 +109,7 @@ def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer
                     f"{other.module}:{other.line} already; keep one of the two"
                 )
             found[key] = producer
+    kept.keep()
     return list(found.values())
 
 

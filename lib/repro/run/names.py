@@ -18,10 +18,14 @@ class Place:
 
 
 class Sources:
-    """The files of the checkout at ``root`` (chapters, lib/), each read once."""
+    """The files of the checkout at ``root`` (chapters, lib/), each read once.
+
+    ``asked`` collects those that were looked into.
+    """
 
     def __init__(self, root: Path) -> None:
         self.root = root
+        self.asked: set[Path] = set()
         self._bodies: dict[Path, list[ast.stmt]] = {}
         self._known: dict[Path, tuple[dict[str, ast.stmt], dict]] = {}
 
@@ -36,6 +40,7 @@ class Sources:
 
         ``name`` is split at its dots: `results.GRIDS` is ("results", "GRIDS").
         """
+        self.asked.add(path)
         first, *rest = name
         defined, imports = self._names(path)
         if first in defined:

@@ -19,13 +19,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from repro.run.sets_of_report import faulty_sets, name_of, sets_of_report
+from repro.run.sets_of_report import faulty_sets, name_of
 from repro.workflow.changes import remember, say_changes
 from repro.workflow.forks import warm_jobs
 from repro.workflow.intact import drop_damaged
 from repro.workflow.interruption import stopped_by_signals
 from repro.workflow.terminal import say
-from repro.workflow.work import Work
+from repro.workflow.work import Work, planned
 
 INTERRUPTED = "interrupted; what is finished stays, run it again to go on"
 WHOLE = ("report", "quick", "notebooks")
@@ -67,7 +67,8 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     trials = _checked_trials(options.trials, options.target)
     if options.target in WHOLE:
         _bring_photographs(root)
-    work = Work(root, options.effort, trials, sets_of_report(root, recorded))
+    planned.cache_clear()  # of a build before, in the same process
+    work = planned(root, options.effort, trials, recorded)
     _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
     drop_damaged(work)

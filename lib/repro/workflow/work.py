@@ -8,7 +8,7 @@ import re
 import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from repro.judge.ledger import Ledger, load
@@ -17,7 +17,7 @@ from repro.run.deciding import judged_with
 from repro.run.jobs import input_hashes
 from repro.run.reach import Reach
 from repro.run.rendered import manifest
-from repro.run.sets_of_report import target_kind
+from repro.run.sets_of_report import sets_of_report, target_kind
 from repro.workflow.rendering import RenderedSets
 
 GUIDE = "data/recorded/README.md"
@@ -57,10 +57,15 @@ class Work:
         self.reach = Reach(root)
 
     @cached_property
+    def made(self) -> list[discover.Producer]:
+        """Every producer of the chapters, listed once: a build has one plan."""
+        return discover.producers(self.root)
+
+    @cached_property
     def producers(self) -> dict[tuple[str, str], discover.Producer]:
         """(kind, id) -> producer; a producer of every set stands once per set."""
         found = {}
-        for producer in discover.producers(self.root):
+        for producer in self.made:
             for name in self._expanded(producer):
                 found[producer.kind, name] = producer
         return found
@@ -82,17 +87,13 @@ class Work:
     @cached_property
     def rendered(self) -> RenderedSets:
         """The rendered sets that experiments declare."""
-        return RenderedSets(
-            self.root, self.reach, discover.producers(self.root), self.effort
-        )
+        return RenderedSets(self.root, self.reach, self.made, self.effort)
 
     @cached_property
     def pages(self) -> dict[str, Page]:
         """Page id -> page; a chapter file with per-set producers makes one per set."""
         per_set = {
-            p.page: self._sets_of(p)
-            for p in discover.producers(self.root)
-            if p.details.get("per_set")
+            p.page: self._sets_of(p) for p in self.made if p.details.get("per_set")
         }
         pages = {}
         for path in discover.page_files(self.root):
@@ -213,7 +214,7 @@ class Work:
     @cached_property
     def per_set(self) -> set[str]:
         """Ids of the experiments that stand once for every image set."""
-        return discover.per_set_experiments(discover.producers(self.root))
+        return discover.per_set_experiments(self.made)
 
     def sets_option(self, kind: str):
         """Parameter function: `--sets NAME...` for what reads a result of every set.
@@ -247,7 +248,7 @@ class Work:
         """The sets that all of these experiments stand for."""
         made = [
             producer
-            for producer in discover.producers(self.root)
+            for producer in self.made
             if producer.kind == "experiment"
             and producer.id in set(needs) & self.per_set
         ]
@@ -320,7 +321,7 @@ class Work:
     def judged_with(self, page: str) -> list[str]:
         """The page's judged file, and those that decide on its artefacts."""
         stem = self.pages[page].stem
-        others = judged_with(self.root, stem, self.published)[1:]
+        others = judged_with(self.made, stem, self.published)[1:]
         return [f"{self.base}/judged/{name}.json" for name in (page, *others)]
 
     @cached_property
@@ -363,6 +364,12 @@ class Work:
             for path in shown
             if path.is_file() and "__pycache__" not in path.parts
         )
+
+
+@cache
+def planned(root: Path, effort: str, trials: int | None, recorded: str) -> Work:
+    """The work of a build, one for the order and for the rules that carry it out."""
+    return Work(root, effort, trials, sets_of_report(root, recorded))
 
 
 def _one_of(names: Iterable[str]) -> str:

@@ -1,16 +1,15 @@
 from pathlib import Path
 
 from repro.run.rendered import TIMES
-from repro.run.sets_of_report import sets_of_report
 from repro.workflow.forks import PINNED
 from repro.workflow.keys import CodeKeys
-from repro.workflow.work import Work
+from repro.workflow.work import planned
 
-WORK = Work(
+WORK = planned(
     Path.cwd(),
-    effort=config["effort"],
-    trials=int(config["trials"]) if config.get("trials") else None,
-    sets=sets_of_report(Path.cwd(), config.get("recorded", "")),
+    config["effort"],
+    int(config["trials"]) if config.get("trials") else None,
+    config.get("recorded") or "",
 )
 KEYS = CodeKeys(WORK)
 
