@@ -12,6 +12,7 @@ doi:10.1007/3-540-45053-X_29; the moving pupil, Gennery 2006,
 doi:10.1007/s11263-006-5168-1; G. Schwarz 1978, doi:10.1214/aos/1176344136.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ SURE = 1e-3  # of the ratio test
 PARTS = 5  # of the boards, kept out in turn
 FLOOR_PX = 1e-6  # residuals below it are as good as none
 MIN_RESIDUAL_PX = 1e-3  # residuals below it tell nothing of a pupil
+KEPT = 8  # sets of boards whose fits are remembered
 UNDETERMINED = 0.2  # of a focal length, as its standard deviation
 
 
@@ -104,9 +106,10 @@ def calibrate_lens(views, width, height, law, *, pupil="by test"):
     if pupil not in ("by test", "fixed", "moving"):
         raise ValueError(f"pupil: {pupil!r}; 'by test', 'fixed' or 'moving'")
     boards = _boards_of(views, law)
-    start, test = _start(boards, width, height), None
+    given, test = _Given(boards, width, height), None
+    start = _start(given)
     if pupil == "by test":
-        *_, (fit, test) = _proposed(law, start, boards)
+        *_, (fit, test) = _proposed(law, given)
     else:
         fit = _fitted(law, start, boards, PUPIL * (pupil == "moving"))
     return _completed(fit, boards, views, test, width, height)
@@ -120,9 +123,9 @@ def proposed_lenses(views, width, height):
     Raises as `calibrate_lens` does before a law is fitted.
     """
     boards = _boards_of(views, "lens formula")
-    start, found, faults = _start(boards, width, height), [], []
+    given, found, faults = _Given(boards, width, height), [], []
     for law in LAWS:
-        for fit, test in _proposed(law, start, boards):
+        for fit, test in _proposed(law, given):
             try:
                 found.append(_completed(fit, boards, views, test, width, height))
             except CalibrationError as fault:
@@ -143,8 +146,26 @@ def _boards_of(views, method):
 # ---------------------------------------------------------------- from nothing to a fit
 
 
-def _start(boards, width, height):
+class _Given:
+    """What a lens is fitted to. Equal where the numbers are: a comparison asks for
+    both formulas, and for smooth rays on them, from the same parts of the boards."""
+
+    def __init__(self, boards, width, height):
+        self.boards, self.width, self.height = boards, width, height
+        parts = ((part.shape, part.tobytes()) for part in boards)
+        self._numbers = (width, height, *parts)
+
+    def __eq__(self, other):
+        return self._numbers == other._numbers
+
+    def __hash__(self):
+        return hash(self._numbers)
+
+
+@lru_cache(maxsize=KEPT)
+def _start(given):
     """The best fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
+    boards, width, height = given.boards, given.width, given.height
     fits = []
     for start in aligned_starts(
         boards.pixels, boards.points[..., :2], boards.seen, width, height
@@ -231,12 +252,14 @@ def _criterion(fit, boards):
 # ----------------------------------------------------------------- is the lens central?
 
 
-def _proposed(law, start, boards):
+@lru_cache(maxsize=KEPT * len(LAWS))
+def _proposed(law, given):
     """(_FormulaFit, PupilTest) of a central lens; then, if both tests say so, of one
     whose pupil moves."""
+    start, boards = _start(given), given.boards
     central = _fitted(law, start, boards, 0)
     moving, test = _pupil_test(central, start, boards)
-    return [(fit, test) for fit in (central, moving)[: 1 + test.moves]]
+    return tuple((fit, test) for fit in (central, moving)[: 1 + test.moves])
 
 
 def _pupil_test(central, start, boards):
@@ -300,17 +323,19 @@ def _pupil_shift(fit, boards):
 
 def _completed(fit, boards, views, test, width, height):
     formula, result = fit
+    # Copies: what is kept for the next model is nobody's to change.
+    values, poses = result.values.copy(), result.T_camera_grid.copy()
     covariance = _covariance(fit, boards)
-    spread = float(np.sqrt(covariance[0, 0]) / result.values[0])
+    spread = float(np.sqrt(covariance[0, 0]) / values[0])
     if not spread < UNDETERMINED:
         raise CalibrationError(
             f"{formula.base}: the focal length is not determined (standard deviation"
             f" {100 * spread:.0f} %); tilt the boards more, in more directions"
         )
-    camera = formula.camera(result.values, width, height)
+    camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
     off = distances > WIDTH * result.scales[:, None]
-    unseen = _unseen(camera, result.T_camera_grid, boards) & ~off
+    unseen = _unseen(camera, poses, boards) & ~off
     if unseen.any():
         raise CalibrationError(
             f"{formula.base}: what was fitted folds the image where"
@@ -326,10 +351,7 @@ def _completed(fit, boards, views, test, width, height):
             )
         )
     rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
-    return LensCalibration(
-        camera, result.T_camera_grid, rms, formula, result.values, covariance, wrong,
-        test,
-    )  # fmt: skip
+    return LensCalibration(camera, poses, rms, formula, values, covariance, wrong, test)
 
 
 def _unseen(camera, T_camera_grid, boards):
