@@ -14,6 +14,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials import (
 from chapters.shared.decoding_errors import ANGLES, PHASES, DecodingErrors
 from chapters.shared.rigs import rig_named
 from raxel.geometry import inverse_pose, vector_from_rotation
+from tests.judged_claims import readings_of
 from tests.made_results import of_columns
 
 STRAIGHT = stage.Setup(np.eye(3), np.zeros(3))
@@ -138,7 +139,7 @@ def test_claims_are_judged_both_ways():
         }
         result = of_columns(({}, values))
         for judge in (motion_claims.judge_translation, motion_claims.judge_rotation):
-            found = judge({"fig_4_10_seeds": result})
+            found = readings_of(judge, {"fig_4_10_seeds": result})
             assert [r.verdict for r in found] == [verdict] * 4
 
 

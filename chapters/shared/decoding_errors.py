@@ -41,6 +41,19 @@ class DecodingErrors(NamedTuple):
     outliers_mm: np.ndarray
     stated: np.ndarray
 
+    @classmethod
+    def read(cls, trials, prefix="", share="outlier_share"):
+        """Those that one trial of a result has left, under names with a prefix.
+
+        trials: a `Selection`; share: the name of the number `outlier_share`.
+        """
+        arrays = {
+            name: trials.arrays(prefix + name)[0]
+            for name in cls._fields
+            if name != "outlier_share"
+        }
+        return cls(**arrays, outlier_share=trials.column(prefix + share)[0])
+
     def bias_at(self, points, cosine):
         """Bias (..., 2) mm at true points (..., 2) seen at these cosines (...)."""
         phase = points / self.period_mm % 1 * PHASES - 0.5

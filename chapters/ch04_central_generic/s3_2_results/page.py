@@ -24,7 +24,6 @@ from chapters.ch04_central_generic.s3_2_results.trials import (
     caustic_conditions,
     caustic_trial,
     errors_conditions,
-    errors_of,
     errors_trial,
     redrawn_conditions,
     redrawn_trial,
@@ -39,6 +38,7 @@ from chapters.shared.central_sets import (
     grid_conditions,
     shared_rays,
 )
+from chapters.shared.decoding_errors import DecodingErrors
 from chapters.shared.three_grids import LEAST_SPREAD
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -169,7 +169,10 @@ def decoding_errors(effort):
 def redrawn_seeds(effort, results):
     """Grids set up anew, with the decoding errors of the rendered sets."""
     conditions = redrawn_conditions(effort)
-    errors = {c["rig"]: errors_of(results[ERRORS], c["rig"]) for c in conditions}
+    errors = {
+        rig: DecodingErrors.read(found, share="share_of_outliers")
+        for rig, found in results[ERRORS].by("rig").items()
+    }
     trial = partial(redrawn_trial, errors=errors)
     return Plan(trial, conditions, TRIALS[effort], {})
 

@@ -10,7 +10,6 @@ from chapters.shared.active_grid_sets import seen_grids, true_camera
 from chapters.shared.central_scatter import scatter_about
 from chapters.shared.central_sets import (
     LINEAR_GRIDS,
-    OMNI,
     RIGS,
     SEEDS,
     SMALL,
@@ -20,7 +19,6 @@ from chapters.shared.central_sets import (
     true_grids_of_set,
 )
 from chapters.shared.decoding_errors import (
-    DecodingErrors,
     drawn_again,
     lattice_rays,
     measured_errors,
@@ -35,15 +33,13 @@ TRIALS = {"quick": 3, "full": 50}
 # px between the rays of a trial: some thousand of them meet all three grids.
 STEPS = {"quick": 4, "full": 9}
 # Misalignments of the bracket (mm), and their rigs; all of reduced size.
-BRACKETS_MM = {
-    0.0: "aligned-small",
-    0.5: "half-small",
-    1.0: "small",
-    2.0: "double-small",
+BRACKETS = {
+    0.0: "onevr-d70-aligned-small",
+    0.5: "onevr-d70-half-small",
+    1.0: "onevr-d70-small",
+    2.0: "onevr-d70-double-small",
 }
-BRACKETS = {offset: f"{RIGS[OMNI]}-{name}" for offset, name in BRACKETS_MM.items()}
-BRACKET_STEP = 3
-OFFSETS_MM = {"quick": (0.0, 1.0), "full": tuple(BRACKETS_MM)}
+OFFSETS_MM = {"quick": (0.0, 1.0), "full": tuple(BRACKETS)}
 DRAWN = 3000  # points of a scatter that are drawn
 # Literals, which the workflow reads without running them.
 BRACKET_SETS = {
@@ -66,27 +62,22 @@ def rendered_trial(condition, rng):
     rays = shared_rays(first_points(folder), camera.width, rng)
     true = true_grids_of_set(folder, rays.pixels)
     found = calibrated(rays.points, true)
+    step = max(1, len(rays.pixels) // DRAWN)
     for method in found.values():
         if "crossing" in method:
-            method["crossing"] = method["crossing"][
-                :: max(1, len(rays.pixels) // DRAWN)
-            ]
-    return found | _told(rays, true)
+            method["crossing"] = method["crossing"][::step]
+    return found | _of_rays(rays, true)
 
 
-def _told(rays, true):
+def _of_rays(rays, true):
+    """How many rays there were, and what is true of them."""
     return {
-        "true": parameters_of(true),
+        "true": parameters(true.centre, true.T_base_grid),
         "true_scatter_mm": true.scatter_mm,
         "rays": rays.found,
         "used": len(rays.pixels),
         "left_out": rays.left_out,
     }
-
-
-def parameters_of(true):
-    """True numbers of Table 4.2."""
-    return parameters(true.centre, true.T_base_grid)
 
 
 def errors_trial(condition, rng):
@@ -95,7 +86,7 @@ def errors_trial(condition, rng):
     folders = [rendered_set(condition["rig"], seed) for seed in seeds]
     rays, shape = lattice_rays(true_camera(folders[0]), 1)
     found = measured_errors(
-        (grid, _cosine(rays, shape, grid.T_camera_grid))
+        (grid, (rays.directions @ grid.T_camera_grid[:3, 2]).reshape(shape))
         for folder in folders
         for grid in seen_grids(folder, count=LINEAR_GRIDS)
     )
@@ -107,17 +98,6 @@ def errors_trial(condition, rng):
         "bias_mm_rms": float(np.sqrt(np.mean(found.bias_mm**2))),
         "sd_mm_rms": float(np.sqrt(np.mean(found.sd_mm**2))),
     }
-
-
-def _cosine(rays, shape, T_camera_grid):
-    return (rays.directions @ T_camera_grid[:3, 2]).reshape(shape)
-
-
-def errors_of(result, rig):
-    """The DecodingErrors that `errors_trial` has found for a rig."""
-    parts = {name: result.arrays(name, rig=rig)[0] for name in DecodingErrors._fields}
-    parts["outlier_share"] = parts["outlier_share"].item()
-    return DecodingErrors(**parts)
 
 
 def errors_conditions(effort):
@@ -165,7 +145,7 @@ def redrawn_trial(condition, rng, errors):
     found = calibrated(rays.points, true)
     for method in found.values():
         method.pop("crossing", None)  # only rendered sets are drawn
-    return found | _told(rays, true)
+    return found | _of_rays(rays, true)
 
 
 def redrawn_conditions(effort):
@@ -187,9 +167,8 @@ def bracket_trial(condition, rng):
 def bracket_conditions(effort):
     """A condition for every misalignment and seed."""
     return [
-        {"offset_mm": offset, "rig": rig, "seed": seed}
-        for offset, rig in BRACKETS.items()
-        if offset in OFFSETS_MM[effort]
+        {"offset_mm": offset, "rig": BRACKETS[offset], "seed": seed}
+        for offset in OFFSETS_MM[effort]
         for seed in SEEDS[effort]
     ]
 

@@ -2,57 +2,51 @@
 
 from __future__ import annotations
 
-from chapters.ch04_central_generic.s3_4_motion.results import SCALE, STANDARD, trials_of
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
+from chapters.ch04_central_generic.s3_4_motion.results import MEASURES, SCALE, trials_of
 from repro.judge.statistics import wins
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import DECISIONS, Reading, Value
+from repro.run.outcomes import Reading, Value
+
+READINGS = ("standard_method", "motion_corners")
 
 
-def judged(result, motion, measure, what):
-    """wins(CGSP < standard) in every reading, the primary one first."""
-    out = []
-    for method in STANDARD:
-        for detector in DETECTORS:
-            ours, theirs = (
-                trials_of(result, motion, measure, name, detector)
-                for name in ("CGSP", method)
-            )
-            found = wins([(ours, theirs)])[0]
-            out.append(
-                Reading(
-                    DECISIONS[found.decision],
-                    found.ratio.value,
-                    {"standard_method": method, "motion_corners": detector},
-                    (found.ratio.low, found.ratio.high),
-                    "x",
-                    f"{what}, standard over CGSP; p = {found.p:.1g} over "
-                    f"{len(ours)} seeds",
-                )
-            )
-    return out
+def _judged(results, options, motion, what):
+    """wins(CGSP < standard) in one motion's measure."""
+    ours, theirs = (
+        trials_of(
+            results["fig_4_10_seeds"],
+            motion,
+            MEASURES[motion],
+            method,
+            options["motion_corners"],
+        )
+        for method in ("CGSP", options["standard_method"])
+    )
+    found = wins([(ours, theirs)])[0]
+    return Reading.of(
+        found.decision,
+        found.ratio,
+        "x",
+        f"{what}, standard over CGSP; p = {found.p:.1g} over {len(ours)} seeds",
+    )
 
 
-@claim("c4_motion_trans", needs=("fig_4_10_seeds",), evidence="rendered")
-def judge_translation(results):
+@claim(
+    "c4_motion_trans", needs=("fig_4_10_seeds",), evidence="rendered", readings=READINGS
+)
+def judge_translation(results, options):
     """The deviation from the mean step is smaller with CGSP."""
-    return judged(
-        results["fig_4_10_seeds"],
-        "translation",
-        "deviation_mm",
-        "RMS deviation from the mean step",
-    )
+    what = "RMS deviation from the mean step"
+    return _judged(results, options, "translation", what)
 
 
-@claim("c4_motion_rot", needs=("fig_4_10_seeds",), evidence="rendered")
-def judge_rotation(results):
+@claim(
+    "c4_motion_rot", needs=("fig_4_10_seeds",), evidence="rendered", readings=READINGS
+)
+def judge_rotation(results, options):
     """The total rotation is nearer to 110 degrees with CGSP."""
-    return judged(
-        results["fig_4_10_seeds"],
-        "rotation",
-        "off_deg",
-        "difference of the total rotation from 110 degrees",
-    )
+    what = "difference of the total rotation from 110 degrees"
+    return _judged(results, options, "rotation", what)
 
 
 @numbers("fig_4_10", needs=("fig_4_10_seeds",), evidence="rendered")

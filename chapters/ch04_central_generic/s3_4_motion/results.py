@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import METHODS
 from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import BOARDS, STEPS
+from chapters.shared.methods import LINEAR_NAMES
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
-STANDARD = ("as printed", "well conditioned")
-METHODS = (*STANDARD, "CGSP")
-NAMES = {
-    "as printed": "standard, as printed",
-    "well conditioned": "standard, well conditioned",
-    "CGSP": "CGSP",
-}
+# What trials call the methods -> words.
+NAMES = dict(zip(METHODS, LINEAR_NAMES.values(), strict=True))
 MEASURES = {"translation": "deviation_mm", "rotation": "off_deg"}
 SCALE = 4  # of the deviations in the drawing
 DRAWN = "CELECT"
@@ -24,9 +21,7 @@ DRAWN = "CELECT"
 def trials_of(result, motion, measure, method, detector):
     """Trials (n,) of one measure of one method, nan where it failed."""
     name = f"{motion}.{detector}.{method}.{measure}"
-    return np.concatenate(
-        [result.column(name, **condition) for condition in result.conditions]
-    )
+    return result.select().column(name)
 
 
 def refusals(result, motion, detector):
@@ -55,16 +50,10 @@ def name_values(open_results):
             trials = trials_of(seeds, motion, measure, method, DRAWN)
             value(f"{motion}_{short}", median_interval(trials).value)
         value(f"centre_{short}", float(np.median(seeds.column(f"centre_mm.{method}"))))
-    lost = trials_lost(seeds)
-    value("lost_percent", 100 * lost)
+    value("lost_percent", 100 * float(np.mean(seeds.column("without_ray"))))
     corners = open_results("fig_4_10_corners")
     value("seeds_rendered", corners.trials_per_condition)
     for detector, short in zip(DETECTORS, ("celect", "clickless"), strict=True):
         counted = [refusals(corners, motion, detector) for motion in STEPS]
         value(f"{short}_refused", sum(c[0] for c in counted))
     value("boards_shown", sum(c[1] for c in counted))
-
-
-def trials_lost(seeds):
-    """Share of the corners that have no ray, of all seeds."""
-    return float(np.mean(seeds.column("without_ray")))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.results import (
     MEASURES,
-    METHODS,
     NAMES,
     corner_error,
     refusals,
@@ -14,7 +15,6 @@ from chapters.ch04_central_generic.s3_4_motion.results import (
 )
 from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import STEPS
-from repro.judge.statistics import median_interval
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
@@ -22,10 +22,8 @@ from repro.run.outcomes import Measured, Table
 
 def measured(trials):
     """The median of trials with its interval; None where none gave one."""
-    found = median_interval(trials)
-    if not np.isfinite(found.value):
-        return None
-    return Measured(found.value, found.low, found.high)
+    found = Measured.median(trials)
+    return found if np.isfinite(found.value) else None
 
 
 @table("ext_motion", needs=("fig_4_10_seeds", "fig_4_10_rendered"), evidence="rendered")
@@ -35,16 +33,15 @@ def motion_table(results):
         results[name] for name in ("fig_4_10_seeds", "fig_4_10_rendered")
     )
     rows = []
-    for detector in DETECTORS:
-        for method in METHODS:
-            cells = []
-            for motion, measure in MEASURES.items():
-                of_seeds = trials_of(rendered, motion, measure, method, detector)
-                cells += [
-                    measured(trials_of(result, motion, measure, method, detector)),
-                    float(np.median(of_seeds)),
-                ]
-            rows.append((detector, NAMES[method], *cells))
+    for detector, method in product(DETECTORS, NAMES):
+        cells = []
+        for motion, measure in MEASURES.items():
+            redrawn, found = (
+                trials_of(one, motion, measure, method, detector)
+                for one in (result, rendered)
+            )
+            cells += [measured(redrawn), float(np.median(found))]
+        rows.append((detector, NAMES[method], *cells))
     return Table(
         columns(
             (

@@ -185,20 +185,10 @@ def measured_seeds(results, effort):
     rig = rig_named(GRID[effort])
     seeds = []
     for seed in SEEDS[effort]:
-
-        def stored(name, seed=seed):
-            return rendered.arrays(name, seed=seed)[0]
-
-        K, radial = stored("zhang.K"), stored("zhang.radial")
+        trials = rendered.select(seed=seed)
+        K, radial = (trials.arrays(f"zhang.{name}")[0] for name in ("K", "radial"))
         camera = PerspectiveCamera(K, radial, rig.camera.width, rig.camera.height)
-        share = "outlier_share"
-        fields = {
-            name: stored(f"decoding.{name}")
-            for name in DecodingErrors._fields
-            if name != share
-        }
-        fields[share] = rendered.column(f"decoding.{share}", seed=seed)[0]
-        seeds.append((camera, DecodingErrors(**fields)))
+        seeds.append((camera, DecodingErrors.read(trials, "decoding.")))
     return seeds
 
 

@@ -158,14 +158,8 @@ class MeasuredCorners:
 
 def measured(results, effort):
     """(MeasuredCorners, DecodingErrors) of the pictures."""
-    stored = results["fig_4_10_decoding"]
-    share = "outlier_share"
-    fields = {
-        name: stored.arrays(name)[0] for name in DecodingErrors._fields if name != share
-    }
-    fields[share] = stored.column(share)[0]
-    corners_of = MeasuredCorners(results["fig_4_10_corners"], EVERY[effort])
-    return corners_of, DecodingErrors(**fields)
+    decoded = DecodingErrors.read(results["fig_4_10_decoding"].select())
+    return MeasuredCorners(results["fig_4_10_corners"], EVERY[effort]), decoded
 
 
 CALIBRATION = {
