@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import chain
 from pathlib import Path
 
@@ -101,12 +102,18 @@ def _chapter(section: str) -> int | str:
 
 def load(root: Path) -> Ledger:
     """Read and check the ledger of the checkout at ``root``; raises LedgerError."""
+    paths = [root / FOLDER / f"{stem}.yaml" for stem in LISTS]
+    return _load(tuple((p, p.stat().st_mtime_ns if p.is_file() else 0) for p in paths))
+
+
+@cache
+def _load(dated: tuple[tuple[Path, int], ...]) -> Ledger:
+    """The ledger of files with these times of change: one that stays is read once."""
     lists: dict[str, list[dict]] = {}
     origin: dict[str, str] = {}
-    for stem, names in LISTS.items():
-        path = root / FOLDER / f"{stem}.yaml"
+    for (path, _), names in zip(dated, LISTS.values(), strict=True):
         content = read_yaml(path)
-        _raise_first(faults(content, stem, path.name))
+        _raise_first(faults(content, path.stem, path.name))
         for name in names:
             lists[name] = content[name]
             origin[name] = path.name

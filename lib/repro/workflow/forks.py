@@ -32,6 +32,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from repro.judge.ledger import LedgerError, load
 from repro.run import discover
 from repro.workflow import job
 from repro.workflow.interruption import SIGNALS
@@ -210,9 +211,11 @@ def _get_ready(label: str) -> None:
 
 @cache
 def _import_ahead() -> None:
-    """Import what every job needs, and list the producers."""
+    """Import what every job needs, list the producers and read the ledger."""
     _imported(WARM)
     discover.producers(Path.cwd())
+    with suppress(LedgerError):  # left for the job that needs it
+        load(Path.cwd())
     _keep_apart()
 
 
