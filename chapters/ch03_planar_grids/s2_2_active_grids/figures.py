@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from chapters.ch03_planar_grids.s2_2_active_grids.results import (
-    QUESTIONS,
-    profile_column,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.results import CAMERAS, profile_column
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
     PIXEL_SHARE,
     SHOWN_EVERY,
@@ -53,16 +49,15 @@ def ext_active_grid(results):
     )
     labels = [f"{n}{end}" for n in NAMES for end in ("", ", inverse")]
     labels += [f"sine, {90 * k}°" for k in range(4)]
-    top.yaxis.set_major_locator(FixedLocator(range(len(labels))))
-    top.yaxis.set_major_formatter(FixedFormatter(labels))
-    top.tick_params(axis="y", labelsize=7)
-    top.set_title("(a) one row of ten pictures")
-    top.set_xlabel("Column u (px)")
+    top.set_yticks(range(len(labels)), labels, fontsize=7)
+    top.set(title="(a) one row of ten pictures", xlabel="Column u (px)")
     along.plot(np.arange(len(row)), row, **series(0) | {"marker": ""})
-    along.set_title("(b) decoded from it")
-    along.set_xlim(-0.5, width - 0.5)
-    along.set_xlabel("Column u (px)")
-    along.set_ylabel("Location along x (mm)")
+    along.set(
+        title="(b) decoded from it",
+        xlim=(-0.5, width - 0.5),
+        xlabel="Column u (px)",
+        ylabel="Location along x (mm)",
+    )
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
     for axis, picture, title, name, look in (
         (where, place, "(c) location along x", "x (mm)", {"cmap": "cividis"}),
@@ -82,14 +77,10 @@ def ext_active_grid(results):
             **look,
         )
         axis.set_facecolor("#bbbbbb")
-        axis.set_title(title)
-        axis.set_xlabel("Column u (px)")
-        axis.set_ylabel("Row v (px)")
-        bar = drawn.colorbar(shown, ax=axis, shrink=0.85)
-        bar.set_label(name)
+        axis.set(title=title, xlabel="Column u (px)", ylabel="Row v (px)")
+        drawn.colorbar(shown, ax=axis, shrink=0.85, label=name)
     where.axhline(at, color="white", linewidth=1, linestyle="--")
-    columns = np.arange(len(row))
-    data = {"u": columns.tolist(), "x (mm)": row.tolist()}
+    data = {"u": list(range(len(row))), "x (mm)": row.tolist()}
     data |= {label: line.tolist() for label, line in zip(labels, strip, strict=True)}
     return Drawing(
         drawn,
@@ -107,11 +98,12 @@ def fig_3_8(results):
     counted = results["exp_c3_20_patterns"]
     patterns = [p for p in patterns_of(plan_of_cells(SHOWN_PX)) if p.axis == "y"]
     drawn, axes = new_figure(2, 6, height_in=2.9)
-    binary = [p for p in patterns if p.kind == "gray"]
-    sines = [p for p in patterns if p.kind == "phase"]
+    binary, sines = (
+        [p for p in patterns if p.kind == kind] for kind in ("gray", "phase")
+    )
     data = {"row": list(range(SHOWN_PX[1]))}
-    for cells in axes.ravel():
-        cells.axis("off")
+    for cell in axes.ravel():
+        cell.axis("off")
     for panel, row, group in (("a", axes[0], binary), ("b", axes[1], sines)):
         for cell, pattern in zip(row, group, strict=False):
             picture = pattern_picture(pattern, SHOWN_PX)
@@ -156,22 +148,25 @@ def fig_3_9(results):
         label="column means",
     )
     data = {"place": place.tolist(), "profile": profile.tolist()}
+    gammas = ran.conditions[0]["gammas"]
     for k, name in zip(HARMONICS, MODELS, strict=True):
         fit = ran.arrays(f"linear.fit_{k}")[0]
         left.plot(place, fit, **series(k) | {"marker": ""}, label=name)
         data[name] = fit.tolist()
-    left.set_xlabel("Place in the period (periods)")
-    left.set_ylabel("Mean grey level (grey levels)")
-    left.set_title(f"(a) gamma {DATA_SHEET_GAMMA}")
-    left.legend(fontsize=8)
-    gammas = ran.conditions[0]["gammas"]
-    for k, name in zip(HARMONICS, MODELS, strict=True):
         rms = [np.median(profile_column(ran, "linear", g, f"rms_{k}")) for g in gammas]
         right.plot(gammas, rms, **series(k), label=name)
-    right.set_yscale("log")
-    right.set_xlabel("Gamma of the monitor (1)")
-    right.set_ylabel("RMS misfit (grey levels)")
-    right.set_title("(b) misfit against gamma")
+    left.set(
+        xlabel="Place in the period (periods)",
+        ylabel="Mean grey level (grey levels)",
+        title=f"(a) gamma {DATA_SHEET_GAMMA}",
+    )
+    left.legend(fontsize=8)
+    right.set(
+        yscale="log",
+        xlabel="Gamma of the monitor (1)",
+        ylabel="RMS misfit (grey levels)",
+        title="(b) misfit against gamma",
+    )
     return Drawing(
         drawn,
         data,
@@ -191,32 +186,21 @@ def ext_harmonics_gamma(results):
     data = {"gamma": list(gammas)}
     fine = np.linspace(gammas[0], gammas[-1], 81)
     law = np.abs([power_law_orders(g, 3) for g in fine])
-    for axes, camera in zip(both, QUESTIONS["camera_response"], strict=True):
+    for axes, camera in zip(both, CAMERAS, strict=True):
         for k, n in enumerate((2, 3)):
-            size = [
-                np.median(
-                    profile_column(ran, camera, g, f"order_{n}")
-                    / profile_column(ran, camera, g, "order_1")
-                )
+            ratios = [
+                profile_column(ran, camera, g, f"order_{n}")
+                / profile_column(ran, camera, g, "order_1")
                 for g in gammas
             ]
-            look = series(k)
-            axes.plot(
-                gammas,
-                100 * np.array(size),
-                **look | {"linestyle": ""},
-                label=f"order {n}, imaged",
-            )
+            percent = 100 * np.median(ratios, axis=1)
+            points, line = series(k) | {"linestyle": ""}, series(k) | {"marker": ""}
+            axes.plot(gammas, percent, **points, label=f"order {n}, imaged")
             if camera == "linear":
-                axes.plot(
-                    fine,
-                    100 * law[:, n - 1],
-                    **look | {"marker": ""},
-                    label=f"order {n}, power law",
-                )
-            data[f"{camera}, order {n} (%)"] = (100 * np.array(size)).tolist()
-        axes.set_title(f"camera: {camera}")
-        axes.set_xlabel("Gamma of the monitor (1)")
+                name = f"order {n}, power law"
+                axes.plot(fine, 100 * law[:, n - 1], **line, label=name)
+            data[f"{camera}, order {n} (%)"] = percent.tolist()
+        axes.set(title=f"camera: {camera}", xlabel="Gamma of the monitor (1)")
     both[0].set_ylabel("Amplitude (% of order 1)")
     both[0].legend(fontsize=8)
     return Drawing(
@@ -235,19 +219,17 @@ def ext_cell_edge(results):
     names = ("u", "pattern", "inverse", "d", "printed", "decoder", "true")
     row = {name: ran.arrays(f"edge.{name}")[0].astype(float) for name in names}
     drawn, (left, middle, right) = new_figure(1, 3, height_in=3.0)
-    for k, name in enumerate(("pattern", "inverse")):
-        left.plot(row["u"], row[name], **series(k), markersize=3, label=name)
-    left.set_title("(a) the bit that changes")
-    left.set_ylabel("Grey value (grey levels)")
-    middle.plot(row["u"], row["d"], **series(2), markersize=3)
-    middle.set_title("(b) place in the cell, d")
-    middle.set_ylabel("d (1)")
-    for k, name in enumerate(("printed", "decoder")):
-        shown = "(3.24) alone" if name == "printed" else "decoder"
-        look = series((1, 0)[k])
-        right.plot(row["u"], row[name], **look, markersize=3, label=shown)
-    right.set_title("(c) location")
-    right.set_ylabel("Location along x (mm)")
+    for axes, k, name, label in (
+        (left, 0, "pattern", "pattern"),
+        (left, 1, "inverse", "inverse"),
+        (middle, 2, "d", None),
+        (right, 1, "printed", "(3.24) alone"),
+        (right, 0, "decoder", "decoder"),
+    ):
+        axes.plot(row["u"], row[name], **series(k), markersize=3, label=label)
+    left.set(title="(a) the bit that changes", ylabel="Grey value (grey levels)")
+    middle.set(title="(b) place in the cell, d", ylabel="d (1)")
+    right.set(title="(c) location", ylabel="Location along x (mm)")
     for axes in (left, right):
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + 0.4 * (high - low))

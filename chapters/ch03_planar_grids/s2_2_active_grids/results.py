@@ -21,12 +21,9 @@ from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
 PERCENT_OF_PERIOD = 100 / (2 * np.pi)
-# What the text leaves open here; the option that decides comes first.
-QUESTIONS = {
-    "camera_response": ("linear", "sRGB"),
-    "profile_rest": ("noise", "order 5"),
-    "bit_threshold": ("one grey value", "white and black", "mean of the sines"),
-}
+# Options of questions that the text leaves open; the one that decides comes first.
+CAMERAS = ("linear", "sRGB")
+THRESHOLDS = ("one grey value", "white and black", "mean of the sines")
 METHODS = (*CORNER_METHODS, "active grid")
 
 
@@ -51,11 +48,10 @@ def bit_counts(result, edges, light, threshold):
     """(wrong by the threshold, wrong by the inverse, pixels): (trials,) each,
     summed over blur and noise; and the pixels that only one of the two has wrong.
     """
-    asked = SLANT_PX[edges], light
-    ones = [c for c in result.conditions if (c["slant_px"], c["light"]) == asked]
+    trials = result.select(slant_px=SLANT_PX[edges], light=light)
 
     def total(name):
-        return sum(result.column(name, **c) for c in ones)
+        return trials.column(name).reshape(len(trials.conditions), -1).sum(axis=0)
 
     return (
         total(f"{threshold}.wrong"),
@@ -82,7 +78,6 @@ def bloom_growth(result, method, exposure):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     of_view(open_results("ext_active_grid"))
-    of_pixel(open_results("ext_active_grid"))
     of_profile(open_results("fig_3_9"))
     of_light(open_results)
     of_codes(open_results)
@@ -90,23 +85,22 @@ def name_values(open_results):
 
 
 def of_view(view):
-    """How well the views were decoded."""
+    """How well the views were decoded, and the worked pixel, of the first one."""
+    for name, column in (
+        ("rms", "smooth.rms_mm"),
+        ("rms_raw", "raw.rms_mm"),
+        ("sigma", "smooth.sigma_mm"),
+        ("sigma_raw", "raw.sigma_mm"),
+    ):
+        value(f"view.{name}", np.median(view.column(column)))
     value("view.share", 100 * np.median(view.column("smooth.share")))
-    value("view.rms", np.median(view.column("smooth.rms_mm")))
-    value("view.rms_raw", np.median(view.column("raw.rms_mm")))
-    value("view.sigma", np.median(view.column("smooth.sigma_mm")))
-    value("view.sigma_raw", np.median(view.column("raw.sigma_mm")))
-
-
-def of_pixel(view):
-    """The worked pixel, of the first view."""
-    value("pixel.u", int(view.column("pixel.u")[0]))
-    value("pixel.v", int(view.column("pixel.v")[0]))
+    for axis in ("u", "v"):
+        value(f"pixel.{axis}", int(view.column(f"pixel.{axis}")[0]))
 
 
 def of_profile(profile):
     """Misfits at the data-sheet gamma."""
-    for camera in QUESTIONS["camera_response"]:
+    for camera in CAMERAS:
         for k in range(3):
             rms = profile_column(profile, camera, DATA_SHEET_GAMMA, f"rms_{k}")
             value(f"{camera}.rms_{k}", float(np.median(rms)))
@@ -117,33 +111,32 @@ def of_profile(profile):
 def of_light(open_results):
     """What offset, gain and the published orders do to a phase."""
     offset = open_results("exp_c3_offset_cancels")
-    value("offset.formula", offset.column("formula_rad").max())
     gain = open_results("exp_c3_vignetting")
-    value("gain.eight", gain.column("decoder_8_rad").max() * PERCENT_OF_PERIOD)
-    response = open_results("exp_c3_radiometric_ok")
-    for rest, name in (("noise", "three"), ("order 5", "five")):
-        error = response.column("largest_rad", rest=rest)[0]
-        value(f"response.{name}", PERCENT_OF_PERIOD * error)
-    value("response.two_grey", response.column("order_2_grey", rest="noise")[0])
-    value("response.three_grey", response.column("order_3_grey", rest="noise")[0])
+    three, five = open_results("exp_c3_radiometric_ok").by("rest").values()
+    for name, number in {
+        "offset.formula": offset.column("formula_rad").max(),
+        "gain.eight": PERCENT_OF_PERIOD * gain.column("decoder_8_rad").max(),
+        "response.three": PERCENT_OF_PERIOD * three.column("largest_rad")[0],
+        "response.five": PERCENT_OF_PERIOD * five.column("largest_rad")[0],
+        "response.two_grey": three.column("order_2_grey")[0],
+        "response.three_grey": three.column("order_3_grey")[0],
+    }.items():
+        value(name, number)
 
 
 def of_codes(open_results):
     """Bits and the rule at edges."""
     bits = open_results("exp_c3_inverse_helps")
     for edges, light in EDGES_AND_LIGHT:
-        for threshold in QUESTIONS["bit_threshold"]:
+        for threshold in THRESHOLDS:
             wrong, paired, *_ = bit_counts(bits, edges, light, threshold)
             name = f"bits.{edges}.{light}.{threshold}".replace(" ", "_")
             value(name, wrong.sum() / max(paired.sum(), 1))
     value("bits.corner_light", 100 * light_along(2, "falls off")[-1])
     wrap = open_results("ext_wrap_rule")
-    printed = sum(wrap.column(f"{b}.printed").sum() for b in BLURS_PX)
-    ours = sum(wrap.column(f"{b}.decoder").sum() for b in BLURS_PX)
-    pixels = sum(wrap.column(f"{b}.pixels").sum() for b in BLURS_PX)
-    value("wrap.printed", int(printed))
-    value("wrap.decoder", int(ours))
-    value("wrap.pixels", int(pixels))
+    for name in ("printed", "decoder", "pixels"):
+        count = sum(wrap.column(f"{b}.{name}").sum() for b in BLURS_PX)
+        value(f"wrap.{name}", int(count))
 
 
 def of_blooming(bloom):
@@ -155,36 +148,42 @@ def of_blooming(bloom):
     value("bloom.left", 100 * float(np.median(share)))
 
 
-def pixel_rows(view, steps=STEPS):
+def of_pixel(view, axis, name):
+    """A number of the worked pixel along an axis, of the first view."""
+    return float(view.column(f"pixel.{axis}.{name}")[0])
+
+
+def bit_gaps(view, axis):
+    """What each bit's pattern is brighter than its inverse (bits,), grey levels."""
+    return [
+        of_pixel(view, axis, f"bit_{bit}") - of_pixel(view, axis, f"bit_{bit}_inverse")
+        for bit in range(int(np.log2(CELLS)))
+    ]
+
+
+def sine_steps(view, axis):
+    """The grey levels of the sine at its steps (STEPS,)."""
+    return [of_pixel(view, axis, f"step_{k}") for k in range(STEPS)]
+
+
+def pixel_rows(view):
     """The worked pixel's numbers along x and y: [(what, x, y)], of the first view."""
-
-    def told(axis, name):
-        return float(view.column(f"pixel.{axis}.{name}")[0])
-
-    bits = int(np.log2(CELLS))
-    rows = []
-    for bit in range(bits):
-        pair = [told(a, f"bit_{bit}") - told(a, f"bit_{bit}_inverse") for a in "xy"]
-        rows.append((f"bit {bit}: pattern less inverse (grey levels)", *pair))
-    for k in range(steps):
-        rows.append(
-            (f"step {k + 1}, $I_{k + 1}$ (grey levels)",)
-            + tuple(told(a, f"step_{k}") for a in "xy")
-        )
-    return rows
+    gaps, steps = (
+        zip(*(of(view, axis) for axis in "xy"), strict=True)
+        for of in (bit_gaps, sine_steps)
+    )
+    return [
+        (f"bit {bit}: pattern less inverse (grey levels)", *pair)
+        for bit, pair in enumerate(gaps)
+    ] + [(f"step {k}, $I_{k}$ (grey levels)", *pair) for k, pair in enumerate(steps, 1)]
 
 
 def worked(view, axis, width_mm):
     """What a reader works out for one axis of the pixel, step by step."""
-
-    def told(name):
-        return float(view.column(f"pixel.{axis}.{name}")[0])
-
-    bits = int(np.log2(CELLS))
-    gray = [told(f"bit_{b}") > told(f"bit_{b}_inverse") for b in range(bits)]
+    gray = [gap > 0 for gap in bit_gaps(view, axis)]
     binary = np.cumsum(gray) % 2
     cell = int("".join(str(int(b)) for b in binary), 2)
-    i1, i2, i3, i4 = (told(f"step_{k}") for k in range(STEPS))
+    i1, i2, i3, i4 = sine_steps(view, axis)
     phi = np.arctan2(i1 - i3, i2 - i4) % (2 * np.pi)
     level = (i1 + i2 + i3 + i4) / STEPS
     swing = 0.5 * np.hypot(i1 - i3, i2 - i4)

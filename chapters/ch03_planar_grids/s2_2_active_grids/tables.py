@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.results import (
     METHODS,
-    QUESTIONS,
+    THRESHOLDS,
     bloom_errors,
+    of_pixel,
     pixel_rows,
     worked,
 )
@@ -17,7 +20,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import SLANT_PX
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import BLURS_PX
-from repro.judge.statistics import median_interval
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
 
@@ -29,7 +32,6 @@ AGREE_MM = 1e-3
 def ext_one_pixel(results):
     """The twenty grey values of one pixel, and what follows from them."""
     view = results["ext_active_grid"]
-    rows = pixel_rows(view)
     found = [worked(view, axis, w) for axis, w in zip("xy", CELL_MM, strict=True)]
     steps = {
         "Gray code": "gray",
@@ -40,26 +42,30 @@ def ext_one_pixel(results):
         "location (b + d) w (mm)": "location",
         "σ (mm)": "sigma",
     }
-    rows.append(("width of a cell w (mm)", *CELL_MM))
-    for name, key in steps.items():
-        scale = np.degrees(1) if key == "phi" else 1
-        pair = [f[key] if key == "gray" else scale * f[key] for f in found]
-        rows.append((name, *pair))
+    scales = {"gray": 1, "phi": np.degrees(1)}
     decoder = {
         "decoder: location (mm)": "location_mm",
         "decoder: σ (mm)": "sigma_mm",
         "true location (mm)": "true_mm",
     }
-    for name, key in decoder.items():
-        pair = [float(view.column(f"pixel.{a}.{key}")[0]) for a in "xy"]
-        rows.append((name, *pair))
+    rows = [
+        *pixel_rows(view),
+        ("width of a cell w (mm)", *CELL_MM),
+        *(
+            (name, *(f[key] * scales.get(key, 1) for f in found))
+            for name, key in steps.items()
+        ),
+        *(
+            (name, *(of_pixel(view, axis, key) for axis in "xy"))
+            for name, key in decoder.items()
+        ),
+    ]
     apart = max(
-        abs(f["location"] - view.column(f"pixel.{a}.location_mm")[0])
-        for a, f in zip("xy", found, strict=True)
+        abs(f["location"] - of_pixel(view, axis, "location_mm"))
+        for axis, f in zip("xy", found, strict=True)
     )
-    names = ("what", "along x", "along y")
     return Table(
-        dict(zip(names, map(list, zip(*rows, strict=True)), strict=True)),
+        columns(("what", "along x", "along y"), rows),
         "From twenty grey values to a place: one pixel of the view above, decoded "
         "alone. The upper rows are read from the pictures, the middle ones worked "
         "out by hand, the last ones are the decoder's and the truth.",
@@ -74,7 +80,6 @@ def ext_one_pixel(results):
 def ext_window(results):
     """What the 7 x 7 window does to scatter and to bias."""
     ran = results["ext_window"]
-    columns = {"cells": [], "steps": []}
     names = {
         "σ of a pixel (mm)": "raw.sigma_mm",
         "RMS error of a pixel (mm)": "raw.rms_mm",
@@ -83,15 +88,16 @@ def ext_window(results):
         "without noise: a pixel (mm)": "raw.bias_mm",
         "without noise: 7 × 7 (mm)": "smooth.bias_mm",
     }
-    columns |= {name: [] for name in names}
-    for condition in ran.conditions:
-        given = {k: condition[k] for k in ("cells", "steps")}
-        for name in given:
-            columns[name].append(given[name])
-        for name, key in names.items():
-            columns[name].append(float(ran.column(key, **given)[0]))
+    rows = [
+        (
+            c["cells"],
+            c["steps"],
+            *(float(ran.column(k, **c)[0]) for k in names.values()),
+        )
+        for c in ran.conditions
+    ]
     return Table(
-        columns,
+        columns(("cells", "steps", *names), rows),
         "Averaging over 7 × 7 pixels divides the scatter by seven, and takes the "
         "ripple of the gamma away where a cell is about four windows wide. One view of "
         "a monitor with a gamma of 2.2; RMS errors per axis over all pixels that the "
@@ -125,21 +131,19 @@ def ext_bits(results):
     """Share of wrong bits near edges, by blur and noise."""
     ran = results["exp_c3_inverse_helps"]
     slants = {slant: name for name, slant in SLANT_PX.items()}
-    columns = {"edges": [], "light": []}
-    columns |= {"blur (px)": [], "noise (grey levels)": []}
-    columns |= {"inverse (%)": []}
-    columns |= {f"{name} (%)": [] for name in QUESTIONS["bit_threshold"]}
+    names = ("inverse", *THRESHOLDS)
+    rows = []
     for condition in ran.conditions:
-        pixels = ran.column("pixels", **condition).sum()
-        columns["edges"].append(slants[condition["slant_px"]])
-        columns["light"].append(condition["light"])
-        columns["blur (px)"].append(condition["blur_px"])
-        columns["noise (grey levels)"].append(condition["noise_grey"])
-        for name in ("inverse", *QUESTIONS["bit_threshold"]):
-            wrong = ran.column(f"{name}.wrong", **condition).sum()
-            columns[f"{name} (%)"].append(float(100 * wrong / pixels))
+        trials = ran.one(**condition)
+        wrong = np.array([trials.column(f"{name}.wrong").sum() for name in names])
+        shares = 100 * wrong / trials.column("pixels").sum()
+        slant, *others = (
+            condition[k] for k in ("slant_px", "light", "blur_px", "noise_grey")
+        )
+        rows.append((slants[slant], *others, *shares.tolist()))
+    heads = ("edges", "light", "blur (px)", "noise (grey levels)")
     return Table(
-        columns,
+        columns((*heads, *(f"{name} (%)" for name in names)), rows),
         "An inverse makes fewer wrong bits than any threshold, above all where the "
         "light falls off and the threshold is one grey value. Wrong bits among the "
         "pixels within 2 px of an edge.",
@@ -150,30 +154,34 @@ def ext_bits(results):
 def ext_blooming(results):
     """Errors in too much light, with and without spilling."""
     ran = results["exp_c3_blooming"]
-    columns = {"light (full wells)": [], "spills (%)": []}
-    columns |= {f"{name} (px)": [] for name in METHODS}
-    columns |= {"pixels located (%)": [], "corners located (%)": []}
-    for exposure in EXPOSURES:
-        for share in SHARES:
-            columns["light (full wells)"].append(exposure)
-            columns["spills (%)"].append(round(100 * share))
-            for name in METHODS:
-                errors = bloom_errors(ran, name, exposure, share)
-                found = median_interval(errors[np.isfinite(errors)])
-                columns[f"{name} (px)"].append(
-                    Measured(found.value, found.low, found.high)
-                    if np.isfinite(errors).any()
-                    else None
-                )
-            for name, column in (
-                ("active grid", "pixels located (%)"),
-                ("derivative", "corners located (%)"),
-            ):
-                shares = bloom_errors(ran, name, exposure, share, "share")
-                columns[column].append(float(100 * np.median(shares)))
+    rows = [
+        (
+            exposure,
+            round(100 * share),
+            *(_of_located(bloom_errors(ran, n, exposure, share)) for n in METHODS),
+            *(
+                float(100 * np.median(bloom_errors(ran, n, exposure, share, "share")))
+                for n in ("active grid", "derivative")
+            ),
+        )
+        for exposure, share in product(EXPOSURES, SHARES)
+    ]
+    names = (
+        "light (full wells)",
+        "spills (%)",
+        *(f"{name} (px)" for name in METHODS),
+        "pixels located (%)",
+        "corners located (%)",
+    )
     return Table(
-        columns,
+        columns(names, rows),
         "Corners of a chessboard bear too much light well; the active grid is masked "
         "where its sines are cut off. RMS errors of what was located, medians over the "
         "trials that located anything; shares are medians over all trials.",
     )
+
+
+def _of_located(errors):
+    """Median of the trials that located anything; None where none did."""
+    located = errors[np.isfinite(errors)]
+    return Measured.median(located) if len(located) else None
