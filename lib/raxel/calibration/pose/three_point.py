@@ -130,6 +130,7 @@ def refine_pose_ray_point(
     directions, points = checked_rays(directions, points)
     origins = np.zeros(3) if origins is None else np.asarray(origins, float)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
+    directions, points = (np.array(a, order="C") for a in (directions, points))
     T = np.array(T_camera_grid, float)
     T, costs, _ = descend(
         lambda T: gauss_newton(
@@ -172,6 +173,7 @@ def ray_point_system(directions, points, T_camera_grid, origins, weights):
     The residual of a point is its part at right angles to its ray. The pose moves as
     R exp([w]x), t + R s; columns: w, s.
     """
+    directions, points = (np.array(a, float, order="C") for a in (directions, points))
     residuals, jacobian = _ray_point_parts(
         directions, points, T_camera_grid, origins, weights
     )
@@ -181,17 +183,47 @@ def ray_point_system(directions, points, T_camera_grid, origins, weights):
 def _ray_point_parts(directions, points, T, origins, weights):
     """The residuals (3N,), and a function that gives the Jacobian (3N, 6)."""
     p = placed_points(points, T) - origins
-    along = np.einsum("ni,ni->n", directions, p)
-    residual = p - along[:, None] * directions
 
     def jacobian():
-        motion = motion_of_points(points, T)
-        part = np.einsum("ni,nik->nk", directions, motion)
-        J = motion - directions[:, :, None] * part[:, None, :]
-        J *= weights[:, None, None]
-        return J.reshape(-1, 6)
+        # By the same product as all of R times the motion of a point in its plane.
+        turned = T[:3, :2] @ np.stack([-points[:, 1], points[:, 0]])
+        return _jacobian_across(points, turned, T[:3, :3].copy(), directions, weights)
 
-    return (residual * weights[:, None]).ravel(), jacobian
+    return _across(p, directions, weights), jacobian
+
+
+@numba.njit(cache=True)
+def _across(p, directions, weights):
+    """What of points p (N, 3) is across the rays, times weights (N,): (3N,)."""
+    found = np.empty((len(p), 3))
+    for n in range(len(p)):
+        x, y, z = p[n]
+        a, b, c = directions[n]
+        along = x * a + z * c + y * b
+        found[n, 0] = (x - along * a) * weights[n]
+        found[n, 1] = (y - along * b) * weights[n]
+        found[n, 2] = (z - along * c) * weights[n]
+    return found.ravel()
+
+
+@numba.njit(cache=True)
+def _jacobian_across(points, turned, R, directions, weights):
+    """How `_across` changes with the pose, (3N, 6); turned (3, N): with its turn about
+    the grid's normal."""
+    J, motion = np.empty((len(points), 3, 6)), np.empty((3, 6))
+    motion[:, 3:] = R
+    for n in range(len(points)):
+        for i in range(3):
+            motion[i, 0] = R[i, 2] * points[n, 1]
+            motion[i, 1] = R[i, 2] * -points[n, 0]
+            motion[i, 2] = turned[i, n]
+        a, b, c = directions[n]
+        for k in range(6):
+            along = a * motion[0, k] + b * motion[1, k] + c * motion[2, k]
+            for i in range(3):
+                off = motion[i, k] - directions[n, i] * along
+                J[n, i, k] = off * weights[n]
+    return J.reshape(-1, 6)
 
 
 def placed_points(points, T_camera_grid):
