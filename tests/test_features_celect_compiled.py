@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from raxel.features.celect import compiled
-from raxel.features.celect.hough import BINS, normal_of, strongest, vote
+from raxel.features.celect.hough import BINS, normal_of, vote
 
 SEEDS = range(4)
 
@@ -85,10 +85,12 @@ def test_the_strongest_peaks_are_those_of_the_plain_rule(seed, columns):
     if seed == 3:  # one line: the second peak is enforced
         space = np.zeros_like(space)
         space[20:23, 85:88] = [[1, 2, 1], [2, 7, 2], [1, 2, 1]]
-    rules = (2, 5), (3, 10), 0.5
-    expected = plain_strongest(space, *rules, columns or (0, BINS))
-    assert strongest(space, *rules, columns) == expected
+    rules = (2, 5), (3, 10), 0.5, columns or (0, BINS)
+    highest = cv2.dilate(space, np.ones((7, 21), np.uint8))
+    expected = plain_strongest(space, *rules)
     assert expected
+    found = compiled.strongest_peaks(space, highest, *rules)
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

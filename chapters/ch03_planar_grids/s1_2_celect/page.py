@@ -19,7 +19,7 @@ from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
-from raxel.features.celect.compiled import farthest_ahead
+from raxel.features.celect.compiled import farthest_ahead, lines_of, merged_lines
 from raxel.features.celect.hough import peaks_of
 from raxel.features.celect.processing import processed
 from raxel.features.celect.trace import first_line, next_anchor, next_line
@@ -167,7 +167,7 @@ from repro.run.outcomes import Plan
 # often a window may grow, and what lies beyond the end of a contour.
 
 # %% tags=["active-ipynb"]
-# show_code(CelectSettings, peaks_of)
+# show_code(CelectSettings, peaks_of, lines_of, merged_lines)
 
 # %% [markdown]
 # ## Experiment

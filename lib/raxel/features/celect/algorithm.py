@@ -8,7 +8,7 @@ the camera bends the image.
 import numpy as np
 
 from raxel.features.celect.hough import orientation
-from raxel.features.celect.processing import processed
+from raxel.features.celect.processing import distinct, processed
 from raxel.features.celect.radius import corner_distances, side_lengths
 from raxel.features.celect.result import (
     OUTER_CORNER,
@@ -211,7 +211,7 @@ class _Run:
                 anchors,
                 np.array(trace.radii),
                 s,
-                np.unique(candidates, axis=0),
+                distinct(candidates),
                 inliers,
                 merged,
                 tuple(trace.steps),

@@ -4,6 +4,8 @@ What these functions call, and their constants, stand in this file: compiled cod
 kept from run to run, and made again when this file changes, not when another one does.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -69,10 +71,87 @@ def _smooth(votes):
 
 
 @njit(cache=True, error_model="numpy")
-def strongest_peaks(space, highest, limits, neighbourhood, share, columns):
-    """The peaks of `hough.strongest`: (rows (k,), columns (k,)).
+def lines_of(space, highest, limits, neighbourhood, share, wrap, split):
+    """Rows (n, 3) of R px, theta deg and votes: the lines of `hough.peaks_of`.
 
-    highest: as space, the largest value in the neighbourhood of each cell.
+    highest, limits (least, most), neighbourhood and share as in `strongest_peaks`;
+    wrap: degrees from the border of the angle within which peaks are sought again;
+    split: bins from which on two peaks are two lines.
+    """
+    m = space.shape[0] // 2
+    peaks = strongest_peaks(space, highest, limits, neighbourhood, share, (0, BINS))
+    peaks[:, 0] -= m
+    border = np.minimum(peaks[:, 1], BINS - peaks[:, 1]) <= wrap
+    again = np.count_nonzero(border)
+    if wrap > 0 and again:
+        along = neighbourhood[1]
+        reach = min(int(wrap), BINS // 2 - along - 1)
+        strip = _across_border(space, reach + along)
+        columns = along, along + 2 * reach + 1
+        highest = _highest_within(strip, neighbourhood, columns)
+        limits = 1, again
+        found = strongest_peaks(strip, highest, limits, neighbourhood, share, columns)
+        found[:, 0] -= m
+        found[:, 1] += BINS - reach - along
+        peaks = np.concatenate((peaks[~border], found))
+    return merged_lines(peaks, split)
+
+
+@njit(cache=True, error_model="numpy")
+def merged_lines(peaks, bins):
+    """Peaks, rows (n, 3) of (R, theta, votes), within `bins` of each other become one.
+
+    It is their mean, weighted by the votes. Close means by steps: a chain of close
+    peaks is one line. The same line written as (R, theta) and (-R, theta + 180) is
+    close to itself. Angles come out from 0 to below 180 degrees.
+    """
+    count, lines = 0, np.empty_like(peaks)
+    group, free = np.empty_like(peaks), np.ones(len(peaks), np.bool_)
+    for first in range(len(peaks)):
+        if not free[first]:
+            continue
+        group[0], members, done = peaks[first], 1, 0
+        free[first] = False
+        while done < members:
+            for other in range(first + 1, len(peaks)):
+                R, theta = _nearest_form(peaks[other], group[done, 1])
+                apart = math.hypot(R - group[done, 0], theta - group[done, 1])
+                if free[other] and apart <= bins:
+                    free[other] = False
+                    group[members, 0], group[members, 1] = R, theta
+                    group[members, 2] = peaks[other, 2]
+                    members += 1
+            done += 1
+        R = theta = votes = 0.0
+        for member in group[:members]:
+            R += member[2] * member[0]
+            theta += member[2] * member[1]
+            votes += member[2]
+        R, theta = R / votes, theta / votes
+        turns = math.floor(theta / BINS)
+        lines[count, 0] = -R if turns % 2 else R
+        lines[count, 1], lines[count, 2] = theta - BINS * turns, votes
+        count += 1
+    return lines[:count]
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_form(line, theta_deg):
+    """(R, theta) of a line, or (-R, theta +- 180), with theta nearest to theta_deg."""
+    turns = np.rint((theta_deg - line[1]) / BINS)
+    return (-line[0] if turns % 2 else line[0]), line[1] + BINS * turns
+
+
+@njit(cache=True, error_model="numpy")
+def strongest_peaks(space, highest, limits, neighbourhood, share, columns):
+    """Non-maximal suppression: rows (n, 3) of row, column, votes, the strongest first.
+
+    A peak of a Hough space (h, w) is the largest value of its `neighbourhood` (rows,
+    columns), half widths: the flank of another peak is none; `highest` (h, w) is that
+    value for every cell. Peaks count down to `share` of the strongest, but `limits`
+    (least, most) of them. If there are fewer than the least number, the largest values
+    outside the others' neighbourhoods make it up. `columns` (first, last + 1) restricts
+    where all of them may lie.
     """
     least, most = limits
     row, column = np.empty(most, np.int64), np.empty(most, np.int64)
@@ -95,7 +174,11 @@ def strongest_peaks(space, highest, limits, neighbourhood, share, columns):
             break
         row[found], column[found] = i, j
         found += 1
-    return row[:found], column[:found]
+    peaks = np.empty((found, 3))
+    for n in range(found):
+        peaks[n, 0], peaks[n, 1] = row[n], column[n]
+        peaks[n, 2] = space[row[n], column[n]]
+    return peaks
 
 
 @njit(cache=True, error_model="numpy")
@@ -117,6 +200,45 @@ def _tops(space, highest, columns):
                         tops[count, 0], tops[count, 1] = i, j
                         count += 1
     return tops[:count]
+
+
+@njit(cache=True, error_model="numpy")
+def _across_border(space, reach):
+    """The columns of a space within `reach` of 180 degrees, by (-R, theta + 180)."""
+    height = space.shape[0]
+    strip = np.empty((height, 2 * reach + 1), np.float32)
+    for i in range(height):
+        for j in range(reach):
+            strip[i, j] = space[i, BINS - reach + j]
+        for j in range(reach + 1):
+            strip[i, reach + j] = space[height - 1 - i, j]
+    return strip
+
+
+@njit(cache=True, error_model="numpy")
+def _highest_within(space, neighbourhood, columns):
+    """Those cells of some columns that are the highest about them; inf elsewhere."""
+    highest = np.full_like(space, np.inf)
+    last = space.shape[0] - 1
+    for i in range(last + 1):
+        for j in range(columns[0], columns[1]):
+            value = space[i, j]
+            beside = max(space[i, j - 1], space[i, j + 1])
+            beside = max(beside, space[max(i - 1, 0), j], space[min(i + 1, last), j])
+            if value >= beside and value > 0 and _is_top(space, i, j, neighbourhood):
+                highest[i, j] = value
+    return highest
+
+
+@njit(cache=True, error_model="numpy")
+def _is_top(space, i, j, neighbourhood):
+    """Whether nothing in the neighbourhood of a cell is higher."""
+    across, along = neighbourhood
+    for row in range(max(i - across, 0), min(i + across + 1, space.shape[0])):
+        for column in range(j - along, j + along + 1):
+            if space[row, column] > space[i, j]:
+                return False
+    return True
 
 
 @njit(cache=True, error_model="numpy")

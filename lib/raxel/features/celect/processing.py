@@ -28,7 +28,7 @@ def processed(candidates, anchors, count, band, distance, merge_corners):
     """
     ends = anchors[[0, -1]]
     everything = np.vstack((ends, candidates)) if len(candidates) else ends
-    everything = np.unique(everything, axis=0)
+    everything = distinct(everything)
     inliers = everything[distance_to_trace(everything, anchors) < band]
     along = position_along(inliers, anchors)
     labels = merge_corners(inliers, along, distance, count)
@@ -40,6 +40,14 @@ def processed(candidates, anchors, count, band, distance, merge_corners):
     kept = (place >= place[first]) & (place <= place[last])
     order = np.argsort(place[kept], kind="stable")
     return Processed(inliers, merged[kept][order])
+
+
+def distinct(points):
+    """Points (n, 2) without repetitions, by rising u, then v."""
+    ordered = points[np.lexsort(points.T[::-1])]
+    new = np.ones(len(points), bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    return ordered[new]
 
 
 def distance_to_trace(points, anchors):
