@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 from chapters.ch04_central_generic.ext_central_or_not.results import (
     NAMES,
     RUNS,
@@ -9,6 +11,7 @@ from chapters.ch04_central_generic.ext_central_or_not.results import (
     median,
 )
 from chapters.ch04_central_generic.ext_central_or_not.trials import CAMERAS, NOISES_MM
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -26,18 +29,20 @@ COLUMNS = {
 def centrality_table(results):
     """Medians for every camera and noise."""
     result = results[RUNS]
-    rows = [(camera, noise) for camera in CAMERAS for noise in NOISES_MM]
-    cells = {
-        "Camera": [NAMES[camera] for camera, _ in rows],
-        "Noise (mm)": [noise for _, noise in rows],
-    }
-    for title, field in COLUMNS.items():
-        cells[title] = [Measured(*median(result, field, *row)[:3]) for row in rows]
-    cells["Called non-central (%)"] = [
-        Measured(*(100 * part for part in alarms(result, *row)[:3])) for row in rows
+    rows = [
+        (
+            NAMES[camera],
+            noise,
+            *(
+                Measured(*median(result, field, camera, noise)[:3])
+                for field in COLUMNS.values()
+            ),
+            Measured(*alarms(result, camera, noise).times(100)[:3]),
+        )
+        for camera, noise in product(CAMERAS, NOISES_MM)
     ]
     return Table(
-        cells,
+        columns(("Camera", "Noise (mm)", *COLUMNS, "Called non-central (%)"), rows),
         "How far from one point the rays of each camera pass: the truth, the "
         "test's estimate, its upper bound and p-value. The misses are RMS "
         "distances from the true rays, next to the camera. Medians over "

@@ -17,6 +17,7 @@ from chapters.shared.photographs.notes import note
 from chapters.shared.photographs.reading import EVERY
 from repro.page.style import figure as new_figure
 from repro.page.style import series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -33,15 +34,11 @@ OF_PHOTOGRAPHS = {"zhang": 0, "kannala_brandt": 1, "unified": 2, "general": 4}
 def lens_formula(results):
     """Three known lenses and a real one: RMS distance in rings, every model."""
     drawn, axes = new_figure(2, 2, height_in=5.6)
-    data = {name: [] for name in ("camera", "model", "radius_px", "rms_px")}
+    rows = []
 
     def add(panel, camera, model, label, look, radius, rms):
         panel.plot(radius, rms, label=label, **(series(look) | {"ms": 3}))
-        for place, height in zip(radius, rms, strict=True):
-            for column, cell in zip(
-                data.values(), (camera, model, place, height), strict=True
-            ):
-                column.append(cell)
+        rows.extend((camera, model, *at) for at in zip(radius, rms, strict=True))
 
     middle = (RINGS[1:] + RINGS[:-1]) / 2
     for panel, lens in zip(axes.flat, LENSES, strict=False):
@@ -74,7 +71,7 @@ def lens_formula(results):
     panels[0].legend(fontsize=7, loc="upper left")
     return Drawing(
         drawn,
-        data,
+        columns(("camera", "model", "radius_px", "rms_px"), rows),
         "How far models are off on boards kept out, by the distance from the "
         "middle of the image. Three known lenses: 12 boards with 0.1 px of "
         "noise, and exact corners kept out; medians over trials. Last, where "

@@ -11,15 +11,14 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     OUTLIERS,
     STEPS,
 )
+from chapters.shared.methods import LINEAR_NAMES
 from repro.judge.statistics import median_interval, with_worst
 from repro.page.reader import value
 
-NAMES = {
-    "as_printed": "standard, as printed",
+NAMES = LINEAR_NAMES | {
     "normalised": "normalised coordinates",
     "one_scale": "one scale by least squares",
     "well_conditioned": "no vanishing divisors",
-    "cgsp": "CGSP",
     "cgsp_weighted": "CGSP, weighted",
     "consistent": "CGSP, adjusted with the centre",
     "cgsp_robust": "CGSP with RANSAC",

@@ -10,6 +10,7 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
     failed,
 )
 from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import OUTLIERS, STEPS
+from chapters.shared.methods import LINEAR_NAMES
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -43,7 +44,7 @@ def cgsp_outliers(results):
     """Median error of the centre by the share of wrong points."""
     result = results["ext_cgsp_outliers"]
     shown = ("well_conditioned", "cgsp", "cgsp_robust", "well_conditioned_robust")
-    words = NAMES | {"well_conditioned": "standard, well conditioned"}
+    words = NAMES | LINEAR_NAMES
     columns = {"Wrong points (%)": [100 * share for share in OUTLIERS]}
     for method in shown:
         columns[f"{words[method]} (mm)"] = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from repro.judge.statistics import FAILS, HOLDS
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
@@ -13,13 +14,11 @@ def judge_mats_intersection(results):
     """-M^T S, stacked, equals M_i S ray by ray, sign included."""
     result = results["exp_c4_mats_intersection"]
     largest = max(float(result.column(name).max()) for name in ("printed", "stacked"))
-    return [
-        Reading(
-            "reproduced" if largest < EQUAL else "differs",
-            largest,
-            reason="largest difference of a homogeneous coordinate, as a "
-            "share of the point's largest; points differ from rays met with "
-            f"the plane directly by {result.column('on_grid_mm').max():.1g} "
-            "mm at most",
-        )
-    ]
+    return Reading.of(
+        HOLDS if largest < EQUAL else FAILS,
+        largest,
+        reason="largest difference of a homogeneous coordinate, as a "
+        "share of the point's largest; points differ from rays met with "
+        f"the plane directly by {result.column('on_grid_mm').max():.1g} "
+        "mm at most",
+    )

@@ -11,6 +11,7 @@ from chapters.shared.rigs import rig_named
 from raxel.show.rigs import drawn_poses, posed_targets
 from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -55,29 +56,28 @@ def ext_fig_4_5_coverage(results):
     """How many grids each pixel has seen, of the first set of each camera."""
     result = results[FIELD]
     drawn, axes = new_figure(1, 2, height_in=3.4)
-    data = {name: [] for name in ("camera", "grids", "share_of_pixels")}
+    rows = []
     shades = ListedColormap(["#ffffff", *SHADES])
     most = len(SHADES) - 1
     for panel, camera in zip(axes, CAMERAS.values(), strict=True):
-        first = next(c for c in result.conditions if c["camera"] == camera)
-        count = result.arrays("count", **first)[0]
+        count = result.select(camera=camera).arrays("count")[0]
         shown = panel.imshow(
             np.minimum(count, most), cmap=shades, vmin=-1.5, vmax=most + 0.5,
             interpolation="nearest",
         )  # fmt: skip
         panel.set(title=camera, xticks=[], yticks=[])
         inside = count[count >= 0]
-        for grids in range(inside.max() + 1):
-            data["camera"].append(camera)
-            data["grids"].append(grids)
-            data["share_of_pixels"].append(float(np.mean(inside == grids)))
+        rows += [
+            (camera, grids, float(np.mean(inside == grids)))
+            for grids in range(inside.max() + 1)
+        ]
     bar = drawn.colorbar(shown, ax=axes, shrink=0.8, ticks=range(most + 1))
     bar.ax.set_ylim(-0.5, most + 0.5)
     bar.ax.set_yticklabels([*range(most), f"{most} or more"])
     bar.set_label("grids (1)")
     return Drawing(
         drawn,
-        data,
+        columns(("camera", "grids", "share_of_pixels"), rows),
         "How many grids were decoded in each pixel, of the first rendered set. "
         "White: no ray, beside the mirror or the fisheye's circle. The CSV has the "
         "shares of the pixels that have a ray.",

@@ -11,35 +11,30 @@ from repro.page.reader import value
 FIELD = "sec_4_3_1_field"
 TURNED = "sec_4_3_1_turned"
 CAMERAS = {"omni": OMNI, "fish": FISH}
-METHODS = ("as_printed", "well_conditioned", "cgsp")
 
 
 def seeds_of(result, camera, key):
     """A value of every seed of a camera, (seeds,)."""
-    return np.array(
-        [
-            result.column(key, **condition)[0]
-            for condition in result.conditions
-            if condition["camera"] == camera
-        ]
-    )
+    return result.select(camera=camera).column(key)
 
 
 def name_values(open_results):
     """Name the numbers of the prose: medians over the seeds."""
     field, turned = open_results(FIELD), open_results(TURNED)
+
+    def median(result, camera, key):
+        return float(np.median(seeds_of(result, camera, key)))
+
     for short, camera in CAMERAS.items():
         for key in ("share", "solid"):
-            found = np.median(seeds_of(field, camera, key))
-            value(f"{short}.{key}", 100 * float(found))
-        found = np.median(seeds_of(turned, camera, "shift_2_px"))
-        value(f"{short}.shift_2_px", float(found))
+            value(f"{short}.{key}", 100 * median(field, camera, key))
+        value(f"{short}.shift_2_px", median(turned, camera, "shift_2_px"))
         for how in ("upright", "turned"):
             for key in ("ray_mean_mm", "centre_off_mm"):
-                found = seeds_of(turned, camera, f"{how}.cgsp.{key}")
-                value(f"{short}.{how}.cgsp.{key}", float(np.median(found)))
+                found = median(turned, camera, f"{how}.cgsp.{key}")
+                value(f"{short}.{how}.cgsp.{key}", found)
     for key in ("horizontal_deg", "vertical_deg"):
-        value(f"omni.{key}", float(np.median(seeds_of(field, OMNI, key))))
+        value(f"omni.{key}", median(field, OMNI, key))
     value("seeds", len(seeds_of(field, OMNI, "share")))
     mirror = rig_named("onevr-d70").camera
     aligned = rig_named("onevr-d70-aligned-small").camera
