@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+import yaml
 
 from raxel.documents import faults, field_name, read_yaml, validate
 from raxel.errors import InputError, did_you_mean
@@ -119,6 +120,15 @@ def test_yaml_has_one_meaning(tmp_path):
     path.write_text("a: 1\nb: 2\na: 3\n")
     twice = r"plain\.yaml: line 3: key 'a' given twice, first in line 1; keep one"
     with pytest.raises(InputError, match=twice):
+        read_yaml(path)
+
+
+def test_names_of_files_that_are_no_text_are_read_with_the_same_strictness(tmp_path):
+    path = tmp_path / "names.yaml"
+    path.write_text(yaml.safe_dump({"image": "\udcff.png", "taken": "2026-01-31"}))
+    assert read_yaml(path) == {"image": "\udcff.png", "taken": "2026-01-31"}
+    path.write_text('image: "\\uDCFF.png"\nimage: b\n')
+    with pytest.raises(InputError, match="line 2: key 'image' given twice"):
         read_yaml(path)
 
 

@@ -123,7 +123,7 @@ ABSURD = {
         {"camera__focal_px": leaf(1e101, "px")},
         r"camera.focal_px: holds values that are not finite, or beyond 1e\+100",
     ),
-    "nested": ({"camera": deep(120)}, "nested too deeply"),
+    "nested": ({"camera": deep(120)}, r"line \d+: nested too deeply"),
     "mirrors": (
         {"camera": deep(9)},
         "camera(.viewer){5}: a camera in 4 others; give one nested less deeply",

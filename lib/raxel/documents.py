@@ -6,6 +6,7 @@ Every fault is one line: file, field, what was found, what to do.
 import functools
 import json
 import math
+import re
 from pathlib import Path
 from typing import ClassVar
 
@@ -21,15 +22,11 @@ MAX_DEPTH = 100
 MOST_BYTES = 2_000_000
 
 
-# libyaml's loader where it is there: the ledger takes a quarter of a second, not one.
-_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-
 class _Refused(Exception):
     """YAML that may be right, and that is not taken: line, what was found, advice."""
 
 
-class _StrictLoader(_Loader):
+class _Strict:
     """YAML's plain core: no dates, no key given twice.
 
     Dates would turn a text such as 2026-01-31 into another type.
@@ -61,17 +58,28 @@ class _StrictLoader(_Loader):
             )
 
 
+class _FastLoader(_Strict, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+    """By libyaml where it is there: the ledger takes a quarter of a second, not one."""
+
+
+class _Loader(_Strict, yaml.SafeLoader):
+    """For what libyaml does not take: halves of characters, as in names of files."""
+
+
+_HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
+
+
 def _refuse(mark, found, advice="mend the YAML", cause=None):
     raise _Refused(f"line {mark.line + 1}: {found}; {advice}") from cause
 
 
-def _refuse_tags_and_depth(text):
+def _refuse_tags_and_depth(text, loader):
     """What a loader would take as an order, or libyaml's would fall over.
 
     libyaml nests calls of C as deep as the text does, which nothing there counts.
     """
     depth = 0
-    for event in yaml.parse(text, Loader=_Loader):
+    for event in yaml.parse(text, Loader=loader):
         if getattr(event, "tag", None) is not None:
             _refuse(event.start_mark, "a tag (!) is not allowed")
         if isinstance(event, yaml.CollectionStartEvent):
@@ -96,8 +104,9 @@ def read_yaml(path):
         )
     try:
         text = path.read_text(encoding="utf-8-sig")
-        _refuse_tags_and_depth(text)
-        data = yaml.load(text, _StrictLoader)
+        loader = _Loader if _HALF_CHARACTER.search(text) else _FastLoader
+        _refuse_tags_and_depth(text, loader)
+        data = yaml.load(text, loader)
     except _Refused as fault:
         raise InputError(f"{path}: {fault}") from fault
     except yaml.MarkedYAMLError as fault:
