@@ -43,6 +43,7 @@ status 0.
 """
 
 import contextlib
+import importlib
 import os
 import sys
 
@@ -73,7 +74,7 @@ def _run(argv):
     with recording() as written:
         try:
             options = parser().parse_args(argv)
-            options.command(options, progress.say)
+            _command(options.command)(options, progress.say)
         except SystemExit as stop:
             return stop.code or 0
         except InputError as fault:
@@ -89,6 +90,11 @@ def _run(argv):
             return 130
     progress.release()
     return 0
+
+
+def _command(name):
+    """The function of a command, which its module is named after."""
+    return getattr(importlib.import_module(f"raxel.cli.{name}"), name)
 
 
 def _complain(fault):
