@@ -27,6 +27,7 @@ from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 from repro.run.outcomes import Plan
+from tests.judged_claims import readings_of
 from tests.made_results import written
 
 PINHOLE = PerspectiveCamera([[900, 0, 500], [0, 900, 500], [0, 0, 1]], (), 1000, 1000)
@@ -156,20 +157,20 @@ def vectors(along, across):
     return made("fig_3_6_vectors", [{"pitch_mm": 20}], 12, trial)
 
 
-def verdicts(readings):
-    return [reading.verdict for reading in readings]
+def verdicts(judge, results):
+    return [reading.verdict for reading in readings_of(judge, results)]
 
 
 def test_growth_and_direction_can_hold_and_fail():
     grown = vectors(lambda r, rng: r, (0.3, 0.1))
-    assert verdicts(claims.judge_radial_growth(grown)) == ["reproduced"] * 2
-    assert verdicts(claims.judge_radial_direction(grown)) == ["reproduced"]
+    assert verdicts(claims.judge_radial_growth, grown) == ["reproduced"] * 2
+    assert verdicts(claims.judge_radial_direction, grown) == ["reproduced"]
     # More sideways in the square than with the nearest four; then sideways anyhow.
     for across in ((0.1, 0.3), (2.0, 0.1)):
         turned = vectors(lambda r, rng: r, across)
-        assert verdicts(claims.judge_radial_direction(turned)) == ["differs"]
+        assert verdicts(claims.judge_radial_direction, turned) == ["differs"]
     shrinking = vectors(lambda r, rng: 300 - r, (0.0, 0.0))
-    assert verdicts(claims.judge_radial_growth(shrinking)) == ["differs"] * 2
+    assert verdicts(claims.judge_radial_growth, shrinking) == ["differs"] * 2
 
 
 @pytest.mark.parametrize(
@@ -182,7 +183,7 @@ def test_the_slope_in_the_pitch_decides(power, expected):
 
     conditions = [{"pitch_mm": p} for p in (5, 10, 20, 40)]
     results = made("fig_3_7_pitches", conditions, 10, trial)
-    assert verdicts(claims.judge_pitch(results)) == [expected] * 2
+    assert verdicts(claims.judge_pitch, results) == [expected] * 2
 
 
 @pytest.mark.parametrize(
@@ -197,7 +198,7 @@ def test_distortion_is_the_cause_if_none_leaves_nothing(at_none, power, expected
 
     conditions = [{"share": s} for s in (0, 0.1, 0.3, 1)]
     results = made("fig_3_6_distortion", conditions, 10, trial)
-    assert verdicts(claims.judge_cause(results)) == [expected] * 2
+    assert verdicts(claims.judge_cause, results) == [expected] * 2
 
 
 def test_the_ridge_is_judged_in_four_readings():
@@ -209,5 +210,5 @@ def test_the_ridge_is_judged_in_four_readings():
 
     name = "exp_c3_interp_discontinuous"
     results = made(name, [{"facet_deg": 1.5}], 8, trial)
-    found = verdicts(claims.judge_discontinuous(results))
+    found = verdicts(claims.judge_discontinuous, results)
     assert found == ["differs", "reproduced", "differs", "differs"]

@@ -55,15 +55,14 @@ def fig_3_6(results):
     result = results["fig_3_6_vectors"]
     pitch = result.conditions[0]["pitch_mm"]
     drawn, axes = new_figure(1, 2, height_in=3.9, sharex=True, sharey=True)
+    ticks = np.arange(0, SIDE_MM + 1, 60)
     rows, asked = [], len(result.arrays("points")[0])
     for panel, reading, letter in zip(axes, READINGS, "ab", strict=True):
         points, errors = trials_of_vectors(result, reading)[0]
         rows += [(reading, *p, *e) for p, e in zip(points, errors, strict=True)]
         _arrows(panel, points, errors, series(0)["color"])
-        panel.set_title(f"({letter}) {reading}")
-        panel.set_aspect("equal")
-        ticks = np.arange(0, SIDE_MM + 1, 60)
-        panel.set(xticks=ticks, yticks=ticks, xlabel="x (mm)")
+        panel.set(title=f"({letter}) {reading}", aspect="equal", xlabel="x (mm)")
+        panel.set(xticks=ticks, yticks=ticks)
     _arrows(axes[0], *of_other_corners(result), series(1)["color"])
     axes[0].invert_yaxis()
     axes[0].set_ylabel("y (mm)")
@@ -99,33 +98,24 @@ def _arrows(panel, points, errors, colour):
 def fig_3_7(results):
     """RMS against the pitch, in both readings, beside the formula."""
     result = results["fig_3_7_pitches"]
-    pitch = swept(result, "pitch_mm")
     drawn, axes = new_figure(1, 2, height_in=3.3)
     rows = []
     for k, reading in enumerate(READINGS):
-        found = [
-            median_interval(result.column(f"{reading}.rms_mm", **c))
-            for c in result.conditions
-        ]
-        middle, low, high = (
-            np.array([getattr(one, end) for one in found])
-            for end in ("value", "low", "high")
-        )
+        pitch, errors = swept(result, reading)
+        found = np.array([median_interval(trials)[:3] for trials in errors])
         for panel in axes:
-            plot_interval(panel, pitch, middle, low, high, index=k, label=reading)
-        rows += [(reading, *row) for row in zip(pitch, middle, low, high, strict=True)]
+            plot_interval(panel, pitch, *found.T, index=k, label=reading)
+        rows += [(reading, p, *ends) for p, ends in zip(pitch, found, strict=True)]
     fine = np.linspace(pitch[0], pitch[-1], 60)
     for panel in axes:
         panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
-        panel.set_xlabel("Grid pitch (mm)")
-        panel.set_ylabel("RMS error (mm)")
+        panel.set(xlabel="Grid pitch (mm)", ylabel="RMS error (mm)")
     axes[0].legend()
-    axes[1].set(xscale="log", yscale="log")
+    axes[0].set_title("linear axes")
+    axes[1].set(xscale="log", yscale="log", title="logarithmic axes")
     shown = [p for p in pitch if p in (5, 10, 20, 30, 60)]
     axes[1].set_xticks(shown, [f"{p:g}" for p in shown])
     axes[1].minorticks_off()
-    axes[0].set_title("linear axes")
-    axes[1].set_title("logarithmic axes")
     names = ("corners", "pitch_mm", "rms_mm", "low", "high")
     return Drawing(
         drawn,
@@ -156,22 +146,21 @@ def ext_interpolation_methods(results):
             (name, *row)
             for row in zip(one.pitch, one.bias_px, one.total_px, strict=True)
         ]
-    conditions = [{"camera": LENS, "pitch_mm": p} for p in one.pitch]
-    needed = [np.median(result.column("by need.total_px", **c)) for c in conditions]
+    of_pitch = result.by("pitch_mm", camera=LENS)
+    needed = [np.median(of.column("by need.total_px")) for of in of_pitch.values()]
     axes[1].plot(one.pitch, needed, label="by need", **series(len(METHODS)))
     rows += [
         ("by need", p, None, float(size))
         for p, size in zip(one.pitch, needed, strict=True)
     ]
-    scale = Method(result, LENS, "smooth").px_per_mm
     for smoothing, style in zip(SMOOTHING, ("-", "--"), strict=True):
-        rms_px = scale * np.median(active.column(f"{smoothing}.rms_mm"))
+        rms_px = one.px_per_mm * np.median(active.column(f"{smoothing}.rms_mm"))
         label = ACTIVE_NAMES[smoothing]
         axes[1].axhline(rms_px, color=INK, ls=style, lw=1, label=label)
         rows.append((label, None, None, float(rms_px)))
-    axes[0].set_title("exact corners")
     axes[1].set_title(f"corners with {CORNER_NOISE_PX} px of noise")
-    axes[0].set(xscale="log", yscale="log", ylabel="RMS error (px)", ylim=(1e-3, 1.5))
+    axes[0].set(xscale="log", yscale="log", title="exact corners")
+    axes[0].set(ylabel="RMS error (px)", ylim=(1e-3, 1.5))
     ticks = [10, 20, 30, 60]
     axes[0].set_xticks(ticks, [str(t) for t in ticks])
     axes[0].minorticks_off()
@@ -207,13 +196,10 @@ def ext_two_mirrors(results):
         rays = camera.rays(np.array([[column, v] for v in DRAWN_ROWS_PX]))
         length = intersect_rays_plane(*rays[:2], monitor).range
         ends.append(rays.origins + length[:, None] * rays.directions)
-        label = f"seen just {side} of the ridge"
-        colour = series(k)["color"]
-        parts.append(Segments(rays.origins, ends[k], colour, label))
-        rows += [
-            (side, *row)
-            for row in np.column_stack([DRAWN_ROWS_PX, rays.origins, ends[k]])
-        ]
+        look = series(k)["color"], f"seen just {side} of the ridge"
+        parts.append(Segments(rays.origins, ends[k], *look))
+        numbers = np.column_stack([DRAWN_ROWS_PX, rays.origins, ends[k]])
+        rows += [(side, *row) for row in numbers]
     start = np.zeros_like(rays.origins)
     parts.append(Segments(start, rays.origins, INK, "line of sight", 1.0))
     ridge = transform(camera.T_viewer_facets[0], RIDGE_ENDS_MM)
@@ -254,9 +240,9 @@ def ext_two_facets(results):
         gaps = (np.insert(a, masked, np.nan) for a in (place, drawn_size))
         axes.semilogy(*gaps, label=label, **series(k))
         rows += [(label, *row) for row in zip(place, size, strict=True)]
-    axes.set_xlabel("Distance from the ridge (px)")
-    axes.set_ylabel("RMS error (mm)")
-    axes.set_ylim(*SHOWN_MM)
+    axes.set(
+        xlabel="Distance from the ridge (px)", ylabel="RMS error (mm)", ylim=SHOWN_MM
+    )
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return Drawing(
         drawn,

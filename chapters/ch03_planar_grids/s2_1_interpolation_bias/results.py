@@ -43,13 +43,9 @@ Vectors = namedtuple("Vectors", "points errors")
 
 def trials_of_vectors(result, reading):
     """Vectors of every trial, (n, 2) and (n, 2) mm, without the left-out points."""
-    found = []
-    for points, errors in zip(
-        result.arrays("points"), result.arrays(reading), strict=True
-    ):
-        seen = np.isfinite(errors[:, 0])
-        found.append(Vectors(points[seen], errors[seen]))
-    return found
+    both = zip(result.arrays("points"), result.arrays(reading), strict=True)
+    drawn = ((points, errors, np.isfinite(errors[:, 0])) for points, errors in both)
+    return [Vectors(points[seen], errors[seen]) for points, errors, seen in drawn]
 
 
 def radii(points):
@@ -79,6 +75,11 @@ def radial_share(vectors):
     return float(np.sum(along**2) / np.sum(vectors.errors**2))
 
 
+def radial_shares(result, reading):
+    """`radial_share` of every trial (trials,)."""
+    return np.array([radial_share(v) for v in trials_of_vectors(result, reading)])
+
+
 def with_other_corners(result):
     """Trial by trial, which points (n,) have other corners in the other reading."""
     return [
@@ -94,9 +95,11 @@ def of_other_corners(result):
     return Vectors(points[0][other], errors[0][other])
 
 
-def swept(result, name):
-    """(levels,) of a condition, in the order of the sweep."""
-    return np.array([c[name] for c in result.conditions], float)
+def swept(result, reading, key="pitch_mm"):
+    """Levels (n,) of a sweep in its order, and RMS errors (n, trials) mm there."""
+    of_level = result.by(key)
+    errors = [trials.column(f"{reading}.rms_mm") for trials in of_level.values()]
+    return np.array(list(of_level), float), np.array(errors)
 
 
 def formula_mm(pitch_mm):
@@ -113,15 +116,15 @@ class Method:
     """
 
     def __init__(self, result, camera, name):
-        conditions = [c for c in result.conditions if c["camera"] == camera]
-        self.pitch = np.array([c["pitch_mm"] for c in conditions], float)
-        self.px_per_mm = self._of(result, conditions, "px_per_mm").mean()
-        for key in ("bias_px", "bias_mm", "noise_px", "total_px"):
-            setattr(self, key, self._of(result, conditions, f"{name}.{key}"))
+        pitches = result.by("pitch_mm", camera=camera)
 
-    @staticmethod
-    def _of(result, conditions, key):
-        return np.array([np.median(result.column(key, **c)) for c in conditions])
+        def medians(key):
+            return np.array([np.median(of.column(key)) for of in pitches.values()])
+
+        self.pitch = np.array(list(pitches), float)
+        self.px_per_mm = medians("px_per_mm").mean()
+        for key in ("bias_px", "bias_mm", "noise_px", "total_px"):
+            setattr(self, key, medians(f"{name}.{key}"))
 
     @property
     def slope(self):
@@ -134,8 +137,7 @@ class Method:
         excess = np.log(self.bias_px / self.noise_px)
         if excess[0] > 0 or excess[-1] < 0:
             return None
-        place = np.interp(0, excess, np.log(self.pitch))
-        return float(np.exp(place))
+        return float(np.exp(np.interp(0, excess, np.log(self.pitch))))
 
 
 def at_stated_pitch(method, key):
@@ -145,63 +147,55 @@ def at_stated_pitch(method, key):
 
 def gain_of_decoding(result, known, smoothing):
     """Interpolation's RMS over decoding's (trials,), near the ridge."""
-    wrong = result.column(f"{known}.rms_mm")
-    return wrong / result.column(f"{smoothing}.rms_mm")
+    return result.column(f"{known}.rms_mm") / result.column(f"{smoothing}.rms_mm")
 
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     vectors = open_results("fig_3_6_vectors")
-    for short, name in (("nearest", PRIMARY), ("enclosing", READINGS[1])):
-        shares = [radial_share(v) for v in trials_of_vectors(vectors, name)]
-        value(f"radial.{short}", 100 * float(np.median(shares)))
+    for short, name in zip(("nearest", "enclosing"), READINGS, strict=True):
+        value(f"radial.{short}", 100 * np.median(radial_shares(vectors, name)))
     value("parallelograms", 100 * float(np.mean(with_other_corners(vectors))))
     pitches = open_results("fig_3_7_pitches")
-    levels = swept(pitches, "pitch_mm")
-    medians = [
-        np.median(pitches.column(f"{PRIMARY}.rms_mm", **c)) for c in pitches.conditions
-    ]
-    value("slope", loglog_slope(levels, np.array(medians)))
-    at_20 = {"pitch_mm": STATED_MM}
-    inner = pitches.column(f"{READINGS[1]}.rms_mm", **at_20)
-    value("at_20", float(np.median(inner)))
-    value("formula_20", float(formula_mm(STATED_MM)))
-    methods = open_results("ext_interpolation_methods")
+    levels, errors = swept(pitches, PRIMARY)
+    value("slope", loglog_slope(levels, np.median(errors, axis=1)))
+    inner = pitches.column(f"{READINGS[1]}.rms_mm", pitch_mm=STATED_MM)
+    value("at_20", np.median(inner))
+    value("formula_20", formula_mm(STATED_MM))
     value("noise_px", CORNER_NOISE_PX)
-    name_methods(methods)
-    ridge = open_results("exp_c3_interp_discontinuous")
+    name_methods(open_results("ext_interpolation_methods"))
+    name_breaks(open_results("exp_c3_interp_discontinuous"))
+
+
+def name_breaks(ridge):
+    """What the ridge does to interpolation and to decoding."""
     shorts = {"unknown": "unknown", "7 x 7": "smoothed", "none": "plain"}
     for name, short in shorts.items():
-        for key in ("rms_mm", "median_mm", "gross"):
+        for key, scale in (("rms_mm", 1), ("median_mm", 1), ("gross", 100)):
             found = np.median(ridge.column(f"{name}.{key}"))
-            scale = 100 if key == "gross" else 1
-            value(f"break.{short}.{key}", scale * float(found))
+            value(f"break.{short}.{key}", scale * found)
     gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
     for end in ("value", "low", "high"):
         value(f"gain.{end}", getattr(gain, end))
-    trusted = float(np.median(ridge.column("trusted")))
-    value("break.trusted", 100 * trusted)
-    jump = float(np.median(ridge.column("jump_mm")))
-    value("break.jump", jump)
+    jump = np.median(ridge.column("jump_mm"))
     periods = plan_of_cells(GRID.monitor_px).phase_periods[0]
+    value("break.trusted", 100 * np.median(ridge.column("trusted")))
+    value("break.jump", jump)
     value("break.periods", jump * periods / GRID.monitor_mm[0])
     value("break.facet_deg", FACET_DEG)
 
 
 def name_methods(result):
     """Where noise and bias balance, what lines leave, and what an active grid does."""
-    nearest = Method(result, LENS, PRIMARY)
-    balance = nearest.balance_mm or STATED_MM
-    value("balance_squares", SIDE_MM / balance)
-    value("bias_px", at_stated_pitch(nearest, "bias_px"))
-    for short, name in zip(
-        ("nearest", "enclosing", "straight", "smooth"), METHODS, strict=True
-    ):
-        method = Method(result, LENS, name)
-        value(f"{short}.bias_px", at_stated_pitch(method, "bias_px"))
-        value(f"{short}.noise_px", at_stated_pitch(method, "noise_px"))
-    lines = Method(result, LENS, "straight lines")
-    enclosing = Method(result, LENS, READINGS[1])
-    left = at_stated_pitch(lines, "bias_px")
-    left /= at_stated_pitch(enclosing, "bias_px")
-    value("straight_share", 100 * left)
+    methods = [Method(result, LENS, name) for name in METHODS]
+    shorts = ("nearest", "enclosing", "straight", "smooth")
+    for short, method in zip(shorts, methods, strict=True):
+        for key in ("bias_px", "noise_px"):
+            value(f"{short}.{key}", at_stated_pitch(method, key))
+    nearest, enclosing, straight, _ = methods
+    value("balance_squares", SIDE_MM / (nearest.balance_mm or STATED_MM))
+    left, bias, of_nearest = (
+        at_stated_pitch(one, "bias_px") for one in (straight, enclosing, nearest)
+    )
+    value("bias_px", of_nearest)
+    value("straight_share", 100 * (left / bias))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
@@ -35,23 +37,23 @@ RIDGE_METHODS = {
 def ext_interpolation_cameras(results):
     """How much each method errs, and where noise and bias balance."""
     result = results["ext_interpolation_methods"]
-    rows = []
-    for camera in dict.fromkeys(c["camera"] for c in result.conditions):
-        for name in METHODS:
-            one = Method(result, camera, name)
-            balance = one.balance_mm
-            rows.append(
-                (
-                    camera,
-                    name,
-                    at_stated_pitch(one, "bias_mm"),
-                    at_stated_pitch(one, "bias_px"),
-                    one.slope,
-                    at_stated_pitch(one, "noise_px"),
-                    balance,
-                    balance and balance * one.px_per_mm,
-                )
-            )
+    methods = [
+        (camera, name, Method(result, camera, name))
+        for camera, name in product(result.levels("camera"), METHODS)
+    ]
+    rows = [
+        (
+            camera,
+            name,
+            at_stated_pitch(one, "bias_mm"),
+            at_stated_pitch(one, "bias_px"),
+            one.slope,
+            at_stated_pitch(one, "noise_px"),
+            one.balance_mm,
+            one.balance_mm and one.balance_mm * one.px_per_mm,
+        )
+        for camera, name, one in methods
+    ]
     names = (
         "camera",
         "method",
@@ -80,28 +82,28 @@ def ext_interpolation_cameras(results):
 )
 def ext_breaks(results):
     """Interpolation and decoding near ridges of three sizes."""
-    rows = []
-    for name in ("exp_c3_interp_discontinuous", "ext_interpolation_breaks"):
-        result = results[name]
-        for condition in result.conditions:
-            jump = np.median(result.column("jump_mm", **condition))
-            trusted = np.median(result.column("trusted", **condition))
-            for method, label in RIDGE_METHODS.items():
-                rms, median, gross = (
-                    float(np.median(result.column(f"{method}.{key}", **condition)))
-                    for key in ("rms_mm", "median_mm", "gross")
-                )
-                rows.append(
-                    (
-                        condition["facet_deg"],
-                        float(jump),
-                        label,
-                        rms,
-                        median,
-                        100 * gross,
-                        float(100 * trusted),
-                    )
-                )
+    trials = [
+        (turned, of)
+        for result in results.values()
+        for turned, of in result.by("facet_deg").items()
+    ]
+
+    def median(of, name, scale=1):
+        return float(scale * np.median(of.column(name)))
+
+    rows = [
+        (
+            turned,
+            median(of, "jump_mm"),
+            label,
+            median(of, f"{method}.rms_mm"),
+            median(of, f"{method}.median_mm"),
+            median(of, f"{method}.gross", 100),
+            median(of, "trusted", 100),
+        )
+        for turned, of in sorted(trials, key=lambda pair: pair[0])
+        for method, label in RIDGE_METHODS.items()
+    ]
     names = (
         "facet turned by (deg)",
         "jump (mm)",
@@ -112,7 +114,7 @@ def ext_breaks(results):
         "pixels trusted (%)",
     )
     return Table(
-        columns(names, sorted(rows, key=lambda row: row[0])),
+        columns(names, rows),
         "Errors near the ridge of two mirrors, over the pixels within one "
         "square of 20 mm that the decoder trusts, giving them a place; medians "
         "over trials. A facet is one of the mirrors, and the jump how far apart on "

@@ -46,9 +46,10 @@ def _range(values):
 
 
 def _in_views(held):
+    """The share of the views in which something held, and its interval, in words."""
     share = proportion(held)
-    percent = f"{100 * share.low:.0f} to {100 * share.high:.0f}"
-    return f"({percent})", f"{100 * share.value:.0f} %"
+    between = f"({100 * share.low:.0f} to {100 * share.high:.0f})"
+    return f"{100 * share.value:.0f} %", between
 
 
 @claim(
@@ -61,7 +62,7 @@ def judge_single_sine(results, options):
     """RMS0 at least three times RMS1, at the data-sheet gamma."""
     ratio = misfit_ratio(results["fig_3_9"], options["camera_response"])
     held = ratio >= MIN_RATIO
-    between, share = _in_views(held)
+    share, between = _in_views(held)
     return Reading.of(
         decision_of_seeds(held),
         float(np.median(ratio)),
@@ -83,7 +84,7 @@ def judge_third_marginal(results, options):
     gain = third_gain(ran, camera)
     size = profile_column(ran, camera, DATA_SHEET_GAMMA, "order_3")
     held = gain <= MAX_GAIN
-    between, share = _in_views(held)
+    share, between = _in_views(held)
     return Reading.of(
         decision_of_seeds(held),
         float(np.median(gain)),

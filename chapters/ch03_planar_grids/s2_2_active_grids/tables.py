@@ -42,7 +42,7 @@ def ext_one_pixel(results):
         "location (b + d) w (mm)": "location",
         "σ (mm)": "sigma",
     }
-    scales = {"gray": 1, "phi": np.degrees(1)}
+    scales = {"phi": np.degrees(1)}
     decoder = {
         "decoder: location (mm)": "location_mm",
         "decoder: σ (mm)": "sigma_mm",
@@ -52,7 +52,7 @@ def ext_one_pixel(results):
         *pixel_rows(view),
         ("width of a cell w (mm)", *CELL_MM),
         *(
-            (name, *(f[key] * scales.get(key, 1) for f in found))
+            (name, *(scales[key] * f[key] if key in scales else f[key] for f in found))
             for name, key in steps.items()
         ),
         *(
