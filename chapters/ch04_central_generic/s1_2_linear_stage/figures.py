@@ -6,7 +6,7 @@ import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.results import WARNS
 from repro.judge.statistics import median_interval
-from repro.page.style import INK, plot_interval, series
+from repro.page.style import INK, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -14,7 +14,7 @@ from repro.run.outcomes import Drawing
 
 TITLES = {"base": "grid 2 to the base", "grids": "grid 3 to grid 2"}
 ZERO_DEG = 0.02  # where an angle of 0 is drawn
-REFUSES = 5.0  # margin over the noise
+HIGHEST = 1e4  # mm, where larger medians are drawn
 
 
 @figure("ext_degeneracy", needs=("ext_degeneracy_sweep",), evidence="synthetic")
@@ -24,31 +24,25 @@ def ext_degeneracy(results):
     drawn, axes = new_figure(3, 2, height_in=7.2, sharex=True, sharey="row")
     rows = []
     for column, (which, title) in enumerate(TITLES.items()):
-        conditions = sorted(
-            (c for c in found.conditions if c["which"] == which),
-            key=lambda c: c["angle_deg"],
-        )
-        angles = np.array([c["angle_deg"] for c in conditions])
-        x = np.where(angles > 0, angles, ZERO_DEG)
+        trials = dict(sorted(found.by("angle_deg", which=which).items()))
+        x = [angle or ZERO_DEG for angle in trials]
         for panel, name, index, label in (
             (axes[0, column], "unguarded_mm", 1, "if nothing were refused"),
             (axes[1, column], "degeneracy", 0, "singular values 3 / 1"),
         ):
-            medians = [median_interval(found.column(name, **c)) for c in conditions]
-            middle, low, high = np.array([m[:3] for m in medians]).T
-            top = 1e4
-            plot_interval(
-                panel, x, np.minimum(middle, top), np.minimum(low, top),
-                np.minimum(high, top), index=index, label=label,
-            )  # fmt: skip
+            medians = [median_interval(one.column(name))[:3] for one in trials.values()]
+            plot_estimates(
+                panel, x, np.minimum(medians, HIGHEST), index=index, label=label
+            )
             rows += [
-                (which, at, name, *m[:3]) for at, m in zip(angles, medians, strict=True)
+                (which, at, name, *median)
+                for at, median in zip(trials, medians, strict=True)
             ]
-        refused = np.array([found.column("refused", **c).mean() for c in conditions])
-        axes[2, column].plot(x, 100 * refused, **series(2))
+        refused = [one.column("refused").mean() for one in trials.values()]
+        axes[2, column].plot(x, 100 * np.array(refused), **series(2))
         rows += [
             (which, at, "refused", share, share, share)
-            for at, share in zip(angles, refused, strict=True)
+            for at, share in zip(trials, refused, strict=True)
         ]
         axes[0, column].set(yscale="log", title=title)
         axes[1, column].set(yscale="log")
