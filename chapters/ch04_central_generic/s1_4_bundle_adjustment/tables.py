@@ -13,7 +13,7 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.schemes import 
     NOISE_PX,
     TARGETS,
 )
-from repro.judge.statistics import median_interval
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
 
@@ -36,16 +36,16 @@ HONEST = (0.8, 1.25)
 def ext_adjustment_schemes(results):
     """Every scheme on the same data."""
     result = results["ext_schemes_trials"]
-    columns = {"Method": list(NAMES.values())}
-    for name, title in SHOWN.items():
-        columns[title] = [
-            Measured.median(result.column(f"{method}.{name}")) for method in NAMES
-        ]
-    columns["Rounds (1)"] = [
-        float(np.nanmedian(result.column(f"{method}.rounds"))) for method in NAMES
+    rows = [
+        (
+            words,
+            *(Measured.median(result.column(f"{method}.{name}")) for name in SHOWN),
+            float(np.nanmedian(result.column(f"{method}.rounds"))),
+        )
+        for method, words in NAMES.items()
     ]
     return Table(
-        columns,
+        columns(("Method", *SHOWN.values(), "Rounds (1)"), rows),
         f"Schemes of adjustment on the same data, {NOISE_PX} px of noise and "
         "three grids: medians over trials with 95 % intervals. What the "
         "schemes of the thesis make small is the distance to the noisy "
@@ -62,29 +62,28 @@ def ext_adjustment_schemes(results):
 def ext_adjustment_targets(results):
     """What the consistent adjustment reaches, and whether it knows."""
     result = results["ext_adjustment_targets_trials"]
-    titles = {
-        "linear_mm": "Linear stage (mm)",
-        "consistent_mm": "Consistent adjustment (mm)",
-    }
-    columns = {"Condition": list(TARGETS)}
-    for name, title in titles.items():
-        columns[title] = [
-            Measured.median(result.column(name, case=case)) for case in TARGETS
-        ]
-    columns["Asked for (mm)"] = [ASKED_MM[case] for case in TARGETS]
-    columns["Normalised squared error (1)"] = [
-        Measured(*mean_interval(result.column("nees", case=case)))
-        if conditions["noise"] > 0
-        else None
-        for case, conditions in TARGETS.items()
-    ]
-    reached = [
-        median_interval(result.column("consistent_mm", case=case)).value <= most
-        for case, most in ASKED_MM.items()
-    ]
+    rows, reached = [], []
+    for case, conditions in TARGETS.items():
+        trials = result.select(case=case)
+        linear, found = (
+            Measured.median(trials.column(name))
+            for name in ("linear_mm", "consistent_mm")
+        )
+        squared = None
+        if conditions["noise"] > 0:
+            squared = Measured(*mean_interval(trials.column("nees")))
+        rows.append((case, linear, found, ASKED_MM[case], squared))
+        reached.append(found.value <= ASKED_MM[case])
     honest = mean_interval(result.column("nees", case="three grids"))[0]
+    names = (
+        "Condition",
+        "Linear stage (mm)",
+        "Consistent adjustment (mm)",
+        "Asked for (mm)",
+        "Normalised squared error (1)",
+    )
     return Table(
-        columns,
+        columns(names, rows),
         "Error of the centre: medians over trials with 95 % intervals. *Asked "
         "for*: the most that was set before the adjustment was written. The "
         "last column is the squared error of centre and poses in units of "

@@ -6,7 +6,7 @@ import numpy as np
 
 from chapters.shared.wide_angle import CENTRE_MM, FOV_DEG
 
-NOISE_PX, GRIDS = 0.5, 3
+GRIDS = 3
 
 
 def parameters_task():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-HALF_DEG, AT_DEG = 50.0, 40.0
+AT_DEG = 40.0
 PANORAMA_PX, PANORAMA_DEG = 720, 200.0
 
 

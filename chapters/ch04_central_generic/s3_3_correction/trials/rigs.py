@@ -19,7 +19,6 @@ from chapters.shared.active_grid_sets import (
     true_camera,
     true_poses,
 )
-from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.decoding_errors import (
     drawn_again,
     lattice_rays,
@@ -31,7 +30,6 @@ from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, rotate
 from repro.run.rendered import rendered_set
 
-CAMERAS = (OMNI, FISH)
 STEP = {"quick": 2, "full": 6}  # px between neighbours of the lattice of rays
 ALL_SETS = {
     "quick": (
