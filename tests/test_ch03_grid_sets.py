@@ -11,7 +11,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     right,
     seeds_of,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import decided
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import seed_by_seed
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials import pictures
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
     CLICKS,
@@ -184,8 +184,9 @@ def two_seeds():
 
 def test_a_reading_counts_its_own_pictures():
     result = two_seeds()
-    assert seeds_of(result) == [1, 2]
-    assert seeds_of(result, Which(HARD)) == seeds_of(result, Which(spots=CLEAN)) == [1]
+    ball = {"table_3_4_grids": result}
+    assert seeds_of(ball) == [1, 2]
+    assert seeds_of(ball, Which(HARD)) == seeds_of(ball, Which(spots=CLEAN)) == [1]
     assert right(result, CELECT).tolist() == [True, True]
     assert right(result, CELECT, Which(HARD)).tolist() == [False]
     assert right(result, CELECT, Which(WHOLE, CLEAN)).tolist() == [False]
@@ -242,6 +243,10 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
 
 
 def test_a_predicate_about_nothing_decides_nothing():
-    assert decided([]) == "undecided"
-    assert decided([True, True, True]) == "reproduced"
-    assert decided([True, False, True]) == "differs"
+    none, held, failed = (
+        seed_by_seed(holds, 1.0, "why")
+        for holds in ([], [True, True, True], [True, False, True])
+    )
+    assert (none.verdict, none.reason) == ("undecided", "why; no seed has any")
+    assert (held.verdict, held.reason) == ("reproduced", "why; true of 3 of 3 seeds")
+    assert (failed.verdict, failed.reason) == ("differs", "why; true of 2 of 3 seeds")

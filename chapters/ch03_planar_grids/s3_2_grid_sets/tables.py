@@ -9,10 +9,10 @@ import numpy as np
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     EXPERIMENTS,
     GRIDS,
+    TITLES,
     WINDOW,
     errors,
     right,
-    title_of,
 )
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     BOTH,
@@ -59,13 +59,13 @@ def table_3_3(results):
     for set_name, experiment in EXPERIMENTS.items():
         ran = results[experiment].settings
         stated += corners_as_stated(results[experiment])
-        for grid, pitch, images in zip(
-            ran["grids"], ran["pitch_mm"], ran["images"], strict=True
-        ):
-            camera = ran["camera"].split(" (thesis")[0].split(", 9 x")[0]
-            rows.append(
-                [title_of(set_name), camera, *ran["image_px"], *grid] + [pitch, images]
+        camera = ran["camera"].split(" (thesis")[0].split(", 9 x")[0]
+        rows += [
+            [TITLES[set_name], camera, *ran["image_px"], *grid, pitch, images]
+            for grid, pitch, images in zip(
+                ran["grids"], ran["pitch_mm"], ran["images"], strict=True
             )
+        ]
     heads = (
         "Image set",
         "Camera",
@@ -92,10 +92,8 @@ def corners_as_stated(result):
     """Of each picture, whether it showed as many corners as the settings say."""
     ran = result.settings
     of_image = np.repeat([wide * high for wide, high in ran["grids"]], ran["images"])
-    return [
-        bool(result.column("corners", **c)[0] == of_image[c["image"]])
-        for c in result.conditions
-    ]
+    images = [c["image"] for c in result.conditions]
+    return (result.select().column("corners") == of_image[images]).tolist()
 
 
 def mean_of(grids):
@@ -129,7 +127,7 @@ def error_table(result):
             + statistics(after(REFERENCE, window=FULL))[:2]
             + statistics(after(TRUTH))[1:2]
         )
-    title = title_of(result.settings["set"])
+    title = TITLES[result.settings["set"]]
     half = result.settings["localiser"]["half_window_px"]
     return Table(
         columns(HEADS, rows),

@@ -2,111 +2,97 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
-    ALL_WHICH,
-    DETECTORS_OF_TODAY,
     GRIDS,
-    any_of,
+    Which,
     errors,
+    seeds_of,
     spread,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import (
-    decided,
-    seeds_told,
-)
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import REFERENCES, TRUTH
+from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import seed_by_seed
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import TRUTH
 from chapters.shared.grid_detectors import CELECT
-from chapters.shared.localiser_basin import HALF_WINDOWS
 from repro.run.experiment import claim
-from repro.run.outcomes import Reading
 
-MOST_LOCALISED_PX, MOST_GAP_PX = 0.22, 0.01
+MAX_LOCALISED_PX, MAX_GAP_PX = 0.22, 0.01
 LEFT_OUT = "a set in which one of them finds nothing is left out"
 
 
-def of_both(results, detector, seed, *asked, **options):
-    """Errors (N,) of the detector and of CELECT, of every set that has both.
+def pairs_by_seed(results, options, *asked, **window):
+    """Errors (N,), (N,) of the detector and of CELECT, of every set that has both.
 
-    asked: when and against what; options: as `errors` takes them.
+    options: of the ledger's questions; asked: when and against what; window: of the
+    localiser. Returns a list of pairs for every seed that has some.
     """
-    for result in results.values():
-        pair = [
-            errors(result, method, *asked, seed=seed, **options)
-            for method in (detector, CELECT)
+    which = Which.of(options)
+    methods = options["opencv_detector"], CELECT
+    found = [
+        [
+            [errors(result, m, *asked, which, seed, **window) for m in methods]
+            for result in results.values()
         ]
-        if all(pair):
-            yield tuple(np.concatenate(grids) for grids in pair)
+        for seed in seeds_of(results, which)
+    ]
+    of_both = [
+        [tuple(map(np.concatenate, pair)) for pair in of_seed if all(pair)]
+        for of_seed in found
+    ]
+    return [pairs for pairs in of_both if pairs]
 
 
-@claim("c3_less_accurate_raw", needs=GRIDS, evidence="rendered")
-def judge_less_accurate_raw(results):
+@claim(
+    "c3_less_accurate_raw",
+    needs=GRIDS,
+    evidence="rendered",
+    readings=("opencv_detector", "pose_range", "spots"),
+)
+def judge_less_accurate_raw(results, options):
     """Mean and largest error before localisation: CELECT's are larger.
 
     Against truth alone, as the test has it.
     """
-    readings = []
-    for detector, which in product(DETECTORS_OF_TODAY, ALL_WHICH):
-        holds, ratios = [], []
-        for seed in any_of(results, which):
-            larger = []
-            for theirs, ours in of_both(
-                results, detector, seed, "before", TRUTH, which=which
-            ):
-                ratios.append(ours.mean() / theirs.mean())
-                larger += [ratios[-1] > 1, ours.max() > theirs.max()]
-            if larger:
-                holds.append(all(larger))
-        value, interval = spread(ratios) if ratios else ("none", None)
-        readings.append(
-            Reading(
-                decided(holds),
-                value,
-                reading={"opencv_detector": detector, **which.asked()},
-                interval=interval,
-                reason="mean error of CELECT over that of the detector, mean "
-                f"and range over sets and seeds; {LEFT_OUT}; "
-                f"{seeds_told(holds)}",
-            )
-        )
-    return readings
+    seeds = pairs_by_seed(results, options, "before", TRUTH)
+    ratios = [[ours.mean() / theirs.mean() for theirs, ours in s] for s in seeds]
+    holds = [
+        min(of_means) > 1 and all(ours.max() > theirs.max() for theirs, ours in pairs)
+        for of_means, pairs in zip(ratios, seeds, strict=True)
+    ]
+    return seed_by_seed(
+        holds,
+        spread(np.concatenate(ratios)) if seeds else "none",
+        "mean error of CELECT over that of the detector, mean and range over sets "
+        f"and seeds; {LEFT_OUT}",
+    )
 
 
-@claim("c3_same_after_loc", needs=GRIDS, evidence="rendered")
-def judge_same_after_loc(results):
+@claim(
+    "c3_same_after_loc",
+    needs=GRIDS,
+    evidence="rendered",
+    readings=(
+        "opencv_detector",
+        "pose_range",
+        "spots",
+        "corner_reference",
+        "localiser_window",
+    ),
+)
+def judge_same_after_loc(results, options):
     """After localisation: no error above 0.22 px, means within 0.01 px."""
-    readings = []
-    for detector, which, reference, window in product(
-        DETECTORS_OF_TODAY, ALL_WHICH, REFERENCES, HALF_WINDOWS
-    ):
-        holds, largest, gaps = [], [], []
-        for seed in any_of(results, which):
-            good = []
-            for theirs, ours in of_both(
-                results, detector, seed, "after", reference, which=which, window=window
-            ):
-                largest.append(max(theirs.max(), ours.max()))
-                gaps.append(abs(ours.mean() - theirs.mean()))
-                good += [largest[-1] <= MOST_LOCALISED_PX, gaps[-1] <= MOST_GAP_PX]
-            if good:
-                holds.append(all(good))
-        readings.append(
-            Reading(
-                decided(holds),
-                float(max(largest)) if largest else "none to compare",
-                reading={
-                    "opencv_detector": detector,
-                    "corner_reference": reference,
-                    "localiser_window": window,
-                    **which.asked(),
-                },
-                unit="px",
-                reason="largest error of either after localisation; largest "
-                f"difference of means: {max(gaps, default=0):.3f} px; "
-                f"{LEFT_OUT}; {seeds_told(holds)}",
-            )
-        )
-    return readings
+    reference, window = options["corner_reference"], options["localiser_window"]
+    seeds = pairs_by_seed(results, options, "after", reference, window=window)
+    largest = [max(max(e.max() for e in pair) for pair in pairs) for pairs in seeds]
+    gaps = [max(abs(a.mean() - b.mean()) for a, b in pairs) for pairs in seeds]
+    holds = [
+        high <= MAX_LOCALISED_PX and gap <= MAX_GAP_PX
+        for high, gap in zip(largest, gaps, strict=True)
+    ]
+    return seed_by_seed(
+        holds,
+        float(max(largest)) if seeds else "none to compare",
+        "largest error of either after localisation; largest difference of means: "
+        f"{max(gaps, default=0):.3f} px; {LEFT_OUT}",
+        "px",
+    )

@@ -6,12 +6,13 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     EXPERIMENTS,
+    TITLES,
     pictures_of,
     right,
-    title_of,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -29,7 +30,7 @@ def example(result, which):
     ours, theirs = (right(result, m) for m in (CELECT, OPENCV))
     wanted_ours, wanted_theirs = CLASSES[which]
     fits = (ours == wanted_ours) & (theirs == wanted_theirs)
-    first = pictures_of(result)[int(np.argmax(fits))]
+    first = pictures_of(result).conditions[int(np.argmax(fits))]
     return (first if fits.any() else None), int(fits.sum())
 
 
@@ -51,42 +52,31 @@ def draw_panel(panel, result, condition):
             panel.plot(*row.T, "-", color=YELLOW, lw=1.0)
         for column in placed(lattice).transpose(1, 0, 2):
             panel.plot(*column.T, "-", color=GREEN, lw=1.0)
-    panel.set_xlim(-0.5, width - 0.5)
-    panel.set_ylim(height - 0.5, -0.5)
+    panel.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
 
 
 def examples(results, set_names):
     """The panels of one figure: a column per set, a row per class."""
     drawn, panels = new_figure(3, 2, height_in=9.6)
-    names = ("panel", "set", "class", "pictures", "image", "seed")
-    data = {name: [] for name in names}
+    rows = []
     for column, set_name in enumerate(set_names):
         result = results[EXPERIMENTS[set_name]]
         for row, which in enumerate(CLASSES):
             panel = panels[row, column]
             letter = "abcdef"[2 * row + column]
             condition, count = example(result, which)
-            panel.set_title(f"({letter}) {title_of(set_name)}: {which} ({count})")
-            panel.set_xticks([])
-            panel.set_yticks([])
+            panel.set_title(f"({letter}) {TITLES[set_name]}: {which} ({count})")
+            panel.set(xticks=[], yticks=[])
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
             if condition is None:
-                panel.text(
-                    0.5,
-                    0.5,
-                    "no picture of this kind",
-                    transform=panel.transAxes,
-                    ha="center",
-                    va="center",
-                )
+                centred = {"transform": panel.transAxes, "ha": "center", "va": "center"}
+                panel.text(0.5, 0.5, "no picture of this kind", **centred)
             else:
                 draw_panel(panel, result, condition)
-            found = condition or {"image": None, "seed": None}
-            cells = (letter, title_of(set_name), which, count)
-            cells += (found["image"], found["seed"])
-            for name, cell in zip(names, cells, strict=True):
-                data[name].append(cell)
+            first = condition or {"image": None, "seed": None}
+            named = letter, TITLES[set_name], which, count
+            rows.append((*named, first["image"], first["seed"]))
     caption = (
         "Pictures that CELECT and OpenCV's findChessboardCorners both get "
         "right, that only CELECT does, and that neither does: the first of "
@@ -95,7 +85,8 @@ def examples(results, set_names):
         "them; lines: its ordered corners, rows yellow, columns green. The "
         "part of the picture with the board is shown."
     )
-    return Drawing(drawn, data, caption)
+    heads = ("panel", "set", "class", "pictures", "image", "seed")
+    return Drawing(drawn, columns(heads, rows), caption)
 
 
 @figure("fig_3_12", needs=("table_3_4_grids", "table_3_5_grids"), evidence="rendered")

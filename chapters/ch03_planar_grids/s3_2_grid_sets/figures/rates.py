@@ -9,17 +9,18 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     CLEAN,
     EXPERIMENTS,
     GRIDS,
+    TITLES,
     Which,
     numbers_of,
     pooled,
     right,
-    title_of,
 )
 from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval
+from repro.page.style import legend_below, plot_interval
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -42,51 +43,49 @@ NAMES = {
 HEADS = ("series", "x", "right", "pictures", "low", "high")
 
 
-def noted(data, panel, told, x, trials):
-    """Keep one share in the data of a figure, and return it in percent."""
-    found = proportion(trials)
-    cells = (told, x, int(trials.sum()), len(trials), found.low, found.high)
-    for name, cell in zip(data, (panel, *cells), strict=True):
-        data[name].append(cell)
-    return 100 * np.array(found[:3])
+def plot_shares(panel, at, trials, index, label):
+    """Draw the shares of right grids of several samples of pictures, in percent.
+
+    Returns what the figure's data keep of each: right, pictures, ends of the interval.
+    """
+    found = [proportion(right_of) for right_of in trials]
+    shares = 100 * np.array([share[:3] for share in found])
+    plot_interval(panel, at, *shares.T, index=index, label=label, bars=True)
+    return [
+        (int(right_of.sum()), len(right_of), share.low, share.high)
+        for right_of, share in zip(trials, found, strict=True)
+    ]
 
 
 @figure("ext_grid_rates", needs=GRIDS, evidence="rendered")
 def ext_grid_rates(results):
     """Share of right grids of four detectors, set by set, in both ranges."""
     drawn, panels = new_figure(2, 1, height_in=6.4, sharex=True)
-    data = {name: [] for name in ("poses", *HEADS)}
+    titles = [*TITLES.values(), SPOTLESS_TITLE]
+    rows = []
     for panel, poses in zip(panels, (WHOLE, HARD), strict=True):
         for index, (method, label) in enumerate(SHOWN.items()):
-            columns = [
-                (title_of(name), right(results[e], method, Which(poses)))
-                for name, e in EXPERIMENTS.items()
+            found = [
+                right(results[e], method, Which(poses)) for e in EXPERIMENTS.values()
             ]
             if method != CLICKLESS:
                 ball = results[EXPERIMENTS["spherical"]]
-                clean = right(ball, method, Which(poses, CLEAN))
-                columns.append((SPOTLESS_TITLE, clean))
-            shares = np.array(
-                [
-                    noted(data, poses, label, title.replace("\n", " "), found)
-                    for title, found in columns
-                ]
-            )
-            at = np.arange(len(columns)) + BESIDE * (index - 1.5)
-            plot_interval(panel, at, *shares.T, index=index, label=label, bars=True)
+                found.append(right(ball, method, Which(poses, CLEAN)))
+            at = np.arange(len(found)) + BESIDE * (index - 1.5)
+            shares = plot_shares(panel, at, found, index, label)
+            rows += [
+                (poses, label, title.replace("\n", " "), *share)
+                for title, share in zip(titles, shares, strict=False)
+            ]
             for line in panel.lines:
                 line.set_linestyle("none")
-        panel.set_ylim(-3, 103)
-        panel.set_ylabel("Right grids (%)")
-        panel.set_title(f"poses: {poses}")
-    titles = [title_of(name) for name in EXPERIMENTS] + [SPOTLESS_TITLE]
+        panel.set(ylim=(-3, 103), ylabel="Right grids (%)", title=f"poses: {poses}")
     panels[-1].xaxis.set_major_locator(FixedLocator(range(len(titles))))
     panels[-1].xaxis.set_major_formatter(FixedFormatter(titles))
-    handles, labels = panels[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(drawn, panels[0], ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(("poses", *HEADS), rows),
         "Grids with every corner right and in order, with exact 95 % "
         "intervals: poses of the whole range, three seeds, and of the hard "
         "range, one seed. The last column has the pictures of one seed of "
@@ -98,36 +97,30 @@ def ext_grid_rates(results):
 def ext_grid_steps(results):
     """Success against the least step over t8, and against t8 in px."""
     drawn, panels = new_figure(1, 2, height_in=4.2, sharey=True)
-    data = {name: [] for name in ("panel", *HEADS)}
+    rows = []
     sides = (
         ("(a)", "least_over_t8", STEP_EDGES, "Least step of a side over t8 (1)"),
         ("(b)", "t8_px", REACH_EDGES, "t8 of the shortest side (px)"),
     )
-    for panel, (letter, name, edges, told) in zip(panels, sides, strict=True):
+    for panel, (letter, name, edges, label) in zip(panels, sides, strict=True):
         x = pooled(results, lambda r, w, name=name: numbers_of(r, name, w))
         bins = np.digitize(x, edges)
         kept = [b for b in range(len(edges) + 1) if (bins == b).any()]
         at = np.array([np.median(x[bins == b]) for b in kept])
         for method, index in COMPARED.items():
             good = pooled(results, lambda r, w, m=method: right(r, m, w))
-            shares = np.array(
-                [
-                    noted(data, letter, NAMES[method], c, good[bins == b])
-                    for c, b in zip(at, kept, strict=True)
-                ]
-            )
-            plot_interval(
-                panel, at, *shares.T, index=index, label=NAMES[method], bars=True
-            )
-        panel.set_title(letter)
-        panel.set_xlabel(told)
-        panel.set_ylim(-3, 103)
+            groups = [good[bins == b] for b in kept]
+            shares = plot_shares(panel, at, groups, index, NAMES[method])
+            rows += [
+                (letter, NAMES[method], c, *share)
+                for c, share in zip(at, shares, strict=True)
+            ]
+        panel.set(title=letter, xlabel=label, ylim=(-3, 103))
     panels[0].set_ylabel("Right grids (%)")
-    handles, labels = panels[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=3)
+    legend_below(drawn, panels[0], ncols=3)
     return Drawing(
         drawn,
-        data,
+        columns(("panel", *HEADS), rows),
         "Right grids of the four sets and both ranges of poses, in groups "
         "with exact 95 % intervals. (a) By the least distance of "
         "neighbouring true corners along a side over its merging distance "

@@ -14,12 +14,13 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     PRIMARY,
     Which,
     all_right,
-    any_of,
     causes,
     cleared,
     errors,
     numbers_of,
+    of_each_seed,
     opened_all,
+    pictures_of,
     pooled,
     right,
     seeds_of,
@@ -87,22 +88,27 @@ def joined(found):
     return np.concatenate([np.empty(0), *found])
 
 
+def mean_of_seeds(found, reason, unit=""):
+    """Value of the mean of one number per seed, with their range."""
+    mean, low, high, _ = spread(found)
+    return Value(mean, (low, high), unit, reason)
+
+
 def of_table(result, table_id):
     """Counts and errors of OpenCV's and CELECT's rows of one table."""
     found = {}
     for name, method in (("opencv", OPENCV), ("celect", CELECT)):
-        counts = [right(result, method, PRIMARY, s).sum() for s in seeds_of(result)]
-        count, interval = spread(counts)
-        found[f"t{table_id}_{name}_count"] = Value(
-            count, interval=interval, unit="count (of 15)", reason=SEEDS_RANGE
+        by_seed = pictures_of(result).levels("seed")
+        counts = [right(result, method, PRIMARY, s).sum() for s in by_seed]
+        found[f"t{table_id}_{name}_count"] = mean_of_seeds(
+            counts, SEEDS_RANGE, "count (of 15)"
         )
         for label, when, reference in (
             ("pre", "before", TRUTH),
             ("post", "after", REFERENCE),
         ):
             seeds = [
-                joined(errors(result, method, when, reference, seed=s))
-                for s in seeds_of(result)
+                joined(errors(result, method, when, reference, seed=s)) for s in by_seed
             ]
             sizes, seeds = joined(seeds), [s for s in seeds if len(s)]
             for statistic, taken in (
@@ -113,7 +119,7 @@ def of_table(result, table_id):
                 key = f"t{table_id}_{name}_{label}_{statistic}"
                 found[key] = Value(
                     float(taken(sizes)) if seeds else "no right grid",
-                    interval=spread([taken(s) for s in seeds])[1] if seeds else None,
+                    interval=spread([taken(s) for s in seeds])[1:3] if seeds else None,
                     unit="px",
                     reason="all seeds together, and range of the seeds; "
                     f"against {reference}",
@@ -168,21 +174,17 @@ def numbers_sec_3_3_2(results):
     precision = results["table_3_4_grids"].settings["localiser"]
     hyperboloidal = results[EXPERIMENTS["hyperboloidal"]]
 
-    def ours(seed):
-        return all_right(results, CELECT, PRIMARY, seed)
-
-    def theirs(seed):
-        return all_right(results, OPENCV, PRIMARY, seed)
-
     def caused(seed, *kinds, of=None):
-        told = causes(results, PRIMARY, seed, of)
-        return sum(told.count(kind) for kind in kinds)
+        stated = causes(results, PRIMARY, seed, of)
+        return sum(stated.count(kind) for kind in kinds)
 
+    totals = {
+        "opencv_only": lambda ours, theirs: (theirs & ~ours).sum(),
+        "celect_only": lambda ours, theirs: (ours & ~theirs).sum(),
+        "celect_rate": lambda ours, theirs: 100 * ours.mean(),
+        "opencv_rate": lambda ours, theirs: 100 * theirs.mean(),
+    }
     counts = {
-        "opencv_only": lambda s: (theirs(s) & ~ours(s)).sum(),
-        "celect_only": lambda s: (ours(s) & ~theirs(s)).sum(),
-        "celect_rate": lambda s: 100 * ours(s).mean(),
-        "opencv_rate": lambda s: 100 * theirs(s).mean(),
         "contour_fail": lambda s: caused(s, CONTOUR),
         "sph_missed_fail": lambda s: caused(s, MISSED, of="spherical"),
         "hyp_dirt_fail": lambda s: cleared(hyperboloidal, "spots", s),
@@ -194,20 +196,22 @@ def numbers_sec_3_3_2(results):
         "hyp_glare_fail": "right once there is no glare",
         "fish_merge_fail": "first failed contour: corners merged, or split",
     }
-    found = {}
-    for name, count in counts.items():
-        mean, interval = spread([float(count(s)) for s in any_of(results)])
-        told = [reasons[name]] if name in reasons else []
-        found[f"s3_3_2_{name}"] = Value(
-            mean, interval=interval, reason="; ".join([*told, SEEDS_RANGE])
+    by_seed = list(of_each_seed(results, OPENCV, PRIMARY))
+    of_seeds = {
+        name: [count(*pair) for _, *pair in by_seed] for name, count in totals.items()
+    } | {name: [count(s) for s, *_ in by_seed] for name, count in counts.items()}
+    found = {
+        f"s3_3_2_{name}": mean_of_seeds(
+            of_seed, "; ".join(filter(None, [reasons.get(name), SEEDS_RANGE]))
         )
-    total = len(ours(any_of(results)[0]))
+        for name, of_seed in of_seeds.items()
+    }
     return found | {
         "s3_3_2_sph_noise_fail": Value(
             spared_by_clean_ball(results[EXPERIMENTS["spherical"]]),
             reason="right once the mirror has no flaws; of the 15 pictures of one seed",
         ),
-        "s3_3_2_total": Value(total, unit="count"),
+        "s3_3_2_total": Value(len(by_seed[0][1]), unit="count"),
         "s3_3_2_prec": Value(precision["precision_px"], unit="px"),
         "s3_3_2_excess": Value(
             largest_after(results, REFERENCE) - precision["precision_px"],
@@ -220,17 +224,16 @@ def numbers_sec_3_3_2(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = opened_all(open_results)
-    seeds = any_of(results)
     for poses in (WHOLE, HARD):
         which = Which(poses)
         for method in METHODS:
             rates = [
                 100 * all_right(results, method, which, s).mean()
-                for s in any_of(results, which)
+                for s in seeds_of(results, which)
             ]
             value(f"{poses}.{method}", float(np.mean(rates)))
-    told = Counter(c for s in seeds for c in causes(results, PRIMARY, s))
-    value("contours", told[CONTOUR])
+    stated = Counter(c for s in seeds_of(results) for c in causes(results, PRIMARY, s))
+    value("contours", stated[CONTOUR])
     ball = results[EXPERIMENTS["spherical"]]
     for poses in (WHOLE, HARD):
         for name, which in (("spots", Which(poses)), ("clean", Which(poses, CLEAN))):

@@ -14,8 +14,9 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     SPOTLESS_SEED,
     TRUTH,
 )
-from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
+from chapters.shared.grid_detectors import CELECT
 from chapters.shared.grid_rigs import HARD, WHOLE
+from repro.judge.statistics import Estimate
 
 # Set -> the experiment that ran it.
 EXPERIMENTS = {
@@ -32,7 +33,6 @@ TITLES = {
     "fisheye": "Fisheye",
     "flexible-mirror": "Flexible Mirror",
 }
-DETECTORS_OF_TODAY = (OPENCV, OPENCV_SB)
 SPOTTED, CLEAN = "600 spots", "no spots"
 # The window that a table shows; the accuracy claims are judged with both.
 WINDOW = "half window"
@@ -44,34 +44,26 @@ class Which(NamedTuple):
     poses: str = WHOLE
     spots: str = SPOTTED
 
-    def asked(self):
-        """The options of the ledger's questions that these pictures answer."""
-        return {"pose_range": self.poses, "spots": self.spots}
+    @classmethod
+    def of(cls, options):
+        """The pictures of one reading of the ledger's questions."""
+        return cls(options["pose_range"], options["spots"])
 
 
 PRIMARY = Which()
-ALL_WHICH = [Which(p, s) for p in (WHOLE, HARD) for s in (SPOTTED, CLEAN)]
 
 
 def pictures_of(result, which=PRIMARY, seed=None):
-    """Conditions of an experiment that count, of one seed or of all."""
-    return [
-        c
-        for c in result.conditions
-        if c["poses"] == which.poses
-        and seed in (None, c["seed"])
-        and (which.spots == SPOTTED or c["seed"] == SPOTLESS_SEED)
-    ]
+    """The pictures of an experiment that count, of one seed or of all."""
+    if which.spots == CLEAN:
+        seed = SPOTLESS_SEED
+    of_seed = {} if seed is None else {"seed": seed}
+    return result.select(poses=which.poses, **of_seed)
 
 
-def seeds_of(result, which=PRIMARY):
-    """Seeds of the pictures that count, in order."""
-    return list(dict.fromkeys(c["seed"] for c in pictures_of(result, which)))
-
-
-def any_of(results, which=PRIMARY):
-    """The seeds, which all four experiments share."""
-    return seeds_of(next(iter(results.values())), which)
+def seeds_of(results, which=PRIMARY):
+    """Seeds of the pictures that count, which all four experiments share."""
+    return pictures_of(next(iter(results.values())), which).levels("seed")
 
 
 def prefix_of(result, which):
@@ -82,10 +74,7 @@ def prefix_of(result, which):
 
 def numbers_of(result, name, which=PRIMARY, seed=None):
     """A number of each picture that counts: (n,)."""
-    name = prefix_of(result, which) + name
-    return np.array(
-        [result.column(name, **c)[0] for c in pictures_of(result, which, seed)]
-    )
+    return pictures_of(result, which, seed).column(prefix_of(result, which) + name)
 
 
 def right(result, method, which=PRIMARY, seed=None):
@@ -116,12 +105,11 @@ def of_each_seed(results, detector, which):
 
     Yields (seed, (n,) bool, (n,) bool), the pictures of all four sets.
     """
-    for seed in any_of(results, which):
-        yield (
-            seed,
-            all_right(results, CELECT, which, seed),
-            all_right(results, detector, which, seed),
+    for seed in seeds_of(results, which):
+        ours, theirs = (
+            all_right(results, method, which, seed) for method in (CELECT, detector)
         )
+        yield seed, ours, theirs
 
 
 @cache
@@ -142,13 +130,13 @@ def errors(result, method, when, reference, which=PRIMARY, seed=None, window=WIN
     """
     prefix = prefix_of(result, which)
     methods = SPOTLESS if prefix else METHODS
-    told = when == "before" and reference == TRUTH
-    row = MEASURES.index((when, reference, None if told else window))
+    as_detected = when == "before" and reference == TRUTH
+    row = MEASURES.index((when, reference, None if as_detected else window))
     stored = _errors_of_pictures(result, f"{prefix}errors")
     return [
         stored[tuple(c.values())][methods.index(method), row]
         for c, good in zip(
-            pictures_of(result, which, seed),
+            pictures_of(result, which, seed).conditions,
             right(result, method, which, seed),
             strict=True,
         )
@@ -158,8 +146,7 @@ def errors(result, method, when, reference, which=PRIMARY, seed=None, window=WIN
 
 def texts(result, name, which=PRIMARY, seed=None):
     """One text of each picture, None where it has none."""
-    name = prefix_of(result, which) + name
-    return [result.texts(name, **c)[0] for c in pictures_of(result, which, seed)]
+    return pictures_of(result, which, seed).texts(prefix_of(result, which) + name)
 
 
 def causes(results, which, seed, set_name=None):
@@ -169,8 +156,8 @@ def causes(results, which, seed, set_name=None):
     for name in names:
         result = results[EXPERIMENTS[name]]
         lost = ~right(result, CELECT, which, seed)
-        told = texts(result, f"{CELECT}.cause", which, seed)
-        found += [cause for cause, bad in zip(told, lost, strict=True) if bad]
+        stated = texts(result, f"{CELECT}.cause", which, seed)
+        found += [cause for cause, bad in zip(stated, lost, strict=True) if bad]
     return found
 
 
@@ -185,11 +172,6 @@ def opened_all(open_results):
     return {name: open_results(name) for name in EXPERIMENTS.values()}
 
 
-def title_of(set_name):
-    """Name of a set in the thesis."""
-    return TITLES[set_name]
-
-
 def spread(values):
-    """(mean, (least, greatest)) of one value per seed."""
-    return float(np.mean(values)), (float(np.min(values)), float(np.max(values)))
+    """Mean of one value per seed, with their range: Estimate."""
+    return Estimate(*(float(of(values)) for of in (np.mean, np.min, np.max)))

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from repro.judge.statistics import FAILS, HOLDS, UNDECIDED
-from repro.run.outcomes import DECISIONS
-
-MOST_SEEDS = 0.9
+from repro.run.outcomes import Reading
+from repro.run.readings import decision_of_seeds
 
 
-def decided(holds):
-    """Verdict from whether a predicate is true of each seed that it speaks of."""
-    if not holds:
-        return DECISIONS[UNDECIDED]
-    return DECISIONS[HOLDS if np.mean(holds) >= MOST_SEEDS else FAILS]
+def seed_by_seed(holds, found, reason, unit=""):
+    """Reading from whether a predicate is true of each seed that it speaks of.
 
-
-def seeds_told(holds):
-    """The same in words."""
-    if not holds:
-        return "no seed has any"
-    return f"true of {int(np.sum(holds))} of {len(holds)} seeds"
+    found: what was measured, as `Reading.of` takes it.
+    """
+    seeds = f"true of {int(np.sum(holds))} of {len(holds)} seeds"
+    seeds = seeds if holds else "no seed has any"
+    return Reading.of(decision_of_seeds(holds), found, unit, f"{reason}; {seeds}")
