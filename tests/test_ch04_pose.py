@@ -9,7 +9,7 @@ from chapters.ch04_central_generic.s2_pose.claims import planes as plane_claims
 from chapters.ch04_central_generic.s2_pose.claims import samples as sample_claims
 from chapters.ch04_central_generic.s2_pose.claims import simulated as noise_claims
 from chapters.ch04_central_generic.s2_pose.claims import table_4_1 as table_claims
-from chapters.ch04_central_generic.s2_pose.figures import Case
+from chapters.ch04_central_generic.s2_pose.figures import DrawnPose
 from chapters.ch04_central_generic.s2_pose.trials import drawn, kodak, triplets
 from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimates
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
@@ -51,7 +51,7 @@ def test_a_refused_pose_says_why():
 
 
 def test_the_drawn_case_is_what_it_shows():
-    assert max(Case(of_seed(drawn.case_trial)).gaps()) < 1e-12
+    assert max(DrawnPose(of_seed(drawn.case_trial)).gaps()) < 1e-12
 
 
 def test_planes_are_judged_both_ways():
