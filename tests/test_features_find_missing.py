@@ -24,7 +24,7 @@ from raxel.features.lattice import (
 from raxel.files import write_json
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
-from tests.image_sets import COLUMNS, ROWS, write_drawn_set
+from tests.image_sets import COLUMNS, ROWS, TILTS_DEG, write_drawn_set
 from tests.test_features_find import drawn, seen
 
 TWO_LACK = [None] * 2 + [[9, 9]] * 33
@@ -220,7 +220,7 @@ def test_faults_of_missing_corners_are_named(tmp_path, entry, found):
 
 
 def test_boards_with_a_covered_corner_are_calibrated(tmp_path, capsys):
-    drawn_set = write_drawn_set(tmp_path / "set")
+    drawn_set = write_drawn_set(tmp_path / "set", tilts=TILTS_DEG[:4])
     path = tmp_path / "set" / "view1.png"
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     u, v = np.rint(drawn_set[1].corners()[17]).astype(int).tolist()

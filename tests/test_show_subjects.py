@@ -122,14 +122,24 @@ def test_moved_parts_keep_their_shape():
 
 
 @pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
-def test_a_rig_shows_its_targets_in_the_poses_that_are_rendered(path):
+def test_a_rig_shows_its_targets_in_the_poses_that_are_rendered(path, monkeypatch):
     rig: Rig = load_rig(path)
+    asked = []
+
+    def noted(rig, rng, count, draw=Rig.draw_poses):
+        begins = rng.bit_generator.state
+        asked.append((begins, count, draw(rig, rng, count)))
+        return asked[-1][2]
+
+    monkeypatch.setattr(Rig, "draw_poses", noted)
     scene = rig_scene(rig, seed=3)
     sheets = [
         p for p in scene.parts if isinstance(p, Surface) and p.texture is not None
     ]
-    count = rig.count + rig.evaluate
-    poses = rig.draw_poses(np.random.default_rng([3, POSES]), count)
+    # What `raxel render` draws them from, once: to draw them again takes long.
+    ((begins, count, poses),) = asked
+    assert begins == np.random.default_rng([3, POSES]).bit_generator.state
+    assert count == rig.count + rig.evaluate
     assert len(sheets) == count
     corner, size = rig.extent
     for sheet, T in zip(sheets, poses, strict=True):

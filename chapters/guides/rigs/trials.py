@@ -55,10 +55,13 @@ def rig_trial(condition, rng):
     poses = drawn_poses(rig, SEED)
     corner, size = rig.extent
     middles = poses[:, :3] @ [*(corner + size / 2), 0, 1]
-    seen = rig.camera.rays(spread_pixels(rig.camera, MEASURED))
-    sight = middles - closest_point(seen)
+    rays = rig.camera.rays(spread_pixels(rig.camera, MEASURED))
+    sight = middles - closest_point(rays)
     distance = np.linalg.norm(sight, axis=1)
-    whole = replace(rig, visibility=replace(rig.visibility, whole=True))
+    seen = whole = sum(bool(rig.shows(T)) for T in poses)
+    if not rig.visibility.whole:
+        strict = replace(rig, visibility=replace(rig.visibility, whole=True))
+        whole = sum(bool(strict.shows(T)) for T in poses)
     along = (poses[:, :3, 2] * sight).sum(axis=1) / distance
     return {
         "T_camera_target": poses,
@@ -66,8 +69,8 @@ def rig_trial(condition, rng):
         "distance_mm": distance,
         "tilt_deg": np.degrees(np.arccos(np.clip(along, -1, 1))),
         "evaluate": rig.evaluate,
-        "seen": sum(bool(rig.shows(T)) for T in poses),
-        "whole": sum(bool(whole.shows(T)) for T in poses),
+        "seen": seen,
+        "whole": whole,
         "summary": rig.summary,
         "kind": rig.camera.kind,
         "width_px": rig.camera.width,
