@@ -199,7 +199,7 @@ def _system(formula, values, T, boards, loss, scales):
     B = by_values.reshape(n, 2 * count, -1)
     b = np.where(boards.seen[..., None], off * weight[..., None], 0.0)
     b = b.reshape(n, 2 * count, 1)
-    A, B = np.nan_to_num(A), np.nan_to_num(B)
+    A, B = np.nan_to_num(A, copy=False), np.nan_to_num(B, copy=False)
     At = np.swapaxes(A, 1, 2)
     flat = B.reshape(-1, B.shape[2])
     return flat.T @ flat, At @ A, At @ B, flat.T @ b.ravel(), (At @ b)[..., 0]

@@ -61,11 +61,13 @@ class LensFormula(NamedTuple):
         """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None where there is
         none."""
         unified = self.base == "unified"
-        ends = np.cumsum([FRAME, unified, self.radial, self.decentring])
-        _, xi, k, off_axis, a = np.split(values, ends)
+        first = FRAME + unified
+        off_axis = first + self.radial
+        pupil = off_axis + self.decentring
         decentring = np.zeros(4)
-        decentring[: self.decentring] = off_axis
-        return (xi[0] if unified else None), k, decentring, a
+        decentring[: self.decentring] = values[off_axis:pupil]
+        xi = values[FRAME] if unified else None
+        return xi, values[first:off_axis], decentring, values[pupil:]
 
     def moved_to(self, other, values):
         """The vector of another formula of the same base; terms it lacks are dropped,
@@ -118,14 +120,18 @@ def imaged_points(formula, values, points, derivatives=True):
     """Pixels of points (N, 3) by a formula, and their derivatives: Imaged; without
     them, the pixels (N, 2) alone."""
     xi, k, decentring, a = formula.parts(values)
+    focal, centre = values[:2], values[2:FRAME]
     with np.errstate(all="ignore"):
-        theta, rho, unit, by_rho, by_z, by_a = _angles(points, a)
+        rho, unit = _across(points)
+        theta = sight_angles(rho, points[:, 2], a)
         s, slope, s_by_xi = _base(theta, xi)
         p = s[:, None] * unit
-        q, by_p, q_by_k, q_by_decentring = _warped(p, k, decentring)
-        focal, centre = values[:2], values[2:FRAME]
+        terms = _terms(p, k)
+        q = terms.factor[:, None] * p + terms.by_decentring @ decentring
         if not derivatives:
             return focal * q + centre
+        by_rho, by_z, by_a = _slopes(theta, rho, points[:, 2], a)
+        by_p, q_by_k = _warp_slopes(p, k, decentring, terms)
         # Radially p moves with theta, across with the azimuth.
         outer = unit[:, :, None] * unit[:, None]
         p_by_points = np.empty((len(points), 2, 3))
@@ -134,7 +140,7 @@ def imaged_points(formula, values, points, derivatives=True):
         ] * (np.eye(2) - outer)
         p_by_points[:, :, 2] = (slope * by_z)[:, None] * unit
         radial = np.einsum("nij,nj->ni", by_p, unit)
-        own = [q_by_k, q_by_decentring[:, :, : formula.decentring]]
+        own = [q_by_k, terms.by_decentring[:, :, : formula.decentring]]
         if xi is not None:
             own = [(s_by_xi[:, None] * radial)[:, :, None], *own]
         own.append(radial[:, :, None] * (slope[:, None] * by_a)[:, None])
@@ -147,12 +153,15 @@ def imaged_points(formula, values, points, derivatives=True):
         )
 
 
-def _angles(points, a):
-    """theta, rho, unit (N, 2), and the derivatives of theta by rho, z and a (N, A)."""
+def _across(points):
+    """Distance rho (N,) of points (N, 3) from the axis, and unit vectors (N, 2)."""
     across, z = points[:, :2], points[:, 2]
     rho = np.maximum(np.hypot(*across.T), NEAR_AXIS * np.abs(z))
-    unit = across / rho[:, None]
-    theta = sight_angles(rho, z, a)
+    return rho, across / rho[:, None]
+
+
+def _slopes(theta, rho, z, a):
+    """Derivatives of theta by rho, z and a (N, A)."""
     sine, cosine = np.sin(theta), np.cos(theta)
     powers = theta[:, None] ** (2 * np.arange(1, len(a) + 1))
     height = z - powers @ a
@@ -160,10 +169,7 @@ def _angles(points, a):
         powers @ (2 * np.arange(1, len(a) + 1) * a) / np.maximum(theta, 1e-300)
     )
     rise = height * cosine + rho * sine - height_slope * sine
-    return (
-        theta, rho, unit, cosine / rise, -sine / rise,
-        (sine / rise)[:, None] * powers,
-    )  # fmt: skip
+    return cosine / rise, -sine / rise, (sine / rise)[:, None] * powers
 
 
 def _base(theta, xi):
@@ -177,27 +183,41 @@ def _base(theta, xi):
     return (1 + xi) * sine / depth, slope, sine * (cosine - 1) / depth**2
 
 
-def _warped(p, k, decentring):
-    """q (N, 2) and its derivatives by p (N, 2, 2), k (N, 2, K), p1 to s2 (N, 2, 4)."""
+class _Terms(NamedTuple):
+    """At p: s^2 (N,), its powers (N, K), 1 + k1 s^2 + ... (N,), and the derivatives of
+    q by p1 to s2 (N, 2, 4)."""
+
+    squared: np.ndarray
+    powers: np.ndarray
+    factor: np.ndarray
+    by_decentring: np.ndarray
+
+
+def _terms(p, k):
     x, y = p.T
-    p1, p2, s1, s2 = decentring
     squared = x * x + y * y
     powers = squared[:, None] ** np.arange(1, len(k) + 1)
-    factor = 1 + powers @ k
-    change = (
-        2
-        * (powers / np.maximum(squared, 1e-300)[:, None])
-        @ (np.arange(1, len(k) + 1) * k)
-    )
     by_terms = np.zeros((len(p), 2, 4))
     by_terms[:, 0, 0] = by_terms[:, 1, 1] = 2 * x * y
     by_terms[:, 0, 1] = squared + 2 * x * x
     by_terms[:, 1, 0] = squared + 2 * y * y
     by_terms[:, 0, 2] = by_terms[:, 1, 3] = squared
-    q = factor[:, None] * p + by_terms @ decentring
+    return _Terms(squared, powers, 1 + powers @ k, by_terms)
+
+
+def _warp_slopes(p, k, decentring, terms):
+    """Derivatives of q by p (N, 2, 2) and by k (N, 2, K)."""
+    x, y = p.T
+    p1, p2, s1, s2 = decentring
+    factor, powers = terms.factor, terms.powers
+    change = (
+        2
+        * (powers / np.maximum(terms.squared, 1e-300)[:, None])
+        @ (np.arange(1, len(k) + 1) * k)
+    )
     by_p = np.empty((len(p), 2, 2))
     across = change * x * y + 2 * p1 * x + 2 * p2 * y
     by_p[:, 0, 0] = factor + change * x * x + 2 * p1 * y + 6 * p2 * x + 2 * s1 * x
     by_p[:, 1, 1] = factor + change * y * y + 6 * p1 * y + 2 * p2 * x + 2 * s2 * y
     by_p[:, 0, 1], by_p[:, 1, 0] = across + 2 * s1 * y, across + 2 * s2 * x
-    return q, by_p, p[:, :, None] * powers[:, None], by_terms
+    return by_p, p[:, :, None] * powers[:, None]
