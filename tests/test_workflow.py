@@ -204,6 +204,11 @@ def eyes_thrown(root: Path) -> set[int]:
     return {trial["values"]["eyes"] for trial in result["trials"]}
 
 
+def plans_made(root: Path) -> int:
+    """How often Snakemake has been asked."""
+    return len(list((root / ".snakemake/log").iterdir()))
+
+
 def test_a_change_rebuilds_what_it_reaches(checkout, first):
     status, text = first
     assert status == 0, text
@@ -211,10 +216,12 @@ def test_a_change_rebuilds_what_it_reaches(checkout, first):
     again = json.loads((checkout / "figures/quick/results/dice_again.json").read_text())
     assert {t["values"]["eyes"] for t in again["trials"]} <= eyes_thrown(checkout)
 
+    plans = plans_made(checkout)
     status, text = build(checkout)
     assert status == 0, text
     assert jobs(text) == set()
     assert "Nothing changed" in text
+    assert plans_made(checkout) == plans
 
     edit(checkout, PAGE, "A sentence that may change.", "Another sentence.")
     edit(checkout, "lib/raxel/dice.py", '"""Eyes of one die."""', '"""Eyes."""')
