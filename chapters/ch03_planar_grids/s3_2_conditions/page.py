@@ -17,6 +17,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.exercises import (
 from chapters.ch03_planar_grids.s3_2_conditions.results import name_values
 from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
     NO_CLICKS,
+    both_tones,
     detected,
     draw_clicks,
     eight_orders,
@@ -200,10 +201,13 @@ def contrast_trial(condition, rng):
         lit = replace(light, level=level)
         image, lattice = cut_photograph(sheet, lit)
         spotless, _ = cut_photograph(clean, lit)
+        runs, clean_runs = (
+            both_tones(picture, lattice, offsets) for picture in (image, spotless)
+        )
         values[level_name(level)] = {
             "contrast_grey": contrast(image, lattice),
-            **every_detector(image, lattice, offsets),
-            "spotless": every_detector(spotless, lattice, offsets, NO_CLICKS[:2]),
+            **every_detector(runs, image, lattice),
+            "spotless": every_detector(clean_runs, spotless, lattice, NO_CLICKS[:2]),
         }
     return values
 
@@ -231,9 +235,10 @@ def shadow_trial(condition, rng):
     values = {}
     for name, cast in (("plain", None), ("shadow", shadow)):
         image, lattice = cut_photograph(sheet, replace(light, shadow=cast))
-        values[name] = every_detector(image, lattice, offsets)
+        runs = both_tones(image, lattice, offsets)
+        values[name] = every_detector(runs, image, lattice)
         if cast is None:
-            values |= merging(image, lattice, offsets)
+            values |= merging(runs)
     return values
 
 
@@ -270,7 +275,7 @@ def merging_trial(condition, rng):
     sheet, light = lit_sheet("fisheye", rng, condition["poses"])
     offsets = draw_clicks(rng)
     image, lattice = cut_photograph(sheet, replace(light, shadow=None))
-    return merging(image, lattice, offsets)
+    return merging(both_tones(image, lattice, offsets))
 
 
 @experiment("exp_c3_merge_images", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)

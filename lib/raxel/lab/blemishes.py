@@ -1,6 +1,8 @@
 """What stands between a scene and the lens: spots on mirror or glass, glare, haze."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,26 +53,16 @@ class Blemishes:
         """
         out = np.array(irradiance, np.float32)
         mean = float(out.mean())
-        for _ in range(self.spots):
-            self._add_spot(out, mirror, specimen)
+        draws = specimen.random((self.spots, 5))
+        for spot in _spots(self, out.shape[:2], draws.tobytes()):
+            if mirror[spot.middle]:
+                patch = out[spot.place]
+                share = spot.share.reshape(spot.share.shape + (1,) * (out.ndim - 2))
+                patch += share * (spot.radiance - patch)
         for _ in range(rng.integers(self.glare[0], self.glare[1] + 1)):
             self._add_glare(out, rng)
         haze = np.float32(self.haze * mean) * mirror
         return out + haze.reshape(haze.shape + (1,) * (out.ndim - 2))
-
-    def _add_spot(self, out, mirror, rng):
-        height, width = out.shape[:2]
-        middle = rng.random(2) * (width, height) - 0.5
-        low, high = np.log(self.spot_radius)
-        radius = np.exp(rng.uniform(low, high))
-        cover, radiance = (
-            rng.uniform(*limits) for limits in (self.spot_cover, self.spot_radiance)
-        )
-        u, v = np.clip(np.rint(middle).astype(int), 0, (width - 1, height - 1))
-        if mirror[v, u]:
-            patch, away = _around(out, middle, radius + REACH * SPOT_EDGE_PX)
-            share = cover / (1 + np.exp(2 * (away - radius) / SPOT_EDGE_PX))
-            patch += share.astype(np.float32) * (np.float32(radiance) - patch)
 
     def _add_glare(self, out, rng):
         height, width = out.shape[:2]
@@ -79,16 +71,56 @@ class Blemishes:
         middle = middle + away * np.array([np.cos(turn), np.sin(turn)])
         radius = rng.uniform(*self.glare_radius)
         radiance = rng.uniform(*self.glare_radiance)
-        patch, away = _around(out, middle, REACH * radius)
-        patch += (radiance * np.exp(-((away / radius) ** 2) / 2)).astype(np.float32)
+        place, away = _around((height, width), middle, REACH * radius)
+        glare = (radiance * np.exp(-((away / radius) ** 2) / 2)).astype(np.float32)
+        out[place] += glare.reshape(glare.shape + (1,) * (out.ndim - 2))
 
 
-def _around(image, middle, reach):
-    """The part of an image (a view) within `reach` px of a point, and distances."""
-    height, width = image.shape[:2]
+class _Spot(NamedTuple):
+    """place, middle: its part of a picture, and (row, column) of its middle; share
+    (h, w): how much of the light it hides there."""
+
+    place: tuple[slice, slice]
+    middle: tuple[int, int]
+    share: np.ndarray
+    radiance: np.float32
+
+
+@lru_cache(maxsize=4)
+def _spots(blemishes, size, draws):
+    """The `_Spot`s of a specimen on pictures of a size (height, width).
+
+    draws: bytes of (n, 5) uniform numbers. All pictures of a specimen have the same
+    spots, so they are kept for the next one.
+    """
+    height, width = size
+    spots = []
+    for *at, radius, cover, radiance in np.frombuffer(draws).reshape(-1, 5):
+        middle = np.array(at) * (width, height) - 0.5
+        radius = np.exp(_between(np.log(blemishes.spot_radius), radius))
+        cover = _between(blemishes.spot_cover, cover)
+        radiance = _between(blemishes.spot_radiance, radiance)
+        u, v = np.clip(np.rint(middle).astype(int), 0, (width - 1, height - 1))
+        place, away = _around(size, middle, radius + REACH * SPOT_EDGE_PX)
+        share = cover / (1 + np.exp(2 * (away - radius) / SPOT_EDGE_PX))
+        share = share.astype(np.float32)
+        spots.append(_Spot(place, (v, u), share, np.float32(radiance)))
+    return spots
+
+
+def _between(limits, share):
+    """The value at a share of the way from the first limit to the second."""
+    return limits[0] + (limits[1] - limits[0]) * share
+
+
+def _around(size, middle, reach):
+    """The part of a picture within `reach` px of a point, and distances (h, w) there.
+
+    The part is an index of arrays of this size (height, width).
+    """
+    height, width = size
     low = np.clip(np.floor(middle - reach), 0, (width, height)).astype(int)
     high = np.clip(np.ceil(middle + reach) + 1, 0, (width, height)).astype(int)
     v, u = np.ogrid[low[1] : high[1], low[0] : high[0]]
-    patch = image[low[1] : high[1], low[0] : high[0]]
-    away = np.hypot(u - middle[0], v - middle[1])
-    return patch, away.reshape(away.shape + (1,) * (image.ndim - 2))
+    place = slice(low[1], high[1]), slice(low[0], high[0])
+    return place, np.hypot(u - middle[0], v - middle[1])

@@ -93,10 +93,14 @@ def detected(name, image, lattice):
     return is_right(in_order_of(truth, corners, columns, rows), truth)
 
 
-def every_detector(image, lattice, offsets, others=NO_CLICKS):
-    """Whether CELECT and other detectors, without clicks, have the grid."""
-    clicked = run(image, lattice, offsets)
-    linear = run(undo_srgb(image), lattice, offsets)
+def both_tones(image, lattice, offsets):
+    """Runs of CELECT on a picture as it is, and with its tone curve undone."""
+    return tuple(run(tone, lattice, offsets) for tone in (image, undo_srgb(image)))
+
+
+def every_detector(runs, image, lattice, others=NO_CLICKS):
+    """Whether CELECT, by `both_tones`, and others, without clicks, have the grid."""
+    clicked, linear = runs
     values = {CELECT: clicked.right, LINEAR: linear.right, "stage": clicked.stage}
     return values | {name: detected(name, image, lattice) for name in others}
 
@@ -118,11 +122,10 @@ def eight_orders(image, lattice, offsets):
     return values
 
 
-def merging(image, lattice, offsets):
-    """What merging did to a picture, as it is and with its tone curve undone."""
-    return _merging(run(image, lattice, offsets)) | {
-        "linear": _merging(run(undo_srgb(image), lattice, offsets))
-    }
+def merging(runs):
+    """What merging did in `both_tones` of a picture."""
+    clicked, linear = runs
+    return _merging(clicked) | {"linear": _merging(linear)}
 
 
 def _merging(clicked):
