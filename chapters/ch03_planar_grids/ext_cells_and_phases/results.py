@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
@@ -19,11 +21,10 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
     period_px,
     pictures_of,
 )
-from repro.judge.statistics import median_interval
 from repro.page.reader import value
 from repro.run.outcomes import Measured
 
-SMOOTHED, BY_PIXEL = "smoothed", "by pixel"
+WAYS = SMOOTHED, BY_PIXEL = "smoothed", "by pixel"
 WINDOW_PX = 7
 # Windows whose mean sine is weaker than this are not smoothed (raxel's decoder).
 WEAKEST_MEAN = 0.7
@@ -33,30 +34,59 @@ SWING = (WHITE - BLACK) / 2
 PHASES = 720
 
 
-def measured(result, name, key, grid):
-    """Median of a value with its interval over the trials, None where none has it."""
-    trials = result.column(f"{name}.{key}", **grid)
-    if not np.isfinite(trials).any():
-        return None
-    found = median_interval(trials[np.isfinite(trials)])
-    return Measured(found.value, found.low, found.high)
+class Decoded:
+    """How one grid was decoded in the trials of a plan: smoothed or by pixel."""
+
+    def __init__(self, trials, name):
+        self._trials, self._name = trials, name
+
+    def column(self, key):
+        """A value (trials,)."""
+        return self._trials.column(f"{self._name}.{key}")
+
+    def measured(self, key):
+        """Median with its interval over the trials; None where none has the value."""
+        trials = self.column(key)
+        known = trials[np.isfinite(trials)]
+        return Measured.median(known) if len(known) else None
+
+    def median(self, key):
+        """The median alone; nan where no trial has the value."""
+        found = self.measured(key)
+        return np.nan if found is None else found.value
+
+    @property
+    def readable(self):
+        """Whether every trial decodes enough pixels, and none into a wrong cell."""
+        share, gross = self.column("decoded"), self.column("gross")
+        return bool(share.min() >= ENOUGH and gross.max() == 0)
 
 
-def middle(result, name, key, grid):
-    """The median alone; nan where no trial has the value."""
-    found = measured(result, name, key, grid)
-    return np.nan if found is None else found.value
+def decoded(result, name, way):
+    """(cells, steps) -> Decoded, of every grid of a plan; name: as `name_of` gives."""
+    return {
+        grid: Decoded(result.one(cells=grid[0], steps=grid[1]), f"{name}.{way}")
+        for grid in grids(result)
+    }
+
+
+def linear_cases(result):
+    """(blur, noise, way, grid, Decoded) of everything that a linear monitor shows."""
+    cases = product(swept(result, "blurs_px"), swept(result, "noises"), WAYS)
+    for blur, noise, way in cases:
+        of_grid = decoded(result, name_of(LINEAR, blur, noise), way)
+        yield from ((blur, noise, way, grid, one) for grid, one in of_grid.items())
 
 
 def widest(result, names):
     """How far, in %, an end of an interval lies from its median RMS error at most.
 
-    names: of values, as `measured` takes them; for every grid that decodes anything.
+    names: as `name_of` gives; for every grid that decodes anything, in both ways.
     """
     found = [
-        measured(result, name, "rms_px", grid_of(*grid))
-        for name in names
-        for grid in grids(result)
+        one.measured("rms_px")
+        for name, way in product(names, WAYS)
+        for one in decoded(result, name, way).values()
     ]
     ends = [max(one.high / one.value, one.value / one.low) for one in found if one]
     return 100 * (max(ends) - 1)
@@ -72,21 +102,9 @@ def grids(result):
     return [(c["cells"], c["steps"]) for c in result.conditions]
 
 
-def grid_of(cells, steps):
-    """What tells a condition from the others."""
-    return {"cells": cells, "steps": steps}
-
-
 def width_of(result):
     """Width of the pictures, px."""
     return result.conditions[0]["width_px"]
-
-
-def is_readable(result, name, way, grid):
-    """Whether every trial decodes enough pixels, and none into a wrong cell."""
-    share = result.column(f"{name}.{way}.decoded", **grid)
-    gross = result.column(f"{name}.{way}.gross", **grid)
-    return bool(share.min() >= ENOUGH and gross.max() == 0)
 
 
 def sigma_px(period, blur, noise, steps, way=BY_PIXEL):
@@ -133,20 +151,19 @@ def rounding_px(period, blur, steps):
 
 def best_cells(result, blur, noise, way):
     """(cells, their RMS error) of the readable grid with the least; None for none."""
-    name = name_of(LINEAR, blur, noise)
+    of_grid = decoded(result, name_of(LINEAR, blur, noise), way)
     found = [
-        (middle(result, name, f"{way}.rms_px", grid_of(*grid)), grid[0])
-        for grid in grids(result)
-        if is_readable(result, name, way, grid_of(*grid))
+        (one.median("rms_px"), cells)
+        for (cells, _), one in of_grid.items()
+        if one.readable
     ]
     return min(found)[::-1] if found else None
 
 
-def rms(result, cells, steps, way, *, gamma=LINEAR, blur=OUR_BLUR_PX, noise=None):
+def rms(result, cells, steps, way, *, gamma=LINEAR, blur=OUR_BLUR_PX, noise=OUR_NOISE):
     """Median RMS error of one grid in one condition, px."""
-    noise = OUR_NOISE if noise is None else noise
-    name = name_of(gamma, blur, noise)
-    return middle(result, name, f"{way}.rms_px", grid_of(cells, steps))
+    of_grid = decoded(result, name_of(gamma, blur, noise), way)
+    return of_grid[cells, steps].median("rms_px")
 
 
 def _ratio(result, cells, **where):
@@ -158,115 +175,88 @@ def _ratio(result, cells, **where):
 def name_values(open_results):
     """Name what the prose quotes."""
     cells = open_results("ext_cells_runs")
-    width = width_of(cells)
-    sharp, soft = (min(swept(cells, "blurs_px")), max(swept(cells, "blurs_px")))
-    value("trials", cells.trials_per_condition)
-    value("fewer", open_results("ext_steps_runs").trials_per_condition)
-    value("width", width)
-    value("height", width // 2)
-    value("sharp", sharp)
-    value("soft", soft)
-    value("noise", OUR_NOISE)
+    steps = open_results("ext_steps_runs")
+    width, blurs = width_of(cells), swept(cells, "blurs_px")
+    sharp, soft = min(blurs), max(blurs)
     for name, blur in (("sharp", sharp), ("soft", soft)):
-        for way in (SMOOTHED, BY_PIXEL):
+        for short, way in (("smooth", SMOOTHED), ("pixel", BY_PIXEL)):
             best, error = best_cells(cells, blur, OUR_NOISE, way)
-            short = "smooth" if way == SMOOTHED else "pixel"
             value(f"{name}.{short}.cells", best)
             value(f"{name}.{short}.period", period_px(best, width))
             value(f"{name}.{short}.rms", error)
         value(f"{name}.ours", rms(cells, 8, 4, SMOOTHED, blur=blur))
         value(f"{name}.period", 2 * np.pi * blur)
     best = best_cells(cells, sharp, OUR_NOISE, SMOOTHED)[0]
-    value("gain", _ratio(cells, best, blur=sharp))
-    value("more", pictures_of(best, OUR_STEPS) - pictures_of(8, OUR_STEPS))
-    off, gross = _theory_and_gross(cells)
-    value("theory", 100 * off)
-    value("gross", gross)
-    value("narrowest", _narrowest_smoothed())
-    for name, number in _coverage(cells).items():
-        value(f"within.{name}", 100 * number)
-    _name_steps(open_results)
+    within = [o.median("within") for *_, o in linear_cases(cells) if o.readable]
+    for name, number in {
+        "trials": cells.trials_per_condition,
+        "fewer": steps.trials_per_condition,
+        "width": width,
+        "height": width // 2,
+        "sharp": sharp,
+        "soft": soft,
+        "noise": OUR_NOISE,
+        "gain": _ratio(cells, best, blur=sharp),
+        "more": pictures_of(best, OUR_STEPS) - pictures_of(8, OUR_STEPS),
+        "theory": 100 * float(np.median(_off_theory(cells))),
+        "gross": int(sum(o.column("gross").sum() for *_, o in linear_cases(cells))),
+        "narrowest": _narrowest_smoothed(),
+        "within.least": 100 * min(within),
+        "within.most": 100 * max(within),
+    }.items():
+        value(name, number)
+    _name_steps(steps)
+    _name_pictures(open_results("ext_pictures_runs"))
+    light = open_results("ext_light_runs")
+    for name, which in zip(("sines", "light"), LIGHTS[1:], strict=True):
+        of_grid = decoded(light, which, BY_PIXEL).values()
+        medians = np.array([np.median(one.column("rms_px")) for one in of_grid])
+        value(f"{name}.spread", 100 * (medians.max() / medians.min() - 1))
 
 
-def _name_steps(open_results):
-    steps = open_results("ext_steps_runs")
-    width = width_of(steps)
-    period = period_px(OUR_CELLS, width)
+def _name_steps(steps):
+    period, gammas = period_px(OUR_CELLS, width_of(steps)), swept(steps, "gammas")
     value("period", period)
-    least, most = min(swept(steps, "gammas")), max(swept(steps, "gammas"))
-    value("gamma.least", least)
-    value("gamma.most", most)
-    for count in sorted({n for _, n in grids(steps)}):
-        worst = max(
-            rms(steps, OUR_CELLS, count, BY_PIXEL, gamma=g, noise=0.0)
-            for g in swept(steps, "gammas")
-        )
-        value(f"bias.{count}", worst)
-        at = rms(steps, OUR_CELLS, count, BY_PIXEL, gamma=ORDINARY, noise=0.0)
-        value(f"ordinary.{count}", at)
+    value("gamma.least", min(gammas))
+    value("gamma.most", max(gammas))
     value("noise_alone", float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, 4)))
-    pictures = open_results("ext_pictures_runs")
+    for _, count in grids(steps):
+        left = {
+            g: rms(steps, OUR_CELLS, count, BY_PIXEL, gamma=g, noise=0.0)
+            for g in gammas
+        }
+        value(f"bias.{count}", max(left.values()))
+        value(f"ordinary.{count}", left[ORDINARY])
+
+
+def _name_pictures(pictures):
     blur = min(swept(pictures, "blurs_px"))
-    for total in BUDGETS:
+    for total, tested in BUDGETS.items():
         found = {
             rms(pictures, *grid, SMOOTHED, gamma=ORDINARY, blur=blur): grid
-            for grid in BUDGETS[total]
+            for grid in tested
         }
         cells, count = found[min(found)]
         value(f"of{total}.cells", cells)
         value(f"of{total}.steps", count)
         value(f"of{total}.rms", min(found))
         value(f"of{total}.worst", max(found))
-    light = open_results("ext_light_runs")
-    for k, which in enumerate(LIGHTS[1:]):
-        spread = [
-            light.column(f"{which}.{BY_PIXEL}.rms_px", **grid_of(*grid))
-            for grid in grids(light)
-        ]
-        medians = np.median(spread, axis=1)
-        name = ("sines", "light")[k]
-        value(f"{name}.spread", 100 * (medians.max() / medians.min() - 1))
 
 
-def _theory_and_gross(result):
-    """(median difference from the theory as a share, all gross errors)."""
-    off, gross = [], 0
-    for blur in swept(result, "blurs_px"):
-        for noise in swept(result, "noises"):
-            name = name_of(LINEAR, blur, noise)
-            for cells, steps in grids(result):
-                grid = grid_of(cells, steps)
-                gross += result.column(f"{name}.{BY_PIXEL}.gross", **grid).sum()
-                gross += result.column(f"{name}.{SMOOTHED}.gross", **grid).sum()
-                if is_readable(result, name, BY_PIXEL, grid):
-                    theory = sigma_px(
-                        period_px(cells, width_of(result)), blur, noise, steps
-                    )
-                    found = middle(result, name, f"{BY_PIXEL}.rms_px", grid)
-                    off.append(abs(found / theory - 1))
-    return float(np.median(off)), int(gross)
+def _off_theory(result):
+    """Differences from the theory, as shares of it, of the grids that are readable."""
+    width = width_of(result)
+    return [
+        abs(
+            one.median("rms_px") / sigma_px(period_px(cells, width), blur, noise, steps)
+            - 1
+        )
+        for blur, noise, way, (cells, steps), one in linear_cases(result)
+        if way == BY_PIXEL and one.readable
+    ]
 
 
 def _narrowest_smoothed():
     """The narrowest period, px, whose windows are smoothed."""
     periods = np.linspace(WINDOW_PX + 1, 4 * WINDOW_PX, 2101)
     return float(periods[window_mean(1, periods) >= WEAKEST_MEAN][0])
-
-
-def _coverage(result):
-    """Least and largest median share within one stated sigma, readable grids."""
-    shares = [
-        middle(result, name, f"{way}.within", grid_of(*grid))
-        for name, way, grid in _readable(result)
-    ]
-    return {"least": min(shares), "most": max(shares)}
-
-
-def _readable(result):
-    for blur in swept(result, "blurs_px"):
-        for noise in swept(result, "noises"):
-            name = name_of(LINEAR, blur, noise)
-            for way in (SMOOTHED, BY_PIXEL):
-                for grid in grids(result):
-                    if is_readable(result, name, way, grid_of(*grid)):
-                        yield name, way, grid

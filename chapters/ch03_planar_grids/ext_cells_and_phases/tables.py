@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     BY_PIXEL,
     ENOUGH,
-    SMOOTHED,
+    WAYS,
     best_cells,
-    grid_of,
+    decoded,
     grids,
-    is_readable,
-    middle,
+    rms,
     sigma_px,
     swept,
     widest,
@@ -41,25 +42,12 @@ from repro.run.outcomes import Check, Table
 def ext_cells_advice(results):
     """The best cells for each blur and noise, and what the thesis's eight cost."""
     result = results["ext_cells_runs"]
-    width, rows = width_of(result), []
-    for blur in swept(result, "blurs_px"):
-        for noise in swept(result, "noises"):
-            cells = [blur, noise]
-            name = name_of(LINEAR, blur, noise)
-            for way in (SMOOTHED, BY_PIXEL):
-                ours = middle(
-                    result, name, f"{way}.rms_px", grid_of(OUR_CELLS, OUR_STEPS)
-                )
-                best = best_cells(result, blur, noise, way)
-                if best is None:
-                    cells += [None] * 4
-                    continue
-                count, error = best
-                period = period_px(count, width)
-                cells += [count, period, error, ours / error]
-            rows.append(cells)
+    rows = [
+        [blur, noise, *(c for way in WAYS for c in _best(result, blur, noise, way))]
+        for blur, noise in product(swept(result, "blurs_px"), swept(result, "noises"))
+    ]
     heads = ["Blur SD (px)", "Noise SD (grey levels)"]
-    for way in ("smoothed", "by pixel"):
+    for way in WAYS:
         heads += [
             f"{way}: cells",
             f"{way}: width of one (px)",
@@ -75,20 +63,26 @@ def ext_cells_advice(results):
     )
 
 
+def _best(result, blur, noise, way):
+    """The best cells, how wide one is, their error, and that of eight over it."""
+    best = best_cells(result, blur, noise, way)
+    if best is None:
+        return [None] * 4
+    count, error = best
+    ours = rms(result, OUR_CELLS, OUR_STEPS, way, blur=blur, noise=noise)
+    return [count, period_px(count, width_of(result)), error, ours / error]
+
+
 @table("ext_cells_scores", needs=("ext_cells_runs",), evidence="rendered")
 def ext_cells_scores(results):
     """Every grid at one noise: errors, stated SD, pixels decoded."""
     result = results["ext_cells_runs"]
+    names = {b: name_of(LINEAR, b, OUR_NOISE) for b in swept(result, "blurs_px")}
     rows = [
-        [blur, cells, way, *_scores(result, blur, way, grid_of(cells, steps))]
-        for blur in swept(result, "blurs_px")
-        for cells, steps in grids(result)
-        for way in (SMOOTHED, BY_PIXEL)
-    ]
-    names = [
-        f"{name_of(LINEAR, blur, OUR_NOISE)}.{way}"
-        for blur in swept(result, "blurs_px")
-        for way in (SMOOTHED, BY_PIXEL)
+        [blur, grid[0], way, *_scores(decoded(result, name, way)[grid])]
+        for blur, name in names.items()
+        for grid in grids(result)
+        for way in WAYS
     ]
     heads = (
         "Blur SD (px)",
@@ -108,7 +102,7 @@ def ext_cells_scores(results):
         "over the views; errors are of one coordinate. Within it: errors of "
         "at most one stated SD, 68 % if they are normal. In a wrong cell: "
         "off by half a cell or more, over all views. The 95 % intervals of "
-        f"the RMS errors end within {widest(result, names):.0f} % of them.",
+        f"the RMS errors end within {widest(result, names.values()):.0f} % of them.",
         Check(
             all(row[-1] == 0 for row in rows if row[-2] >= 100 * ENOUGH),
             "no grid that reads 99 % has a pixel in a wrong cell",
@@ -116,14 +110,13 @@ def ext_cells_scores(results):
     )
 
 
-def _scores(result, blur, way, grid):
-    name = f"{name_of(LINEAR, blur, OUR_NOISE)}.{way}"
+def _scores(one):
     keys = ("rms_px", "median_px", "p95_px", "sigma_px", "within", "decoded")
-    *found, within, read = (middle(result, name, key, grid) for key in keys)
-    cells = [*found, 100 * within, 100 * read]
+    *found, within, read = (one.median(key) for key in keys)
+    cells = (*found, 100 * within, 100 * read)
     return [
         *(x if np.isfinite(x) else None for x in cells),
-        int(result.column(f"{name}.gross", **grid).sum()),
+        int(one.column("gross").sum()),
     ]
 
 
@@ -132,18 +125,13 @@ def ext_steps_advice(results):
     """The error of each number of steps by gamma, and the steps that suffice."""
     result = results["ext_steps_runs"]
     period = period_px(OUR_CELLS, width_of(result))
-    counts = [steps for _, steps in grids(result)]
-    rows = []
+    counts, rows = [steps for _, steps in grids(result)], []
     for gamma in swept(result, "gammas"):
-        name = f"{name_of(gamma, OUR_BLUR_PX, 0.0)}.{BY_PIXEL}"
-        found = [middle(result, name, "rms_px", grid_of(OUR_CELLS, n)) for n in counts]
-        gross = [
-            result.column(f"{name}.gross", **grid_of(OUR_CELLS, n)).sum()
-            for n in counts
-        ]
+        of_grid = decoded(result, name_of(gamma, OUR_BLUR_PX, 0.0), BY_PIXEL).values()
+        found = [one.median("rms_px") for one in of_grid]
         enough = [
-            _enough(period, n, e, g)
-            for n, e, g in zip(counts, found, gross, strict=True)
+            _enough(period, n, error, one.column("gross").sum())
+            for n, error, one in zip(counts, found, of_grid, strict=True)
         ]
         rows.append([gamma, *found, *_first(counts, enough)])
     heads = [
@@ -184,19 +172,15 @@ def ext_equal_pictures(results):
     """Errors of grids that take the same number of pictures."""
     result = results["ext_pictures_runs"]
     blurs = swept(result, "blurs_px")
+    names = [name_of(ORDINARY, blur, OUR_NOISE) for blur in blurs]
+    columns_of = [decoded(result, name, way) for way in WAYS for name in names]
     rows = [
-        [total, *grid, *_errors(result, blurs, grid_of(*grid))]
-        for total in BUDGETS
-        for grid in BUDGETS[total]
+        [total, *grid, *(_if_readable(of_grid[grid]) for of_grid in columns_of)]
+        for total, tested in BUDGETS.items()
+        for grid in tested
     ]
     heads = ["Pictures", "Cells", "Steps"]
-    for way in (SMOOTHED, BY_PIXEL):
-        heads += [f"{way}, blur {blur:g} px (px)" for blur in blurs]
-    names = [
-        f"{name_of(ORDINARY, blur, OUR_NOISE)}.{way}"
-        for blur in blurs
-        for way in (SMOOTHED, BY_PIXEL)
-    ]
+    heads += [f"{way}, blur {blur:g} px (px)" for way in WAYS for blur in blurs]
     taken = all(pictures_of(*row[1:3]) == row[0] for row in rows)
     return Table(
         columns(heads, rows),
@@ -210,32 +194,19 @@ def ext_equal_pictures(results):
     )
 
 
-def _errors(result, blurs, grid):
-    """RMS errors of a readable grid, smoothed and then by pixel, over the blurs."""
-    found = []
-    for way in (SMOOTHED, BY_PIXEL):
-        for blur in blurs:
-            name = name_of(ORDINARY, blur, OUR_NOISE)
-            good = is_readable(result, name, way, grid)
-            one = middle(result, name, f"{way}.rms_px", grid)
-            found.append(one if good else None)
-    return found
+def _if_readable(one):
+    return one.median("rms_px") if one.readable else None
 
 
 @table("ext_steps_light", needs=("ext_light_runs",), evidence="rendered")
 def ext_steps_light(results):
     """Steps compared with the same exposure each, the same pictures, the same light."""
     result = results["ext_light_runs"]
-    rows = []
-    for cells, steps in grids(result):
-        grid = grid_of(cells, steps)
-        rows.append(
-            [steps]
-            + [
-                middle(result, f"{which}.{BY_PIXEL}", "rms_px", grid)
-                for which in LIGHTS
-            ]
-        )
+    in_light = [decoded(result, which, BY_PIXEL) for which in LIGHTS]
+    rows = [
+        [grid[1], *(of_grid[grid].median("rms_px") for of_grid in in_light)]
+        for grid in grids(result)
+    ]
     heads = [
         "Steps",
         "one picture a step, each exposed alike (px)",

@@ -133,13 +133,14 @@ def judge_discontinuous(results, options):
     result = results["exp_c3_interp_discontinuous"]
     taken = options["facets"], options["phase_smoothing"]
     gain = median_interval(gain_of_decoding(result, *taken))
+    trusted = 100 * np.median(result.column("trusted"))
     wrong, decoded = (np.median(result.column(f"{name}.rms_mm")) for name in taken)
     return Reading.of(
         gain.above(MIN_GAIN),
         gain,
         "1",
         f"ratio of RMS errors; interpolation {wrong:.3g} mm, "
-        f"decoding {decoded:.3g} mm, on the {100 * np.median(result.column('trusted')):.1f} % of the pixels "
+        f"decoding {decoded:.3g} mm, on the {trusted:.1f} % of the pixels "
         "near the ridge that the decoder trusts",
     )
 
