@@ -45,8 +45,10 @@ def homography_dlt(source, target, weights=None):
     T_t = normalising(target, scale)
     s = _homogeneous(apply_homography(T_s, source)) * w[:, None]
     t = apply_homography(T_t, target)
-    zero = np.zeros_like(s)
-    A = np.block([[s, zero, -t[:, :1] * s], [zero, s, -t[:, 1:] * s]])
+    A = np.zeros((2, len(s), 9))
+    A[0, :, :3] = A[1, :, 3:6] = s
+    A[:, :, 6:] = -t.T[:, :, None] * s
+    A = A.reshape(-1, 9)
     _, values, Vt = np.linalg.svd(np.linalg.qr(A, mode="r"))
     H = Vt[8].reshape(3, 3)
     _refuse_degenerate(values[7] / values[0], H, 1e-12)

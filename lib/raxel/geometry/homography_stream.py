@@ -139,14 +139,17 @@ def _sum_pairs(source, target, weights, H, limit, T_s, T_t, inliers):
 
 def _solved(sums, near, T_s, T_t, inliers, count):
     one, x, y, square = (sums[6 * k : 6 * k + 6][_SYMMETRIC] for k in range(4))
-    zero = np.zeros((3, 3))
-    normal = np.block([[one, zero, -x], [zero, one, -y], [-x, -y, square]])
+    normal = np.zeros((9, 9))
+    normal[:3, :3] = normal[3:6, 3:6] = one
+    normal[:3, 6:] = normal[6:, :3] = -x
+    normal[3:6, 6:] = normal[6:, 3:6] = -y
+    normal[6:, 6:] = square
     # To zero mean and root mean square distance sqrt(2), as the DLT has it: there the
     # entries h' = L^-1 h, and residuals only change by one factor.
     weight = one[2, 2]
     N_s = normalising_of(one[2, :2] / weight, (one[0, 0] + one[1, 1]) / weight)
     N_t = normalising_of(np.array([x[2, 2], y[2, 2]]) / weight, square[2, 2] / weight)
-    L = np.kron(np.linalg.inv(N_t), N_s.T)
+    L = kronecker(np.linalg.inv(N_t), N_s.T)
     h = np.linalg.solve(L, near.ravel())
     size = np.linalg.norm(h)
     h, a = h / size, N_t[0, 0] ** 2 / weight
@@ -166,7 +169,7 @@ def _solved(sums, near, T_s, T_t, inliers, count):
     h = h if h[8] > 0 else -h
     variance = left_over / max(2 * count - 8, 1)
     inverse = (vectors[:, 1:] / values[1:]) @ vectors[:, 1:].T
-    back = np.kron(np.linalg.inv(N_t @ T_t), (N_s @ T_s).T)
+    back = kronecker(np.linalg.inv(N_t @ T_t), (N_s @ T_s).T)
     h = back @ h
     back = across(h) @ back / np.linalg.norm(h)
     H = (h / np.linalg.norm(h)).reshape(3, 3)
@@ -178,6 +181,11 @@ def floating(values):
     values = np.asarray(values)
     kept = values.dtype if values.dtype == np.float32 else float
     return np.ascontiguousarray(values, kept)
+
+
+def kronecker(a, b):
+    """np.kron (9, 9) of two (3, 3) matrices, without its care for other shapes."""
+    return (a[:, None, :, None] * b[None, :, None]).reshape(9, 9)
 
 
 def across(h):

@@ -14,7 +14,7 @@ import numpy as np
 from raxel.calibration.linear.synthetic_pinhole import centre_of, grid_pose, scaled
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt, normalising
-from raxel.geometry.homography_stream import across, fit_homography, floating
+from raxel.geometry.homography_stream import across, fit_homography, floating, kronecker
 from raxel.geometry.robust_homography import robust_start
 
 SUBSET = 20_000  # pairs of rays that outliers are looked for among, as in the thesis
@@ -230,7 +230,7 @@ def _normalised(fit, base, grid):
     """H (3, 3) between normalised frames, scaled, and the noise of its entries."""
     back = np.linalg.inv(grid)
     H = base @ fit.H @ back
-    change = across(H.ravel()) @ np.kron(base, back.T)
+    change = across(H.ravel()) @ kronecker(base, back.T)
     size = np.sqrt(np.sum(H[:, :2] ** 2) / 2)
     noise = np.sqrt(np.trace(change @ fit.covariance @ change.T)) / size
     return scaled(H), noise
