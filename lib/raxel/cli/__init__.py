@@ -43,7 +43,6 @@ status 0.
 """
 
 import contextlib
-import importlib
 import os
 import sys
 
@@ -74,7 +73,7 @@ def _run(argv):
     with recording() as written:
         try:
             options = parser().parse_args(argv)
-            _command(options.command)(options, progress.say)
+            options.command(options, progress.say)
         except SystemExit as stop:
             return stop.code or 0
         except InputError as fault:
@@ -90,11 +89,6 @@ def _run(argv):
             return 130
     progress.release()
     return 0
-
-
-def _command(name):
-    """The function of a command, which its module is named after."""
-    return getattr(importlib.import_module(f"raxel.cli.{name}"), name)
 
 
 def _complain(fault):

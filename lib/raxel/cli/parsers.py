@@ -23,14 +23,12 @@ class _OneLineParser(argparse.ArgumentParser):
 
 
 def parser():
-    """The parser of all commands; options.command is the name of the one to run."""
+    """The parser of all commands; options.command(options, say) runs one."""
     parser = _OneLineParser(
         prog="raxel",
         description="Calibrate general cameras: images of known targets in, rays out.",
     )
-    commands = parser.add_subparsers(
-        title="commands", dest="command", required=True, metavar="COMMAND"
-    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     _add_corners(commands)
     _add_calibrate(commands)
     _add_evaluate(commands)
@@ -46,13 +44,13 @@ def parser():
 
 
 def _add_corners(commands):
-    parser = _command(commands, "corners", "find the chessboard's corners")
+    parser = _command(commands, "corners", "find the chessboard's corners", _corners)
     parser.add_argument("--json", metavar="FILE", help="write the corners here")
     _add_detector(parser)
 
 
 def _add_calibrate(commands):
-    parser = _command(commands, "calibrate", "fit a camera to a set")
+    parser = _command(commands, "calibrate", "fit a camera to a set", _calibrate)
     parser.add_argument(
         "--model",
         choices=MODELS,
@@ -81,6 +79,7 @@ def _add_evaluate(commands):
         commands,
         "evaluate",
         "score a camera; only poses are fitted",
+        _evaluate,
         camera="an .npz camera file",
     )
     parser.add_argument("--json", metavar="FILE", help="write the scores here")
@@ -94,6 +93,7 @@ def _add_undistort(commands):
         commands,
         "undistort",
         "images as a pinhole would see them, or on the plane of an active grid",
+        _undistort,
         camera="an .npz camera file, or an .npz file of points from raxel decode",
     )
     parser.add_argument(
@@ -105,7 +105,7 @@ def _add_undistort(commands):
 
 
 def _add_check(commands):
-    _command(commands, "check", "read all of a set and say what is in it")
+    _command(commands, "check", "read all of a set and say what is in it", _check)
 
 
 def _add_render(commands):
@@ -123,6 +123,7 @@ def _add_render(commands):
         default=0,
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
+    parser.set_defaults(command=_render)
 
 
 def _add_patterns(commands):
@@ -160,11 +161,12 @@ def _add_patterns(commands):
         "--poses", type=_count, default=1, help="that set.yaml lists (default 1)"
     )
     parser.add_argument("--out", metavar="FOLDER", required=True, help="a new folder")
+    parser.set_defaults(command=_patterns)
 
 
 def _add_decode(commands):
     summary = "find the point of an active grid that each pixel sees"
-    parser = _command(commands, "decode", summary)
+    parser = _command(commands, "decode", summary, _decode)
     parser.add_argument(
         "--out",
         metavar="FOLDER",
@@ -210,11 +212,12 @@ def _add_show(commands):
     parser.add_argument(
         "--out", metavar="FILE", help="write a .png or .html file and open nothing"
     )
+    parser.set_defaults(command=_show)
 
 
 def _add_score(commands):
     summary = "compare results with the truth of a rendered set"
-    parser = _command(commands, "score", summary)
+    parser = _command(commands, "score", summary, _score)
     parser.add_argument(
         "--corners", metavar="FILE", help="corners, in the form of raxel corners"
     )
@@ -234,6 +237,7 @@ def _add_bench(commands):
         "set", metavar="SET", nargs="+", help="folders of image sets of chessboards"
     )
     parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.set_defaults(command=_bench)
 
 
 def _seed(text):
@@ -259,11 +263,12 @@ def _count(text):
     return number
 
 
-def _command(commands, name, summary, camera=None):
+def _command(commands, name, summary, run, camera=None):
     parser = commands.add_parser(name, help=summary, description=summary)
     if camera:
         parser.add_argument("camera", metavar="CAMERA", help=camera)
     parser.add_argument("set", metavar="SET", help="the folder of an image set")
+    parser.set_defaults(command=run)
     return parser
 
 
@@ -286,3 +291,69 @@ def _add_points_folder(parser):
     parser.add_argument(
         "--points", metavar="FOLDER", help="take points that raxel decode wrote"
     )
+
+
+def _corners(options, say):
+    from raxel.cli.corners import corners
+
+    corners(options, say)
+
+
+def _calibrate(options, say):
+    from raxel.cli.calibrate import calibrate
+
+    calibrate(options, say)
+
+
+def _evaluate(options, say):
+    from raxel.cli.evaluate import evaluate
+
+    evaluate(options, say)
+
+
+def _undistort(options, say):
+    from raxel.cli.undistort import undistort
+
+    undistort(options, say)
+
+
+def _check(options, say):
+    from raxel.cli.check import check
+
+    check(options, say)
+
+
+def _render(options, say):
+    from raxel.cli.render import render
+
+    render(options, say)
+
+
+def _patterns(options, say):
+    from raxel.cli.patterns import patterns
+
+    patterns(options, say)
+
+
+def _decode(options, say):
+    from raxel.cli.decode import decode
+
+    decode(options, say)
+
+
+def _show(options, say):
+    from raxel.cli.show import show
+
+    show(options, say)
+
+
+def _score(options, say):
+    from raxel.cli.score import score
+
+    score(options, say)
+
+
+def _bench(options, say):
+    from raxel.cli.bench import bench
+
+    bench(options, say)
