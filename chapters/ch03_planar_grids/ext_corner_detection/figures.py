@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter
 
 from chapters.ch03_planar_grids.ext_corner_detection.results import (
+    by_picture,
     comparisons,
     counts,
-    name_of,
     successes,
 )
 from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import OUTCOMES
@@ -18,6 +17,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
 )
 from repro.page.style import figure as new_figure
 from repro.page.style import series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -36,31 +36,26 @@ def ext_split_corners(results):
     (picture,) = result.arrays("picture")
     (corners,) = result.arrays("corners")
     drawn, panels = new_figure(2, len(SHOWN), height_in=5.4)
-    data = {k: [] for k in ("detector", "corner", "kind", "u_px", "v_px")}
-    counts = {}
+    rows, candidates = [], {}
     for row, name in enumerate((PUBLISHED, "symmetry")):
         (inliers,) = result.arrays(f"{name}.inliers")
-        counts[name] = len(inliers)
+        candidates[name] = len(inliers)
         for panel, number in zip(panels[row], SHOWN, strict=True):
             _draw_corner(panel, picture, corners[number], inliers)
-            panel.set_title(f"{name}, corner {number + 1}")
-            panel.set_xlabel("u (px)")
+            panel.set(title=f"{name}, corner {number + 1}", xlabel="u (px)")
             near = np.abs(inliers - corners[number]).max(axis=1) < HALF_PX
             points = [("truth", corners[number])]
             points += [("candidate", p) for p in inliers[near]]
-            for kind, (u, v) in points:
-                cells = (name, number + 1, kind, u, v)
-                for column, cell in zip(data, cells, strict=True):
-                    data[column].append(cell)
+            rows += [(name, number + 1, kind, u, v) for kind, (u, v) in points]
     drawn.supylabel("v (px)", fontsize=10)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(("detector", "corner", "kind", "u_px", "v_px"), rows),
         "Three corners of the first side under a blur of 5 px. The side has "
-        f"{counts[PUBLISHED]} candidates of the published detector (above) "
-        f"and {counts['symmetry']} of the symmetric one (below).",
+        f"{candidates[PUBLISHED]} candidates of the published detector (above) "
+        f"and {candidates['symmetry']} of the symmetric one (below).",
     )
 
 
@@ -78,8 +73,7 @@ def _draw_corner(panel, picture, corner, inliers):
     )
     panel.plot(*corner, "+", color="#0072b2", ms=11, mew=2, label="truth")
     u, v = corner
-    panel.set_xlim(u - HALF_PX, u + HALF_PX)
-    panel.set_ylim(v + HALF_PX, v - HALF_PX)
+    panel.set(xlim=(u - HALF_PX, u + HALF_PX), ylim=(v + HALF_PX, v - HALF_PX))
     panel.grid(visible=False)
 
 
@@ -88,10 +82,9 @@ def ext_further_changes(results):
     """Change of the share of successes, with its interval, by picture."""
     result = results["ext_further_ideas_runs"]
     compared = comparisons(result)
-    pictures = [c["picture"] for c in result.conditions]
+    pictures = result.levels("picture")
     drawn, axes = new_figure(height_in=0.62 * len(pictures) + 1.4)
-    data = {k: [] for k in ("picture", "method", "change", "low", "high")}
-    rows = np.arange(len(pictures), dtype=float)
+    places, rows = np.arange(len(pictures), dtype=float), []
     for index, method in enumerate(OTHERS):
         found = [compared[picture, method] for picture in pictures]
         change = 100 * np.array([v["after"] - v["before"] for v in found])
@@ -99,29 +92,28 @@ def ext_further_changes(results):
         look = dict(series(index), linestyle="none")
         axes.errorbar(
             change,
-            rows + 0.18 * (index - 1.5),
+            places + 0.18 * (index - 1.5),
             xerr=np.maximum([change - low, high - change], 0),
             label=method,
             capsize=2,
             **look,
         )
-        for cells in zip(pictures, change, low, high, strict=True):
-            picture, *numbers = cells
-            for column, cell in zip(data, (picture, method, *numbers), strict=True):
-                data[column].append(cell)
+        rows += [
+            (picture, method, *numbers)
+            for picture, *numbers in zip(pictures, change, low, high, strict=True)
+        ]
     axes.axvline(0, color="#4a4a4a", linewidth=1)
     labels = [
         f"{p}\n(published: {100 * successes(result, p, PUBLISHED).mean():.0f} %)"
         for p in pictures
     ]
-    axes.set_yticks(rows)
-    axes.yaxis.set_major_formatter(FixedFormatter(labels))
+    axes.set_yticks(places, labels)
     axes.invert_yaxis()
     axes.set_xlabel("Change of successful pictures (percentage points)")
     drawn.legend(loc="outside lower center", ncols=4)
     return Drawing(
         drawn,
-        data,
+        columns(("picture", "method", "change", "low", "high"), rows),
         "Further stages against the published ones: change of the share of "
         "pictures with every corner right. Bars: 95 % intervals, resampled "
         "by picture, since all methods see the same ones.",
@@ -136,14 +128,13 @@ def ext_further_changes(results):
 def ext_coded_grid(results):
     """A picture with its block's numbers, and outcomes by picture."""
     drawn, panels = new_figure(1, 2, height_in=4.6, width_ratios=(1.15, 1))
-    data = {k: [] for k in ("panel", "what", "a", "b", "u_px", "v_px")}
-    right = _draw_block(panels[0], results["ext_coded_grid_picture"], data)
-    _draw_outcomes(panels[1], results["ext_coded_grid_runs"], data)
+    right, rows = _draw_block(panels[0], results["ext_coded_grid_picture"])
+    rows += _draw_outcomes(panels[1], results["ext_coded_grid_runs"])
     handles, labels = panels[1].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=3)
     return Drawing(
         drawn,
-        data,
+        columns(("panel", "what", "a", "b", "u_px", "v_px"), rows),
         "(a) A coded grid through a fisheye of 134° (the first of some "
         "pictures whose block was found): a block of 6 × 6 corners, and row "
         "and column on the grid of four of them. Circles: clicks. (b) What "
@@ -153,8 +144,8 @@ def ext_coded_grid(results):
     )
 
 
-def _draw_block(panel, result, data):
-    """Draw the first block that was found; returns what became of it."""
+def _draw_block(panel, result):
+    """Draw the first block that was found: what became of it, and rows of data."""
     picture, clicked, corners, numbers = (
         result.arrays(name)[0] for name in ("picture", "clicks", "corners", "numbers")
     )
@@ -174,31 +165,29 @@ def _draw_block(panel, result, data):
             va="center",
             bbox={"boxstyle": "round,pad=0.2", "fc": "#1b1f24"},
         )
-    for (row, column), (u, v) in zip(numbers.reshape(-1, 2), points, strict=True):
-        cells = ("a", "corner", row, column, u, v)
-        for name, cell in zip(data, cells, strict=True):
-            data[name].append(cell)
     low = points.min(axis=0) - 2 * MARGIN_PX
     high = points.max(axis=0) + 2 * MARGIN_PX
-    panel.set_xlim(low[0], high[0])
-    panel.set_ylim(high[1], low[1])
-    panel.set_title("(a) a block and its place")
-    panel.set_xlabel("u (px)")
-    panel.set_ylabel("v (px)")
+    panel.set(
+        xlim=(low[0], high[0]),
+        ylim=(high[1], low[1]),
+        title="(a) a block and its place",
+        xlabel="u (px)",
+        ylabel="v (px)",
+    )
     located = ("right", "a corner off", "wrong place")
     found = [o for o in result.texts("outcome") if o in located]
-    return found[0]
+    places = zip(numbers.reshape(-1, 2), points, strict=True)
+    return found[0], [("a", "corner", *number, *point) for number, point in places]
 
 
-def _draw_outcomes(panel, result, data):
-    names = [name_of(c) for c in result.conditions]
-    found = np.array([counts(result, c) for c in result.conditions])
-    shares = 100 * found / result.trials_per_condition
-    rows = np.arange(len(names))
-    left = np.zeros(len(names))
+def _draw_outcomes(panel, result):
+    """Draw the outcomes as bars; returns rows of data."""
+    names, found = zip(*by_picture(result).items(), strict=True)
+    shares = 100 * np.array([counts(of) for of in found]) / result.trials_per_condition
+    left, places, rows = np.zeros(len(names)), np.arange(len(names)), []
     for number, outcome in enumerate(OUTCOMES):
         panel.barh(
-            rows,
+            places,
             shares[:, number],
             left=left,
             color=COLOURS[number],
@@ -208,13 +197,11 @@ def _draw_outcomes(panel, result, data):
             label=outcome,
         )
         left += shares[:, number]
-        for name, share in zip(names, shares[:, number], strict=True):
-            cells = ("b", f"{name}: {outcome} (%)", share, *[np.nan] * 3)
-            for column, cell in zip(data, cells, strict=True):
-                data[column].append(cell)
-    panel.set_yticks(rows)
-    panel.yaxis.set_major_formatter(FixedFormatter(names))
+        rows += [
+            ("b", f"{name}: {outcome} (%)", share, *[np.nan] * 3)
+            for name, share in zip(names, shares[:, number], strict=True)
+        ]
+    panel.set_yticks(places, names)
     panel.invert_yaxis()
-    panel.set_xlim(0, 100)
-    panel.set_title("(b) outcomes")
-    panel.set_xlabel("Blocks (%)")
+    panel.set(xlim=(0, 100), title="(b) outcomes", xlabel="Blocks (%)")
+    return rows

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_corner_detection.trials import coded
@@ -20,8 +22,7 @@ SIGNIFICANT = 0.05
 
 def successes(result, picture, method):
     """Trials (n,) bool: every corner within 8 px."""
-    found = result.texts(f"{method}.success", picture=picture)
-    return np.array(found, bool)
+    return np.array(result.texts(f"{method}.success", picture=picture), bool)
 
 
 def comparisons(result):
@@ -31,35 +32,34 @@ def comparisons(result):
     interval of the difference of the two shares, resampled by trial.
     """
     pairs, raw = {}, []
-    for condition in result.conditions:
-        picture = condition["picture"]
-        before = successes(result, picture, PUBLISHED)
-        for method in OTHERS:
-            after = successes(result, picture, method)
-            change = bootstrap(
-                lambda a, b: b.mean(axis=-1) - a.mean(axis=-1),
-                before,
-                after,
-                paired=True,
-            )
-            pairs[picture, method] = {
-                "before": float(before.mean()),
-                "after": float(after.mean()),
-                "gained": int((after & ~before).sum()),
-                "lost": int((before & ~after).sum()),
-                "low": change.low,
-                "high": change.high,
-            }
-            raw.append(mcnemar(before, after))
+    for picture, method in product(result.levels("picture"), OTHERS):
+        before, after = (successes(result, picture, m) for m in (PUBLISHED, method))
+        change = bootstrap(
+            lambda a, b: b.mean(axis=-1) - a.mean(axis=-1), before, after, paired=True
+        )
+        pairs[picture, method] = {
+            "before": float(before.mean()),
+            "after": float(after.mean()),
+            "gained": int((after & ~before).sum()),
+            "lost": int((before & ~after).sum()),
+            "low": change.low,
+            "high": change.high,
+        }
+        raw.append(mcnemar(before, after))
     for values, p in zip(pairs.values(), holm(raw), strict=True):
         values["p"] = p
     return pairs
 
 
-def counts(result, condition):
-    """How often each of OUTCOMES came, (5,) int."""
-    outcomes = result.texts("outcome", **condition)
+def counts(trials):
+    """How often each of OUTCOMES came in a selection of trials, (5,) int."""
+    outcomes = trials.texts("outcome")
     return np.array([outcomes.count(name) for name in coded.OUTCOMES])
+
+
+def by_picture(result):
+    """Name of a condition of the coded grid -> its trials."""
+    return {name_of(c): result.one(**c) for c in result.conditions}
 
 
 def name_of(condition):
@@ -101,53 +101,33 @@ def _name_split(result):
 
 def silently_wrong(result, method):
     """Trials that a method returned with a corner more than 8 px off."""
-    stages = [
-        stage
-        for condition in result.conditions
-        for stage in result.texts(f"{method}.stage", **condition)
-    ]
-    return stages.count(CORNER_OFF)
+    return result.select().texts(f"{method}.stage").count(CORNER_OFF)
+
+
+def of_both(trials, method, names):
+    """Values of trials that a method and the published stages both get right."""
+    both = np.array(trials.texts(f"{method}.success"), bool)
+    both &= np.array(trials.texts(f"{PUBLISHED}.success"), bool)
+    return [trials.column(name)[both] for name in names]
 
 
 def error_ratio(result, method):
     """Mean error over the published, median of trials where both succeed, or None."""
-    ratios = []
-    for condition in result.conditions:
-        picture = condition["picture"]
-        both = successes(result, picture, method)
-        both = both & successes(result, picture, PUBLISHED)
-        after, before = (
-            result.column(f"{name}.mean_px", picture=picture)[both]
-            for name in (method, PUBLISHED)
-        )
-        ratios.append(after / before)
-    ratios = np.concatenate(ratios)
-    return float(np.median(ratios)) if len(ratios) else None
+    names = f"{method}.mean_px", f"{PUBLISHED}.mean_px"
+    after, before = of_both(result.select(), method, names)
+    return float(np.median(after / before)) if len(after) else None
 
 
 def failed_on_column(result):
     """(published runs lost on a column first, all published runs lost)."""
-    on_column = lost = 0
-    for condition in result.conditions:
-        picture = condition["picture"]
-        won = successes(result, picture, PUBLISHED)
-        kinds = result.texts(f"{PUBLISHED}.failed_on", picture=picture)
-        lost += int((~won).sum())
-        on_column += sum(
-            kind == "column" and not good for kind, good in zip(kinds, won, strict=True)
-        )
-    return on_column, lost
-
-
-def of_marks(result, marks):
-    """Conditions with the grid looked for and marks of this contrast."""
-    return [
-        c for c in result.conditions if c["grid"] == "coded" and c["marks"] == marks
-    ]
+    trials = result.select()
+    lost = ~np.array(trials.texts(f"{PUBLISHED}.success"), bool)
+    on_column = np.array(trials.texts(f"{PUBLISHED}.failed_on")) == "column"
+    return int((on_column & lost).sum()), int(lost.sum())
 
 
 def _name_coded(result):
     for marks in coded.MARKS:
-        total = sum(counts(result, c) for c in of_marks(result, marks))
-        value(f"{marks}.all", int(total.sum()))
-        value(f"{marks}.wrong", int(total[-1]))
+        of_all = counts(result.select(grid="coded", marks=marks))
+        value(f"{marks}.all", int(of_all.sum()))
+        value(f"{marks}.wrong", int(of_all[-1]))

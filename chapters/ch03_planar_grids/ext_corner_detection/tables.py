@@ -6,15 +6,19 @@ import numpy as np
 
 from chapters.ch03_planar_grids.ext_corner_detection.results import (
     SIGNIFICANT,
+    by_picture,
     comparisons,
     counts,
     error_ratio,
-    name_of,
-    of_marks,
+    of_both,
     silently_wrong,
     successes,
 )
-from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import MARKS, OUTCOMES
+from chapters.ch03_planar_grids.ext_corner_detection.trials.coded import (
+    FALSE_GRIDS,
+    MARKS,
+    OUTCOMES,
+)
 from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     METHODS,
     OTHERS,
@@ -30,25 +34,20 @@ def ext_further_ideas(results):
     """Share of pictures in which every corner is right, method by method."""
     result = results["ext_further_ideas_runs"]
     compared = comparisons(result)
-    pictures = [c["picture"] for c in result.conditions]
-    cells = {
-        "Picture": pictures,
-        **{
-            f"{method} (%)": [
-                100 * float(successes(result, p, method).mean()) for p in pictures
-            ]
-            for method in METHODS
-        },
-        "Better than published": [_named(compared, p, better=True) for p in pictures],
-        "Worse": [_named(compared, p, better=False) for p in pictures],
-    }
-    answered = all(
-        None not in result.texts(f"{method}.success", picture=picture)
-        for picture in pictures
-        for method in METHODS
-    )
+    rows = [
+        (
+            picture,
+            *(100 * float(successes(result, picture, m).mean()) for m in METHODS),
+            _named(compared, picture, better=True),
+            _named(compared, picture, better=False),
+        )
+        for picture in result.levels("picture")
+    ]
+    heads = (f"{method} (%)" for method in METHODS)
+    outcomes = [result.select().texts(f"{method}.success") for method in METHODS]
+    answered = not any(None in of_method for of_method in outcomes)
     return Table(
-        cells,
+        columns(("Picture", *heads, "Better than published", "Worse"), rows),
         "Pictures in which every corner is found within 8 px, "
         f"{result.trials_per_condition} of each kind. Better, worse: p < 0.05 "
         "by McNemar's exact test, corrected over the table (Holm).",
@@ -106,11 +105,11 @@ def ext_further_gains(results):
 def ext_further_errors(results):
     """Errors before localisation and candidates, where both succeed."""
     result = results["ext_further_ideas_runs"]
-    rows = []
-    for condition in result.conditions:
-        picture = condition["picture"]
-        for method in METHODS:
-            rows.append((picture, method, *_errors(result, picture, method)))
+    rows = [
+        (picture, method, *_errors(trials, method))
+        for picture, trials in result.by("picture").items()
+        for method in METHODS
+    ]
     heads = (
         "picture",
         "method",
@@ -131,19 +130,15 @@ def ext_further_errors(results):
     )
 
 
-def _errors(result, picture, method):
+def _errors(trials, method):
     """(mean, the published mean, largest, candidates per corner)."""
-    both = successes(result, picture, method)
-    both = both & successes(result, picture, PUBLISHED)
-    candidates = result.column(f"{method}.candidates", picture=picture)
+    candidates = trials.column(f"{method}.candidates")
     seen = candidates[np.isfinite(candidates)]
     per_corner = float(np.median(seen)) if len(seen) else None
-    if not both.any():
+    names = f"{method}.mean_px", f"{PUBLISHED}.mean_px", f"{method}.max_px"
+    mean, before, largest = of_both(trials, method, names)
+    if not len(mean):
         return None, None, None, per_corner
-    mean, before, largest = (
-        result.column(name, picture=picture)[both]
-        for name in (f"{method}.mean_px", f"{PUBLISHED}.mean_px", f"{method}.max_px")
-    )
     middle = float(np.median(mean)), float(np.median(before))
     return *middle, float(largest.max()), per_corner
 
@@ -152,14 +147,14 @@ def _errors(result, picture, method):
 def ext_coded_outcomes(results):
     """Outcomes by the contrast of the marks, and of grids that are another."""
     result = results["ext_coded_grid_runs"]
-    groups = {f"{marks} marks": of_marks(result, marks) for marks in MARKS}
+    groups = {
+        f"{marks} marks": [counts(result.select(grid="coded", marks=marks))]
+        for marks in MARKS
+    }
     groups["another code, or no marks"] = [
-        c for c in result.conditions if c["grid"] != "coded"
+        counts(result.select(grid=grid)) for grid in FALSE_GRIDS
     ]
-    rows = [
-        (name, *(int(n) for n in sum(counts(result, c) for c in group)))
-        for name, group in groups.items()
-    ]
+    rows = [(name, *sum(found).tolist()) for name, found in groups.items()]
     return Table(
         columns(("Grid", *OUTCOMES), rows),
         "Clicked blocks of 6 × 6 corners by what became of them, over all "
@@ -173,15 +168,16 @@ def ext_coded_places(results):
     """What became of the clicked blocks, and how their marks were read."""
     result = results["ext_coded_grid_runs"]
     trials = result.trials_per_condition
-    found = [counts(result, c) for c in result.conditions]
-    cells = {"Picture": [name_of(c) for c in result.conditions]}
-    for number, outcome in enumerate(OUTCOMES):
-        cells[f"{outcome} (%)"] = [100 * float(n[number]) / trials for n in found]
-    cells["wrong marks"] = [_marks(result, c) for c in result.conditions]
-    total = int(sum(n.sum() for n in found))
-    wrong = int(sum(n[-1] for n in found))
+    found = {name: counts(of) for name, of in by_picture(result).items()}
+    rows = [
+        (name, *(100 * found[name] / trials).tolist(), _marks(of))
+        for name, of in by_picture(result).items()
+    ]
+    of_all = sum(found.values())
+    total, wrong = int(of_all.sum()), int(of_all[-1])
+    heads = (f"{outcome} (%)" for outcome in OUTCOMES)
     return Table(
-        cells,
+        columns(("Picture", *heads, "wrong marks"), rows),
         f"Blocks of 6 × 6 corners, {trials} of each kind: contrast of the "
         "marks, field of view, noise SD in grey levels. Right: every corner "
         "within 8 px and with its true number on the grid. A corner off: "
@@ -195,7 +191,6 @@ def ext_coded_places(results):
     )
 
 
-def _marks(result, condition):
-    ordered = result.column("ordered", **condition) == 1
-    errors = result.column("errors", **condition)[ordered]
+def _marks(trials):
+    errors = trials.column("errors")[trials.column("ordered") == 1]
     return float(errors.mean()) if len(errors) else None
