@@ -111,7 +111,12 @@ def test_a_docstring_is_text_with_code_in_it():
 
 
 def test_everything_public_of_the_library_is_in_the_reference():
-    pages = "\n".join(api_pages(LIBRARY).values())
+    by_name = api_pages(LIBRARY)
+    for name, page in by_name.items():
+        for address in re.findall(r'<a href="([^"#]*)#[^"]*"><code>', page):
+            named = address.replace(".html", ".md") or name.removeprefix("api/")
+            assert f"api/{named}" in by_name, (name, address)
+    pages = "\n".join(by_name.values())
     listed = set(re.findall(r'<span id="(raxel\.[\w.]+)">', pages))
     linked = re.findall(r'<a href="[^"]*#(raxel\.[\w.]+)"><code>', pages)
     assert set(linked) <= listed

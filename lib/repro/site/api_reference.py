@@ -119,7 +119,8 @@ def _home(
 def _page_of(library: Path, module: DocumentedModule, package: Path) -> str:
     """Address of the page of a module's package, empty if that is ``package``."""
     path = library.parent / module.path
-    return "" if path.parent == package else f"{_page_name(library, path.parent)}.html"
+    page = _page_name(library, path.parent) or "index"
+    return "" if path.parent == package else f"{page}.html"
 
 
 def _files(package: Path, pattern: str) -> list[Path]:
