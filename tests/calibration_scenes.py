@@ -38,3 +38,19 @@ def scene(seed, centre=(10.0, -20.0, 600.0), *, count=300, grids=3, field_deg=60
     points, seen = meet_grids(centre, directions, T_base_grid)
     keep = seen.all(axis=0)
     return centre, T_base_grid, directions[keep], points[:, keep]
+
+
+def partly_seen(seed, share, *, grids=4, count=60, noise=0.0):
+    """centre, T_base_grid, directions, points (n, N, 2), seen (n, N): a share is."""
+    centre, T_base_grid, directions, points = scene(seed, grids=grids, count=count)
+    rng = np.random.default_rng(seed + 100)
+    seen = rng.random(points.shape[:2]) < share
+    points = points + noise * rng.normal(size=points.shape)
+    points = np.where(seen[..., None], points, np.nan)
+    return centre, T_base_grid, directions, points, seen
+
+
+def central_difference(function, size, h=1e-5):
+    """Derivative of a function of (size,) at zero; its values come first."""
+    steps = h * np.eye(size)
+    return np.stack([(function(s) - function(-s)) / (2 * h) for s in steps], axis=-1)

@@ -103,3 +103,21 @@ def unit(points):
 
 def angle_between(a, b):
     return 2 * np.arcsin(np.linalg.norm(a - b, axis=1) / 2)
+
+
+def assert_pixels_come_back(camera, pixels, rng):
+    """A point at any distance on a pixel's ray is projected to it; else all is NaN.
+
+    Returns which pixels have a ray, (N,) bool.
+    """
+    origins, directions, valid = camera.rays(pixels)
+    np.testing.assert_array_equal(origins[valid], 0)
+    length = np.linalg.norm(directions[valid], axis=1)
+    np.testing.assert_allclose(length, 1, atol=1e-15)
+    depth = 10 ** rng.uniform(-3, 6, (len(pixels), 1))
+    back = camera.project(depth * directions)
+    np.testing.assert_array_equal(back.valid, valid)
+    assert np.abs(back.pixels - pixels)[valid].max() < 1e-9
+    for values in (origins, directions, back.pixels):
+        np.testing.assert_array_equal(np.isnan(values).any(axis=1), ~valid)
+    return valid

@@ -13,15 +13,9 @@ from raxel.calibration.adjust.bundle import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations
-from tests.calibration_scenes import scene
+from tests.calibration_scenes import central_difference, partly_seen
 
-
-def partly_seen(seed, grids=4, count=60, noise=0.0):
-    centre, T, directions, points = scene(seed, grids=grids, count=count)
-    rng = np.random.default_rng(seed + 100)
-    seen = rng.random(points.shape[:2]) < 0.7
-    points = points + noise * rng.normal(size=points.shape)
-    return centre, T, directions, np.where(seen[..., None], points, np.nan), seen
+SHARE = 0.7  # of the rays that a grid is seen by
 
 
 def disturbed(T, seed, angle=0.02, length=5.0):
@@ -35,13 +29,8 @@ def cost_at(points, seen, centre, poses):
     return np.sum(residuals**2)
 
 
-def central_difference(function, size, h=1e-5):
-    steps = h * np.eye(size)
-    return np.stack([(function(s) - function(-s)) / (2 * h) for s in steps], axis=-1)
-
-
 def test_gradient_equals_differences_of_the_cost():
-    centre, T, _, points, seen = partly_seen(1, noise=1.0)
+    centre, T, _, points, seen = partly_seen(1, SHARE, noise=1.0)
     poses = disturbed(T, 1)
     q = bundle.homogeneous(points, seen)
     cost, _, gradient = reduced_normal_equations(q, centre, poses)
@@ -54,7 +43,7 @@ def test_gradient_equals_differences_of_the_cost():
 
 def test_normal_matrix_is_j_transpose_j_with_directions_eliminated():
     # Exact at zero residual, where elimination and projection agree.
-    centre, T, _, points, seen = partly_seen(2)
+    centre, T, _, points, seen = partly_seen(2, SHARE)
     q = bundle.homogeneous(points, seen)
     _, normal, _ = reduced_normal_equations(q, centre, T)
 
@@ -70,7 +59,7 @@ def test_normal_matrix_is_j_transpose_j_with_directions_eliminated():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_exact_points_bring_disturbed_poses_back(seed):
-    centre, T, directions, points, seen = partly_seen(seed, count=200)
+    centre, T, directions, points, seen = partly_seen(seed, SHARE, count=200)
     result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, seed))
     assert result.converged
     assert np.abs(result.T_base_grid[:, :3, 3] - T[:, :3, 3]).max() < 1e-6
@@ -82,7 +71,7 @@ def test_exact_points_bring_disturbed_poses_back(seed):
 
 
 def test_noise_settles_at_a_minimum_below_the_truth():
-    centre, T, _, points, seen = partly_seen(5, count=400, noise=0.5)
+    centre, T, _, points, seen = partly_seen(5, SHARE, count=400, noise=0.5)
     result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, 5))
     assert result.converged
     assert np.all(np.diff(result.costs) < 0)
@@ -98,7 +87,7 @@ def test_noise_settles_at_a_minimum_below_the_truth():
 
 
 def test_blocks_do_not_change_the_sums(monkeypatch):
-    centre, T, _, points, seen = partly_seen(6, count=300, noise=0.5)
+    centre, T, _, points, seen = partly_seen(6, SHARE, count=300, noise=0.5)
     q = bundle.homogeneous(points, seen)
     whole = reduced_normal_equations(q, centre, T)
     monkeypatch.setattr(bundle, "BLOCK", 37)
@@ -108,7 +97,7 @@ def test_blocks_do_not_change_the_sums(monkeypatch):
 
 
 def test_the_best_direction_has_the_smallest_distances():
-    centre, T, _, points, seen = partly_seen(7, noise=2.0)
+    centre, T, _, points, seen = partly_seen(7, SHARE, noise=2.0)
     u = ray_directions(points, seen, centre, T)
     best = np.sum(ray_point_residuals(points, seen, centre, T, u) ** 2, axis=(0, 2))
     rng = np.random.default_rng(0)
@@ -120,14 +109,14 @@ def test_the_best_direction_has_the_smallest_distances():
 
 
 def test_a_grid_without_common_rays_is_refused():
-    centre, T, _, points, seen = partly_seen(8)
+    centre, T, _, points, seen = partly_seen(8, SHARE)
     seen[2] &= ~seen[[0, 1, 3]].any(axis=0)
     with pytest.raises(CalibrationError, match="grid 2 shares"):
         bundle_adjust_fixed_centre(points, seen, centre, T)
 
 
 def test_poses_that_are_not_finite_are_refused():
-    centre, T, _, points, seen = partly_seen(9)
+    centre, T, _, points, seen = partly_seen(9, SHARE)
     T[1, 0, 3] = np.nan
     with pytest.raises(CalibrationError, match="not finite"):
         bundle_adjust_fixed_centre(points, seen, centre, T)

@@ -22,17 +22,11 @@ from raxel.calibration.adjust.whitening import (
 )
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import angle_between_rotations
-from tests.calibration_scenes import meet_grids
+from tests.calibration_scenes import central_difference, meet_grids, partly_seen
 from tests.calibration_scenes import scene as exact_scene
 from tests.wide_angle_scenes import centre_error, drawn, plain_error
 
-
-def partly_seen(seed, noise=0.0, grids=4, count=80):
-    centre, T, u, points = exact_scene(seed, grids=grids, count=count)
-    rng = np.random.default_rng(seed + 100)
-    seen = rng.random(points.shape[:2]) < 0.8
-    points = points + noise * rng.standard_normal(points.shape)
-    return centre, T, u, np.where(seen[..., None], points, np.nan), seen
+SHARE = 0.8  # of the rays that a grid is seen by
 
 
 def rays_of(points, seen, centre, T):
@@ -40,14 +34,9 @@ def rays_of(points, seen, centre, T):
     return points, image_whitening(seen, u, centre, T), u
 
 
-def differences(function, size, h):
-    steps = h * np.eye(size)
-    return np.stack([(function(s) - function(-s)) / (2 * h) for s in steps], axis=-1)
-
-
 @pytest.mark.parametrize("loss", LOSSES)
 def test_gradient_equals_differences_of_the_cost(loss):
-    centre, T, _, points, seen = partly_seen(1, noise=1.0)
+    centre, T, _, points, seen = partly_seen(1, SHARE, count=80, noise=1.0)
     points, whitening, u = rays_of(points, seen, centre, T)
     bends = LOSSES[loss], 1e-5
     centre, T = moved(centre, T, 0.001 * np.random.default_rng(0).normal(size=21))
@@ -60,13 +49,13 @@ def test_gradient_equals_differences_of_the_cost(loss):
     if loss != "none":
         squares = squared_residuals((points, whitening, u), centre, T)
         assert np.nanmean(squares > 1e-5) > 0.02
-    numeric = differences(cost, 21, 1e-6) / 2
+    numeric = central_difference(cost, 21, 1e-6) / 2
     assert np.abs(found.gradient - numeric).max() < 1e-6 * np.abs(numeric).max()
 
 
 def test_normal_matrix_is_the_derivative_of_the_gradient():
     # At zero residual nothing else is left of the second derivatives.
-    centre, T, _, points, seen = partly_seen(2)
+    centre, T, _, points, seen = partly_seen(2, SHARE, count=80)
     points, whitening, u = rays_of(points, seen, centre, T)
 
     def gradient(step):
@@ -76,7 +65,7 @@ def test_normal_matrix_is_the_derivative_of_the_gradient():
     normal = normal_equations((points, whitening, u), centre, T).normal
     # Units: a rotation of 1 rad moves points by several 100 mm.
     unit = 1 / np.sqrt(np.diag(normal))
-    numeric = differences(gradient, 21, 1e-5)
+    numeric = central_difference(gradient, 21)
     assert np.abs((normal - numeric) * np.outer(unit, unit)).max() < 1e-4
 
 
@@ -98,7 +87,7 @@ def test_whitening_is_that_of_noise_in_the_image():
 
 def test_exact_points_give_the_truth():
     for seed in range(3):
-        centre, T, u, points, seen = partly_seen(seed, count=300)
+        centre, T, u, points, seen = partly_seen(seed, SHARE, count=300)
         start = moved(centre, T, np.random.default_rng(seed).normal(size=21) * 0.01)
         found = adjust_consistent(points, seen, *start)
         assert found.converged
@@ -196,7 +185,7 @@ def test_stated_deviations_are_taken_at_their_word_for_poses_and_directions():
 
 
 def test_directions_follow_centre_and_poses():
-    centre, T, u, points, seen = partly_seen(4)
+    centre, T, u, points, seen = partly_seen(4, SHARE, count=80)
     rays = rays_of(points, seen, centre, T)
     own, follows = direction_covariances(rays, centre, T)
 
@@ -205,7 +194,7 @@ def test_directions_follow_centre_and_poses():
         normal_equations(moving, *moved(centre, T, step), settle=8)
         return moving[2]
 
-    numeric = differences(directions, 21, 1e-5)
+    numeric = central_difference(directions, 21)
     shared = seen.sum(axis=0) >= 2
     assert (
         np.abs(follows - numeric)[shared].max() < 1e-6 * np.abs(numeric[shared]).max()
@@ -275,7 +264,7 @@ def test_a_ray_needs_less_than_200_bytes():
 
 
 def test_bad_input_is_refused_in_one_line():
-    centre, T, _, points, seen = partly_seen(5)
+    centre, T, _, points, seen = partly_seen(5, SHARE, count=80)
     alone = seen.copy()
     alone[3] = False
     with pytest.raises(CalibrationError, match="grid 3 shares fewer than three"):
