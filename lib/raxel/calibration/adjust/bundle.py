@@ -23,6 +23,7 @@ reduced normal matrix has the blocks
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from raxel.errors import CalibrationError
@@ -107,8 +108,8 @@ def ray_point_residuals(points, seen, centre, T_base_grid, directions):
 def residuals_of(q, centre, T_base_grid, directions):
     """`ray_point_residuals` of `homogeneous` points q (n, 3, N)."""
     p = _from_centre(q, centre, T_base_grid)
-    u = np.nan_to_num(directions).T
-    return np.swapaxes(p - _dot(p, u)[:, None] * u, 1, 2)
+    u = np.ascontiguousarray(np.nan_to_num(directions).T)
+    return np.swapaxes(_off_rays(p, u)[0], 1, 2)
 
 
 def ray_point_distances(points, origins, directions):
@@ -149,10 +150,8 @@ def reduced_normal_equations(q, centre, T_base_grid, first=1):
         part = q[:, :, block]
         p = _from_centre(part, centre, T_base_grid)
         u = _best_directions(p)
-        depth = _dot(p, u)
-        residual = p - depth[:, None] * u
+        residual, share = _off_rays(p, u)
         cost += np.vdot(residual, residual)
-        share = depth / np.sqrt(np.maximum(np.sum(depth**2, axis=0), 1e-300))
         grids, share = part[first:], share[first:, None]
         g = _along_ray(grids, np.swapaxes(rotations, 1, 2) @ u)
         _add_reduced(of_points, grids, share)
@@ -225,20 +224,56 @@ def _from_centre(q, centre, T_base_grid):
     return columns @ q
 
 
-def _dot(p, u):
-    return p[:, 0] * u[0] + p[:, 1] * u[1] + p[:, 2] * u[2]
-
-
+@numba.njit(cache=True)
 def _best_directions(p):
     """Dominant eigenvectors of sum_j p_j p_j^T. p: (n, 3, N), zero where not seen.
 
     Power iteration from the farthest point: the points of a ray lie so nearly on one
     line through C that every round gains several digits.
     """
-    squares = p[:, 0] ** 2 + p[:, 1] ** 2 + p[:, 2] ** 2
-    u = np.take_along_axis(p, np.argmax(squares, axis=0)[None, None], axis=0)[0]
-    u = u / np.sqrt(np.maximum(np.max(squares, axis=0), 1e-300))
+    n, _, count = p.shape
+    u, farthest = np.zeros((3, count)), np.full(count, -1.0)
+    for j in range(n):
+        for i in range(count):
+            x, y, z = p[j, 0, i], p[j, 1, i], p[j, 2, i]
+            square = x * x + y * y + z * z
+            if square > farthest[i]:
+                farthest[i] = square
+                u[0, i], u[1, i], u[2, i] = x, y, z
+    for i in range(count):
+        length = np.sqrt(max(farthest[i], 1e-300))
+        for k in range(3):
+            u[k, i] /= length
     for _ in range(3):
-        u = np.sum(_dot(p, u)[:, None] * p, axis=0)
-        u /= np.sqrt(np.maximum(u[0] ** 2 + u[1] ** 2 + u[2] ** 2, 1e-300))
+        pulled = np.zeros((3, count))
+        for j in range(n):
+            for i in range(count):
+                x, y, z = p[j, 0, i], p[j, 1, i], p[j, 2, i]
+                depth = x * u[0, i] + y * u[1, i] + z * u[2, i]
+                pulled[0, i] += depth * x
+                pulled[1, i] += depth * y
+                pulled[2, i] += depth * z
+        for i in range(count):
+            x, y, z = pulled[0, i], pulled[1, i], pulled[2, i]
+            length = np.sqrt(max(x * x + y * y + z * z, 1e-300))
+            u[0, i], u[1, i], u[2, i] = x / length, y / length, z / length
     return u
+
+
+@numba.njit(cache=True)
+def _off_rays(p, u):
+    """Vectors (n, 3, N) from rays u (3, N) to points p (n, 3, N), and what share (n, N)
+    of a ray's depths each point has."""
+    n, _, count = p.shape
+    residual, share, squares = np.empty(p.shape), np.empty((n, count)), np.zeros(count)
+    for j in range(n):
+        for i in range(count):
+            depth = p[j, 0, i] * u[0, i] + p[j, 1, i] * u[1, i] + p[j, 2, i] * u[2, i]
+            for k in range(3):
+                residual[j, k, i] = p[j, k, i] - depth * u[k, i]
+            share[j, i] = depth
+            squares[i] += depth * depth
+    for j in range(n):
+        for i in range(count):
+            share[j, i] /= np.sqrt(max(squares[i], 1e-300))
+    return residual, share
