@@ -138,13 +138,11 @@ class Optics:
         fine_centre = (self._centre_in(window) + 0.5) * fineness - 0.5
         diagonal = fineness**2 * (window.full_width**2 + window.full_height**2)
         given = width, height, tuple(fine_centre), diagonal, low, high
-        levels, variance = _level_variances(*given)
+        levels, weights = _levels_and_weights(*given)
         if len(levels) == 1:
             return gaussian_blur(image, levels[0])
-        if image.size * len(levels) <= REMEMBERED:
-            weights = _remembered_weights(*given)
-        else:
-            weights = _weights(levels, variance)
+        if weights is None:
+            weights = _weights(*_level_variances(*given))
         blurred = np.zeros_like(image)
         for level, weight in zip(levels, weights, strict=True):
             blurred += _over_colours(weight, image) * gaussian_blur(image, level)
@@ -196,8 +194,11 @@ def _weights(levels, variance):
 
 
 @lru_cache(maxsize=1)
-def _remembered_weights(*given):
-    return tuple(_weights(*_level_variances(*given)))
+def _levels_and_weights(*given):
+    """Levels of blur and their weights, None where these are too many to be kept."""
+    levels, variance = _level_variances(*given)
+    few = variance.size * len(levels) <= REMEMBERED
+    return levels, tuple(_weights(levels, variance)) if few else None
 
 
 def gaussian_blur(image, variance):
