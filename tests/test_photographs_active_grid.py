@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from chapters.photographs.active_grid import exercises, figures, results, tables
+from chapters.shared.photographs import notes
 from raxel.sets import PatternPlan
 from repro.page.style import check_axes
 from repro.run import jobs
@@ -18,7 +19,7 @@ NAME = "active_grid_study@drawn"
 SENTENCES = (
     results.about,
     results.shown,
-    results.origin,
+    notes.origin,
     results.found,
     results.left_out,
     results.precision,

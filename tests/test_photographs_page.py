@@ -21,6 +21,7 @@ from chapters.photographs.set.exercises import (
 )
 from chapters.photographs.set.figures import fields, pictures
 from chapters.photographs.set.trials import study
+from chapters.shared.photographs import notes
 from chapters.shared.photographs.reading import PEER, Study, paired, pooled_rms
 from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera
@@ -52,9 +53,9 @@ FIGURES = (
 TABLES = (set_tables.ext_images, set_tables.ext_models)
 CALIBRATIONS = sorted(name for name in vars(study) if name.startswith("calibrate_"))
 SENTENCES = (
-    sentences.title,
+    notes.title,
     sentences.about,
-    sentences.origin,
+    notes.origin,
     sentences.found,
     sentences.zhang,
     sentences.general,

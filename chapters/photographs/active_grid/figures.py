@@ -32,11 +32,9 @@ def _rows(study, columns):
     height = len(views) * (WIDTH_IN / columns * 0.92 * shape + 0.3) + 0.75
     drawn, axes = new_figure(len(views), columns, height_in=height, squeeze=False)
     for place in axes.ravel():
-        place.set_xticks([])
-        place.set_yticks([])
+        place.set(xticks=[], yticks=[])
         place.grid(False)
-        for side in place.spines.values():
-            side.set_visible(False)
+        place.spines[:].set_visible(False)
     return drawn, axes, views
 
 
@@ -87,10 +85,9 @@ def ext_grid_places(results):
             bar.set_label(f"{axis} on the monitor ({unit})")
     for place, view in zip(axes[:, 0], views, strict=True):
         place.imshow(view.picture, cmap="gray", vmin=0, vmax=255)
-    data = _numbers(study)
     return Drawing(
         drawn,
-        data,
+        _numbers(study),
         "Where on the monitor each pixel looks, beside the photograph; lines "
         f"every sixteenth of the monitor; pale: no place.{_not_all(study)}",
     )
@@ -98,16 +95,18 @@ def ext_grid_places(results):
 
 def _numbers(study):
     """The table beside the pictures: view, share decoded, median sigma."""
+    unit = study.settings["unit"]
+    names = {"decoded_share": "share.decoded"}
+    names |= {f"median_sigma_{a}_{unit}": f"spread.{a}.median" for a in "xy"}
+    return _of_views(study, names)
+
+
+def _of_views(study, names):
+    """Numbers of every view for a figure's data; names: column -> name of a number."""
     every = range(len(study.names))
-    data = {
-        "view": list(study.names),
-        "decoded_share": [study.number("share.decoded", k) for k in every],
+    return {"view": list(study.names)} | {
+        column: [study.number(name, k) for k in every] for column, name in names.items()
     }
-    for axis in "xy":
-        data[f"median_sigma_{axis}_{study.settings['unit']}"] = [
-            study.number(f"spread.{axis}.median", k) for k in every
-        ]
-    return data
 
 
 @figure("ext_grid_mask", needs=NEEDS, evidence="photograph", per_set=KINDS)
@@ -134,12 +133,9 @@ def ext_grid_mask(results):
         Patch(color=COLOURS[code], label=REASONS[code]) for code in sorted(present)
     ]
     drawn.legend(handles=handles, loc="outside lower center", ncols=3)
-    data = {"view": list(study.names)}
-    for why in REASONS.values():
-        data[why] = [study.number(f"share.{why}", k) for k in range(len(study.names))]
     return Drawing(
         drawn,
-        data,
+        _of_views(study, {why: f"share.{why}" for why in REASONS.values()}),
         "What became of each pixel: places are kept only where the code can be "
         f"read, light is enough, and a neighbour agrees.{_not_all(study)}",
     )

@@ -17,6 +17,7 @@ from chapters.photographs.active_grid.trials import (
     settings_of,
     view_part,
 )
+from chapters.shared.photographs.notes import origin, title
 from raxel.sets import load_set
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code, show_table, value
@@ -51,7 +52,7 @@ def active_grid_study(effort, folder):
 # study = results.GridStudy(open_results("active_grid_study"))
 
 # %% tags=["active-ipynb"]
-# value("title", results.title(study))
+# value("title", title(study))
 
 # %% tags=["active-ipynb"]
 # value("about", results.about(study))
@@ -78,7 +79,7 @@ def active_grid_study(effort, folder):
 # value("camera", results.camera(study))
 
 # %% tags=["active-ipynb"]
-# value("origin", results.origin(study))
+# value("origin", origin(study))
 
 # %% tags=["active-ipynb"]
 # value("exercise", results.exercise(study))

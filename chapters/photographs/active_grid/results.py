@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,13 +98,6 @@ def study_of(results):
     return GridStudy(results[STUDY])
 
 
-def title(study):
-    """The set's name, and what the camera is, up to the first comma."""
-    camera = literal(re.split(r"[,;:(]", study.settings["camera"])[0])
-    name = literal(study.settings["set"])
-    return f"{name}: {camera}" if camera else name
-
-
 def about(study):
     """What was photographed, with what, and in which unit locations come out."""
     s = study.settings
@@ -135,15 +127,6 @@ def shown(study):
         return f"The first view shows {text}; others differ."
     each = "Every view shows" if len(counts) > 1 else "The view shows"
     return f"{each} {text}."
-
-
-def origin(study):
-    """Where the photographs come from, as set.yaml tells it."""
-    source, licence = (literal(study.settings[k]) for k in ("source", "licence"))
-    if not source:
-        return "The set does not say where its photographs come from."
-    licence = f" Licence: {licence}." if licence else ""
-    return f"The photographs come from: {source}.{licence}"
 
 
 def found(study):

@@ -7,6 +7,7 @@ import numpy as np
 from chapters.photographs.active_grid.results import MODELS, study_of
 from raxel.features.active_grid import REASONS
 from repro.page.wording import literal
+from repro.run.columns import cell
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 
@@ -24,12 +25,12 @@ def ext_grid_views(results):
     for why in REASONS.values():
         shares = [100 * study.number(f"share.{why}", k) for k in every]
         if max(shares) > 0:
-            columns[f"{why.capitalize()} (%)"] = list(map(_known, shares))
+            columns[f"{why.capitalize()} (%)"] = list(map(cell, shares))
     columns["Noise at grey 100 (1)"] = [_noise(study, k) for k in every]
     for axis in study.axes:
         for name, words in (("median", "median"), ("high", "90 % below")):
             columns[f"σ {axis}, {words} ({unit})"] = [
-                _known(study.number(f"spread.{axis}.{name}", k)) for k in every
+                cell(study.number(f"spread.{axis}.{name}", k)) for k in every
             ]
     remarks = [
         "; ".join(filter(None, (study.text("reason", k), study.text("warnings", k))))
@@ -48,7 +49,7 @@ def ext_grid_views(results):
 
 def _noise(study, k):
     floor, slope = (study.number(f"noise.{name}", k) for name in ("floor", "slope"))
-    return _known(np.sqrt(floor + 100 * slope))
+    return cell(np.sqrt(floor + 100 * slope))
 
 
 @table("ext_grid_camera", needs=NEEDS, evidence="photograph", per_set=KINDS)
@@ -65,11 +66,5 @@ def ext_grid_camera(results):
         ("median_px", "Median (px)"),
         ("mean_deg", "Mean angle (deg)"),
     ):
-        columns[words] = [
-            _known(study.calibrated(f"{model}.{name}")) for model in MODELS
-        ]
+        columns[words] = [cell(study.calibrated(f"{model}.{name}")) for model in MODELS]
     return Table(columns, caption)
-
-
-def _known(number):
-    return float(number) if np.isfinite(number) else None

@@ -33,16 +33,14 @@ def ext_real_by_distortion_figure(results):
     drawn, axes = new_figure(2, 1, height_in=5.6, sharex=True, sharey=True)
     for place, (quantity, label) in zip(axes, QUANTITIES.items(), strict=True):
         _panel(place, sets, quantity)
-        place.set_ylabel(label)
-        place.set_yscale("log")
+        place.set(ylabel=label, yscale="log")
         plain = FuncFormatter(lambda y, _: f"{y:.3g}")
         place.yaxis.set_major_formatter(plain)
         if max(place.get_ylim()) < 10 * min(place.get_ylim()):
             place.yaxis.set_minor_formatter(plain)
         place.grid(False, axis="x")
     span = max(1.0, *(one.level for one in sets))
-    axes[1].set_xlim(-0.04 * span, 1.06 * span)
-    axes[1].set_xlabel("Distortion level (1)")
+    axes[1].set(xlim=(-0.04 * span, 1.06 * span), xlabel="Distortion level (1)")
     _write_names(axes[0], sets)
     handles, _ = axes[0].get_legend_handles_labels()
     drawn.legend(handles=handles, loc="outside lower center", ncols=3)

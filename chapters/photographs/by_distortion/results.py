@@ -21,7 +21,7 @@ def brought(results, sets):
             "This build has no image set: the photographs could not be brought, "
             "or none were given."
         )
-    usable = [one for one in sets if one.comparable]
+    usable = comparable(sets)
     text = f"This build has {_sets(len(results))}: {_listed(results)}."
     for later, first in twins(results).items():
         text += f" The photographs of {later} are those of {first}; they count once."
@@ -32,9 +32,14 @@ def brought(results, sets):
     return text
 
 
+def comparable(sets):
+    """The sets that compare the models."""
+    return [one for one in sets if one.comparable]
+
+
 def trend(sets):
     """How both errors change from the least distorted set to the most distorted."""
-    usable = [one for one in sets if one.comparable]
+    usable = comparable(sets)
     if not usable:
         return "There is nothing to compare."
     if len(usable) == 1:
@@ -54,21 +59,25 @@ def trend(sets):
     )
 
 
+def _medians(one):
+    return [one.errors["rms_px"][model].value for model in MODELS]
+
+
 def _both(one):
-    zhang, general = (one.errors["rms_px"][model].value for model in MODELS)
+    zhang, general = _medians(one)
     return (
         f"Zhang's model leaves {zhang:.2g} px and the general camera {general:.2g} px"
     )
 
 
 def _ratio(one):
-    zhang, general = (one.errors["rms_px"][model].value for model in MODELS)
+    zhang, general = _medians(one)
     return zhang / general
 
 
 def winners(sets):
     """In how many sets which model is the better one."""
-    usable = [one for one in sets if one.comparable]
+    usable = comparable(sets)
     if not usable:
         return "No set decides between the models."
     found = Counter(one.outcome for one in usable)
@@ -92,7 +101,7 @@ def _said_better(outcome):
 
 def peer(sets):
     """Where OpenCV's fisheye model does better or worse, beyond the intervals."""
-    usable = [one for one in sets if one.comparable]
+    usable = comparable(sets)
     if not usable:
         return "OpenCV's fisheye model has nothing to be compared with."
     said = {}
@@ -142,15 +151,12 @@ def corrected(sets):
 def recorded(kept):
     """Zhang and the general camera on the record's real cameras."""
 
-    def of_sets(name):
-        return np.array([kept.column(name, **one)[0] for one in kept.conditions], float)
-
+    of_sets = kept.select().column
     widest = of_sets("widest_deg")
-    ends = {
-        model: [of_sets(f"models.{model}.px_{end}") for end in ("low", "high")]
+    (zhang_low, zhang_high), (generic_low, generic_high) = (
+        [of_sets(f"models.{model}.px_{end}") for end in ("low", "high")]
         for model in ("zhang", "generic")
-    }
-    (zhang_low, zhang_high), (generic_low, generic_high) = ends.values()
+    )
     generic = np.count_nonzero(generic_high < zhang_low)
     zhang = np.count_nonzero(zhang_high < generic_low)
     return (

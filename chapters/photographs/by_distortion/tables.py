@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import isfinite
-
 import numpy as np
 
 from chapters.shared.photographs.compared import QUANTITIES, compared_sets, twins
 from chapters.shared.photographs.reading import ALL_NAMES, EVERY, counted
 from raxel.evaluation.comparison import MISSED_PX
+from repro.run.columns import cell
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -30,7 +29,7 @@ def ext_real_by_distortion(results):
         "are compared. OpenCV fisheye stands beside them, in as many of the "
         "photographs as it has a camera for. Corrected: what is left in the "
         "distortion-free view after a homography, as in Table 2.2. With a "
-        "ray: of the general camera." + _said_of_twins(study),
+        "ray: of the general camera." + _twins_named(study),
         texts=("Set", "Better"),
     )
 
@@ -44,16 +43,16 @@ def _row(one):
     )
     return {
         "Set": one.name if one else "",
-        "Level (1)": _number(one.level if one else np.nan),
-        "Widest angle (deg)": _number(one.widest_deg if one else np.nan),
+        "Level (1)": cell(one.level if one else np.nan),
+        "Widest angle (deg)": cell(one.widest_deg if one else np.nan),
         "Photographs": len(images),
         "Boards found": len(found),
         **{f"{ALL_NAMES[m]} (px)": x for m, x in residuals.items()},
         "OpenCV fisheye answers in": one.of_peer if one else 0,
         "of": one.photographs if one else 0,
         **{f"{ALL_NAMES[m]}, corrected (px)": x for m, x in corrected.items()},
-        "Corners with a ray (%)": _number(100 * one.share if one else np.nan),
-        "Picture with a ray (%)": _number(100 * one.image_share if one else np.nan),
+        "Corners with a ray (%)": cell(100 * one.share if one else np.nan),
+        "Picture with a ray (%)": cell(100 * one.image_share if one else np.nan),
         "Better": one.outcome if one else "",
     }
 
@@ -64,11 +63,7 @@ def _measured(one, quantity, model):
     return Measured(*one.errors[quantity][model][:3])
 
 
-def _number(x):
-    return float(x) if isfinite(x) else None
-
-
-def _said_of_twins(results):
+def _twins_named(results):
     return "".join(
         f" {later} is left out: its photographs are those of {first}."
         for later, first in twins(results).items()
@@ -92,13 +87,13 @@ def ext_real_every_corner(results):
 def _counted_row(one):
     """Cells of one set; of none, for the names of the columns."""
     found = {model: one and counted(one.study, model) for model in EVERY}
-    known = {model: told for model, told in found.items() if told}
+    known = {model: errors for model, errors in found.items() if errors}
     least = min(known, key=lambda m: known[m].rms_px, default=None)
     return {
         "Set": one.name if one else "",
         **{
-            f"{EVERY[model]}{words}": told and getattr(told, quantity)
-            for model, told in found.items()
+            f"{EVERY[model]}{words}": errors and getattr(errors, quantity)
+            for model, errors in found.items()
             for quantity, words in (
                 ("rms_px", ", RMS (px)"),
                 ("median_px", ", median (px)"),

@@ -42,6 +42,7 @@ from chapters.shared.grid_detectors import (
     OPENCV_SB,
     returned,
 )
+from chapters.shared.photographs.notes import origin, title
 from chapters.shared.photographs.reading import ALL_NAMES, BOARDS, Study
 from raxel.features.detector import as_8_bit
 from raxel.sets import Chessboard, load_set, read_image
@@ -83,13 +84,13 @@ def photograph_study(effort, folder):
 # study = Study(open_results("photograph_study"))
 
 # %% tags=["active-ipynb"]
-# value("title", results.title(study))
+# value("title", title(study))
 
 # %% tags=["active-ipynb"]
 # value("about", results.about(study))
 
 # %% tags=["active-ipynb"]
-# value("origin", results.origin(study))
+# value("origin", origin(study))
 
 # %% tags=["active-ipynb"]
 # value("found", results.found(study))

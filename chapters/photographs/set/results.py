@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 
 import numpy as np
@@ -21,13 +20,6 @@ from repro.judge.statistics import median_interval, wins
 from repro.page.wording import literal
 
 
-def title(study):
-    """The set's name, and what the camera is, up to the first comma."""
-    camera = literal(re.split(r"[,;:(]", study.settings["camera"])[0])
-    name = literal(study.settings["set"])
-    return f"{name}: {camera}" if camera else name
-
-
 def about(study):
     """What was photographed, with what, and in which unit lengths come out."""
     s = study.settings
@@ -42,15 +34,6 @@ def about(study):
             "; its pitch is not known, so lengths come out in units of the pitch."
         )
     return text + f" at a pitch of {s['pitch_mm']:g} mm."
-
-
-def origin(study):
-    """Where the photographs come from, as set.yaml tells it."""
-    source, licence = (literal(study.settings[k]) for k in ("source", "licence"))
-    if not source:
-        return "The set does not say where its photographs come from."
-    licence = f" Licence: {licence}." if licence else ""
-    return f"The photographs come from: {source}.{licence}"
 
 
 def found(study):

@@ -25,6 +25,7 @@ from chapters.shared.photographs.reading import (
 from raxel.evaluation.comparison import MISSED_PX
 from repro.judge.statistics import median_interval
 from repro.page.wording import literal
+from repro.run.columns import cell, columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -32,6 +33,15 @@ SHARED = "shared corners"
 # Two focal lengths, principal point, and two radial terms or four.
 CAMERA_PARAMETERS = {"zhang": 6, PEER: 8}
 
+EVERY_CORNER = (
+    "Model",
+    "Kept out: RMS (px)",
+    "Median (px)",
+    "Corners with a ray (%)",
+    "Parts without a camera",
+    "Terms",
+    "Entrance pupil",
+)
 ROWS = {
     OPENCV: "OpenCV findChessboardCorners",
     OPENCV_SB: "OpenCV findChessboardCornersSB",
@@ -73,43 +83,44 @@ def _model_row(study, model, kind, scored_on):
         parameters = _whole(2 * study.fit("general.rays"))
     if study.refusal(model):
         parameters = None
-    errors = column(study.held_out, kind, model, "rms_px")
-    degrees = column(study.held_out, kind, model, "mean_deg")
-    scored = np.nansum(column(study.held_out, kind, model, "corners"))
+    errors, degrees, corners = (
+        column(study.held_out, kind, model, quantity)
+        for quantity in ("rms_px", "mean_deg", "corners")
+    )
     all_corners = sum(row.corners for row in study.held_out)
     return {
         "Model": ALL_NAMES[model],
         "Scored on": scored_on,
         "Parameters": parameters,
-        "Fitted: RMS (px)": _known(pooled_rms(study.in_sample, kind, model)),
+        "Fitted: RMS (px)": cell(pooled_rms(study.in_sample, kind, model)),
         "Kept out: RMS (px)": _median(errors),
         "Kept out: angle (deg)": _median(degrees),
         "Photographs": int(np.isfinite(errors).sum()),
-        "Corners scored (%)": _known(100 * scored / all_corners)
+        "Corners scored (%)": cell(100 * np.nansum(corners) / all_corners)
         if all_corners
         else None,
-        "Picture with a ray (%)": _known(100 * study.fit(f"{model}.image_with_ray")),
+        "Picture with a ray (%)": cell(100 * study.fit(f"{model}.image_with_ray")),
     }
 
 
 def every_corner_table(study):
     """Every model on every corner that was kept out, the smallest error first."""
     rows = [
-        (name, found, study.fit(f"{model}.terms"), _pupil(study, model))
+        (
+            name,
+            found.rms_px,
+            found.median_px,
+            100 * found.share,
+            found.parts,
+            _whole(study.fit(f"{model}.terms")),
+            _pupil(study, model),
+        )
         for model, name in EVERY.items()
         if (found := counted(study, model)) is not None
     ]
-    rows.sort(key=lambda row: row[1].rms_px)
+    rows.sort(key=lambda row: row[1])
     return Table(
-        {
-            "Model": [name for name, *_ in rows],
-            "Kept out: RMS (px)": [found.rms_px for _, found, *_ in rows],
-            "Median (px)": [found.median_px for _, found, *_ in rows],
-            "Corners with a ray (%)": [100 * found.share for _, found, *_ in rows],
-            "Parts without a camera": [found.parts for _, found, *_ in rows],
-            "Terms": [_whole(terms) for *_, terms, _ in rows],
-            "Entrance pupil": [pupil for *_, pupil in rows],
-        },
+        columns(EVERY_CORNER, rows),
         "All models on every corner of the photographs kept out. A corner "
         f"that a model has no ray for counts as {MISSED_PX:g} px. The lens "
         "formulas (Kannala-Brandt, unified sphere) choose their terms by the "
@@ -124,8 +135,8 @@ def _pupil(study, model):
     if not np.isfinite(moves):
         return ""
     p_value = study.fit(f"{model}.pupil.p_value")
-    said = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
-    return f"{'moves' if moves else 'stands still'} ({said})"
+    chance = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
+    return f"{'moves' if moves else 'stands still'} ({chance})"
 
 
 def images_table(study):
@@ -148,7 +159,7 @@ def _image_row(study, image, row):
     """Cells of one photograph; of none, for the names of the columns."""
 
     def error(kind, model, quantity="rms_px"):
-        return None if row is None else _known(column([row], kind, model, quantity)[0])
+        return None if row is None else cell(column([row], kind, model, quantity)[0])
 
     shared = error("same", "zhang", "corners")
     return {
@@ -189,10 +200,6 @@ def _median(values):
     return Measured(*median_interval(values)[:3]) if len(values) else None
 
 
-def _known(number):
-    return float(number) if np.isfinite(number) else None
-
-
 def _whole(number):
     return int(number) if np.isfinite(number) else None
 
@@ -225,66 +232,61 @@ def detectors_table(result):
 
     A column in which nothing can be told is left out.
     """
-    trials = [c for c in result.conditions if c["view"] >= 0]
-    columns = {
-        name: []
-        for name in (
-            "Method",
-            "Images",
-            "Returned",
-            "Right",
-            *(
-                f"{statistic} {when} (px)"
-                for when in ("before", "after")
-                for statistic in ("Mean", "Max", "SD")
-            ),
-        )
-    }
-    for method, name in ROWS.items():
-        row = [name, *_counted(result, trials, method)]
-        for when in ("before", "after"):
-            row += _statistics(result, trials, f"{method}.{when}")
-        for cells, cell in zip(columns.values(), row, strict=True):
-            cells.append(cell)
-    told = {
+    pictures = [c for c in result.conditions if c["view"] >= 0]
+    errors = [
+        f"{statistic} {when} (px)"
+        for when in ("before", "after")
+        for statistic in ("Mean", "Max", "SD")
+    ]
+    rows = [
+        [name, *_counted(result, pictures, method)]
+        + _statistics(result, pictures, f"{method}.before")
+        + _statistics(result, pictures, f"{method}.after")
+        for method, name in ROWS.items()
+    ]
+    found = columns(("Method", "Images", "Returned", "Right", *errors), rows)
+    known = {
         name: cells
-        for name, cells in columns.items()
-        if any(cell is not None for cell in cells)
+        for name, cells in found.items()
+        if any(shown is not None for shown in cells)
     }
-    return Table(told, _caption(result, trials))
+    return Table(known, _caption(result, pictures))
 
 
-def _counted(result, trials, method):
+def _of(result, name, pictures):
+    """A value of each of these pictures (n,)."""
+    return np.array([result.column(name, **c)[0] for c in pictures])
+
+
+def _counted(result, pictures, method):
     """Images that the method was given, boards returned, boards right."""
     if method == CELECT:
-        trials = [c for c in trials if result.column("clicked", **c)[0]]
-    if not trials:
+        pictures = [c for c in pictures if result.column("clicked", **c)[0]]
+    if not pictures:
         return [0, None, None]
-    count = [
-        int(sum(result.column(f"{method}.{what}", **c)[0] for c in trials))
+    returned, right = (
+        int(_of(result, f"{method}.{what}", pictures).sum())
         for what in ("returned", "right")
-    ]
-    judged = any(result.column("judged", **c)[0] for c in trials)
-    return [len(trials), count[0], count[1] if judged else None]
+    )
+    judged = _of(result, "judged", pictures).any()
+    return [len(pictures), returned, right if judged else None]
 
 
-def _statistics(result, trials, name):
+def _statistics(result, pictures, name):
     """Mean, maximum and SD (px) of the errors of right boards, as cells."""
     right = name.partition(".")[0] + ".right"
-    trials = [c for c in trials if np.nansum(result.column(right, **c)) > 0]
-    if not trials:
+    pictures = [c for c in pictures if np.nansum(result.column(right, **c)) > 0]
+    if not pictures:
         return [None] * 3
-    errors = [e for c in trials for e in result.arrays(name, **c)]
-    errors = np.concatenate(errors)
-    values = errors.mean(), errors.max(), errors.std(ddof=1)
-    return [float(value) for value in values]
+    errors = np.concatenate([e for c in pictures for e in result.arrays(name, **c)])
+    return [float(x) for x in (errors.mean(), errors.max(), errors.std(ddof=1))]
 
 
-def _caption(result, trials):
+def _caption(result, pictures):
     start = "Tables 3.4 to 3.7 on these photographs: boards returned and right"
-    if not trials:
+    if not pictures:
         return f"{start}. Nothing to compare: {UNSUITED}."
-    if not any(result.column("judged", **c)[0] for c in trials):
+    if not _of(result, "judged", pictures).any():
         return (
             f"{start}. The set has no reference corners, so right and wrong "
             "cannot be told. CELECT runs where outer_corners are given."

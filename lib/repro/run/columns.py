@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
+from math import isfinite
 
 from repro.run.outcomes import Measured
 
@@ -18,6 +19,11 @@ def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
         for name, cell in zip(found, row, strict=True):
             found[name].append(cell)
     return found
+
+
+def cell(number: float) -> float | None:
+    """A number as a cell of a table; None, for an empty one, where it is not finite."""
+    return float(number) if isfinite(number) else None
 
 
 def measured(columns: Mapping[str, Sequence]) -> list[str]:

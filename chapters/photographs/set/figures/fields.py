@@ -22,6 +22,7 @@ from chapters.shared.photographs.reading import (
 from repro.judge.statistics import median_interval
 from repro.page.style import INK, WIDTH_IN, series
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -115,11 +116,8 @@ def _prepare(axes, study, coverage):
     frame = (-0.5, width - 0.5, height - 0.5, -0.5)
     if coverage is not None:
         axes.imshow(tinted(coverage), extent=frame)
-    axes.set_xlim(frame[:2])
-    axes.set_ylim(frame[2:])
-    axes.set_aspect("equal")
+    axes.set(xlim=frame[:2], ylim=frame[2:], aspect="equal", xlabel="u (px)")
     axes.grid(False)
-    axes.set_xlabel("u (px)")
     if axes.get_subplotspec().is_first_col():
         axes.set_ylabel("v (px)")
 
@@ -172,26 +170,26 @@ def _residual_legend(table):
 
 def _residual_data(rows):
     names = ("model", "image", "corner", "u_px", "v_px", "du_px", "dv_px")
-    data = {name: [] for name in names}
-    for row in rows:
-        for model in (m for m in ALL_NAMES if m in row.own):
-            off_of = row.own[model].residuals_px
-            for k, (at, off) in enumerate(zip(row.image.corners, off_of, strict=True)):
-                for name, value in zip(
-                    names, (ALL_NAMES[model], row.image.name, k, *at, *off), strict=True
-                ):
-                    data[name].append(value)
-    return data
+    found = [
+        (name, row.image.name, k, *at, *off)
+        for row in rows
+        for model, name in ALL_NAMES.items()
+        if model in row.own
+        for k, (at, off) in enumerate(
+            zip(row.image.corners, row.own[model].residuals_px, strict=True)
+        )
+    ]
+    return columns(names, found)
 
 
 def held_out_errors(study):
     """Error of every model in every photograph kept out, in px and in degrees."""
     rows = study.held_out
     kind = "same" if len(paired(rows, "rms_px")[0]) else "own"
-    told = any(np.isfinite(column(rows, kind, m, "rms_px")).any() for m in MODELS)
-    height = max(2.4, min(1.4 + 0.2 * len(rows), 11)) if told else EMPTY_IN
+    known = any(np.isfinite(column(rows, kind, m, "rms_px")).any() for m in MODELS)
+    height = max(2.4, min(1.4 + 0.2 * len(rows), 11)) if known else EMPTY_IN
     drawn, axes = new_figure(1, 2, height_in=height, sharey=True)
-    if not told:
+    if not known:
         for place, model in zip(axes, MODELS, strict=True):
             place.set_title(NAMES[model])
             note(place, study.why_nothing_kept_out(model))
@@ -265,13 +263,12 @@ def _plain_ticks(axes, low, high):
 
 
 def _error_data(rows):
-    data = {"image": [row.image.name for row in rows]}
-    for kind in ("own", "same"):
-        for model in ALL_NAMES:
-            for quantity in ("corners", "rms_px", "mean_deg"):
-                values = column(rows, kind, model, quantity)
-                data[f"{model}.{kind}.{quantity}"] = values.tolist()
-    return data
+    return {"image": [row.image.name for row in rows]} | {
+        f"{model}.{kind}.{quantity}": column(rows, kind, model, quantity).tolist()
+        for kind in ("own", "same")
+        for model in ALL_NAMES
+        for quantity in ("corners", "rms_px", "mean_deg")
+    }
 
 
 @figure(

@@ -15,6 +15,7 @@ from chapters.shared.photographs.reading import BOARDS, MODELS, NAMES
 from repro.page.style import WIDTH_IN
 from repro.page.style import figure as new_figure
 from repro.page.wording import literal
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -34,18 +35,17 @@ def tinted(mask):
 def contact_sheet(study):
     """Every photograph with its corners; refused ones pale, with the reason."""
     images = study.images
-    columns = int(np.ceil(np.sqrt(1.4 * len(images))))
-    columns = min(max(columns, 3), 10)
-    rows = max(1, int(np.ceil(len(images) / columns)))
+    across = min(max(int(np.ceil(np.sqrt(1.4 * len(images)))), 3), 10)
+    rows = max(1, int(np.ceil(len(images) / across)))
     shape = study.settings["height_px"] / study.settings["width_px"]
-    height = rows * (WIDTH_IN / columns * shape + 0.17) + 0.4
-    drawn, grid = new_figure(rows, columns, height_in=height, squeeze=False)
+    height = rows * (WIDTH_IN / across * shape + 0.17) + 0.4
+    drawn, grid = new_figure(rows, across, height_in=height, squeeze=False)
     drawn.get_layout_engine().set(w_pad=0.03, h_pad=0.02, wspace=0, hspace=0)
     for axes in grid.ravel():
         axes.set_axis_off()
-    size = 7.5 if columns <= 5 else 5.5
+    size = 7.5 if across <= 5 else 5.5
     # A letter is about 0.6 of the font size wide; 72 points to the inch.
-    characters = int(0.9 * WIDTH_IN / columns * 72 / (0.6 * size))
+    characters = int(0.9 * WIDTH_IN / across * 72 / (0.6 * size))
     for axes, image in zip(grid.ravel(), images, strict=False):
         _one_photograph(axes, image, study.settings["width_px"], size, characters)
     drawn.legend(handles=_corner_legend(study), loc="outside lower center", ncols=4)
@@ -114,16 +114,12 @@ def _corner_legend(study):
 
 
 def _corner_data(images):
-    data = {name: [] for name in ("image", "corner", "row", "column", "u_px", "v_px")}
-    for image in images:
-        count = len(image.corners)
-        data["image"] += [image.name] * count
-        data["corner"] += list(range(count))
-        data["row"] += [k // image.columns for k in range(count)]
-        data["column"] += [k % image.columns for k in range(count)]
-        data["u_px"] += image.corners[:, 0].tolist()
-        data["v_px"] += image.corners[:, 1].tolist()
-    return data
+    rows = [
+        (image.name, k, *divmod(k, image.columns), *corner)
+        for image in images
+        for k, corner in enumerate(image.corners.tolist())
+    ]
+    return columns(("image", "corner", "row", "column", "u_px", "v_px"), rows)
 
 
 def undistorted_views(study):
@@ -136,14 +132,13 @@ def undistorted_views(study):
     shape = study.settings["height_px"] / study.settings["width_px"]
     drawn, axes = new_figure(1, 3, height_in=WIDTH_IN / 3 * shape + 0.75)
     image = study.image(int(view))
-    data = {"panel": [], "corner": [], "x_px": [], "y_px": []}
     original = study.array("undistorted.original", part="fit")
     corners = study.array("undistorted.corners", part="fit")
     scale = original.shape[1] / study.settings["width_px"]
     _picture(axes[0], original, None)
     _frame_lines(axes[0], (corners + 0.5) * scale - 0.5, image.columns)
     axes[0].set_title("As taken")
-    _add(data, "as taken", corners)
+    rows = _numbered("as taken", corners)
     for place, model in zip(axes[1:], MODELS, strict=True):
         place.set_title(NAMES[model])
         picture = study.array(f"undistorted.{model}.picture", part="fit")
@@ -158,7 +153,7 @@ def undistorted_views(study):
         seen = study.array(f"undistorted.{model}.corners", part="fit")
         _picture(place, picture, mask)
         _frame_lines(place, seen, image.columns)
-        _add(data, NAMES[model], seen)
+        rows += _numbered(NAMES[model], seen)
     drawn.legend(
         handles=[
             Patch(color=NO_RAY, label="no ray, or beyond the photograph"),
@@ -172,7 +167,7 @@ def undistorted_views(study):
     zoom = study.number("undistorted.zoom", part="fit")
     return Drawing(
         drawn,
-        data,
+        columns(("panel", "corner", "x_px", "y_px"), rows),
         f"{literal(image.name)}, as taken and as a camera without distortion would "
         f"see it, looking where {centre} does, at {100 * zoom:.0f} % of the size "
         "there. Straight edges of the scene must be straight.",
@@ -191,15 +186,12 @@ def _frame_lines(axes, corners, columns):
     outer = corners[[0, columns - 1, len(corners) - 1, len(corners) - columns, 0]]
     height, width = axes.images[0].get_array().shape[:2]
     axes.plot(*outer.T, "-", color=START, linewidth=0.8)
-    axes.set_xlim(-0.5, width - 0.5)
-    axes.set_ylim(height - 0.5, -0.5)
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
 
 
-def _add(data, panel, corners):
-    data["panel"] += [panel] * len(corners)
-    data["corner"] += list(range(len(corners)))
-    data["x_px"] += corners[:, 0].tolist()
-    data["y_px"] += corners[:, 1].tolist()
+def _numbered(panel, corners):
+    """Rows of a panel's corners for the figure's data."""
+    return [(panel, k, *corner) for k, corner in enumerate(corners.tolist())]
 
 
 @figure(
