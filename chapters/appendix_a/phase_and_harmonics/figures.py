@@ -18,6 +18,7 @@ from chapters.appendix_a.phase_and_harmonics.trials import (
 )
 from repro.page.style import figure as new_figure
 from repro.page.style import series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -37,9 +38,7 @@ def ext_phase_error_gamma(results):
     ran = results["ext_phase_error_gamma"]
     gammas = sorted({c["gamma"] for c in ran.conditions if c["law"] == "power"})
     drawn, both = new_figure(1, 2, height_in=3.6, sharey=True)
-    data = {"law": [], "steps": [], "gamma": []}
-    data |= {"decoder (%)": [], "predicted (%)": []}
-    apart = 0.0
+    rows, apart = [], 0.0
     for axes, (law, title) in zip(both, LAWS.items(), strict=True):
         for k, steps in enumerate(STEPS):
             look = series(k)
@@ -64,20 +63,17 @@ def ext_phase_error_gamma(results):
                 markersize=4,
             )
             axes.plot([], [], label=f"{steps} steps", **look)
-            data["law"] += [law] * len(gammas)
-            data["steps"] += [steps] * len(gammas)
-            data["gamma"] += gammas
-            data["decoder (%)"] += found["decoder_rad"].tolist()
-            data["predicted (%)"] += found["predicted_rad"].tolist()
-        axes.set_yscale("log")
-        axes.set_ylim(FLOOR, 20)
-        axes.set_title(title)
+            both_errors = found["decoder_rad"], found["predicted_rad"]
+            rows += [
+                (law, steps, *cells) for cells in zip(gammas, *both_errors, strict=True)
+            ]
+        axes.set(yscale="log", ylim=(FLOOR, 20), title=title)
         axes.set_xlabel("Gamma of the response (1)")
     both[0].set_ylabel("Largest phase error (% of a period)")
     both[1].legend(loc="lower right", fontsize=8)
     return Drawing(
         drawn,
-        data,
+        columns(("law", "steps", "gamma", "decoder (%)", "predicted (%)"), rows),
         "With a power law more steps help, and a gamma of 2 forgives all but three; "
         "where values are cut off, neither helps. Largest phase error over a period "
         "against gamma: found by the decoder (marks), and predicted from the Fourier "
@@ -114,8 +110,7 @@ def ext_orders_of_steps(results):
                 axes.text(column, row, f"{n}", ha="center", va="center", color="white")
     axes.set_xticks(range(len(orders)), [f"{n}" for n in orders])
     axes.set_yticks(range(len(STEPS)), [f"{n}" for n in STEPS])
-    axes.set_xlabel("Order of the profile (1)")
-    axes.set_ylabel("Phase steps (1)")
+    axes.set(xlabel="Order of the profile (1)", ylabel="Phase steps (1)")
     expected = np.array([[n % s in (1, s - 1) for n in orders] for s in STEPS])
     return Drawing(
         drawn,
@@ -139,8 +134,8 @@ def ext_phase_error_period(results):
     """A profile, whole and cut off, and the error over its period."""
     ran = results["ext_phase_error_gamma"]
     drawn, rows = new_figure(2, 2, height_in=4.6, sharex=True, sharey="row")
-    data = {"law": [], "period": [], "profile": []}
-    data |= {f"{n} steps (%)": [] for n in (4, 6)}
+    cells = []
+    labels = [f"{n} steps (%)" for n in (4, 6)]
     for column, (law, title) in enumerate(LAWS.items()):
         condition = {"law": law, "gamma": GAMMA}
         top, bottom = rows[:, column]
@@ -162,19 +157,17 @@ def ext_phase_error_period(results):
         for k, n in enumerate((4, 6)):
             look = series(1 + k) | {"marker": ""}
             bottom.plot(place, errors[n], **look, label=f"{n} steps")
-            data[f"{n} steps (%)"] += errors[n].tolist()
-        data["law"] += [law] * len(place)
-        data["period"] += place.tolist()
-        data["profile"] += light.tolist()
+        cells += [
+            (law, *row) for row in zip(place, light, *errors.values(), strict=True)
+        ]
         bottom.set_xlabel("Place in the period (periods)")
     rows[0, 0].set_ylabel("Profile (1)")
-    rows[1, 0].set_ylabel("Phase error (% of a period)")
     rows[0, 0].legend(loc="upper right")
+    rows[1, 0].set(ylabel="Phase error (% of a period)", ylim=(-0.36, 0.5))
     rows[1, 0].legend(loc="upper right", ncols=2)
-    rows[1, 0].set_ylim(-0.36, 0.5)
     return Drawing(
         drawn,
-        data,
+        columns(("law", "period", "profile", *labels), cells),
         "The error oscillates as often in a period as there are steps. Top: what a "
         f"monitor with a gamma of {GAMMA} makes of a sine; bottom: error of the "
         "decoder there.",

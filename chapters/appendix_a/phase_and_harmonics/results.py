@@ -22,20 +22,12 @@ def one(result, name, **condition):
     return float(result.column(name, **condition)[0])
 
 
-def over(result, name, conditions):
-    """The value (n,) in each of several conditions."""
-    return np.array([one(result, name, **c) for c in conditions])
-
-
 def odd_pairs(result):
-    """((b3, b5), amplitude, ratio to b3 + b5, strongest order) of each pair."""
-    found = []
-    for condition in result.conditions:
-        pair = {k: condition[k] for k in ("b3", "b5")}
-        size = one(result, "amplitude_rad", **pair)
-        order = int(one(result, "strongest_order", **pair))
-        found.append((tuple(pair.values()), size, size / sum(pair.values()), order))
-    return found
+    """Of each pair of b3 and b5: amplitude, its ratio to b3 + b5, strongest order."""
+    size, order = (
+        result.select().column(name) for name in ("amplitude_rad", "strongest_order")
+    )
+    return size, size / [c["b3"] + c["b5"] for c in result.conditions], order
 
 
 def ratios_at(phase, b3):
@@ -54,7 +46,7 @@ def percent(result, law, steps, gamma=GAMMA):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     even = open_results("exp_c3_even_cancels")
-    value("even.formula", over(even, "formula_rad", even.conditions).max())
+    value("even.formula", even.select().column("formula_rad").max())
     odd = open_results("exp_c3_odd_orders_matter")
     size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
     value("odd.one_percent", size)

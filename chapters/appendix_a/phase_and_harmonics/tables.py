@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from chapters.appendix_a.phase_and_harmonics.results import PERCENT_OF_PERIOD, one
+from chapters.appendix_a.phase_and_harmonics.results import one, percent
 from chapters.appendix_a.phase_and_harmonics.trials import SMALL, STEPS
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
@@ -16,6 +17,14 @@ RESPONSES = (
     ("gamma 2.2, cut off", "clipped", 2.2),
 )
 SHOWN_ORDERS = range(1, 10)
+HEADS = (
+    "order n",
+    "in I1 − I3 (A.7)",
+    "in I2 − I4 (A.8)",
+    "phase error, to first order",
+    "by 1 % as a sine (rad)",
+    "by 1 % as a cosine (rad)",
+)
 
 
 def across(n):
@@ -41,15 +50,7 @@ def first_order(n):
 def app_a(results):
     """(A.7) and (A.8) order by order, and the phase error found by (3.23)."""
     ran = results["ext_orders_of_steps"]
-    columns = {
-        "order n": [],
-        "in I1 − I3 (A.7)": [],
-        "in I2 − I4 (A.8)": [],
-        "phase error, to first order": [],
-        "by 1 % as a sine (rad)": [],
-        "by 1 % as a cosine (rad)": [],
-    }
-    agree = True
+    rows, agree = [], True
     for n in SHOWN_ORDERS:
         text, size = first_order(n)
         found = [
@@ -60,11 +61,9 @@ def app_a(results):
             agree &= all(abs(error - SMALL * size) <= SMALL**2 for error in found)
         # What is left of the rounding of double precision is shown as zero.
         found = [v if v is None or v > 1e-12 else 0.0 for v in found]
-        cells = (n, *across(n), text, *found)
-        for name, cell in zip(columns, cells, strict=True):
-            columns[name].append(cell)
+        rows.append((n, *across(n), text, *found))
     return Table(
-        columns,
+        columns(HEADS, rows),
         "Four steps let no even order of the profile through. Middle columns: what a "
         "sine of each order adds to the two differences. Right: largest phase error by "
         "(3.23) when that order, alone, has 1 % of the first.",
@@ -80,25 +79,18 @@ def app_a(results):
 def ext_responses(results):
     """Orders and phase errors of responses that monitors have."""
     ran = results["ext_phase_error_gamma"]
-    columns = {"response": [name for name, *_ in RESPONSES]}
-    given = [{"law": law, "gamma": gamma} for _, law, gamma in RESPONSES]
-    for n in (2, 3, 4, 5):
-        columns[f"order {n} (%)"] = [
-            _shown(100 * one(ran, f"orders.{n}", steps=4, **response))
-            for response in given
-        ]
-    for steps in STEPS:
-        columns[f"{steps} steps (% of period)"] = [
-            _shown(PERCENT_OF_PERIOD * one(ran, "decoder_rad", steps=steps, **response))
-            for response in given
-        ]
+    orders = (2, 3, 4, 5)
+    heads = ["response", *(f"order {n} (%)" for n in orders)]
+    heads += [f"{steps} steps (% of period)" for steps in STEPS]
+    rows = []
+    for name, law, gamma in RESPONSES:
+        given = {"law": law, "gamma": gamma}
+        found = [100 * one(ran, f"orders.{n}", steps=4, **given) for n in orders]
+        found += [percent(ran, steps=steps, **given) for steps in STEPS]
+        rows.append((name, *(round(x, 4) for x in found)))
     return Table(
-        columns,
+        columns(heads, rows),
         "How far responses lead the decoder astray. Orders in % of order 1; errors "
         "are the largest over a period, in % of it, found by the decoder. Errors "
         "below 0.001 % are the rounding of its pictures.",
     )
-
-
-def _shown(number):
-    return round(number, 4)

@@ -15,17 +15,9 @@ def scored_rigs(result):
     return [condition["rig"] for condition in result.conditions]
 
 
-def _told(x):
-    return f"{x:.2g}" if isfinite(x) else FAILED
-
-
 def worst_corner(result):
     """The largest error of a corner in px, over all cameras."""
-    return max(
-        float(result.column("largest", **condition)[0])
-        for condition in result.conditions
-        if condition["check"] == "corners"
-    )
+    return float(result.select(check="corners").column("largest").max())
 
 
 def worst_of(result, check):
@@ -36,19 +28,18 @@ def worst_of(result, check):
 def facts(scores):
     """What the prose says of the scored rigs, as {name: number or text}."""
     rigs = scored_rigs(scores)
-    last = rigs[-1]
+    last = scores.one(rig=rigs[-1])
     found = {
         "views": scores.settings["views"] * len(rigs),
         "rigs": ", ".join(rigs),
-        "last": last,
+        "last": rigs[-1],
     }
     for one in DETECTORS:
-        rights = [scores.column(f"{one}.right", rig=r)[0] for r in rigs]
-        found[f"right_{one}"] = int(sum(rights))
+        found[f"right_{one}"] = int(scores.select().column(f"{one}.right").sum())
     for model in ("zhang", "opencv_fisheye", "general"):
-        angle = float(scores.column(f"{model}.rms_deg", rig=last)[0])
-        found[f"{model}_deg"] = _told(angle)
-    share = float(scores.column("general.share_with_ray", rig=last)[0])
+        angle = last.column(f"{model}.rms_deg")[0]
+        found[f"{model}_deg"] = f"{angle:.2g}" if isfinite(angle) else FAILED
+    share = last.column("general.share_with_ray")[0]
     found["share"] = f"{100 * share:.0f} %" if isfinite(share) else FAILED
     return found
 
@@ -62,11 +53,10 @@ def counted(results):
             *detector_counts.recorded_counts(record),
         ]
     )
-    found = {}
+    found = {"record.date": record.settings["date"]}
     for one in sums:
         found[f"{one.evidence}.pictures"] = one.count
-        for detector in detector_counts.DETECTORS:
-            stem = f"{one.evidence}.{detector}"
-            found[f"{stem}.right"] = one.right[detector]
-            found[f"{stem}.wrong"] = one.wrong[detector]
-    return found | {"record.date": record.settings["date"]}
+        for name, count in (("right", one.right), ("wrong", one.wrong)):
+            for detector in detector_counts.DETECTORS:
+                found[f"{one.evidence}.{detector}.{name}"] = count[detector]
+    return found

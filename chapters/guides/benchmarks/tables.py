@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import isfinite
-
 from chapters.guides.benchmarks.results import FAILED, scored_rigs, worst_corner
 from chapters.guides.benchmarks.trials import DETECTORS, rig_names
 from chapters.shared import detector_counts
 from chapters.shared.rigs import rig_named
 from raxel.sets import Chessboard
+from repro.run.columns import cell, columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
@@ -81,23 +80,18 @@ def ext_benchmarks(results):
 
 
 def _score_row(name, result):
+    def of(value):
+        return result.column(value, rig=name)[0]
+
     row = {"Rig": name, "Boards": int(result.settings["views"])}
     for one in DETECTORS:
         title = detector_counts.DETECTORS[one]
-        row[f"{title}: right"] = int(result.column(f"{one}.right", rig=name)[0])
-        row[f"{title} (px)"] = _known(result.column(f"{one}.rms_px", rig=name)[0])
+        row[f"{title}: right"] = int(of(f"{one}.right"))
+        row[f"{title} (px)"] = cell(of(f"{one}.rms_px"))
     for model, title in CAMERAS.items():
-        row[f"{title} (deg)"] = (
-            _known(result.column(f"{model}.rms_deg", rig=name)[0]) or FAILED
-        )
-    row["Image circle with a ray (%)"] = _known(
-        100 * result.column("general.share_with_ray", rig=name)[0]
-    )
-    return row
-
-
-def _known(x):
-    return float(x) if isfinite(x) else None
+        row[f"{title} (deg)"] = cell(of(f"{model}.rms_deg")) or FAILED
+    share = cell(100 * of("general.share_with_ray"))
+    return row | {"Image circle with a ray (%)": share}
 
 
 @table("ext_benchmarks_further", needs=("ext_benchmark_scores",), evidence="analytic")
@@ -166,23 +160,19 @@ def ext_detector_counts(results):
 def ext_lab_accuracy(results):
     """Errors of rendered corners for each camera; photometry against forms."""
     result = results["ext_lab_accuracy_checks"]
-    rows = []
-    for condition in result.conditions:
-        check = condition["check"]
-        rows.append(
-            {
-                "Checked": condition.get("camera") or CHECK_NAMES[check],
-                "Against": "projection of corners"
-                if check == "corners"
-                else "closed form",
-                "Unit": "px" if check == "corners" else "1",
-                "RMS error": float(result.column("rms", **condition)[0]),
-                "Largest error": float(result.column("largest", **condition)[0]),
-            }
-        )
+    rows = [
+        (condition.get("camera"), "projection of corners", "px")
+        if condition["check"] == "corners"
+        else (CHECK_NAMES[condition["check"]], "closed form", "1")
+        for condition in result.conditions
+    ]
+    errors = {
+        title: result.select().column(name).tolist()
+        for title, name in (("RMS error", "rms"), ("Largest error", "largest"))
+    }
     aim, worst = result.settings["aim_px"], worst_corner(result)
     return Table(
-        {key: [row[key] for row in rows] for key in rows[0]},
+        columns(("Checked", "Against", "Unit"), rows) | errors,
         "What the laboratory renders against what it should. Cameras: corners "
         "of pictures without lens and noise, fitted by areas. Photometry: as "
         "shares of light, of a pixel, and of the spread.",

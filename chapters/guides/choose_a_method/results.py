@@ -8,7 +8,7 @@ from chapters.shared.algorithm_1 import BOARDS, SIZE_PX
 from chapters.shared.general_cameras import KINDS
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
-from repro.judge.statistics import median_interval
+from repro.judge.statistics import median_and_range, median_interval
 
 METHODS = ("parametric", "generic_well_conditioned")
 PRIMARY = {"domain": "px", "extent": "unbounded"}
@@ -18,8 +18,6 @@ SIMULATED = {
     "ray_deg": "ray error (deg)",
 }
 MODELS = {"zhang": METHODS[0], "general": METHODS[1]}
-
-
 PEER = "opencv_fisheye"
 HELD_OUT, STEPS = "held_out.corrected.rms_px", "stage.grid.deviation_mm"
 
@@ -36,8 +34,7 @@ def of_both(result, name, **condition):
 
 def of_peer(result, name, **condition):
     """The same value of OpenCV's fisheye model; None where nobody ran it."""
-    runs = any(condition.items() <= one.items() for one in result.conditions)
-    if not runs:
+    if not any(condition.items() <= one.items() for one in result.conditions):
         return None
     return typical(result, f"{PEER}.{name}", **condition)
 
@@ -63,8 +60,7 @@ def peer_column(results, name, at):
 
 def picture_share(values):
     """Median share of a picture with a ray, over the seeds that have a camera."""
-    known = [] if values is None else values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else np.nan
+    return np.nan if values is None else median_and_range(values).value
 
 
 def share_kept_out(zoom, at):
@@ -74,28 +70,24 @@ def share_kept_out(zoom, at):
     lost, boards = (
         zoom.column(f"{stem}.{what}", zoom=at) for what in ("left_out", "boards")
     )
-    shares = 1 - lost / (boards * rig.columns * rig.rows)
-    shares = shares[np.isfinite(shares)]
-    return float(np.median(shares)) if len(shares) else np.nan
+    return picture_share(1 - lost / (boards * rig.columns * rig.rows))
 
 
 def named(results):
     """Numbers of the prose: name -> text."""
     fov, zoom = results["fig_2_3_fov"], results["table_2_2_redrawn"]
-    out = {}
-    for at in FOVS_DEG:
-        for name in SIMULATED:
-            found = of_both(fov, name, fov_deg=at, **PRIMARY)
-            for method, estimate in zip(MODELS, found, strict=True):
-                out[f"{method}.{name}.{at}"] = short(estimate)
-    for at in ZOOMS:
-        found = of_both(zoom, HELD_OUT, zoom=at)
-        for method, estimate in zip(MODELS, found, strict=True):
-            out[f"{method}.zoom.{at}"] = short(estimate)
-    found = of_both(zoom, STEPS, zoom=STAGE_ZOOM)
-    for method, estimate in zip(MODELS, found, strict=True):
-        out[f"{method}.stage"] = short(estimate)
-    out |= peer_facts(results)
+    out = peer_facts(results)
+    for model, method in MODELS.items():
+        for at in FOVS_DEG:
+            for name in SIMULATED:
+                where = {"fov_deg": at, **PRIMARY}
+                found = typical(fov, f"{method}.{name}", **where)
+                out[f"{model}.{name}.{at}"] = short(found)
+        for at in ZOOMS:
+            found = typical(zoom, f"{method}.{HELD_OUT}", zoom=at)
+            out[f"{model}.zoom.{at}"] = short(found)
+        found = typical(zoom, f"{method}.{STEPS}", zoom=STAGE_ZOOM)
+        out[f"{model}.stage"] = short(found)
     out |= recorded_facts(results["ext_calibration_record"])
     out |= fisheye_facts(results["ext_fisheye_scores"])
     out["boards"], out["size"] = str(BOARDS), str(SIZE_PX)
@@ -121,19 +113,18 @@ def peer_facts(results):
 def recorded_facts(kept):
     """The widest real camera of the record, and what two methods leave on it."""
 
-    def of(name, condition):
-        return float(kept.column(name, **condition)[0])
-
-    widest = max(kept.conditions, key=lambda one: of("widest_deg", one))
-    out = {
-        "record.name": widest["set"],
-        "record.widest": f"{of('widest_deg', widest):.0f}",
-    }
+    widest_deg = kept.select().column("widest_deg")
+    widest = kept.conditions[int(widest_deg.argmax())]
+    out = {"record.name": widest["set"], "record.widest": f"{widest_deg.max():.0f}"}
     for model in ("opencv_fisheye", "generic"):
-        left = of(f"models.{model}.px", widest)
-        told = f"{left:.2g} px" if np.isfinite(left) else "no camera"
-        out[f"record.{model}"] = told
+        left = kept.column(f"models.{model}.px", **widest)[0]
+        out[f"record.{model}"] = in_pixels(left)
     return out
+
+
+def in_pixels(error):
+    """An error in words, or that there is no camera to have one."""
+    return f"{error:.2g} px" if np.isfinite(error) else "no camera"
 
 
 def motion_facts(wrong):
@@ -147,14 +138,14 @@ def motion_facts(wrong):
 def fisheye_facts(scores):
     """What the walk through a fisheye's calibration says, in words."""
     out = {}
-    for use in ("inner", "all"):
+    for use, found in scores.by("boards").items():
         for model in ("zhang", "opencv_fisheye", "generic"):
-            kept = scores.column(f"{model}.kept_out_px", boards=use)[0]
-            told = f"{kept:.2g} px" if np.isfinite(kept) else "no camera"
-            out[f"fisheye.{model}.{use}"] = told
-        share = scores.column("generic.image_with_ray", boards=use)[0]
+            kept = found.column(f"{model}.kept_out_px")[0]
+            out[f"fisheye.{model}.{use}"] = in_pixels(kept)
+        share, boards = (
+            found.column(name)[0] for name in ("generic.image_with_ray", "boards")
+        )
         out[f"fisheye.share.{use}"] = f"{100 * share:.0f} %"
-        boards = scores.column("boards", boards=use)[0]
         out[f"fisheye.boards.{use}"] = f"{boards:.0f}"
     return out
 

@@ -19,6 +19,7 @@ from chapters.guides.fisheye_in_ten_minutes.trials.commands import ASIDE_DEG
 from chapters.guides.fisheye_in_ten_minutes.trials.models import ANYWHERE, PLANNED, lit
 from repro.page.style import INK, plot_interval
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -72,11 +73,11 @@ def ext_fisheye_corners(results):
     rows = -(-len(images) // COLUMNS)
     drawn, grid = new_figure(rows, COLUMNS, height_in=1.08 * rows)
     drawn.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0, hspace=0)
-    data = {"picture": [], "corner": [], "u_px": [], "v_px": []}
+    cells = []
     for axes in grid.ravel():
         axes.set_axis_off()
-    for k, (axes, image) in enumerate(zip(grid.ravel(), images, strict=False)):
-        png = pictures.arrays("png", view=k)[0]
+    for view, (axes, image) in enumerate(zip(grid.ravel(), images, strict=False)):
+        png = pictures.arrays("png", view=view)[0]
         picture = cv2.imdecode(png, cv2.IMREAD_GRAYSCALE)
         height, width = picture.shape
         small = cv2.resize(
@@ -95,15 +96,15 @@ def ext_fisheye_corners(results):
             continue
         corners = np.array(image["corners"], float)
         axes.plot(
-            *corners.T, ".", markersize=0.35, color=PATH if k < kept_out else KEPT_OUT
+            *corners.T,
+            ".",
+            markersize=0.35,
+            color=PATH if view < kept_out else KEPT_OUT,
         )
-        data["picture"] += [image["file"]] * len(corners)
-        data["corner"] += list(range(len(corners)))
-        data["u_px"] += corners[:, 0].tolist()
-        data["v_px"] += corners[:, 1].tolist()
+        cells += [(image["file"], k, *c) for k, c in enumerate(corners.tolist())]
     return Drawing(
         drawn,
-        data,
+        columns(("picture", "corner", "u_px", "v_px"), cells),
         "All pictures with their corners, in the order taken: one in the "
         "middle, a ring half way out, a ring at the rim. Blue corners: "
         "pictures kept out, at such places again.",
@@ -149,15 +150,11 @@ def ext_fisheye_residuals(results):
     axes[1].set_aspect("equal")
     for place in axes:
         place.grid(False)
-        place.set_xlim(-0.5, width - 0.5)
-        place.set_ylim(height - 0.5, -0.5)
-        place.set_xlabel("u (px)")
+        place.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xlabel="u (px)")
     axes[0].set_ylabel("v (px)")
-    columns = (*pixels.T, *off.T)
-    names = ("u_px", "v_px", "du_px", "dv_px")
     return Drawing(
         drawn,
-        {n: c.tolist() for n, c in zip(names, columns, strict=True)},
+        columns(("u_px", "v_px", "du_px", "dv_px"), np.hstack([pixels, off]).tolist()),
         "Left: how many boards cover each pixel of the image circle. Right: "
         "residuals at corners of boards that the calibration never saw, "
         f"found less predicted. An arrow of {ARROW_SHARE * width:.0f} px on "
@@ -172,7 +169,7 @@ def ext_fisheye_coverage(results):
     """Coverage of the image circle against the number of pictures."""
     drawn_sets = results[DRAWN]
     drawn, axes = new_figure(height_in=3.2)
-    data = {"held": [], "pictures": [], "median": [], "least": [], "most": []}
+    rows = []
     for index, held in enumerate((PLANNED, ANYWHERE)):
         percent = 100 * shares(drawn_sets, held)
         count = np.arange(1, percent.shape[1] + 1)
@@ -182,19 +179,15 @@ def ext_fisheye_coverage(results):
             axes, count, middle, low, high, index=index,
             label=f"held {held}: median and range",
         )  # fmt: skip
-        data["held"] += [held] * len(count)
-        data["pictures"] += count.tolist()
-        data["median"] += middle.tolist()
-        data["least"] += low.tolist()
-        data["most"] += high.tolist()
+        found = zip(count, middle, low, high, strict=True)
+        rows += [(held, *cells) for cells in found]
     axes.axhline(100 * GOAL, color=INK, linewidth=0.8, linestyle=":")
-    axes.set_ylim(0, 100)
-    axes.set_xlabel("Pictures (1)")
+    axes.set(ylim=(0, 100), xlabel="Pictures (1)")
     axes.set_ylabel("Image circle under boards (%)")
     axes.legend(loc="lower right")
     return Drawing(
         drawn,
-        data,
+        columns(("held", "pictures", "median", "least", "most"), rows),
         "How much of the image circle the boards cover after so many pictures, "
         f"over {drawn_sets.trials_per_condition} draws: held by the plan of "
         "this page, give or take what a hand misses, and held anywhere in "

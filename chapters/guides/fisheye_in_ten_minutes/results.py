@@ -116,17 +116,15 @@ def numbers(results, effort):
     }
     for name in MODELS:
         for use in SETS:
-            out |= of_model(scores, name, use)
+            for what, words in told_scores(scores, name, use).items():
+                out[f"{name}.{use}.{what}"] = words
     return out | recorded(results[RECORD])
 
 
 def recorded(kept):
     """What the record of real cameras says, in words."""
 
-    def of_sets(name):
-        found = [kept.column(name, **c)[0] for c in kept.conditions]
-        return np.array(found, float)
-
+    of_sets = kept.select().column
     generic = of_sets("models.generic.px")
     fisheyes = [
         f"{px:.2g}"
@@ -162,12 +160,6 @@ def best_of(of_sets):
         f"{name} in {np.count_nonzero(first == place)}"
         for place, name in enumerate(NAMES.values())
     ]
-
-
-def of_model(scores, name, use):
-    """The scores of one model in words."""
-    words = told_scores(scores, name, use)
-    return {f"{name}.{use}.{what}": word for what, word in words.items()}
 
 
 def told_scores(scores, name, use):
