@@ -17,6 +17,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
 )
 from chapters.shared.robustness import DEFAULTS
 from repro.page.reader import value
+from repro.run.columns import columns
 
 SWEEPS = {
     "noise_sd": "noise {0}",
@@ -55,6 +56,16 @@ def shares_of(stages):
     }
 
 
+def counted(stages):
+    """Columns of level, stage, and how many trials it lost there."""
+    rows = [
+        (level, stage, count)
+        for level, lost in stages.items()
+        for stage, count in sorted(Counter(lost).items())
+    ]
+    return columns(("level", "stage", "trials"), rows)
+
+
 def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
     results = {case: open_results(f"ext_why_{case}") for case in CASES}
@@ -77,8 +88,8 @@ def name_values(open_results):
     for ordering in ("line", "homography"):
         for family in ("arc", "fov"):
             bend = first_failure(orderings, ordering, family)
-            told = f"{bend:.0f}°" if np.isfinite(bend) else "none that was run"
-            value(f"{ordering}_{family}", told)
+            words = "none that was run" if bend is None else f"{bend:.0f}°"
+            value(f"{ordering}_{family}", words)
     value("line_criterion", agreeing_criterion(orderings))
 
 
@@ -103,19 +114,26 @@ def _name_pairs(pairs):
     for name, stages in pairs.items():
         value(f"pairs_{name}", rights(stages))
     lost = [s for stages in pairs.values() for s in stages if s != DONE]
-    traced = sum(s in TRACED for s in lost)
-    value("pairs_lost", len(lost))
-    value("pairs_traced", traced)
-    value("pairs_clicked", lost.count(CLICK))
-    value("pairs_processed", len(lost) - traced - lost.count(CLICK))
+    traced, clicked = sum(s in TRACED for s in lost), lost.count(CLICK)
+    for name, count in {
+        "lost": len(lost),
+        "traced": traced,
+        "clicked": clicked,
+        "processed": len(lost) - traced - clicked,
+    }.items():
+        value(f"pairs_{name}", count)
 
 
 def _name_sweeps(result):
-    stages = {name: [] for name in SWEEPS}
-    for condition in result.conditions:
-        for name in SWEEPS:
-            if condition[name] != DEFAULTS[name]:
-                stages[name] += result.texts("stage", **condition)
+    stages = {
+        name: [
+            stage
+            for level, trials in result.by(name).items()
+            if level != DEFAULTS[name]
+            for stage in trials.texts("stage")
+        ]
+        for name in SWEEPS
+    }
     for name, ends in stages.items():
         value(f"sweep_{name}", commonest(ends) if ends else NOT_RUN)
     value("sweep_all", commonest([s for e in stages.values() for s in e]))
@@ -123,30 +141,23 @@ def _name_sweeps(result):
 
 def foretold(result):
     """Whether each run was lost on side 1 exactly where 3.1.2 says so: (n,) bool."""
-    agree = []
-    for level in result.conditions[0]["levels"]:
-        wrong = result.column(f"{level}.first_line_wrong") == 1
-        lost = [contour == "side 1" for contour in result.texts(f"{level}.contour")]
-        agree.append(wrong == np.array(lost))
-    return np.concatenate(agree)
+    return np.concatenate(
+        [
+            (result.column(f"{level}.first_line_wrong") == 1)
+            == (np.array(result.texts(f"{level}.contour")) == "side 1")
+            for level in result.conditions[0]["levels"]
+        ]
+    )
 
 
 def agreeing_criterion(result):
     """Share of trials in which the margin's sign tells the first ordering's outcome."""
-    agree = [
-        (result.column("margin", **condition) > 0)
-        == (result.column("line", **condition) == 1)
-        for condition in result.conditions
-    ]
-    return f"{100 * np.concatenate(agree).mean():.0f} %"
+    trials = result.select()
+    agree = (trials.column("margin") > 0) == (trials.column("line") == 1)
+    return f"{100 * agree.mean():.0f} %"
 
 
 def first_failure(result, name, family):
-    """The smallest bend (deg) at which an ordering fails in a trial; nan if none."""
-    for condition in result.conditions:
-        if condition["family"] == family:
-            bend = condition["bend_deg"]
-            right = result.column(name, family=family, bend_deg=bend)
-            if right.mean() < 1:
-                return float(bend)
-    return float("nan")
+    """The smallest bend (deg) at which an ordering fails in a trial; None if none."""
+    of_bend = result.by("bend_deg", family=family).items()
+    return next((b for b, trials in of_bend if trials.column(name).mean() < 1), None)

@@ -7,6 +7,7 @@ from collections import Counter
 from chapters.ch03_planar_grids.ext_why_it_fails.results import stages_of
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import DONE, STAGES
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 
@@ -39,23 +40,20 @@ TITLES = {
 )
 def ext_why_stages(results):
     """The drawn levels of all cases, by the stage that lost them."""
-    columns = {"condition": [], "level": [], "trials": [], DONE: []}
-    columns |= {stage: [] for stage in STAGES}
-    columns[WRONG] = []
+    rows = []
     for case, title in TITLES.items():
         result = results[f"ext_why_{case}"]
-        stages = stages_of(result)
         for name, level in CASES[case]["drawn"].items():
-            lost = Counter(stages[level])
-            wrong = result.column(f"{level}.silently_wrong").sum()
-            cells = (title, name, len(stages[level]), lost[DONE])
-            cells += tuple(lost[stage] for stage in STAGES) + (int(wrong),)
-            for column, cell in zip(columns.values(), cells, strict=True):
-                column.append(cell)
+            stages = stages_of(result)[level]
+            lost = Counter(stages)
+            wrong = int(result.column(f"{level}.silently_wrong").sum())
+            counts = (lost[stage] for stage in (DONE, *STAGES))
+            rows.append((title, name, len(stages), *counts, wrong))
+    heads = ("condition", "level", "trials", DONE, *STAGES, WRONG)
     may_be_empty = (*STAGES, WRONG)
     kept = {
         name: cells
-        for name, cells in columns.items()
+        for name, cells in columns(heads, rows).items()
         if name not in may_be_empty or any(cells)
     }
     return Table(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_without_clicks.results import over
+from chapters.ch03_planar_grids.ext_without_clicks.results import known
 from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import (
     RIGHT_PX,
     SWEPT,
 )
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -21,32 +22,23 @@ def ext_click_free_sweeps(results):
     """The worst corner of each board over five sweeps, and the refusals."""
     result = results["ext_without_clicks_sweeps"]
     drawn, axes = new_figure(2, 3, height_in=4.4)
-    data = {name: [] for name in ("sweep", "level", "worst_px", "found")}
+    sweeps, rows = result.by("sweep"), []
     for axis, (sweep, (_, label, unit)) in zip(axes.flat, SWEPT.items(), strict=False):
-        for one in result.conditions:
-            if one["sweep"] != sweep:
-                continue
-            off = result.column("worst_px", **one)
-            found = result.column("found", **one)
-            for x, y in zip(found, off, strict=True):
-                data["sweep"].append(sweep)
-                data["level"].append(one["level"])
-                data["worst_px"].append(y)
-                data["found"].append(x)
-            right = np.isfinite(off)
-            axis.plot([one["level"]] * right.sum(), off[right], "o", color="C0", ms=4)
-            lost = np.count_nonzero(found == 0)
-            axis.plot([one["level"]] * lost, [1.0] * lost, "x", color="C1", ms=5)
+        of_level = sweeps[sweep].by("level") if sweep in sweeps else {}
+        for level, trials in of_level.items():
+            off, found = trials.column("worst_px"), trials.column("found")
+            rows += [(sweep, level, *of) for of in zip(off, found, strict=True)]
+            right, lost = off[np.isfinite(off)], np.count_nonzero(found == 0)
+            axis.plot([level] * len(right), right, "o", color="C0", ms=4)
+            axis.plot([level] * lost, [1.0] * lost, "x", color="C1", ms=5)
         axis.axhline(RIGHT_PX, color="0.6", lw=0.8)
-        axis.set_ylim(0, 1.15)
-        axis.set_xlabel(f"{label} ({unit})")
-        axis.set_ylabel("worst corner (px)")
+        axis.set(ylim=(0, 1.15), xlabel=f"{label} ({unit})", ylabel="worst corner (px)")
     drawn.delaxes(axes.flat[-1])
     drawn.tight_layout()
-    off = over(result, "wrong")
+    off = known(result, "wrong")
     return Drawing(
         drawn,
-        data,
+        columns(("sweep", "level", "worst_px", "found"), rows),
         "Boards of 3.3.1 with one thing changed. Dots: the corner farthest from the "
         "truth, of boards that were returned. Crosses: boards that were refused.",
         Check(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.ch03_planar_grids.ext_without_clicks.results import ROWS, found_row, over
+from chapters.ch03_planar_grids.ext_without_clicks.results import ROWS, found_row, known
 from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import RIGHT_PX
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
@@ -51,13 +51,12 @@ def ext_click_free_refusals(results):
 
 
 def _refusal_row(result, name):
-    refused = over(result, f"refusals.{name}.refused")
-    row = {"Asked for": name, "Pictures": len(refused), "Refused": int(refused.sum())}
-    share = np.array([])
-    if "two" not in name:
-        share = over(result, f"refusals.{name}.share")
-        share = share[np.isfinite(share)]
-    told = len(share) > 0
-    row["In order, median (%)"] = 100 * float(np.median(share)) if told else None
-    row["In order, least (%)"] = 100 * float(share.min()) if told else None
-    return row
+    refused = known(result, f"refusals.{name}.refused")
+    share = known(result, f"refusals.{name}.share") if "two" not in name else []
+    return {
+        "Asked for": name,
+        "Pictures": len(refused),
+        "Refused": int(refused.sum()),
+        "In order, median (%)": 100 * float(np.median(share)) if len(share) else None,
+        "In order, least (%)": 100 * float(share.min()) if len(share) else None,
+    }

@@ -110,15 +110,6 @@ def which_view(result):
     return f", view {tried} of a random series: the first that is read"
 
 
-def line_ends(centre, radius, line):
-    """Ends (2, 2) of the chord of a window that a line (R, theta) cuts."""
-    R, theta = line[0], np.radians(line[1])
-    along = np.array([np.cos(theta), np.sin(theta)])
-    foot = centre + R * np.array([-along[1], along[0]])
-    half = np.sqrt(max(radius**2 - R**2, 0.0))
-    return np.array([foot - half * along, foot + half * along])
-
-
 SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
 COUNTS = ("width", "height", "width", "height")
 # Threshold -> field of CelectSettings, unit, and what it bounds.

@@ -19,10 +19,13 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     WRONG_EDGE,
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import COARSE, REACH
+from chapters.shared.window_lines import line_ends
 
 GOOD, BAD = "#0072b2", "#d55e00"
 EDGE, CHOSEN, OTHER = "#e69f00", "#d55e00", "#56b4e9"
 CORNER, MERGED_CORNER = "#009e73", "#c76ea3"
+FOLLOWED = {"color": CHOSEN, "lw": 2.4, "ls": "-"}
+FOUND = {"color": OTHER, "lw": 1.5, "ls": "--"}
 COLOURS = {
     DONE: "#d5d9de",
     NO_EDGE: "#0072b2",
@@ -42,27 +45,15 @@ def draw_overview(panel, kept, title):
     """The picture with the anchors of all contours, the lost one in orange."""
     picture = kept["overview"]
     height, width = (COARSE * n for n in picture.shape)
-    panel.imshow(
-        picture,
-        cmap="gray",
-        vmin=0,
-        vmax=255,
-        alpha=0.55,
-        extent=(-0.5, width - 0.5, height - 0.5, -0.5),
-    )
-    lost = kept["lost_contour"].item()
-    contours = kept["contour_of"]
+    _grey(panel, picture, 0.55, (-0.5, width - 0.5, height - 0.5, -0.5))
+    lost, contours = kept["lost_contour"].item(), kept["contour_of"]
     for index in sorted(np.unique(contours), key=lambda i: i == lost):
         anchors = kept["anchors"][contours == index]
-        look = {"color": GOOD, "lw": 1.1}
-        if index == lost:
-            look = {"color": BAD, "lw": 2}
-        panel.plot(*anchors.T, "-o", ms=1.8, **look)
+        colour, width_pt = (BAD, 2) if index == lost else (GOOD, 1.1)
+        panel.plot(*anchors.T, "-o", ms=1.8, color=colour, lw=width_pt)
     panel.plot(*kept["outer"][0], "*", color="#1b1f24", ms=9)
     _circle(panel, kept, color="#1b1f24", lw=1.4, marker="")
-    panel.set_xlim(-0.5, width - 0.5)
-    panel.set_ylim(height - 0.5, -0.5)
-    panel.set_title(title)
+    panel.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), title=title)
     _bare(panel)
 
 
@@ -70,36 +61,24 @@ def draw_window(panel, kept):
     """One window: edge pixels, lines, the chosen one, candidates and corners."""
     cut, (left, top) = kept["cut"], kept["cut_at"]
     height, width = cut.shape
-    panel.imshow(
-        cut,
-        cmap="gray",
-        vmin=0,
-        vmax=255,
-        alpha=0.6,
-        extent=(left - 0.5, left + width - 0.5, top + height - 0.5, top - 0.5),
-    )
+    extent = (left - 0.5, left + width - 0.5, top + height - 0.5, top - 0.5)
+    _grey(panel, cut, 0.6, extent)
     _circle(panel, kept, color="#1b1f24", lw=1.4, marker="")
     panel.plot(*kept["edges"].T, "s", color=EDGE, ms=1.6)
-    chosen = kept["chosen"].item()
+    (u, v), radius = kept["centre"], kept["radius"].item()
     for index, line in enumerate(kept["lines"]):
-        ends = _across(kept["centre"], kept["radius"].item(), line)
-        if ends is None:
-            continue
-        look = {"color": OTHER, "lw": 1.5, "ls": "--", "marker": ""}
-        if index == chosen:
-            look = {"color": CHOSEN, "lw": 2.4, "ls": "-", "marker": ""}
-        panel.plot(*ends.T, **look)
+        if abs(line[0]) < radius:
+            ends = line_ends(kept["centre"], radius, line)
+            is_chosen = index == kept["chosen"].item()
+            panel.plot(*ends.T, marker="", **(FOLLOWED if is_chosen else FOUND))
     panel.plot(*kept["trace"].T, "-o", color=GOOD, ms=4, lw=1)
     panel.plot(*kept["candidates"].T, "x", color=CORNER, ms=7, mew=1.8)
     if len(kept["merged"]):
-        panel.plot(
-            *kept["merged"].T, "o", mfc="none", mec=MERGED_CORNER, ms=12, mew=1.8
-        )
+        ring = {"mfc": "none", "mec": MERGED_CORNER, "ms": 12, "mew": 1.8}
+        panel.plot(*kept["merged"].T, "o", **ring)
     panel.plot(*kept["centre"], "o", color="#1b1f24", ms=5)
-    reach = REACH * kept["radius"].item()
-    u, v = kept["centre"]
-    panel.set_xlim(u - reach, u + reach)
-    panel.set_ylim(v + reach, v - reach)
+    reach = REACH * radius
+    panel.set(xlim=(u - reach, u + reach), ylim=(v + reach, v - reach))
     _bare(panel)
 
 
@@ -110,8 +89,8 @@ def window_legend():
     looks = {
         "window": {"color": "#1b1f24", "lw": 1.4, "marker": ""},
         "edge pixels": {"color": EDGE, "marker": "s", "ls": "", "ms": 4},
-        "lines found": {"color": OTHER, "ls": "--", "lw": 1.5},
-        "line followed": {"color": CHOSEN, "lw": 2.4},
+        "lines found": FOUND,
+        "line followed": FOLLOWED,
         "anchors": {"color": GOOD, "marker": "o", "lw": 1, "ms": 4},
         "candidate corners": {"color": CORNER, "marker": "x", "ls": "", "mew": 1.8},
         "corners after merging": {
@@ -138,18 +117,10 @@ def draw_stages(panel, shares, label):
     for stage in (DONE, *STAGES, UNSEEN):
         heights = np.array([shares[n].get(stage, 0.0) for n in names])
         if heights.any():
-            panel.bar(
-                ticks,
-                heights,
-                bottom=bottom,
-                color=COLOURS[stage],
-                label=stage,
-                width=0.8,
-            )
+            look = {"color": COLOURS[stage], "label": stage, "width": 0.8}
+            panel.bar(ticks, heights, bottom=bottom, **look)
         bottom += heights
-    panel.set_ylim(0, 100)
-    panel.set_ylabel("Trials (%)")
-    panel.set_xlabel(label)
+    panel.set(ylim=(0, 100), ylabel="Trials (%)", xlabel=label)
     panel.grid(visible=False, axis="x")
     panel.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4, borderaxespad=0.3)
 
@@ -162,20 +133,11 @@ def _circle(panel, kept, **look):
     panel.plot(*(kept["centre"] + ring).T, **look)
 
 
-def _across(centre, radius, line):
-    """Where a line (R, theta deg) enters and leaves the window: (2, 2), or None."""
-    distance, theta = line[0], np.radians(line[1])
-    if abs(distance) >= radius:
-        return None
-    along = np.array([np.cos(theta), np.sin(theta)])
-    normal = np.array([-along[1], along[0]])
-    half = np.sqrt(radius**2 - distance**2)
-    foot = centre + distance * normal
-    return np.array([foot - half * along, foot + half * along])
-
-
 def _bare(panel):
-    panel.set_xticks([])
-    panel.set_yticks([])
+    panel.set(xticks=[], yticks=[], aspect="equal")
     panel.grid(visible=False)
-    panel.set_aspect("equal")
+
+
+def _grey(panel, picture, alpha, extent):
+    look = {"cmap": "gray", "vmin": 0, "vmax": 255}
+    panel.imshow(picture, alpha=alpha, extent=extent, **look)

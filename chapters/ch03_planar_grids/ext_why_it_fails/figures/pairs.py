@@ -10,7 +10,11 @@ from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import (
     draw_window,
     window_legend,
 )
-from chapters.ch03_planar_grids.ext_why_it_fails.results import shares_of, stages_of
+from chapters.ch03_planar_grids.ext_why_it_fails.results import (
+    counted,
+    shares_of,
+    stages_of,
+)
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import OVERVIEW, WINDOW
 from repro.page.style import figure as new_figure
@@ -21,13 +25,9 @@ from repro.run.outcomes import Drawing
 def example(stages, drawn):
     """The first trial in which the drawn levels come out as they usually do."""
     usual = {level: Counter(stages[level]).most_common(1)[0][0] for level in drawn}
-    trials = len(next(iter(stages.values())))
-    fits = [
-        k
-        for k in range(trials)
-        if all(stages[level][k] == usual[level] for level in drawn)
-    ]
-    return fits[0] if fits else 0
+    outcomes = zip(*(stages[level] for level in drawn), strict=True)
+    as_usual = [of_trial == tuple(usual.values()) for of_trial in outcomes]
+    return as_usual.index(True) if any(as_usual) else 0
 
 
 def draw_case(result, case, label, caption):
@@ -44,8 +44,7 @@ def draw_case(result, case, label, caption):
     for place, (title, level) in enumerate(drawn.items()):
         kept = kept_of(result, level, trial)
         draw_overview(panels[0, place], kept, title)
-        lost = stages[level][trial]
-        panels[0, place].set_xlabel(lost)
+        panels[0, place].set_xlabel(stages[level][trial])
         if kept["cut"].size:
             draw_window(panels[1, place], kept)
         else:
@@ -53,16 +52,9 @@ def draw_case(result, case, label, caption):
     grid = panels[2, 0].get_gridspec()
     for panel in panels[2]:
         panel.remove()
-    bars = figure_.add_subplot(grid[2, :])
-    shares = shares_of(stages)
-    draw_stages(bars, shares, label)
+    draw_stages(figure_.add_subplot(grid[2, :]), shares_of(stages), label)
     figure_.legend(*window_legend(), loc="outside lower center", ncols=3)
-    data = {"level": [], "stage": [], "trials": []}
-    for level, lost in stages.items():
-        for stage, count in sorted(Counter(lost).items()):
-            for column, cell in zip(data, (level, stage, count), strict=True):
-                data[column].append(cell)
-    return Drawing(figure_, data, caption)
+    return Drawing(figure_, counted(stages), caption)
 
 
 def kept_of(result, level, trial):

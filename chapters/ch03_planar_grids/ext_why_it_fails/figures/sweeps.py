@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import draw_stages
-from chapters.ch03_planar_grids.ext_why_it_fails.results import SWEEPS, shares_of
+from chapters.ch03_planar_grids.ext_why_it_fails.results import (
+    SWEEPS,
+    counted,
+    shares_of,
+)
 from chapters.shared.robustness import DEFAULTS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.page.style import figure as new_figure
 from repro.page.style import series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 FAMILIES = {"arc": "Arc of the board", "fov": "Field of view"}
-LINE, PLANE = "line that joins a row's ends", "homography of four clicks"
 LINE, PLANE = "line that joins a row's ends", "homography of four clicks"
 
 
@@ -34,15 +36,9 @@ def ext_why_sweeps(results):
     drawn, panel = new_figure(1, 1, height_in=4.2)
     draw_stages(panel, shares_of(stages), "Level of the sweep")
     panel.tick_params(axis="x", labelrotation=90)
-    data = {"level": [], "stage": [], "trials": []}
-    for level, lost in stages.items():
-        for stage, count in sorted(Counter(lost).items()):
-            cells = (level, stage, count)
-            for column, cell in zip(data, cells, strict=True):
-                data[column].append(cell)
     return Drawing(
         drawn,
-        data,
+        counted(stages),
         "Levels of Fig. 3.11 at which boards are lost, in trials of their own and "
         "fewer: the first thing that went wrong, which need not be where CELECT "
         "gave up. Noise in grey "
@@ -56,39 +52,29 @@ def ext_why_orderings(results):
     """Where the two orderings of 1.2.1 fail, and their criteria."""
     result = results["ext_why_orderings"]
     drawn, panels = new_figure(2, 2, height_in=5.6, sharex="col")
-    data = {
-        name: []
-        for name in ("family", "bend_deg", "line", "homography", "margin", "stray")
-    }
+    names, rows = ("line", "homography", "margin", "stray"), []
     for column, (family, title) in enumerate(FAMILIES.items()):
-        bends = [c["bend_deg"] for c in result.conditions if c["family"] == family]
+        of_bend = result.by("bend_deg", family=family)
+        bends = list(of_bend)
         means = {
-            name: np.array(
-                [result.column(name, family=family, bend_deg=b).mean() for b in bends]
-            )
-            for name in ("line", "homography", "margin", "stray")
+            name: np.array([of.column(name).mean() for of in of_bend.values()])
+            for name in names
         }
         top, bottom = panels[:, column]
         top.plot(bends, 100 * means["line"], label=LINE, **series(0))
         top.plot(bends, 100 * means["homography"], label=PLANE, **series(1))
-        top.set_title(title)
-        top.set_ylabel("Ordered right (%)")
+        top.set(title=title, ylabel="Ordered right (%)")
         bottom.plot(bends, means["margin"], label="margin of a row", **series(0))
         bottom.plot(bends, means["stray"], label="stray of a corner", **series(1))
         bottom.axhline(0, color="#4a4a4a", lw=1)
         bottom.axhline(0.5, color="#4a4a4a", lw=1, ls=":")
-        bottom.set_ylim(-1.5, 3)
-        bottom.set_xlabel(f"{title} (deg)")
-        bottom.set_ylabel("Squares (1)")
-        for k, bend in enumerate(bends):
-            cells = (family, bend, *(m[k] for m in means.values()))
-            for name, cell in zip(data, cells, strict=True):
-                data[name].append(cell)
+        bottom.set(ylim=(-1.5, 3), xlabel=f"{title} (deg)", ylabel="Squares (1)")
+        rows += [(family, *row) for row in zip(bends, *means.values(), strict=True)]
     panels[0, 0].legend()
     panels[1, 0].legend()
     return Drawing(
         drawn,
-        data,
+        columns(("family", "bend_deg", *names), rows),
         "Two orderings of section 1.2.1 on true corners with an error of "
         "0.5 px. Top: share of trials with every corner in its place. Below, "
         "in squares: by how much the nearest corner of another row is farther "
