@@ -31,7 +31,7 @@ FEWEST = 3
 WHITE = 255
 BORDER_PX = 24
 # Parts tried: each has at most this share of the corners of the one before.
-NEXT_SHARE = {"quick": 0.4, "full": 0.95}
+NEXT_SHARE = {"quick": 0.8, "full": 0.95}
 
 
 class Part(NamedTuple):
