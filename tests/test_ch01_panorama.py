@@ -8,7 +8,6 @@ from chapters.ch01_introduction.s1_1_panorama import (
     exercises,
     figures,
     page,
-    results,
     trials,
 )
 from raxel.multiview.perspective_view import source_pixels
@@ -67,8 +66,8 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
     judge = claims.judge_unwrap_resolution
     reading = judge({"fig_1_1_resolution": rows})
     assert reading.verdict == "reproduced"
-    assert np.all(results.over_mirrors(rows, "ratio") > trials.LEAST_RATIO)
-    assert np.isfinite(results.over_mirrors(rows, "band_deg")).all()
+    assert np.all(rows.select().column("ratio") > trials.LEAST_RATIO)
+    assert np.isfinite(rows.select().column("band_deg")).all()
     even = of_columns(*((c, {"ratio": 1.4, "band_deg": 10.0}) for c in rows.conditions))
     reading = judge({"fig_1_1_resolution": even})
     assert reading.verdict == "differs"

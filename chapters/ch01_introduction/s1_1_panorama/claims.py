@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from chapters.ch01_introduction.s1_1_panorama.results import over_mirrors
 from chapters.ch01_introduction.s1_1_panorama.trials import LEAST_RATIO, RIG_MIRROR
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
@@ -18,7 +17,7 @@ def judge_unwrap_resolution(results):
 
     ratio = of("ratio")
     apart = max(ratio, 1 / ratio)
-    least = over_mirrors(ran, "ratio").min()
+    least = ran.select().column("ratio").min()
     return Reading(
         "reproduced" if apart > LEAST_RATIO else "differs",
         apart,

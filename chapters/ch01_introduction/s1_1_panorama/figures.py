@@ -14,6 +14,7 @@ from chapters.shared.surroundings import drawn_surroundings
 from raxel.lab import room
 from repro.page.style import figure as new_figure
 from repro.page.style import series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -83,7 +84,7 @@ def ext_fig_1_1_resolution(results):
     """Source pixels per unwrapped pixel against elevation."""
     ran = results["fig_1_1_resolution"]
     drawn, axes = new_figure(1, 3, height_in=3.6)
-    data = {"mirror": [], "elevation_deg": []} | {n: [] for n in SCALES}
+    rows = []
     for index, mirror in enumerate(ECCENTRICITIES):
         curves = {
             name: ran.arrays(name, mirror=mirror)[0]
@@ -97,17 +98,14 @@ def ext_fig_1_1_resolution(results):
                 markevery=60,
                 **series(index),
             )
-        data["mirror"] += [mirror] * len(curves["area"])
-        for name, curve in curves.items():
-            data[name] += curve.tolist()
+        rows += [(mirror, *cells) for cells in zip(*curves.values(), strict=True)]
     for panel, (title, label) in zip(axes, SCALES.values(), strict=True):
         panel.set(title=title, ylabel=label, xlabel="Elevation (deg)")
-        panel.set_ylim(bottom=0)
-        panel.set_xticks(np.arange(-50, 51, 25))
+        panel.set(ylim=(0, None), xticks=np.arange(-50, 51, 25))
     drawn.legend(loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(("mirror", "elevation_deg", *SCALES), rows),
         "How much of the picture one pixel of the unwrapped picture is "
         "made of, by its row: area, and length each way. All mirrors have "
         "the same rim in the world and in the picture; e is the "

@@ -2,19 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from chapters.ch01_introduction.s1_1_panorama.trials import (
-    ECCENTRICITIES,
-    LEAST_RATIO,
-    RIG_MIRROR,
-)
+from chapters.ch01_introduction.s1_1_panorama.trials import LEAST_RATIO, RIG_MIRROR
 from repro.page.reader import value
-
-
-def over_mirrors(ran, name):
-    """One value for each mirror, in the order of ECCENTRICITIES."""
-    return np.array([ran.column(name, mirror=mirror)[0] for mirror in ECCENTRICITIES])
 
 
 def name_values(open_results):
@@ -24,7 +13,8 @@ def name_values(open_results):
     value("low", -taken.column("lowest_deg").min())
     rows = open_results("fig_1_1_resolution")
     value("ratio", rows.column("ratio", mirror=RIG_MIRROR).max())
-    value("least", over_mirrors(rows, "ratio").min())
-    value("most", over_mirrors(rows, "ratio").max())
-    value("band", over_mirrors(rows, "band_deg").min())
+    ratios, bands = (rows.select().column(name) for name in ("ratio", "band_deg"))
+    value("least", ratios.min())
+    value("most", ratios.max())
+    value("band", bands.min())
     value("limit", LEAST_RATIO)

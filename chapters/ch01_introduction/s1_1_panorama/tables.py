@@ -17,12 +17,11 @@ SCALES = {
 @table("ext_fig_1_1_rows", needs=("fig_1_1_resolution",), evidence="rendered")
 def unwrapped_rows(results):
     """Source pixels of one unwrapped pixel at the top and at the bottom."""
-    ran = results["fig_1_1_resolution"]
-    rows = []
-    for name, said in SCALES.items():
+    ran, rows = results["fig_1_1_resolution"], []
+    for name, label in SCALES.items():
         scale = ran.arrays(name, mirror=RIG_MIRROR)[0]
         top, bottom = float(scale[0]), float(scale[-1])
-        rows.append((said, top, bottom, top / bottom))
+        rows.append((label, top, bottom, top / bottom))
     return Table(
         columns(("One unwrapped pixel", "Top row", "Bottom row", "Ratio"), rows),
         "How much of the source picture makes one pixel of the panorama: its "

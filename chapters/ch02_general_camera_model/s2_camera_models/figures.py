@@ -68,8 +68,7 @@ def ext_zoo_fits(results):
     """Every round model fitted to two lenses: error and parameters."""
     ran = results["exp_zoo_fits"]
     drawn, axes = new_figure(1, 2, height_in=5.0, sharey=True, sharex=True)
-    rows = []
-    falls = True
+    rows, falls = [], True
     for panel, lens in zip(axes, LENSES, strict=True):
         for index, family in enumerate(FAMILIES):
             free, rms = fits_of(ran, lens, family)
@@ -93,9 +92,8 @@ def ext_zoo_fits(results):
                 (lens, family, int(n), error, to_deg)
                 for n, error in zip(free, rms, strict=True)
             ]
-        panel.set(yscale="log", title=f"Lens: {lens}")
+        panel.set(yscale="log", title=f"Lens: {lens}", xticks=range(1, 6))
         panel.set_xlabel("Free radial parameters (1)")
-        panel.set_xticks(range(1, 6))
     axes[0].set_ylabel("RMS radius error (px)")
     handles, labels = axes[0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)

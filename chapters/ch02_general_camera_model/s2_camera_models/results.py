@@ -31,11 +31,6 @@ FEWEST = {
 }
 
 
-def of_all(result, name):
-    """One value of every camera of the zoo, (n,)."""
-    return np.array([result.column(name, model=m)[0] for m in ZOO])
-
-
 def fov_with_plane(result):
     """Largest field of view (deg) with a plane in front of all rays."""
     return max(np.array(FOVS_DEG)[feasible_shares(result) == 1])
@@ -47,14 +42,13 @@ def name_values(open_results):
     reflected = open_results("exp_zoo_mirrors")
     value("cameras", len(ZOO))
     value("elsewhere", ", ".join(ELSEWHERE))
-    value("trip_px", of_all(counted, "round_trip_px").max())
-    value("returned", 100 * of_all(counted, "returned").min())
-    apart = of_all(counted, "centrality_mm") > NONE_MM
-    value("not_central", int(apart.sum()))
+    of_zoo = counted.select().column
+    value("trip_px", of_zoo("round_trip_px").max())
+    value("returned", 100 * of_zoo("returned").min())
+    value("not_central", int((of_zoo("centrality_mm") > NONE_MM).sum()))
     for name, (what, model) in OF_ONE.items():
         value(name, counted.column(what, model=model)[0])
-    mirrors = [condition["model"] for condition in reflected.conditions]
-    value("sphere_px", max(reflected.column("rms_px", model=m)[0] for m in mirrors))
+    value("sphere_px", reflected.select().column("rms_px").max())
     value("plane_fov", fov_with_plane(open_results("exp_c2_fov180")))
 
 

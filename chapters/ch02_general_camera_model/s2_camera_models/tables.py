@@ -20,28 +20,21 @@ from repro.run.outcomes import Check, Table
 @table("ext_zoo", needs=("exp_zoo",), evidence="analytic")
 def ext_zoo(results):
     """Counts and measures of every camera."""
-    ran = results["exp_zoo"]
-
-    def column(name):
-        return [ran.column(name, model=model)[0] for model in ZOO]
-
-    ends = column("model_end_deg")
-    trips = np.array(column("round_trip_px"))
-    returned = np.array(column("returned"))
-    centres = np.array(column("centrality_mm"))
-    central = np.array([c < NONE_MM for c in centres])
-    said = np.array([ran.texts("central", model=m)[0] for m in ZOO], dtype=bool)
+    ran = results["exp_zoo"].select()
+    ends, trips, returned, centres = (
+        ran.column(name)
+        for name in ("model_end_deg", "round_trip_px", "returned", "centrality_mm")
+    )
+    stated = np.array(ran.texts("central"), dtype=bool)
     return Table(
         {
             "model": list(ZOO),
             "section": [model.section for model in ZOO.values()],
-            "kind in the library": [ran.texts("kind", model=m)[0] for m in ZOO],
-            "parameters": [int(n) for n in column("parameters")],
-            "central": ["yes" if c else "no" for c in said],
-            "projects": [
-                "yes" if ran.texts("projects", model=m)[0] else "no" for m in ZOO
-            ],
-            "widest ray (deg)": column("widest_deg"),
+            "kind in the library": ran.texts("kind"),
+            "parameters": [int(n) for n in ran.column("parameters")],
+            "central": ["yes" if c else "no" for c in stated],
+            "projects": ["yes" if p else "no" for p in ran.texts("projects")],
+            "widest ray (deg)": list(ran.column("widest_deg")),
             "law ends (deg)": [x if np.isfinite(x) else None for x in ends],
             "from central (mm)": [0.0 if x < NONE_MM else x for x in centres],
             "round trip (px)": list(trips),
@@ -55,7 +48,7 @@ def ext_zoo(results):
             bool(
                 (returned == 1).all()
                 and (trips < NONE_PX).all()
-                and (central == said).all()
+                and ((centres < NONE_MM) == stated).all()
             ),
             f"{100 * returned.min():.3g} % of the pixels come back (least "
             f"of all cameras), to {trips.max():.1g} px, and just the cameras "
@@ -67,12 +60,12 @@ def ext_zoo(results):
 @table("ext_zoo_scope", needs=("exp_zoo", "exp_zoo_mirrors"), evidence="analytic")
 def ext_zoo_scope(results):
     """What each model can and cannot represent, with how many numbers."""
-    ran, mirrors = results["exp_zoo"], results["exp_zoo_mirrors"]
-    worst = max(mirrors.column("rms_px", **one)[0] for one in mirrors.conditions)
+    ran, mirrors = (results[name].select() for name in ("exp_zoo", "exp_zoo_mirrors"))
+    worst = mirrors.column("rms_px").max()
     return Table(
         {
             "model": list(ZOO),
-            "parameters": [int(ran.column("parameters", model=m)[0]) for m in ZOO],
+            "parameters": [int(n) for n in ran.column("parameters")],
             "represents": [model.can for model in ZOO.values()],
             "does not represent": [m.cannot for m in ZOO.values()],
         },

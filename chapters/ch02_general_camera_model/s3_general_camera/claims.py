@@ -9,13 +9,13 @@ from chapters.ch02_general_camera_model.s3_general_camera.results import (
     slope,
 )
 from chapters.shared.general_cameras import KINDS
-from repro.judge.statistics import median_interval
+from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_interval
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
 ROUNDING = 1e-12
 RAY_ERROR = 1e-9
-LEAST_R2 = 0.98
+MIN_R2 = 0.98
 
 
 @claim(
@@ -55,12 +55,11 @@ def judge_pluecker_origin(results):
 @claim("c2_nonparam_any", needs=("exp_c2_nonparam_any",), evidence="analytic")
 def judge_nonparametric(results):
     """Faceted mirror, two known grid poses: ray error below 1e-9."""
-    ran = results["exp_c2_nonparam_any"]
-    faceted = {"camera": "faceted"}
-    angle = ran.column("angle_rad", **faceted).max()
-    gap = ran.column("gap_mm", **faceted).max()
-    share = ran.column("share", **faceted).min()
-    jump = ran.column("jump_deg", **faceted).max()
+    faceted = results["exp_c2_nonparam_any"].one(camera="faceted")
+    angle, gap, jump = (
+        faceted.column(name).max() for name in ("angle_rad", "gap_mm", "jump_deg")
+    )
+    share = faceted.column("share").min()
     holds = angle < RAY_ERROR and gap < RAY_ERROR and share == 1
     return Reading(
         "reproduced" if holds else "differs",
@@ -84,15 +83,14 @@ def judge_two_pose_needs_motion(results):
     rising = all(slope(ran, kind) > 0 for kind in KINDS)
     worst = {kind: float(r2.min()) for kind, r2 in fits.items()}
     middle = median_interval(np.minimum(*fits.values()))
-    verdict = "undecided"
-    if rising and min(worst.values()) >= LEAST_R2:
-        verdict = "reproduced"
-    elif not rising or middle.high < LEAST_R2:
-        verdict = "differs"
-    return Reading(
-        verdict,
-        middle.value,
-        interval=(middle.low, middle.high),
+    decision = UNDECIDED
+    if rising and min(worst.values()) >= MIN_R2:
+        decision = HOLDS
+    elif not rising or middle.high < MIN_R2:
+        decision = FAILS
+    return Reading.of(
+        decision,
+        middle,
         reason="R² of the straight line of a trial; lowest of all "
         "trials: " + ", ".join(f"{r2:.6f} ({kind})" for kind, r2 in worst.items()),
     )

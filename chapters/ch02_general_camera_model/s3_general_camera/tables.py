@@ -10,17 +10,10 @@ from repro.run.outcomes import Table
 @table("ext_any_camera", needs=("exp_c2_nonparam_any",), evidence="synthetic")
 def any_camera(results):
     """Largest errors of the rays, and how far neighbours differ."""
-    ran = results["exp_c2_nonparam_any"]
-    cameras = dict.fromkeys(c["camera"] for c in ran.conditions)
+    largest = ("angle_rad", "gap_mm", "jump_deg")
     rows = [
-        [
-            camera,
-            *(
-                float(ran.column(name, camera=camera).max())
-                for name in ("angle_rad", "gap_mm", "jump_deg")
-            ),
-        ]
-        for camera in cameras
+        [camera, *(float(rays.column(name).max()) for name in largest)]
+        for camera, rays in results["exp_c2_nonparam_any"].by("camera").items()
     ]
     names = (
         "Camera",

@@ -10,13 +10,13 @@ from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion im
 from chapters.shared.general_cameras import KINDS
 from raxel.geometry import inverse_pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed, moved
+from repro.judge.statistics import median_interval
 from repro.page.space import draw_scene
-from repro.page.style import INK, plot_interval, series
+from repro.page.style import INK, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
-from repro.run.results import summary
 
 TOLERANCE_MM = 1e-9
 FOUND_MM = 1e-6
@@ -141,14 +141,12 @@ def ext_fig_2_2_error(results):
     for panel, (kind, unit) in zip(axes, KINDS.items(), strict=True):
         levels = (0.0, *LEVELS)
         found = [
-            summary(ran.column(f"ray_deg.{level:g}", kind=kind)) for level in levels
+            median_interval(ran.column(f"ray_deg.{level:g}", kind=kind))
+            for level in levels
         ]
-        medians = np.array([[f["median"], *f["median_interval"]] for f in found])
-        plot_interval(panel, np.array(levels), *medians.T, index=0, label="median")
+        drawn_rows = plot_estimates(panel, levels, found, index=0, label="median")
+        rows += [(kind, *row) for row in drawn_rows]
         panel.set_xlabel(f"Error of {kind} put on T₁ ({unit})")
-        rows += [
-            (kind, level, *row) for level, row in zip(levels, medians, strict=True)
-        ]
         panel.set_ylabel("Median ray error (deg)")
     return Drawing(
         drawn,
