@@ -1,7 +1,5 @@
 """The boards that Algorithm 1 is run on: chessboards in drawn poses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.geometry import pose, rotation_from_vector

@@ -1,7 +1,5 @@
 """From pixels to the corrected view of a calibrated camera, and back."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.evaluation import corrected_view, synthetic_plane

@@ -1,7 +1,5 @@
 """A building front before the lens of set 2: pictures, and straight lines."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

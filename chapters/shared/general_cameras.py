@@ -1,7 +1,5 @@
 """Cameras of section 2.3, and two grids in drawn poses before them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera

@@ -1,7 +1,5 @@
 """The detectors of 3.3.2 by name, what they return, and when that is right."""
 
-from __future__ import annotations
-
 from chapters.shared.localiser_basin import HALF_WINDOWS
 from chapters.shared.scoring import LOST_PX
 from raxel.evaluation.board_scores import in_place

@@ -1,7 +1,5 @@
 """The rigs that take the pictures of 3.3.2's sets, and those of Fig. 3.14."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 

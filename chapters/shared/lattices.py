@@ -3,8 +3,6 @@
 A lattice is (rows, columns, 2) px; clockwise is as one sees it in the picture.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 

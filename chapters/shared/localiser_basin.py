@@ -1,7 +1,5 @@
 """The localisers of Fig. 3.11(f), and how far off a start they bring back."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The methods that chapters 2 and 4 compare, and how they are scored."""
 
-from __future__ import annotations
-
 from raxel.calibration import linear_as_printed, linear_cgsp, linear_well_conditioned
 
 METHODS = ("parametric", "generic_as_printed", "generic_well_conditioned")

@@ -4,8 +4,6 @@ A profile is a function of the phase phi (radians, any shape) that returns grey 
 Step k of N shows profile(phi + 2 pi k / N), as (A.3) to (A.6) have it for four.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

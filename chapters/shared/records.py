@@ -1,7 +1,5 @@
 """Records of measurements on photographs that this repository does not hold."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from chapters.shared.rigs import RIGS

@@ -1,7 +1,5 @@
 """The rigs of the virtual laboratory, by name: the files of data/rigs."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The synthetic board of 3.3.1 as a condition describes it, and CELECT's smoothings."""
 
-from __future__ import annotations
-
 from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, SyntheticBoard
 from raxel.features.celect import CelectSettings
 

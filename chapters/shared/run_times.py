@@ -1,7 +1,5 @@
 """How long something takes, and in words."""
 
-from __future__ import annotations
-
 import time
 
 

@@ -3,8 +3,6 @@
 Only scores: CELECT itself is given the picture, the clicks and the counts.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.evaluation.board_scores import distances

@@ -1,7 +1,5 @@
 """A room or a building front in three dimensions, with the camera before it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.geometry import rotate, transform

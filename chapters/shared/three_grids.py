@@ -1,7 +1,5 @@
 """The methods of section 4.3 on the rays of three grids, scored alike."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.central_scatter import scatter_about

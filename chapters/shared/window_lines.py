@@ -1,7 +1,5 @@
 """Lines in a round window of CELECT, as figures draw them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

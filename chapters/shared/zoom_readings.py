@@ -4,8 +4,6 @@ Each option of `corner_noise` and `interpolation` but the first is an experiment
 own; so the ledger crosses these two with no other question.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared import synthetic_readings

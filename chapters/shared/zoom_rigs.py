@@ -1,7 +1,5 @@
 """The three zoom settings of section 2.5.2: their rigs and true cameras."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from chapters.shared.rigs import rig_named

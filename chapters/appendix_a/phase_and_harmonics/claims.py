@@ -1,7 +1,5 @@
 """The claims of Appendix A, tested as the ledger words them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.results import odd_pairs

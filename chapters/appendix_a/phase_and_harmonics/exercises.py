@@ -1,7 +1,5 @@
 """What the exercises of Appendix A compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.trials import phases

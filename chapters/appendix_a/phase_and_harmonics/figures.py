@@ -1,7 +1,5 @@
 """Phase errors against gamma, steps and orders, and over one period."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.results import (

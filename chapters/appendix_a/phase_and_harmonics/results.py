@@ -1,7 +1,5 @@
 """Phase errors of Appendix A, read from results, and the numbers that it quotes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.trials import GAIN

@@ -1,7 +1,5 @@
 """The derivation of Appendix A as a table, and real responses beside it."""
 
-from __future__ import annotations
-
 from chapters.appendix_a.phase_and_harmonics.results import one, percent
 from chapters.appendix_a.phase_and_harmonics.trials import SMALL, STEPS
 from repro.run.columns import columns

@@ -1,7 +1,5 @@
 """The profiles of Appendix A, and how far each of them sends a phase astray."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.phase_steps import (

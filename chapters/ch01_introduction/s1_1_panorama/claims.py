@@ -1,7 +1,5 @@
 """The claim of section 1.1.2, tested as the ledger words it."""
 
-from __future__ import annotations
-
 from chapters.ch01_introduction.s1_1_panorama.trials import LEAST_RATIO, RIG_MIRROR
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading

@@ -1,7 +1,5 @@
 """What the exercises of section 1.1 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch01_introduction.s1_1_panorama.trials import laboratory, viewer_angle

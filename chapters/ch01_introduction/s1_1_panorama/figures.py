@@ -1,7 +1,5 @@
 """Fig. 1.1, and the resolution of its unwrapped picture."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch01_introduction.s1_1_panorama.trials import (

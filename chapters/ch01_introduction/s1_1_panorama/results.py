@@ -1,7 +1,5 @@
 """The mirrors of section 1.1.2 side by side, read from the results."""
 
-from __future__ import annotations
-
 from chapters.ch01_introduction.s1_1_panorama.trials import LEAST_RATIO, RIG_MIRROR
 from repro.page.reader import value
 

@@ -1,7 +1,5 @@
 """What an unwrapped pixel is made of, in the first and in the last row."""
 
-from __future__ import annotations
-
 from chapters.ch01_introduction.s1_1_panorama.trials import RIG_MIRROR
 from repro.run.columns import columns
 from repro.run.experiment import table

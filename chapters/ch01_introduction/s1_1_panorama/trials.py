@@ -1,7 +1,5 @@
 """The camera of Fig. 1.1 in its room, mirrors like its own, and what is measured."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

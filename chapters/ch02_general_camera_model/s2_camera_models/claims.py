@@ -1,7 +1,5 @@
 """The claim of section 2.2.2: no plane in front of 180 degrees."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.results import feasible_shares

@@ -1,7 +1,5 @@
 """What the exercises of section 2.2 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.results import free_of_cubics

@@ -1,7 +1,5 @@
 """Figures of the camera zoo: curves, fits, rays and caustics, and a room."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.results import NONE_PX, fits_of
@@ -47,8 +45,7 @@ def ext_zoo_curves(results):
         )
         panel.axvline(90, color="#9aa5b1", lw=0.8, ls=":", marker="")
         panel.set(xlim=(0, 125), ylim=(0, 2.6), title=title)
-        panel.set_xlabel("Angle θ (deg)")
-        panel.set_xticks([0, 30, 60, 90, 120])
+        panel.set(xlabel="Angle θ (deg)", xticks=[0, 30, 60, 90, 120])
         panel.legend(
             loc="upper center", bbox_to_anchor=(0.5, -0.2), fontsize=7.5, frameon=False
         )

@@ -1,7 +1,5 @@
 """What figures, tables, claims and the prose of the camera zoo read."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import FOVS_DEG

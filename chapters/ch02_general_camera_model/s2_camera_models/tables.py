@@ -1,7 +1,5 @@
 """What the zoo of section 2.2 counts and measures of every camera, as tables."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.results import (

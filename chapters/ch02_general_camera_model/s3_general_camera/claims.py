@@ -1,7 +1,5 @@
 """The claims of section 2.3, tested as the ledger words them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s3_general_camera.results import (

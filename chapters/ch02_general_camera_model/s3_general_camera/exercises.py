@@ -1,7 +1,5 @@
 """What the exercises of sections 2.3 and 2.4 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration import rays_from_known_motion

@@ -1,7 +1,5 @@
 """What a wrong T_1 does to the rays, read from the results of section 2.3."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (

@@ -1,7 +1,5 @@
 """What two known grids give for three cameras, as a table."""
 
-from __future__ import annotations
-
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Table

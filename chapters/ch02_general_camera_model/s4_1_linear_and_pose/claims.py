@@ -1,7 +1,5 @@
 """The claims of sections 2.4, 2.4.1 and 2.4.2, tested as the ledger words them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (

@@ -1,7 +1,5 @@
 """What the exercises of sections 2.4.1 and 2.4.2 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (

@@ -1,7 +1,5 @@
 """The scene of the linear stage, drawn: what is known, and what is sought."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from repro.page.style import INK, series

@@ -1,7 +1,5 @@
 """Errors, counts and ranks of section 2.4, and the numbers that its page quotes."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Algorithm 1 with what its steps gave, one worked row, and what was counted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import exact_errors

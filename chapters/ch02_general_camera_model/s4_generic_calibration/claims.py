@@ -1,7 +1,5 @@
 """The claim about Table 2.1, tested as the ledger words it."""
 
-from __future__ import annotations
-
 from chapters.ch02_general_camera_model.s4_generic_calibration.results import summary_of
 from chapters.ch02_general_camera_model.s4_generic_calibration.trials import VECTORS
 from repro.run.experiment import claim

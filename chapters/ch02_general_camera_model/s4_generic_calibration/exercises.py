@@ -1,7 +1,5 @@
 """What the exercises of section 2.4 compare an answer with."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (

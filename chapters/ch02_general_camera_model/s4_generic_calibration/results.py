@@ -1,7 +1,5 @@
 """How far the printed Table 2.1 is off, read from the result of section 2.4."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,5 @@
 """Table 2.1, printed from the formulas that were evaluated."""
 
-from __future__ import annotations
-
 from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
     AS_PRINTED,
     TABLE_2_1,

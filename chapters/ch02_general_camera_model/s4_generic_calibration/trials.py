@@ -1,7 +1,5 @@
 """Table 2.1 as formulas: printed, and evaluated in exact arithmetic."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """What the exercises of section 2.5.1 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.three_planes import PRINCIPAL

@@ -79,8 +79,7 @@ class Curves:
                 told = (x_name, one.value, one.method, *condition.values())
                 for name, cell in zip(self.data, told + row, strict=True):
                     self.data[name].append(cell)
-        axes.set_yscale("log")
-        axes.set_xlabel(x_label)
+        axes.set(yscale="log", xlabel=x_label)
         if x_name == "noise":
             axes.set_xscale("log")
         else:
@@ -142,10 +141,8 @@ def ext_fig_2_3_fisheye(results):
     for panel, value in ((residual, "over_exact"), (rays, "ray_deg")):
         curves.draw(panel, FOV, [line(m, value) for m in METHODS[:2]])
         curves.draw(panel, FISHEYE, [line("opencv_fisheye", value)])
-    residual.set_ylabel("Mean residual over that of exact rays (1)")
-    residual.set_title("residual")
-    rays.set_ylabel("Median ray error (deg)")
-    rays.set_title("rays")
+    residual.set(ylabel="Mean residual over that of exact rays (1)", title="residual")
+    rays.set(ylabel="Median ray error (deg)", title="rays")
     return curves.finished(
         "The sweep of Fig. 2.3(b) with OpenCV's fisheye model, which the "
         "thesis did not have. Left: the mean residual on fresh noise as a "
@@ -179,8 +176,7 @@ def ext_fig_2_3_readings(results):
             ]
             condition = {"domain": domain, "extent": extent}
             curves.draw(panel, FOV, shown, condition)
-            panel.set_xticks((30, 90, 150))
-            panel.set_xlabel("")
+            panel.set(xticks=(30, 90, 150), xlabel="")
         panels[0].set_ylabel(f"Mean residual,\n{words} (px)")
     for panel, (domain, extent) in zip(curves.axes[0], cases, strict=True):
         panel.set_title(f"noise in {domain},\n{extent}")
@@ -206,8 +202,7 @@ def ext_fig_2_3_rays(results):
     curves = Curves(results, 1, 2, height_in=3.6, sharey=True)
     for panel, sweep in zip(curves.axes, (NOISE, FOV), strict=True):
         curves.draw(panel, sweep, [line(m, "ray_deg") for m in METHODS])
-    curves.axes[0].set_ylabel("Median ray error (deg)")
-    curves.axes[0].set_title("rising noise")
+    curves.axes[0].set(ylabel="Median ray error (deg)", title="rising noise")
     curves.axes[1].set_title("rising field of view")
     return curves.finished(
         "The error that a distortion residual does not show: the angle "

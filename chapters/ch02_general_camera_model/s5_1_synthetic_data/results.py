@@ -1,7 +1,5 @@
 """The numbers of section 2.5.1 that its prose and the ledger ask for."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The tables of section 2.5.1: all methods by field of view, and two controls."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Section 2.5.1: its sweeps, both methods on one trial's data, and their scores."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS

@@ -1,7 +1,5 @@
 """What the exercises of section 2.5.2 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 LENS_MM, CONVERTER = 16.0, 0.21

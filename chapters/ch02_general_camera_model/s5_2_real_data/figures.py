@@ -1,7 +1,5 @@
 """The figures and the table of section 2.5.2, drawn from its seeds."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.results import (
@@ -73,15 +71,17 @@ def fig_2_5(results):
         panel.quiverkey(arrows, 0.8, 0.05, bar, f"{bar:g} px ", labelpos="W")
         panel.plot(u, v, "o", ms=1.2, color="0.4", zorder=0)
         rms = np.sqrt(np.nanmean(du**2 + dv**2))
-        panel.set_title(
-            f"({letter}) {NAMES[method]}\nRMS {rms:.2f} px, drawn x {scale}"
+        panel.set(
+            title=f"({letter}) {NAMES[method]}\nRMS {rms:.2f} px, drawn x {scale}",
+            aspect="equal",
+            xlabel="u in the image (px)",
         )
-        panel.set_aspect("equal")
-        panel.set_xlabel("u in the image (px)")
         rows += [(method, *row) for row in field[:, :4]]
-    axes[0].set_xlim(u.min() - 60, u.max() + 60)
-    axes[0].set_ylim(v.max() + 90, v.min() - 60)
-    axes[0].set_ylabel("v in the image (px)")
+    axes[0].set(
+        xlim=(u.min() - 60, u.max() + 60),
+        ylim=(v.max() + 90, v.min() - 60),
+        ylabel="v in the image (px)",
+    )
     return Drawing(
         drawn,
         columns(("method", "u_px", "v_px", "du_px", "dv_px"), rows),
@@ -112,9 +112,11 @@ def fig_2_6(results):
         path = path_of(steps[0])
         axes[0].plot(*path.T, **SERIES[index], label=NAMES[method])
         rows += [(method, x, y) for x, y in path]
-    axes[0].set_xlabel(f"Along the mean step, deviation x {STEP_SCALE} (mm)")
-    axes[0].set_ylabel(f"Across, deviation x {STEP_SCALE} (mm)")
-    axes[0].set_title("One rendered seed")
+    axes[0].set(
+        xlabel=f"Along the mean step, deviation x {STEP_SCALE} (mm)",
+        ylabel=f"Across, deviation x {STEP_SCALE} (mm)",
+        title="One rendered seed",
+    )
     trials = [
         results["table_2_2_redrawn"].column(
             f"{method}.stage.grid.deviation_mm", zoom=STAGE_ZOOM
@@ -129,10 +131,12 @@ def fig_2_6(results):
         showfliers=False, medianprops={"color": SERIES[1]["color"]},
     )  # fmt: skip
     axes[1].tick_params(axis="x", labelsize=7.5)
-    axes[1].set_yscale("log")
-    axes[1].set_ylabel("RMS deviation of a step (mm)")
-    axes[1].set_xlabel("Method (1)")
-    axes[1].set_title("All redrawn seeds")
+    axes[1].set(
+        yscale="log",
+        ylabel="RMS deviation of a step (mm)",
+        xlabel="Method (1)",
+        title="All redrawn seeds",
+    )
     drawn.legend(loc="outside lower center", ncols=2)
     return Drawing(
         drawn,

@@ -1,7 +1,5 @@
 """The claim of section 2.5.3, tested as the ledger words it."""
 
-from __future__ import annotations
-
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.run.experiment import claim

@@ -1,7 +1,5 @@
 """Fig. 2.7: a building front, corrected in two ways."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.results import (
@@ -80,8 +78,9 @@ def draw_part(panel, edge, both, at):
     """Enlarge a picture about a point, with the line of an edge; say its bend."""
     off = from_line(edge, both)
     panel.plot(*line_through(edge[both]).T, "--", color=COLOUR, lw=1.2)
-    panel.set_xlim(at[0] - HALF_PX, at[0] + HALF_PX)
-    panel.set_ylim(at[1] + HALF_PX, at[1] - HALF_PX)
+    panel.set(
+        xlim=(at[0] - HALF_PX, at[0] + HALF_PX), ylim=(at[1] + HALF_PX, at[1] - HALF_PX)
+    )
     here = np.all(np.abs(edge - at) < HALF_PX, axis=1)
     return f"edge up to {np.max(np.abs(off[here])):.1f} px off"
 
@@ -110,11 +109,12 @@ def ext_fig_2_7_lines(results):
                 (method, label, *pair)
                 for pair in zip(radius[some], off[some], strict=True)
             ]
-        panel.set_title(f"({letter}) {NAMES[method]}")
-        panel.set_xlabel("Distance from the middle of the image (px)")
+        panel.set(
+            title=f"({letter}) {NAMES[method]}",
+            xlabel="Distance from the middle of the image (px)",
+        )
         panel.legend(loc="upper left", markerscale=4)
-    axes[0].set_yscale("log")
-    axes[0].set_ylabel("Distance from the line (px)")
+    axes[0].set(yscale="log", ylabel="Distance from the line (px)")
     return Drawing(
         drawn,
         columns(("method", "where", "radius_px", "distance_px"), rows),

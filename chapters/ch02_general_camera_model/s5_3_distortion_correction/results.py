@@ -1,7 +1,5 @@
 """Distances from straight lines, read from the seeds of section 2.5.2."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.facade import FEWEST, HALF_VIEW_DEG, OUTER, PITCH_DEG

@@ -1,7 +1,5 @@
 """Answers to the exercises of the page on cells and steps."""
 
-from __future__ import annotations
-
 import math
 
 MONITOR_PX = 800.0

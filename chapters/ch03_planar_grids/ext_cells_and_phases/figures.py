@@ -1,7 +1,5 @@
 """Errors against cells, against the response, and for a given number of pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 

@@ -1,7 +1,5 @@
 """What cells and steps do to an active grid: measured, and by the theory."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which cells and how many steps to take, and all numbers behind it."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

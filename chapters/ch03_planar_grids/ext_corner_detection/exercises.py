@@ -1,7 +1,5 @@
 """Answers to the exercises of the page on 6.3.1."""
 
-from __future__ import annotations
-
 import math
 
 

@@ -1,7 +1,5 @@
 """Figures of 6.3.1: split corners, changes by further stages, and the coded grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_corner_detection.results import (

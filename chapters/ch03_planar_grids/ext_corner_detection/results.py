@@ -1,7 +1,5 @@
 """Results of 6.3.1: methods compared in pairs, outcomes counted, quoted numbers."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables of 6.3.1: further stages of CELECT, and places on the coded grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_corner_detection.results import (

@@ -1,7 +1,5 @@
 """Answers to the exercises of the page on CELECT's failures."""
 
-from __future__ import annotations
-
 from raxel.features.celect import CelectSettings
 
 PUBLISHED = CelectSettings()

@@ -1,7 +1,5 @@
 """Results of the page on CELECT's failures: stages that lost a run, quoted numbers."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The drawn levels of all cases, counted by the stage that lost them."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 from chapters.ch03_planar_grids.ext_why_it_fails.results import stages_of

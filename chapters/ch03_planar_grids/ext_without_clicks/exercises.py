@@ -1,7 +1,5 @@
 """The exercise of the page on extraction without clicks."""
 
-from __future__ import annotations
-
 from math import ceil
 
 

@@ -1,7 +1,5 @@
 """The figure of the page on extraction without clicks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.results import known

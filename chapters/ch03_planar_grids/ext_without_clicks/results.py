@@ -1,7 +1,5 @@
 """Results of the page on extraction without clicks, over all that was pictured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import NAMES

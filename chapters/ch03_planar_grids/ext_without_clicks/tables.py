@@ -1,7 +1,5 @@
 """Tables of the page on extraction without clicks: boards, and refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.results import ROWS, found_row, known

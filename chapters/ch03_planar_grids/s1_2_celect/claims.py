@@ -1,7 +1,5 @@
 """The claims and numbers of section 3.1.2."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.results import (

@@ -1,7 +1,5 @@
 """Answers to the exercises of section 3.1.2."""
 
-from __future__ import annotations
-
 from chapters.ch03_planar_grids.s1_2_celect.results import interior
 from raxel.features.celect import CelectSettings
 

@@ -1,7 +1,5 @@
 """Results of section 3.1.2: recorded runs, names of parameters, quoted numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN

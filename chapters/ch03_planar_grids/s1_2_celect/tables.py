@@ -1,7 +1,5 @@
 """Tables 3.1 and 3.2, and what their values and the unstated ones do."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.results import (

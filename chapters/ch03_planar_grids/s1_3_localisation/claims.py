@@ -4,8 +4,6 @@ What is chosen for a test, bins, halves, the fixed blur, was written into
 settings.yaml (`syn_localisation`) before the first trial.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.results import (

@@ -1,7 +1,5 @@
 """What the exercises of section 3.1.3 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 SURFACE = {"a": 0.5, "b": 12.0, "c": -0.5, "d": -3.0, "e": 4.0}

@@ -1,7 +1,5 @@
 """Fig. 3.5, and what belongs beside it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.results import BIN_EDGES_PX, Swept

@@ -1,7 +1,5 @@
 """The residuals of section 3.1.3, corner by corner, and the numbers it quotes."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The localisers of section 3.1.3 side by side."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.results import (

@@ -1,7 +1,5 @@
 """The pictures of 3.1.3's study, and how a localiser is scored on them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.localiser_basin import OTHERS, basin_image, basin_scores, off_by

@@ -1,7 +1,5 @@
 """The claims of section 3.2.1."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

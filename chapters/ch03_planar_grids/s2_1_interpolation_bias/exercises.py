@@ -1,7 +1,5 @@
 """What the exercises of section 3.2.1 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 K1, FOCAL_MM, SIDE_MM = -0.8, 680.0, 300.0

@@ -1,7 +1,5 @@
 """Figs. 3.6 and 3.7, and what belongs beside them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (

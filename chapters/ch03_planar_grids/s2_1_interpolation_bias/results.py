@@ -1,7 +1,5 @@
 """What the results of section 3.2.1 say: errors, slopes, balances, the ridge."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 import numpy as np

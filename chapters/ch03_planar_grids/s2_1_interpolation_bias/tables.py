@@ -1,7 +1,5 @@
 """Three cameras, four methods; and breaks of other sizes."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The claims of section 3.2.2, tested as the ledger words them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the exercises of section 3.2.2 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.phase_steps import phase_of

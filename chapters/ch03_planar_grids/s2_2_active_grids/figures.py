@@ -1,7 +1,5 @@
 """The active grid of section 3.2.2 at work, its patterns, and the imaged sine."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.results import CAMERAS, profile_column

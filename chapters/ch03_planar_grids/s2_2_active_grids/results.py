@@ -1,7 +1,5 @@
 """Results of section 3.2.2, as its figures, tables, claims and prose need them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (

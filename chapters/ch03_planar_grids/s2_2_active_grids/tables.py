@@ -1,7 +1,5 @@
 """One pixel by hand, the window, the bits, the edges, and blooming as tables."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Answers to the exercises of section 3.3.1."""
 
-from __future__ import annotations
-
 import math
 
 FOCAL_PX, CORNER_PX = 300.0, 350.0

@@ -1,7 +1,5 @@
 """What the sweeps of 3.3.1 found, and the numbers that are quoted."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

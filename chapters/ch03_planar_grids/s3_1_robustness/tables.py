@@ -1,7 +1,5 @@
 """Limits and losses of the sweeps of section 3.3.1, in numbers."""
 
-from __future__ import annotations
-
 from chapters.ch03_planar_grids.s3_1_robustness.results import (
     Under,
     blur_that_hurts,

@@ -1,7 +1,5 @@
 """The levels of the sweeps of 3.3.1, and what their trials share."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The remarks of section 3.3.2 that are claims, tested on rendered pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.stats import norm
 

@@ -1,7 +1,5 @@
 """Answers to the exercises on what section 3.3.2's result depends on."""
 
-from __future__ import annotations
-
 import numpy as np
 
 WHITE, BLACK = 0.9, 0.05

@@ -1,7 +1,5 @@
 """Fig. 3.14, and what section 3.3.2 says in passing, drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
@@ -77,11 +75,12 @@ def _draw_part(panel, picture, lattice, corners):
         panel.plot(*corners.transpose(2, 1, 0), "-", color=GREEN, lw=0.7, marker="")
         panel.plot(*corners.transpose(2, 0, 1), "-", color=YELLOW, lw=0.7, marker="")
         panel.plot(*corners.reshape(-1, 2).T, "o", color=RED, ms=1.8, linestyle="")
-    panel.set_xlim(max(low[0], -0.5), min(high[0], picture.shape[1] - 0.5))
-    panel.set_ylim(min(high[1], picture.shape[0] - 0.5), max(low[1], -0.5))
+    panel.set(
+        xlim=(max(low[0], -0.5), min(high[0], picture.shape[1] - 0.5)),
+        ylim=(min(high[1], picture.shape[0] - 0.5), max(low[1], -0.5)),
+    )
     panel.grid(visible=False)
-    panel.set_xlabel("u (px)")
-    panel.set_ylabel("v (px)")
+    panel.set(xlabel="u (px)", ylabel="v (px)")
 
 
 def _draw_paint(panel, result, camera):
@@ -188,10 +187,12 @@ def _draw_light(panel, result, data):
     panel.set_xscale("log")
     panel.set_xticks(levels, [f"{v:g}" for v in levels], rotation=45)
     panel.minorticks_off()
-    panel.set_ylim(-3, 112)
-    panel.set_title("(a) light (above: contrast, grey levels)")
-    panel.set_xlabel("Light on the board (1)")
-    panel.set_ylabel("Success (%)")
+    panel.set(
+        ylim=(-3, 112),
+        title="(a) light (above: contrast, grey levels)",
+        xlabel="Light on the board (1)",
+        ylabel="Success (%)",
+    )
 
 
 def _draw_shadow(panel, result, data):
@@ -202,10 +203,9 @@ def _draw_shadow(panel, result, data):
         x = np.array([0, 1]) + 0.06 * (index - 2)
         _draw(panel, "b", x, trials, index, label, data, bars=True)
     _name_ticks(panel, [0, 1], ["no shadow", "shadow"])
-    panel.set_xlim(-0.4, 1.4)
-    panel.set_ylim(-3, 103)
-    panel.set_title("(b) soft shadow")
-    panel.set_ylabel("Success (%)")
+    panel.set(
+        xlim=(-0.4, 1.4), ylim=(-3, 103), title="(b) soft shadow", ylabel="Success (%)"
+    )
 
 
 def _draw_orders(panel, result, data):
@@ -216,9 +216,7 @@ def _draw_orders(panel, result, data):
         _draw(panel, "c", x, orders[index], index + 5, label, data, bars=True)
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)
-    panel.set_ylim(0, 103)
-    panel.set_title("(c) first corner clicked")
-    panel.set_ylabel("Success (%)")
+    panel.set(ylim=(0, 103), title="(c) first corner clicked", ylabel="Success (%)")
     panel.legend(loc="upper right")
 
 
@@ -233,8 +231,10 @@ def _draw_merging(panel, results, data):
     curve = logistic_curve(ratio, failed, along)
     look = series(1) | {"marker": ""}
     panel.plot(along, 100 * curve, label="logistic fit", **look)
-    panel.set_ylim(-3, 103)
-    panel.set_title("(d) size variation")
-    panel.set_xlabel("Longest over shortest step (1)")
-    panel.set_ylabel("Images with a merge failure (%)")
+    panel.set(
+        ylim=(-3, 103),
+        title="(d) size variation",
+        xlabel="Longest over shortest step (1)",
+        ylabel="Images with a merge failure (%)",
+    )
     panel.legend(loc="lower right")

@@ -1,7 +1,5 @@
 """What the conditions of section 3.3.2 did, and the numbers that are quoted."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

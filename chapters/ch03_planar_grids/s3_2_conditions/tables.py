@@ -1,7 +1,5 @@
 """The parts of large grids one by one, and where CELECT's runs ended."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Answers to the exercises of section 3.3.2."""
 
-from __future__ import annotations
-
 import math
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import chance_of_split

@@ -1,7 +1,5 @@
 """The tables of section 3.3.2."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

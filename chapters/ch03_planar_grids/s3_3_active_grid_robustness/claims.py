@@ -1,7 +1,5 @@
 """The claims of section 3.3.3, decided by the share of the sets that bear them out."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.stats import spearmanr
 

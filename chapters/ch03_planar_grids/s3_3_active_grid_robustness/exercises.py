@@ -1,7 +1,5 @@
 """Answers to the exercises of section 3.3.3."""
 
-from __future__ import annotations
-
 import math
 
 SIDE_MM, DISTANCE_MM, SENSOR_MM = 301.5, 200.0, 15.8

@@ -1,7 +1,5 @@
 """Fig. 3.15, and what lies behind it."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np
@@ -71,8 +69,7 @@ def fig_3_15(results):
             look = FLOOR if method == TRUE else series(METHODS.index(method))
             found = _along(panel, result, sweep, method, residuals, look, method)
             rows += [(sweep, level, method, *rest) for level, *rest in found]
-        panel.set_xlabel(AXES[sweep])
-        panel.set_ylabel("RMS residual (mm)")
+        panel.set(xlabel=AXES[sweep], ylabel="RMS residual (mm)")
         panel.set_ylim(bottom=0)
     _legend(drawn, panels[0, 0], 4)
     return Drawing(
@@ -102,9 +99,7 @@ def ext_active_errors(results):
                 rows += [
                     (sweep, level, exposure, method, *rest) for level, *rest in found
                 ]
-        panel.set_xlabel(AXES[sweep])
-        panel.set_ylabel("RMS error (px)")
-        panel.set_yscale("log")
+        panel.set(xlabel=AXES[sweep], ylabel="RMS error (px)", yscale="log")
     _legend(drawn, panels[0, 0], 3)
     return Drawing(
         drawn,
@@ -147,10 +142,12 @@ def ext_active_viewing(results):
                 (title, turn, falloff, gamma, number)
                 for turn, number in zip(turns, middle, strict=True)
             ]
-        panel.set_title(title)
-        panel.set_xlabel("Turn (deg)")
-        panel.set_ylabel(label)
-        panel.set_ylim(0, 105 if factor > 1 else None)
+        panel.set(
+            title=title,
+            xlabel="Turn (deg)",
+            ylabel=label,
+            ylim=(0, 105 if factor > 1 else None),
+        )
     _legend(drawn, panels[0], len(shown))
     return Drawing(
         drawn,

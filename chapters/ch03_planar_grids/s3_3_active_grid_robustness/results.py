@@ -1,7 +1,5 @@
 """What the sweeps of 3.3.3 found, and the numbers that are quoted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import (

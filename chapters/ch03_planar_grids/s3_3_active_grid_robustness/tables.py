@@ -1,7 +1,5 @@
 """The methods, exposure, and errors away from the corners, in numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (

@@ -1,7 +1,5 @@
 """The claims of section 3.3.4, seed by seed, and its regenerated numbers."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the exercises of section 3.3.4 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 PITCH_DEG, DISTANCE_MM = 10.0, 110.0

@@ -1,7 +1,5 @@
 """Table 3.8, and the same in other readings."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (

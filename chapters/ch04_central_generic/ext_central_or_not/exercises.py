@@ -1,7 +1,5 @@
 """What the exercises of this page compare an answer with."""
 
-from __future__ import annotations
-
 
 def unknowns_task():
     """Lines have two unknowns more than rays from one point, but the centre's three

@@ -1,7 +1,5 @@
 """Measured against true distance, and how often the test gives the alarm."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FixedFormatter
 

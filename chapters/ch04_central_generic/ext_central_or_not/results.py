@@ -1,7 +1,5 @@
 """Names of the cameras, and the numbers that the page quotes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.ext_central_or_not.trials import (

@@ -1,7 +1,5 @@
 """The test and the free lines, in numbers."""
 
-from __future__ import annotations
-
 from itertools import product
 
 from chapters.ch04_central_generic.ext_central_or_not.results import (

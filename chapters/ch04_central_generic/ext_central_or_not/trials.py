@@ -1,7 +1,5 @@
 """Cameras that are central and others that nearly are, and what the test finds."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.rigs import rig_named

@@ -1,7 +1,5 @@
 """Errors by distance from the middle of the image, for every model."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.ext_lens_formula.results import (

@@ -1,7 +1,5 @@
 """Names, medians over trials, and the numbers that the page quotes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS

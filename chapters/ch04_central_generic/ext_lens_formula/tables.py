@@ -1,7 +1,5 @@
 """Known lenses and models: errors kept out, and what the pupil's test says."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.ext_lens_formula.results import (
     NAMES,
     TITLES,

@@ -1,7 +1,5 @@
 """Known lenses, boards in front of them, and what each formula makes of these."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration import BoardView, calibrate_lens, calibrate_zhang

@@ -1,7 +1,5 @@
 """What the exercises of this page compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,5 @@
 """What tables and fields leave, and a field over the image."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, NOISES, median

@@ -1,7 +1,5 @@
 """Names of the methods, and the numbers that the page quotes."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS
 from repro.judge.statistics import median_interval
 from repro.page.reader import value

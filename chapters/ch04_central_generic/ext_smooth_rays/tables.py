@@ -1,7 +1,5 @@
 """All conditions in numbers."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, median
 from chapters.ch04_central_generic.ext_smooth_rays.trials import CONDITIONS, METHODS
 from repro.run.experiment import table

@@ -1,7 +1,5 @@
 """Tables of rays and corners of a bent lens, smoothed, and scored against the truth."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import (

@@ -1,7 +1,5 @@
 """What each change brings, and what the centre's error depends on."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FixedFormatter
 

@@ -1,7 +1,5 @@
 """Names of the steps, and the numbers that the page quotes."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The steps from the standard method to CGSP, in numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (

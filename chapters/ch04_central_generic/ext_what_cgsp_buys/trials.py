@@ -1,7 +1,5 @@
 """From the standard linear stage to CGSP, one change at a time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import (

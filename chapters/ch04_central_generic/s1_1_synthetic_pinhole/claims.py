@@ -1,7 +1,5 @@
 """The claims of section 4.1.1, tested as the ledger words them."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
     CAMERAS,
     SOLVERS,

@@ -1,7 +1,5 @@
 """What the exercises of section 4.1.1 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration.linear.synthetic_pinhole import circle_of

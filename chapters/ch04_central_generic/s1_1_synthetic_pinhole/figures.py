@@ -1,7 +1,5 @@
 """Fig. 4.1, and what noise and interpolation do to the centre."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (

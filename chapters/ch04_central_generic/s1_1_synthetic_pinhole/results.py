@@ -1,7 +1,5 @@
 """What section 4.1.1 found, read from its results."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from repro.judge.statistics import bootstrap, median_interval, with_worst

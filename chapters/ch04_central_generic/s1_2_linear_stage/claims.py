@@ -1,7 +1,5 @@
 """The claims of section 4.1.2, tested as the ledger words them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.results import (

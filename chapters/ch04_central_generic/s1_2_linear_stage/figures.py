@@ -1,7 +1,5 @@
 """What the linear stage does as grids become parallel."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.results import WARNS

@@ -1,7 +1,5 @@
 """Outliers, the precision of the SVD, and what the choices are worth."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.results import (

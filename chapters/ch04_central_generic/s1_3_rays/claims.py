@@ -1,7 +1,5 @@
 """The claim of section 4.1.3, tested as the ledger words it."""
 
-from __future__ import annotations
-
 from repro.judge.statistics import FAILS, HOLDS
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading

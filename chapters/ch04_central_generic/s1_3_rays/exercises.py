@@ -1,7 +1,5 @@
 """What the exercises of section 4.1.3 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 NEAR_MM, FAR_MM = 300.0, 600.0

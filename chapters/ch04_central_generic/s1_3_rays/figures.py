@@ -1,7 +1,5 @@
 """The figure of section 4.1.3: what weights make of rays."""
 
-from __future__ import annotations
-
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from chapters.ch04_central_generic.s1_3_rays.results import VARIANCE, ray_error

@@ -1,7 +1,5 @@
 """What the figure, the table, the claim and the prose of section 4.1.3 read."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_3_rays.trials import FACTORS, POSED

@@ -1,7 +1,5 @@
 """The table of section 4.1.3: two forms of a ray."""
 
-from __future__ import annotations
-
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 

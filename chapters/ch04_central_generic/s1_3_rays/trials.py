@@ -1,7 +1,5 @@
 """Section 4.1.3: Plücker rays against planes, and the weights of a ray's points."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import RAYS, SIDE, draw_scene, radial_lens

@@ -1,7 +1,5 @@
 """The claims of section 4.1.4, tested as the ledger words them."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.formulas import GRIDS
 from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_interval
 from repro.run.experiment import claim, numbers

@@ -1,7 +1,5 @@
 """What the exercises of section 4.1.4 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 GRIDS, RAYS = 4, 1000

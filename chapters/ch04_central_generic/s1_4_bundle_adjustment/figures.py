@@ -1,7 +1,5 @@
 """The figures of section 4.1.4: consistency, and where a freed centre ends."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import NullFormatter
 
@@ -48,8 +46,7 @@ def consistency(results):
         )  # fmt: skip
         panel.set(xscale="log", yscale="log", xlabel="Rays (1)")
         panel.xaxis.set_minor_formatter(NullFormatter())
-        panel.set_title(f"noise of {noise:g} px")
-        panel.set_ylabel("Error of the centre (mm)")
+        panel.set(title=f"noise of {noise:g} px", ylabel="Error of the centre (mm)")
     legend_below(drawn, axes[0], ncols=2)
     return Drawing(
         drawn,

@@ -1,7 +1,5 @@
 """What the figures, tables, claims and prose of section 4.1.4 read."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from repro.judge.statistics import median_interval, with_worst

@@ -1,7 +1,5 @@
 """The tables of section 4.1.4: all schemes, and what the consistent one reaches."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.results import (

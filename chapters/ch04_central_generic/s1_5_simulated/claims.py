@@ -1,7 +1,5 @@
 """The claims of section 4.1.5, tested as the ledger words them."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

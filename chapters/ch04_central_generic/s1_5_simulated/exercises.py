@@ -1,7 +1,5 @@
 """What the exercises of section 4.1.5 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import CENTRE_MM, FOV_DEG

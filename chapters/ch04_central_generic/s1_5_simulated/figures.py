@@ -1,7 +1,5 @@
 """Fig. 4.2: errors of the linear stages against noise."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s1_5_simulated.results import (
     PRIMARY,
     QUANTITIES,

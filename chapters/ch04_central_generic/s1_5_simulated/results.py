@@ -1,7 +1,5 @@
 """Which trials Fig. 4.2 and its claims read, and the numbers that the page quotes."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """All methods of section 4.1.5 at one size of noise."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s1_5_simulated.results import (
     PRIMARY,
     RUNS,

@@ -1,7 +1,5 @@
 """Section 4.1.5: the methods on one trial's data, and their errors."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.methods import LINEAR_STAGES

@@ -1,7 +1,5 @@
 """What the exercises of section 4.2 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration.pose.grid_pose import synthetic_plane_normal

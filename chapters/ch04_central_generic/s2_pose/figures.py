@@ -1,7 +1,5 @@
 """Figs 4.3 and 4.4, and the synthetic plane at other tilts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import MEASURES, trials_of

@@ -1,7 +1,5 @@
 """Errors, ratios and counts of section 4.2, and the numbers that its page quotes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.simulated import RAYS

@@ -1,7 +1,5 @@
 """Table 4.1, from pictures and redrawn; samples of three and four; times."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the exercises of section 4.3.1 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 FOCAL_PX, SHIFT_PX = 367.4, 9.0

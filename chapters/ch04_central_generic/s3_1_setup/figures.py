@@ -1,7 +1,5 @@
 """Fig. 4.5, and what of each picture is calibrated."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import ListedColormap
 

@@ -1,7 +1,5 @@
 """What section 4.3.1 found, and the numbers that its page quotes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.central_sets import FISH, OMNI

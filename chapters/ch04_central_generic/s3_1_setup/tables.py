@@ -1,7 +1,5 @@
 """What a lens that moves does to a calibration, and the numbers of section 4.3.1."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_1_setup.results import (

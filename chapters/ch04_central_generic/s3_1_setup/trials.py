@@ -1,7 +1,5 @@
 """What of the field is calibrated, and what a lens that moves does (4.3.1)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.active_grid_sets import decoded_grids, true_camera, true_poses

@@ -1,7 +1,5 @@
 """The claims of section 4.3.2 and of its discussion, seed by seed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_2_results.results import (

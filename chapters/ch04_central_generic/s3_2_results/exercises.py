@@ -1,7 +1,5 @@
 """What the exercises of section 4.3.2 compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 NEAR_MM, STEP_MM, SD_MM = 40.0, 20.0, 0.04

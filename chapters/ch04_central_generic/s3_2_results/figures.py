@@ -1,7 +1,5 @@
 """Fig. 4.6: where best-fit rays cross the plane through the estimated centre."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Seeds of section 4.3.2, rendered and redrawn, and what the page quotes of them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.central_sets import FISH, OMNI

@@ -1,7 +1,5 @@
 """Tables 4.2 and 4.3, their numbers, and what misalignment does."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Calibrations of section 4.3.2: from pictures, and from errors drawn again."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The claims of 4.3.2 about corrected pictures, and the numbers of Table 4.4."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

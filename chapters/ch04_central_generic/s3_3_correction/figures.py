@@ -1,7 +1,5 @@
 """Figs 4.7 to 4.9: a room corrected, and residuals of a chessboard."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.results import BOARDS

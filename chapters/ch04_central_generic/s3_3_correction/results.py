@@ -1,7 +1,5 @@
 """What the correction experiments left, by camera and method."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import METHODS

@@ -1,7 +1,5 @@
 """Table 4.4, beside what the thesis printed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.results import (

@@ -1,7 +1,5 @@
 """The claims about Fig. 4.10, tested as the ledger words them, and its settings."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s3_4_motion.results import MEASURES, SCALE, trials_of
 from repro.judge.statistics import wins
 from repro.run.experiment import claim, numbers

@@ -1,7 +1,5 @@
 """What the exercises of the page on motion compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 SHIFT_MM, AWAY_MM = 20.0, 300.0

@@ -1,7 +1,5 @@
 """Fig. 4.10: the motion of the stage, found again from rays."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FixedFormatter
 
@@ -151,9 +149,7 @@ def motion_seeds(results):
                 color=INK, lw=1.6, ls="-", marker="",
             )  # fmt: skip
             rows += [(motion, method, error) for error in trials]
-        panel.set_yscale("log")
-        panel.set_ylabel(labels[motion])
-        panel.set_xticks(range(len(METHODS)))
+        panel.set(yscale="log", ylabel=labels[motion], xticks=range(len(METHODS)))
         names = [NAMES[method].replace(", ", ",\n") for method in METHODS]
         panel.xaxis.set_major_formatter(FixedFormatter(names))
     return Drawing(

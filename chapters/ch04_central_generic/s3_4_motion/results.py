@@ -1,7 +1,5 @@
 """Motions of section 4.3.2 by method and detector, and what its page quotes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import METHODS

@@ -1,7 +1,5 @@
 """Errors of the motion by method and detector, and what detectors refused."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

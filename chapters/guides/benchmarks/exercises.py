@@ -1,7 +1,5 @@
 """What the exercise of the page of benchmarks compares an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.evaluation.benchmark import corner_errors

@@ -1,7 +1,5 @@
 """What the scores of rendered sets say, and the numbers of the prose."""
 
-from __future__ import annotations
-
 from math import isfinite
 
 from chapters.guides.benchmarks.trials import DETECTORS

@@ -1,7 +1,5 @@
 """The tables of the page of benchmarks."""
 
-from __future__ import annotations
-
 from chapters.guides.benchmarks.results import FAILED, scored_rigs, worst_corner
 from chapters.guides.benchmarks.trials import DETECTORS, rig_names
 from chapters.shared import detector_counts

@@ -1,7 +1,5 @@
 """What the trials of benchmarks share: scores of a set, checks of the laboratory."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

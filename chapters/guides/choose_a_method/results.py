@@ -1,7 +1,5 @@
 """What each method leaves, read from results, and the numbers of the prose."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.algorithm_1 import BOARDS, SIZE_PX

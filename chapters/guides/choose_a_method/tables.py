@@ -1,7 +1,5 @@
 """Errors of the methods from results, and their costs as measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.guides.choose_a_method.results import (

@@ -1,7 +1,5 @@
 """The methods timed while the page is made, on the boards of one fisheye."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.algorithm_1 import COLUMNS as BOARD_COLUMNS

@@ -1,7 +1,5 @@
 """Pictures of a calibration: corners, coverage, residuals, and what is corrected."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import ListedColormap
 

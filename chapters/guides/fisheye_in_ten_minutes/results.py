@@ -1,7 +1,5 @@
 """What the walk through a calibration found, and the numbers of the prose."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The three calibrations in numbers, and the steps with what they print."""
 
-from __future__ import annotations
-
 import textwrap
 from math import isfinite
 

@@ -1,7 +1,5 @@
 """What the README says about the time that the commands take."""
 
-from __future__ import annotations
-
 import re
 
 from repro.page.reader import checkout

@@ -1,7 +1,5 @@
 """What a class can run again: conditions and trials of each experiment."""
 
-from __future__ import annotations
-
 from repro.run.experiment import table
 from repro.run.outcomes import Table
 

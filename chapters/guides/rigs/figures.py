@@ -1,7 +1,5 @@
 """Every rig of data/rigs in three dimensions, a figure each."""
 
-from __future__ import annotations
-
 from chapters.guides.rigs.results import uses_of
 from chapters.guides.rigs.trials import SEED
 from chapters.shared.rigs import rig_named

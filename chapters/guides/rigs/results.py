@@ -1,7 +1,5 @@
 """What the poses of the rigs say, and the words of the page about each."""
 
-from __future__ import annotations
-
 from chapters.guides.rigs.trials import NAMES
 
 

@@ -1,7 +1,5 @@
 """All rigs in one table."""
 
-from __future__ import annotations
-
 from chapters.guides.rigs.results import pose_numbers
 from chapters.guides.rigs.trials import NAMES
 from repro.run.experiment import table

@@ -1,7 +1,5 @@
 """The rigs of data/rigs, and where their targets stand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import PurePosixPath
 

@@ -1,7 +1,5 @@
 """The exercises of an active grid's page: their right answers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 PERIOD_MM = 40.0

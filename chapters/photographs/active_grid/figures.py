@@ -1,7 +1,5 @@
 """What the pixels of an active grid's views see, drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.patches import Patch

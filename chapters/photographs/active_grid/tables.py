@@ -1,7 +1,5 @@
 """The tables of an active grid's page."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.photographs.active_grid.results import MODELS, study_of

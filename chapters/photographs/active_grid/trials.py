@@ -1,7 +1,5 @@
 """What is found out about an image set of an active grid: each view, and a camera."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

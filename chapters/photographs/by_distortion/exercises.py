@@ -1,7 +1,5 @@
 """What the exercises of the page of all image sets compare an answer with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from repro.judge.statistics import SIGNIFICANCE

@@ -1,7 +1,5 @@
 """Both errors of every model against the distortion of the lens, set by set."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FuncFormatter
 

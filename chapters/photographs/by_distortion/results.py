@@ -1,7 +1,5 @@
 """What the page of all image sets says in words, whatever sets there are."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every image set of the build in a table."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.photographs.compared import QUANTITIES, compared_sets, twins

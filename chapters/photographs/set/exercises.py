@@ -1,7 +1,5 @@
 """The exercises of an image set's page: their data and their right answers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.cameras import PerspectiveCamera

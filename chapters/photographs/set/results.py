@@ -1,7 +1,5 @@
 """What a study says in words. Every sentence is complete whatever happened."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The tables of an image set's page."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.photographs.set.results import study_of

@@ -1,7 +1,5 @@
 """Words about a set of photographs: its title, its origin, and what is not shown."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 

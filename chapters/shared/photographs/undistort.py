@@ -1,7 +1,5 @@
 """A photograph as a camera without distortion would see it, through a given model."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.errors import InputError

@@ -1,7 +1,5 @@
 """Is there a plane before all rays of a bundle? Section 2.2.2, trial and plan."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.cameras import FisheyeCamera

@@ -1,7 +1,5 @@
 """What several trials of the zoo share, and the trials that only feed a picture."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fig. 2.2, drawn from calibrated rays, and what a wrong T_1 does to them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (
@@ -146,8 +144,10 @@ def ext_fig_2_2_error(results):
         ]
         drawn_rows = plot_estimates(panel, levels, found, index=0, label="median")
         rows += [(kind, *row) for row in drawn_rows]
-        panel.set_xlabel(f"Error of {kind} put on T₁ ({unit})")
-        panel.set_ylabel("Median ray error (deg)")
+        panel.set(
+            xlabel=f"Error of {kind} put on T₁ ({unit})",
+            ylabel="Median ray error (deg)",
+        )
     return Drawing(
         drawn,
         columns(("kind", "level", "median", "low", "high"), rows),

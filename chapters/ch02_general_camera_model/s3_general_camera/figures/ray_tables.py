@@ -1,7 +1,5 @@
 """Fig. 2.1, drawn from look-up tables that the library filled."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s3_general_camera.trials.drawn_rays import (

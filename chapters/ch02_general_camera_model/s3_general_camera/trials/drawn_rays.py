@@ -1,7 +1,5 @@
 """What Figs 2.1 and 2.2 draw: rays of tables, and rays that meet grids."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.general_cameras import CAMERAS

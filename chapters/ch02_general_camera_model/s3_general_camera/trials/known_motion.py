@@ -1,7 +1,5 @@
 """Two grids in known poses: any camera calibrated by them, and errors of a motion."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.general_cameras import CAMERAS, draw_two_grids

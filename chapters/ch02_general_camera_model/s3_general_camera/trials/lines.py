@@ -1,7 +1,5 @@
 """Plücker matrices and vectors of random lines, (2.11) and (2.12)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.geometry import pluecker_matrix, pluecker_vector

@@ -9,8 +9,6 @@ to the basis 1, y, z, y z. The third equation, times each of the basis, must
 vanish: a 4 x 4 matrix whose determinant is a polynomial of degree 8 in x.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration import three_point_depths

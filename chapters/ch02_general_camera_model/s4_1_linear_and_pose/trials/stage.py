@@ -1,7 +1,5 @@
 """The linear stage of section 2.4.1 on data without noise: trials and plans."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (

@@ -5,8 +5,6 @@ so there is no noise. The library calibrates from the corners alone, and the
 truth is used only to say what each step gave.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.algorithm_1 import COLUMNS, ROWS, SIZE_PX, board_points

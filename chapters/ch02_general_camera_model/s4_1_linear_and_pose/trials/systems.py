@@ -6,8 +6,6 @@ the thesis says about their ranks can be tested. Unknowns and coefficients
 are counted from one, as in print; an array holds unknown i at place i - 1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.three_planes import measure

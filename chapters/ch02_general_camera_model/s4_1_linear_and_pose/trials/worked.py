@@ -1,7 +1,5 @@
 """One scene with numbers: what the symbols of the linear stage stand for."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (

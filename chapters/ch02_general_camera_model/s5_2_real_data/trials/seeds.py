@@ -1,7 +1,5 @@
 """Seeds of Table 2.2: how many, their settings, and those with other corners."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

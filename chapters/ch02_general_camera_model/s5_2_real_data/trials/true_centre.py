@@ -1,7 +1,5 @@
 """Two small experiments of section 2.5.2: a true centre, and a homography."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.three_planes import (

@@ -1,7 +1,5 @@
 """6.3.1: further stages of CELECT against the published ones, near where it fails."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from chapters.ch03_planar_grids.ext_corner_detection.trials.bent_boards import (

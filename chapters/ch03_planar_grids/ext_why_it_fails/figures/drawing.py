@@ -1,7 +1,5 @@
 """Drawing one run of CELECT: the trace over the board, and one window close up."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (

@@ -1,7 +1,5 @@
 """A figure for each case: a pair of runs side by side, and what became of all runs."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import (

@@ -1,7 +1,5 @@
 """What is lost as a picture gets harder: the sweeps of Fig. 3.11, and two orderings."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_why_it_fails.figures.drawing import draw_stages

@@ -4,8 +4,6 @@ Every case changes one thing over some levels. Two or three of the levels are dr
 where the prerequisite is broken, and where it is kept. The levels were found by trying.
 """
 
-from __future__ import annotations
-
 # What every level has unless it says otherwise. The ordinary board is bent mildly.
 BOARD = {
     "columns": 8,

@@ -1,7 +1,5 @@
 """The two orderings of section 1.2.1 on corners that are given to them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

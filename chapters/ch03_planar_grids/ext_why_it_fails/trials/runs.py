@@ -1,7 +1,5 @@
 """The trial of a case, the same random variation at all its levels; and its plans."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

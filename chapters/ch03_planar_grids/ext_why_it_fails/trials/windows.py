@@ -1,7 +1,5 @@
 """What is kept of a run for the pictures: a trace, and one window of it."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """What the detectors are asked for, and when their answer is right."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (

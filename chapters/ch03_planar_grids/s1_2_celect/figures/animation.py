@@ -1,7 +1,5 @@
 """A run of CELECT, step by step, as a drawing that plays when it is clicked."""
 
-from __future__ import annotations
-
 import base64
 
 import cv2

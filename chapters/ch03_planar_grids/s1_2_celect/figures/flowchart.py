@@ -1,7 +1,5 @@
 """Fig. 3.3: CELECT as a flowchart of the stages that its code runs through."""
 
-from __future__ import annotations
-
 from raxel.features.celect import CelectSettings
 from repro.page.style import figure as new_figure
 from repro.page.style import series

@@ -1,7 +1,5 @@
 """Figs 3.1, 3.2 and 3.4, from recorded runs, and what the window radius does."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.results import Run, turning_step, which_view

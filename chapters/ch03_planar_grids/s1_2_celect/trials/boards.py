@@ -1,7 +1,5 @@
 """What is varied on the synthetic board of 3.3.1, and its picture with broken edges."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import photographed

@@ -1,7 +1,5 @@
 """Constructed cases: windows with one edge or two, and a plane that is bent."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import photographed

@@ -1,7 +1,5 @@
 """Recorded runs of CELECT: every step for a drawing, or the way through the code."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

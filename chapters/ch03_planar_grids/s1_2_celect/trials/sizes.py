@@ -1,7 +1,5 @@
 """The synthetic board in many sizes: large squares, and one smoothing for all."""
 
-from __future__ import annotations
-
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SyntheticBoard, clicks

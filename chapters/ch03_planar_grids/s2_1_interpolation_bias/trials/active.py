@@ -1,7 +1,5 @@
 """An active grid photographed by the laboratory, and decoded."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.features.active_grid import decode

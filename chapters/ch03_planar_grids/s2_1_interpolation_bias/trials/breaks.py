@@ -1,7 +1,5 @@
 """Interpolation and decoding at the ridge of two mirrors."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials import facets

@@ -1,7 +1,5 @@
 """A camera that looks into two flat mirrors, and what it sees of a monitor."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

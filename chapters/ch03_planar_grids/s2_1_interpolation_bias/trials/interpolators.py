@@ -1,7 +1,5 @@
 """Ways to find the point of a grid that a pixel sees, from corners about it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration.views.correspondence import cell_maps, locate_pixels

@@ -1,7 +1,5 @@
 """Ways to interpolate, with and without noise of the corners, and an active grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.active import (

@@ -1,7 +1,5 @@
 """Bits: what one wrong one does, how they are told, and the whole display decoded."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """A whole view decoded, one pixel of it by hand, and what rules of the decoder do."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import (

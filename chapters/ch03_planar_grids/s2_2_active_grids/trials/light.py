@@ -1,7 +1,5 @@
 """What an offset, a gain and a bent response do to a decoded phase."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

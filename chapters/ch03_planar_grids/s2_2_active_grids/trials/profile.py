@@ -1,7 +1,5 @@
 """One period of the imaged sine, rectified as 3.2.2 says, and harmonic fits to it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

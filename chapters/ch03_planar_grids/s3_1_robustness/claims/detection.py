@@ -1,7 +1,5 @@
 """The claim of section 6.3.1 on CELECT's error, along the sweeps of Fig. 3.11."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.results import (

@@ -1,7 +1,5 @@
 """The claim of section 3.3.1 on the localiser, Fig. 3.11(f)."""
 
-from __future__ import annotations
-
 from chapters.shared.localiser_basin import (
     FARTHEST_START_PX,
     HALF_WINDOWS,

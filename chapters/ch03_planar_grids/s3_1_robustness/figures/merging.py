@@ -1,7 +1,5 @@
 """Why a turned board loses corners: what t8 has to part along side 1."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.results import PRIMARY, Under
@@ -51,12 +49,12 @@ def _draw_corners(panel, result):
         panel.plot(*found.T, ms=6, label=smoothing, **look)
     middle = (last.min(axis=0) + last.max(axis=0)) / 2
     reach = np.ptp(last, axis=0).max() / 2 + CROP_PX
-    panel.set_xlim(middle[0] - reach, middle[0] + reach)
-    panel.set_ylim(middle[1] + reach, middle[1] - reach)
+    panel.set(
+        xlim=(middle[0] - reach, middle[0] + reach),
+        ylim=(middle[1] + reach, middle[1] - reach),
+    )
     panel.grid(visible=False)
-    panel.set_title(f"side 1, yaw {SHOWN_YAW_DEG}°")
-    panel.set_xlabel("u (px)")
-    panel.set_ylabel("v (px)")
+    panel.set(title=f"side 1, yaw {SHOWN_YAW_DEG}°", xlabel="u (px)", ylabel="v (px)")
     panel.legend(loc="lower left", fontsize=8, handlelength=1.2)
 
 
@@ -79,8 +77,6 @@ def _draw_gaps(panel, result):
         rows += [
             (smoothing, *cells) for cells in zip(yaws, steps, gap, merge, strict=True)
         ]
-    panel.set_ylim(0, 50)
-    panel.set_xlabel("Yaw (deg)")
-    panel.set_ylabel("Distance (px)")
+    panel.set(ylim=(0, 50), xlabel="Yaw (deg)", ylabel="Distance (px)")
     panel.legend(loc="lower left", fontsize=8)
     return rows

@@ -1,7 +1,5 @@
 """Fig. 3.10: the synthetic board."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
@@ -24,8 +22,7 @@ def fig_3_10(results):
         panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
         panel.plot(*corners.T, "o", color="#d55e00", ms=2.5)
         panel.grid(visible=False)
-        panel.set_title(title)
-        panel.set_xlabel("u (px)")
+        panel.set(title=title, xlabel="u (px)")
         for index, (u, v) in enumerate(corners):
             for column, cell in zip(data, (shape, index, u, v), strict=True):
                 data[column].append(cell)

@@ -1,7 +1,5 @@
 """Fig. 3.11: CELECT along five sweeps, and the localiser's basin."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.results import (
@@ -133,12 +131,10 @@ def _draw_sweep(pair, result, sweep):
         share, least, most = 100 * np.array(right)
         plot_interval(shares, x, share, least, most, index=1 + index, label=smoothing)
         rows += [(sweep, smoothing, *cells) for cells in zip(x, *found.T, strict=True)]
-    errors.set_title(TITLES[sweep])
-    errors.set_ylim(0, 8.4)
+    errors.set(title=TITLES[sweep], ylim=(0, 8.4))
     errors.sharex(shares)
     errors.tick_params(labelbottom=False)
-    shares.set_ylim(-4, 104)
-    shares.set_xlabel(LABELS[sweep])
+    shares.set(ylim=(-4, 104), xlabel=LABELS[sweep])
     errors.set_ylabel("Error (px)")
     shares.set_ylabel("Successful (%)")
     return rows
@@ -186,9 +182,11 @@ def _draw_basin(panel, result, published):
         ]
     panel.axhline(published["s3_3_1_loc_max"], **PRINTED)
     panel.axvline(published["s3_3_1_loc_init"], label="printed limit", **PRINTED)
-    panel.set_yscale("log")
-    panel.set_ylim(0.02, 200)
-    panel.set_title("(f) after localisation")
-    panel.set_xlabel("Error of the start (px)")
-    panel.set_ylabel("Error (px)")
+    panel.set(
+        yscale="log",
+        ylim=(0.02, 200),
+        title="(f) after localisation",
+        xlabel="Error of the start (px)",
+        ylabel="Error (px)",
+    )
     return rows

@@ -1,7 +1,5 @@
 """The claims of section 3.3.2 about errors of corners, over right grids alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (

@@ -4,8 +4,6 @@ A claim about hardware that we do not have holds if it is true of at least 90 %
 of the rendered seeds.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (

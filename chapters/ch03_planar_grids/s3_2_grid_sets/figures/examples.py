@@ -1,7 +1,5 @@
 """Figs 3.12 and 3.13: pictures chosen by what became of them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (

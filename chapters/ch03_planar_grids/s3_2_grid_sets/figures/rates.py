@@ -1,7 +1,5 @@
 """Success by set and range of poses, and by the room that merging leaves."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
 

@@ -1,7 +1,5 @@
 """The regenerated numbers of 3.3.2, and those that its page quotes."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """What a predicate that is tested seed by seed decides."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from repro.run.outcomes import Reading

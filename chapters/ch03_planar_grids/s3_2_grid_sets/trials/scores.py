@@ -1,7 +1,5 @@
 """How the grids of 3.3.2 are scored, what lost them, and what is kept to draw."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.grid_detectors import (

@@ -1,7 +1,5 @@
 """The default condition again, with other exposures and another tone curve."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

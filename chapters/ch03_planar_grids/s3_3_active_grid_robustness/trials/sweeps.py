@@ -1,7 +1,5 @@
 """How 3.3.3 measures: corners in one grid, and where a second one is seen."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import cv2

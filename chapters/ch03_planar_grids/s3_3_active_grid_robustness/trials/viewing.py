@@ -1,7 +1,5 @@
 """How much of a turned monitor can be decoded."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

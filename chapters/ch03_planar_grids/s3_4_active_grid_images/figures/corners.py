@@ -1,7 +1,5 @@
 """Fig. 3.16, and how the errors behind it depend on the window."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
@@ -43,8 +41,10 @@ def fig_3_16(results):
                 width=0.006,
                 color="#0072b2",
             )
-            panel.set_aspect("equal")
-            panel.set_title(f"({'abcd'[k]}) {method}" if panel in axes[0] else "")
+            panel.set(
+                aspect="equal",
+                title=f"({'abcd'[k]}) {method}" if panel in axes[0] else "",
+            )
         found = np.linalg.norm(vectors, axis=1)
         mean = case.statistic(method, "mean")[0]
         worst = max(worst, abs(np.nanmean(found) - mean))
@@ -86,11 +86,11 @@ def ext_fig_3_16_windows(results):
                 (case.case, method, w, m) for w, m in zip(windows, shown, strict=True)
             ]
         square = np.median(case.trials.column("square_px"))
-        panel.set_title(f"({letter}) squares of {square:.0f} px")
-        panel.set_xlabel("Window, full width (px)")
-    axes[0].set_yscale("log")
-    axes[0].set_ylim(0.003, 0.3)
-    axes[0].set_ylabel("Mean residual (px)")
+        panel.set(
+            title=f"({letter}) squares of {square:.0f} px",
+            xlabel="Window, full width (px)",
+        )
+    axes[0].set(yscale="log", ylim=(0.003, 0.3), ylabel="Mean residual (px)")
     axes[1].legend()
     return Drawing(
         drawn,

@@ -1,7 +1,5 @@
 """Fig. 3.18: the chessboard in the mirror ball, put together, and the ball in space."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import FACETS

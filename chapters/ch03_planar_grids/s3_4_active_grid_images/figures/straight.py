@@ -1,7 +1,5 @@
 """Fig. 3.17: the room as taken and as laid out, and its edges one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
@@ -76,11 +74,10 @@ def ext_fig_3_17_lines(results):
             rows += [(view, points, *pair) for pair in zip(before, after, strict=True)]
         panel.axhline(1, color="0.5", lw=1, ls="--")
         panel.axvline(5, color="0.5", lw=1, ls="--")
-        panel.set_title(f"({letter}) towards the {view}")
-        panel.set_xlabel("Bent before (% of length)")
-    axes[0].set_xscale("log")
-    axes[0].set_yscale("log")
-    axes[0].set_ylabel("Bent after (% of length)")
+        panel.set(
+            title=f"({letter}) towards the {view}", xlabel="Bent before (% of length)"
+        )
+    axes[0].set(xscale="log", yscale="log", ylabel="Bent after (% of length)")
     axes[1].legend(loc="lower right")
     return Drawing(
         drawn,
@@ -112,8 +109,7 @@ def ext_fig_3_17_verticals(results):
         axes.plot(*mine.T, mark, ms=5, label=word, fillstyle="none")
     ends = np.array(axes.get_xlim())
     axes.plot(ends, ends, color="0.5", lw=1, label="as predicted")
-    axes.set_xlabel("Predicted lean (deg)")
-    axes.set_ylabel("Lean in the picture (deg)")
+    axes.set(xlabel="Predicted lean (deg)", ylabel="Lean in the picture (deg)")
     axes.legend()
     off = max(abs(row[4] - row[3]) for row in rows)
     return Drawing(

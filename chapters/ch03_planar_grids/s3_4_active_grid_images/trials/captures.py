@@ -1,7 +1,5 @@
 """The rendered sets of section 3.3.4, opened and decoded as anybody's would be."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.features.active_grid import decode

@@ -1,7 +1,5 @@
 """What section 3.3.4 runs: rigs, seeds, settings, and the sets they read."""
 
-from __future__ import annotations
-
 SMALL = {"quick": "-small", "full": ""}
 SEEDS = {"quick": (1,), "full": (1, 2, 3)}
 # Full widths and SDs (px): of the sweep, and of the coarser one of other readings.

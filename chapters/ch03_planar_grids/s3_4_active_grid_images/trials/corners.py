@@ -1,7 +1,5 @@
 """Table 3.8: corners of one board by four methods, in pictures without distortion."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

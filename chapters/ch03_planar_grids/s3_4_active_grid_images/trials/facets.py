@@ -1,7 +1,5 @@
 """Fig. 3.18: a chessboard in a ball of flat mirrors, put together by an active grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (

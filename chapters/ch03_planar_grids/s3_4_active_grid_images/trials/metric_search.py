@@ -1,7 +1,5 @@
 """Where a place of the active grid lies in the picture: the decoded data searched."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

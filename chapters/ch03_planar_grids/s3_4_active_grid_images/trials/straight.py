@@ -1,7 +1,5 @@
 """Fig. 3.17: a room through a fisheye, laid out on an active grid's plane."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 

@@ -1,7 +1,5 @@
 """A chessboard with interpolation in place of an active grid as the base."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.centres import (

@@ -3,8 +3,6 @@
 World = base grid, z = 0; every camera's centre is 600 mm above it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import (

@@ -1,7 +1,5 @@
 """Pictures on the base grid, and the centres that two solvers find in them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

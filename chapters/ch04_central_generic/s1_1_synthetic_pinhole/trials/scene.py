@@ -1,7 +1,5 @@
 """The scene of Fig. 4.1: a board, the base grid before it, a wide camera above."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.cameras import (

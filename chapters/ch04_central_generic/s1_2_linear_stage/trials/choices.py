@@ -1,7 +1,5 @@
 """What the choices that the linear stage leaves are worth, in mm of the centre."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s1_2_linear_stage.trials.outliers import centre_off
 from chapters.shared.wide_angle import SETTINGS, draw_scene, equidistance, radial_lens
 from repro.run.experiment import experiment

@@ -1,7 +1,5 @@
 """How few rays are enough, and what the linear stage has to find."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import (

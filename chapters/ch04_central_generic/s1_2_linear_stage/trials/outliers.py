@@ -1,7 +1,5 @@
 """Gross outliers among the points, with RANSAC and without."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import CENTRE_MM, SIDE

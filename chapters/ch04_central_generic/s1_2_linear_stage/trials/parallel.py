@@ -1,7 +1,5 @@
 """Grids that become parallel: to the base, or to each other."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import (

@@ -1,7 +1,5 @@
 """Single and double precision in the SVD of a homography of 20 000 pairs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import equations

@@ -1,7 +1,5 @@
 """What of section 4.1.4 can be counted or computed without noise."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.wide_angle import CENTRE_MM, RAYS, SETTINGS, draw_poses

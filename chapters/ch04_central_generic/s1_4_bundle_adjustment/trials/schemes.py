@@ -1,7 +1,5 @@
 """Section 4.1.4: its schemes of adjustment on simulated grids, and their errors."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

@@ -1,7 +1,5 @@
 """The claims about the synthetic plane, tested as the ledger words them."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

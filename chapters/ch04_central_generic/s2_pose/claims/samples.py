@@ -1,7 +1,5 @@
 """The claims about samples of three and four points, as the ledger words them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import (

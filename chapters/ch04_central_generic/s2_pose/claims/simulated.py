@@ -1,7 +1,5 @@
 """The claims about Fig. 4.4, tested as the ledger words them, and its numbers."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

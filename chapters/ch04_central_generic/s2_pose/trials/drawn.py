@@ -1,7 +1,5 @@
 """The case that Fig. 4.3 is drawn from, and how long each estimator takes."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

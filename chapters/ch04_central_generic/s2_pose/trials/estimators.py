@@ -1,7 +1,5 @@
 """The pose estimators that 4.2 compares, on one set of rays and points."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from raxel.calibration.pose.grid_pose import (

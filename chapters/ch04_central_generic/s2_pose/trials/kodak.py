@@ -1,7 +1,5 @@
 """Table 4.1: two poses of an active grid before a calibrated perspective camera."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

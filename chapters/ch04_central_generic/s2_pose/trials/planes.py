@@ -1,7 +1,5 @@
 """Synthetic planes at a tilt to the one that (4.24) chooses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.estimators import errors_of

@@ -1,7 +1,5 @@
 """Section 4.2.2's simulation: a further grid before rays that are known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.estimators import (

@@ -5,8 +5,6 @@ that the rays alone differ. The last is what a user has: centre, poses and rays 
 found from the same three grids.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.estimators import scored

@@ -1,7 +1,5 @@
 """Three points and four: what the smallest samples give, and how surely."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.estimators import errors_of

@@ -1,7 +1,5 @@
 """Residuals of a chessboard after its view is made that of a pinhole (4.3.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (

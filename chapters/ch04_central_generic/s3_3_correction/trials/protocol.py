@@ -6,8 +6,6 @@ places further grids linearly. Outliers are looked for once, and both get the sa
 points.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.methods import LINEAR_STAGES

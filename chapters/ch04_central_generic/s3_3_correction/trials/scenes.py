@@ -1,7 +1,5 @@
 """A room before both cameras: its pictures corrected, its edges made straight."""
 
-from __future__ import annotations
-
 from functools import cache, lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is photographed, calibrated and drawn again for Figs 4.7 to 4.9."""
 
-from __future__ import annotations
-
 from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     conditions,
     seed_trial,

@@ -1,7 +1,5 @@
 """Corners of both boards in rendered pictures, by CELECT and without clicks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import (

@@ -1,7 +1,5 @@
 """Motion of the target from matched rays (4.25), and how far it is off."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What Fig. 4.10 is made from: decoding and corners of pictures, then many seeds."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import islice
 

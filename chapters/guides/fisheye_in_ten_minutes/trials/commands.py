@@ -1,7 +1,5 @@
 """The commands of this page, run as they are typed, and what they say."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

@@ -1,7 +1,5 @@
 """Three calibrations on the same corners, and how much of the picture they know."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drawn errors of an image set: residual vectors and held-out errors."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D

@@ -1,7 +1,5 @@
 """Pictures of an image set: the contact sheet and the undistorted views."""
 
-from __future__ import annotations
-
 import textwrap
 
 import numpy as np

@@ -5,8 +5,6 @@ it than to any other. The places are the set's reference corners, of which the u
 ones do not count; a set without them has only boards that are returned or not.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from chapters.shared.grid_detectors import CLICK_SD_PX, is_right, localised
