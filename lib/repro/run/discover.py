@@ -171,17 +171,28 @@ def marked_in(sources: Sources, path: Path) -> list[Producer]:
 
 
 def _literal(sources: Sources, path: Path, node: ast.expr) -> object:
-    """Value of a decorator's argument: a literal, or the name of one in a module."""
+    """Value of a decorator's argument: a literal, or the name of one in a module.
+
+    A tuple comes as a list, as it does from where marks are kept.
+    """
     value = node
     name = dotted(node)
     place = sources.find(path, name) if name else None
     if place and isinstance(place.node, ast.Assign | ast.AnnAssign):
         value = place.node.value
     try:
-        return ast.literal_eval(value)
+        return _listed(ast.literal_eval(value))
     except ValueError:
         raise ValueError(
             f"{path}:{node.lineno}: arguments of a producer's decorator are literals, "
             f"found {ast.unparse(node)}; write the value itself, or name a literal "
             "that stands at the top of a module"
         ) from None
+
+
+def _listed(value: object) -> object:
+    if isinstance(value, tuple | list):
+        return [_listed(one) for one in value]
+    if isinstance(value, dict):
+        return {key: _listed(one) for key, one in value.items()}
+    return value
