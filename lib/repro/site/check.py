@@ -98,8 +98,9 @@ class HtmlPage(HTMLParser):
         for key in LOADED.get(tag, ()):
             for address in _addresses(key, given.get(key, "")):
                 self.references.append(Reference(line, address, True))
-        for address in css_addresses(given.get("style", "")):
-            self.references.append(Reference(line, address, True))
+        if "style" in given:
+            for address in css_addresses(given["style"]):
+                self.references.append(Reference(line, address, True))
 
     def handle_data(self, data: str) -> None:
         line = self.getpos()[0]
@@ -127,6 +128,29 @@ def css_addresses(text: str) -> list[str]:
     ]
 
 
+class Places:
+    """Where addresses of a site lead. Its pages share most of theirs: the frame around
+    the text leads to all chapters from everywhere."""
+
+    def __init__(self, site: Path) -> None:
+        self.site = site
+        self.known: dict[tuple[Path, str], tuple[Path, str]] = {}
+
+    def led_to(self, folder: Path, address: str) -> tuple[Path, str]:
+        """The file that an address in a page of ``folder`` names, and what is wrong."""
+        if (folder, address) not in self.known:
+            target = (folder / unquote(address)).resolve()
+            self.known[folder, address] = target, self._wrong_with(target)
+        return self.known[folder, address]
+
+    def _wrong_with(self, target: Path) -> str:
+        if target != self.site and self.site not in target.parents:
+            return "leads out of the site"
+        if target.is_dir():
+            return "is a folder; name the page in it"
+        return "" if target.is_file() else "no such file"
+
+
 def check_site(site: Path) -> list[Problem]:
     """Every problem of the site at ``site``; an empty list for a good one."""
     pages = {
@@ -136,27 +160,28 @@ def check_site(site: Path) -> list[Problem]:
     if not pages:
         return [Problem(str(site), 0, "no HTML page here; build the site first")]
     problems: list[Problem] = []
+    places = Places(site.resolve())
     for path, page in sorted(pages.items()):
         name = path.relative_to(site.resolve()).as_posix()
         problems += [Problem(name, line, text) for line, text in page.faults]
         for reference in page.references:
-            text = _fault(site.resolve(), path, reference, pages)
+            text = _fault(places, path, reference, pages)
             if text:
                 problems.append(Problem(name, reference.line, text))
-    return problems + list(_style_sheets(site))
+    return problems + list(_style_sheets(site, places))
 
 
-def _style_sheets(site: Path) -> Iterator[Problem]:
+def _style_sheets(site: Path, places: Places) -> Iterator[Problem]:
     for path in sorted(site.rglob("*.css")):
         for address in css_addresses(path.read_text("utf-8")):
             reference = Reference(0, address, True)
-            text = _fault(site.resolve(), path.resolve(), reference, {})
+            text = _fault(places, path.resolve(), reference, {})
             if text:
                 yield Problem(path.relative_to(site).as_posix(), 0, text)
 
 
 def _fault(
-    site: Path, path: Path, reference: Reference, pages: dict[Path, HtmlPage]
+    places: Places, path: Path, reference: Reference, pages: dict[Path, HtmlPage]
 ) -> str | None:
     parts = urlsplit(reference.address)
     shown = reference.address
@@ -170,13 +195,11 @@ def _fault(
         return f"link {shown}: unknown scheme"
     if parts.path.startswith("/"):
         return f"link {shown}: starts at the root, which a file has not"
-    target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
-    if target != site and site not in target.parents:
-        return f"link {shown}: leads out of the site"
-    if target.is_dir():
-        return f"link {shown}: is a folder; name the page in it"
-    if not target.is_file():
-        return f"link {shown}: no such file"
+    target, wrong = path, ""
+    if parts.path:
+        target, wrong = places.led_to(path.parent, parts.path)
+    if wrong:
+        return f"link {shown}: {wrong}"
     anchor = unquote(parts.fragment)
     # With an equals sign it is no anchor but the state of a page's filters.
     if (
