@@ -29,7 +29,10 @@ PIECES = re.compile(
     re.S,
 )
 OPENED, CLOSED = re.compile(r"<(?:a|code)\b"), re.compile(r"</(?:a|code)>")
-KEPT = (nodes.literal, nodes.reference, nodes.title, nodes.literal_block, nodes.math)
+KEPT = (
+    nodes.literal, nodes.reference, nodes.title, nodes.literal_block, nodes.math,
+    nodes.raw,
+)  # fmt: skip
 
 
 def link_codes(doctree: nodes.document, known: Mapping[str, str], up: str) -> None:
@@ -38,10 +41,11 @@ def link_codes(doctree: nodes.document, known: Mapping[str, str], up: str) -> No
     ``known`` : code -> address from the top.
     """
     for text in list(doctree.findall(nodes.Text)):
+        if not CODE.search(text) or _inside(text, *KEPT):
+            continue
         # Found by what it is: an equal text may stand beside it.
         place = next(k for k, one in enumerate(text.parent) if one is text)
-        kept = _inside(text, *KEPT) or _in_tag(text.parent[:place])
-        if not kept and CODE.search(text):
+        if not _in_tag(text.parent[:place]):
             text.parent[place : place + 1] = _linked(text, known, up)
     for code in list(doctree.findall(nodes.literal)):
         address = known.get(code.astext())
