@@ -58,7 +58,7 @@ def ext_all(results):
 
 @claim("c_pictures", needs=("picture_size",), evidence="photograph")
 def judge_pictures(results):
-    return [Reading("undecided", " ".join(sizes(results)))]
+    return Reading("undecided", " ".join(sizes(results)))
 
 
 @numbers("n_pictures", needs=("picture_size",), evidence="photograph")

@@ -75,15 +75,14 @@ def in_every_reading(
     judge: Callable[..., Reading],
     results: Mapping,
     known: Mapping[str, dict],
-    questions: tuple[str, ...],
+    questions: Sequence[str],
 ) -> list[Reading]:
     """Readings of a claim whose test is called once for each, the primary one first.
 
     known: the ledger's questions (`repro.judge.readings.open_questions`).
     """
     if not questions:
-        found = judge(results)
-        return found if isinstance(found, list) else [found]
+        return [judge(results)]
     return [
         replace(judge(results, options), reading=options)
         for options in crossed(known, questions)
