@@ -128,7 +128,7 @@ def css_addresses(text: str) -> list[str]:
     ]
 
 
-class Places:
+class LinkTargets:
     """Where addresses of a site lead. Its pages share most of theirs: the frame around
     the text leads to all chapters from everywhere."""
 
@@ -160,7 +160,7 @@ def check_site(site: Path) -> list[Problem]:
     if not pages:
         return [Problem(str(site), 0, "no HTML page here; build the site first")]
     problems: list[Problem] = []
-    places = Places(site.resolve())
+    places = LinkTargets(site.resolve())
     for path, page in sorted(pages.items()):
         name = path.relative_to(site.resolve()).as_posix()
         problems += [Problem(name, line, text) for line, text in page.faults]
@@ -171,7 +171,7 @@ def check_site(site: Path) -> list[Problem]:
     return problems + list(_style_sheets(site, places))
 
 
-def _style_sheets(site: Path, places: Places) -> Iterator[Problem]:
+def _style_sheets(site: Path, places: LinkTargets) -> Iterator[Problem]:
     for path in sorted(site.rglob("*.css")):
         for address in css_addresses(path.read_text("utf-8")):
             reference = Reference(0, address, True)
@@ -181,7 +181,7 @@ def _style_sheets(site: Path, places: Places) -> Iterator[Problem]:
 
 
 def _fault(
-    places: Places, path: Path, reference: Reference, pages: dict[Path, HtmlPage]
+    places: LinkTargets, path: Path, reference: Reference, pages: dict[Path, HtmlPage]
 ) -> str | None:
     parts = urlsplit(reference.address)
     shown = reference.address
