@@ -32,7 +32,7 @@ SWING = (WHITE - BLACK) / 2
 PHASES = 720
 
 
-class Decoded:
+class DecodedGrid:
     """How one grid was decoded in the trials of a plan: smoothed or by pixel."""
 
     def __init__(self, trials, name):
@@ -61,15 +61,15 @@ class Decoded:
 
 
 def decoded(result, name, way):
-    """(cells, steps) -> Decoded, of every grid of a plan; name: as `name_of` gives."""
+    """(cells, steps) -> DecodedGrid, of every grid; name: as `name_of` gives."""
     return {
-        grid: Decoded(result.one(cells=grid[0], steps=grid[1]), f"{name}.{way}")
+        grid: DecodedGrid(result.one(cells=grid[0], steps=grid[1]), f"{name}.{way}")
         for grid in grids(result)
     }
 
 
 def linear_cases(result):
-    """(blur, noise, way, grid, Decoded) of everything that a linear monitor shows."""
+    """(blur, noise, way, grid, DecodedGrid) of all that a linear monitor shows."""
     cases = product(swept(result, "blurs_px"), swept(result, "noises"), WAYS)
     for blur, noise, way in cases:
         of_grid = decoded(result, name_of(LINEAR, blur, noise), way)

@@ -1,6 +1,7 @@
 """The active grid of section 3.2.2 at work, its patterns, and the imaged sine."""
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from chapters.ch03_planar_grids.s2_2_active_grids.results import CAMERAS, profile_column
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
@@ -47,7 +48,9 @@ def ext_active_grid(results):
     )
     labels = [f"{n}{end}" for n in NAMES for end in ("", ", inverse")]
     labels += [f"sine, {90 * k}°" for k in range(4)]
-    top.set_yticks(range(len(labels)), labels, fontsize=7)
+    top.yaxis.set_major_locator(FixedLocator(range(len(labels))))
+    top.yaxis.set_major_formatter(FixedFormatter(labels))
+    top.tick_params(axis="y", labelsize=7)
     top.set(title="(a) one row of ten pictures", xlabel="Column u (px)")
     along.plot(np.arange(len(row)), row, **series(0) | {"marker": ""})
     along.set(
