@@ -1,6 +1,7 @@
 """Figures of 6.3.1: split corners, changes by further stages, and the coded grid."""
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch03_planar_grids.ext_corner_detection.results import (
     by_picture,
@@ -105,7 +106,8 @@ def ext_further_changes(results):
         f"{p}\n(published: {100 * successes(result, p, PUBLISHED).mean():.0f} %)"
         for p in pictures
     ]
-    axes.set_yticks(places, labels)
+    axes.set_yticks(places)
+    axes.yaxis.set_major_formatter(FixedFormatter(labels))
     axes.invert_yaxis()
     axes.set_xlabel("Change of successful pictures (percentage points)")
     drawn.legend(loc="outside lower center", ncols=4)
@@ -199,7 +201,8 @@ def _draw_outcomes(panel, result):
             ("b", f"{name}: {outcome} (%)", share, *[np.nan] * 3)
             for name, share in zip(names, shares[:, number], strict=True)
         ]
-    panel.set_yticks(places, names)
+    panel.set_yticks(places)
+    panel.yaxis.set_major_formatter(FixedFormatter(names))
     panel.invert_yaxis()
     panel.set(xlim=(0, 100), title="(b) outcomes", xlabel="Blocks (%)")
     return rows
