@@ -107,7 +107,7 @@ def test_what_a_mark_names_does_not_reach_the_key_of_the_function(tmp_path):
 
 
 FAMILY = """
-from repro.run.experiment import experiments
+from repro.run.experiment import experiments, figures
 
 SETS = {"quick": ("ball/7",), "full": ("ball/7", "cup/8")}
 
@@ -115,13 +115,23 @@ SETS = {"quick": ("ball/7",), "full": ("ball/7", "cup/8")}
 @experiments({"one_runs": "table_9_1", "two_runs": "table_9_2"}, rendered=SETS)
 def runs(effort, identifier):
     return effort, identifier
+
+
+@figures(("fig_9_2", "fig_9_3"), needs=("one_runs",), evidence="analytic")
+def drawn(results, identifier):
+    return results, identifier
 """
 
 
-def test_a_family_is_one_function_of_several_experiments(tmp_path, monkeypatch):
+def test_a_family_is_one_function_of_several_producers(tmp_path, monkeypatch):
     checkout(tmp_path, "()")
     write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
     one, two = (p for p in producers(tmp_path) if p.kind == "experiment")
+    drawn = [p for p in producers(tmp_path) if p.function == "drawn"]
+    assert [(p.kind, p.id) for p in drawn] == [
+        ("figure", "fig_9_2"),
+        ("figure", "fig_9_3"),
+    ]
     assert [one.id, two.id] == ["one_runs", "two_runs"]
     assert [p.details["artefact"] for p in (one, two)] == ["table_9_1", "table_9_2"]
     assert [one.shards(effort) for effort in ("quick", "full")] == [1, 1]
@@ -133,6 +143,7 @@ def test_a_family_is_one_function_of_several_experiments(tmp_path, monkeypatch):
     module.__spec__.loader.exec_module(module)
     monkeypatch.setitem(sys.modules, one.module, module)
     assert function_of(two)("quick") == ("quick", "two_runs")
+    assert function_of(drawn[1])({}) == ({}, "fig_9_3")
 
 
 def test_rigs_of_rendered_sets_are_inputs(tmp_path):

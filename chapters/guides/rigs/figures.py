@@ -7,7 +7,7 @@ from raxel.show.rigs import rig_scene
 from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
-from repro.run.experiment import figure
+from repro.run.experiment import figures
 from repro.run.outcomes import Check, Drawing
 
 HEIGHT_IN = 4.0
@@ -25,8 +25,41 @@ MIRROR = (
 TWO_USES = " Rims: grey to calibrate with, orange to evaluate with."
 
 
-def drawn_rig(results, name):
+@figures(
+    (
+        "ext_rig_active_grid_demo",
+        "ext_rig_coolpix_4500_fce8_boards",
+        "ext_rig_coolpix_4500_fce8",
+        "ext_rig_coolpix_fce8_zoom_1",
+        "ext_rig_coolpix_fce8_zoom_2",
+        "ext_rig_coolpix_fce8_zoom_3",
+        "ext_rig_d200_boards",
+        "ext_rig_d200_fisheye",
+        "ext_rig_d200_lens",
+        "ext_rig_d200_lens_sharp",
+        "ext_rig_fisheye_12x9",
+        "ext_rig_fisheye_9x7",
+        "ext_rig_flexible_mirror",
+        "ext_rig_hyperboloidal",
+        "ext_rig_kodak_boards",
+        "ext_rig_kodak_megaplus",
+        "ext_rig_large_fisheye",
+        "ext_rig_large_hyperboloidal",
+        "ext_rig_mirror_ball",
+        "ext_rig_monitor_d200",
+        "ext_rig_onevr_d70_boards",
+        "ext_rig_onevr_d70",
+        "ext_rig_ordinary_lens",
+        "ext_rig_panorama_hyperboloid",
+        "ext_rig_spherical",
+    ),
+    needs=("ext_rigs",),
+    evidence="analytic",
+    scene=True,
+)
+def drawn_rig(results, identifier):
     """The figure of a rig: picture, scene, and the poses as numbers."""
+    name = identifier.removeprefix("ext_rig_").replace("_", "-")
     ran = results["ext_rigs"]
     poses, middles, distances, tilts = (
         ran.arrays(column, rig=name)[0]
@@ -62,174 +95,3 @@ def drawn_rig(results, name):
         ),
         scene,
     )
-
-
-@figure(
-    "ext_rig_active_grid_demo", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_active_grid_demo(results):
-    """The rig active-grid-demo."""
-    return drawn_rig(results, "active-grid-demo")
-
-
-@figure(
-    "ext_rig_coolpix_4500_fce8_boards",
-    needs=("ext_rigs",),
-    evidence="analytic",
-    scene=True,
-)
-def ext_rig_coolpix_4500_fce8_boards(results):
-    """The rig coolpix-4500-fce8-boards."""
-    return drawn_rig(results, "coolpix-4500-fce8-boards")
-
-
-@figure(
-    "ext_rig_coolpix_4500_fce8", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_coolpix_4500_fce8(results):
-    """The rig coolpix-4500-fce8."""
-    return drawn_rig(results, "coolpix-4500-fce8")
-
-
-@figure(
-    "ext_rig_coolpix_fce8_zoom_1", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_coolpix_fce8_zoom_1(results):
-    """The rig coolpix-fce8-zoom-1."""
-    return drawn_rig(results, "coolpix-fce8-zoom-1")
-
-
-@figure(
-    "ext_rig_coolpix_fce8_zoom_2", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_coolpix_fce8_zoom_2(results):
-    """The rig coolpix-fce8-zoom-2."""
-    return drawn_rig(results, "coolpix-fce8-zoom-2")
-
-
-@figure(
-    "ext_rig_coolpix_fce8_zoom_3", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_coolpix_fce8_zoom_3(results):
-    """The rig coolpix-fce8-zoom-3."""
-    return drawn_rig(results, "coolpix-fce8-zoom-3")
-
-
-@figure("ext_rig_d200_boards", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_d200_boards(results):
-    """The rig d200-boards."""
-    return drawn_rig(results, "d200-boards")
-
-
-@figure("ext_rig_d200_fisheye", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_d200_fisheye(results):
-    """The rig d200-fisheye."""
-    return drawn_rig(results, "d200-fisheye")
-
-
-@figure("ext_rig_d200_lens", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_d200_lens(results):
-    """The rig d200-lens."""
-    return drawn_rig(results, "d200-lens")
-
-
-@figure("ext_rig_d200_lens_sharp", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_d200_lens_sharp(results):
-    """The rig d200-lens-sharp."""
-    return drawn_rig(results, "d200-lens-sharp")
-
-
-@figure("ext_rig_fisheye_12x9", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_fisheye_12x9(results):
-    """The rig fisheye-12x9."""
-    return drawn_rig(results, "fisheye-12x9")
-
-
-@figure("ext_rig_fisheye_9x7", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_fisheye_9x7(results):
-    """The rig fisheye-9x7."""
-    return drawn_rig(results, "fisheye-9x7")
-
-
-@figure("ext_rig_flexible_mirror", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_flexible_mirror(results):
-    """The rig flexible-mirror."""
-    return drawn_rig(results, "flexible-mirror")
-
-
-@figure("ext_rig_hyperboloidal", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_hyperboloidal(results):
-    """The rig hyperboloidal."""
-    return drawn_rig(results, "hyperboloidal")
-
-
-@figure("ext_rig_kodak_boards", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_kodak_boards(results):
-    """The rig kodak-boards."""
-    return drawn_rig(results, "kodak-boards")
-
-
-@figure("ext_rig_kodak_megaplus", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_kodak_megaplus(results):
-    """The rig kodak-megaplus."""
-    return drawn_rig(results, "kodak-megaplus")
-
-
-@figure("ext_rig_large_fisheye", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_large_fisheye(results):
-    """The rig large-fisheye."""
-    return drawn_rig(results, "large-fisheye")
-
-
-@figure(
-    "ext_rig_large_hyperboloidal", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_large_hyperboloidal(results):
-    """The rig large-hyperboloidal."""
-    return drawn_rig(results, "large-hyperboloidal")
-
-
-@figure("ext_rig_mirror_ball", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_mirror_ball(results):
-    """The rig mirror-ball."""
-    return drawn_rig(results, "mirror-ball")
-
-
-@figure("ext_rig_monitor_d200", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_monitor_d200(results):
-    """The rig monitor-d200."""
-    return drawn_rig(results, "monitor-d200")
-
-
-@figure(
-    "ext_rig_onevr_d70_boards", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_onevr_d70_boards(results):
-    """The rig onevr-d70-boards."""
-    return drawn_rig(results, "onevr-d70-boards")
-
-
-@figure("ext_rig_onevr_d70", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_onevr_d70(results):
-    """The rig onevr-d70."""
-    return drawn_rig(results, "onevr-d70")
-
-
-@figure("ext_rig_ordinary_lens", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_ordinary_lens(results):
-    """The rig ordinary-lens."""
-    return drawn_rig(results, "ordinary-lens")
-
-
-@figure(
-    "ext_rig_panorama_hyperboloid", needs=("ext_rigs",), evidence="analytic", scene=True
-)
-def ext_rig_panorama_hyperboloid(results):
-    """The rig panorama-hyperboloid."""
-    return drawn_rig(results, "panorama-hyperboloid")
-
-
-@figure("ext_rig_spherical", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_rig_spherical(results):
-    """The rig spherical."""
-    return drawn_rig(results, "spherical")

@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 PROJECT = ("chapters", "raxel", "repro")
 # Marks say how a producer is split and judged; they do not change what it computes.
 KINDS = ("experiment", "figure", "table", "claim", "numbers")
-FAMILY = "experiments"
-MARKS = (*KINDS, FAMILY)
+FAMILIES = {"experiments": "experiment", "figures": "figure"}
+MARKS = (*KINDS, *FAMILIES)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 SCOPES = (*FUNCTIONS, ast.ClassDef, ast.Lambda, *COMPREHENSIONS)

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from repro.run import bare_syntax, names
-from repro.run.bare_syntax import FAMILY, MARKS
+from repro.run.bare_syntax import FAMILIES, MARKS
 from repro.run.kept import Kept
 from repro.run.names import Sources, dotted
 from repro.run.rendered import rig_file
@@ -161,12 +161,14 @@ def marked_in(sources: Sources, path: Path) -> list[Producer]:
             details = {k.arg: _literal(sources, path, k.value) for k in call.keywords}
             first = _literal(sources, path, call.args[0])
             place = module, node.name, page, node.lineno
-            if kind != FAMILY:
+            if kind not in FAMILIES:
                 made.append(Producer(kind, first, *place, details))
                 continue
-            for identifier, artefact in first.items():
-                own = details | {"artefact": artefact, "family": True}
-                made.append(Producer("experiment", identifier, *place, own))
+            for identifier in first:
+                own = details | {"family": True}
+                if isinstance(first, dict):
+                    own["artefact"] = first[identifier]
+                made.append(Producer(FAMILIES[kind], identifier, *place, own))
     return made
 
 

@@ -126,6 +126,35 @@ def figure(
     )
 
 
+def figures(
+    identifiers: Sequence[str],
+    *,
+    needs: Sequence[str] = (),
+    evidence: str,
+    scene: bool = False,
+    published: Sequence[str] = (),
+) -> Callable[[Producer], Producer]:
+    """Mark ``function(results, identifier) -> Drawing`` as a family of figures.
+
+    The rest is as for one `figure` and the same for all, with the printed numbers as a
+    third argument where any are ``published``.
+    """
+
+    def mark(function: Producer) -> Producer:
+        for identifier in identifiers:
+            one = figure(
+                identifier,
+                needs=needs,
+                evidence=evidence,
+                scene=scene,
+                published=published,
+            )
+            function = one(function)
+        return function
+
+    return mark
+
+
 def table(
     identifier: str,
     *,

@@ -44,8 +44,8 @@ def function_of(found: discover.Producer):
     if not found.details.get("family"):
         return function
 
-    def of_family(effort: str, *more: object) -> Plan:
-        return function(effort, found.id, *more)
+    def of_family(given: object, *more: object) -> object:
+        return function(given, found.id, *more)
 
     return of_family
 

@@ -16,7 +16,7 @@ STEMS = ("artefacts", "claims", "numbers")
 MARK = re.compile(
     rb"^@(" + "|".join(MARKS).encode() + rb")\(\s*(.*?)^def ", re.M | re.S
 )
-LITERAL = (b'"', b"{")
+LITERAL = (b'"', b"{", b"(")
 # An entry of a file of the ledger, from its first line on.
 ENTRY = re.compile(r"^- (?=id:)", re.M)
 
