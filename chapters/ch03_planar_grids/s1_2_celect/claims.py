@@ -148,8 +148,9 @@ def judge_split_peaks(results, options):
 def judge_start_condition(results):
     """Wrong exactly where the text's two conditions say so."""
     result = results["table_3_2_start"]
-    predicted = result.column("predicted") == 1
-    wrong = result.column("went_wrong") == 1
+    predicted, wrong = (
+        result.column(name) == 1 for name in ("predicted", "went_wrong")
+    )
     agree = predicted == wrong
     both_sides = 0 < predicted.sum() < len(predicted)
     as_said = HOLDS if agree.all() else FAILS
@@ -166,8 +167,9 @@ def judge_start_condition(results):
 
 def falling_trend(scores, counts, trials):
     """Cochran-Armitage: z of a linear trend of counts of trials over scores (n,)."""
-    scores, counts = np.asarray(scores, float), np.asarray(counts, float)
-    trials = np.asarray(trials, float)
+    scores, counts, trials = (
+        np.asarray(given, float) for given in (scores, counts, trials)
+    )
     rate = counts.sum() / trials.sum()
     middle = (trials * scores).sum() / trials.sum()
     spread = rate * (1 - rate) * (trials * (scores - middle) ** 2).sum()
@@ -192,12 +194,12 @@ def judge_big_square(results, options):
     trials = [len(r) for r in runs.values()]
     z = falling_trend(list(runs), [r.sum() for r in runs.values()], trials)
     p = float(norm.cdf(z))
-    rates = ", ".join(f"{px:.0f} px {100 * r.mean():.0f} %" for px, r in runs.items())
     return Reading.of(
         if_enough(min(runs.values(), key=len), HOLDS if p < MAX_P else FAILS),
         p,
         "1",
-        f"p of a falling trend; right: {rates}",
+        "p of a falling trend; right: "
+        + ", ".join(f"{px:.0f} px {100 * r.mean():.0f} %" for px, r in runs.items()),
     )
 
 
@@ -271,13 +273,11 @@ def numbers_of_table_3_1(results):
 def numbers_of_table_3_2(results):
     """The thresholds, as the code has them."""
     settings = CelectSettings()
-    values = {
+    return {
         f"t3_2_{name}": Value(f"{getattr(settings, field):g}*s_i", unit=unit)
         for name, (field, unit, _) in THRESHOLDS.items()
         if name != "t4"
-    }
-    values["t3_2_t4"] = Value(settings.first_angle_deg, unit="deg")
-    return values
+    } | {"t3_2_t4": Value(settings.first_angle_deg, unit="deg")}
 
 
 @numbers("sec_3_1_2", needs=(), evidence="analytic")

@@ -199,12 +199,11 @@ def camera_trial(condition, rng):
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
     sides = scenes.sides_of(view.lattice)
-    merged = int(np.isfinite(result.corners[..., 0]).sum())
     return scored(result, view.lattice) | {
         "least_px": float(sides.min()),
         "uneven": float(sides.max() / sides.min()),
         "candidates": candidates_of(result),
-        "merged": merged,
+        "merged": int(np.isfinite(result.corners[..., 0]).sum()),
         "wanted": rows * columns,
     }
 
@@ -231,20 +230,15 @@ def cameras(effort):
 
 def window_trial(condition, rng):
     """The synthetic board with another window radius."""
-    board = SyntheticBoard()
-    image = board.image(1.0, boards.NOISE_SD, rng)
-    where = clicks(board.outer_corners, rng)
     settings = CelectSettings(radius_scale=condition["multiplier"])
-    result = celect(image, where, board.columns, board.rows, settings=settings)
-    return scored(result, board.lattice)
+    return boards.clicked_score(SyntheticBoard(), boards.NOISE_SD, rng, settings)
 
 
 @experiment("table_3_1_window", artefact="table_3_1", shards={"full": 2})
 def windows(effort):
     """The radius of Table 3.1 times a factor; thresholds as they are."""
     taken = boards.MULTIPLIERS[::4] if effort == "quick" else boards.MULTIPLIERS
-    conditions = [{"multiplier": m} for m in taken]
-    return Plan(window_trial, conditions, BOARDS[effort])
+    return Plan(window_trial, [{"multiplier": m} for m in taken], BOARDS[effort])
 
 
 @experiment("table_3_1_growth", artefact="table_3_1", shards={"full": 2})

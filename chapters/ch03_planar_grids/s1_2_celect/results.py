@@ -12,40 +12,46 @@ NAMES = dict(zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=
 
 def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
-    of_cameras(open_results("fig_3_1_cameras"))
-    growth = open_results("table_3_1_growth")
-    first = next(iter(BROKEN.values()))
-    value("grown", percent(growth.column("published.success", **first)))
-    value("fixed", percent(growth.column("no growth.success", **first)))
+    grown = open_results("table_3_1_growth").one(**next(iter(BROKEN.values())))
     split = open_results("table_3_2_split")
     windows = split.conditions[0]["windows"]
-    for name, column in (("with", "published"), ("without", "no averaging")):
-        rate = split.column(f"{column}.near").mean() / windows
-        value(f"near_{name}", 100 * float(rate))
-    of_squares(open_results("exp_c3_big_square"))
     start = open_results("table_3_2_start")
     predicted = start.column("predicted")
-    value("cases", len(predicted))
-    value("agree", percent(predicted == start.column("went_wrong")))
+    quoted = {
+        "grown": percent(grown.column("published.success")),
+        "fixed": percent(grown.column("no growth.success")),
+        "near_with": 100 * (split.column("published.near").mean() / windows),
+        "near_without": 100 * (split.column("no averaging.near").mean() / windows),
+        "cases": len(predicted),
+        "agree": percent(predicted == start.column("went_wrong")),
+        **of_cameras(open_results("fig_3_1_cameras")),
+        **of_squares(open_results("exp_c3_big_square")),
+    }
+    for name, number in quoted.items():
+        value(name, number)
 
 
 def of_cameras(result):
     """Success of each camera, of small pictures, and candidates per corner."""
     large, small = (result.select(size_px=size) for size in LEAST_PX)
-    value("fisheye", percent(large.select(camera="fisheye").column("success")))
-    value("tiny", percent(small.column("success")))
     ratio = large.column("candidates") / large.column("wanted")
     many = ratio[large.column("success") == 1]
-    value("candidates", float(many.mean()) if len(many) else 0.0)
+    return {
+        "fisheye": percent(large.select(camera="fisheye").column("success")),
+        "tiny": percent(small.column("success")),
+        "candidates": float(many.mean()) if len(many) else 0.0,
+    }
 
 
 def of_squares(result):
     """Success with the largest and the smallest squares at the widest view."""
     fov = BIG_FOVS[0]
-    value("wide_fov", fov)
     sizes = result.by("squares_across", fov_deg=fov)
-    for name, across in (("large", min(sizes)), ("small", max(sizes))):
-        value(f"{name}_squares", percent(sizes[across].column("success")))
+    return {
+        "wide_fov": fov,
+        "large_squares": percent(sizes[min(sizes)].column("success")),
+        "small_squares": percent(sizes[max(sizes)].column("success")),
+    }
 
 
 def percent(flags):
@@ -57,7 +63,7 @@ class Run:
     """The arrays of a recorded run (`trials.recorded`)."""
 
     def __init__(self, result):
-        for name in (
+        for name in [
             "steps",
             "corners",
             "edges",
@@ -67,7 +73,7 @@ class Run:
             "grid",
             "s",
             "image",
-        ):
+        ]:
             setattr(self, name, result.arrays(name)[0])
 
     def step(self, index):

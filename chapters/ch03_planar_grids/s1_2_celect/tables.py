@@ -57,13 +57,17 @@ def table_3_1(results):
 def table_3_2(results):
     """Every threshold, its unit, and its value on side 1 of the run."""
     settings = CelectSettings()
-    run = Run(results["fig_3_1_run"])
-    rows = []
-    for name, (field, unit, bounds) in THRESHOLDS.items():
-        number, of_window = getattr(settings, field), name != "t4"
-        here = number * float(run.s[0]) if of_window else number
-        share = number if of_window else None
-        rows.append((f"$t_{name[1]}$", bounds, share, here, unit, f"`{field}`"))
+    side_1 = float(Run(results["fig_3_1_run"]).s[0])
+
+    def on_side_1(name, field):
+        """(share of s_1, what it is on side 1) of a threshold; t4 is no share."""
+        number = getattr(settings, field)
+        return (None, number) if name == "t4" else (number, number * side_1)
+
+    rows = [
+        (f"$t_{name[1]}$", bounds, *on_side_1(name, field), unit, f"`{field}`")
+        for name, (field, unit, bounds) in THRESHOLDS.items()
+    ]
     names = (
         "Threshold", "What it bounds", "Share of $s_i$", "Side 1", "Unit",
         "Field of `CelectSettings`",
@@ -111,11 +115,15 @@ def step_table(results):
 def camera_table(results):
     """Share of boards read before each camera, by size of the picture."""
     result = results["fig_3_1_cameras"]
-    rows = []
-    for camera, name in NAMES.items():
-        runs = [result.column("success", camera=camera, size_px=s) for s in LEAST_PX]
-        shares = [100 * np.array(proportion(run)[:3]) for run in runs]
-        rows.append((name, *(Measured(*map(float, share)) for share in shares)))
+
+    def percent(camera, size):
+        runs = result.column("success", camera=camera, size_px=size)
+        return Measured(*(100 * end for end in proportion(runs)[:3]))
+
+    rows = [
+        (name, *(percent(camera, size) for size in LEAST_PX))
+        for camera, name in NAMES.items()
+    ]
     heads = [f"Squares from {least} px on (%)" for least in LEAST_PX.values()]
     return Table(
         columns(("Camera", *heads), rows),

@@ -32,11 +32,11 @@ def animation(result):
     for index in range(len(run.steps)):
         pieces += step_marks(run, index)
     end = len(run.steps) * STEP_S
-    for _, u, v in run.merged:
-        pieces.append(
-            f'<circle cx="{u:.1f}" cy="{v:.1f}" r="3.2" fill="none" '
-            f'stroke="{GREEN}" stroke-width="1.4">{from_time(end)}</circle>'
-        )
+    pieces += [
+        f'<circle cx="{u:.1f}" cy="{v:.1f}" r="3.2" fill="none" '
+        f'stroke="{GREEN}" stroke-width="1.4">{from_time(end)}</circle>'
+        for _, u, v in run.merged
+    ]
     size = high - low
     svg = (
         f'<svg id="celect_run" role="img" tabindex="0" '

@@ -67,11 +67,11 @@ WIDTH, HEIGHT = 3.0, 1.08
 
 def transitions(result):
     """{(stage, stage): how often} in the run."""
-    found = {}
-    for name in result.names():
-        if " > " in name:
-            found[tuple(name.split(" > "))] = int(result.column(name)[0])
-    return found
+    return {
+        tuple(name.split(" > ")): int(result.column(name)[0])
+        for name in result.names()
+        if " > " in name
+    }
 
 
 def place_of(stage):
@@ -134,13 +134,9 @@ def fig_3_3(results):
     drawn, axes = new_figure(height_in=6.2)
     for stage in BOXES:
         draw_box(axes, stage)
-    straight = [
-        pair
-        for pair, said in ARROWS.items()
-        if said == "" or pair == ("arrived", "process")
-    ]
-    for start, end in straight:
-        draw_arrow(axes, start, end, found.get((start, end), 0))
+    for (start, end), said in ARROWS.items():
+        if said == "" or (start, end) == ("arrived", "process"):
+            draw_arrow(axes, start, end, found.get((start, end), 0))
     draw_returns(axes, found)
     axes.set(
         xlim=(-2.0, 2 * X_STEP + 1.9), ylim=(-4.6 * Y_STEP - 0.8, 1.45), aspect="equal"
@@ -168,65 +164,43 @@ def fig_3_3(results):
 
 def draw_returns(axes, found):
     """The ways back to the window: not arrived, growth, next contour."""
-    colours = [series(i)["color"] for i in (2, 1, 0)]
-    right, left = place_of("window")[0] + WIDTH / 2, WIDTH / 2
-    middle = X_STEP
-    y_window = place_of("window")[1]
-    arrived = place_of("arrived")
-    times = found.get(("arrived", "window"), 0)
-    axes.annotate(
-        "",
-        (right, y_window),
-        (arrived[0] - WIDTH / 2, arrived[1]),
-        arrowprops={"arrowstyle": "-|>", "color": colours[0]},
-    )
-    axes.text(
-        middle,
-        y_window + 0.15,
-        f"no: $p_{{cur}} = p_{{new}}$   {times}",
-        fontsize=7,
-        ha="center",
-        color=colours[0],
-    )
+    x, y = place_of("window")
+    right = x + WIDTH / 2
+    arrived, anchor, process = map(place_of, ("arrived", "anchor", "process"))
     grown = sum(found.get(pair, 0) for pair in GROWTH)
-    anchor = place_of("anchor")
-    axes.annotate(
-        "",
-        (right, y_window - 0.3),
-        (anchor[0] - 0.3 * WIDTH, anchor[1] + HEIGHT / 2),
-        arrowprops={
-            "arrowstyle": "-|>",
-            "color": colours[1],
-            "connectionstyle": "arc3,rad=0.0",
-        },
+    white = {"fc": "white", "ec": "none", "pad": 1}
+    # Series, where the arrow ends and starts, height and text of what stands by it.
+    ways = (
+        (
+            2,
+            (right, y),
+            (arrived[0] - WIDTH / 2, arrived[1]),
+            y + 0.15,
+            f"no: $p_{{cur}} = p_{{new}}$   {found.get(('arrived', 'window'), 0)}",
+            {},
+        ),
+        (
+            1,
+            (right, y - 0.3),
+            (anchor[0] - 0.3 * WIDTH, anchor[1] + HEIGHT / 2),
+            y - 1.6,
+            f"no line or no $p_{{new}}$:\nwindow grows by {GROWTH_PERCENT}   {grown}",
+            {"va": "center", "bbox": white},
+        ),
+        (
+            0,
+            (right, y + 0.3),
+            (process[0] - WIDTH / 2, process[1]),
+            process[1] + 0.1,
+            f"next side, then next column   {found.get(('process', 'window'), 0)}",
+            {"bbox": white},
+        ),
     )
-    axes.text(
-        middle,
-        y_window - 1.6,
-        f"no line or no $p_{{new}}$:\nwindow grows by {GROWTH_PERCENT}   {grown}",
-        fontsize=7,
-        ha="center",
-        va="center",
-        color=colours[1],
-        bbox={"fc": "white", "ec": "none", "pad": 1},
-    )
-    process = place_of("process")
-    times = found.get(("process", "window"), 0)
-    axes.annotate(
-        "",
-        (left, y_window + 0.3),
-        (process[0] - WIDTH / 2, process[1]),
-        arrowprops={"arrowstyle": "-|>", "color": colours[2]},
-    )
-    axes.text(
-        middle,
-        process[1] + 0.1,
-        f"next side, then next column   {times}",
-        fontsize=7,
-        ha="center",
-        color=colours[2],
-        bbox={"fc": "white", "ec": "none", "pad": 1},
-    )
+    for number, end, start, height, text, look in ways:
+        arrow = {"arrowstyle": "-|>", "color": series(number)["color"]}
+        axes.annotate("", end, start, arrowprops=arrow)
+        look |= {"fontsize": 7, "ha": "center", "color": arrow["color"]}
+        axes.text(X_STEP, height, text, **look)
     ends = (
         ("snap", "start", "image, clicks, counts"),
         ("process", "end", "corners in order, or the\ncontour that failed"),

@@ -81,8 +81,7 @@ def draw_window(axes, run, index, band):
 def towards(axes, start, end, text, colour):
     """A dashed line from a corner towards another one, named at its middle."""
     axes.plot(*np.array([start, end]).T, "--", color=colour, linewidth=1.3)
-    reach = np.linalg.norm(end - start)
-    width = abs(np.diff(axes.get_xlim())[0])
+    reach, width = np.linalg.norm(end - start), abs(np.diff(axes.get_xlim())[0])
     spot = start + (end - start) / reach * min(reach, 0.36 * width)
     axes.text(
         *spot,
@@ -104,14 +103,12 @@ def fig_3_1(results):
     corners = run.outer
     towards(axes, corners[0], corners[1], "$L_1$", GREEN)
     towards(axes, corners[0], corners[3], "$L_4$", PINK)
-    centre, _, _, anchor = run.step(0)
-    mark(axes, centre, "$p_{cur} = c_1$", (-62, 26))
-    mark(axes, anchor, "$p_{new}$", (-44, 20))
+    mark(axes, run.step(0)[0], "$p_{cur} = c_1$", (-62, 26))
+    mark(axes, run.step(0)[3], "$p_{new}$", (-44, 20))
     axes.legend(loc="lower left", fontsize=7.5)
     axes.set_title("Window at $c_1$")
     draw_picture(whole, run.image)
-    loop = np.vstack((corners, corners[:1]))
-    whole.plot(*loop.T, "--", color=GREEN, linewidth=1.3)
+    whole.plot(*corners[[0, 1, 2, 3, 0]].T, "--", color=GREEN, linewidth=1.3)
     for k, corner in enumerate(corners):
         mark(whole, corner, f"$c_{k + 1}$", (8, 8))
         middle = (corner + corners[(k + 1) % 4]) / 2
@@ -154,18 +151,16 @@ def fig_3_1(results):
 def window_check(run):
     """Every anchor lies within its window and within t5 of its line."""
     settings, ratios = CelectSettings(), []
-    for index, contour in enumerate(run.steps[:-1, 0]):
-        if run.steps[index + 1, 0] != contour:
-            continue
+    for index in np.flatnonzero(run.steps[1:, 0] == run.steps[:-1, 0]):
         centre, radius, line, anchor = run.step(index)
         start, end = line_ends(centre, radius, line)
         along = (end - start) / np.linalg.norm(end - start)
         off = abs(np.cross(along, anchor - start))
-        band = max(settings.edge_band * run.s[int(contour)], settings.least_band_px)
+        s = run.s[int(run.steps[index, 0])]
+        band = max(settings.edge_band * s, settings.least_band_px)
         ratios += [off / band, np.linalg.norm(anchor - centre) / radius]
-    worst = max(ratios)
     return Check(
-        worst <= 1 + 1e-9,
+        max(ratios) <= 1 + 1e-9,
         f"all {len(run.steps)} anchors lie in their window and within t5 of their line",
     )
 
@@ -182,15 +177,12 @@ def fig_3_2(results):
     centre, radius, line, anchor = run.step(index)
     previous, _, before, _ = run.step(index - 1)
     axes.plot(*previous, "o", color=RED, markersize=6, linestyle="none")
-    along = np.array([np.cos(np.radians(before[1])), np.sin(np.radians(before[1]))])
-    along *= np.sign(along @ (centre - previous))
-    axes.annotate(
-        "",
-        centre + 1.25 * radius * along,
-        centre,
-        arrowprops={"arrowstyle": "->", "color": GREEN, "linewidth": 1.6},
-    )
-    mark(axes, centre + 1.25 * radius * along, r"$\theta_{prev}$", (-44, 12))
+    angle = np.radians(before[1])
+    along = np.array([np.cos(angle), np.sin(angle)])
+    tip = centre + 1.25 * radius * (along * np.sign(along @ (centre - previous)))
+    arrow = {"arrowstyle": "->", "color": GREEN, "linewidth": 1.6}
+    axes.annotate("", tip, centre, arrowprops=arrow)
+    mark(axes, tip, r"$\theta_{prev}$", (-44, 12))
     mark(axes, previous, "$p_{prev}$", (-40, 22))
     mark(axes, centre, "$p_{cur}$", (-8, 30))
     mark(axes, anchor, "$p_{new}$", (8, 24))
@@ -218,9 +210,9 @@ def fig_3_2(results):
         ylim=(-radius, radius),
         xlabel=r"Orientation $\theta$ (deg)",
         ylabel="Distance $R$ from the centre (px)",
+        title="Its lines",
     )
     hough.legend(loc="upper right", fontsize=7.5)
-    hough.set_title("Its lines")
     return Drawing(
         drawn,
         {
@@ -239,12 +231,9 @@ def fig_3_2(results):
 def turn_check(run):
     """(3.11) holds at every step that is not a contour's first."""
     least = []
-    for index in range(1, len(run.steps)):
-        contour = int(run.steps[index, 0])
-        if contour != run.steps[index - 1, 0]:
-            continue
+    for index in 1 + np.flatnonzero(run.steps[1:, 0] == run.steps[:-1, 0]):
         lines, before = run.of_step("lines", index), run.steps[index - 1, 5]
-        limit = CelectSettings().near_centre * run.s[contour]
+        limit = CelectSettings().near_centre * run.s[int(run.steps[index, 0])]
         turns = angle_apart(lines[np.abs(lines[:, 0]) < limit, 1], before)
         least.append(angle_apart(run.steps[index, 5], before) <= turns.min() + 1e-9)
     return Check(

@@ -32,7 +32,16 @@ BROKEN = {
     },
 }
 FADE = 0.15
-GROWN = {"published": CelectSettings(), "no growth": CelectSettings(most_growths=0)}
+PUBLISHED = CelectSettings()
+GROWN = {"published": PUBLISHED, "no growth": CelectSettings(most_growths=0)}
+
+
+def clicked_score(board, noise_sd, rng, settings=PUBLISHED):
+    """Score of one run on a SyntheticBoard's picture: blurred, noisy, and clicked."""
+    image = board.image(1.0, noise_sd, rng)
+    where = clicks(board.outer_corners, rng)
+    result = celect(image, where, board.columns, board.rows, settings=settings)
+    return scored(result, board.lattice)
 
 
 def broken_edges(image, lattice, share, length, rng):
@@ -85,14 +94,14 @@ def growth_trial(condition, rng):
         square_px=1000 / condition["squares_across"], fov_deg=condition["fov_deg"]
     )
     lattice = board.lattice
-    whole = board.image(1.0)
-    image = broken_edges(whole, lattice, condition["share"], condition["length"], rng)
+    image = broken_edges(
+        board.image(1.0), lattice, condition["share"], condition["length"], rng
+    )
     image = photographed(image.astype(np.float32), rng, 1.0, NOISE_SD)
     where = clicks(board.outer_corners, rng)
     return {
         name: scored(
-            celect(image, where, board.columns, board.rows, settings=GROWN[name]),
-            lattice,
+            celect(image, where, board.columns, board.rows, settings=settings), lattice
         )
-        for name in ("published", "no growth")
+        for name, settings in GROWN.items()
     }

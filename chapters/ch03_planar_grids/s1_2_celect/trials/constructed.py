@@ -44,26 +44,32 @@ def edge_picture(angles_deg, offset, size, contrast, rng):
     return photographed(grey, rng, 1.0, 8.0)
 
 
+def edge_window(angles_deg, offset, beyond, rng):
+    """(image, window at its middle, smoothing) of an `edge_picture`.
+
+    beyond: px of the picture's side besides the window's.
+    """
+    size = 2 * int(EDGE_S) + beyond
+    image = edge_picture(angles_deg, offset, size, EDGE_CONTRAST, rng)
+    smoothing = smoothing_for(EDGE_S, CelectSettings())
+    middle = np.full(2, (size - 1) / 2)
+    return image, open_window(image, middle, EDGE_S, smoothing), smoothing
+
+
 def split_trial(condition, rng):
     """Lines found in windows with one straight edge, with and without averaging."""
-    size = 2 * int(EDGE_S) + 41
-    centre = np.full(2, (size - 1) / 2)
-    names = ("published", "no averaging")
-    counts = {name: {"any": 0, "near": 0} for name in names}
+    counts = {name: {"any": 0, "near": 0} for name in AVERAGED}
+    published = AVERAGED["published"]
     for _ in range(condition["windows"]):
         angle = rng.uniform(0, 180)
         offset = rng.uniform(-0.2, 0.2) * EDGE_S
-        image = edge_picture([angle], offset, size, EDGE_CONTRAST, rng)
-        smoothing = smoothing_for(EDGE_S, AVERAGED["published"])
-        window = open_window(image, centre, EDGE_S, smoothing)
+        _, window, smoothing = edge_window([angle], offset, 41, rng)
         scale = Scale(
             smoothing, float(np.hypot(window.gradient_u, window.gradient_v).max()), 1.0
         )
-        published = AVERAGED["published"]
         edges = canny_edges(window, scale, published.canny_high, published.canny_low)
-        space = vote(edges, centre, EDGE_S)
-        for name in names:
-            settings = AVERAGED[name]
+        space = vote(edges, window.centre, EDGE_S)
+        for name, settings in AVERAGED.items():
             lines = peaks_of(space, settings, EDGE_S).lines
             near = (angle_apart(lines[:, 1], angle) < NEAR_EDGE_DEG) & (
                 np.abs(lines[:, 0]) < settings.near_centre * EDGE_S
@@ -98,26 +104,22 @@ def start_case(rng):
 def predicted_wrong(side_4, true, wrong):
     """The two conditions of the text: which of them say that tracing goes wrong."""
     t4 = CelectSettings().first_angle_deg
-    near_side_4 = angle_apart(true, side_4) < t4
     nearer = angle_apart(wrong, side_4) > t4 and abs(wrong) < abs(true)
-    return bool(near_side_4), bool(nearer)
+    return bool(angle_apart(true, side_4) < t4), bool(nearer)
 
 
 def start_trial(condition, rng):
     """One constructed first corner: what is chosen, and what the text predicts."""
     side_4, true, wrong = start_case(rng)
     near_side_4, nearer = predicted_wrong(side_4, true, wrong)
-    size = 2 * int(EDGE_S) + 201
-    centre = np.full(2, (size - 1) / 2)
-    image = edge_picture([true, wrong], 0.0, size, EDGE_CONTRAST, rng)
+    image, window, smoothing = edge_window([true, wrong], 0.0, 201, rng)
     settings = CelectSettings(most_growths=0)
-    smoothing = smoothing_for(EDGE_S, settings)
-    window = open_window(image, centre, EDGE_S, smoothing)
     scale = clear_scale([window], smoothing, settings)
     tracer = Tracer(image, scale, settings, record=True)
-    end = centre + [3 * EDGE_S, 0]
-    first = FirstLine(side_4 % 180, False, end - centre)
-    steps = tracer.trace(centre, end, EDGE_S, first, 1).steps
+    start = window.centre
+    end = start + [3 * EDGE_S, 0]
+    first = FirstLine(side_4 % 180, False, end - start)
+    steps = tracer.trace(start, end, EDGE_S, first, 1).steps
     chosen = None
     if steps:
         theta = steps[0].lines[steps[0].chosen, 1]

@@ -32,35 +32,40 @@ def recorded(result):
     line, u and v of the next anchor, number of lines. corners (m, 3): step,
     u, v. edges (k, 3): the same of the edge pixels.
     """
-    steps, corners, edges, lines = [], [], [], []
-    for number, contour in enumerate(result.contours):
-        for step in contour.steps:
-            R, theta = step.lines[step.chosen]
-            here = len(steps)
-            steps.append(
-                [
-                    number,
-                    *step.centre,
-                    step.radius,
-                    R,
-                    theta,
-                    *step.anchor,
-                    len(step.lines),
-                ]
-            )
-            corners += [[here, *c] for c in step.corners]
-            edges += [[here, *e] for e in step.edges]
-            lines += [[here, *line] for line in step.lines]
+    steps = [
+        (number, step)
+        for number, contour in enumerate(result.contours)
+        for step in contour.steps
+    ]
+
+    def seen(what):
+        """Rows of what every step saw, the step's number first."""
+        rows = [
+            [here, *one]
+            for here, (_, step) in enumerate(steps)
+            for one in getattr(step, what)
+        ]
+        return np.array(rows, float)
+
+    walked = [
+        [
+            number,
+            *step.centre,
+            step.radius,
+            *step.lines[step.chosen],
+            *step.anchor,
+            len(step.lines),
+        ]
+        for number, step in steps
+    ]
     merged = [
         [number, *c]
         for number, contour in enumerate(result.contours)
         for c in contour.merged
     ]
     return {
-        "steps": np.array(steps, float),
-        "corners": np.array(corners, float),
-        "edges": np.array(edges, float),
-        "lines": np.array(lines, float),
+        "steps": np.array(walked, float),
+        **{what: seen(what) for what in ("corners", "edges", "lines")},
         "merged": np.array(merged, float),
         "outer": result.outer_corners,
         "grid": result.corners,
@@ -79,8 +84,8 @@ def drawn_run(condition, rng):
         result = celect(view.image, where, columns, rows, record=True)
         if result.found:
             break
-    values = scored(result, view.lattice) | recorded(result)
-    return values | {"image": view.image, "tried": tried}
+    seen = {"image": view.image, "tried": tried}
+    return scored(result, view.lattice) | recorded(result) | seen
 
 
 @experiment("fig_3_1_run", artefact="fig_3_1")

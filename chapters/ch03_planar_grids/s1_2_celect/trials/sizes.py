@@ -1,9 +1,8 @@
 """The synthetic board in many sizes: large squares, and one smoothing for all."""
 
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards
-from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import SyntheticBoard, clicks
-from raxel.features.celect import CelectSettings, celect
+from chapters.shared.synthetic_board import SyntheticBoard
+from raxel.features.celect import CelectSettings
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -17,10 +16,7 @@ def square_trial(condition, rng):
     board = SyntheticBoard(
         square_px=1000 / condition["squares_across"], fov_deg=condition["fov_deg"]
     )
-    image = board.image(1.0, boards.NOISE_SD, rng)
-    where = clicks(board.outer_corners, rng)
-    result = celect(image, where, board.columns, board.rows)
-    return scored(result, board.lattice)
+    return boards.clicked_score(board, boards.NOISE_SD, rng)
 
 
 @experiment("exp_c3_big_square", artefact="sec_3_1_2", shards={"full": 2})
@@ -36,14 +32,10 @@ def big_squares(effort):
 def limit_trial(condition, rng):
     """The synthetic board, with one smoothing for all sizes of square."""
     board = SyntheticBoard(square_px=1000 / condition["squares_across"])
-    image = board.image(1.0, condition["noise_sd"], rng)
-    where = clicks(board.outer_corners, rng)
     smoothing = condition["smoothing_px"]
-    settings = CelectSettings()
-    if smoothing is not None:
-        settings = CelectSettings(smoothing_limits_px=(smoothing,) * 2)
-    result = celect(image, where, board.columns, board.rows, settings=settings)
-    return scored(result, board.lattice)
+    fixed = {} if smoothing is None else {"smoothing_limits_px": (smoothing,) * 2}
+    settings = CelectSettings(**fixed)
+    return boards.clicked_score(board, condition["noise_sd"], rng, settings)
 
 
 @experiment("ext_celect_limits", artefact="sec_3_1_2", shards={"full": 2})
