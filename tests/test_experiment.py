@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from repro.run import experiment, jobs, judging, results
-from repro.run.outcomes import DECISIONS, Plan, Reading
+from repro.run.outcomes import DECISIONS, Plan, Reading, crossed
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
 
@@ -203,3 +203,9 @@ def test_what_is_judged_keeps_infinity_as_a_word_and_nan_as_nothing():
     found = {"value": np.inf, "interval": (-np.inf, np.float64(2)), "other": np.nan}
     plain = {"value": "inf", "interval": ["-inf", 2.0], "other": None}
     assert judging._finite(found) == plain
+
+
+def test_conditions_are_crossed_with_the_last_level_fastest():
+    found = crossed(rig=("a", "b"), seed=range(2))
+    assert [c["rig"] for c in found] == ["a", "a", "b", "b"]
+    assert [c["seed"] for c in found] == [0, 1, 0, 1]

@@ -30,10 +30,7 @@ def smooth_rays_figure(results):
                 for noise in NOISES
             ]
             look = {"index": index, "label": NAMES[method]}
-            rows += [
-                (measure, method, *row)
-                for row in plot_estimates(axes, NOISES, found, **look)
-            ]
+            rows += plot_estimates(axes, NOISES, found, (measure, method), **look)
         axes.set(xscale="log", yscale="log", title=title, ylabel=label)
         axes.set_xlabel("Noise (px)")
         axes.set_xticks(NOISES, [f"{noise:g}" for noise in NOISES])

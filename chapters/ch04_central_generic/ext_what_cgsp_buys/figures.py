@@ -81,10 +81,9 @@ def cgsp_sensitivity(results):
                 centre(result, method, **fixed, **{name: level}) for level in levels
             ]
             look = {"index": index, "label": LINEAR_NAMES.get(method, NAMES[method])}
-            rows += [
-                (sweep or "grids", method, *row)
-                for row in plot_estimates(panel, levels, found, **look)
-            ]
+            rows += plot_estimates(
+                panel, levels, found, (sweep or "grids", method), **look
+            )
         panel.set(xscale="log", yscale="log", title=words[0], xlabel=words[1])
         panel.set_ylabel("Error of the centre (mm)")
         panel.set_xticks(levels, [f"{level:g}" for level in levels])

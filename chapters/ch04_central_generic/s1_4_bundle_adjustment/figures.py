@@ -34,10 +34,7 @@ def consistency(results):
         for method in methods:
             rays, found = centre_medians(result, method, noise)
             look = {"index": order.index(method), "label": NAMES[method]}
-            rows += [
-                (noise, method, *row)
-                for row in plot_estimates(panel, rays, found, **look)
-            ]
+            rows += plot_estimates(panel, rays, found, (noise, method), **look)
         few, many = rays[0], rays[-1]
         ideal = found[0].value * np.sqrt(few / np.array([few, many]))
         panel.plot(

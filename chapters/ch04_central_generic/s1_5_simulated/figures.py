@@ -34,10 +34,9 @@ def fig_4_2(results):
         for index, (method, stage) in enumerate(CURVES):
             found = medians(result, PRIMARY, method, stage, quantity)
             look = {"index": index, "label": LINEAR_NAMES[method] + STAGES[stage]}
-            rows += [
-                (quantity, method, stage, *row)
-                for row in plot_estimates(panel, LEVELS, found, **look)
-            ]
+            rows += plot_estimates(
+                panel, LEVELS, found, (quantity, method, stage), **look
+            )
         panel.set(xscale="log", yscale="log", title=WORDS[quantity])
         panel.set_ylabel(f"Error ({UNITS.get(quantity, 'mm')})")
     for panel in axes[1]:

@@ -53,10 +53,9 @@ class DrawnPose:
         axes = np.linalg.svd(self.normal[None])[2][1:]
         flat = sight @ axes.T
         H = homography_dlt(lattice(), flat)
-        bent = np.abs(apply_homography(H, lattice()) - flat)
         return (
             max(across.max(), height.max()) / PLANE_MM,
-            bent.max() / PLANE_MM,
+            np.abs(apply_homography(H, lattice()) - flat).max() / PLANE_MM,
             np.abs(self.found - self.true).max() / PLANE_MM,
         )
 
@@ -154,11 +153,14 @@ def fig_4_4(results):
                 median_interval(trials_of(result, estimator, measure, level))
                 for level in levels
             ]
-            look = {"index": index, "label": NAMES[estimator]}
-            rows += [
-                (measure, estimator, *row)
-                for row in plot_estimates(panel, levels, found, **look)
-            ]
+            rows += plot_estimates(
+                panel,
+                levels,
+                found,
+                (measure, estimator),
+                index=index,
+                label=NAMES[estimator],
+            )
         panel.set(
             xscale="log", yscale="log", xlabel="Noise SD (px)", ylabel=LABELS[measure]
         )
@@ -193,11 +195,9 @@ def plane_tilt(results):
                 median_interval(result.column(f"{kind}.{tilt}.{measure}"))
                 for tilt in TILTS_DEG
             ]
-            look = {"index": index, "label": name}
-            rows += [
-                (measure, kind, *row)
-                for row in plot_estimates(panel, TILTS_DEG, found, **look)
-            ]
+            rows += plot_estimates(
+                panel, TILTS_DEG, found, (measure, kind), index=index, label=name
+            )
         panel.set(
             yscale="log",
             xlabel="Tilt against the best plane (deg)",

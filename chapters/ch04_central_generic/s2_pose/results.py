@@ -1,10 +1,12 @@
 """Errors, ratios and counts of section 4.2, and the numbers that its page quotes."""
 
+from functools import partial
+
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.simulated import RAYS
 from chapters.ch04_central_generic.s2_pose.trials.triplets import APART, DRAWS
-from repro.judge.statistics import bootstrap, median_interval, with_worst
+from repro.judge.statistics import bootstrap, with_worst
 from repro.page.reader import value
 
 PRIMARY = {"domain": "px", "rays": RAYS[0], "unit": "length"}
@@ -54,71 +56,46 @@ def finite_of_four(result, plane):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    of_noise(open_results("fig_4_4_noise"))
-    of_table(open_results("table_4_1_redrawn"))
-    of_decoding(open_results("table_4_1_rendered"))
-    of_triplets(
-        open_results("exp_c4_3pt_no_solution"), open_results("exp_c4_3pt_sensitive")
+    turns = partial(
+        trials_of, open_results("fig_4_4_noise"), measure="rotation_deg", noise=SHOWN_PX
     )
-    of_planes(open_results("exp_c4_plane_orientation"))
-    of_sources(open_results("ext_pose_rays_run"))
-
-
-def of_noise(result):
-    """Medians of the simulation at half a pixel."""
-    for estimator in ("three_points", "cgsp_ransac", "angular"):
-        trials = trials_of(result, estimator, "rotation_deg", SHOWN_PX)
-        value(f"{estimator}_deg", median_interval(trials).value)
-    exact = trials_of(result, "angular", "rotation_deg", SHOWN_PX, rays="exact")
-    value("angular_exact_deg", median_interval(exact).value)
-    coarse = trials_of(result, "three_points", "rotation_deg", SHOWN_PX)
-    fine = trials_of(result, "standard", "rotation_deg", SHOWN_PX)
-    value("refining", float(np.median(coarse) / np.median(fine)))
-
-
-def of_sources(result):
-    """Medians of the angular pose by the source of its rays."""
-    for source in ("three", "smooth", "calibrated"):
-        trials = result.column(f"{source}.rotation_deg")
-        value(f"rays_{source}_deg", median_interval(trials).value)
-
-
-def of_table(result):
-    """Medians of Table 4.1's redrawn scenes with the outliers put in."""
-    for estimator in ("cgsp", "cgsp_ransac"):
-        trials = table_trials(result, estimator, "translation_mm")
-        value(f"scenes_{estimator}_mm", float(np.median(trials)))
-
-
-def of_decoding(result):
-    """What the pictures' decoding was like, and the calibration from boards."""
-    seeds = result.select()
-    bias = [np.abs(found).max() for found in seeds.arrays("decoding.bias_mm")]
-    sd = [found.mean() for found in seeds.arrays("decoding.sd_mm")]
-    value("rendered_seeds", len(seeds.conditions))
-    value("wrong_percent", 100 * float(seeds.column("decoding.outlier_share").max()))
-    value("bias_mm", float(max(bias)))
-    value("noise_mm", float(np.mean(sd)))
-    value("zhang_px", float(seeds.column("zhang.rms_px").mean()))
-
-
-def of_triplets(counts, errors):
-    """Shares of triples without a solution, and how errors compare."""
-    for kind in APART:
-        lost, total = without_solution(counts, kind)
-        value(f"lost_{kind.split()[0]}", 100 * lost / total)
-    close, far = (
-        np.median(errors.column(f"{kind}.rotation_deg"))
-        for kind in ("close together", "far apart")
-    )
-    value("close_far", float(close / far))
-
-
-def of_planes(result):
-    """How much worse a plane at 60 degrees is."""
-    best, other = (
-        np.median(result.column(f"common.{tilt}.rotation_deg")) for tilt in (0, 60)
-    )
-    value("tilt_60", float(other / best))
-    lost = 1 - np.median(result.column("share_common"))
-    value("lost_rays", 100 * float(lost))
+    scenes = open_results("table_4_1_redrawn")
+    counts = open_results("exp_c4_3pt_no_solution")
+    triples = open_results("exp_c4_3pt_sensitive")
+    planes = open_results("exp_c4_plane_orientation")
+    sources = open_results("ext_pose_rays_run")
+    seeds = open_results("table_4_1_rendered").select()
+    medians = {
+        **{f"{e}_deg": turns(e) for e in ("three_points", "cgsp_ransac", "angular")},
+        "angular_exact_deg": turns("angular", rays="exact"),
+        **{
+            f"rays_{source}_deg": sources.column(f"{source}.rotation_deg")
+            for source in ("three", "smooth", "calibrated")
+        },
+        **{
+            f"scenes_{e}_mm": table_trials(scenes, e, "translation_mm")
+            for e in ("cgsp", "cgsp_ransac")
+        },
+    }
+    found = {name: np.median(trials) for name, trials in medians.items()} | {
+        "refining": ratio(turns("three_points"), turns("standard")).value,
+        "rendered_seeds": len(seeds.conditions),
+        "wrong_percent": 100 * seeds.column("decoding.outlier_share").max(),
+        "bias_mm": max(np.abs(bias).max() for bias in seeds.arrays("decoding.bias_mm")),
+        "noise_mm": np.mean([sd.mean() for sd in seeds.arrays("decoding.sd_mm")]),
+        "zhang_px": seeds.column("zhang.rms_px").mean(),
+        **{
+            f"lost_{kind.split()[0]}": 100 * np.divide(*without_solution(counts, kind))
+            for kind in APART
+        },
+        "close_far": ratio(
+            triples.column("close together.rotation_deg"),
+            triples.column("far apart.rotation_deg"),
+        ).value,
+        "tilt_60": ratio(
+            *(planes.column(f"common.{tilt}.rotation_deg") for tilt in (60, 0))
+        ).value,
+        "lost_rays": 100 * (1 - np.median(planes.column("share_common"))),
+    }
+    for name, number in found.items():
+        value(name, number)

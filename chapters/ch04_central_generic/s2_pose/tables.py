@@ -43,13 +43,7 @@ def table_4_1(results):
     result = results["table_4_1_rendered"]
     units = ("Rotation error (°)", "Translation error (mm)")
     rows = [
-        (
-            unit,
-            *(
-                float(np.median(table_trials(result, estimator, measure)))
-                for estimator in PRINTED
-            ),
-        )
+        (unit, *(float(np.median(table_trials(result, e, measure))) for e in PRINTED))
         for unit, measure in zip(units, TABLE_MEASURES, strict=True)
     ]
     return Table(
@@ -130,8 +124,7 @@ def samples(results):
 
 def lost_share(lost, total):
     """(samples, share without a pose in % with its exact interval)."""
-    share = proportion(np.arange(total) < lost)
-    return total, Measured(*share.times(100)[:3])
+    return total, Measured(*proportion(np.arange(total) < lost).times(100)[:3])
 
 
 @table("ext_pose_rays", needs=("ext_pose_rays_run",), evidence="synthetic")
@@ -170,6 +163,5 @@ def pose_times(results):
 def coarse(number):
     """The nearest of 1, 2, 5, 10, ... by ratio."""
     scales = [m * 10.0**e for e in range(-3, 6) for m in NICE]
-    gaps = [abs(np.log(number / scale)) for scale in scales]
-    nearest = scales[int(np.argmin(gaps))]
+    nearest = scales[int(np.argmin([abs(np.log(number / scale)) for scale in scales]))]
     return round(nearest) if nearest >= 1 else round(nearest, 3)

@@ -161,15 +161,20 @@ def plot_interval(
 
 
 def plot_estimates(
-    axes: Axes, x: Sequence[float], found: Sequence[Estimate], **look: object
+    axes: Axes,
+    x: Sequence[float],
+    found: Sequence[Estimate],
+    series_of: Sequence = (),
+    **look: object,
 ) -> list[tuple]:
     """Draw estimates along x as one series, see `plot_interval`.
 
-    Returns its rows for the figure's data: x, value, ends of the interval.
+    Returns its rows for the figure's data: ``series_of``, which says whose they are,
+    then x, value, ends of the interval.
     """
     rows = [(at, *estimate[:3]) for at, estimate in zip(x, found, strict=True)]
     plot_interval(axes, *np.array(rows, float).T, **look)
-    return rows
+    return [(*series_of, *row) for row in rows]
 
 
 def legend_below(drawn: Figure, axes: Axes, ncols: int) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from repro.judge.statistics import Estimate, median_and_range, median_interval
@@ -31,6 +32,11 @@ class Plan:
     conditions: Sequence[dict]
     trials: int
     settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+def crossed(**levels: Iterable) -> list[dict]:
+    """Conditions of a plan: every level with every other, the last fastest."""
+    return [dict(zip(levels, row, strict=True)) for row in product(*levels.values())]
 
 
 @dataclass(frozen=True)

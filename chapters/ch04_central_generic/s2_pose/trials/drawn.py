@@ -9,7 +9,6 @@ from chapters.ch04_central_generic.s2_pose.trials.estimators import (
     by_distances,
 )
 from chapters.ch04_central_generic.s2_pose.trials.simulated import (
-    lifted,
     moved,
     normalised,
     points_on_grid,
@@ -21,9 +20,9 @@ from raxel.calibration.pose.grid_pose import (
     synthetic_plane_normal,
 )
 from raxel.calibration.pose.three_point import pose_three_point_ransac
-from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 COLUMNS, ROWS, PITCH_MM = 5, 4, 60.0
 SHIFT_MM = (330.0, 60.0, -40.0)
@@ -43,10 +42,9 @@ def lattice():
 
 def case_trial(condition, rng):
     """Points, rays, synthetic plane and image of one case, and its pose."""
-    turn = rotation_from_vector(np.radians(TURN_DEG))
-    true = pose(turn, SHIFT_MM)
+    true = pose(rotation_from_vector(np.radians(TURN_DEG)), SHIFT_MM)
     points = lattice()
-    there = transform(true, lifted(points))
+    there = transform(true, on_plane(points))
     rays = normalised(there - CENTRE_MM)
     normal = synthetic_plane_normal(rays)
     image = CENTRE_MM + PLANE_MM * rays / (rays @ normal)[:, None]
@@ -64,8 +62,7 @@ def case_trial(condition, rng):
 @experiment("fig_4_3_case", artefact="fig_4_3")
 def drawn_case(effort):
     """One grid, its image on the synthetic plane, and the pose from it."""
-    settings = {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG}
-    return Plan(case_trial, [{}], 1, settings)
+    return Plan(case_trial, [{}], 1, {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG})
 
 
 def fastest(call):
@@ -107,5 +104,4 @@ def time_trial(condition, rng):
 @experiment("ext_pose_times_run", artefact="ext_pose_times")
 def times(effort):
     """How long each estimator takes, on one processor."""
-    conditions = [{"points": count} for count in TIMED[effort]]
-    return Plan(time_trial, conditions, 1, {"runs": RUNS})
+    return Plan(time_trial, crossed(points=TIMED[effort]), 1, {"runs": RUNS})

@@ -24,7 +24,7 @@ from raxel.features.boards import detect_boards
 from raxel.geometry import fit_pose, inverse_pose, on_plane, transform
 from raxel.sets import load_set
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 from repro.run.rendered import rendered_set
 
 GRID = {"quick": "kodak-megaplus-small", "full": "kodak-megaplus"}
@@ -69,8 +69,7 @@ def with_outliers(points, share, size_mm, rng):
 def scanned(T, size_mm, rng):
     """The pose of a monitor at T that a laser scanner measures."""
     x, y = (np.arange(SCANNED_MM / 2, s, SCANNED_MM) for s in size_mm)
-    flat = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    flat = on_plane(flat)
+    flat = on_plane(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
     noise = SCAN_SD_MM * rng.standard_normal(flat.shape)
     return fit_pose(flat, transform(T, flat) + noise)
 
@@ -98,18 +97,15 @@ def relative_errors(pairs, true, size_mm, rng):
 
 def relative(first, second, truth):
     """Errors of a pair of poses, or the reason why one is missing."""
-    for pose in (first, second):
-        if isinstance(pose, str):
-            return {"failed": pose}
-    return scored(inverse_pose(first) @ second, truth)
+    missing = [pose for pose in (first, second) if isinstance(pose, str)]
+    return scored(missing[0] if missing else inverse_pose(first) @ second, truth)
 
 
 def calibrated_camera(rig, seed):
     """Zhang's calibration from the rendered boards of one seed."""
     boards = load_set(rendered_set(rig, seed))
     found = detect_boards(boards, say=lambda line: None)
-    size = boards.width, boards.height
-    return calibrate_zhang(board_views(boards, found), *size)
+    return calibrate_zhang(board_views(boards, found), boards.width, boards.height)
 
 
 def rendered_trial(condition, rng):
@@ -154,10 +150,9 @@ def chosen_pairs(camera, location, step, rng):
 @experiment("table_4_1_rendered", artefact="table_4_1", rendered=KODAK_SETS)
 def rendered_seeds(effort):
     """Seeds that go from pictures to numbers."""
-    conditions = [
-        {"grid": GRID[effort], "boards": BOARDS[effort], "seed": seed}
-        for seed in SEEDS[effort]
-    ]
+    conditions = crossed(
+        grid=[GRID[effort]], boards=[BOARDS[effort]], seed=SEEDS[effort]
+    )
     return Plan(rendered_trial, conditions, 1, SETTINGS)
 
 

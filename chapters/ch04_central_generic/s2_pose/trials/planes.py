@@ -15,7 +15,7 @@ from raxel.calibration.pose.grid_pose import (
     synthetic_plane_normal,
 )
 from raxel.geometry import rotation_from_vector
-from repro.run.experiment import experiment
+from repro.run.experiment import experiments
 from repro.run.outcomes import Plan
 
 TILTS_DEG = (0, 15, 30, 45, 60)
@@ -26,8 +26,7 @@ TRIALS = {"quick": 5, "full": 100}
 def tilted(normal, rng):
     """Normals (tilts, 3), turned from one about an axis at random."""
     axis = normalised(np.cross(normal, rng.standard_normal(3)))
-    turns = np.radians(TILTS_DEG)[:, None] * axis
-    return rotation_from_vector(turns) @ normal
+    return rotation_from_vector(np.radians(TILTS_DEG)[:, None] * axis) @ normal
 
 
 def plane_trial(condition, rng):
@@ -51,15 +50,9 @@ def plane_trial(condition, rng):
     return out
 
 
-@experiment("exp_c4_plane_orientation", artefact="fig_4_3")
-def plane_orientation(effort):
-    """Pose errors on planes tilted against the one of (4.24)."""
+@experiments({"exp_c4_plane_orientation": "fig_4_3", "exp_c4_plane_free": "fig_4_3"})
+def plane_orientation(effort, identifier):
+    """Pose errors on planes tilted against the one of (4.24), and without noise."""
+    noise = 0.0 if identifier == "exp_c4_plane_free" else NOISE_PX
     settings = SETTINGS | {"tilts_deg": TILTS_DEG}
-    return Plan(plane_trial, [{"noise": NOISE_PX}], TRIALS[effort], settings)
-
-
-@experiment("exp_c4_plane_free", artefact="fig_4_3")
-def plane_free(effort):
-    """The same without noise."""
-    settings = SETTINGS | {"tilts_deg": TILTS_DEG}
-    return Plan(plane_trial, [{"noise": 0.0}], TRIALS[effort], settings)
+    return Plan(plane_trial, [{"noise": noise}], TRIALS[effort], settings)

@@ -36,11 +36,6 @@ def normalised(vectors):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def lifted(points):
-    """Points (N, 2) of the plane z = 0 as (N, 3)."""
-    return on_plane(points)
-
-
 def moved(T, shift):
     """A pose (4, 4) seen from an origin elsewhere: its shift grows."""
     return pose(T[:3, :3], T[:3, 3] + shift)
@@ -64,7 +59,7 @@ def rays_and_points(scene, rays):
     """
     if rays == "exact":
         return scene.directions, scene.noisy[1]
-    return normalised(lifted(scene.noisy[0]) - CENTRE_MM), scene.noisy[1]
+    return normalised(on_plane(scene.noisy[0]) - CENTRE_MM), scene.noisy[1]
 
 
 def points_on_grid(T_camera_grid, half_mm, camera, noise, rng):
@@ -72,12 +67,12 @@ def points_on_grid(T_camera_grid, half_mm, camera, noise, rng):
     points = np.empty((0, 2))
     while len(points) < POINTS:
         drawn = rng.uniform(-half_mm, half_mm, (2 * POINTS, 2))
-        seen = camera.project(transform(T_camera_grid, lifted(drawn)))
+        seen = camera.project(transform(T_camera_grid, on_plane(drawn)))
         middle = np.array([camera.width - 1, camera.height - 1]) / 2
         off = np.linalg.norm(seen.pixels - middle, axis=1)
         points = np.concatenate([points, drawn[off <= RADIUS_PX]])
     points = points[:POINTS]
-    pixels = camera.project(transform(T_camera_grid, lifted(points))).pixels
+    pixels = camera.project(transform(T_camera_grid, on_plane(points))).pixels
     noisy = pixels + noise * rng.standard_normal(pixels.shape)
     return camera.rays(noisy).directions, points
 
@@ -95,8 +90,7 @@ def size_trial(condition, rng):
             T_camera_grid, size["grid_mm"] / 2, camera, SIZE_NOISE, rng
         )
         mm_per_px = size["distance_mm"] / camera.K[0, 0]
-        limit = WIDE * SIZE_NOISE * mm_per_px
-        found = all_estimates(directions, points, rng, limit)
+        found = all_estimates(directions, points, rng, WIDE * SIZE_NOISE * mm_per_px)
         out[name] = {
             estimator: scored(pose, T_camera_grid) for estimator, pose in found.items()
         }

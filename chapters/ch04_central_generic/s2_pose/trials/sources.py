@@ -8,11 +8,7 @@ found from the same three grids.
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.estimators import scored
-from chapters.ch04_central_generic.s2_pose.trials.simulated import (
-    lifted,
-    moved,
-    normalised,
-)
+from chapters.ch04_central_generic.s2_pose.trials.simulated import moved, normalised
 from chapters.shared.wide_angle import (
     CENTRE_MM,
     SIDE,
@@ -23,7 +19,7 @@ from chapters.shared.wide_angle import (
 )
 from raxel.calibration import adjust_consistent, linear_cgsp, smoothed_rays
 from raxel.calibration.pose.grid_pose import linear_grid_pose, refine_pose_angular
-from raxel.geometry import transform
+from raxel.geometry import on_plane, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -42,7 +38,7 @@ TRIALS = {"quick": 3, "full": 50}
 def rays_of(scene):
     """Source -> rays (N, 3) and the centre (3,) that they begin at, base frame."""
     measured = [
-        normalised(transform(T, lifted(points)) - CENTRE_MM)
+        normalised(transform(T, on_plane(points)) - CENTRE_MM)
         for T, points in zip(
             scene.T_base_grid[:GRIDS], scene.noisy[:GRIDS], strict=True
         )
@@ -82,5 +78,6 @@ def source_trial(condition, rng):
 @experiment("ext_pose_rays_run", artefact="ext_pose_rays")
 def sources(effort):
     """The same pose by rays from four sources."""
-    settings = {"noise_px": NOISE_PX, "grids": GRIDS}
-    return Plan(source_trial, [{}], TRIALS[effort], settings)
+    return Plan(
+        source_trial, [{}], TRIALS[effort], {"noise_px": NOISE_PX, "grids": GRIDS}
+    )

@@ -27,6 +27,7 @@ from repro.run.outcomes import Plan
 NOISE_PX = 0.5
 SCENES = {"quick": 5, "full": 100}
 DRAWS = 100  # samples of every kind in one scene
+MEASURES = ("rotation_deg", "translation_mm")
 # Distance of every pair in the image, shares of the width of the view.
 APART = {
     "any three points": (0.0, np.inf),
@@ -58,8 +59,7 @@ def further_grid(rng):
     """Rays, points, true pose and pixels of one noisy scene."""
     scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=2)
     rays, points = rays_and_points(scene, "measured on the base grid")
-    true = moved(scene.T_base_grid[1], -CENTRE_MM)
-    return rays, points, true, scene.pixels
+    return rays, points, moved(scene.T_base_grid[1], -CENTRE_MM), scene.pixels
 
 
 def count_trial(condition, rng):
@@ -84,9 +84,7 @@ def error_trial(condition, rng):
     for kind in APART:
         picks = draw_triples(pixels, kind, rng)
         poses, triple = pose_of_triples(rays[picks], points[picks])
-        best = {
-            name: np.full(DRAWS, np.inf) for name in ("rotation_deg", "translation_mm")
-        }
+        best = {name: np.full(DRAWS, np.inf) for name in MEASURES}
         for T, k in zip(poses, triple, strict=True):
             for name, error in errors_of(T, true).items():
                 best[name][k] = min(best[name][k], error)
@@ -103,7 +101,7 @@ def four_trial(condition, rng):
     rays, points, true, _ = further_grid(rng)
     planes = {"of_4_24": synthetic_plane_normal, "facing": facing_plane_normal}
     finite = dict.fromkeys(planes, 0)
-    errors = {"rotation_deg": [], "translation_mm": []}
+    errors = {name: [] for name in MEASURES}
     for _ in range(DRAWS):
         picks = rng.choice(len(points), 4, replace=False)
         for name, normal in planes.items():
@@ -115,11 +113,9 @@ def four_trial(condition, rng):
                 continue
             finite[name] += bool(np.isfinite(found.T_camera_grid).all())
             if name == "facing":
-                off = errors_of(found.T_camera_grid, true)
-                for measure, error in off.items():
+                for measure, error in errors_of(found.T_camera_grid, true).items():
                     errors[measure].append(error)
-    medians = {name: np.median(off) for name, off in errors.items()}
-    return {"finite": finite, **medians}
+    return {"finite": finite} | {name: np.median(e) for name, e in errors.items()}
 
 
 SETTINGS_HERE = SETTINGS | {
