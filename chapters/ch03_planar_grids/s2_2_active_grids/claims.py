@@ -43,11 +43,19 @@ def _range(values):
     return f"{np.min(values):.3g} to {np.max(values):.3g}"
 
 
-def _in_views(held):
-    """The share of the views in which something held, and its interval, in words."""
+def _in_views(held, found, of, views):
+    """Reading of what held in some of the views, with the median of what was found.
+
+    of: what was found, in words; views: what the views are called after it.
+    """
     share = proportion(held)
-    between = f"({100 * share.low:.0f} to {100 * share.high:.0f})"
-    return f"{100 * share.value:.0f} %", between
+    return Reading.of(
+        decision_of_seeds(held),
+        float(np.median(found)),
+        "1",
+        f"{of}; held in {100 * share.value:.0f} % of {views} "
+        f"({100 * share.low:.0f} to {100 * share.high:.0f})",
+    )
 
 
 @claim(
@@ -59,15 +67,8 @@ def _in_views(held):
 def judge_single_sine(results, options):
     """RMS0 at least three times RMS1, at the data-sheet gamma."""
     ratio = misfit_ratio(results["fig_3_9"], options["camera_response"])
-    held = ratio >= MIN_RATIO
-    share, between = _in_views(held)
-    return Reading.of(
-        decision_of_seeds(held),
-        float(np.median(ratio)),
-        "1",
-        f"ratio of the misfits, {_range(ratio)} over {len(ratio)} views; "
-        f"held in {share} of them {between}",
-    )
+    of = f"ratio of the misfits, {_range(ratio)} over {len(ratio)} views"
+    return _in_views(ratio >= MIN_RATIO, ratio, of, "them")
 
 
 @claim(
@@ -81,15 +82,11 @@ def judge_third_marginal(results, options):
     ran, camera = results["fig_3_9"], options["camera_response"]
     gain = third_gain(ran, camera)
     size = profile_column(ran, camera, DATA_SHEET_GAMMA, "order_3")
-    held = gain <= MAX_GAIN
-    share, between = _in_views(held)
-    return Reading.of(
-        decision_of_seeds(held),
-        float(np.median(gain)),
-        "1",
+    of = (
         f"share of the misfit, {_range(gain)} over {len(gain)} views; order 3 has "
-        f"{_range(size)} grey levels; held in {share} of the views {between}",
+        f"{_range(size)} grey levels"
     )
+    return _in_views(gain <= MAX_GAIN, gain, of, "the views")
 
 
 @numbers("fig_3_9", needs=("fig_3_9",), evidence="rendered")
@@ -208,23 +205,24 @@ def judge_inverse(results, options):
 def judge_blooming(results):
     """The active grid below both corner methods, and growing less."""
     ran = results["exp_c3_blooming"]
-    won, gaps = [], []
-    for method in CORNER_METHODS:
-        both = ("active grid", method)
-        won += wins(
-            [
-                tuple(bloom_errors(ran, name, exposure, 1.0) for name in both)
-                for exposure in EXPOSURES
-            ]
+
+    def both(of, method, *arguments):
+        return (of(ran, name, *arguments) for name in ("active grid", method))
+
+    won = [
+        one
+        for method in CORNER_METHODS
+        for one in wins([tuple(both(bloom_errors, method, e, 1.0)) for e in EXPOSURES])
+    ]
+    gaps = [
+        bootstrap(
+            lambda a, b: np.median(b, axis=-1) - np.median(a, axis=-1),
+            *map(with_worst, both(bloom_growth, method, exposure)),
+            paired=True,
         )
-        gaps += [
-            bootstrap(
-                lambda a, b: np.median(b, axis=-1) - np.median(a, axis=-1),
-                *(with_worst(bloom_growth(ran, name, exposure)) for name in both),
-                paired=True,
-            )
-            for exposure in EXPOSURES
-        ]
+        for method in CORNER_METHODS
+        for exposure in EXPOSURES
+    ]
     ratios = [w.ratio.value for w in won]
     return Reading.of(
         all_of([w.decision for w in won] + [gap.above(0.0) for gap in gaps]),
@@ -259,15 +257,12 @@ def judge_twenty(results):
 def values_of_plan(results):
     """What the default plan of patterns is made of."""
     first = results["exp_c3_20_patterns"].select()
-
-    def of(name):
-        return float(first.column(name)[0])
-
-    return {
-        "s3_2_2_patterns": Value(of("patterns")),
-        "s3_2_2_binary": Value(of("binary")),
-        "s3_2_2_sin": Value(of("sinusoidal")),
-        "s3_2_2_cells": Value(2 ** of("bits")),
-        "s3_2_2_phase": Value(of("phase_step_deg")),
-        "s3_2_2_filter": Value(of("window_px")),
+    names = {
+        "s3_2_2_patterns": "patterns",
+        "s3_2_2_binary": "binary",
+        "s3_2_2_sin": "sinusoidal",
+        "s3_2_2_phase": "phase_step_deg",
+        "s3_2_2_filter": "window_px",
     }
+    found = {own: Value(float(first.column(n)[0])) for own, n in names.items()}
+    return found | {"s3_2_2_cells": Value(2 ** float(first.column("bits")[0]))}

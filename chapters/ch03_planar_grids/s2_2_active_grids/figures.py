@@ -28,15 +28,13 @@ MODELS = ("one sine", "one harmonic", "two harmonics")
 @figure("ext_active_grid", needs=("ext_active_grid",), evidence="rendered")
 def ext_active_grid(results):
     """Patterns along a row, what they decode to, and how far that is off."""
-    view = results["ext_active_grid"]
-    strip = view.arrays("strip")[0]
-    row = view.arrays("decoded_row")[0]
-    place, error = view.arrays("location")[0], view.arrays("error")[0]
+    strip, row, place, error = (
+        results["ext_active_grid"].arrays(name)[0]
+        for name in ("strip", "decoded_row", "location", "error")
+    )
     drawn, axes = new_figure(2, 2, height_in=5.2)
     (top, along), (where, wrong) = axes
     height, width = np.array(place.shape) * SHOWN_EVERY
-    at = int(PIXEL_SHARE[1] * height)
-    top.grid(False)
     top.imshow(
         strip,
         cmap="gray",
@@ -51,6 +49,8 @@ def ext_active_grid(results):
     top.yaxis.set_major_locator(FixedLocator(range(len(labels))))
     top.yaxis.set_major_formatter(FixedFormatter(labels))
     top.tick_params(axis="y", labelsize=7)
+    for axis in (top, where, wrong):
+        axis.grid(False)
     top.set(title="(a) one row of ten pictures", xlabel="Column u (px)")
     along.plot(np.arange(len(row)), row, **series(0) | {"marker": ""})
     along.set(
@@ -70,7 +70,6 @@ def ext_active_grid(results):
             {"cmap": "magma", "vmin": 0, "vmax": 100},
         ),
     ):
-        axis.grid(False)
         shown = axis.imshow(
             np.ma.masked_invalid(picture),
             extent=extent,
@@ -80,7 +79,9 @@ def ext_active_grid(results):
         axis.set_facecolor("#bbbbbb")
         axis.set(title=title, xlabel="Column u (px)", ylabel="Row v (px)")
         drawn.colorbar(shown, ax=axis, shrink=0.85, label=name)
-    where.axhline(at, color="white", linewidth=1, linestyle="--")
+    where.axhline(
+        int(PIXEL_SHARE[1] * height), color="white", linewidth=1, linestyle="--"
+    )
     data = {"u": list(range(len(row))), "x (mm)": row.tolist()}
     data |= {label: line.tolist() for label, line in zip(labels, strip, strict=True)}
     return Drawing(
@@ -195,14 +196,14 @@ def ext_harmonics_gamma(results):
                 for g in gammas
             ]
             percent = 100 * np.median(ratios, axis=1)
-            points, line = series(k) | {"linestyle": ""}, series(k) | {"marker": ""}
-            axes.plot(gammas, percent, **points, label=f"order {n}, imaged")
+            points = series(k) | {"linestyle": "", "label": f"order {n}, imaged"}
+            axes.plot(gammas, percent, **points)
             if camera == "linear":
-                name = f"order {n}, power law"
-                axes.plot(fine, 100 * law[:, n - 1], **line, label=name)
+                line = series(k) | {"marker": "", "label": f"order {n}, power law"}
+                axes.plot(fine, 100 * law[:, n - 1], **line)
             data[f"{camera}, order {n} (%)"] = percent.tolist()
         axes.set(title=f"camera: {camera}", xlabel="Gamma of the monitor (1)")
-    both[0].set_ylabel("Amplitude (% of order 1)")
+    both[0].set(ylabel="Amplitude (% of order 1)")
     both[0].legend(fontsize=8)
     return Drawing(
         drawn,
@@ -228,17 +229,18 @@ def ext_cell_edge(results):
         (right, 0, "decoder", "decoder"),
     ):
         axes.plot(row["u"], row[name], **series(k), markersize=3, label=label)
-    left.set(title="(a) the bit that changes", ylabel="Grey value (grey levels)")
-    middle.set(title="(b) place in the cell, d", ylabel="d (1)")
-    right.set(title="(c) location", ylabel="Location along x (mm)")
     for axes in (left, right):
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + 0.4 * (high - low))
         axes.legend(fontsize=8, loc="upper left")
-    for axes in (left, middle, right):
-        axes.set_xlabel("Column u (px)")
+    for axes, title, quantity in (
+        (left, "(a) the bit that changes", "Grey value (grey levels)"),
+        (middle, "(b) place in the cell, d", "d (1)"),
+        (right, "(c) location", "Location along x (mm)"),
+    ):
+        axes.set(title=title, xlabel="Column u (px)", ylabel=quantity)
     off = np.abs(row["decoder"] - row["true"]).max()
-    width = float(ran.column("edge.width_mm")[0])
+    width = ran.column("edge.width_mm")[0]
     return Drawing(
         drawn,
         {name: values.tolist() for name, values in row.items()},

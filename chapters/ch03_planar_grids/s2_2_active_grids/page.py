@@ -211,8 +211,7 @@ SEEDS = {"quick": 1, "full": 3}
 @experiment("ext_active_grid", artefact="ext_active_grid", inputs=RIGS)
 def views(effort):
     """Views of an 8 x 8 grid, decoded with the decoder's defaults."""
-    condition = {"coarseness": COARSENESS[effort]}
-    return Plan(view_trial, [condition], SEEDS[effort])
+    return Plan(view_trial, [{"coarseness": COARSENESS[effort]}], SEEDS[effort])
 
 
 @experiment("ext_wrap_rule", artefact="ext_wrap_rule", inputs=RIGS)

@@ -1,5 +1,7 @@
 """Results of section 3.2.2, as its figures, tables, claims and prose need them."""
 
+from itertools import product
+
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
@@ -75,35 +77,43 @@ def bloom_growth(result, method, exposure):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    of_view(open_results("ext_active_grid"))
-    of_profile(open_results("fig_3_9"))
-    of_light(open_results)
-    of_codes(open_results)
-    of_blooming(open_results("exp_c3_blooming"))
+    quoted = {
+        **of_view(open_results("ext_active_grid")),
+        **of_profile(open_results("fig_3_9")),
+        **of_light(open_results),
+        **of_bits(open_results("exp_c3_inverse_helps")),
+        **of_edges(open_results("ext_wrap_rule")),
+        **of_blooming(open_results("exp_c3_blooming")),
+    }
+    for name, number in quoted.items():
+        value(name, number)
 
 
 def of_view(view):
     """How well the views were decoded, and the worked pixel, of the first one."""
-    for name, column in (
-        ("rms", "smooth.rms_mm"),
-        ("rms_raw", "raw.rms_mm"),
-        ("sigma", "smooth.sigma_mm"),
-        ("sigma_raw", "raw.sigma_mm"),
-    ):
-        value(f"view.{name}", np.median(view.column(column)))
-    value("view.share", 100 * np.median(view.column("smooth.share")))
-    for axis in ("u", "v"):
-        value(f"pixel.{axis}", int(view.column(f"pixel.{axis}")[0]))
+    return {
+        "view.rms": np.median(view.column("smooth.rms_mm")),
+        "view.rms_raw": np.median(view.column("raw.rms_mm")),
+        "view.sigma": np.median(view.column("smooth.sigma_mm")),
+        "view.sigma_raw": np.median(view.column("raw.sigma_mm")),
+        "view.share": 100 * np.median(view.column("smooth.share")),
+        **{f"pixel.{axis}": int(view.column(f"pixel.{axis}")[0]) for axis in "uv"},
+    }
 
 
 def of_profile(profile):
     """Misfits at the data-sheet gamma."""
-    for camera in CAMERAS:
-        for k in range(3):
-            rms = profile_column(profile, camera, DATA_SHEET_GAMMA, f"rms_{k}")
-            value(f"{camera}.rms_{k}", float(np.median(rms)))
-        gain = np.median(third_gain(profile, camera))
-        value(f"{camera}.third", 100 * float(gain))
+
+    def misfit(camera, k):
+        rms = profile_column(profile, camera, DATA_SHEET_GAMMA, f"rms_{k}")
+        return float(np.median(rms))
+
+    return {
+        f"{camera}.rms_{k}": misfit(camera, k) for camera in CAMERAS for k in range(3)
+    } | {
+        f"{camera}.third": 100 * float(np.median(third_gain(profile, camera)))
+        for camera in CAMERAS
+    }
 
 
 def of_light(open_results):
@@ -111,39 +121,44 @@ def of_light(open_results):
     offset = open_results("exp_c3_offset_cancels")
     gain = open_results("exp_c3_vignetting")
     three, five = open_results("exp_c3_radiometric_ok").by("rest").values()
-    for name, number in {
+    return {
         "offset.formula": offset.column("formula_rad").max(),
         "gain.eight": PERCENT_OF_PERIOD * gain.column("decoder_8_rad").max(),
         "response.three": PERCENT_OF_PERIOD * three.column("largest_rad")[0],
         "response.five": PERCENT_OF_PERIOD * five.column("largest_rad")[0],
         "response.two_grey": three.column("order_2_grey")[0],
         "response.three_grey": three.column("order_3_grey")[0],
-    }.items():
-        value(name, number)
+    }
 
 
-def of_codes(open_results):
-    """Bits and the rule at edges."""
-    bits = open_results("exp_c3_inverse_helps")
-    for edges, light in EDGES_AND_LIGHT:
-        for threshold in THRESHOLDS:
-            wrong, paired, *_ = bit_counts(bits, edges, light, threshold)
-            name = f"bits.{edges}.{light}.{threshold}".replace(" ", "_")
-            value(name, wrong.sum() / max(paired.sum(), 1))
-    value("bits.corner_light", 100 * light_along(2, "falls off")[-1])
-    wrap = open_results("ext_wrap_rule")
-    for name in ("printed", "decoder", "pixels"):
-        count = sum(wrap.column(f"{b}.{name}").sum() for b in BLURS_PX)
-        value(f"wrap.{name}", int(count))
+def of_bits(bits):
+    """Wrong bits by a threshold for one by an inverse, and the light in a corner."""
+    found = {"bits.corner_light": 100 * light_along(2, "falls off")[-1]}
+    for (edges, light), threshold in product(EDGES_AND_LIGHT, THRESHOLDS):
+        wrong, paired, *_ = bit_counts(bits, edges, light, threshold)
+        name = f"bits.{edges}.{light}.{threshold}".replace(" ", "_")
+        found[name] = wrong.sum() / max(paired.sum(), 1)
+    return found
+
+
+def of_edges(wrap):
+    """Pixels that are off by a cell, over all blurs."""
+    return {
+        f"wrap.{name}": int(sum(wrap.column(f"{b}.{name}").sum() for b in BLURS_PX))
+        for name in ("printed", "decoder", "pixels")
+    }
 
 
 def of_blooming(bloom):
     """Errors in a little too much light that spills."""
-    for method in METHODS:
-        found = median_interval(bloom_errors(bloom, method, EXPOSURES[0], 1.0))
-        value(f"bloom.{method.split()[0]}", found.value)
+
+    def median(method):
+        return median_interval(bloom_errors(bloom, method, EXPOSURES[0], 1.0)).value
+
     share = bloom_errors(bloom, "active grid", EXPOSURES[1], 1.0, "share")
-    value("bloom.left", 100 * float(np.median(share)))
+    return {f"bloom.{method.split()[0]}": median(method) for method in METHODS} | {
+        "bloom.left": 100 * float(np.median(share))
+    }
 
 
 def of_pixel(view, axis, name):
@@ -179,8 +194,7 @@ def pixel_rows(view):
 def worked(view, axis, width_mm):
     """What a reader works out for one axis of the pixel, step by step."""
     gray = [gap > 0 for gap in bit_gaps(view, axis)]
-    binary = np.cumsum(gray) % 2
-    cell = int("".join(str(int(b)) for b in binary), 2)
+    cell = int("".join(str(int(b)) for b in np.cumsum(gray) % 2), 2)
     i1, i2, i3, i4 = sine_steps(view, axis)
     phi = np.arctan2(i1 - i3, i2 - i4) % (2 * np.pi)
     level = (i1 + i2 + i3 + i4) / STEPS

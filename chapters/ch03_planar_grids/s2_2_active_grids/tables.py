@@ -130,15 +130,16 @@ def ext_bits(results):
     ran = results["exp_c3_inverse_helps"]
     slants = {slant: name for name, slant in SLANT_PX.items()}
     names = ("inverse", *THRESHOLDS)
-    rows = []
-    for condition in ran.conditions:
+
+    def shares(condition):
         trials = ran.one(**condition)
-        wrong = np.array([trials.column(f"{name}.wrong").sum() for name in names])
-        shares = 100 * wrong / trials.column("pixels").sum()
-        slant, *others = (
-            condition[k] for k in ("slant_px", "light", "blur_px", "noise_grey")
-        )
-        rows.append((slants[slant], *others, *shares.tolist()))
+        pixels = trials.column("pixels").sum()
+        return (100 * trials.column(f"{n}.wrong").sum() / pixels for n in names)
+
+    rows = [
+        (slants[c["slant_px"]], c["light"], c["blur_px"], c["noise_grey"], *shares(c))
+        for c in ran.conditions
+    ]
     heads = ("edges", "light", "blur (px)", "noise (grey levels)")
     return Table(
         columns((*heads, *(f"{name} (%)" for name in names)), rows),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -56,29 +57,30 @@ def drawn_pose(rng):
     angle = np.radians(rng.uniform(0, MOST_TILT_DEG))
     R = rotation_from_vector(angle * np.array([np.cos(around), np.sin(around), 0.0]))
     middle = R @ np.array([LIT_MM / 2, LIT_MM / 2, 0.0])
-    aside = rng.uniform(-2, 2, 2)
-    return pose(R, np.array([*aside, DISTANCE_MM]) - middle)
+    return pose(R, np.array([*rng.uniform(-2, 2, 2), DISTANCE_MM]) - middle)
+
+
+def rms_and_share(off, wanted, focal_px=1.0, distance_mm=1.0):
+    """RMS length (px) of what was found off (n, 2) its place, and its share of all.
+
+    off: px; or mm on a target at a distance before a lens.
+    """
+    if not len(off):
+        return {"rms_px": np.nan, "share": 0.0}
+    rms = np.sqrt(np.mean(np.sum(off**2, axis=1))) * focal_px / distance_mm
+    return {"rms_px": float(rms), "share": float(len(off) / wanted)}
 
 
 def grid_error(found, truth):
-    """(RMS distance in px of what was decoded, share of the pixels on the monitor)."""
+    """RMS distance in px of what was decoded, and its share of the monitor's pixels."""
     on = np.isfinite(truth).all(axis=-1)
-    known = on & found.mask
-    off = (found.location - truth)[known]
-    if not known.any():
-        return {"rms_px": np.nan, "share": 0.0}
-    rms = np.sqrt(np.mean(np.sum(off**2, axis=1))) * FOCAL_PX / DISTANCE_MM
-    return {"rms_px": float(rms), "share": float(known.sum() / on.sum())}
+    off = (found.location - truth)[on & found.mask]
+    return rms_and_share(off, on.sum(), FOCAL_PX, DISTANCE_MM)
 
 
-def corner_error(method, picture, start, truth):
-    """(RMS distance in px of corners that converged, their share)."""
-    found = method(picture, start)
-    if not found.converged.any():
-        return {"rms_px": np.nan, "share": 0.0}
-    off = (found.corners - truth)[found.converged]
-    rms = np.sqrt(np.mean(np.sum(off**2, axis=1)))
-    return {"rms_px": float(rms), "share": float(found.converged.mean())}
+def corner_error(found, truth):
+    """RMS distance in px of corners that converged, and their share."""
+    return rms_and_share((found.corners - truth)[found.converged], len(truth))
 
 
 @dataclass(frozen=True)
@@ -117,13 +119,12 @@ def light_of(T):
     scene = board_scene(
         board, T_board, border_mm=0, black=BLACK, white=1.0, background=0.2
     )
-    flat = on_plane(board.points())
     return Light(
         lab.irradiance(scene, np.eye(4)),
         np.array([lab.optics.apply(one) for one in shown]),
         patterns,
         monitor,
-        camera.project(transform(T_board, flat)).pixels,
+        camera.project(transform(T_board, on_plane(board.points()))).pixels,
         points_seen(camera, T, monitor.monitor_mm),
     )
 
@@ -133,19 +134,16 @@ def bloom_trial(condition, rng):
     light = light_of(drawn_pose(rng))
     start = light.corners + rng.normal(0, START_SD_PX, light.corners.shape)
     found = {}
-    for exposure in EXPOSURES:
-        for share in SHARES:
-            spilling, name = sensor(exposure, share), f"{exposure}.{share}"
-            picture = spilling.expose(light.board, rng)
-            for corner, method in CORNER_METHODS.items():
-                found[f"{corner}.{name}"] = corner_error(
-                    method, picture, start, light.corners
-                )
-            pictures = [spilling.expose(one, rng) for one in light.grid]
-            decoded = decode(
-                np.array(pictures), light.patterns, light.monitor, threads=1
+    for exposure, share in product(EXPOSURES, SHARES):
+        spilling, name = sensor(exposure, share), f"{exposure}.{share}"
+        picture = spilling.expose(light.board, rng)
+        for corner, method in CORNER_METHODS.items():
+            found[f"{corner}.{name}"] = corner_error(
+                method(picture, start), light.corners
             )
-            found[f"active grid.{name}"] = grid_error(decoded, light.points)
+        pictures = np.array([spilling.expose(one, rng) for one in light.grid])
+        decoded = decode(pictures, light.patterns, light.monitor, threads=1)
+        found[f"active grid.{name}"] = grid_error(decoded, light.points)
     return found
 
 

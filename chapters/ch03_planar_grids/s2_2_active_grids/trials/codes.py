@@ -39,15 +39,13 @@ def whole_display_trial(condition, rng):
         pictures, patterns, ActiveGrid(size), smooth=False, margin_px=0,
         noise=0.3, threads=1,
     )  # fmt: skip
-    v, u = np.indices(size[::-1])
-    place = np.stack([u, v], axis=-1)
+    place = np.indices(size[::-1])[::-1].transpose(1, 2, 0)
     own = np.all(np.floor(found.location) == place, axis=-1)
     off = found.location - (place + 0.5)
-    kinds = [(p.kind, p.axis) for p in patterns]
     return {
         "patterns": len(patterns),
-        "binary": sum(kind == "gray" for kind, _ in kinds),
-        "sinusoidal": sum(kind == "phase" for kind, _ in kinds),
+        "binary": sum(p.kind == "gray" for p in patterns),
+        "sinusoidal": sum(p.kind == "phase" for p in patterns),
         "bits": plan.gray_bits[0],
         "phase_step_deg": 360 / plan.phase_steps,
         "window_px": 2 * REACH + 1,
@@ -67,8 +65,7 @@ def wrong_bit_trial(condition, rng):
     cells = 2**bits
     size = (CELL_PX * cells, STRIP_ROWS)
     patterns, pictures = displayed(PatternPlan((bits, 0), True), size)
-    edges = CELL_PX * np.arange(1, cells)
-    beside = edges - 1
+    beside = CELL_PX * np.arange(1, cells) - 1
     cell = np.arange(cells)
     changed = (cell ^ cell >> 1)[1:] ^ (cell ^ cell >> 1)[:-1]
     at_edge, elsewhere = [], []
@@ -150,10 +147,9 @@ def _lit_length(x):
 
 def wrong_bits(pictures, patterns, bit, white=None, black=None):
     """Which pixels (ROWS, W) the decoder reads wrong."""
-    monitor = ActiveGrid(bit.shape[::-1])
     found = decode(
-        pictures, patterns, monitor, white=white, black=black, margin_px=0,
-        noise=1.0, threads=1,
+        pictures, patterns, ActiveGrid(bit.shape[::-1]), white=white, black=black,
+        margin_px=0, noise=1.0, threads=1,
     )  # fmt: skip
     return found.cells[..., 0] != bit
 
@@ -172,18 +168,18 @@ def bits_trial(condition, rng):
         "white and black": (white, black),
         "mean of the sines": (sines, sines),
     }
-    pair = np.array([picture, inverse])
-    paired = wrong_bits(pair, patterns, bit)[near]
-    found = {"pixels": paired.size, "inverse.wrong": int(paired.sum())}
-    for name, (light, dark) in thresholds.items():
-        wrong = wrong_bits(picture[None], patterns[:1], bit, light, dark)
-        wrong = wrong[near]
-        found[name] = {
+    paired = wrong_bits(np.array([picture, inverse]), patterns, bit)[near]
+
+    def beside_paired(light, dark):
+        wrong = wrong_bits(picture[None], patterns[:1], bit, light, dark)[near]
+        return {
             "wrong": int(wrong.sum()),
             "only_threshold": int((wrong & ~paired).sum()),
             "only_inverse": int((paired & ~wrong).sum()),
         }
-    return found
+
+    counted = {"pixels": paired.size, "inverse.wrong": int(paired.sum())}
+    return counted | {name: beside_paired(*pair) for name, pair in thresholds.items()}
 
 
 MONITORS_PX = {
@@ -195,15 +191,14 @@ MONITORS_PX = {
 @experiment("exp_c3_20_patterns", artefact="fig_3_8")
 def whole_displays(effort):
     """Every pixel of a monitor, decoded from what it is sent."""
-    conditions = [{"monitor_px": list(m)} for m in MONITORS_PX[effort]]
-    return Plan(whole_display_trial, conditions, 1)
+    sizes = MONITORS_PX[effort]
+    return Plan(whole_display_trial, [{"monitor_px": list(m)} for m in sizes], 1)
 
 
 @experiment("exp_c3_gray_single", artefact="sec_3_2_2")
 def wrong_bits_at_edges(effort):
     """One wrong bit beside every edge of codes of 1 to 8 bits."""
-    conditions = [{"bits": bits} for bits in range(1, 9)]
-    return Plan(wrong_bit_trial, conditions, 1)
+    return Plan(wrong_bit_trial, [{"bits": bits} for bits in range(1, 9)], 1)
 
 
 # Uneven light is asked of edges anywhere only.

@@ -37,24 +37,28 @@ def worked_pixel(view, pictures, patterns, found):
     """What one pixel's pictures say along each axis, and the decoder's answer."""
     height, width = pictures.shape[1:]
     u, v = (int(s * n) for s, n in zip(PIXEL_SHARE, (width, height), strict=True))
-    told = {"u": u, "v": v}
+    told = {
+        "u": u,
+        "v": v,
+        "noise_floor": float(found.noise.floor),
+        "noise_slope": float(found.noise.slope),
+    }
     for axis, name in enumerate("xy"):
         own = {"true_mm": float(view.truth[v, u, axis])}
         for k, pattern in enumerate(patterns):
-            if pattern.axis != name:
-                continue
-            if pattern.kind == "gray":
-                label = f"bit_{pattern.bit}" + "_inverse" * pattern.inverse
-            else:
-                label = f"step_{pattern.step}"
-            own[label] = int(pictures[k, v, u])
+            if pattern.axis == name:
+                own[_label(pattern)] = int(pictures[k, v, u])
         own["cell"] = int(found.cells[v, u, axis])
         own["location_mm"] = float(found.location[v, u, axis])
         own["sigma_mm"] = float(found.sigma[v, u, axis])
         told[name] = own
-    told["noise_floor"] = float(found.noise.floor)
-    told["noise_slope"] = float(found.noise.slope)
     return told
+
+
+def _label(pattern):
+    if pattern.kind == "gray":
+        return f"bit_{pattern.bit}" + "_inverse" * pattern.inverse
+    return f"step_{pattern.step}"
 
 
 def printed_rule(view, pictures, patterns, found):
@@ -73,8 +77,7 @@ def printed_rule(view, pictures, patterns, found):
             )
         ]
     )
-    d = found.location / w % 1
-    return (b + d) * w, w
+    return (b + found.location / w % 1) * w, w
 
 
 def view_trial(condition, rng):
@@ -85,7 +88,7 @@ def view_trial(condition, rng):
     found = view.decoded(pictures, patterns)
     alone = view.decoded(pictures, patterns, smooth=False)
     row = int(PIXEL_SHARE[1] * len(view.truth))
-    every = slice(None, None, SHOWN_EVERY)
+    some = np.s_[::SHOWN_EVERY, ::SHOWN_EVERY]
     off = np.linalg.norm(found.location - view.truth, axis=-1)
     along = [k for k, p in enumerate(patterns) if p.axis == "x"]
     lit = np.isfinite(view.truth).all(axis=-1)
@@ -99,9 +102,9 @@ def view_trial(condition, rng):
         "pixel": worked_pixel(view, pictures, patterns, alone),
         "strip": pictures[along, row],
         "decoded_row": found.location[row, :, 0],
-        "location": found.location[every, every, 0],
-        "error": off[every, every].astype(np.float32),
-        "sigma": np.linalg.norm(found.sigma, axis=-1)[every, every],
+        "location": found.location[..., 0][some],
+        "error": off[some].astype(np.float32),
+        "sigma": np.linalg.norm(found.sigma, axis=-1)[some],
     }
 
 
@@ -127,10 +130,10 @@ def wrap_trial(condition, rng):
         if blur == SHOWN_BLUR_PX:
             off = np.abs(printed - view.truth)[..., 0] > NEAR * w[0]
             row, at = worst_place(off & known)
-            near = slice(at - AROUND_PX, at + AROUND_PX + 1)
+            near = np.arange(at - AROUND_PX, at + AROUND_PX + 1)
             pair = bit_at(pictures, patterns, row, at)
             told["edge"] = {
-                "u": np.arange(near.start, near.stop),
+                "u": near,
                 "pattern": pair[0, row, near],
                 "inverse": pair[1, row, near],
                 "printed": printed[row, near, 0],
@@ -176,6 +179,6 @@ def smoothing_trial(condition, rng):
         # Without noise nothing is dark, and there would be no margin at the rim.
         known = found.mask & exactly.mask & np.isfinite(view.truth[..., 0])
         bias = (exactly.location - view.truth)[known]
-        both[name] = scored(found, view.truth)
-        both[name]["bias_mm"] = float(np.sqrt(np.mean(bias**2)))
+        own = {"bias_mm": float(np.sqrt(np.mean(bias**2)))}
+        both[name] = scored(found, view.truth) | own
     return both

@@ -45,12 +45,12 @@ def _phases(count):
 
 def _found(lines):
     """Locations (n,) by the decoder of one period's steps (4, n)."""
-    count = lines.shape[1]
     plan = PatternPlan(phase_steps=STEPS, phase_periods=(1.0, 0.0))
     pictures = np.repeat(lines[:, None], ROWS, axis=1)
+    monitor = ActiveGrid((lines.shape[1], ROWS))
     found = decode(
-        pictures, patterns_of(plan), ActiveGrid((count, ROWS)), smooth=False,
-        margin_px=0, noise=0.3, threads=1,
+        pictures, patterns_of(plan), monitor, smooth=False, margin_px=0, noise=0.3,
+        threads=1,
     )  # fmt: skip
     return found.location[ROWS // 2, :, 0].astype(float)
 
@@ -65,12 +65,13 @@ def offset_trial(condition, rng):
     steps = stepped(some_profile(rng), STEPS, _phases(condition["phases"]))
     grey = np.rint(steps).astype(np.uint8)
     found = _found(grey)
-    formula, decoder = [], []
-    for offset in range(1, MOST_OFFSET_GREY + 1):
-        change = phase_of(steps + offset) - phase_of(steps)
-        formula.append(largest(wrapped(change)))
-        decoder.append(_turned(found, _found(grey + np.uint8(offset))))
-    return {"formula_rad": max(formula), "decoder_rad": max(decoder)}
+    offsets = range(1, MOST_OFFSET_GREY + 1)
+    return {
+        "formula_rad": max(
+            largest(wrapped(phase_of(steps + n) - phase_of(steps))) for n in offsets
+        ),
+        "decoder_rad": max(_turned(found, _found(grey + np.uint8(n))) for n in offsets),
+    }
 
 
 def gain_trial(condition, rng):
@@ -79,18 +80,15 @@ def gain_trial(condition, rng):
     gain = rng.uniform(LEAST_GAIN, 1, steps.shape[1])
     change = wrapped(phase_of(gain * steps) - phase_of(steps))
 
-    def rounded(factor, depth):
-        return np.rint(factor * gain * steps).astype(depth)
+    def turned(factor, depth):
+        """By the decoder, on pictures of so many grey levels to one of the steps."""
+        both = (factor * steps, factor * gain * steps)
+        return _turned(*(_found(np.rint(one).astype(depth)) for one in both))
 
     return {
         "formula_rad": largest(change),
-        "decoder_16_rad": _turned(
-            _found(np.rint(250 * steps).astype(np.uint16)),
-            _found(rounded(250, np.uint16)),
-        ),
-        "decoder_8_rad": _turned(
-            _found(np.rint(steps).astype(np.uint8)), _found(rounded(1, np.uint8))
-        ),
+        "decoder_16_rad": turned(250, np.uint16),
+        "decoder_8_rad": turned(1, np.uint8),
     }
 
 
@@ -99,8 +97,7 @@ def order_sizes():
 
     An order takes half its squared amplitude off the squared misfit.
     """
-    squares = np.square([*MISFITS_GREY, 0.0])
-    return np.sqrt(2 * -np.diff(squares))
+    return np.sqrt(-2 * np.diff(np.square([*MISFITS_GREY, 0.0])))
 
 
 def response_trial(condition, rng):
@@ -144,19 +141,16 @@ def published_orders(effort):
     """The decoder on profiles with the orders that Fig. 3.9's misfits imply."""
     given = {"phases": PHASES[effort], "positions": POSITIONS[effort]}
     conditions = [{"rest": rest, **given} for rest in ("noise", "order 5")]
-    settings = {"misfits_grey": list(MISFITS_GREY)}
-    return Plan(response_trial, conditions, 1, settings)
+    return Plan(response_trial, conditions, 1, {"misfits_grey": list(MISFITS_GREY)})
 
 
 @experiment("exp_c3_offset_cancels", artefact="sec_3_2_2")
 def offsets(effort):
     """Offsets of up to 50 grey levels."""
-    conditions = [{"phases": PHASES[effort]}]
-    return Plan(offset_trial, conditions, DRAWS[effort])
+    return Plan(offset_trial, [{"phases": PHASES[effort]}], DRAWS[effort])
 
 
 @experiment("exp_c3_vignetting", artefact="sec_3_2_2")
 def gains(effort):
     """A gain of 0.2 to 1 for every pixel."""
-    conditions = [{"phases": PHASES[effort]}]
-    return Plan(gain_trial, conditions, DRAWS[effort])
+    return Plan(gain_trial, [{"phases": PHASES[effort]}], DRAWS[effort])

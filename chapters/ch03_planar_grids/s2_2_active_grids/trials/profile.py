@@ -25,10 +25,8 @@ def fitted(profile, harmonics):
     counts: its first harmonic is order 2.
     """
     phase = 2 * np.pi * (np.arange(len(profile)) + 0.5) / len(profile)
-    columns = [np.ones_like(phase)]
-    for n in range(1, harmonics + 2):
-        columns += [np.cos(n * phase), np.sin(n * phase)]
-    basis = np.column_stack(columns)
+    waves = [f(n * phase) for n in range(1, harmonics + 2) for f in (np.cos, np.sin)]
+    basis = np.column_stack([np.ones_like(phase), *waves])
     terms = np.linalg.lstsq(basis, profile, rcond=None)[0]
     fit = basis @ terms
     rms = float(np.sqrt(np.mean((profile - fit) ** 2)))
@@ -43,12 +41,10 @@ def rectifying_map(view, rng):
     """
     patterns, light = view.radiances()
     found = view.decoded(view.photographed(light, rng), patterns)
-    v, u = np.nonzero(found.mask)
-    some = slice(None, None, 97)
-    pixels = np.column_stack([u, v])[some].astype(float)
-    toward = view.rig.camera.rays(pixels).directions
+    v, u = (axis[::97] for axis in np.nonzero(found.mask))
+    toward = view.rig.camera.rays(np.column_stack([u, v]).astype(float)).directions
     plane = toward[:, :2] / toward[:, 2:]
-    points = found.location[v, u][some].astype(float)
+    points = found.location[v, u].astype(float)
     H_plane_monitor = cv2.findHomography(points, plane)[0]
     width, height = view.rig.target.monitor_mm
     x, y = np.meshgrid(
@@ -111,17 +107,14 @@ def profile_trial(condition, rng):
             picture = view.photographed([light], rng, sensor=sensor)[0]
             means = column_means(picture, seen)
             period = np.array_split(means, CELLS)[PERIOD]
-            fits = [fitted(period, count) for count in HARMONICS]
-            name = f"{camera}.{gamma}"
-            values[name] = {
-                f"rms_{count}": fit[1]
-                for count, fit in zip(HARMONICS, fits, strict=True)
+            fits = {count: fitted(period, count) for count in HARMONICS}
+            sizes = enumerate(fits[HARMONICS[-1]][2], 1)
+            values[f"{camera}.{gamma}"] = {
+                **{f"rms_{count}": rms for count, (_, rms, _) in fits.items()},
+                **{f"order_{n}": float(size) for n, size in sizes},
             }
-            for n, size in enumerate(fits[-1][2], 1):
-                values[name][f"order_{n}"] = float(size)
             if gamma == DATA_SHEET_GAMMA:
-                shown[f"{camera}.profile"] = period
-                shown[f"{camera}.means"] = means
-                for count, fit in zip(HARMONICS, fits, strict=True):
-                    shown[f"{camera}.fit_{count}"] = fit[0]
+                lines = {f"fit_{count}": fit for count, (fit, _, _) in fits.items()}
+                lines |= {"profile": period, "means": means}
+                shown |= {f"{camera}.{name}": line for name, line in lines.items()}
     return {**values, **shown}

@@ -75,14 +75,14 @@ class MonitorView:
 
     def white(self):
         """Radiance (H, W) of the monitor at full light."""
-        level = MonitorLevel(1.0, self.rig.monitor.radiance)
-        return self.traced.shade({0: level})
+        return self.traced.shade({0: MonitorLevel(1.0, self.rig.monitor.radiance)})
 
     def radiance(self, pattern, monitor):
         """Radiance (H, W) of one pattern on a monitor."""
         target = self.rig.target
-        size = target.monitor_px, target.monitor_mm
-        texture = MonitorPattern(*size, pattern, monitor.radiance)
+        texture = MonitorPattern(
+            target.monitor_px, target.monitor_mm, pattern, monitor.radiance
+        )
         return self.traced.shade({0: texture})
 
     def radiances(self, cells=CELLS, steps=STEPS):
