@@ -1,5 +1,6 @@
 """The claims of section 3.3.4, seed by seed, and its regenerated numbers."""
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +20,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     lines_of,
     percent,
     spread_between,
+    spread_gap,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
 from raxel.features.localise.subpix import TERMINATION_PX
@@ -52,9 +54,8 @@ def judge_order(results, options):
     mean = {m: case.statistic(m, "mean") for m in METHODS}
     order = ("derivative", "active grid", "OpenCV", "saddle point")
     steps = [mean[a] < mean[b] for a, b in pairwise(order)]
-    means = np.array(list(mean.values()))
-    best = np.sum(mean["derivative"] < means[1:], axis=0) == 3
-    others = np.array([mean[m] for m in METHODS if m != "saddle point"])
+    best = np.all([mean["derivative"] < mean[m] for m in METHODS[1:]], axis=0)
+    others = [mean[m] for m in METHODS if m != "saddle point"]
     worst = np.all(mean["saddle point"] > others, axis=0)
     medians = ", ".join(f"{m} {np.median(mean[m]):.4f}" for m in METHODS)
     return counterpart(
@@ -75,8 +76,9 @@ def judge_close(results, options):
     case = Corners(results[CORNERS], options)
     means = np.array([case.statistic(m, "mean") for m in METHODS if "saddle" not in m])
     ratio = means.max(axis=0) / means.min(axis=0)
-    reason = "largest of the three means over the least"
-    return counterpart(ratio <= MAX_RATIO, ratio, "1", reason)
+    return counterpart(
+        ratio <= MAX_RATIO, ratio, "1", "largest of the three means over the least"
+    )
 
 
 @claim(
@@ -129,16 +131,15 @@ def listed(values):
 
 def radial_residuals(case, method):
     """Signed radial residuals (n,) px of the outer quintile of each seed."""
-    out = []
-    of_seeds = case.arrays(method, "corners"), case.arrays(method, "vectors")
-    middles = case.trials.arrays("middle")
-    for corners, vectors, middle in zip(*of_seeds, middles, strict=True):
+
+    def of_seed(corners, vectors, middle):
         away = corners - middle
         radius = np.linalg.norm(away, axis=1)
-        known = np.isfinite(radius)
-        outer = known & (radius >= np.quantile(radius[known], OUTER))
-        out.append((vectors * away).sum(axis=1)[outer] / radius[outer])
-    return out
+        outer = radius >= np.nanquantile(radius, OUTER)
+        return (vectors * away).sum(axis=1)[outer] / radius[outer]
+
+    both = (case.arrays(method, name) for name in ("corners", "vectors"))
+    return list(map(of_seed, *both, case.trials.arrays("middle")))
 
 
 @claim(
@@ -199,11 +200,9 @@ def judge_pitch(results, options):
     """Verticals straight to 1 %, and converging as the pitch says to 1 deg."""
     wall = {"view": "long wall"}
     lines = [x for ran in OF_LINES for x in lines_of(results[ran], options, **wall)]
-    found = np.array([spread_between(x, x.lean) for x in lines])
-    predicted = np.array([spread_between(x, x.predicted) for x in lines])
-    gaps = np.abs(found - predicted)
+    gaps = np.array([spread_gap(x) for x in lines])
     bent = np.array([x.after[x.vertical].max() for x in lines])
-    angles = [f"{x.pitch:.1f}: {f:.2f}" for f, x in zip(found, lines, strict=True)]
+    angles = [f"{x.pitch:.1f}: {spread_between(x, x.lean):.2f}" for x in lines]
     return counterpart(
         (gaps <= MAX_ANGLE_DEG) & (bent < MAX_BENT),
         gaps,
@@ -235,12 +234,6 @@ def judge_disco(results, options):
     )
 
 
-def of_seeds(values, unit):
-    """A Value of one number by seed: median and range."""
-    middle = float(np.median(values))
-    return Value(middle, (float(np.min(values)), float(np.max(values))), unit)
-
-
 @numbers("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def numbers_of_table(results):
     """Means, SDs and best settings of Table 3.8."""
@@ -248,17 +241,21 @@ def numbers_of_table(results):
     short = dict(
         zip(METHODS, ("derivative", "opencv", "saddle", "active"), strict=True)
     )
-    found = {}
-    for method, name in short.items():
-        for which in ("mean", "sd"):
-            found[f"t3_8_{name}_{which}"] = of_seeds(
-                case.statistic(method, which), "px"
-            )
-        if method != "active grid":
-            found[f"t3_8_{name}_win"] = of_seeds(case.best_window(method), "px")
-    found["t3_8_saddle_blur"] = of_seeds(case.best_blur(), "px")
-    found["t3_8_term"] = Value(TERMINATION_PX, unit="px")
-    return found
+    of_seeds = partial(Value.of_seeds, unit="px")
+    return {
+        **{
+            f"t3_8_{name}_{which}": of_seeds(case.statistic(method, which))
+            for method, name in short.items()
+            for which in ("mean", "sd")
+        },
+        **{
+            f"t3_8_{name}_win": of_seeds(case.best_window(method))
+            for method, name in short.items()
+            if method != "active grid"
+        },
+        "t3_8_saddle_blur": of_seeds(case.best_blur()),
+        "t3_8_term": Value(TERMINATION_PX, unit="px"),
+    }
 
 
 @numbers("fig_3_16", needs=(), evidence="rendered")

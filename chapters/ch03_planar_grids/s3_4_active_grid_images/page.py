@@ -153,8 +153,7 @@ WHAT = {"grid": "20 patterns, 8 x 8 cells", "board": "15 x 15 corners"}
 )
 def table_3_8_corners(effort):
     """Corners by four methods at every setting, near, in three readings."""
-    cases = ("near", "16 bits", "sharp")
-    conditions = corner_conditions(effort, cases)
+    conditions = corner_conditions(effort, ("near", "16 bits", "sharp"))
     return Plan(corner_trial, conditions, 1, WHAT)
 
 

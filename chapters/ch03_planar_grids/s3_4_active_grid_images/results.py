@@ -75,12 +75,9 @@ class Corners:
 
     def curve(self, method):
         """(windows (n,), mean residual (n,) at each) of each seed, whole ones alone."""
-        curves, windows = [], self.settings("windows")
-        for means in self.arrays(method, "means"):
-            best = over_blurs(means)
-            whole = np.isfinite(best)
-            curves.append((windows[whole], best[whole]))
-        return curves
+        windows = self.settings("windows")
+        best = [over_blurs(means) for means in self.arrays(method, "means")]
+        return [(windows[np.isfinite(b)], b[np.isfinite(b)]) for b in best]
 
     def best_window(self, method):
         """Window (px) of the least mean residual of each seed.
@@ -115,9 +112,9 @@ class Lines(NamedTuple):
 def lines_of(ran, options=None, **condition):
     """`Lines` of each seed that fits; options: by question."""
     kind, trials = Case(NAMES, options)["line_points"], ran.select(**condition)
-    names = (f"before.{kind}", f"after.{kind}", "vertical", "lean_deg")
-    names += ("predicted_deg", "place")
-    arrays = [trials.arrays(name) for name in names]
+    bends = f"before.{kind}", f"after.{kind}"
+    others = "vertical", "lean_deg", "predicted_deg", "place"
+    arrays = [trials.arrays(name) for name in (*bends, *others)]
     pitches = map(float, trials.column("pitch_deg"))
     return [Lines(*one) for one in zip(*arrays, pitches, strict=True)]
 
@@ -133,6 +130,13 @@ def spread_between(lines, of):
     return float(of[right] - of[left])
 
 
+def spread_gap(lines):
+    """How far (deg) that angle is from the predicted one."""
+    return abs(
+        spread_between(lines, lines.lean) - spread_between(lines, lines.predicted)
+    )
+
+
 def percent(share):
     """A share in percent."""
     return 100 * float(share)
@@ -140,71 +144,83 @@ def percent(share):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    near = Corners(open_results(CORNERS))
-    ran = open_results(CORNERS)
-    for word, options in (
-        ("", {}),
-        ("true_lens.", {"lens_left": "true lens"}),
-        ("16_bits.", {"undistorted_bits": "16 bits"}),
-        ("sharp.", {"edge_blur": "as on larger pixels"}),
-    ):
+    quoted = {
+        **of_corners(open_results(CORNERS)),
+        **of_lines(open_results(LINES), open_results(HALF_PITCH)),
+        **of_facets(open_results(FACETS).select()),
+    }
+    for name, number in quoted.items():
+        value(name, number)
+
+
+def of_corners(ran):
+    """What the prose says of Table 3.8."""
+    near = Corners(ran)
+    found = {
+        "seeds": len(near.trials.conditions),
+        "largest_window": near.trials.column("largest_window_px").min(),
+        "square": np.median(near.trials.column("square_px")),
+        "radial.k1": np.median([r[0] for r in near.trials.arrays("radial")]),
+        "derivative.window": np.median(near.best_window("derivative")),
+        "saddle.window": np.median(near.best_window("saddle point")),
+        "saddle.blur": np.median(near.best_blur()),
+    }
+    for (before, after), options in {
+        ("", ".mean"): {},
+        ("true_lens.", ""): {"lens_left": "true lens"},
+        ("16_bits.", ""): {"undistorted_bits": "16 bits"},
+        ("sharp.", ""): {"edge_blur": "as on larger pixels"},
+    }.items():
         for method in METHODS:
             mean = median_interval(Corners(ran, options).statistic(method, "mean"))
-            name = method.replace(" ", "_")
-            value(f"{word}{name}" if word else f"{name}.mean", mean.value)
-    value("seeds", len(near.trials.conditions))
-    value("largest_window", near.trials.column("largest_window_px").min())
-    value("square", np.median(near.trials.column("square_px")))
-    value("radial.k1", np.median([r[0] for r in near.trials.arrays("radial")]))
-    value("derivative.window", np.median(near.best_window("derivative")))
-    value("saddle.window", np.median(near.best_window("saddle point")))
-    value("saddle.blur", np.median(near.best_blur()))
-    name_lines(open_results(LINES), open_results(HALF_PITCH))
-    name_facets(open_results(FACETS))
+            found[f"{before}{method.replace(' ', '_')}{after}"] = mean.value
+    return found
 
 
-def name_lines(ran, half_pitched):
-    """Name what the prose says of the fisheye."""
+def of_lines(ran, half_pitched):
+    """What the prose says of the fisheye."""
     wall = {"view": "long wall"}
     found, half = lines_of(ran, **wall), lines_of(half_pitched)
     projected = lines_of(ran, {"line_points": "projected from truth"}, **wall)
-    value("before.worst", percent(np.median([x.before.max() for x in found])))
-    value("after.worst", percent(np.median([x.after.max() for x in found])))
-    value("after.median", percent(np.median([np.median(x.after) for x in found])))
-    value("after.projected", percent(np.median([x.after.max() for x in projected])))
-    value("edges", int(np.median([len(x.after) for x in found])))
-    gaps = [
-        abs(spread_between(x, x.lean) - spread_between(x, x.predicted))
-        for x in found + half
-    ]
-    value("vertical.gap", float(max(gaps)))
-    for name, lines in (("vertical.angle", found), ("vertical.half", half)):
-        angles = [abs(spread_between(x, x.lean)) for x in lines]
-        value(name, float(np.median(angles)))
-    value("pitch", float(np.median([x.pitch for x in found])))
-    value("pitch.half", float(np.median([x.pitch for x in half])))
     trials = ran.select(**wall)
-    value("share_seen", percent(trials.column("share_seen")[0]))
     across, _, most = trials.arrays("half_angles_deg")[0]
-    value("half_angle.across", float(across))
-    value("half_angle.most", float(most))
-    value("mm_per_px", MM_PER_PX)
-    value("least_length", LEAST_LENGTH_PX)
+
+    def spread(lines):
+        return float(np.median([abs(spread_between(x, x.lean)) for x in lines]))
+
+    return {
+        "before.worst": percent(np.median([x.before.max() for x in found])),
+        "after.worst": percent(np.median([x.after.max() for x in found])),
+        "after.median": percent(np.median([np.median(x.after) for x in found])),
+        "after.projected": percent(np.median([x.after.max() for x in projected])),
+        "edges": int(np.median([len(x.after) for x in found])),
+        "vertical.gap": float(max(spread_gap(x) for x in found + half)),
+        "vertical.angle": spread(found),
+        "vertical.half": spread(half),
+        "pitch": float(np.median([x.pitch for x in found])),
+        "pitch.half": float(np.median([x.pitch for x in half])),
+        "share_seen": percent(trials.column("share_seen")[0]),
+        "half_angle.across": float(across),
+        "half_angle.most": float(most),
+        "mm_per_px": MM_PER_PX,
+        "least_length": LEAST_LENGTH_PX,
+    }
 
 
-def name_facets(ran):
-    """Name what the prose says of the mirror ball."""
-    trials = ran.select()
+def of_facets(trials):
+    """What the prose says of the mirror ball."""
     errors = trials.arrays("corner_squares")
-    value("facets.median", float(np.median([np.nanmedian(e) for e in errors])))
-    value("facets.worst", float(np.max([np.nanmax(e) for e in errors])))
-    value("facets.corners", int(np.median([np.isfinite(e).sum() for e in errors])))
-    for name in ("facets", "corners"):
-        value(f"ball.{name}", int(trials.column(name)[0]))
-    value("ball.share_of_grid", percent(trials.column("share_of_grid")[0]))
-    value("ball.off_mm", float(trials.column("decoded_off_mm")[0]))
     elsewhere, decoded = (
         trials.column(name)[0] for name in ("decoded_elsewhere", "decoded")
     )
-    value("ball.elsewhere", percent(elsewhere / (decoded + elsewhere)))
-    value("ball.found", int(trials.column("detector_found").sum()))
+    return {
+        "facets.median": float(np.median([np.nanmedian(e) for e in errors])),
+        "facets.worst": float(np.max([np.nanmax(e) for e in errors])),
+        "facets.corners": int(np.median([np.isfinite(e).sum() for e in errors])),
+        "ball.facets": int(trials.column("facets")[0]),
+        "ball.corners": int(trials.column("corners")[0]),
+        "ball.share_of_grid": percent(trials.column("share_of_grid")[0]),
+        "ball.off_mm": float(trials.column("decoded_off_mm")[0]),
+        "ball.elsewhere": percent(elsewhere / (decoded + elsewhere)),
+        "ball.found": int(trials.column("detector_found").sum()),
+    }

@@ -28,8 +28,7 @@ def fig_3_16(results):
     drawn, axes = new_figure(2, 4, height_in=4.6, sharex=True, sharey=True)
     rows, worst = [], 0.0
     for k, method in enumerate(METHODS):
-        corners = case.arrays(method, "corners")[0]
-        vectors = case.arrays(method, "vectors")[0]
+        corners, vectors = (case.arrays(method, n)[0] for n in ("corners", "vectors"))
         for panel, scale in zip(axes[:, k], (VECTOR_SCALE, FINER_SCALE), strict=True):
             panel.plot(*corners.T, ".", ms=1.5, color="0.6")
             panel.quiver(
@@ -45,9 +44,8 @@ def fig_3_16(results):
                 aspect="equal",
                 title=f"({'abcd'[k]}) {method}" if panel in axes[0] else "",
             )
-        found = np.linalg.norm(vectors, axis=1)
-        mean = case.statistic(method, "mean")[0]
-        worst = max(worst, abs(np.nanmean(found) - mean))
+        mean = np.nanmean(np.linalg.norm(vectors, axis=1))
+        worst = max(worst, abs(mean - case.statistic(method, "mean")[0]))
         rows += [(method, *at, *off) for at, off in zip(corners, vectors, strict=True)]
     axes[0, 0].invert_yaxis()
     for panel in axes[1]:
@@ -72,8 +70,8 @@ def ext_fig_3_16_windows(results):
     """Mean residual over the window, near and at twice the distance."""
     drawn, axes = new_figure(1, 2, height_in=3.2, sharey=True)
     rows = []
-    near, far = Corners(results[CORNERS]), Corners(results[FAR], case=FAR_CASE)
-    for panel, case, letter in zip(axes, (near, far), "ab", strict=True):
+    cases = Corners(results[CORNERS]), Corners(results[FAR], case=FAR_CASE)
+    for panel, case, letter in zip(axes, cases, "ab", strict=True):
         windows = case.settings("windows").astype(float)
         for k, method in enumerate(METHODS):
             curves = [over_blurs(means) for means in case.arrays(method, "means")]

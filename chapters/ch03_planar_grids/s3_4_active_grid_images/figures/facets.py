@@ -94,33 +94,26 @@ def ext_fig_3_18_facets(results):
         frustum(camera.viewer, 60.0),
         *axes_parts(120.0),
     ]
-    rows = []
-    for k, piece in pieces.items():
-        flat = transform(T, on_plane(piece) - [0, 0, 1.0])
-        parts.append(
-            polygon(flat, colour=ORANGE, opacity=0.8, label="piece of a facet")
-        )
-        rows += [(k, *corner) for corner in piece]
+    look = {"colour": ORANGE, "opacity": 0.8, "label": "piece of a facet"}
+    parts += [
+        polygon(transform(T, on_plane(piece) - [0, 0, 1.0]), **look)
+        for piece in pieces.values()
+    ]
+    rows = [(k, *corner) for k, piece in pieces.items() for corner in piece]
     middles = np.array([camera.T_viewer_facets[k, :3, 3] for k in pieces])
-    ends = np.array(
-        [transform(T, np.append(piece.mean(axis=0), 0)) for piece in pieces.values()]
-    )
-    parts.append(Segments(middles, ends, "#0072b2", "ray off a facet", 1.0))
-    parts.append(
-        Segments(np.zeros_like(middles), middles, "#8a919a", "sight of the ball", 1.0)
-    )
-    parts.append(Labels([[0, 60.0, 0]], ["camera"], INK))
+    ends = {k: transform(T, np.append(p.mean(axis=0), 0)) for k, p in pieces.items()}
+    reflected = np.array([*ends.values()])
+    parts += [
+        Segments(middles, reflected, "#0072b2", "ray off a facet", 1.0),
+        Segments(np.zeros_like(middles), middles, "#8a919a", "sight of the ball", 1.0),
+        Labels([[0, 60.0, 0]], ["camera"], INK),
+    ]
     scene = framed(parts, (-0.7, 0.5, 0.25), note="The rig mirror-ball.")
     drawn, axes = new_figure(height_in=HEIGHT_IN)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])
     draw_scene(axes, scene)
-    back = [
-        camera.project_facet(transform(T, np.append(p.mean(axis=0), 0))[None], k).valid[
-            0
-        ]
-        for k, p in pieces.items()
-    ]
+    back = [camera.project_facet(at[None], k).valid[0] for k, at in ends.items()]
     return Drawing(
         drawn,
         columns(HEAD, rows),

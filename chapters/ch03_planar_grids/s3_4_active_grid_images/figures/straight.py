@@ -68,8 +68,10 @@ def ext_fig_3_17_lines(results):
             ("projected from truth", "x", "projected from truth"),
         ):
             lines = lines_of(ran, {"line_points": points}, view=view)
-            before = np.concatenate([100 * one.before for one in lines])
-            after = np.concatenate([100 * one.after for one in lines])
+            before, after = (
+                np.concatenate([100 * getattr(one, when) for one in lines])
+                for when in ("before", "after")
+            )
             panel.plot(before, after, mark, ms=3.5, label=label, alpha=0.7)
             rows += [(view, points, *pair) for pair in zip(before, after, strict=True)]
         panel.axhline(1, color="0.5", lw=1, ls="--")
@@ -123,10 +125,9 @@ def ext_fig_3_17_verticals(results):
 @figure("ext_fig_3_17_room", needs=("fig_3_17_lines",), evidence="analytic", scene=True)
 def ext_fig_3_17_room(results):
     """The fisheye in its room."""
-    rig = rig_of("d200-fisheye")
     return drawn_surroundings(
         room(),
-        rig.camera,
+        rig_of("d200-fisheye").camera,
         T_world_camera(VIEW),
         "The fisheye of Fig. 3.17 in the middle of the room, level, facing the long "
         "wall. Blue: rays at the edge of its field of view, cut off at one length. The "

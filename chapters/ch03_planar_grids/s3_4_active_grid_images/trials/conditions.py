@@ -7,6 +7,7 @@ WINDOWS = {"quick": (5, 13, 21), "full": tuple(range(5, 58, 4))}
 COARSE = {"quick": (5, 21), "full": tuple(range(5, 58, 8))}
 BLURS = {"quick": (0.5, 2.0), "full": (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)}
 COARSE_BLURS = {"quick": (0.5,), "full": (0.5, 2.0, 4.0, 8.0)}
+COARSER = ("sharp", "16 bits")
 VIEWS = ("long wall", "corner")
 PITCHES = ("pitched", "half pitched")
 
@@ -31,24 +32,20 @@ BALL_SETS = {
 
 def corner_conditions(effort, cases):
     """A condition for each seed of the cases of Table 3.8, by name."""
-    found = []
-    for case in cases:
-        sharp = "-sharp" if case == "sharp" else ""
-        coarse = case in ("sharp", "16 bits")
-        found += [
-            {
-                "case": case,
-                "seed": seed,
-                "rig": f"d200-lens{sharp}{SMALL[effort]}",
-                "boards": f"d200-boards{SMALL[effort]}",
-                "pose": int(case == "far"),
-                "bits": 16 if case == "16 bits" else 8,
-                "windows": list((COARSE if coarse else WINDOWS)[effort]),
-                "blurs": list((COARSE_BLURS if coarse else BLURS)[effort]),
-            }
-            for seed in SEEDS[effort]
-        ]
-    return found
+    return [
+        {
+            "case": case,
+            "seed": seed,
+            "rig": f"d200-lens{'-sharp' * (case == 'sharp')}{SMALL[effort]}",
+            "boards": f"d200-boards{SMALL[effort]}",
+            "pose": int(case == "far"),
+            "bits": 16 if case == "16 bits" else 8,
+            "windows": list((COARSE if case in COARSER else WINDOWS)[effort]),
+            "blurs": list((COARSE_BLURS if case in COARSER else BLURS)[effort]),
+        }
+        for case in cases
+        for seed in SEEDS[effort]
+    ]
 
 
 def line_conditions(effort, pitches, views):

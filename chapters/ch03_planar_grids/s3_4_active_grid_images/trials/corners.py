@@ -105,8 +105,8 @@ def calibrated(rig, seed):
     """The camera that Zhang's method finds in a rig's pictures of a board."""
     boards = load_set(rendered_set(rig, seed))
     found = detect_boards(boards, DEFAULT_DETECTOR, boards.views, lambda line: None)
-    size = boards.width, boards.height
-    return calibrate_zhang(board_views(boards, found), *size).camera
+    views = board_views(boards, found)
+    return calibrate_zhang(views, boards.width, boards.height).camera
 
 
 def through(camera, truth, corners):
@@ -126,33 +126,29 @@ def sweep(picture, start, windows, blurs):
     slopes = gradient(picture.astype(float))
     nowhere = np.full_like(start, np.nan)
     fit = [inside(start, picture.shape, w // 2).all() for w in windows]
-    derivative, opencv = [], []
-    for window, fits in zip(windows, fit, strict=True):
-        found = moved = nowhere
-        if fits:
-            ridges, settled = fit_ridges(slopes, start, window)
-            found = kept(ridges[:, :2], settled)
-            moved = opencv_subpix(picture, start, window // 2)
-            moved = kept(moved, (moved != start).any(axis=1))
-        derivative.append(found)
-        opencv.append(moved)
-    saddle = []
-    for blur in blurs:
+
+    def in_windows(method):
+        pairs = zip(windows, fit, strict=True)
+        return np.array([method(w) if fits else nowhere for w, fits in pairs])
+
+    def derivative(window):
+        ridges, settled = fit_ridges(slopes, start, window)
+        return kept(ridges[:, :2], settled)
+
+    def opencv(half):
+        moved = opencv_subpix(picture, start, half)
+        return kept(moved, (moved != start).any(axis=1))
+
+    def saddle(blur):
         soft = blurred(picture.astype(float), blur)
-        saddle.append(
-            [
-                kept(*fit_saddles(soft, start, window)) if fits else nowhere
-                for window, fits in zip(windows, fit, strict=True)
-            ]
-        )
-    # As many half windows, which a full one of twice as many px holds.
-    halves = [opencv_subpix(picture, start, window) for window in windows]
-    halves = [kept(at, (at != start).any(axis=1)) for at in halves]
+        return in_windows(lambda window: kept(*fit_saddles(soft, start, window)))
+
     return {
-        "derivative": np.array(derivative),
-        "OpenCV": np.array(opencv),
-        "OpenCV half": np.array(halves),
-        "saddle point": np.array(saddle),
+        "derivative": in_windows(derivative),
+        "OpenCV": in_windows(lambda window: opencv(window // 2)),
+        # As many half windows, which a full one of twice as many px holds.
+        "OpenCV half": np.array([opencv(window) for window in windows]),
+        "saddle point": np.array([saddle(blur) for blur in blurs]),
     }
 
 
@@ -169,8 +165,7 @@ def inside(corners, shape, half):
 
 def largest_window(corners, shape):
     """Full width (px) of the largest window that fits about all corners."""
-    size = np.array(shape[::-1])
-    room = min(corners.min(), (size - 1 - corners).min())
+    room = min(corners.min(), (np.array(shape[::-1]) - 1 - corners).min())
     return 2 * int(room) + 1
 
 
@@ -211,6 +206,5 @@ def best_of(settings, metric):
 
 def square_px(corners, metric):
     """Median side (px) of a square of the board."""
-    side = int(np.sqrt(len(metric)))
-    lattice = corners.reshape(side, side, 2)
+    lattice = corners.reshape(-1, int(np.sqrt(len(metric))), 2)
     return float(np.nanmedian(np.linalg.norm(np.diff(lattice, axis=1), axis=2)))

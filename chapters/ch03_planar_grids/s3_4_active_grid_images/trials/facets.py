@@ -40,18 +40,16 @@ def facet_trial(condition, rng):
     square = float(np.linalg.norm(metric[1] - metric[0]))
     camera = rig_of(condition["rig"]).camera
     truth = np.load(image_set.folder / f"truth/{view.label}.npz")["points_mm"]
-    facet = facets_of(camera)
-    shown, count = np.unique(facet[np.isfinite(truth[..., 0])], return_counts=True)
-    shown = shown[count >= LEAST_PIXELS]
-    within, across = [], []
-    everywhere = corners_seen(truth, metric, np.ones(facet.shape, bool))
-    for k in shown:
-        mine = (facet == k) & np.isfinite(truth[..., 0])
-        own = corners_seen(truth, metric, mine)
-        within.append(share_right(own, metric, truth, mine, NEAR * square))
-        across.append(share_right(everywhere, metric, truth, mine, NEAR * square))
-    off = grid.location - truth
-    known = grid.mask & np.isfinite(truth[..., 0])
+    facet, lit = facets_of(camera), np.isfinite(truth[..., 0])
+    shown, count = np.unique(facet[lit], return_counts=True)
+    of_facets = [(facet == k) & lit for k in shown[count >= LEAST_PIXELS]]
+    everywhere = corners_seen(truth, metric, lit)
+
+    def right(corners, mine):
+        return share_right(corners, metric, truth, mine, NEAR * square)
+
+    known = grid.mask & lit
+    off = (grid.location - truth)[known]
     board = target.chessboard
     drawn = (
         {"picture": picture, "laid": laid, "seen": seen} if condition["drawn"] else {}
@@ -60,13 +58,15 @@ def facet_trial(condition, rng):
         "corner_squares": corner_errors(laid, seen, metric) / square,
         "corners": len(metric),
         "metric": metric,
-        "facets": len(shown),
-        "within": np.array(within),
-        "across": np.array(across),
+        "facets": len(of_facets),
+        "within": np.array(
+            [right(corners_seen(truth, metric, mine), mine) for mine in of_facets]
+        ),
+        "across": np.array([right(everywhere, mine) for mine in of_facets]),
         "detector_found": bool(find_board(picture, board.columns, board.rows).found),
-        "decoded_off_mm": float(np.median(np.linalg.norm(off[known], axis=1))),
+        "decoded_off_mm": float(np.median(np.linalg.norm(off, axis=1))),
         "decoded": int(known.sum()),
-        "decoded_of": int(np.isfinite(truth[..., 0]).sum()),
+        "decoded_of": int(lit.sum()),
         "decoded_elsewhere": int((grid.mask & ~known).sum()),
         "share_of_grid": float(seen.mean()),
     }
@@ -127,16 +127,15 @@ def share_right(corners, metric, truth, mine, near):
     pixels = np.column_stack([u, v]).astype(float)
     error = np.full(len(pixels), np.inf)
     order = np.arange(len(metric)).reshape(side, side)
-    for row in range(side - 1):
-        for column in range(side - 1):
-            four = order[row : row + 2, column : column + 2].ravel()[[0, 1, 3, 2]]
-            if not np.isfinite(corners[four, 0]).all():
-                continue
-            inside = in_quadrilateral(pixels, corners[four])
-            if inside.any():
-                H = homography_dlt(corners[four], metric[four])
-                off = apply_homography(H, pixels[inside]) - truth[v, u][inside]
-                error[inside] = np.minimum(error[inside], np.linalg.norm(off, axis=1))
+    for row, column in np.ndindex(side - 1, side - 1):
+        four = order[row : row + 2, column : column + 2].ravel()[[0, 1, 3, 2]]
+        if not np.isfinite(corners[four, 0]).all():
+            continue
+        inside = in_quadrilateral(pixels, corners[four])
+        if inside.any():
+            H = homography_dlt(corners[four], metric[four])
+            off = apply_homography(H, pixels[inside]) - truth[v, u][inside]
+            error[inside] = np.minimum(error[inside], np.linalg.norm(off, axis=1))
     return float(np.mean(error <= near))
 
 

@@ -23,8 +23,8 @@ def at_four_pixels(grid, places):
         if window is None:
             continue
         pixels, locations, _ = window
-        order = np.argsort(np.linalg.norm(locations - place, axis=1), kind="stable")
-        order = order[:NEAREST]
+        away = np.linalg.norm(locations - place, axis=1)
+        order = np.argsort(away, kind="stable")[:NEAREST]
         four = first_four(pixels[order])
         if four is not None:
             chosen = order[list(four)]
@@ -112,8 +112,12 @@ def is_triangle(points):
 
 def through_four(source, target):
     """The homography (3, 3) that takes four points (4, 2) to four others."""
-    rows = []
-    for (x, y), (u, v) in zip(source, target, strict=True):
-        rows.append([x, y, 1, 0, 0, 0, -u * x, -u * y, -u])
-        rows.append([0, 0, 0, x, y, 1, -v * x, -v * y, -v])
+    rows = [
+        row
+        for (x, y), (u, v) in zip(source, target, strict=True)
+        for row in (
+            [x, y, 1, 0, 0, 0, -u * x, -u * y, -u],
+            [0, 0, 0, x, y, 1, -v * x, -v * y, -v],
+        )
+    ]
     return np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)

@@ -13,6 +13,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import (
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.lab import room
 from raxel.multiview.plane_view import remap_to_plane
+from repro.run.columns import columns
 
 # The camera stands in the middle of the room, level, and looks so far to the right.
 HEADING_DEG = {"long wall": 90.0, "corner": 45.0}
@@ -28,6 +29,18 @@ ALONG_EDGE = 801  # points, about a px apart on the longest
 # Off a cubic curve by more robust standard deviations, a point is of another edge.
 MOST_SD, LEAST_SD_PX = 4.0, 0.05
 DOWN = np.array([0.0, 1.0, 0.0])
+# Arrays of a trial, one entry for each edge that is measured.
+OF_EDGE = (
+    "edge",
+    "place",
+    "before.found",
+    "before.projected",
+    "after.found",
+    "after.projected",
+    "vertical",
+    "lean_deg",
+    "predicted_deg",
+)
 
 
 def T_world_camera(view):
@@ -73,43 +86,42 @@ def straight_trial(condition, rng):
         taken, grid.location, grid.sigma, grid.mask, size, MM_PER_PX
     )
     truth = true_pose(image_set, view)
-    as_taken, straight = grey(taken), np.where(seen, grey(laid), np.nan)
-    before, after, found_before, found_after = [], [], [], []
-    vertical, angle, predicted, number, place = [], [], [], [], []
+    pictures = grey(taken), np.where(seen, grey(laid), np.nan)
     paths = visible_paths(condition["rig"], condition["view"])
-    for k, (edge, pixels) in enumerate(zip(room_edges(), paths, strict=True)):
-        places = location_at(grid, pixels)
-        known = np.isfinite(places[:, 0])
-        if known.sum() < LEAST_POINTS:
+    rows = []
+    for k, (edge, path) in enumerate(zip(room_edges(), paths, strict=True)):
+        pixels, places, at, on = edge_in_both(grid, path, pictures)
+        if len(places) < LEAST_POINTS or length(places) < LEAST_LENGTH_PX:
             continue
-        pixels, places = pixels[known], places[known] / MM_PER_PX - 0.5
-        at, on = (edge_points(as_taken, pixels), edge_points(straight, places))
-        both = smooth_run(at) & smooth_run(on)
-        if both.sum() < LEAST_POINTS or length(places[both]) < LEAST_LENGTH_PX:
-            continue
-        number.append(k)
-        place.append(places[both].mean(axis=0))
-        before.append(bend(pixels[both]))
-        after.append(bend(places[both]))
-        found_before.append(bend(at[both]))
-        found_after.append(bend(on[both]))
-        vertical.append(is_vertical(edge))
-        angle.append(lean(on[both]))
-        predicted.append(predicted_lean(truth, places[both]))
+        bends = map(bend, (at, pixels, on, places))
+        angles = lean(on), predicted_lean(truth, places)
+        rows.append((k, places.mean(axis=0), *bends, is_vertical(edge), *angles))
     drawn = {"taken": taken, "laid": laid} if condition["drawn"] else {}
+    of_edges = columns(OF_EDGE, rows)
     return drawn | {
-        "edge": np.array(number),
-        "place": np.array(place),
-        "before": {"found": np.array(found_before), "projected": np.array(before)},
-        "after": {"found": np.array(found_after), "projected": np.array(after)},
-        "vertical": np.array(vertical),
-        "lean_deg": np.array(angle),
-        "predicted_deg": np.array(predicted),
+        **{name: np.array(cells) for name, cells in of_edges.items()},
         "pitch_deg": pitch_of(truth),
         "share_seen": float(grid.mask.mean()),
         "share_of_grid": float(seen.mean()),
         "half_angles_deg": half_angles(rig.camera, grid.mask),
     }
+
+
+def edge_in_both(grid, path, pictures):
+    """Points of an edge as taken and as remapped: projected there, and found there.
+
+    path: pixels (n, 2) that show it; pictures: as taken and remapped. Returns (m, 2)
+    px each: projected as taken, projected as remapped, found in either; none of an
+    edge of which too little is decoded.
+    """
+    places = location_at(grid, path)
+    known = np.isfinite(places[:, 0])
+    if known.sum() < LEAST_POINTS:
+        return (np.empty((0, 2)),) * 4
+    both = path[known], places[known] / MM_PER_PX - 0.5
+    found = [edge_points(*pair) for pair in zip(pictures, both, strict=True)]
+    clear = smooth_run(found[0]) & smooth_run(found[1])
+    return [points[clear] for points in (*both, *found)]
 
 
 def true_pose(image_set, view):
@@ -149,8 +161,7 @@ def visible_pixels(camera, edge, view):
         return np.empty((0, 2))
     steps = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
     along = np.append(0, np.cumsum(steps))
-    at = np.arange(0, along[-1], STEP_PX)
-    return pixels[np.searchsorted(along, at)]
+    return pixels[np.searchsorted(along, np.arange(0, along[-1], STEP_PX))]
 
 
 def not_hidden(eye, points):
@@ -254,8 +265,7 @@ def bend(points):
 
 def lean(points):
     """Angle (deg) from the columns of a picture to the best line of points (n, 2)."""
-    _, along = best_line(points)
-    return angle_from_columns(along)
+    return angle_from_columns(best_line(points)[1])
 
 
 def angle_from_columns(along):
