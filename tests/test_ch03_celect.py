@@ -15,6 +15,7 @@ from chapters.ch03_planar_grids.s1_2_celect.trials import (
     recorded,
     scenes,
 )
+from chapters.shared.lattices import steps_between
 from chapters.shared.synthetic_board import SyntheticBoard
 from tests.judged_claims import readings
 from tests.made_results import of_seed
@@ -30,7 +31,7 @@ def run():
 def test_views_are_moderate_and_the_board_is_whole():
     for name in scenes.CAMERAS:
         view = scenes.board_view(name, 600, 10, np.random.default_rng(2))
-        sides = scenes.sides_of(view.lattice)
+        sides = steps_between(view.lattice)
         assert view.image.shape == (600, 600)
         assert sides.min() >= 10
         assert sides.max() <= scenes.MOST_UNEVEN * sides.min()

@@ -17,13 +17,18 @@ def outer(lattice):
     return np.array([lattice[0, 0], lattice[0, -1], lattice[-1, -1], lattice[-1, 0]])
 
 
+def steps_between(lattice):
+    """Lengths (n,) px of the steps between neighbours of a lattice, nan as they are."""
+    steps = (np.diff(lattice, axis=axis) for axis in (0, 1))
+    return np.concatenate([np.linalg.norm(s, axis=2).ravel() for s in steps])
+
+
 def corner_areas(lattice):
     """Area (4,) in px² of the squares at the four outer corners, as `outer`."""
     rows, columns = lattice.shape[:2]
     areas = []
     for r, c in ((0, 0), (0, columns - 2), (rows - 2, columns - 2), (rows - 2, 0)):
-        a, b = lattice[r, c], lattice[r, c + 1]
-        d, e = lattice[r + 1, c], lattice[r + 1, c + 1]
+        (a, b), (d, e) = lattice[r : r + 2, c : c + 2]
         (x, y), (p, q) = e - a, d - b
         areas.append(abs(x * q - y * p) / 2)
     return np.array(areas)

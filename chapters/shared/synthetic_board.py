@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 
-from chapters.shared.lattices import outer
+from chapters.shared.lattices import outer, steps_between
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform
@@ -111,8 +111,7 @@ class SyntheticBoard:
     @property
     def least_spacing(self):
         """Smallest distance in px between neighbouring corners."""
-        steps = (np.diff(self.lattice, axis=0), np.diff(self.lattice, axis=1))
-        return min(float(np.nanmin(np.linalg.norm(s, axis=2))) for s in steps)
+        return float(np.nanmin(steps_between(self.lattice)))
 
     @property
     def rim_spacing(self):

@@ -15,7 +15,7 @@ from chapters.ch03_planar_grids.s1_2_celect.exercises import (
 from chapters.ch03_planar_grids.s1_2_celect.figures.animation import animation
 from chapters.ch03_planar_grids.s1_2_celect.results import name_values
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
-from chapters.shared.lattices import outer
+from chapters.shared.lattices import outer, steps_between
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
@@ -198,7 +198,7 @@ def camera_trial(condition, rng):
     rows, columns = view.lattice.shape[:2]
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
-    sides = scenes.sides_of(view.lattice)
+    sides = steps_between(view.lattice)
     return scored(result, view.lattice) | {
         "least_px": float(sides.min()),
         "uneven": float(sides.max() / sides.min()),

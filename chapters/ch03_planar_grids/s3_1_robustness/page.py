@@ -17,18 +17,15 @@ from chapters.ch03_planar_grids.s3_1_robustness.exercises import (
 from chapters.ch03_planar_grids.s3_1_robustness.results import name_values
 from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     BASIN_TRIALS,
-    BLUR_PX,
     COLUMN_FOV_DEG,
     COLUMN_TRIALS,
-    FOV_DEG,
     MERGING_YAW_DEG,
     NOISE_SD,
     OUT_OF_SIGHT,
     SETTINGS,
-    SQUARES_ACROSS,
+    SWEPT,
     TERMINATION_PX,
     TRIALS,
-    YAW_DEG,
     basin_trial,
     by_smoothing,
     column_trial,
@@ -44,7 +41,7 @@ from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
+from repro.run.experiment import experiment, experiments
 from repro.run.outcomes import Plan
 
 # %% tags=["active-ipynb"]
@@ -173,31 +170,18 @@ def noise_sweep(effort):
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_3_11_blur", artefact="fig_3_11", shards={"full": 2})
-def blur_sweep(effort):
-    """Fig. 3.11(b): blur."""
-    conditions = sweep("blur_px", BLUR_PX, effort)
-    return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
-
-
-@experiment("fig_3_11_square", artefact="fig_3_11", shards={"full": 2})
-def square_sweep(effort):
-    """Fig. 3.11(c): size of the squares."""
-    conditions = sweep("squares_across", SQUARES_ACROSS, effort)
-    return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
-
-
-@experiment("fig_3_11_fov", artefact="fig_3_11", shards={"full": 2})
-def fov_sweep(effort):
-    """Fig. 3.11(d): fisheye distortion."""
-    conditions = sweep("fov_deg", FOV_DEG, effort)
-    return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
-
-
-@experiment("fig_3_11_yaw", artefact="fig_3_11", shards={"full": 2})
-def yaw_sweep(effort):
-    """Fig. 3.11(e): yaw of the board."""
-    conditions = sweep("yaw_deg", YAW_DEG, effort)
+@experiments(
+    {
+        "fig_3_11_blur": "fig_3_11",
+        "fig_3_11_square": "fig_3_11",
+        "fig_3_11_fov": "fig_3_11",
+        "fig_3_11_yaw": "fig_3_11",
+    },
+    shards={"full": 2},
+)
+def other_sweeps(effort, identifier):
+    """Fig. 3.11(b) to (e): blur, size of the squares, fisheye distortion, yaw."""
+    conditions = sweep(*SWEPT[identifier], effort)
     return Plan(robustness_trial, conditions, TRIALS[effort], SETTINGS)
 
 

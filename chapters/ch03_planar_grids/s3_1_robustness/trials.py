@@ -24,6 +24,13 @@ BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
 SQUARES_ACROSS = (5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
 FOV_DEG = (60, 80, 100, 120, 134, 140, 146, 152, 158, 164)
 YAW_DEG = (0, 10, 20, 30, 40, 44, 48, 52, 56)
+# What the sweeps of Fig. 3.11 vary beside noise: experiment -> (name, levels).
+SWEPT = {
+    "fig_3_11_blur": ("blur_px", BLUR_PX),
+    "fig_3_11_square": ("squares_across", SQUARES_ACROSS),
+    "fig_3_11_fov": ("fov_deg", FOV_DEG),
+    "fig_3_11_yaw": ("yaw_deg", YAW_DEG),
+}
 TRIALS = {"quick": 1, "full": 50}
 # Levels of a quick build: those that a claim asks for by name, and no more.
 QUICK = {

@@ -33,10 +33,13 @@ ALL = ("corner_window", "second_grid_pictures", "exposure")
 OF_FIRST = ("corner_window", "exposure")
 
 
-def of_share(result, points, least, options):
-    """The Reading that in a share of the points no method leaves less, in nearly all
-    sets.
+def of_share(results, options, sweep=None):
+    """The Reading that in a share of the conditions no method leaves less, in nearly
+    all sets: of the levels of a sweep, or of all conditions.
     """
+    result = swept(results)
+    points = points_along(result, sweep) if sweep else points_of(result)
+    least = MIN_LEVELS if sweep else MIN_CONDITIONS
     won = wins(result, points, Case(NAMES, options))
     share = won.mean(axis=0)
     beaten = [
@@ -57,29 +60,25 @@ def of_share(result, points, least, options):
 @claim("c3_active_best", needs=SWEPT, evidence="rendered", readings=ALL)
 def judge_active_best(results, options):
     """In four fifths of the conditions no method leaves less."""
-    result = swept(results)
-    return of_share(result, points_of(result), MIN_CONDITIONS, options)
+    return of_share(results, options)
 
 
 @claim("c3_active_distance", needs=SWEPT, evidence="rendered", readings=OF_FIRST)
 def judge_active_distance(results, options):
     """At seven tenths of the distances no method leaves less."""
-    result = swept(results)
-    return of_share(result, points_along(result, "distance"), MIN_LEVELS, options)
+    return of_share(results, options, "distance")
 
 
 @claim("c3_active_orientation", needs=SWEPT, evidence="rendered", readings=OF_FIRST)
 def judge_active_orientation(results, options):
     """At seven tenths of the orientations no method leaves less."""
-    result = swept(results)
-    return of_share(result, points_along(result, "orientation"), MIN_LEVELS, options)
+    return of_share(results, options, "orientation")
 
 
 @claim("c3_active_noise", needs=SWEPT, evidence="rendered", readings=ALL)
 def judge_active_noise(results, options):
     """At seven tenths of the levels of noise no method leaves less."""
-    result = swept(results)
-    return of_share(result, points_along(result, "noise"), MIN_LEVELS, options)
+    return of_share(results, options, "noise")
 
 
 @claim("c3_active_blur", needs=SWEPT, evidence="rendered", readings=ALL)

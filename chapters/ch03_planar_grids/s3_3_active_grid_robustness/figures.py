@@ -69,8 +69,7 @@ def fig_3_15(results):
             look = FLOOR if method == TRUE else series(METHODS.index(method))
             found = _along(panel, result, sweep, method, residuals, look, method)
             rows += [(sweep, level, method, *rest) for level, *rest in found]
-        panel.set(xlabel=AXES[sweep], ylabel="RMS residual (mm)")
-        panel.set_ylim(bottom=0)
+        panel.set(xlabel=AXES[sweep], ylabel="RMS residual (mm)", ylim=(0, None))
     _legend(drawn, panels[0, 0], 4)
     return Drawing(
         drawn,

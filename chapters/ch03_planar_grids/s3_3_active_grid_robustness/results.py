@@ -121,25 +121,46 @@ def numbers_fig_3_15(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     result = open_results(SWEPT[0])
-    for short, exposure in (("", WITHIN), ("over.", OVER)):
-        taken = Case(NAMES, {"exposure": exposure})
-        share = wins(result, points_of(result), taken).mean(axis=0)
-        value(f"{short}won", 100 * float(np.median(share)))
-        value(f"{short}won.least", 100 * float(share.min()))
-        for method in METHODS:
-            off = errors(result, "distance", DEFAULT_MM, method, exposure)
-            value(f"{short}off.{SHORT[method]}", float(np.median(off)))
-    floor = residuals(result, "distance", DEFAULT_MM, TRUE)
-    value("floor", float(np.median(floor)))
+    quoted = {
+        **of_exposure(result, "", WITHIN),
+        **of_exposure(result, "over.", OVER),
+        **of_noise(result),
+        "floor": middle(residuals(result, "distance", DEFAULT_MM, TRUE)),
+        "sets": len(result.levels("set")),
+        **of_pixels(open_results("ext_active_pixels")),
+        **of_turns(open_results("exp_c3_active_viewing_angle")),
+    }
+    for name, number in quoted.items():
+        value(name, number)
+
+
+def middle(found):
+    """Median of some values."""
+    return float(np.median(found))
+
+
+def of_exposure(result, short, exposure):
+    """Where the active grid wins with an exposure, and every method's error."""
+    taken = Case(NAMES, {"exposure": exposure})
+    share = wins(result, points_of(result), taken).mean(axis=0)
+    return {
+        f"{short}won": 100 * middle(share),
+        f"{short}won.least": 100 * float(share.min()),
+    } | {
+        f"{short}off.{SHORT[method]}": middle(
+            errors(result, "distance", DEFAULT_MM, method, exposure)
+        )
+        for method in METHODS
+    }
+
+
+def of_noise(result):
+    """Errors in the strongest noise, and where the active grid loses first."""
     most = levels_of(result, "noise")[-1]
-    value("most_noise", most)
-    for method in METHODS:
-        off = errors(result, "noise", most, method)
-        value(f"noisy.{SHORT[method]}", float(np.median(off)))
-    value("first_lost_noise", _first_lost(result))
-    value("sets", len(result.levels("set")))
-    _name_pixels(open_results("ext_active_pixels"))
-    _name_viewing(open_results("exp_c3_active_viewing_angle"))
+    return {"most_noise": most, "first_lost_noise": _first_lost(result)} | {
+        f"noisy.{SHORT[method]}": middle(errors(result, "noise", most, method))
+        for method in METHODS
+    }
 
 
 def _first_lost(result):
@@ -150,25 +171,30 @@ def _first_lost(result):
     return "none"
 
 
-def _name_pixels(result):
-    for steps in (4, 6):
-        found = result.column("all_mm", camera_gamma=2.2, steps=steps)
-        value(f"pixels.{steps}", float(np.median(found)))
+def of_pixels(result):
+    """Errors over all pixels with four steps and with six."""
+    return {
+        f"pixels.{steps}": middle(
+            result.column("all_mm", camera_gamma=2.2, steps=steps)
+        )
+        for steps in (4, 6)
+    }
 
 
-def _name_viewing(result):
+def of_turns(result):
+    """What is decoded of the monitor that is turned most."""
     turns = sorted(result.levels("turn_deg"))
-    value("turned", turns[-1])
-    found = shares(result, turns[-1])
-    value("share.turned", 100 * float(np.median(found)))
-    for short, turn in (("straight", turns[0]), ("turned", turns[-1])):
-        found = shares(result, turn, "sigma_um")
-        value(f"sigma.{short}", float(np.median(found)))
     angles = result.select(turn_deg=turns[-1]).column("largest_angle_deg")
     light = float(np.cos(np.radians(angles.max())) ** 2)
-    value("largest_angle", float(np.max(angles)))
-    value("light_there", 100 * light)
-    value("grey_there", 100 * light ** (1 / 2.2))
+    return {
+        "turned": turns[-1],
+        "share.turned": 100 * middle(shares(result, turns[-1])),
+        "sigma.straight": middle(shares(result, turns[0], "sigma_um")),
+        "sigma.turned": middle(shares(result, turns[-1], "sigma_um")),
+        "largest_angle": float(np.max(angles)),
+        "light_there": 100 * light,
+        "grey_there": 100 * light ** (1 / 2.2),
+    }
 
 
 def shares(result, turn, name="share", *, falloff=2, gamma=2.2):

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from chapters.shared.lattices import steps_between
 from raxel.cameras import FisheyeCamera, QuadricMirrorCamera, camera_from
 from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import board_scene, render
@@ -88,12 +89,6 @@ def lattice_at(camera, T_camera_board):
     return seen.pixels.reshape(rim.rows, rim.columns, 2)[1:-1, 1:-1]
 
 
-def sides_of(lattice):
-    """Lengths (n,) px of the sides of all squares of a lattice."""
-    steps = (np.diff(lattice, axis=0), np.diff(lattice, axis=1))
-    return np.concatenate([np.linalg.norm(s, axis=2).ravel() for s in steps])
-
-
 def board_view(name, size, least_px, rng):
     """A moderately bent BoardPicture by the camera `name`, at a random pose.
 
@@ -108,7 +103,7 @@ def board_view(name, size, least_px, rng):
         lattice = lattice_at(camera, T_camera_board)
         if lattice is None:
             continue
-        sides = sides_of(lattice)
+        sides = steps_between(lattice)
         even = sides.max() <= MOST_UNEVEN * sides.min()
         if even and sides.min() >= least_px:
             return BoardPicture(picture(name, size, T_camera_board, rng), lattice)

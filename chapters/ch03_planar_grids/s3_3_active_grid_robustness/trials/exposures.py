@@ -13,15 +13,12 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
     location_as_taken,
     location_of,
     opened,
+    patterns_taken,
     scores,
 )
 from chapters.shared.rigs import rig_named
 from raxel.files import read_json
-from raxel.lab.monitor_views import (
-    photograph_chessboard,
-    photograph_patterns,
-    points_seen,
-)
+from raxel.lab.monitor_views import photograph_chessboard, points_seen
 from raxel.sets.patterns import CHESSBOARD, plan_of_cells
 
 FILES = ("data/rigs/monitor-d200.yaml", "data/rigs/monitor-d200-small.yaml")
@@ -79,12 +76,7 @@ def default_view(name):
 
 def decoded_now(rig, T, seed):
     """The point that each pixel sees, (H, W, 2) mm, in pictures taken now."""
-    taken = [
-        (what, picture)
-        for what, picture in photograph_patterns(rig, T, seed)
-        if not isinstance(what, str)
-    ]
-    patterns, pictures = zip(*taken, strict=True)
+    patterns, pictures = patterns_taken(rig, T, seed)
     return location_of(pictures, patterns, rig.target)
 
 

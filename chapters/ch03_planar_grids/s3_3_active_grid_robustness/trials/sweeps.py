@@ -5,6 +5,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from chapters.shared.lattices import steps_between
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.lookup import pixels_of, points_at
@@ -15,6 +16,7 @@ from raxel.geometry.homography import (
     homography_dlt,
     refine_homography,
 )
+from raxel.lab.monitor_views import photograph_patterns
 from raxel.lab.sensor import bloom
 from raxel.sets import load_set, read_image
 from repro.run.rendered import rendered_set
@@ -69,17 +71,16 @@ SETTINGS = {
 
 def conditions(effort):
     """Every level of every sweep with every set; the default level once."""
-    swept = [("default", DEFAULT_MM)]
-    for name, levels in LEVELS.items():
-        swept += [
-            (name, level)
-            for level in levels[effort]
-            if level != DEFAULT_LEVEL.get(name)
-        ]
+    swept = [
+        (name, level)
+        for name, levels in LEVELS.items()
+        for level in levels[effort]
+        if level != DEFAULT_LEVEL.get(name)
+    ]
     return [
         condition_of(name, level, pictures)
         for pictures in SETS[effort]
-        for name, level in swept
+        for name, level in [("default", DEFAULT_MM), *swept]
     ]
 
 
@@ -191,6 +192,14 @@ def degraded(stacks, condition, rng):
     return stacks
 
 
+def patterns_taken(rig, T, seed):
+    """(patterns, their pictures) of the active grid at T_camera_target, taken now."""
+    views = photograph_patterns(rig, T, seed)
+    # White, black and chessboard are named by words.
+    taken = [(what, one) for what, one in views if not isinstance(what, str)]
+    return tuple(zip(*taken, strict=True))
+
+
 def location_of(pictures, patterns, target):
     """As the thesis decodes: its filters, and no mask for clipped sines.
 
@@ -266,10 +275,7 @@ def window_of(corners):
 def least_step(corners):
     """Least distance (px) between neighbours among 15 x 15 corners (N, 2)."""
     side = round(np.sqrt(len(corners)))
-    lattice = corners.reshape(side, side, 2)
-    return float(
-        min(np.linalg.norm(np.diff(lattice, axis=k), axis=2).min() for k in (0, 1))
-    )
+    return float(steps_between(corners.reshape(side, side, 2)).min())
 
 
 def residual_mm(corners, location, points):

@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import (
+    patterns_taken,
+)
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import REASONS, decode
 from raxel.geometry import pose, rotation_from_vector
-from raxel.lab.monitor_views import photograph_patterns, points_seen
+from raxel.lab.monitor_views import points_seen
 
 RIG = "monitor-d200-small"
 FILES = ("data/rigs/monitor-d200-small.yaml",)
@@ -57,11 +60,7 @@ def viewing_trial(condition, rng):
     rig = replace(rig, monitor=monitor, sensor=sensor)
     T = turned_monitor(condition["turn_deg"], rig.target.monitor_mm, rng)
     area = areas_seen(rig, T)
-    pictures, patterns = [], []
-    for what, picture in photograph_patterns(rig, T, [condition["seed"]]):
-        if not isinstance(what, str):
-            pictures.append(picture)
-            patterns.append(what)
+    patterns, pictures = patterns_taken(rig, T, [condition["seed"]])
     found = decode(
         np.stack(pictures), patterns, rig.target,
         neighbours=True, fill=True, threads=1,
