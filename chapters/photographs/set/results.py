@@ -7,7 +7,6 @@ import numpy as np
 from chapters.shared.photographs.reading import (
     NAMES,
     PEER,
-    Study,
     because,
     column,
     decided,
@@ -244,8 +243,3 @@ def _counted(reasons):
         literal(because(reason)) + (f" ({count} times)" if count > 1 else "")
         for reason, count in reasons.most_common()
     )
-
-
-def study_of(results):
-    """The study in the results that a producer was given."""
-    return Study(results["photograph_study"])

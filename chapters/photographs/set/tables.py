@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from chapters.photographs.set.results import study_of
 from chapters.photographs.set.trials.detectors import UNSUITED
 from chapters.shared.grid_detectors import (
     CELECT,
@@ -16,6 +15,7 @@ from chapters.shared.photographs.reading import (
     BOARDS,
     EVERY,
     PEER,
+    Study,
     column,
     counted,
     pooled_rms,
@@ -23,7 +23,7 @@ from chapters.shared.photographs.reading import (
 from raxel.evaluation.comparison import MISSED_PX
 from repro.judge.statistics import median_interval
 from repro.page.wording import literal
-from repro.run.columns import cell, columns
+from repro.run.columns import cell, columns, in_columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -48,8 +48,10 @@ ROWS = {
 }
 
 
-def models_table(study):
+@table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
+def ext_models(results):
     """Every model: size, errors where fitted and where kept out, coverage."""
+    study = Study(results["photograph_study"])
     rows = [
         ("zhang", "own", "all corners"),
         (PEER, "own", "all corners"),
@@ -57,7 +59,6 @@ def models_table(study):
         (PEER, "same", SHARED),
         ("general", "same", SHARED),
     ]
-    made = [_model_row(study, *row) for row in rows]
     refused = [
         f"{name}: {literal(study.refusal(model))}."
         for model, name in ALL_NAMES.items()
@@ -70,7 +71,7 @@ def models_table(study):
         "over photographs with 95 % intervals."
     )
     return Table(
-        {name: [row[name] for row in made] for name in made[0]},
+        in_columns(_model_row(study, *row) for row in rows),
         " ".join([caption, *refused]),
     )
 
@@ -101,8 +102,15 @@ def _model_row(study, model, kind, scored_on):
     }
 
 
-def every_corner_table(study):
+@table(
+    "ext_every_corner",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=BOARDS,
+)
+def ext_every_corner(results):
     """Every model on every corner that was kept out, the smallest error first."""
+    study = Study(results["photograph_study"])
     rows = [
         (
             name,
@@ -137,8 +145,10 @@ def _pupil(study, model):
     return f"{'moves' if moves else 'stands still'} ({chance})"
 
 
-def images_table(study):
+@table("ext_images", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
+def ext_images(results):
     """Every photograph: whether the board was found, and its errors kept out."""
+    study = Study(results["photograph_study"])
     held_out = {row.image.index: row for row in study.held_out}
     made = [_image_row(study, i, held_out.get(i.index)) for i in study.images]
     names = list(_image_row(study, None, None))
@@ -202,34 +212,18 @@ def _whole(number):
     return int(number) if np.isfinite(number) else None
 
 
-@table("ext_images", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
-def ext_images(results):
-    """Every photograph: corners found, errors, remarks."""
-    return images_table(study_of(results))
-
-
-@table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
-def ext_models(results):
-    """Every model: parameters, fit, prediction, coverage."""
-    return models_table(study_of(results))
-
-
 @table(
-    "ext_every_corner",
-    needs=("photograph_study",),
+    "ext_detectors",
+    needs=("photograph_detectors",),
     evidence="photograph",
     per_set=BOARDS,
 )
-def ext_every_corner(results):
-    """Every model on every corner kept out, none removed."""
-    return every_corner_table(study_of(results))
-
-
-def detectors_table(result):
+def ext_detectors(results):
     """Counts and errors of every detector on the images of a set.
 
     A column in which nothing can be told is left out.
     """
+    result = results["photograph_detectors"]
     pictures = [c for c in result.conditions if c["view"] >= 0]
     errors = [
         f"{statistic} {when} (px)"
@@ -295,14 +289,3 @@ def _caption(result, pictures):
         "four clicks: those of set.yaml, or the reference's outer corners with "
         f"an error of {CLICK_SD_PX} px (SD per axis)."
     )
-
-
-@table(
-    "ext_detectors",
-    needs=("photograph_detectors",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
-def ext_detectors(results):
-    """Detectors side by side: boards returned and right, errors."""
-    return detectors_table(results["photograph_detectors"])

@@ -21,6 +21,12 @@ def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
     return found
 
 
+def in_columns(rows: Iterable[Mapping]) -> dict[str, list]:
+    """Column name -> its cells, from rows that name their cells alike."""
+    first, *others = rows
+    return {name: [row[name] for row in (first, *others)] for name in first}
+
+
 def cell(number: float) -> float | None:
     """A number as a cell of a table; None, for an empty one, where it is not finite."""
     return float(number) if isfinite(number) else None

@@ -7,13 +7,13 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
 
 from chapters.photographs.set.figures.pictures import NO_RAY, tinted
-from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
 from chapters.shared.photographs.reading import (
     ALL_NAMES,
     BOARDS,
     MODELS,
     NAMES,
+    Study,
     column,
     paired,
 )
@@ -31,8 +31,12 @@ LOST = "#8a7a70"
 QUANTITIES = (("rms_px", "RMS residual (px)"), ("mean_deg", "Mean angle (deg)"))
 
 
-def residual_fields(study):
-    """Held-out residual vectors of both models over the image, on one scale."""
+@figure(
+    "ext_residuals", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
+)
+def ext_residuals(results):
+    """Residual vectors of corners kept out, both models on one scale."""
+    study = Study(results["photograph_study"])
     rows = study.held_out
     fields = {model: _field(rows, model) for model in MODELS}
     scale = _arrow_scale(fields, study.settings["width_px"])
@@ -180,8 +184,15 @@ def _residual_data(rows):
     return columns(names, found)
 
 
-def held_out_errors(study):
+@figure(
+    "ext_cross_validation",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=BOARDS,
+)
+def ext_cross_validation(results):
     """Error of every model in every photograph kept out, in px and in degrees."""
+    study = Study(results["photograph_study"])
     rows = study.held_out
     kind = "same" if len(paired(rows, "rms_px")[0]) else "own"
     known = any(np.isfinite(column(rows, kind, m, "rms_px")).any() for m in MODELS)
@@ -267,22 +278,3 @@ def _error_data(rows):
         for model in ALL_NAMES
         for quantity in ("corners", "rms_px", "mean_deg")
     }
-
-
-@figure(
-    "ext_residuals", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
-)
-def ext_residuals(results):
-    """Residual vectors of corners kept out, both models on one scale."""
-    return residual_fields(study_of(results))
-
-
-@figure(
-    "ext_cross_validation",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
-def ext_cross_validation(results):
-    """Error of every model in every photograph kept out."""
-    return held_out_errors(study_of(results))

@@ -7,9 +7,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from chapters.photographs.set.results import study_of
 from chapters.shared.photographs.notes import EMPTY_IN, note
-from chapters.shared.photographs.reading import BOARDS, MODELS, NAMES
+from chapters.shared.photographs.reading import BOARDS, MODELS, NAMES, Study
 from repro.page.style import WIDTH_IN
 from repro.page.style import figure as new_figure
 from repro.page.wording import literal
@@ -30,8 +29,12 @@ def tinted(mask):
     return tint
 
 
-def contact_sheet(study):
+@figure(
+    "ext_corners", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
+)
+def ext_corners(results):
     """Every photograph with its corners; refused ones pale, with the reason."""
+    study = Study(results["photograph_study"])
     images = study.images
     across = min(max(int(np.ceil(np.sqrt(1.4 * len(images)))), 3), 10)
     rows = max(1, int(np.ceil(len(images) / across)))
@@ -47,14 +50,11 @@ def contact_sheet(study):
     for axes, image in zip(grid.ravel(), images, strict=False):
         _one_photograph(axes, image, study.settings["width_px"], size, characters)
     drawn.legend(handles=_corner_legend(study), loc="outside lower center", ncols=4)
-    return Drawing(drawn, _corner_data(study.found), _sheet_caption(study))
-
-
-def _sheet_caption(study):
-    count, found = len(study.images), len(study.found)
-    return (
-        f"The detector found the board in {found} of {count} photographs. Lines run "
-        "through its corners row by row."
+    return Drawing(
+        drawn,
+        _corner_data(study.found),
+        f"The detector found the board in {len(study.found)} of {len(images)} "
+        "photographs. Lines run through its corners row by row.",
     )
 
 
@@ -93,8 +93,7 @@ def _one_photograph(axes, image, width_px, size, characters):
     )
     axes.plot(*rows.T, ".-", color=PATH, linewidth=0.8, markersize=2)
     axes.plot(*lattice[:, 0].T, "o", color=START, markersize=2.4)
-    first = lattice[0, 0]
-    axes.plot(*first, "s", color="white", mec=START, mew=1.2, markersize=5)
+    axes.plot(*lattice[0, 0], "s", color="white", mec=START, mew=1.2, markersize=5)
 
 
 def _corner_legend(study):
@@ -120,8 +119,15 @@ def _corner_data(images):
     return columns(("image", "corner", "row", "column", "u_px", "v_px"), rows)
 
 
-def undistorted_views(study):
+@figure(
+    "ext_undistorted",
+    needs=("photograph_study",),
+    evidence="photograph",
+    per_set=BOARDS,
+)
+def ext_undistorted(results):
     """One photograph as taken, and without distortion through either model."""
+    study = Study(results["photograph_study"])
     view = study.number("undistorted.view", part="fit")
     if not np.isfinite(view):
         drawn, axes = new_figure(height_in=EMPTY_IN)
@@ -141,15 +147,12 @@ def undistorted_views(study):
         place.set_title(NAMES[model])
         picture = study.array(f"undistorted.{model}.picture", part="fit")
         if picture is None:
-            why = study.refusal(model) or study.text(
-                f"undistorted.{model}.reason", part="fit"
-            )
             _picture(place, np.full_like(original, 255), None)
-            note(place, why, 26)
+            reason = study.text(f"undistorted.{model}.reason", part="fit")
+            note(place, study.refusal(model) or reason, 26)
             continue
-        mask = study.array(f"undistorted.{model}.mask", part="fit")
+        _picture(place, picture, study.array(f"undistorted.{model}.mask", part="fit"))
         seen = study.array(f"undistorted.{model}.corners", part="fit")
-        _picture(place, picture, mask)
         _frame_lines(place, seen, image.columns)
         rows += _numbered(NAMES[model], seen)
     drawn.legend(
@@ -161,7 +164,7 @@ def undistorted_views(study):
         ncols=2,
     )
     towards = study.text("undistorted.towards", part="fit")
-    centre = "mid-image" if towards == "mid-image" else "the middle of the board"
+    centre = towards if towards == "mid-image" else "the middle of the board"
     zoom = study.number("undistorted.zoom", part="fit")
     return Drawing(
         drawn,
@@ -190,22 +193,3 @@ def _frame_lines(axes, corners, columns):
 def _numbered(panel, corners):
     """Rows of a panel's corners for the figure's data."""
     return [(panel, k, *corner) for k, corner in enumerate(corners.tolist())]
-
-
-@figure(
-    "ext_corners", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
-)
-def ext_corners(results):
-    """Every photograph with its corners in order."""
-    return contact_sheet(study_of(results))
-
-
-@figure(
-    "ext_undistorted",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
-def ext_undistorted(results):
-    """One photograph as taken, and undistorted through both models."""
-    return undistorted_views(study_of(results))
