@@ -48,7 +48,7 @@ def produced(tmp_path, scene):
     filled = [tables.ext_grid_views(given), tables.ext_grid_camera(given)]
     for table in filled:
         assert len({len(column) for column in table.columns.values()}) == 1
-    study = results.study_of(given)
+    study = results.GridStudy(given[results.STUDY])
     told = {sentence.__name__: sentence(study) for sentence in SENTENCES}
     for text in told.values():
         assert text.endswith(".")

@@ -5,7 +5,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from chapters.photographs.active_grid.results import MOST_SHOWN, study_of
+from chapters.photographs.active_grid.results import MOST_SHOWN, STUDY, GridStudy
 from chapters.shared.photographs.notes import note
 from raxel.features.active_grid import REASONS
 from repro.page.style import WIDTH_IN
@@ -24,8 +24,8 @@ COLOURS = (
 
 
 def _rows(study, columns):
-    """A figure of one row for each of the views, and these."""
-    views = [study.view(k) for k in range(min(len(study.names), MOST_SHOWN))]
+    """A figure of one row for each of the views that are shown, their names beside."""
+    views = range(min(len(study.names), MOST_SHOWN))
     shape = study.settings["height_px"] / study.settings["width_px"]
     height = len(views) * (WIDTH_IN / columns * 0.92 * shape + 0.3) + 0.75
     drawn, axes = new_figure(len(views), columns, height_in=height, squeeze=False)
@@ -33,56 +33,47 @@ def _rows(study, columns):
         place.set(xticks=[], yticks=[])
         place.grid(False)
         place.spines[:].set_visible(False)
+    for view in views:
+        axes[view, 0].set_ylabel(study.names[view], fontsize=8, parse_math=False)
     return drawn, axes, views
 
 
 def _not_all(study):
     count = len(study.names)
-    return (
-        f" The first {MOST_SHOWN} of {count} views are shown."
-        if count > MOST_SHOWN
-        else ""
-    )
-
-
-def _named(axes, views):
-    for place, view in zip(axes[:, 0], views, strict=True):
-        place.set_ylabel(view.name, fontsize=8, parse_math=False)
+    more = f" The first {MOST_SHOWN} of {count} views are shown."
+    return more if count > MOST_SHOWN else ""
 
 
 @figure("ext_grid_places", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_places(results):
     """Where on the monitor each pixel looks, view by view."""
-    study = study_of(results)
-    names = study.axes
-    drawn, axes, views = _rows(study, 1 + len(names))
-    _named(axes, views)
-    unit = study.settings["unit"]
-    for column, axis in enumerate(names, 1):
+    study = GridStudy(results[STUDY])
+    drawn, axes, views = _rows(study, 1 + len(study.axes))
+    for column, axis in enumerate(study.axes, 1):
         k = "xy".index(axis)
         extent = study.extent[k]
-        for row, view in enumerate(views):
-            place = axes[row, column]
-            if view.location is None:
-                note(place, view.reason, 30)
+        for view in views:
+            place = axes[view, column]
+            location = study.array("location", view)
+            if location is None:
+                note(place, study.reasons[view], 30)
                 continue
             place.set_facecolor(NOWHERE)
-            shown = place.imshow(
-                view.location[..., k], vmin=0, vmax=extent, cmap="viridis"
-            )
+            shown = place.imshow(location[..., k], vmin=0, vmax=extent, cmap="viridis")
             place.contour(
-                view.location[..., k],
+                location[..., k],
                 levels=np.linspace(0, extent, 17)[1:-1],
                 colors="white",
                 linewidths=0.4,
             )
-        if any(view.location is not None for view in views):
+        if set(views) & set(study.used):
             bar = drawn.colorbar(
                 shown, ax=axes[:, column], location="bottom", aspect=30
             )
-            bar.set_label(f"{axis} on the monitor ({unit})")
-    for place, view in zip(axes[:, 0], views, strict=True):
-        place.imshow(view.picture, cmap="gray", vmin=0, vmax=255)
+            bar.set_label(f"{axis} on the monitor ({study.settings['unit']})")
+    for view in views:
+        picture = study.array("picture", view)
+        axes[view, 0].imshow(picture, cmap="gray", vmin=0, vmax=255)
     return Drawing(
         drawn,
         _numbers(study),
@@ -94,23 +85,20 @@ def ext_grid_places(results):
 def _numbers(study):
     """The table beside the pictures: view, share decoded, median sigma."""
     unit = study.settings["unit"]
-    names = {"decoded_share": "share.decoded"}
-    names |= {f"median_sigma_{a}_{unit}": f"spread.{a}.median" for a in "xy"}
-    return _of_views(study, names)
+    spreads = {f"median_sigma_{a}_{unit}": f"spread.{a}.median" for a in "xy"}
+    return _of_views(study, {"decoded_share": "share.decoded"} | spreads)
 
 
 def _of_views(study, names):
     """Numbers of every view for a figure's data; names: column -> name of a number."""
-    every = range(len(study.names))
-    return {"view": list(study.names)} | {
-        column: [study.number(name, k) for k in every] for column, name in names.items()
-    }
+    found = {c: study.views.column(name).tolist() for c, name in names.items()}
+    return {"view": study.names} | found
 
 
 @figure("ext_grid_mask", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_mask(results):
     """Why pixels have a place or none, view by view."""
-    study = study_of(results)
+    study = GridStudy(results[STUDY])
     count = min(len(study.names), MOST_SHOWN)
     columns = min(count, 3)
     rows = -(-count // columns)
@@ -123,10 +111,11 @@ def ext_grid_mask(results):
     for place in axes.ravel():
         place.set_axis_off()
     for k, place in zip(range(count), axes.ravel(), strict=False):
-        view = study.view(k)
-        place.imshow(view.status, cmap=colours, norm=norm, interpolation="none")
-        place.set_title(view.name, fontsize=8, fontweight="normal", parse_math=False)
-        present |= set(np.unique(view.status).tolist())
+        status = study.array("status", k)
+        place.imshow(status, cmap=colours, norm=norm, interpolation="none")
+        name = study.names[k]
+        place.set_title(name, fontsize=8, fontweight="normal", parse_math=False)
+        present |= set(np.unique(status).tolist())
     handles = [
         Patch(color=COLOURS[code], label=REASONS[code]) for code in sorted(present)
     ]
@@ -142,33 +131,27 @@ def ext_grid_mask(results):
 @figure("ext_grid_sigma", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_sigma(results):
     """The standard deviation of each pixel's place, view by view."""
-    study = study_of(results)
-    names = study.axes
+    study = GridStudy(results[STUDY])
     drawn, axes, views = _rows(study, 2)
-    _named(axes, views)
-    known = [
-        view.sigma[np.isfinite(view.sigma)] for view in views if view.sigma is not None
-    ]
+    sigmas = {view: study.array("sigma", view) for view in views}
+    known = [s[np.isfinite(s)] for s in sigmas.values() if s is not None]
     known = np.concatenate(known) if known else np.array([1.0])
     low, high = np.quantile(known, (0.02, 0.98))
     low, high = max(low / 1.2, 1e-9), high * 1.2
-    for column, axis in enumerate(names):
-        for row, view in enumerate(views):
-            place = axes[row, column]
-            if view.sigma is None:
-                note(place, view.reason)
+    for column, axis in enumerate(study.axes):
+        for view, sigma in sigmas.items():
+            place = axes[view, column]
+            if sigma is None:
+                note(place, study.reasons[view])
                 continue
             place.set_facecolor(NOWHERE)
-            shown = place.imshow(
-                view.sigma[..., "xy".index(axis)],
-                norm=LogNorm(low, high),
-                cmap="cividis",
-            )
-            if row == 0:
+            along = sigma[..., "xy".index(axis)]
+            shown = place.imshow(along, norm=LogNorm(low, high), cmap="cividis")
+            if view == 0:
                 place.set_title(f"along {axis}", fontsize=9)
-    for place in axes[:, len(names) :].ravel():
+    for place in axes[:, len(study.axes) :].ravel():
         place.set_axis_off()
-    if any(view.sigma is not None for view in views):
+    if set(views) & set(study.used):
         bar = drawn.colorbar(shown, ax=axes, location="bottom", aspect=40)
         bar.locator, bar.minorlocator = MaxNLocator(6), NullLocator()
         bar.formatter = FuncFormatter(lambda value, _: f"{value:.3g}")

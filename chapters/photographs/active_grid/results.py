@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from raxel.features.active_grid import REASONS
@@ -14,88 +12,37 @@ MODELS = {"zhang": "Zhang", "general": "General camera"}
 MOST_SHOWN = 6
 
 
-@dataclass(frozen=True)
-class GridPictures:
-    """One view; pictures are (h, w), location and sigma (h, w, 2) or None."""
-
-    name: str
-    reason: str
-    picture: np.ndarray
-    status: np.ndarray
-    location: np.ndarray | None
-    sigma: np.ndarray | None
-
-
 class GridStudy:
-    """The result of `active_grid_study` for one image set."""
+    """The result of `active_grid_study` for one image set.
+
+    views, camera: the trials of all views, and that of the calibration; reasons: why
+    a view could not be decoded, empty where it could; used: numbers of those that
+    could; extent: width and height of the lit area in the unit of locations; axes: of
+    which any view has patterns, 'xy', 'x' or 'y'.
+    """
 
     def __init__(self, result) -> None:
         self.result = result
         self.settings = result.settings
+        self.views = result.select(part="view")
+        self.camera = result.one(part="camera")
+        self.names = self.settings["views"]
+        self.reasons = self.views.texts("reason")
+        self.used = [k for k, reason in enumerate(self.reasons) if not reason]
+        self.extent = self.settings["monitor_mm"] or self.settings["monitor_px"]
+        shown = [name for view in self.settings["patterns"] for name in view]
+        self.axes = "".join(a for a in "xy" if any(name[0] == a for name in shown))
+        self.has_sines = any("phase" in name for name in shown)
 
-    def number(self, name, view):
-        """One number of a view; nan where there is none."""
-        return float(self.result.column(name, part="view", view=view)[0])
-
-    def text(self, name, view):
-        """One text of a view; empty where there is none."""
-        return self.result.texts(name, part="view", view=view)[0] or ""
-
-    def _array(self, name, view):
+    def array(self, name, view):
+        """One array of a view; None where there is none."""
         found = self.result.arrays(name, part="view", view=view)
         return found[0] if found else None
-
-    @property
-    def names(self):
-        """The views' names, in their order."""
-        return self.settings["views"]
-
-    @property
-    def used(self):
-        """The numbers of the views that could be decoded."""
-        return [k for k in range(len(self.names)) if not self.text("reason", k)]
-
-    def view(self, index):
-        """What is to be drawn of a view."""
-        return GridPictures(
-            self.names[index],
-            self.text("reason", index),
-            *(
-                self._array(name, index)
-                for name in ("picture", "status", "location", "sigma")
-            ),
-        )
-
-    @property
-    def extent(self):
-        """Width and height of the lit area in the unit of locations."""
-        return self.settings["monitor_mm"] or self.settings["monitor_px"]
-
-    @property
-    def axes(self):
-        """The axes that any view has patterns of: 'xy', 'x' or 'y'."""
-        names = [name for p in self.settings["patterns"] for name in p]
-        return "".join(a for a in "xy" if any(n[0] == a for n in names))
-
-    @property
-    def has_sines(self):
-        """Whether any view shows sines."""
-        shown = self.settings["patterns"]
-        return any("phase" in name for one in shown for name in one)
-
-    def calibrated(self, name):
-        """A number of the calibration; nan where there is none."""
-        return float(self.result.column(name, part="camera")[0])
 
     def refusal(self, model=""):
         """Why there is no calibration, or not one of this model."""
         name = f"{model}.reason" if model else "reason"
-        return self.result.texts(name, part="camera")[0] or ""
-
-
-def study_of(results):
-    """The GridStudy of what a producer was given."""
-    return GridStudy(results[STUDY])
+        return self.camera.texts(name)[0] or ""
 
 
 def about(study):
@@ -134,24 +81,25 @@ def found(study):
     count, used = len(study.names), study.used
     views = "view" if count == 1 else "views"
     if not used:
-        reasons = literal(study.text("reason", 0))
-        return f"None of {count} {views} could be decoded: {reasons}."
-    shares = [100 * study.number("share.decoded", k) for k in used]
-    lit = [100 * study.number("decoded_of_lit", k) for k in used]
+        why = literal(study.reasons[0])
+        return f"None of {count} {views} could be decoded: {why}."
+    of_all, of_lit = (
+        _range(100 * study.views.column(name)[used])
+        for name in ("share.decoded", "decoded_of_lit")
+    )
     return (
         f"{len(used)} of {count} {views} could be decoded: "
-        f"{_range(shares)} % of all pixels have a place on the monitor, which is "
-        f"{_range(lit)} % of those that receive its light."
+        f"{of_all} % of all pixels have a place on the monitor, which is "
+        f"{of_lit} % of those that receive its light."
     )
 
 
 def left_out(study):
     """Why pixels have no place, the commonest reasons first."""
-    used = study.used
-    if not used:
+    if not study.used:
         return "No pixel has a place."
     reasons = {
-        why: np.mean([study.number(f"share.{why}", k) for k in used])
+        why: np.mean(study.views.column(f"share.{why}")[study.used])
         for code, why in REASONS.items()
         if code
     }
@@ -168,9 +116,9 @@ def precision(study):
     """The median standard deviation of a place, for each axis."""
     parts = []
     for axis in study.axes:
-        values = [study.number(f"spread.{axis}.median", k) for k in study.used]
-        values = [value for value in values if np.isfinite(value)]
-        if values:
+        values = study.views.column(f"spread.{axis}.median")[study.used]
+        values = values[np.isfinite(values)]
+        if len(values):
             unit = study.settings["unit"]
             parts.append(f"{np.median(values):.2g} {unit} along {axis}")
     if not parts:
@@ -181,12 +129,8 @@ def precision(study):
 
 def doubted(study):
     """What the pictures say against themselves."""
-    told = [
-        literal(study.text(name, k))
-        for k in range(len(study.names))
-        for name in ("reason", "warnings")
-        if study.text(name, k)
-    ]
+    of_views = zip(study.reasons, study.views.texts("warnings"), strict=True)
+    told = [literal(text) for both in of_views for text in both if text]
     if not told:
         return (
             "The pictures do not contradict each other: order, polarity, light "
@@ -197,7 +141,8 @@ def doubted(study):
 
 def mirrored(study):
     """Whether the grid is seen as in a mirror."""
-    ways = {study.text("mirrored", k) for k in study.used} - {""}
+    seen = study.views.texts("mirrored")
+    ways = {seen[k] for k in study.used} - {""}
     if ways == {"True"}:
         return "The grid is seen as in a mirror: right where the camera looks into one."
     if ways == {"True", "False"}:
@@ -219,13 +164,14 @@ def camera(study):
         if refused:
             parts.append(f"{name}: {literal(refused)}")
         else:
-            rms = study.calibrated(f"{model}.rms_px")
-            deg = study.calibrated(f"{model}.mean_deg")
+            rms, deg = (
+                study.camera.column(f"{model}.{error}")[0]
+                for error in ("rms_px", "mean_deg")
+            )
             parts.append(f"{name}: {rms:.3g} px RMS, {deg:.2g}° on average")
-    count = int(study.calibrated("views"))
     return (
-        f"{count} views calibrate a camera. Errors in views that were kept out: "
-        f"{'; '.join(parts)}."
+        f"{study.camera.column('views')[0]:.0f} views calibrate a camera. Errors in "
+        f"views that were kept out: {'; '.join(parts)}."
     )
 
 
@@ -238,19 +184,21 @@ def exercise(study):
 
 def _modulated(study):
     """The first decoded view with sines, or None."""
-    for k in study.used:
-        if any("phase" in name for name in study.settings["patterns"][k]):
-            return k
-    return None
+    shown = study.settings["patterns"]
+    with_sines = (k for k in study.used if any("phase" in name for name in shown[k]))
+    return next(with_sines, None)
 
 
 def noise_of(study):
     """Standard deviation of a grey value of 100 in the exercise's view."""
     k = _modulated(study)
-    if k is None:
-        return 2.0
-    floor, slope = (study.number(f"noise.{name}", k) for name in ("floor", "slope"))
-    return float(np.round(np.sqrt(floor + 100 * slope), 3))
+    return 2.0 if k is None else float(np.round(noises(study)[k], 3))
+
+
+def noises(study):
+    """Standard deviation of a grey value of 100 in every view, (views,)."""
+    floor, slope = (study.views.column(f"noise.{name}") for name in ("floor", "slope"))
+    return np.sqrt(floor + 100 * slope)
 
 
 def _range(values):

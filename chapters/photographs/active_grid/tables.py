@@ -1,8 +1,6 @@
 """The tables of an active grid's page."""
 
-import numpy as np
-
-from chapters.photographs.active_grid.results import MODELS, study_of
+from chapters.photographs.active_grid.results import MODELS, STUDY, GridStudy, noises
 from raxel.features.active_grid import REASONS
 from repro.page.wording import literal
 from repro.run.columns import cell
@@ -16,24 +14,20 @@ KINDS = ("active_grid",)
 @table("ext_grid_views", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_views(results):
     """Every view: what became of its pixels, noise, standard deviations."""
-    study = study_of(results)
-    every = range(len(study.names))
-    unit = study.settings["unit"]
-    columns = {"View": list(study.names)}
+    study = GridStudy(results[STUDY])
+    columns = {"View": study.names}
     for why in REASONS.values():
-        shares = [100 * study.number(f"share.{why}", k) for k in every]
+        shares = 100 * study.views.column(f"share.{why}")
         if max(shares) > 0:
             columns[f"{why.capitalize()} (%)"] = list(map(cell, shares))
-    columns["Noise at grey 100 (1)"] = [_noise(study, k) for k in every]
+    columns["Noise at grey 100 (1)"] = list(map(cell, noises(study)))
     for axis in study.axes:
         for name, words in (("median", "median"), ("high", "90 % below")):
-            columns[f"σ {axis}, {words} ({unit})"] = [
-                cell(study.number(f"spread.{axis}.{name}", k)) for k in every
-            ]
-    remarks = [
-        "; ".join(filter(None, (study.text("reason", k), study.text("warnings", k))))
-        for k in every
-    ]
+            found = study.views.column(f"spread.{axis}.{name}")
+            title = f"σ {axis}, {words} ({study.settings['unit']})"
+            columns[title] = list(map(cell, found))
+    of_views = zip(study.reasons, study.views.texts("warnings"), strict=True)
+    remarks = ["; ".join(filter(None, both)) for both in of_views]
     if any(remarks):
         columns["Remark"] = remarks
     return Table(
@@ -45,24 +39,19 @@ def ext_grid_views(results):
     )
 
 
-def _noise(study, k):
-    floor, slope = (study.number(f"noise.{name}", k) for name in ("floor", "slope"))
-    return cell(np.sqrt(floor + 100 * slope))
-
-
 @table("ext_grid_camera", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_camera(results):
     """Cameras from these views, judged on views kept out."""
-    study = study_of(results)
-    why = study.refusal()
+    study = GridStudy(results[STUDY])
     caption = "Cameras from the decoded places, judged on views kept out."
-    if why:
-        caption = f"{caption} None: {literal(why)}."
+    if study.refusal():
+        caption = f"{caption} None: {literal(study.refusal())}."
     columns = {"Model": list(MODELS.values())}
     for name, words in (
         ("rms_px", "RMS (px)"),
         ("median_px", "Median (px)"),
         ("mean_deg", "Mean angle (deg)"),
     ):
-        columns[words] = [cell(study.calibrated(f"{model}.{name}")) for model in MODELS]
+        found = (study.camera.column(f"{model}.{name}") for model in MODELS)
+        columns[words] = [cell(*one) for one in found]
     return Table(columns, caption)
