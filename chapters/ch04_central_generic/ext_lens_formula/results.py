@@ -91,7 +91,7 @@ def said_of(found):
     if found is None:
         return "No set of photographs in this build has one kept out."
     name, study = found
-    errors = {model: counted(study, model).rms_px for model in SHOWN}
+    errors = {model: counted(study, model)["rms_px"] for model in SHOWN}
     general = errors.pop("general")
     best = min(errors, key=errors.get)
     return (

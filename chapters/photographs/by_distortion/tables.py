@@ -86,11 +86,11 @@ def _counted_row(one):
     """Cells of one set; of none, for the names of the columns."""
     found = {model: one and counted(one.study, model) for model in EVERY}
     known = {model: errors for model, errors in found.items() if errors}
-    least = min(known, key=lambda m: known[m].rms_px, default=None)
+    least = min(known, key=lambda m: known[m]["rms_px"], default=None)
     return {
         "Set": one.name if one else "",
         **{
-            f"{EVERY[model]}{words}": errors and getattr(errors, quantity)
+            f"{EVERY[model]}{words}": errors and errors[quantity]
             for model, errors in found.items()
             for quantity, words in (
                 ("rms_px", ", RMS (px)"),

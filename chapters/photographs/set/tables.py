@@ -114,10 +114,10 @@ def ext_every_corner(results):
     rows = [
         (
             name,
-            found.rms_px,
-            found.median_px,
-            100 * found.share,
-            found.parts,
+            found["rms_px"],
+            found["median_px"],
+            100 * found["share"],
+            found["parts"],
             _whole(study.fit(f"{model}.terms")),
             _pupil(study, model),
         )

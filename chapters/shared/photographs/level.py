@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from raxel.geometry import rotation_from_vector
@@ -14,25 +12,7 @@ FEWEST_RAYS = 100
 OUTLIER_PX = 1.0  # where a ray begins to count less
 # A pinhole puts what lies at a right angle, or behind, infinitely far out.
 LEVEL_AT_RIGHT_ANGLES = 1.0
-
-
-class Distortion(NamedTuple):
-    """Distortion level of a camera, and what it was taken from.
-
-    level: max |r / r_pinhole - 1| over the pixels with a ray; 1 from 90 degrees on,
-    where r_pinhole is infinite. widest_deg: largest angle to the axis. focal_px: px per
-    radian near the axis. u0_px, v0_px: where the axis meets the image. fit_px: median
-    distance of the pixels from the curve. curve: coefficients of its odd powers.
-    NaN where there are too few rays.
-    """
-
-    level: float
-    widest_deg: float
-    focal_px: float
-    u0_px: float
-    v0_px: float
-    fit_px: float
-    curve: np.ndarray
+NUMBERS = ("level", "widest_deg", "focal_px", "u0_px", "v0_px", "fit_px")
 
 
 def distortion_level(camera):
@@ -41,6 +21,12 @@ def distortion_level(camera):
     A general camera knows no axis. So the axis, where it meets the image, and a curve
     r(theta) are fitted to the rays. The curve tells r, and its slope at the axis the
     pinhole, r_pinhole = r'(0) tan(theta).
+
+    level: max |r / r_pinhole - 1| over the pixels with a ray; 1 from 90 degrees on,
+    where r_pinhole is infinite. widest_deg: largest angle to the axis. focal_px: px per
+    radian near the axis. u0_px, v0_px: where the axis meets the image. fit_px: median
+    distance of the pixels from the curve. curve: coefficients of its odd powers.
+    NaN where there are too few rays.
     """
     rows, columns = np.nonzero(camera.mask)
     step = max(1, len(rows) // RAYS)
@@ -48,18 +34,14 @@ def distortion_level(camera):
     rays = camera.rays(pixels)
     pixels, directions = pixels[rays.valid], rays.directions[rays.valid]
     if len(pixels) < FEWEST_RAYS:
-        return Distortion(*[np.nan] * 6, np.full(len(POWERS), np.nan))
+        numbers = dict.fromkeys(NUMBERS, np.nan)
+        return numbers | {"curve": np.full(len(POWERS), np.nan)}
     middle = np.array([camera.width - 1, camera.height - 1]) / 2
     centre, turn, curve, distances = fitted_curve(pixels, directions, middle)
     widest = angles_to_axis(directions, turn).max()
-    return Distortion(
-        level_of(curve, widest),
-        np.degrees(widest),
-        curve[0],
-        *centre,
-        np.median(distances),
-        curve,
-    )
+    found = level_of(curve, widest), np.degrees(widest), curve[0], *centre
+    numbers = dict(zip(NUMBERS, (*found, np.median(distances)), strict=True))
+    return numbers | {"curve": curve}
 
 
 def level_of(curve, widest):

@@ -77,7 +77,6 @@ class Study:
     def __init__(self, result) -> None:
         self.result = result
         self.settings = result.settings
-        self.parts = [c["part"] for c in result.conditions]
 
     def number(self, name: str, **condition) -> float:
         """One number of a condition; nan where there is none."""
@@ -105,7 +104,7 @@ class Study:
     @cached_property
     def images(self) -> list[Image]:
         """Every photograph that was looked at, in the order of the set."""
-        taken = [c["view"] for c in self.result.conditions if c["part"] == "image"]
+        taken = self.result.levels("view", part="image")
         return [self._image(index, self.settings["images"][index]) for index in taken]
 
     def image(self, index: int) -> Image:
@@ -135,19 +134,13 @@ class Study:
     @property
     def folds(self) -> list[int]:
         """The parts of the cross-validation that keep out an image or more."""
-        count = self.parts.count("fold")
-        return [
-            fold
-            for fold in range(count)
-            if self.number("kept_out", part="fold", fold=fold) > 0
-        ]
+        every = self.result.by("fold").items()
+        return [fold for fold, one in every if one.column("kept_out")[0] > 0]
 
     def fold_refusals(self, model: str) -> list[str]:
         """Why the model gave no camera, for the parts where it gave none."""
-        reasons = [
-            self.text(f"{model}.reason", part="fold", fold=fold) for fold in self.folds
-        ]
-        return [reason for reason in reasons if reason]
+        of_parts = (self.text(f"{model}.reason", fold=fold) for fold in self.folds)
+        return [reason for reason in of_parts if reason]
 
     @property
     def left_out(self) -> dict[int, str]:
@@ -181,37 +174,25 @@ class Study:
         One for evaluation is scored by the cameras from all images for calibration,
         the others by those of the part that kept them out.
         """
-        rows = []
-        for image in self.found:
-            if image.use == "calibrate":
-                where = self._kept_out_in(image.index)
-            else:
-                where = {"part": "fit"}
-            if where:
-                rows.append(self._row(image, **where))
-        return rows
+        scored = ((image, self._scored_in(image)) for image in self.found)
+        return [self._row(image, **where) for image, where in scored if where]
 
-    def _kept_out_in(self, index: int) -> dict | None:
-        for fold in self.folds:
-            where = {"part": "fold", "fold": fold}
-            if np.isfinite(self.number(f"views.{index}.corners", **where)):
-                return where
-        return None
+    def _scored_in(self, image: Image) -> dict | None:
+        if image.use != "calibrate":
+            return {"part": "fit"}
+        corners = f"views.{image.index}.corners"
+        kept = (f for f in self.folds if np.isfinite(self.number(corners, fold=f)))
+        fold = next(kept, None)
+        return None if fold is None else {"fold": fold}
 
     def _row(self, image: Image, **condition) -> Row:
         stem = f"views.{image.index}"
-        scores = {
-            kind: {
-                model: self._score(f"{stem}.{model}.{kind}", **condition)
-                for model in names
-            }
+        corners = int(self.number(f"{stem}.corners", **condition))
+        scores = (
+            {m: self._score(f"{stem}.{m}.{kind}", **condition) for m in names}
             for kind, names in (("own", EVERY), ("same", ALL_NAMES))
-        }
-        return Row(
-            image,
-            int(self.number(f"{stem}.corners", **condition)),
-            *({m: s for m, s in scores[k].items() if s} for k in ("own", "same")),
         )
+        return Row(image, corners, *({m: s for m, s in k.items() if s} for k in scores))
 
     def _score(self, stem: str, **condition) -> Score | None:
         corners = self.number(f"{stem}.corners", **condition)
@@ -256,22 +237,13 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
     return float(np.sqrt(np.average(squares[good], weights=weights[good])))
 
 
-@dataclass(frozen=True)
-class EveryCorner:
-    """Errors of a model over every corner kept out: one without a ray, or in a
-    photograph for which there is no camera, counts as MISSED_PX.
-
-    share: corners with a ray; parts: of the cross-validation, without a camera.
-    """
-
-    rms_px: float
-    median_px: float
-    share: float
-    parts: int
-
-
 def counted(study, model):
-    """EveryCorner of a model in a Study; None where no photograph was kept out."""
+    """Errors of a model in a Study over every corner kept out; None without any.
+
+    One without a ray, or in a photograph for which there is no camera, counts as
+    MISSED_PX. rms_px, median_px; share: corners with a ray; parts: of the
+    cross-validation, without a camera.
+    """
     off, count = [], 0
     for row in study.held_out:
         count += row.corners
@@ -282,12 +254,12 @@ def counted(study, model):
         return None
     seen = np.concatenate([np.zeros(0), *off])
     every = np.append(seen, np.full(count - len(seen), MISSED_PX))
-    return EveryCorner(
-        float(np.sqrt(np.mean(every**2))),
-        float(np.median(every)),
-        len(seen) / count,
-        len(study.fold_refusals(model)),
-    )
+    return {
+        "rms_px": float(np.sqrt(np.mean(every**2))),
+        "median_px": float(np.median(every)),
+        "share": len(seen) / count,
+        "parts": len(study.fold_refusals(model)),
+    }
 
 
 def because(reason):

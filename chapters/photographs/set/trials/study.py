@@ -239,7 +239,7 @@ def general_numbers(calibration, boards):
             str(boards[k].index): why for k, why in calibration.left_out.items()
         },
         "coverage": reduced(np.uint8(255) * mask, COVERAGE_PX),
-        "distortion": distortion_level(calibration.camera)._asdict(),
+        "distortion": distortion_level(calibration.camera),
     }
 
 
