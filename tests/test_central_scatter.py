@@ -6,9 +6,9 @@ import pytest
 from chapters.ch04_central_generic.s3_1_setup.trials import shift_between
 from chapters.shared.central_scatter import (
     best_lines,
-    described,
+    crossings,
     facing_plane,
-    scatter_about,
+    scatter_of,
 )
 from chapters.shared.central_sets import TrueGrids
 from chapters.shared.three_grids import calibrated, depth_spread
@@ -47,20 +47,21 @@ def test_lines_and_plane_of_rays_that_miss_the_centre():
     points = seen_along(CENTRE + off @ across, d)
     _middles, found = best_lines(points, POSES)
     np.testing.assert_allclose(np.abs(np.sum(found * d, axis=1)), 1, atol=1e-12)
-    scatter = scatter_about(CENTRE, points, POSES)
-    np.testing.assert_allclose(np.abs(scatter.points), np.abs(off), atol=1e-8)
-    assert scatter.rms_mm == pytest.approx(np.hypot(0.3, 0.1), rel=0.05)
-    assert scatter.eigenvalues == pytest.approx(1 / 9, rel=0.1)
-    assert scatter.kurtosis < 0.5
-    assert scatter.skewness < 0.05
-    assert scatter.inside
+    crossing = crossings(CENTRE, points, POSES)
+    np.testing.assert_allclose(np.abs(crossing), np.abs(off), atol=1e-8)
+    scatter = scatter_of(crossing)
+    assert scatter["rms_mm"] == pytest.approx(np.hypot(0.3, 0.1), rel=0.05)
+    assert scatter["eigenvalues"] == pytest.approx(1 / 9, rel=0.1)
+    assert scatter["kurtosis"] < 0.5
+    assert scatter["skewness"] < 0.05
+    assert scatter["inside"]
 
 
 def test_a_cloud_to_one_side_does_not_hold_the_centre_and_tails_are_not_gaussian():
-    aside = described(RNG.normal(size=(500, 2)) + [9, 0])
-    assert not aside.inside
-    heavy = described(RNG.standard_t(3, size=(5000, 2)))
-    assert heavy.kurtosis > 2
+    aside = scatter_of(RNG.normal(size=(500, 2)) + [9, 0])
+    assert not aside["inside"]
+    heavy = scatter_of(RNG.standard_t(3, size=(5000, 2)))
+    assert heavy["kurtosis"] > 2
 
 
 def test_every_method_finds_exact_grids_and_says_how_far_it_is_off():

@@ -125,7 +125,7 @@ def test_coverage_grows_and_a_refusal_is_counted(monkeypatch):
     def refuses(*_):
         raise CalibrationError("OpenCV's fisheye model: it refuses")
 
-    monkeypatch.setattr(models, "_opencv_fisheye", refuses)
+    monkeypatch.setattr(models, "calibrate_opencv_fisheye", refuses)
     rng = np.random.default_rng(0)
     found = models.coverage_trial(SIZE, models.PLANNED, 3, rng)
     shares = found["shares"]

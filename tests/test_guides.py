@@ -192,7 +192,7 @@ def counts(**of_sets):
     return of_columns(
         *(
             (
-                {"set": name},
+                {"set": name, "poses": "hard"},
                 {
                     detector: dict(zip(("success", "returned"), found, strict=True))
                     for detector, found in zip(detectors, values, strict=True)

@@ -35,9 +35,7 @@ def decoded_grids(folder, count=None, **options):
         pictures = np.array(
             [read_image(image_set, shown.image) for shown in view.patterns]
         )
-        target = image_set.target
-        found = decode(pictures, view.patterns, target, **options)
-        yield view.label, found
+        yield view.label, decode(pictures, view.patterns, image_set.target, **options)
 
 
 def seen_grids(folder, count=None, **options):

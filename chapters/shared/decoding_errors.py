@@ -155,19 +155,17 @@ def _spread(values):
 
 
 def _likeness(left):
-    """Correlation (2,) of what is left (H, W, 2) with its neighbours LAG px off."""
+    """Correlation (2,) of what is left (H, W, 2) with its neighbours LAG px off.
+
+    Outliers count as far off as one that is none can be.
+    """
+    reach = OUTLYING * 1.4826 * np.nanmedian(np.abs(left), axis=(0, 1))
     both = []
     for one, other in ((left[LAG:], left[:-LAG]), (left[:, LAG:], left[:, :-LAG])):
         pair = np.isfinite(one[..., 0]) & np.isfinite(other[..., 0])
-        a, b = (np.clip(x[pair], *_tails(left)) for x in (one, other))
+        a, b = (np.clip(x[pair], -reach, reach) for x in (one, other))
         both.append((a * b).mean(axis=0) / (a**2).mean(axis=0))
     return np.mean(both, axis=0)
-
-
-def _tails(left):
-    """Bounds within which an error is no outlier, from its middle half."""
-    reach = OUTLYING * 1.4826 * np.nanmedian(np.abs(left), axis=(0, 1))
-    return -reach, reach
 
 
 def drawn_again(errors, points, cosine, rng, step=1):

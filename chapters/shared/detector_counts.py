@@ -28,39 +28,37 @@ def rendered_counts(results):
     """A Counted for each set of 3.3.2, and each range its poses are drawn from."""
     found = []
     for name in RENDERED:
-        result = results[name]
-        ranges = dict.fromkeys(c.get("poses", "") for c in result.conditions)
-        for poses in ranges:
-            some = [c for c in result.conditions if c.get("poses", "") == poses]
-            title = some[0]["set"] + (f", {poses} range" if poses else "")
+        for poses, some in results[name].by("poses").items():
             right, returned = (
                 {
-                    detector: int(
-                        sum(result.column(f"{own}.{what}", **c)[0] for c in some)
-                    )
+                    detector: int(some.column(f"{own}.{what}").sum())
                     for detector, own in NAMES_OF_3_3_2.items()
                 }
                 for what in ("success", "returned")
             )
             wrong = {d: returned[d] - right[d] for d in right}
-            found.append(Counted("rendered", title, len(some), right, wrong, poses))
+            title = f"{some.conditions[0]['set']}, {poses} range"
+            count = len(some.conditions)
+            found.append(Counted("rendered", title, count, right, wrong, poses))
     return found
 
 
 def recorded_counts(record):
     """A Counted for each set of photographs in the record."""
     found = []
-    for condition in record.conditions:
+    for name, kept in record.by("set").items():
         right, wrong = (
-            {
-                detector: int(record.column(f"{detector}.{what}", **condition)[0])
-                for detector in DETECTORS
-            }
+            {d: int(kept.column(f"{d}.{what}")[0]) for d in DETECTORS}
             for what in ("right", "wrong")
         )
-        count = int(record.column("images", **condition)[0])
-        found.append(Counted("photographs", condition["set"], count, right, wrong))
+        count = int(kept.column("images")[0])
+        found.append(Counted("photographs", name, count, right, wrong))
     return found
+
+
+def every_count(results):
+    """A Counted for each set, rendered ones and then those of the record."""
+    return [*rendered_counts(results), *recorded_counts(results[RECORD])]
 
 
 def summed(counted, by=("evidence",)):

@@ -5,11 +5,9 @@ import numpy as np
 from raxel.geometry import rotate, transform
 from raxel.show.cameras import field_edge
 from raxel.show.surroundings import SIGHT, surroundings_scene
-from repro.page.space import draw_scene
-from repro.page.style import figure as new_figure
+from repro.page.space import scene_figure
 from repro.run.outcomes import Check, Drawing
 
-HEIGHT_IN = 4.6
 HEAD = (
     "u_px", "v_px", "start_x_mm", "start_y_mm", "start_z_mm",
     "direction_x", "direction_y", "direction_z",
@@ -24,10 +22,6 @@ def drawn_surroundings(laboratory, camera, T_world_camera, caption, sight=SIGHT)
     Its numbers are the rays at the edge of the field of view.
     """
     scene = surroundings_scene(laboratory, camera, T_world_camera, sight=sight)
-    drawn, axes = new_figure(height_in=HEIGHT_IN)
-    drawn.set_layout_engine("none")
-    axes.set_position([0.0, 0.0, 1.0, 1.0])
-    draw_scene(axes, scene)
     pixels = field_edge(camera)
     seen = camera.rays(pixels)
     starts = transform(T_world_camera, seen.origins)
@@ -35,7 +29,7 @@ def drawn_surroundings(laboratory, camera, T_world_camera, caption, sight=SIGHT)
     back = camera.project(seen.origins + 1e3 * seen.directions).pixels
     gap = float(np.nanmax(np.linalg.norm(back - pixels, axis=1)))
     return Drawing(
-        drawn,
+        scene_figure(scene, height_in=4.6),
         dict(zip(HEAD, np.column_stack([pixels, starts, directions]).T, strict=True)),
         caption,
         Check(

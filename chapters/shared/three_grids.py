@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.central_scatter import scatter_about
+from chapters.shared.central_scatter import crossings, scatter_of
 from chapters.shared.methods import LINEAR_STAGES
 from raxel.calibration import ray_point_distances, relax_poses
 from raxel.calibration.adjust.centroid_rays import centroid_directions
@@ -53,13 +53,13 @@ def _calibrated(stage, points, true, centrality):
 
 def _scatters(centre, points, poses):
     """Measures of the scatter of all rays, and of those whose points lie apart."""
-    scatter = scatter_about(centre, points, poses)
+    crossing = crossings(centre, points, poses)
     apart = depth_spread(centre, points, poses) >= LEAST_SPREAD
     return {
-        "all": scatter.measures(),
-        "apart": scatter_about(centre, points[:, apart], poses).measures(),
+        "all": scatter_of(crossing),
+        "apart": scatter_of(crossings(centre, points[:, apart], poses)),
         "share_apart": float(apart.mean()),
-        "crossing": np.column_stack([scatter.points, apart]).astype(np.float32),
+        "crossing": np.column_stack([crossing, apart]).astype(np.float32),
     }
 
 

@@ -16,7 +16,7 @@ from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.judge.statistics import median_interval
-from repro.page.space import draw_scene
+from repro.page.space import scene_figure
 from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -108,9 +108,6 @@ def parts_of(case):
 def fig_4_3(results):
     """The further grid's image on the synthetic plane, in space."""
     case = DrawnPose(results["fig_4_3_case"])
-    drawn, axes = new_figure(height_in=4.6)
-    drawn.set_layout_engine("none")
-    axes.set_position([0.0, 0.0, 1.0, 1.0])
     scene = framed(
         parts_of(case),
         SIGHT,
@@ -118,13 +115,12 @@ def fig_4_3(results):
         note="Rays of the camera's centre meet the further grid. Where "
         "they pass the synthetic plane, they draw a pinhole's image of it.",
     )
-    draw_scene(axes, scene)
     ray, bent, off = case.gaps()
     rows = [
         (name, *point) for name in ("there", "image") for point in getattr(case, name)
     ]
     return Drawing(
-        drawn,
+        scene_figure(scene, height_in=4.6),
         columns(("points", "x_mm", "y_mm", "z_mm"), rows),
         "CGSP's linear pose, drawn from a computed case: the rays that see "
         "a further grid (orange) are cut by a plane of our choice (green), "

@@ -7,13 +7,13 @@ from chapters.ch04_central_generic.s3_1_setup.results import CAMERAS, FIELD
 from chapters.shared.central_sets import LINEAR_GRIDS
 from chapters.shared.rigs import rig_named
 from raxel.show.rigs import drawn_poses, posed_targets
-from repro.page.space import draw_scene
+from repro.page.space import scene_figure
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-HEIGHT_IN, SEED = 4.6, 0
+SEED = 0
 SHADES = ("#d5d9de", "#56b4e9", "#0072b2", "#e69f00", "#d55e00", "#7a3b00")
 
 
@@ -26,10 +26,6 @@ def fig_4_5(results):
     scene = posed_targets(
         rig.camera, [rig.target] * count, poses, ["calibrate"] * count, rig.summary
     )
-    drawn, axes = new_figure(height_in=HEIGHT_IN)
-    drawn.set_layout_engine("none")
-    axes.set_position([0.0, 0.0, 1.0, 1.0])
-    draw_scene(axes, scene)
     corner, size = rig.extent
     middles = poses[:, :3] @ [*(corner + size / 2), 0, 1]
     data = {"grid": list(range(1, len(poses) + 1))} | {
@@ -37,7 +33,7 @@ def fig_4_5(results):
     }
     seen = sum(bool(rig.shows(T)) for T in poses)
     return Drawing(
-        drawn,
+        scene_figure(scene, height_in=4.6),
         data,
         "The omnidirectional camera of the rig onevr-d70 in its own frame: the z "
         "axis leads from a D70-like camera ahead to the mirror (in the room: up), "

@@ -29,7 +29,7 @@ from chapters.ch04_central_generic.s3_2_results.trials import (
     redrawn_trial,
     rendered_trial,
 )
-from chapters.shared.central_scatter import facing_plane, scatter_about
+from chapters.shared.central_scatter import crossings, facing_plane, scatter_of
 from chapters.shared.central_sets import (
     GRID_RIGS,
     GRID_SETS,
@@ -108,7 +108,7 @@ from repro.run.outcomes import Plan
 # covariance, is 8 for a Gaussian of two coordinates.
 
 # %% tags=["active-ipynb", "hide-output"]
-# show_code(scatter_about, facing_plane)
+# show_code(crossings, facing_plane, scatter_of)
 
 # %% [markdown]
 # ## Experiment

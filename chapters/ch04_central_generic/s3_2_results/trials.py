@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from chapters.shared.active_grid_sets import seen_grids, true_camera
-from chapters.shared.central_scatter import scatter_about
+from chapters.shared.central_scatter import crossings, scatter_of
 from chapters.shared.central_sets import (
     LINEAR_GRIDS,
     RIGS,
@@ -183,11 +183,11 @@ def caustic_trial(condition, rng):
     points, pixels = points[:, seen], pixels[seen]
     true = true_grids(rig_named(rig).camera, poses, pixels)
     start = linear_cgsp(points)
-    found = scatter_about(start.centre, points, start.T_base_grid)
-    exact = scatter_about(true.centre, points, true.T_base_grid)
+    found = crossings(start.centre, points, start.T_base_grid)
+    exact = crossings(true.centre, points, true.T_base_grid)
     return {
-        "scatter_mm": found.rms_mm,
-        "caustic_mm": exact.rms_mm,
+        "scatter_mm": scatter_of(found)["rms_mm"],
+        "caustic_mm": scatter_of(exact)["rms_mm"],
         "distance_mm": true.scatter_mm,
         "centre_off_mm": float(np.linalg.norm(start.centre - true.centre)),
     }

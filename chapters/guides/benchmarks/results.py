@@ -44,15 +44,8 @@ def facts(scores):
 
 def counted(results):
     """Boards right on rendered sets and on photographs, for the prose."""
-    record = results[detector_counts.RECORD]
-    sums = detector_counts.summed(
-        [
-            *detector_counts.rendered_counts(results),
-            *detector_counts.recorded_counts(record),
-        ]
-    )
-    found = {"record.date": record.settings["date"]}
-    for one in sums:
+    found = {"record.date": results[detector_counts.RECORD].settings["date"]}
+    for one in detector_counts.summed(detector_counts.every_count(results)):
         found[f"{one.evidence}.pictures"] = one.count
         for name, count in (("right", one.right), ("wrong", one.wrong)):
             for detector in detector_counts.DETECTORS:

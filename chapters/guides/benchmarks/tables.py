@@ -5,7 +5,7 @@ from chapters.guides.benchmarks.trials import DETECTORS, rig_names
 from chapters.shared import detector_counts
 from chapters.shared.rigs import rig_named
 from raxel.sets import Chessboard
-from repro.run.columns import cell, columns
+from repro.run.columns import cell, columns, in_columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
@@ -65,9 +65,8 @@ CHECK_NAMES = {
 def ext_benchmarks(results):
     """Today's scores on the rigs that are scored."""
     result = results["ext_benchmark_scores"]
-    rows = [_score_row(name, result) for name in scored_rigs(result)]
     return Table(
-        {key: [row[key] for row in rows] for key in rows[0]},
+        in_columns(_score_row(name, result) for name in scored_rigs(result)),
         "Rigs of data/rigs with scores. Detectors: boards right, and the RMS "
         "error of their corners. Cameras: RMS angle between rays and true "
         "rays, on the pixels that the generic camera has a ray for, "
@@ -96,9 +95,8 @@ def _score_row(name, result):
 def ext_benchmarks_further(results):
     """Rigs without scores here, and what each one asks."""
     scored = scored_rigs(results["ext_benchmark_scores"])
-    rows = [_rig_row(name) for name in rig_names() if name not in scored]
     return Table(
-        {key: [row[key] for row in rows] for key in rows[0]},
+        in_columns(_rig_row(name) for name in rig_names() if name not in scored),
         "The other rigs of data/rigs: not scored on this page. Views: of a "
         "set made by raxel render.",
     )
@@ -106,13 +104,11 @@ def ext_benchmarks_further(results):
 
 def _rig_row(name):
     rig = rig_named(name)
-    target = "monitor"
-    if isinstance(rig.target, Chessboard):
-        target = f"{rig.target.columns} x {rig.target.rows} corners"
+    board = rig.target if isinstance(rig.target, Chessboard) else None
     return {
         "Rig": name,
         "Camera": rig.camera.kind,
-        "Target": target,
+        "Target": f"{board.columns} x {board.rows} corners" if board else "monitor",
         "Views": rig.count + rig.evaluate,
         "Size (px)": f"{rig.camera.width} x {rig.camera.height}",
         "What it asks": ASKS[name],
@@ -133,12 +129,8 @@ def _rig_row(name):
 def ext_detector_counts(results):
     """Boards right and wrong on the rendered sets, and on photographs."""
     record = results[detector_counts.RECORD]
-    rows = [
-        *detector_counts.rendered_counts(results),
-        *detector_counts.recorded_counts(record),
-    ]
     return Table(
-        detector_counts.count_columns(rows),
+        detector_counts.count_columns(detector_counts.every_count(results)),
         "Whole boards that three detectors return, told the number of corners "
         "and nothing else, on rendered pictures and on photographs, as each "
         "row says. Rendered: the sets of 3.3.2, all seeds; right is "

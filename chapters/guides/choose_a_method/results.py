@@ -77,15 +77,14 @@ def named(results):
     out = peer_facts(results)
     for model, method in MODELS.items():
         for at in FOVS_DEG:
-            for name in SIMULATED:
-                where = {"fov_deg": at, **PRIMARY}
-                found = typical(fov, f"{method}.{name}", **where)
-                out[f"{model}.{name}.{at}"] = short(found)
+            found = typical(fov, f"{method}.ray_deg", fov_deg=at, **PRIMARY)
+            out[f"{model}.ray_deg.{at}"] = short(found)
         for at in ZOOMS:
             found = typical(zoom, f"{method}.{HELD_OUT}", zoom=at)
             out[f"{model}.zoom.{at}"] = short(found)
-        found = typical(zoom, f"{method}.{STEPS}", zoom=STAGE_ZOOM)
-        out[f"{model}.stage"] = short(found)
+        out[f"{model}.stage"] = short(
+            typical(zoom, f"{method}.{STEPS}", zoom=STAGE_ZOOM)
+        )
     out |= recorded_facts(results["ext_calibration_record"])
     out |= fisheye_facts(results["ext_fisheye_scores"])
     out["boards"], out["size"] = str(BOARDS), str(SIZE_PX)
@@ -96,16 +95,14 @@ def named(results):
 
 def peer_facts(results):
     """What OpenCV's fisheye model leaves, in words."""
-    out = {}
+    fisheye = results["fig_2_3_fisheye"]
+    out = {"peer.stage": short(peer_in_zoom(results, STEPS, STAGE_ZOOM))}
     for at in FOVS_DEG:
-        for name in SIMULATED:
-            found = of_peer(results["fig_2_3_fisheye"], name, fov_deg=at, **PRIMARY)
-            out[f"peer.{name}.{at}"] = short(found)
+        found = of_peer(fisheye, "ray_deg", fov_deg=at, **PRIMARY)
+        out[f"peer.ray_deg.{at}"] = short(found)
     for at in ZOOMS:
-        found = peer_in_zoom(results, HELD_OUT, at)
-        out[f"peer.zoom.{at}"] = short(found)
-    found = peer_in_zoom(results, STEPS, STAGE_ZOOM)
-    return out | {"peer.stage": short(found)}
+        out[f"peer.zoom.{at}"] = short(peer_in_zoom(results, HELD_OUT, at))
+    return out
 
 
 def recorded_facts(kept):

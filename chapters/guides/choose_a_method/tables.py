@@ -17,12 +17,7 @@ from chapters.guides.choose_a_method.results import (
     share_kept_out,
     typical,
 )
-from chapters.shared.detector_counts import (
-    count_columns,
-    recorded_counts,
-    rendered_counts,
-    summed,
-)
+from chapters.shared.detector_counts import count_columns, every_count, summed
 from chapters.shared.general_cameras import KINDS
 from chapters.shared.photographs.compared import compared_sets
 from chapters.shared.photographs.reading import PEER
@@ -58,7 +53,8 @@ CAPTION = (
 GENERIC = METHODS[1]
 INNER, ALL = "inner", "all"
 WHICH = {INNER: "inner boards", ALL: "all boards"}
-SCORED = {"kept_out_px": "residual, kept out (px)", "ray_deg": "ray error (deg)"}
+KEPT_OUT = "residual, kept out (px)"
+SCORED = {"kept_out_px": KEPT_OUT, "ray_deg": "ray error (deg)"}
 
 
 def told(estimate):
@@ -80,17 +76,17 @@ def simulated_rows(fov, fisheye):
             where = {"fov_deg": at, **PRIMARY}
             zhang, generic = (told(e) for e in of_both(fov, name, **where))
             peer = told(of_peer(fisheye, name, **where))
-            camera = f"fisheye, {at}°"
-            yield (
-                "simulated", camera, quantity, zhang, peer, generic, None, None,
-            )  # fmt: skip
+            found = zhang, peer, generic, None, None
+            yield ("simulated", f"fisheye, {at}°", quantity, *found)
 
 
 def rendered_rows(results):
     """Table 2.2: what is left in pictures kept out, and the stage."""
     zoom = results["table_2_2_redrawn"]
-    asked = [(HELD_OUT, "corrected view (px)", at) for at in ZOOMS]
-    asked.append((STEPS, "scatter of steps (mm)", STAGE_ZOOM))
+    asked = [
+        *((HELD_OUT, "corrected view (px)", at) for at in ZOOMS),
+        (STEPS, "scatter of steps (mm)", STAGE_ZOOM),
+    ]
     for name, quantity, at in asked:
         zhang, generic = (told(e) for e in of_both(zoom, name, zoom=at))
         peer = told(peer_in_zoom(results, name, at))
@@ -109,15 +105,9 @@ def benchmark_rows(scores):
             for model in ("zhang", "opencv_fisheye", "general")
         ]
         share = scores.column("general.share_with_ray", **condition)[0]
-        set_number = condition["rig"].rpartition("-")[2]
-        yield (
-            "rendered",
-            f"fisheye converter, set {set_number}",
-            "ray error (deg)",
-            *found,
-            None,
-            finite(100 * share, None),
-        )
+        camera = f"fisheye converter, set {condition['rig'].rpartition('-')[2]}"
+        found += [None, finite(100 * share, None)]
+        yield ("rendered", camera, "ray error (deg)", *found)
 
 
 def fisheye_rows(scores):
@@ -132,8 +122,8 @@ def fisheye_rows(scores):
                 finite(scores.column(f"{model}.{name}", boards=use)[0])
                 for model in ("zhang", "opencv_fisheye", "generic")
             ]
-            camera = f"fisheye, 183°, {which}"
-            yield ("rendered", camera, quantity, *found, corners, image)
+            found += [corners, image]
+            yield ("rendered", f"fisheye, 183°, {which}", quantity, *found)
 
 
 def finite(x, otherwise=FAILED):
@@ -148,11 +138,9 @@ def photograph_rows(study):
     """Every image set of the build: residual in photographs kept out."""
     for one in compared_sets(study):
         errors = one.errors["rms_px"]
-        models = ("zhang", PEER, "general")
-        found = [told(errors.get(model)) for model in models]
-        quantity = "residual, kept out (px)"
+        found = [told(errors.get(model)) for model in ("zhang", PEER, "general")]
         shares = (finite(100 * x, None) for x in (one.share, one.image_share))
-        yield ("photographs", one.name, quantity, *found, *shares)
+        yield ("photographs", one.name, KEPT_OUT, *found, *shares)
 
 
 def recorded_rows(kept):
@@ -166,9 +154,7 @@ def recorded_rows(kept):
             finite(100 * kept.column(name, **condition)[0], None)
             for name in ("corners_with_ray", "image_with_ray")
         )
-        camera = f"{condition['set']} (record)"
-        quantity = "residual, kept out (px)"
-        yield ("photographs", camera, quantity, *found, *shares)
+        yield ("photographs", f"{condition['set']} (record)", KEPT_OUT, *found, *shares)
 
 
 def recorded_cell(kept, model, condition):
@@ -255,12 +241,8 @@ def ext_known_motion(results):
 )
 def ext_detectors_in_short(results):
     """Boards right of all rendered sets together, and of all photographs."""
-    rows = summed(
-        [*rendered_counts(results), *recorded_counts(results["ext_detector_record"])],
-        by=("evidence", "poses"),
-    )
     return Table(
-        count_columns(rows),
+        count_columns(summed(every_count(results), by=("evidence", "poses"))),
         "Boards that detectors find, told the number of corners and nothing "
         "else: the rendered sets of 3.3.2 by the range of their poses, and a "
         "record of photographs of five real cameras: rendered and "

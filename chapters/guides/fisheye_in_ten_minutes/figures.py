@@ -36,18 +36,16 @@ def ext_fisheye_views(results):
     """A street as taken, straightened, and as seen by a pinhole aimed aside."""
     look = results[VIEWS]
     panels = {
-        "As taken": "street",
-        "Straight ahead": "views.ahead",
-        f"Aimed {ASIDE_DEG:.0f}° to the right": "views.aside",
+        "As taken": look.arrays("street")[0],
+        "Straight ahead": look.arrays("views.ahead")[0],
+        f"Aimed {ASIDE_DEG:.0f}° to the right": look.arrays("views.aside")[0],
     }
     drawn, axes = new_figure(1, 3, height_in=2.1)
-    lit_share = []
-    for place, (title, name) in zip(axes, panels.items(), strict=True):
-        picture = look.arrays(name)[0]
+    for place, (title, picture) in zip(axes, panels.items(), strict=True):
         place.imshow(picture, cmap="gray", vmin=0, vmax=255)
         place.set_title(title)
         place.set_axis_off()
-        lit_share.append(float(np.mean(picture > 0)))
+    lit_share = [float(np.mean(picture > 0)) for picture in panels.values()]
     return Drawing(
         drawn,
         {"panel": list(panels), "share of pixels not black": lit_share},
@@ -177,8 +175,7 @@ def ext_fisheye_coverage(results):
             axes, count, middle, low, high, index=index,
             label=f"held {held}: median and range",
         )  # fmt: skip
-        found = zip(count, middle, low, high, strict=True)
-        rows += [(held, *cells) for cells in found]
+        rows += [(held, *cells) for cells in zip(count, middle, low, high, strict=True)]
     axes.axhline(100 * GOAL, color=INK, linewidth=0.8, linestyle=":")
     axes.set(ylim=(0, 100), xlabel="Pictures (1)")
     axes.set_ylabel("Image circle under boards (%)")

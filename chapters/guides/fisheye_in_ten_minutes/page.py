@@ -50,9 +50,8 @@ def ext_fisheye_pictures(effort):
 )
 def ext_fisheye_found(effort, made):
     """The corners, by the command."""
-    pictures = made["ext_fisheye_pictures"]
-    find = partial(commands.find_corners, boards.SIZES[effort], pictures)
-    return Plan(lambda condition, rng: find(), [{}], 1)
+    run = partial(commands.find_corners, boards.SIZES[effort], *made.values())
+    return Plan(lambda condition, rng: run(), [{}], 1)
 
 
 @experiment(
@@ -62,8 +61,7 @@ def ext_fisheye_found(effort, made):
 )
 def ext_fisheye_camera(effort, made):
     """The camera and its scores, by the commands."""
-    read = [made[f"ext_fisheye_{name}"] for name in ("pictures", "found")]
-    run = partial(commands.calibrate, boards.SIZES[effort], *read)
+    run = partial(commands.calibrate, boards.SIZES[effort], *made.values())
     return Plan(lambda condition, rng: run(), [{}], 1)
 
 
@@ -74,8 +72,7 @@ def ext_fisheye_camera(effort, made):
 )
 def ext_fisheye_look(effort, made):
     """Corrected pictures, by the command and by remap tables."""
-    read = [made[f"ext_fisheye_{name}"] for name in ("pictures", "camera")]
-    run = partial(commands.look_through, boards.SIZES[effort], *read)
+    run = partial(commands.look_through, boards.SIZES[effort], *made.values())
     return Plan(lambda condition, rng: run(rng), [{}], 1)
 
 
@@ -86,11 +83,10 @@ def ext_fisheye_look(effort, made):
 )
 def ext_fisheye_scores(effort, made):
     """Three models from the inner boards, and from all of them."""
-    read = [made[f"ext_fisheye_{name}"] for name in ("pictures", "found")]
     size = boards.SIZES[effort]
 
     def trial(condition, rng):
-        fit, kept_out = commands.views_of(size, *read)
+        fit, kept_out = commands.views_of(size, *made.values())
         if condition["boards"] == "inner":
             fit = fit[: boards.inner_boards(size.plan)]
         return models.model_scores(size, fit, kept_out, rng)

@@ -62,12 +62,6 @@ def boards_for(drawn, held, goal):
     return np.where(reached.any(axis=1), reached.argmax(axis=1) + 1.0, np.nan)
 
 
-def outcomes(drawn, held, boards):
-    """How often OpenCV's model was refused, lost or right: {word: count}."""
-    told = drawn.texts(f"{boards}.outcome", held=held)
-    return {word: told.count(word) for word in ("refused", "lost", "right")}
-
-
 def numbers(results, effort):
     """Numbers and texts of the prose: name -> value."""
     size = SIZES[effort]
@@ -105,9 +99,9 @@ def numbers(results, effort):
         "random_same": percent(np.median(random[:, planned.shape[1] - 1])),
         "random_most": percent(np.median(random[:, -1])),
         "random_needed": told_reached(boards_for(drawn, ANYWHERE, GOAL)),
-        "opencv_inner": told_outcomes(outcomes(drawn, PLANNED, "inner")),
-        "opencv_all": told_outcomes(outcomes(drawn, PLANNED, "all")),
-        "opencv_anywhere": told_outcomes(outcomes(drawn, ANYWHERE, "all")),
+        "opencv_inner": outcomes(drawn, PLANNED, "inner"),
+        "opencv_all": outcomes(drawn, PLANNED, "all"),
+        "opencv_anywhere": outcomes(drawn, ANYWHERE, "all"),
         "reach_all": reach(drawn, PLANNED, "all"),
         "reach_inner": reach(drawn, PLANNED, "inner"),
         "reach_anywhere": reach(drawn, ANYWHERE, "all"),
@@ -123,13 +117,14 @@ def recorded(kept):
     """What the record of real cameras says, in words."""
 
     of_sets = kept.select().column
-    generic = of_sets("models.generic.px")
+    errors = {model: of_sets(f"models.{model}.px") for model in NAMES}
     fisheyes = [
         f"{px:.2g}"
-        for px, one in zip(generic, kept.conditions, strict=True)
+        for px, one in zip(errors["generic"], kept.conditions, strict=True)
         if one["set"].startswith(FISHEYES)
     ]
-    generic = generic[np.isfinite(generic)]
+    generic = errors["generic"][np.isfinite(errors["generic"])]
+    far = np.count_nonzero(errors["opencv_fisheye"] > SEVERAL * errors["generic"])
     without = of_sets("models.opencv_fisheye.parts_without_camera")
     parts = of_sets("parts")
     found, pictures = of_sets("boards_found"), of_sets("pictures")
@@ -139,24 +134,17 @@ def recorded(kept):
         "real.px": f"{generic.min():.2g} to {generic.max():.2g} px",
         "real.fisheyes": f"{', '.join(fisheyes)} px",
         "real.without": f"{without.sum():.0f} of {parts.sum():.0f}",
-        "real.best": ", ".join(best_of(of_sets)),
-        "real.far": told_far(of_sets),
+        "real.best": ", ".join(best_of(errors)),
+        "real.far": f"{far} of {len(kept.conditions)} sets",
     }
 
 
-def told_far(of_sets):
-    """In how many sets OpenCV's model leaves several times the generic's error."""
-    peer, generic = (of_sets(f"models.{m}.px") for m in ("opencv_fisheye", "generic"))
-    return f"{np.count_nonzero(peer > SEVERAL * generic)} of {len(peer)} sets"
-
-
-def best_of(of_sets):
+def best_of(errors):
     """In how many sets each model has the smallest median, in words."""
-    errors = np.array([of_sets(f"models.{model}.px") for model in NAMES])
-    first = np.nanargmin(errors, axis=0)
+    first = np.nanargmin(list(errors.values()), axis=0)
     return [
-        f"{name} in {np.count_nonzero(first == place)}"
-        for place, name in enumerate(NAMES.values())
+        f"{NAMES[model]} in {np.count_nonzero(first == place)}"
+        for place, model in enumerate(errors)
     ]
 
 
@@ -198,11 +186,12 @@ def told_reached(needed):
     return f"{int(np.isfinite(needed).sum())} of {len(needed)} draws"
 
 
-def told_outcomes(counts):
-    """What became of a fit in words."""
+def outcomes(drawn, held, boards):
+    """How often OpenCV's model was right, lost or refused, in words."""
+    count = drawn.texts(f"{boards}.outcome", held=held).count
     return (
-        f"right in {counts['right']}, far off in {counts['lost']}, and "
-        f"refused in {counts['refused']}"
+        f"right in {count('right')}, far off in {count('lost')}, and "
+        f"refused in {count('refused')}"
     )
 
 

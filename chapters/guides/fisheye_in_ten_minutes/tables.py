@@ -16,6 +16,7 @@ from chapters.shared.photographs.reading import PEER
 from chapters.shared.run_times import rounded_seconds
 from repro.page.reader import Shown, pipe_table
 from repro.page.wording import literal
+from repro.run.columns import cell, in_columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -35,27 +36,29 @@ WHICH = {"inner": "inner rings", "all": "all"}
 def ext_fisheye_models(results):
     """Zhang, OpenCV's fisheye model and the generic camera on the same corners."""
     scores = results[SCORES]
-    rows, refused = [], []
-    for use in SETS:
-        count = int(scores.column("boards", boards=use)[0])
-        for model, name in NAMES.items():
-            reason = scores.texts(f"{model}.reason", boards=use)[0]
-            row = {"Boards": f"{WHICH[use]} ({count})", "Model": name}
-            for title, (quantity, unit) in QUANTITIES.items():
-                x = scores.column(f"{model}.{quantity}", boards=use)[0]
-                row[title] = None if reason else unit * float(x)
-            rows.append(row)
-            if reason:
-                refused.append(
-                    f" No camera: {name}, boards: {WHICH[use]} ({literal(reason)})."
-                )
+    refused = [
+        f" No camera: {name}, boards: {WHICH[use]} ({literal(reason)})."
+        for use in SETS
+        for model, name in NAMES.items()
+        if (reason := scores.texts(f"{model}.reason", boards=use)[0])
+    ]
     return Table(
-        {title: [row[title] for row in rows] for title in rows[0]},
+        in_columns(_scored_row(scores, use, model) for use in SETS for model in NAMES),
         "Three models from the same corners. Kept out: boards that no "
         "calibration saw, only their pose being fitted. Error of the rays: "
         "median angle to the true rays, over the pixels where the model has "
         "one, after the best rotation." + "".join(refused),
     )
+
+
+def _scored_row(scores, use, model):
+    found = scores.one(boards=use)
+    errors = {
+        title: cell(unit * found.column(f"{model}.{quantity}")[0])
+        for title, (quantity, unit) in QUANTITIES.items()
+    }
+    boards = f"{WHICH[use]} ({found.column('boards')[0]:.0f})"
+    return {"Boards": boards, "Model": NAMES[model], **errors}
 
 
 @table(
@@ -69,7 +72,7 @@ def ext_fisheye_photographs(results):
     rows = [_recorded_row(kept, c) for c in kept.conditions]
     rows += [_built_row(one) for one in wide_sets(results[STUDY])]
     return Table(
-        {title: [row[title] for row in rows] for title in rows[0]},
+        in_columns(rows),
         "Real cameras: errors in photographs kept out, medians with 95 % "
         "intervals, on corners that Zhang's and the generic camera both have "
         "a ray for. Boards compared: those that have such corners (not known "

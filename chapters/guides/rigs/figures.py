@@ -4,13 +4,11 @@ from chapters.guides.rigs.results import uses_of
 from chapters.guides.rigs.trials import SEED
 from chapters.shared.rigs import rig_named
 from raxel.show.rigs import rig_scene
-from repro.page.space import draw_scene
-from repro.page.style import figure as new_figure
+from repro.page.space import scene_figure
 from repro.run.columns import columns
 from repro.run.experiment import figures
 from repro.run.outcomes import Check, Drawing
 
-HEIGHT_IN = 4.0
 HEAD = (
     "view", "use", "x_mm", "y_mm", "z_mm", "distance_mm", "tilt_deg",
 )  # fmt: skip
@@ -70,10 +68,6 @@ def drawn_rig(results, identifier):
     rig = rig_named(name)
     uses = uses_of(ran, name)
     scene = rig_scene(rig, SEED, poses)
-    drawn, axes = new_figure(height_in=HEIGHT_IN)
-    drawn.set_layout_engine("none")
-    axes.set_position([0.0, 0.0, 1.0, 1.0])
-    draw_scene(axes, scene)
     rows = [
         (view, use, *middle, distance, tilt)
         for view, (use, middle, distance, tilt) in enumerate(
@@ -85,7 +79,7 @@ def drawn_rig(results, identifier):
     caption += MIRROR if hasattr(rig.camera, "viewer") else ""
     caption += TWO_USES if rig.evaluate else ""
     return Drawing(
-        drawn,
+        scene_figure(scene, height_in=4.0),
         columns(HEAD, rows),
         caption,
         Check(

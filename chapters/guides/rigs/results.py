@@ -12,44 +12,35 @@ def uses_of(ran, name):
 
 def facts(ran):
     """Names and texts for the prose: what each rig is, and its sizes."""
-    seen = [float(ran.column("seen_deg", rig=name)[0]) for name in NAMES]
-    count = [len(ran.arrays("distance_mm", rig=name)[0]) for name in NAMES]
-    whole = [int(ran.column("whole", rig=name)[0]) for name in NAMES]
+    every = ran.select()
+    seen = every.column("seen_deg")
     found = {
         "rigs": len(NAMES),
-        "least_deg": f"{min(seen):.0f}",
-        "most_deg": f"{max(seen):.0f}",
-        "poses": sum(count),
-        "whole": sum(whole),
+        "least_deg": f"{seen.min():.0f}",
+        "most_deg": f"{seen.max():.0f}",
+        "poses": sum(map(len, every.arrays("distance_mm"))),
+        "whole": int(every.column("whole").sum()),
     }
-    for name in NAMES:
+    for name, summary in zip(NAMES, every.texts("summary"), strict=True):
         short = name.replace("-", "_")
-        (summary,) = ran.texts("summary", rig=name)
         found[f"{short}.summary"] = summary[0].upper() + summary[1:]
         found[f"{short}.sizes"] = _sizes(ran, name)
     return found
 
 
-def pose_numbers(ran, name):
-    """Distances (mm) and tilts (deg) of the targets of a rig, each (poses,)."""
-    return [ran.arrays(column, rig=name)[0] for column in ("distance_mm", "tilt_deg")]
-
-
 def _sizes(ran, name):
-    width, height, seen = (
-        ran.column(value, rig=name)[0]
-        for value in ("width_px", "height_px", "seen_deg")
+    one = ran.one(rig=name)
+    width, height, seen, extra = (
+        one.column(value)[0]
+        for value in ("width_px", "height_px", "seen_deg", "evaluate")
     )
-    (target,) = ran.texts("target", rig=name)
-    distances, tilts = pose_numbers(ran, name)
-    uses = uses_of(ran, name)
-    extra = uses.count("evaluate")
-    poses = _counted(len(uses) - extra) + (
-        f" and {extra} more to evaluate with" if extra else ""
+    distances, tilts = (one.arrays(value)[0] for value in ("distance_mm", "tilt_deg"))
+    poses = _counted(len(tilts) - int(extra)) + (
+        f" and {extra:.0f} more to evaluate with" if extra else ""
     )
     return (
         f"The picture has {width:.0f} x {height:.0f} px, and its field of "
-        f"view is {seen:.0f}° wide. Target: {target}; "
+        f"view is {seen:.0f}° wide. Target: {one.texts('target')[0]}; "
         f"{poses}, {_range(distances, ' mm')} away and tilted by "
         f"{_range(tilts, '°')}"
     )

@@ -98,18 +98,15 @@ def _figure_caption(sets):
 
 
 def _figure_data(sets):
-    data = {
+    return {
         "set": [one.name for one in sets],
         "level": [one.level for one in sets],
         "photographs": [one.photographs for one in sets],
+    } | {
+        f"{model}.{quantity}.{part}": [
+            getattr(one.errors[quantity].get(model), part, "") for one in sets
+        ]
+        for quantity in QUANTITIES
+        for model in ALL_NAMES
+        for part in ("value", "low", "high")
     }
-    for quantity in QUANTITIES:
-        for model in ALL_NAMES:
-            for part in ("value", "low", "high"):
-                data[f"{model}.{quantity}.{part}"] = [
-                    getattr(one.errors[quantity][model], part)
-                    if model in one.errors[quantity]
-                    else ""
-                    for one in sets
-                ]
-    return data

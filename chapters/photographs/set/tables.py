@@ -77,11 +77,7 @@ def ext_models(results):
 
 
 def _model_row(study, model, kind, scored_on):
-    parameters = CAMERA_PARAMETERS.get(model)
-    if model == "general":
-        parameters = _whole(2 * study.fit("general.rays"))
-    if study.refusal(model):
-        parameters = None
+    parameters = CAMERA_PARAMETERS.get(model, 2 * study.fit("general.rays"))
     errors, degrees, corners = (
         column(study.held_out, kind, model, quantity)
         for quantity in ("rms_px", "mean_deg", "corners")
@@ -90,7 +86,7 @@ def _model_row(study, model, kind, scored_on):
     return {
         "Model": ALL_NAMES[model],
         "Scored on": scored_on,
-        "Parameters": parameters,
+        "Parameters": None if study.refusal(model) else _whole(parameters),
         "Fitted: RMS (px)": cell(pooled_rms(study.in_sample, kind, model)),
         "Kept out: RMS (px)": _median(errors),
         "Kept out: angle (deg)": _median(degrees),

@@ -10,8 +10,10 @@ import textwrap
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from raxel.show import Scene, available, html, picture_array
+from repro.page.style import figure
 from repro.page.templates import render
 
 CSS_PX_PER_INCH = 96
@@ -37,6 +39,15 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
         picture_array(scene, size), ((0, 0), (0, 0), (0, 1)), constant_values=255
     )
     axes.imshow(shown, interpolation="none", aspect="equal")
+
+
+def scene_figure(scene: Scene, height_in: float) -> Figure:
+    """A figure of the report's width that the picture of a scene fills."""
+    drawn, axes = figure(height_in=height_in)
+    drawn.set_layout_engine("none")
+    axes.set_position([0.0, 0.0, 1.0, 1.0])
+    draw_scene(axes, scene)
+    return drawn
 
 
 def scene_page(scene: Scene, title: str) -> str:

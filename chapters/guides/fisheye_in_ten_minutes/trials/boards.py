@@ -155,11 +155,6 @@ def placed(rig, polar_deg, azimuth_deg, distance_mm, tilt_deg):
     return pose(R, distance_mm * ahead - R @ [*(corner + extent / 2), 0.0])
 
 
-def held_anywhere(rig, rng, count):
-    """Poses (count, 4, 4) of boards held anywhere, each whole in view."""
-    return rig.draw_poses(rng, count)
-
-
 def true_corners(rig, T):
     """Corners (N, 2) in px of a board at a pose (4, 4), without any noise."""
     flat = on_plane(rig.target.points())

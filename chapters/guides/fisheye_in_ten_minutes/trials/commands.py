@@ -65,8 +65,8 @@ def write_pictures(size, pictures, folder):
         name = f"{index + 1:02d}.png"
         png = pictures.arrays("png", view=index)[0]
         (folder / name).write_bytes(png.tobytes())
-        kept_out = index >= len(places_of(size.plan))
-        use = "evaluate" if kept_out else "calibrate"
+        fits = index < len(places_of(size.plan))
+        use = "calibrate" if fits else "evaluate"
         views.append(View(image=name, use=use))
     write_set(
         ImageSet(
@@ -114,7 +114,7 @@ def find_corners(size, pictures):
         "said": said,
         "boards": len(boards),
         "right": sum(e.max() < REACH_PX for e in errors.values()),
-        "corners": as_bytes(json.dumps(content)),
+        "corners": np.frombuffer(json.dumps(content).encode(), np.uint8),
         "errors": np.concatenate(list(errors.values())),
     }
 
@@ -184,8 +184,7 @@ def look_through(size, pictures, calibrated, rng):
         camera = load_camera("camera.npz")
     ahead = perspective_view(camera)
     aside = turned_view(camera, ASIDE_DEG, SIDE_FOCAL * camera.width)
-    maps = {"ahead": remap_tables(camera, ahead)}
-    maps["aside"] = remap_tables(camera, aside)
+    maps = {"ahead": remap_tables(camera, ahead), "aside": remap_tables(camera, aside)}
     views = {
         name: cv2.remap(street, *pair, cv2.INTER_LINEAR) for name, pair in maps.items()
     }
@@ -196,8 +195,3 @@ def look_through(size, pictures, calibrated, rng):
         "views": views,
         "largest_difference": int(np.abs(again - written.astype(int)).max()),
     }
-
-
-def as_bytes(text):
-    """A text as an array, as results keep it."""
-    return np.frombuffer(text.encode(), np.uint8)

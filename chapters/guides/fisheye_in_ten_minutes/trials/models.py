@@ -5,7 +5,6 @@ from functools import cache
 import numpy as np
 
 from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
-    held_anywhere,
     held_at,
     inner_boards,
     places_of,
@@ -43,7 +42,7 @@ def scored(rig, build, fit_views, kept_out, rng):
     """Scores of one calibration; where it gives no camera, the reason."""
     camera = rig.camera
     try:
-        made = build(fit_views, camera.width, camera.height, rng)
+        made = build(fit_views, camera.width, camera.height, rng=rng).camera
     except CalibrationError as refusal:
         return {"reason": str(refusal)}
     fitted = evaluate_camera(made, fit_views)
@@ -73,19 +72,11 @@ def against_truth(made, true):
     }
 
 
-def _zhang(views, width, height, rng):
-    return calibrate_zhang(views, width, height).camera
-
-
-def _opencv_fisheye(views, width, height, rng):
-    return calibrate_opencv_fisheye(views, width, height).camera
-
-
-def _generic(views, width, height, rng):
-    return calibrate_generic(views, width, height, rng=rng).camera
-
-
-MODELS = {"zhang": _zhang, "opencv_fisheye": _opencv_fisheye, "generic": _generic}
+MODELS = {
+    "zhang": lambda views, *size, rng: calibrate_zhang(views, *size),
+    "opencv_fisheye": lambda views, *size, rng: calibrate_opencv_fisheye(views, *size),
+    "generic": calibrate_generic,
+}
 
 
 def coverage_trial(size, held, most, rng):
@@ -99,7 +90,7 @@ def coverage_trial(size, held, most, rng):
     if held == PLANNED:
         poses = [held_at(rig, place, rng) for place in places]
     else:
-        poses = held_anywhere(rig, rng, most)
+        poses = rig.draw_poses(rng, most)
     views = [board_at(rig, T, rng) for T in poses]
     seen = np.zeros((rig.camera.height, rig.camera.width), bool)
     shares = []
@@ -127,11 +118,11 @@ def fit_outcome(rig, views):
     rays = camera.rays(np.concatenate([view.pixels for view in views]))
     reach = np.degrees(np.arccos(np.nanmin(rays.directions[:, 2])))
     try:
-        made = _opencv_fisheye(views, camera.width, camera.height, None)
+        made = calibrate_opencv_fisheye(views, camera.width, camera.height)
     except CalibrationError:
         return {"outcome": "refused", "reach_deg": reach}
-    off = against_truth(made, camera)["ray_deg"]
-    outcome = "lost" if not off < LOST_DEG else "right"
+    off = against_truth(made.camera, camera)["ray_deg"]
+    outcome = "right" if off < LOST_DEG else "lost"
     return {"outcome": outcome, "reach_deg": reach, "ray_deg": off}
 
 

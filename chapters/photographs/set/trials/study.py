@@ -122,12 +122,11 @@ def board_in(folder, index):
 def boards_of(folder, size):
     """Every Found board of the views that are looked at, in their order."""
     image_set = load_set(folder)
-    boards = []
-    for index in views_taken(image_set, size):
-        view = image_set.views[index]
-        for seen in board_views(image_set, [board_in(folder, index)]):
-            boards.append(Found(index, view.use, seen))
-    return boards
+    return [
+        Found(index, image_set.views[index].use, seen)
+        for index in views_taken(image_set, size)
+        for seen in board_views(image_set, [board_in(folder, index)])
+    ]
 
 
 def image_part(folder, image_set, index, size):
@@ -251,12 +250,11 @@ def fold_part(image_set, boards, fold, parts, rng):
         return {"kept_out": 0}
     rest = [board for board in used if board not in kept_out]
     models, reasons = calibrated(rest, image_set, rng)
-    result = {model: {"reason": why} for model, why in reasons.items()}
-    result["kept_out"] = len(kept_out)
-    result["views"] = {
-        str(board.index): scores(_cameras(models), board.view) for board in kept_out
+    cameras = _cameras(models)
+    return {model: {"reason": why} for model, why in reasons.items()} | {
+        "kept_out": len(kept_out),
+        "views": {str(b.index): scores(cameras, b.view) for b in kept_out},
     }
-    return result
 
 
 def _cameras(models):
@@ -285,9 +283,8 @@ def scores(cameras, view):
     )
     answered_view = view._replace(pixels=np.where(answered, view.pixels, np.nan))
     corrected = corrected_errors(compared, answered_view)
-    for model in cameras.keys() - compared.keys():
-        alone = {model: cameras[model]}
-        corrected |= corrected_errors(alone, answered_view)
+    if PEER in cameras:
+        corrected |= corrected_errors({PEER: cameras[PEER]}, answered_view)
     for model, score in same.items():
         residuals = np.where(answered, score.residuals_px, np.nan)
         result[model]["same"] = errors(score, residuals) | {

@@ -72,7 +72,10 @@ class Reader(Meanings):
         values = [r.node for r in self.resolved(Term(node.value, scope))]
         if not values or any(not isinstance(v, ast.Constant) for v in values):
             return [UNKNOWN]
-        return [(format(v.value, "".join(spec)),) for v in values]
+        try:
+            return [(format(v.value, "".join(spec)),) for v in values]
+        except ValueError:  # of another kind than the format asks for
+            return [UNKNOWN]
 
     def _computed(self, node: ast.expr, scope: Scope) -> list:
         """What a method of a text gives; None where the text is not known."""
