@@ -74,7 +74,10 @@ def render(scene, window, look=THEMES["light"]):
         plotter.camera.view_angle = view_angle_deg(scene, *window)
         plotter.enable_anti_aliasing("ssaa")
         if any(part.opacity < 1 for part in drawn):
-            plotter.enable_depth_peeling(number_of_peels=PEELS)
+            # pyvista's own way draws a window first, to see whether that works.
+            plotter.renderer.SetUseDepthPeeling(True)
+            plotter.renderer.SetMaximumNumberOfPeels(PEELS)
+            plotter.renderer.SetOcclusionRatio(0.0)
         return np.array(plotter.screenshot(return_img=True))[..., :3]
     finally:
         plotter.close()

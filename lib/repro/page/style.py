@@ -244,14 +244,22 @@ def save_drawing(drawing: Drawing, stem: Path) -> None:
         write_atomic(stem.with_name(f"{stem.name}.{ending}"), content)
 
 
+def draw_ahead() -> None:
+    """Draw words and a formula: fonts and grammar are then there for what follows."""
+    drawn, axes = figure()
+    axes.set(title="Title", xlabel="Noise (px)", ylabel=r"$\alpha$ (1)")
+    _rendered(drawn, _laid_out(drawn), "svg", {})
+
+
 def _laid_out(drawn: Figure) -> Bbox:
     """Place the axes once, for both files; return the part to keep, in inches.
 
-    To place them is to draw everything, and each file would ask for it again.
+    Left to matplotlib, each file would have them placed again, and all drawn for it.
     """
     with matplotlib.rc_context(RC):
         drawn.set_dpi(PNG_DPI)
-        drawn.draw_without_rendering()
+        if drawn.axes and (engine := drawn.get_layout_engine()):
+            engine.execute(drawn)
         kept = drawn.get_tightbbox().padded(MARGIN_IN)
     with matplotlib.rc_context(PLACED):
         drawn.set_layout_engine(None)

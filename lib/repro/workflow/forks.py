@@ -55,8 +55,13 @@ WARM = (
     "repro.page.execute",
 )  # fmt: skip
 WARMER = (
-    "pyvista.plotting", "trame_pyvista.jupyter", "trame_vtk.modules.vtk.serializers",
+    "PIL.ImageDraw", "PIL.ImageFont", "aiohttp.web", "nest_asyncio2",
+    "pyvista.plotting", "scipy.signal", "trame.widgets.dataclass", "trame.widgets.rca",
+    "trame_pyvista.jupyter", "trame_vtk.modules.vtk.protocols",
+    "trame_vtk.modules.vtk.serializers", "wslink.backends.aiohttp", "wslink.protocol",
 )  # fmt: skip
+AHEAD = ("repro.page.style", "draw_ahead"), ("raxel.ahead", "compile_ahead")
+"""What is run once for all jobs: module and function."""
 READING = ("judge", "notebooks", "page", "result", "scoreboard", "site", "table")
 """Kinds of jobs, the first words of their labels, that read results and no more: they
 render nothing and run no compiled loop that would be worth to load before them."""
@@ -221,12 +226,14 @@ def _import_ahead() -> None:
 
 @cache
 def _run_once() -> None:
-    """Load the machine code of compiled loops, or compile it before two jobs do."""
+    """Import the chapters, load fonts, and compiled loops or compile them, once."""
     _imported(WARMER)
-    try:
-        importlib.import_module("raxel.ahead").compile_ahead()
-    except Exception:
-        traceback.print_exc()
+    _imported(sorted({one.module for one in discover.producers(Path.cwd())}))
+    for module, name in AHEAD:
+        try:
+            getattr(importlib.import_module(module), name)()
+        except Exception:
+            traceback.print_exc()
     _keep_apart()
 
 
