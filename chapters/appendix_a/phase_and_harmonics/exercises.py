@@ -64,5 +64,4 @@ def steps_task():
 def largest_error_mm():
     """What (3.23) makes of the profile of the exercise, mm."""
     profile = sum_of_orders({1: 1.0, 3: B3, 5: B5})
-    error = formula_error(profile, 4, phases(3600))
-    return CELL_MM * largest(error) / (2 * np.pi)
+    return CELL_MM * largest(formula_error(profile, 4, phases(3600))) / (2 * np.pi)

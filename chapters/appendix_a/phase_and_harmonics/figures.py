@@ -51,8 +51,7 @@ def ext_phase_error_gamma(results):
                 for name in ("decoder_rad", "predicted_rad", "apart_rad")
             }
             apart = max(apart, found["apart_rad"].max())
-            line = look | {"marker": ""}
-            axes.plot(gammas, found["predicted_rad"], **line)
+            axes.plot(gammas, found["predicted_rad"], **look | {"marker": ""})
             axes.plot(
                 found["decoder_rad"],
                 color=look["color"],

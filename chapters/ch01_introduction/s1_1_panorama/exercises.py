@@ -51,5 +51,4 @@ def radius_in_picture(psi_deg=90 + EYE_HIGH_DEG):
     """Distance (px) from the middle of Fig. 1.1(a) at an angle from straight down."""
     camera = laboratory(1.0).camera
     e = camera.mirror.eccentricity
-    angle = viewer_angle(e, np.radians(psi_deg))
-    return float(camera.viewer.K[0, 0] * np.tan(angle))
+    return float(camera.viewer.K[0, 0] * np.tan(viewer_angle(e, np.radians(psi_deg))))

@@ -48,8 +48,7 @@ def laboratory(size):
         mirror.hole_radius,
     )
     pupil = size * rig.optics.exit_pupil_px
-    optics = replace(rig.optics, exit_pupil_px=pupil)
-    return Laboratory(camera, rig.sensor, optics)
+    return Laboratory(camera, rig.sensor, replace(rig.optics, exit_pupil_px=pupil))
 
 
 def T_world_camera(camera):
@@ -80,8 +79,7 @@ def unwrapped_places(camera, view, points):
     of that pixel. NaN where the picture does not hold the point.
     """
     T_camera_world = inverse_pose(T_world_camera(camera))
-    pixels = camera.project(transform(T_camera_world, points)).pixels
-    rays = camera.rays(pixels)
+    rays = camera.rays(camera.project(transform(T_camera_world, points)).pixels)
     return view.project(rays.origins + LEVEL_MM * rays.directions)
 
 
@@ -123,8 +121,7 @@ def borders(unwrapped, camera, view):
         found = found[np.isfinite(found)]
         if len(found) >= FEWEST_ROWS:
             middle = np.median(found)
-            off = np.median(np.abs(found - middle))
-            out.append((column, middle, off, len(found)))
+            out.append((column, middle, np.median(np.abs(found - middle)), len(found)))
     return np.array(out).reshape(-1, 4)
 
 
@@ -177,8 +174,7 @@ def mirror_camera(name):
     psi = np.radians(90 + HIGHEST_DEG)
     R = RIM_MM * (1 + e * np.cos(psi)) / np.sin(psi)
     if e == 1:
-        scale = RIM_PX / RIM_MM
-        viewer = OrthographicCamera(scale, MIDDLE, WIDTH, HEIGHT)
+        viewer = OrthographicCamera(RIM_PX / RIM_MM, MIDDLE, WIDTH, HEIGHT)
         return QuadricMirrorCamera.aligned(viewer, "paraboloid", [R / 2], RIM_MM)
     a = R / (e * e - 1)
     b = a * np.sqrt(e * e - 1)

@@ -67,8 +67,7 @@ def omega_of_equidistance():
     """omega (deg) of the FOV model fitted to the law of equidistance."""
     angles = np.linspace(0, np.radians(70), 30)
     start = made("field of view", omega=1.0, K=K_of(100))()
-    found = fit_camera(start, angles, 100 * angles)
-    return float(np.degrees(found.camera.omega))
+    return float(np.degrees(fit_camera(start, angles, 100 * angles).camera.omega))
 
 
 def sphere_of_hyperboloid():

@@ -219,8 +219,7 @@ def _scene(cameras):
         scale = SCENE_MM / DRAWN_MM[name]
         T = np.eye(4)
         T[:3, 3] = [700.0 * column, 700.0 * row, 0.0] - scale * one.middle
-        whole = _parts(one, half=False)
-        parts += moved(whole, T, unlabelled=number > 0, scale=scale)
+        parts += moved(_parts(one, half=False), T, unlabelled=number > 0, scale=scale)
         parts.append(Labels([T[:3, 3] + scale * one.middle], [name], INK))
     return framed(
         parts,

@@ -198,8 +198,7 @@ def fit_trial(condition, rng):
     radii = lens(condition["lens"])(angles)
     # A pinhole's radius grows without end: its focal length starts small.
     focal = radii[-1] / angles[-1]
-    first = start(focal, condition["extra"])()
-    found = fit_camera(first, angles, radii)
+    found = fit_camera(start(focal, condition["extra"])(), angles, radii)
     return {
         "free": found.free,
         "rms_px": found.rms_px,

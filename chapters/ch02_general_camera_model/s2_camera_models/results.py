@@ -54,8 +54,7 @@ def fits_of(result, lens, family):
     """Free parameters (n,) and rms (n,) px of a family's fits."""
     rows = [c for c in result.conditions if c["lens"] == lens and c["family"] == family]
     free = [result.column("free", **row)[0] for row in rows]
-    rms = [result.column("rms_px", **row)[0] for row in rows]
-    return np.array(free), np.array(rms)
+    return np.array(free), np.array([result.column("rms_px", **row)[0] for row in rows])
 
 
 def feasible_shares(result):

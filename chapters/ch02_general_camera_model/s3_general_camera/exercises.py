@@ -73,8 +73,7 @@ def vector_through():
 def ray_of_pixel():
     """Unit direction (3,) of the ray through the two points seen."""
     T = np.stack([np.eye(4), pose(np.eye(3), [0.0, 0.0, STEP_MM])])
-    points = np.array(SEEN_MM)[:, None]
-    return rays_from_known_motion(points, T).directions[0]
+    return rays_from_known_motion(np.array(SEEN_MM)[:, None], T).directions[0]
 
 
 def angle_per_shift(shift_mm, step_mm):

@@ -206,8 +206,7 @@ def wrong_motion_trial(condition, rng):
     along a random direction, or a turn about a random axis of grid 2.
     """
     camera = fisheye(160, 120)
-    pixels = rng.uniform([0, 0], [159, 119], (400, 2))
-    true = camera.rays(pixels)
+    true = camera.rays(rng.uniform([0, 0], [159, 119], (400, 2)))
     grids = draw_two_grids(rng, 1.0)
     hits = intersect_rays_plane(true.origins, true.directions, grids)
     way = rng.normal(size=3)
@@ -217,8 +216,7 @@ def wrong_motion_trial(condition, rng):
         wrong = grids.copy()
         wrong[1] = grids[1] @ error_pose(condition["kind"], level * way)
         found = rays_from_known_motion(hits.points, wrong)
-        both = found.valid & true.valid
-        angle, gap = ray_errors(found, true, both)
+        angle, gap = ray_errors(found, true, found.valid & true.valid)
         out[f"ray_deg.{level:g}"] = np.degrees(np.median(angle))
         out[f"gap_mm.{level:g}"] = np.median(gap)
     return out

@@ -23,9 +23,8 @@ def linear_scene(results):
     for number, ends in enumerate(_in_plane(traces, met, centre)):
         colour = series(number)["color"]
         axes.plot(*ends.T, color=colour, lw=2.4, ls="-", marker="")
-        low = ends[np.argmin(ends[:, 0])]
         axes.annotate(
-            NAMES[number], low, (-6, 0), color=colour,
+            NAMES[number], ends[np.argmin(ends[:, 0])], (-6, 0), color=colour,
             textcoords="offset points", ha="right", va="center",
         )  # fmt: skip
     farthest = met[np.argmax(np.linalg.norm(met - centre, axis=1))]
@@ -68,8 +67,7 @@ def _in_plane(points, met, centre):
     """Coordinates (..., 2) in the plane through the ray and the base x axis."""
     upright = met[0] - centre
     upright = upright * [0.0, 1.0, 1.0] / np.linalg.norm(upright[1:])
-    offset = points - met[0]
-    return np.stack([points[..., 0], offset @ upright], axis=-1)
+    return np.stack([points[..., 0], (points - met[0]) @ upright], axis=-1)
 
 
 def _off_line(centre, met):

@@ -253,8 +253,7 @@ def algorithm_run(effort):
         "corners": [COLUMNS, ROWS],
         "pitch_mm": PITCH_MM,
     }
-    conditions = [{"camera": "pinhole"}, {"camera": "fisheye"}]
-    return Plan(run_trial, conditions, 1, settings)
+    return Plan(run_trial, [{"camera": "pinhole"}, {"camera": "fisheye"}], 1, settings)
 
 
 # %% [markdown]

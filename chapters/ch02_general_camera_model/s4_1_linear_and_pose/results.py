@@ -32,8 +32,7 @@ def of_exactness(exact):
     """Errors of the linear stage, corrected and as printed."""
     value("scenes", exact.trials_per_condition)
     value("negative", int(exact.column("printed_negative").sum()))
-    off = exact.column("printed_depth_mm")
-    value("wrong_mm", float(np.nanmedian(off)))
+    value("wrong_mm", float(np.nanmedian(exact.column("printed_depth_mm"))))
 
 
 def of_triplets(triplets):
@@ -41,8 +40,7 @@ def of_triplets(triplets):
     value("triplets", triplets.trials_per_condition)
     paired = triplets.column("paired_share", anchors="distinct")
     value("distinct_paired", int((paired > 0).sum()))
-    grunert = triplets.column("grunert_agrees", anchors="common")
-    value("grunert", int(grunert.sum()))
+    value("grunert", int(triplets.column("grunert_agrees", anchors="common").sum()))
 
 
 def exact_errors(result, form):

@@ -51,5 +51,4 @@ def exercise_scene():
 
 def where_it_meets(names):
     """Where the ray through (37, -16) of the base grid meets grid 2, (2,)."""
-    point = meet(names, 2, [Fraction(37), Fraction(-16)])
-    return [float(part) for part in point]
+    return [float(part) for part in meet(names, 2, [Fraction(37), Fraction(-16)])]

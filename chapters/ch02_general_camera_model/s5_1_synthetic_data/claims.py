@@ -58,9 +58,8 @@ def _proportional(series: Callable) -> Reading:
     trials = [series(level) for level in LEVELS]
     found = [median_interval(t, worst=np.nanmax(t)) for t in trials]
     spread = np.array([max(e.high - e.low, 1e-12) for e in found])
-    medians = np.array([e.value for e in found])
     # The intervals of the medians are in the weights; R2 itself has none.
-    line = weighted_line(levels, medians, 1 / spread**2)
+    line = weighted_line(levels, np.array([e.value for e in found]), 1 / spread**2)
     slope = trend(levels, trials, loglog_slope)
     decision = slope.within(0.85, 1.15)
     if line.r2 < 0.98:
@@ -154,8 +153,7 @@ def judge_fov_generic_150(results, options):
     """Generic mean and SD rise from 120 to 150 deg, more than of exact rays."""
     case = SweepCase(results["fig_2_3_fov"], options)
     quantities = ("mean_px", "sd_px")
-    means = [case.generic("mean_px", fov_deg=f) for f in (120, 150)]
-    won = wins([tuple(means)])[0]
+    won = wins([tuple(case.generic("mean_px", fov_deg=f) for f in (120, 150))])[0]
     rise, beyond = (
         {q: median_ratio(*(of(q, fov_deg=f) for f in (150, 120)))
          for q in quantities}
@@ -201,8 +199,7 @@ def judge_infinite_plane_cause(results, options):
     rise = median_ratio(trials[2], trials[3])
     left = bootstrap(_excess_left, *trials)
     case = case.other(extent="unbounded", residual_scale="source image")
-    grazing = case.generic("grazing_spearman", fov_deg=150)
-    rank = median_interval(grazing, worst=-1.0)
+    rank = median_interval(case.generic("grazing_spearman", fov_deg=150), worst=-1.0)
     decisions = [left.below(0.5), rank.above(0.3 - 1e-9)]
     if rise.above(1.0) != HOLDS:
         decisions.append(rise.above(1.0))

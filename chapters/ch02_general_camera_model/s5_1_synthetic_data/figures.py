@@ -110,8 +110,7 @@ def fig_2_3(results):
     for panels, sweep in zip(curves.axes.T, (NOISE, FOV), strict=True):
         for panel, quantity in zip(panels, ("mean", "sd"), strict=True):
             value = f"fresh.corrected.{quantity}_px"
-            shown = ("exact", *METHODS)
-            curves.draw(panel, sweep, [line(m, value) for m in shown])
+            curves.draw(panel, sweep, [line(m, value) for m in ("exact", *METHODS)])
         panels[0].set_ylabel("Mean residual (px)")
         panels[1].set_ylabel("SD of residual (px)")
     curves.axes[0, 0].set_title("(a) rising noise")
@@ -174,8 +173,7 @@ def ext_fig_2_3_readings(results):
                 for method in METHODS[:2]
                 for faint, scale in enumerate(SCALES)
             ]
-            condition = {"domain": domain, "extent": extent}
-            curves.draw(panel, FOV, shown, condition)
+            curves.draw(panel, FOV, shown, {"domain": domain, "extent": extent})
             panel.set(xticks=(30, 90, 150), xlabel="")
         panels[0].set_ylabel(f"Mean residual,\n{words} (px)")
     for panel, (domain, extent) in zip(curves.axes[0], cases, strict=True):

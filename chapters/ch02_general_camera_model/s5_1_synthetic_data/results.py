@@ -39,8 +39,7 @@ def median_of(result, method, value, **condition):
 
 def rank_trend(x, medians):
     """Rank correlation of medians (n,) with a sweep (n,) that has no ties."""
-    ranks = np.argsort(np.argsort(medians))
-    return float(np.corrcoef(np.arange(len(x)), ranks)[0, 1])
+    return float(np.corrcoef(np.arange(len(x)), np.argsort(np.argsort(medians)))[0, 1])
 
 
 def spread_over_sweep(x, medians):

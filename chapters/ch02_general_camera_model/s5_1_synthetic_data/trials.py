@@ -155,8 +155,7 @@ def _rank_correlation(values, ranks):
 
 def point_noise_ratio(data):
     """SD of noise on the grids: outer over inner 20 % of field angle."""
-    directions = data.directions
-    angle = np.arccos(np.clip(directions[:, 2], -1, 1))
+    angle = np.arccos(np.clip(data.directions[:, 2], -1, 1))
     error = data.noisy_points - data.points
     outer = error[:, angle > 0.8 * angle.max()].std(ddof=1)
     inner = error[:, angle < 0.2 * angle.max()].std(ddof=1)
@@ -165,8 +164,7 @@ def point_noise_ratio(data):
 
 def widest_angle_deg(data):
     """Largest angle from the axis at which all grids were measured."""
-    axial = data.directions[:, 2]
-    return np.degrees(np.arccos(axial.min()))
+    return np.degrees(np.arccos(data.directions[:, 2].min()))
 
 
 def score_exact(data, focal):
@@ -207,8 +205,7 @@ def measure_laws(condition, rng):
     data = {}
     for law in LAWS:
         camera = camera_of(law, fov_deg)
-        seen = camera.project(rays).pixels
-        data[law] = observe(camera, grids, seen, noise, domain)
+        data[law] = observe(camera, grids, camera.project(rays).pixels, noise, domain)
     return data
 
 

@@ -151,8 +151,7 @@ def spread_of_medians(*trials):
 @claim("c2_t22_generic_flat", needs=OF_SEEDS, evidence="rendered", readings=RESIDUAL)
 def judge_generic_flat(results, options):
     """Largest over smallest generic residual of the three sets: <= 1.25."""
-    case = ZoomCase(results, options)
-    trials = [with_worst(t) for t in case.residuals("generic")]
+    trials = [with_worst(t) for t in ZoomCase(results, options).residuals("generic")]
     spread = bootstrap(spread_of_medians, *trials)
     return Reading.of(
         spread.below(FLAT + 1e-12),
@@ -176,20 +175,17 @@ def quintiles(case, name):
     """Means, p-values (quintiles, seeds) and RMS (seeds,) of set 3."""
 
     def column(value):
-        place = f"{case.images}.radial.{case.scale}.{value}"
-        return case.of(name, place, STAGE_ZOOM)
+        return case.of(name, f"{case.images}.radial.{case.scale}.{value}", STAGE_ZOOM)
 
     numbers = range(1, QUINTILES + 1)
     means = np.stack([column(f"q{n}.mean_px") for n in numbers])
-    p = np.stack([column(f"q{n}.p") for n in numbers])
-    return means, p, column("rms_px")
+    return means, np.stack([column(f"q{n}.p") for n in numbers]), column("rms_px")
 
 
 @claim("c2_persp_radial_bias", needs=OF_SEEDS, evidence="rendered", readings=BIAS)
 def judge_radial_bias(results, options):
     """Opposite radial residuals in the second (or first) and last fifth."""
-    case = ZoomCase(results, options)
-    means, p, _ = quintiles(case, "parametric")
+    means, p, _ = quintiles(ZoomCase(results, options), "parametric")
     sure = p < BIAS_P
     inner = [sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)]
     medians = ", ".join(f"{m:+.2f}" for m in np.nanmedian(means, 1))
@@ -200,8 +196,7 @@ def judge_radial_bias(results, options):
 @claim("c2_generic_no_radial_bias", needs=OF_SEEDS, evidence="rendered", readings=FIELD)
 def judge_no_radial_bias(results, options):
     """Generic: radial residual at most a quarter of the RMS in every fifth."""
-    case = ZoomCase(results, options)
-    means, _, rms = quintiles(case, "generic")
+    means, _, rms = quintiles(ZoomCase(results, options), "generic")
     largest = np.max(np.abs(means), axis=0) / rms
     reason = f"largest fifth, median {np.nanmedian(largest):.2f} of the RMS"
     return in_seeds(largest <= NO_BIAS, reason)

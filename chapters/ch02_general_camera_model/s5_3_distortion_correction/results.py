@@ -30,8 +30,7 @@ def name_values(open_results):
 def line_median(case, name):
     """Median over seeds of a method's distance (px) from straight lines."""
     place = f"lines.{case.method('generic')}.{name}.{case.scale}"
-    trials = case.column(place, FACADE_ZOOM)
-    return float(np.median(with_worst(trials)))
+    return float(np.median(with_worst(case.column(place, FACADE_ZOOM))))
 
 
 def edges_of(rendered):
@@ -73,8 +72,7 @@ def distances(edges):
     for method in ("parametric", "generic_as_printed"):
         out[method] = np.full(both.shape, np.nan)
         for number in np.flatnonzero(np.sum(both, axis=1) >= FEWEST):
-            edge = edges[method][number]
-            out[method][number] = np.abs(from_line(edge, both[number]))
+            out[method][number] = np.abs(from_line(edges[method][number], both[number]))
     return out
 
 

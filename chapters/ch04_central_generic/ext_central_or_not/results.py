@@ -49,5 +49,4 @@ def name_values(open_results):
     for camera in CAMERAS:
         value(f"alarms.{camera}", 100 * alarms(result, camera, most).value)
         for field in ("true_mm", "found_mm", "central_miss_mm", "lines_miss_mm"):
-            found = median(result, field, camera, most)
-            value(f"{field}.{camera}", found.value)
+            value(f"{field}.{camera}", median(result, field, camera, most).value)

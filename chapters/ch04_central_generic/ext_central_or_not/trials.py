@@ -106,8 +106,7 @@ def miss(rays, T_base, centre, origins, directions):
     """
     along = np.sum((centre - rays.origins) * rays.directions, axis=1)
     nearest = rays.origins + along[:, None] * rays.directions
-    reach = transform(T_base, nearest) - origins
-    off = np.cross(reach, directions)
+    off = np.cross(transform(T_base, nearest) - origins, directions)
     return float(np.sqrt(np.nanmean(np.sum(off**2, axis=1))))
 
 

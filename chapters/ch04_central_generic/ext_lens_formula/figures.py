@@ -55,8 +55,7 @@ def lens_formula(results):
             found = residuals_by_radius(study, model)
             if found is not None:
                 look = OF_PHOTOGRAPHS[model]
-                binned = _binned(*found)
-                add(panels[-1], name, model, EVERY[model], look, *binned)
+                add(panels[-1], name, model, EVERY[model], look, *_binned(*found))
         panels[-1].set_title("photographs")
         panels[-1].legend(fontsize=7)
     for panel in panels:

@@ -57,12 +57,10 @@ def boards(camera, angles, count, rng, noise_px):
     """Views of boards at random poses, all of them whole in the image."""
     views = []
     while len(views) < count:
-        points = transform(_held(angles, rng), on_plane(BOARD))
-        pixels, seen = camera.project(points)
+        pixels, seen = camera.project(transform(_held(angles, rng), on_plane(BOARD)))
         if seen.all() and camera.in_image(pixels).all():
             pixels = pixels + noise_px * rng.normal(size=pixels.shape)
-            name = f"board {len(views)}"
-            views.append(BoardView(pixels, BOARD, COLUMNS, ROWS, name))
+            views.append(BoardView(pixels, BOARD, COLUMNS, ROWS, f"board {len(views)}"))
     return views
 
 

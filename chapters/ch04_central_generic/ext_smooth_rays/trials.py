@@ -87,8 +87,7 @@ def calibrate(scene):
 def off_px(camera, pixels, directions):
     """Where the camera sees the rays less their pixels (N, 2), after the one rotation
     that brings them nearest to its own."""
-    exact = camera.rays(pixels).directions
-    R = nearest_rotation(exact.T @ directions)
+    R = nearest_rotation(camera.rays(pixels).directions.T @ directions)
     return camera.project(directions @ R.T).pixels - pixels
 
 
@@ -140,10 +139,8 @@ def seen_boards(camera, rng):
         axis = rng.uniform(0, 2 * np.pi)
         turn = np.array([np.cos(axis), np.sin(axis), 0.0])
         R = rotation_from_vector(rng.uniform(0.2, 0.8) * turn)
-        place = rng.uniform(0, [[SEEN_TO_PX, SIZE_PX]])
-        sight = camera.rays(place).directions[0]
-        middle = R @ flat.mean(axis=0)
-        T = pose(R, rng.uniform(300, 600) * sight - middle)
+        sight = camera.rays(rng.uniform(0, [[SEEN_TO_PX, SIZE_PX]])).directions[0]
+        T = pose(R, rng.uniform(300, 600) * sight - R @ flat.mean(axis=0))
         found = camera.project(transform(T, flat))
         radius = np.linalg.norm(found.pixels - SIZE_PX / 2, axis=1)
         within = (radius < RADIUS_PX) & (found.pixels[:, 0] < SEEN_TO_PX)
@@ -158,8 +155,7 @@ def mapped(camera, fit, views):
     """Over a lattice of pixels: correction, stated SD, error, whether covered."""
     v, u = np.mgrid[8:SIZE_PX:MAP_STEP_PX, 8:SIZE_PX:MAP_STEP_PX]
     pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
-    inside = np.linalg.norm(pixels - SIZE_PX / 2, axis=1) < RADIUS_PX
-    pixels = pixels[inside]
+    pixels = pixels[np.linalg.norm(pixels - SIZE_PX / 2, axis=1) < RADIUS_PX]
     # The rotation is that of where targets were: elsewhere there is nothing to fit.
     covered = fit.camera.covers(pixels)
     directions = fit.camera.rays(pixels).directions

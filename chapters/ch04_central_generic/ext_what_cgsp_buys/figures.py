@@ -89,8 +89,7 @@ def cgsp_sensitivity(results):
         panel.set_xticks(levels, [f"{level:g}" for level in levels])
         panel.minorticks_off()
     legend_below(drawn, axes[0, 0], ncols=2)
-    swept = results["ext_cgsp_sensitivity"]
-    again = int(swept.select().column("drawn_again").sum())
+    again = int(results["ext_cgsp_sensitivity"].select().column("drawn_again").sum())
     return Drawing(
         drawn,
         columns(("sweep", "method", "x", "median", "low", "high"), rows),

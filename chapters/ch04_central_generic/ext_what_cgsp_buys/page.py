@@ -93,8 +93,7 @@ from repro.run.outcomes import Plan
 # %%
 def trial(condition, rng):
     """One scene, and the error of the centre after every step."""
-    scene = draw_scene(radial_lens(), NOISE_PX, rng)
-    return centre_errors(scene.noisy, STEPS)
+    return centre_errors(draw_scene(radial_lens(), NOISE_PX, rng).noisy, STEPS)
 
 
 @experiment("ext_cgsp_steps", artefact="ext_what_cgsp_buys_figure")

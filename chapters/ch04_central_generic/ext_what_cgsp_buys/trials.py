@@ -61,8 +61,7 @@ def in_normalised_coordinates(solve, points):
     poses = []
     for T, offset in zip(found.T_base_grid, offsets, strict=True):
         R = T[:3, :3]
-        shift = T[:3, 3] / scale + base - R @ np.append(offset, 0.0)
-        poses.append(pose(R, shift))
+        poses.append(pose(R, T[:3, 3] / scale + base - R @ np.append(offset, 0.0)))
     centre = found.centre / scale + base
     return LinearSolution(centre, np.stack(poses), found.degeneracy)
 
@@ -72,8 +71,7 @@ def one_scale(points):
     coefficients = []
     for other in points[1:]:
         v, w, _ = solve_coefficients(points[0], other)
-        shared = np.column_stack([v[3:6], w[:3]])
-        scale_v, scale_w = np.linalg.svd(shared)[2][0]
+        scale_v, scale_w = np.linalg.svd(np.column_stack([v[3:6], w[:3]]))[2][0]
         coefficients += [v, w * (scale_v / scale_w)]
     v, w, m, n = coefficients
     u, degeneracy = solve_unknowns(v, w, m, n)
@@ -134,8 +132,7 @@ def centre_errors(points, methods):
 def grids_trial(condition, rng):
     """More than three grids: methods that take any number."""
     scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=condition["grids"])
-    methods = {name: STEPS[name] for name in OF_MANY_GRIDS}
-    return centre_errors(scene.noisy, methods)
+    return centre_errors(scene.noisy, {name: STEPS[name] for name in OF_MANY_GRIDS})
 
 
 @experiment("ext_cgsp_grids", artefact="ext_cgsp_sensitivity_figure")
@@ -163,8 +160,7 @@ def outliers_trial(condition, rng):
         return linear_cgsp(points, side=SIDE, robust="ransac", rng=rng)
 
     def standard_on_inliers(points):
-        kept = robust(points).inliers.all(axis=0)
-        return well_conditioned(points[:, kept])
+        return well_conditioned(points[:, robust(points).inliers.all(axis=0)])
 
     return centre_errors(
         points,
@@ -191,8 +187,7 @@ def sensitivity_trial(condition, rng):
     poses, pixels, drawn_again = _in_view(camera, condition, rng)
     scene = observe(camera, poses, pixels, NOISE_PX, "px", rng)
     methods = {name: STEPS[name] for name in OF_MANY_GRIDS}
-    out = centre_errors(scene.noisy, methods)
-    return out | {"drawn_again": drawn_again}
+    return centre_errors(scene.noisy, methods) | {"drawn_again": drawn_again}
 
 
 def _in_view(camera, condition, rng):

@@ -125,8 +125,7 @@ from repro.run.outcomes import Plan
 # %%
 def exact_trial(condition, rng):
     """The centre's error of both solvers, without noise."""
-    draw = camera_of(condition["camera"])
-    points = draw_points(draw, draw_poses(rng), rng)
+    points = draw_points(camera_of(condition["camera"]), draw_poses(rng), rng)
     return {solver: centre_off(solver, points) for solver in SOLVERS}
 
 

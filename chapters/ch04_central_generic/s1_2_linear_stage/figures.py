@@ -47,8 +47,7 @@ def ext_degeneracy(results):
         axes[1, column].axhline(WARNS, color=INK, lw=0.9, ls=":", marker="")
         axes[2, column].set(xscale="log")
         axes[2, column].set_xlabel("Angle between the planes (deg)")
-        shown = [0.02, 0.1, 1, 10]
-        axes[2, column].set_xticks(shown, ["0", "0.1", "1", "10"])
+        axes[2, column].set_xticks([0.02, 0.1, 1, 10], ["0", "0.1", "1", "10"])
     axes[0, 0].set_ylabel("Centre error (mm)")
     axes[1, 0].set_ylabel("Degeneracy (1)")
     axes[2, 0].set_ylabel("Refused (%)")

@@ -110,8 +110,7 @@ from repro.run.outcomes import Plan
 def weights_of_rays(effort):
     """Rays by centroids, with weights."""
     cases = [{"domain": domain} for domain in NOISE]
-    trials = {"quick": 3, "full": 60}[effort]
-    return Plan(weights_trial, cases, trials, SETTINGS)
+    return Plan(weights_trial, cases, {"quick": 3, "full": 60}[effort], SETTINGS)
 
 
 # %% [markdown]

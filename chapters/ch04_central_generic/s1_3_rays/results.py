@@ -11,8 +11,7 @@ VARIANCE, ALONE = "variance", "linear grids alone"
 
 def ray_error(result, weights, domain, posed):
     """Estimate of the median error of the rays (mm) with some weights."""
-    trials = result.column(f"ray_mm.{posed}.{weights}", domain=domain)
-    return median_interval(trials)
+    return median_interval(result.column(f"ray_mm.{posed}.{weights}", domain=domain))
 
 
 def best_factor(result, domain, posed):
@@ -31,5 +30,4 @@ def name_values(open_results):
         value(f"posed.{name}", posed)
         value(f"factor.{name}", best_factor(result, "px", posed))
         for weights in ("1", "4", VARIANCE, ALONE):
-            found = ray_error(result, weights, "px", posed).value
-            value(f"{name}.{weights}", found)
+            value(f"{name}.{weights}", ray_error(result, weights, "px", posed).value)

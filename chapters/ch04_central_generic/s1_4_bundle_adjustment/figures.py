@@ -36,10 +36,9 @@ def consistency(results):
             look = {"index": order.index(method), "label": NAMES[method]}
             rows += plot_estimates(panel, rays, found, (noise, method), **look)
         few, many = rays[0], rays[-1]
-        ideal = found[0].value * np.sqrt(few / np.array([few, many]))
         panel.plot(
-            [few, many], ideal, color=INK, lw=1, ls=":", marker="",
-            label="falls as $1/\\sqrt{N}$",
+            [few, many], found[0].value * np.sqrt(few / np.array([few, many])),
+            color=INK, lw=1, ls=":", marker="", label="falls as $1/\\sqrt{N}$",
         )  # fmt: skip
         panel.set(xscale="log", yscale="log", xlabel="Rays (1)")
         panel.xaxis.set_minor_formatter(NullFormatter())

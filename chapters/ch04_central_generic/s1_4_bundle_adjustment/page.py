@@ -154,8 +154,7 @@ def consistency_trial(condition, rng):
     for name in CURVES[noise]:
         if name == "line_fitting" and rays > MOST_FITTED:
             continue
-        centre = METHODS[name](scene.noisy, start)[0]
-        out[name] = {"centre_mm": centre_error(centre)}
+        out[name] = {"centre_mm": centre_error(METHODS[name](scene.noisy, start)[0])}
     return out
 
 
@@ -167,8 +166,7 @@ def consistency_sweep(effort):
     cases = [
         {"noise": noise, "rays": rays} for noise in CURVES for rays in RAYS[effort]
     ]
-    trials = {"quick": 2, "full": 40}[effort]
-    return Plan(consistency_trial, cases, trials, SETTINGS)
+    return Plan(consistency_trial, cases, {"quick": 2, "full": 40}[effort], SETTINGS)
 
 
 # %% [markdown]

@@ -45,8 +45,7 @@ def fall(result, method, noise):
 
 def refusals(result, **condition):
     """Trials that the linear stage refused, under what ``condition`` says."""
-    texts = result.select(**condition).texts("refused")
-    return sum(text is not None for text in texts)
+    return sum(text is not None for text in result.select(**condition).texts("refused"))
 
 
 def mean_interval(trials):

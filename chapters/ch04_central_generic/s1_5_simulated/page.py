@@ -146,8 +146,7 @@ def trial(condition, rng):
 @experiment("fig_4_2_redrawn", artefact="fig_4_2", shards={"full": 2})
 def redrawn_sweep(effort):
     """Fig. 4.2: rising noise, every trial with its own grids and rays."""
-    settings = SETTINGS | {"fov_deg": FOV_DEG}
-    return Plan(trial, levels(), TRIALS[effort], settings)
+    return Plan(trial, levels(), TRIALS[effort], SETTINGS | {"fov_deg": FOV_DEG})
 
 
 # %% [markdown]

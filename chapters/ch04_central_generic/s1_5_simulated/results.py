@@ -102,12 +102,10 @@ def name_values(open_results):
     """Name the numbers of the prose, in the primary reading at 0.5 px."""
     result = open_results("fig_4_2_redrawn")
     for name in QUOTED:
-        found = PRIMARY.trials(result, *name.split("."), 0.5)
-        value(name, float(np.median(found)))
+        value(name, float(np.median(PRIMARY.trials(result, *name.split("."), 0.5))))
     for method in ("as_printed", "cgsp"):
         centre = PRIMARY.trials(result, method, "linear", "centre", 0.5)
-        off = np.abs(centre - np.median(centre))
-        value(f"{method}.spread", float(np.median(off)))
+        value(f"{method}.spread", float(np.median(np.abs(centre - np.median(centre)))))
     failed, total = failures(result, "as_printed")
     value("as_printed.failed", failed)
     value("total", total)

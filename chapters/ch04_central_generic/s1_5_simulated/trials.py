@@ -67,8 +67,7 @@ def _length(vector):
 
 def relaxed(points, centre, T_base_grid):
     """Poses and rays after the thesis's bundle adjustment, the centre kept."""
-    seen = np.ones(points.shape[:2], bool)
-    found = relax_poses(points, seen, centre, T_base_grid)
+    found = relax_poses(points, np.ones(points.shape[:2], bool), centre, T_base_grid)
     return found.T_base_grid, found.directions
 
 

@@ -173,8 +173,7 @@ def redrawn_seeds(effort, results):
         rig: DecodingErrors.read(found, share="share_of_outliers")
         for rig, found in results[ERRORS].by("rig").items()
     }
-    trial = partial(redrawn_trial, errors=errors)
-    return Plan(trial, conditions, TRIALS[effort], {})
+    return Plan(partial(redrawn_trial, errors=errors), conditions, TRIALS[effort], {})
 
 
 # %%

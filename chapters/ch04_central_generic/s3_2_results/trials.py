@@ -56,8 +56,7 @@ BRACKET_SETS = {
 def rendered_trial(condition, rng):
     """A rendered set decoded and calibrated by every method, and its true numbers."""
     folder = rendered_set(condition["rig"], condition["seed"])
-    camera = true_camera(folder)
-    rays = shared_rays(first_points(folder), camera.width, rng)
+    rays = shared_rays(first_points(folder), true_camera(folder).width, rng)
     true = true_grids_of_set(folder, rays.pixels)
     found = calibrated(rays.points, true)
     step = max(1, len(rays.pixels) // DRAWN)
@@ -80,8 +79,7 @@ def _of_rays(rays, true):
 
 def errors_trial(condition, rng):
     """The DecodingErrors of all rendered sets of a rig, as arrays."""
-    seeds = condition["seeds"]
-    folders = [rendered_set(condition["rig"], seed) for seed in seeds]
+    folders = [rendered_set(condition["rig"], seed) for seed in condition["seeds"]]
     rays, shape = lattice_rays(true_camera(folders[0]), 1)
     found = measured_errors(
         (grid, (rays.directions @ grid.T_camera_grid[:3, 2]).reshape(shape))

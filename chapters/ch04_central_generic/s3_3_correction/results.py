@@ -39,8 +39,7 @@ def name_values(open_results):
             value(f"{short}.{method}.mean", median(boards, camera, f"{method}.mean_mm"))
             worst = median(lines, camera, f"{method}.worst_share")
             value(f"{short}.{method}.worst", 100 * worst)
-        found = of_camera(boards, camera, "boards_found")
-        value(f"{short}.boards", int(found.sum()))
+        value(f"{short}.boards", int(of_camera(boards, camera, "boards_found").sum()))
     for method in ("printed", "cgsp"):
         for name, result, camera, key in (
             ("seam", boards, OMNI, "seam_ratio"),

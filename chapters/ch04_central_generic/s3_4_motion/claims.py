@@ -34,8 +34,7 @@ def _judged(results, options, motion, what):
 )
 def judge_translation(results, options):
     """The deviation from the mean step is smaller with CGSP."""
-    what = "RMS deviation from the mean step"
-    return _judged(results, options, "translation", what)
+    return _judged(results, options, "translation", "RMS deviation from the mean step")
 
 
 @claim(

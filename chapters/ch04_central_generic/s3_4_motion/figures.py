@@ -36,8 +36,7 @@ EXACT = 1e-9
 
 def drawn_arrays(result, motion, method, name):
     """One array of the first rendered seed, by CELECT."""
-    stored = f"{motion}.{DRAWN}.{method}.{name}"
-    return result.arrays(stored, seed=0)[0]
+    return result.arrays(f"{motion}.{DRAWN}.{method}.{name}", seed=0)[0]
 
 
 def path_of(shifts, across):
@@ -138,14 +137,12 @@ def motion_seeds(results):
         for index, method in enumerate(METHODS):
             trials = trials_of(result, motion, measure, method, DRAWN)
             look = series(index)
-            place = index + np.linspace(-0.25, 0.25, len(trials))
             panel.plot(
-                place, np.sort(trials), ls="", ms=3,
-                marker=look["marker"], color=look["color"],
+                index + np.linspace(-0.25, 0.25, len(trials)), np.sort(trials),
+                ls="", ms=3, marker=look["marker"], color=look["color"],
             )  # fmt: skip
-            found = median_interval(trials)
             panel.plot(
-                [index - 0.32, index + 0.32], [found.value] * 2,
+                [index - 0.32, index + 0.32], [median_interval(trials).value] * 2,
                 color=INK, lw=1.6, ls="-", marker="",
             )  # fmt: skip
             rows += [(motion, method, error) for error in trials]

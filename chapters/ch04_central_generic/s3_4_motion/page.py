@@ -150,16 +150,13 @@ def motion_trial(condition, rng, corners, decoding):
     seed = condition.get("seed")
     camera, grids = rig_named(RIG).camera, drawn_grids(decoding, rng)
     found = attempted(grids, rng)
-    true = inverse_pose(grids.T_camera_grid[0])
-    centre = transform(true, viewpoint(camera)[None])[0]
+    centre = transform(inverse_pose(grids.T_camera_grid[0]), viewpoint(camera)[None])[0]
     out = {"centre_mm": {}, "without_ray": 0.0}
     for method, one in found.items():
         if not isinstance(one, str):
-            off = np.linalg.norm(one.centre - centre)
-            out["centre_mm"][method] = off
+            out["centre_mm"][method] = np.linalg.norm(one.centre - centre)
     for motion in STEPS:
-        setup = corners.setup(motion, seed, rng)
-        poses = target_poses(motion, setup)
+        poses = target_poses(motion, corners.setup(motion, seed, rng))
         pixels = np.stack([np.concatenate(true_pixels(camera, T)) for T in poses])
         out[motion] = {}
         for detector in DETECTORS:
@@ -212,8 +209,7 @@ def trial_of(results, effort):
 def rendered_seeds(effort, results):
     """Motions from the corners of the rendered pictures."""
     conditions = [{"seed": seed} for seed in range(RENDERED[effort])]
-    settings = SETTINGS | CALIBRATION
-    return Plan(trial_of(results, effort), conditions, 1, settings)
+    return Plan(trial_of(results, effort), conditions, 1, SETTINGS | CALIBRATION)
 
 
 @experiment(
@@ -225,8 +221,7 @@ def rendered_seeds(effort, results):
 )
 def redrawn_seeds(effort, results):
     """Motions of further seeds, with redrawn corners."""
-    settings = SETTINGS | CALIBRATION
-    return Plan(trial_of(results, effort), [{}], SEEDS[effort], settings)
+    return Plan(trial_of(results, effort), [{}], SEEDS[effort], SETTINGS | CALIBRATION)
 
 
 # %% [markdown]

@@ -18,8 +18,7 @@ DRAWN = "CELECT"
 
 def trials_of(result, motion, measure, method, detector):
     """Trials (n,) of one measure of one method, nan where it failed."""
-    name = f"{motion}.{detector}.{method}.{measure}"
-    return result.select().column(name)
+    return result.select().column(f"{motion}.{detector}.{method}.{measure}")
 
 
 def refusals(result, motion, detector):
@@ -36,8 +35,7 @@ def corner_error(result, motion, detector):
         errors = result.arrays(f"errors.{detector}.{k}", motion=motion)
         for lost, off in zip(refused, errors, strict=True):
             found.append(off[~lost[:, k]].reshape(-1, 2))
-    squares = np.sum(np.concatenate(found) ** 2, axis=1)
-    return float(np.sqrt(squares.mean()))
+    return float(np.sqrt(np.sum(np.concatenate(found) ** 2, axis=1).mean()))
 
 
 def name_values(open_results):

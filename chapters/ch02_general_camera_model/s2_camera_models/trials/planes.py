@@ -21,9 +21,8 @@ def rays_of_fov(fov_deg, rng):
     The whole bundle is turned at random: no plane is preferred.
     """
     half, middle = np.radians(fov_deg) / 2, (SIZE_PX - 1) / 2
-    focal = middle / half
     camera = FisheyeCamera(
-        "equidistance", focal, (middle, middle), SIZE_PX, SIZE_PX, half
+        "equidistance", middle / half, (middle, middle), SIZE_PX, SIZE_PX, half
     )
     angle = np.concatenate(
         [np.arange(RIM) * 2 * np.pi / RIM, rng.uniform(0, 2 * np.pi, INNER)]
@@ -46,10 +45,9 @@ def plane_trial(condition, rng):
     from scipy.optimize import linprog
 
     directions, on_rim = rays_of_fov(condition["fov_deg"], rng)
-    lowest = np.column_stack([-directions, np.ones(len(directions))])
     found = linprog(
         [0, 0, 0, -1.0],
-        A_ub=lowest,
+        A_ub=np.column_stack([-directions, np.ones(len(directions))]),
         b_ub=np.zeros(len(directions)),
         bounds=[(-1, 1)] * 3 + [(None, 1)],
         method="highs",

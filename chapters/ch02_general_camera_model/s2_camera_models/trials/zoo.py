@@ -164,8 +164,7 @@ def mirror_trial(condition, rng):
     """The unified sphere fitted to a mirror that looks along -z."""
     model = camera(condition["model"])
     r = np.linspace(1, 95, 60)
-    row = np.column_stack([MIDDLE + r, np.full_like(r, MIDDLE)])
-    rays = model.rays(row)
+    rays = model.rays(np.column_stack([MIDDLE + r, np.full_like(r, MIDDLE)]))
     theta = angles_from(np.array([0, 0, -1.0]), rays.directions)
     seen = rays.valid
     first = made("unified sphere", xi=0.95, K=K_of(80))()

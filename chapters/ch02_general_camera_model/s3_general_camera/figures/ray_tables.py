@@ -123,8 +123,7 @@ def _draw_image(axes, table):
 def matrix_text(matrix):
     """A Plücker matrix in rows, two digits after the point."""
     # Adding zero turns the -0 of a rounded entry into 0.
-    rows = np.round(matrix, 2) + 0.0
-    cells = [[f"{x:.2f}" for x in row] for row in rows]
+    cells = [[f"{x:.2f}" for x in row] for row in np.round(matrix, 2) + 0.0]
     wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return "\n".join(
         " ".join(cell.rjust(n) for cell, n in zip(row, wide, strict=True))

@@ -138,8 +138,7 @@ def _polished(depths, problem):
     error, _ = _errors(depths, *problem)
     limit = AGREEMENT * np.sum(np.ptp(problem[2], axis=0) ** 2)
     good = np.abs(error).max(axis=1) < limit
-    imaginary = np.abs(depths.imag).max(axis=1)
-    good &= imaginary < REAL * np.abs(depths).max(axis=1)
+    good &= np.abs(depths.imag).max(axis=1) < REAL * np.abs(depths).max(axis=1)
     return depths[good].real
 
 

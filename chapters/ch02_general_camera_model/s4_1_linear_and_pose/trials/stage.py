@@ -140,8 +140,7 @@ def no_motion_trial(condition, rng):
     way = rng.normal(size=3)
     way *= WRONG_MM / np.linalg.norm(way)
     out = {"two_pose_deg": {}}
-    flat = np.column_stack([points[0], np.zeros(len(points[0]))])
-    true = flat - centre
+    true = np.column_stack([points[0], np.zeros(len(points[0]))]) - centre
     true /= np.linalg.norm(true, axis=1, keepdims=True)
     for name, error in (("right", np.zeros(3)), ("wrong", way)):
         known = poses[:2].copy()
@@ -154,9 +153,8 @@ def no_motion_trial(condition, rng):
         out["two_pose_deg"][name] = np.nanmedian(angle)
     try:
         start = linear_well_conditioned(points)
-        seen = np.ones(points.shape[:2], bool)
         adjusted = bundle_adjust_fixed_centre(
-            points, seen, start.centre, start.T_base_grid
+            points, np.ones(points.shape[:2], bool), start.centre, start.T_base_grid
         )
     except CalibrationError as error:
         return out | {"failed": str(error)}

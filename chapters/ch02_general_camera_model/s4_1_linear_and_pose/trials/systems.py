@@ -71,20 +71,17 @@ def matrix_a(coefficients):
     """A (12, 14) and x (12,) of A u = x (2.24), rows corrected."""
     A, x = np.zeros((12, UNKNOWNS_U)), np.zeros(12)
     for grid, (first, second) in enumerate((coefficients[:2], coefficients[2:])):
-        lines = enumerate(rows_of_one_grid())
-        for place, (unknown, i, centre, side, right) in lines:
+        for place, (unknown, i, centre, side, right) in enumerate(rows_of_one_grid()):
             row = 6 * grid + place
             A[row, unknown + 6 * grid - 1] = 1.0
             A[row, centre - 1] = -first[i - 1]
-            vector = first if side == "first" else second
-            x[row] = vector[right - 1]
+            x[row] = (first if side == "first" else second)[right - 1]
     return A, x
 
 
 def solution_space(A, x):
     """u = a + l1 b + l2 c (2.20): a (14,), orthonormal b and c (2, 14)."""
-    a = np.linalg.lstsq(A, x, rcond=None)[0]
-    return a, np.linalg.svd(A)[2][12:]
+    return np.linalg.lstsq(A, x, rcond=None)[0], np.linalg.svd(A)[2][12:]
 
 
 def matrix_d(a, basis, coefficients):
@@ -96,8 +93,7 @@ def matrix_d(a, basis, coefficients):
             row, constant = _quadratic(a, basis, p, q)
             norm = [0.0, 0.0]
             norm[grid] = -float(p == q)
-            shared = vector[3 + p - i] * vector[3 + q - i]
-            rows.append([*row, shared, *norm])
+            rows.append([*row, vector[3 + p - i] * vector[3 + q - i], *norm])
             right.append(-constant)
     return np.array(rows), np.array(right)
 
@@ -148,8 +144,7 @@ def null_entries(matrix):
 
     Relative to the vector's norm, columns brought to order one.
     """
-    size = column_sizes(matrix)
-    null = np.linalg.svd(matrix / size)[2][5:]
+    null = np.linalg.svd(matrix / column_sizes(matrix))[2][5:]
     return float(np.abs(null[:, list(SOUGHT)]).max())
 
 

@@ -23,8 +23,7 @@ def unknowns_of(centre, T_base_grid, scales):
     u = [centre[0], centre[1]]
     for T, scale in zip(T_base_grid, scales, strict=True):
         shift = T[:2, 3] - centre[:2]
-        turn = T[:2, :2].ravel()
-        u += list(scale * centre[2] * np.concatenate([shift, turn]))
+        u += list(scale * centre[2] * np.concatenate([shift, T[:2, :2].ravel()]))
     return np.array(u)
 
 
@@ -34,8 +33,7 @@ def traces(met, centre, T_base_grid):
     The plane holds the ray and the x axis of the base grid; met: (3, 3),
     where the ray meets the grids.
     """
-    across = np.cross(met[0] - centre, [1.0, 0.0, 0.0])
-    along = np.cross(T_base_grid[:, :3, 2], across)
+    along = np.cross(T_base_grid[:, :3, 2], np.cross(met[0] - centre, [1.0, 0.0, 0.0]))
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     ends = HALF_TRACE_MM * np.array([-1.0, 1.0])
     return met[:, None] + ends[:, None] * along[:, None]

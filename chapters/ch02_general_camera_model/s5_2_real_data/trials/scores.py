@@ -90,8 +90,7 @@ def residuals_of(camera, views):
 
 def summary_of(boards):
     """RMS, mean and SD of residual lengths over all boards, both scales."""
-    left_out = sum(board.left_out for board in boards)
-    out = {"left_out": left_out, "boards": len(boards)}
+    out = {"left_out": sum(board.left_out for board in boards), "boards": len(boards)}
     for scale in SCALES:
         vectors = np.concatenate([getattr(board, scale) for board in boards])
         lengths = np.linalg.norm(vectors, axis=1)
@@ -133,10 +132,9 @@ def radial_bias(boards, middle):
             values = signed[known & (place == quintile)]
             if len(values) < FEWEST:
                 continue
-            test = ttest_1samp(values, 0.0)
             out[scale][f"q{quintile + 1}"] = {
                 "mean_px": values.mean(),
-                "p": test.pvalue,
+                "p": ttest_1samp(values, 0.0).pvalue,
             }
     return out
 
@@ -196,8 +194,7 @@ def scatter_of(steps):
 
 def example_view(zoom, boards):
     """The first calibration picture in which the board was found."""
-    found = np.isfinite(boards["calibration"].found).all(axis=(1, 2))
-    return int(np.argmax(found))
+    return int(np.argmax(np.isfinite(boards["calibration"].found).all(axis=(1, 2))))
 
 
 def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
@@ -271,12 +268,10 @@ def stage(camera, views):
 
 def fields(zoom, boards, sample, cameras):
     """Arrays for Fig. 2.5: residual vectors of the sample picture."""
-    corners = boards["calibration"].found[sample][None]
-    views = views_of(zoom, corners)
+    views = views_of(zoom, boards["calibration"].found[sample][None])
     out = {}
     for method, camera in cameras.items():
-        board = residuals_of(camera, views)[0]
-        out[f"field.{method}"] = np.hstack(board[:3])
+        out[f"field.{method}"] = np.hstack(residuals_of(camera, views)[0][:3])
     return out
 
 

@@ -112,8 +112,7 @@ def exact_seeds(effort):
     """Set 3 with exact corners: what is left is not the detector's."""
     none = {STAGE_ZOOM: np.zeros((1, *true_shape(STAGE_ZOOM)))}
     trial = partial(redrawn_trial, counts=COUNTS[effort], errors=none)
-    sets = [{"zoom": STAGE_ZOOM}]
-    return Plan(trial, sets, EXACT[effort], settings(effort))
+    return Plan(trial, [{"zoom": STAGE_ZOOM}], EXACT[effort], settings(effort))
 
 
 @experiment("fig_2_5_true_centre", artefact="fig_2_5")

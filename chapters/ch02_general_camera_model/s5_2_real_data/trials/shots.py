@@ -60,8 +60,7 @@ def draw_stage(rig, rng):
         turned = rotation_from_vector(turn * axis / np.linalg.norm(axis))
         along = middle[:3, :3] @ turned[:, 0]
         steps = np.arange(STAGE_IMAGES) - (STAGE_IMAGES - 1) / 2
-        shifts = middle[:3, 3] + STEP_MM * steps[:, None] * along
-        poses = pose(middle[:3, :3], shifts)
+        poses = pose(middle[:3, :3], middle[:3, 3] + STEP_MM * steps[:, None] * along)
         if all(rig.shows(T) for T in poses):
             return poses
     raise RuntimeError("the rig's boards leave no room for the stage")

@@ -28,8 +28,7 @@ def _of_camera(camera, T_base_camera):
     """A function rng -> rays of random pixels in the base frame."""
 
     def draw(rng):
-        pixels = rng.uniform(-0.5, camera.width - 0.5, (4 * RAYS, 2))
-        rays = camera.rays(pixels)
+        rays = camera.rays(rng.uniform(-0.5, camera.width - 0.5, (4 * RAYS, 2)))
         return (
             transform(T_base_camera, rays.origins[rays.valid]),
             rotate(T_base_camera, rays.directions[rays.valid]),

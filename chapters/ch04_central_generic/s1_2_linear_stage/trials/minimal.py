@@ -91,8 +91,7 @@ def minimal_trial(condition, rng):
 @experiment("exp_c4_min_triplets", artefact="sec_4_1_2")
 def fewest_rays(effort):
     """Three rays and four, in scenes without noise."""
-    conditions = [{"rays": n} for n in (3, 4)]
-    return Plan(minimal_trial, conditions, TRIALS[effort], SETTINGS)
+    return Plan(minimal_trial, [{"rays": n} for n in (3, 4)], TRIALS[effort], SETTINGS)
 
 
 def homography_entries(parameters):

@@ -35,9 +35,8 @@ def formula_trial(condition, rng):
     reach = on_plane(on_grid) - CENTRE_MM
     rays = reach + rng.standard_normal(reach.shape)
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    seen = np.ones((1, POINTS), bool)
     residuals = ray_point_residuals(
-        on_grid[None], seen, CENTRE_MM, np.eye(4)[None], rays
+        on_grid[None], np.ones((1, POINTS), bool), CENTRE_MM, np.eye(4)[None], rays
     )
     formula = np.linalg.norm(residuals[0], axis=1)
     return {"largest_mm": np.abs(formula - nearest(rays, reach)).max()}

@@ -56,16 +56,13 @@ def fixed_centre(points, start):
     """Scheme 1: poses and ray directions, the centre kept."""
     seen = everything(points)
     found = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
-    rounds = len(found.costs) - 1
-    return start.centre, found.T_base_grid, found.directions, rounds
+    return start.centre, found.T_base_grid, found.directions, len(found.costs) - 1
 
 
 def relaxed(points, start):
     """Scheme 2: the poses alone; rays are joined anew after each round."""
-    seen = everything(points)
-    found = relax_poses(points, seen, start.centre, start.T_base_grid)
-    rounds = len(found.costs) - 1
-    return start.centre, found.T_base_grid, found.directions, rounds
+    found = relax_poses(points, everything(points), start.centre, start.T_base_grid)
+    return start.centre, found.T_base_grid, found.directions, len(found.costs) - 1
 
 
 def line_fitting(points, start):
@@ -252,5 +249,4 @@ def _spread(centres):
 @experiment("exp_c4_centre_ba_unstable", artefact="sec_4_1_4", shards={"full": 2})
 def unstable(effort):
     """Where adjustments with a free centre end, from many starts."""
-    cases = [{"starts": STARTS[effort]}]
-    return Plan(starts_trial, cases, SCENES[effort], SETTINGS)
+    return Plan(starts_trial, [{"starts": STARTS[effort]}], SCENES[effort], SETTINGS)

@@ -41,8 +41,7 @@ def corner_residuals(found, lattice, view, scale):
     The homography goes from the corrected view to the metric grid, so that
     residuals are mm on the board.
     """
-    pixels = (view.pixels + 0.5) * scale - 0.5
-    places = lattice.places(pixels)
+    places = lattice.places((view.pixels + 0.5) * scale - 0.5)
     rays = found.camera.rays(places)
     if np.count_nonzero(rays.valid) < FEWEST:
         return None

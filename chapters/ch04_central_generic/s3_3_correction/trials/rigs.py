@@ -158,7 +158,6 @@ def on_lattice(lattice, points, found, R_camera_base):
     """The LatticeRays of a CentralCalibration."""
     table = lattice.table(found.directions @ R_camera_base.T)
     mask = np.isfinite(table[..., 0])
-    seen = np.isfinite(points[found.used][..., 0])
-    bits = seen.T @ (1 << np.array(found.used))
+    bits = np.isfinite(points[found.used][..., 0]).T @ (1 << np.array(found.used))
     camera = GeneralCamera(np.where(mask[..., None], table, 1.0), mask)
     return LatticeRays(camera, found, lattice.table(bits))

@@ -44,8 +44,7 @@ def T_world_camera(camera_name, folder, turn_deg):
     azimuth = np.arctan2(ahead[0], ahead[2]) + np.radians(turn_deg)
     c, s = np.cos(azimuth), np.sin(azimuth)
     level = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
-    centre = np.zeros(3)
-    return pose(level @ up, centre)
+    return pose(level @ up, np.zeros(3))
 
 
 @cache
@@ -98,8 +97,7 @@ def straightness(found, lattice, pixels, camera_name, folder):
 
 def downwards(camera_name, folder):
     """Unit direction (3,) in the camera frame that is down in the room."""
-    T = T_world_camera(camera_name, folder, 0.0)
-    return T[:3, :3].T @ [0.0, 1.0, 0.0]
+    return T_world_camera(camera_name, folder, 0.0)[:3, :3].T @ [0.0, 1.0, 0.0]
 
 
 def level_axes(down, folder_ahead):
@@ -200,8 +198,7 @@ def pictures_trial(condition, rng):
     laboratory = rig_named(rig).laboratory()
     out = {}
     for frame, turn in enumerate(TURNS_DEG[:VIEWS]):
-        T = T_world_camera(name, folder, turn)
-        picture = laboratory.photograph(room(), T, rng)
+        picture = laboratory.photograph(room(), T_world_camera(name, folder, turn), rng)
         out[f"frame_{frame}"] = shrunk(picture, 480)
         for method, one in found.items():
             if not isinstance(one, str):

@@ -23,8 +23,7 @@ LINES_STEP = {"quick": 4, "full": 12}
 def boards(effort):
     """Every rendered seed of both cameras: chessboards, corrected."""
     cases = conditions(effort, STEP[effort])
-    settings = {"step_px": STEP[effort], "magnified": MAGNIFIED}
-    return Plan(seed_trial, cases, 1, settings)
+    return Plan(seed_trial, cases, 1, {"step_px": STEP[effort], "magnified": MAGNIFIED})
 
 
 @experiment(

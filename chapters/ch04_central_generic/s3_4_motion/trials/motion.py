@@ -49,10 +49,9 @@ def rotation_errors(steps):
     for T in steps:
         whole = T[:3, :3] @ whole
         turned.append(np.degrees(np.linalg.norm(vector_from_rotation(whole))))
-    true = STEP_DEG * STEPS["rotation"]
     return {
         "total_deg": turned[-1],
-        "off_deg": abs(turned[-1] - true),
+        "off_deg": abs(turned[-1] - STEP_DEG * STEPS["rotation"]),
         "turned": np.array(turned),
     }
 

@@ -49,10 +49,9 @@ def decoding_trial(condition, rng):
     folder = rendered_set(condition["rig"], 0)
     size_mm = np.array(load_set(folder).target.monitor_mm)
     rays, shape = lattice_rays(true_camera(folder), 1)
-    grids = islice(seen_grids(folder, threads=1), LINEAR_GRIDS)
     seen = (
         (grid, true_lattice(rays, shape, grid.T_camera_grid, size_mm)[1])
-        for grid in grids
+        for grid in islice(seen_grids(folder, threads=1), LINEAR_GRIDS)
     )
     return measured_errors(seen, PERIODS, size_mm)._asdict()
 
@@ -150,8 +149,7 @@ class MeasuredCorners:
 
     def _all(self, errors, motion):
         """Pictures that were not rendered have the errors of the last that was."""
-        index = np.arange(STEPS[motion] + 1) // self.every
-        return errors[index]
+        return errors[np.arange(STEPS[motion] + 1) // self.every]
 
 
 def measured(results, effort):
