@@ -184,7 +184,7 @@ def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
     def refuse(*_, **__):
         raise CalibrationError("no real solution")
 
-    monkeypatch.setattr(trials, "linear_as_printed", refuse)
+    monkeypatch.setitem(trials.STARTS, "as printed", refuse)
     case = BASE | {"noise": 0.5}
     out = page.trial(case, trial_rng("test", case, 0))
     assert out["generic_as_printed"] == {"failed": "no real solution"}

@@ -43,5 +43,11 @@ LINEAR_NAMES = {
     "well_conditioned": "standard, well conditioned",
     "cgsp": "CGSP",
 }
+# The linear stages of chapter 2, of points (3, N, 2). As printed, t_z divides by C_y
+# (2.23).
+STARTS = {
+    "as printed": lambda points: linear_as_printed(*points),
+    "well conditioned": linear_well_conditioned,
+}
 # Options of the ledger's question `standard_method`.
 STANDARD_METHODS = {"as printed": "as_printed", "well conditioned": "well_conditioned"}

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from raxel.calibration.adjust.bundle import bundle_adjust_fixed_centre
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import (
@@ -215,6 +216,14 @@ def score(corrected, target, camera, focal):
     """
     residual = distortion_residual(target, corrected)
     return lengths(target, target - residual, camera, focal)
+
+
+def adjusted_rays(data, centre, T_base_grid):
+    """Rays (N, 3) in the base grid's frame, adjusted together with the other grids."""
+    seen = np.ones(data.noisy_points.shape[:2], bool)
+    return bundle_adjust_fixed_centre(
+        data.noisy_points, seen, centre, T_base_grid
+    ).directions
 
 
 def noise_alone(data, focal):

@@ -7,6 +7,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import (
     exact_errors,
     only_value,
 )
+from repro.judge.statistics import median_and_range
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
@@ -21,11 +22,9 @@ def judge_rank_a(results):
     """14 unknowns; numerical rank 12 in all seeds."""
     ran = results["exp_c2_rank_A"]
     ranks, columns = ran.column("rank"), ran.column("unknowns")
-    holds = (ranks == RANK_A).all() and (columns == 14).all()
-    return Reading(
-        "reproduced" if holds else "differs",
-        float(np.median(ranks)),
-        interval=(float(ranks.min()), float(ranks.max())),
+    return Reading.of(
+        (ranks == RANK_A).all() and (columns == 14).all(),
+        median_and_range(ranks),
         reason=f"{len(ranks)} scenes; smallest of the 12 singular "
         f"values {ran.column('smallest').min():.2g} of the largest",
     )
@@ -38,11 +37,9 @@ def judge_rank_d(results):
     ranks = ran.column("orthonormal.rank")
     entry = ran.column("orthonormal.null_entry").max()
     other = ran.column("any.null_entry").max()
-    holds = (ranks == RANK_D).all() and entry < NULL_ENTRY
-    return Reading(
-        "reproduced" if holds else "differs",
-        float(np.median(ranks)),
-        interval=(float(ranks.min()), float(ranks.max())),
+    return Reading.of(
+        (ranks == RANK_D).all() and entry < NULL_ENTRY,
+        median_and_range(ranks),
         reason=f"largest null-vector entry on l1, l2, lambda terms "
         f"{entry:.1g}; {other:.1g} with bases that are not orthonormal",
     )
@@ -59,12 +56,11 @@ def judge_linear_exact(results):
     printed = np.nan_to_num(ran.column("printed_depth_mm"), nan=np.inf)
     negative = int(ran.column("printed_negative").sum())
     exact = lengths < EXACT_MM and found["corrected"]["rotation_rad"] < EXACT_RAD
-    fails = printed.min() > EXACT_MM
     other = max(
         found["well_conditioned"][name] for name in ("centre_mm", "translation_mm")
     )
-    return Reading(
-        "reproduced" if exact and fails else "differs",
+    return Reading.of(
+        exact and printed.min() > EXACT_MM,
         lengths,
         unit="mm",
         reason="largest error of centre and translations, corrected "
@@ -82,9 +78,8 @@ def judge_pose_eight(results):
     number = ran.column("solutions", anchors="common")
     paired = ran.column("paired_share", anchors="common")
     distinct = ran.column("paired_share", anchors="distinct")
-    holds = number.max() <= MOST_SOLUTIONS and (paired == 1).all()
-    return Reading(
-        "reproduced" if holds else "differs",
+    return Reading.of(
+        number.max() <= MOST_SOLUTIONS and (paired == 1).all(),
         float(number.max()),
         unit="solutions",
         reason=f"triplets by number of solutions: "
@@ -103,9 +98,8 @@ def judge_generic_no_motion(results):
     angle = np.nan_to_num(ran.column("pose_rad"), nan=np.inf).max()
     right = ran.column("two_pose_deg.right").max()
     wrong = ran.column("two_pose_deg.wrong")
-    holds = max(lengths, angle) < RECOVERED and wrong.min() > max(1e-6, 10 * right)
-    return Reading(
-        "reproduced" if holds else "differs",
+    return Reading.of(
+        max(lengths, angle) < RECOVERED and wrong.min() > max(1e-6, 10 * right),
         float(lengths),
         unit="mm",
         reason=f"largest error of a translation; of a rotation "

@@ -9,38 +9,26 @@ from repro.page.reader import value
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    of_run(open_results("alg_1_run"))
-    of_motion(open_results("exp_c2_generic_no_motion"))
-    of_exactness(open_results("exp_c2_linear_exact"))
-    of_triplets(open_results("exp_c2_pose_eight"))
-
-
-def of_run(run):
-    """What the fisheye's run of Algorithm 1 leaves."""
-    fisheye = {"camera": "fisheye"}
-    value("locate_mm", run.column("locate.median_mm", **fisheye)[0])
-    value("fisheye_deg", run.column("table.median_deg", **fisheye)[0])
-
-
-def of_motion(free):
-    """Poses without a stage, and rays with a wrong one."""
-    value("pose_mm", free.column("pose_mm").max())
-    value("wrong_deg", float(np.median(free.column("two_pose_deg.wrong"))))
-
-
-def of_exactness(exact):
-    """Errors of the linear stage, corrected and as printed."""
-    value("scenes", exact.trials_per_condition)
-    value("negative", int(exact.column("printed_negative").sum()))
-    value("wrong_mm", float(np.nanmedian(exact.column("printed_depth_mm"))))
-
-
-def of_triplets(triplets):
-    """How many solutions three points have."""
-    value("triplets", triplets.trials_per_condition)
+    fisheye = open_results("alg_1_run").select(camera="fisheye")
+    free = open_results("exp_c2_generic_no_motion")
+    exact = open_results("exp_c2_linear_exact")
+    triplets = open_results("exp_c2_pose_eight")
     paired = triplets.column("paired_share", anchors="distinct")
-    value("distinct_paired", int((paired > 0).sum()))
-    value("grunert", int(triplets.column("grunert_agrees", anchors="common").sum()))
+    agrees = triplets.column("grunert_agrees", anchors="common")
+    found = {
+        "locate_mm": fisheye.column("locate.median_mm")[0],
+        "fisheye_deg": fisheye.column("table.median_deg")[0],
+        "pose_mm": free.column("pose_mm").max(),
+        "wrong_deg": np.median(free.column("two_pose_deg.wrong")),
+        "scenes": exact.trials_per_condition,
+        "negative": int(exact.column("printed_negative").sum()),
+        "wrong_mm": np.nanmedian(exact.column("printed_depth_mm")),
+        "triplets": triplets.trials_per_condition,
+        "distinct_paired": np.count_nonzero(paired > 0),
+        "grunert": int(agrees.sum()),
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
 def exact_errors(result, form):

@@ -11,7 +11,6 @@ import numpy as np
 
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
     rank_trend,
-    spread_of_medians,
     spread_over_sweep,
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
@@ -32,6 +31,7 @@ from repro.judge.statistics import (
     loglog_slope,
     median_interval,
     median_ratio,
+    spread_of_medians,
     trend,
     weighted_line,
     welch_less,
@@ -132,14 +132,13 @@ def judge_fov_generic_flat(results, options):
     lower = ratio.above(1.0)
     if lower == HOLDS and p >= SIGNIFICANCE:
         lower = UNDECIDED
-    decision = all_of([spread["mean_px"].below(1.5), spread["sd_px"].below(2.0), lower])
     mean, sd = spread["mean_px"], spread["sd_px"]
     exact = {
         q: spread_of_medians(*(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS))
         for q in spread
     }
     return Reading.of(
-        decision,
+        all_of([mean.below(1.5), sd.below(2.0), lower]),
         mean,
         reason=f"max/min of the mean (exact rays {exact['mean_px']:.2f}); of "
         f"the SD {sd.value:.2f} ({sd.low:.2f} to {sd.high:.2f}; exact "
@@ -159,10 +158,9 @@ def judge_fov_generic_150(results, options):
          for q in quantities}
         for of in (case.generic, case.over_exact)
     )  # fmt: skip
-    decisions = [won.decision, rise["sd_px"].above(1.0)]
-    decisions += [beyond[q].above(1.0) for q in quantities]
+    rises = (rise["sd_px"], *beyond.values())
     return Reading.of(
-        all_of(decisions),
+        all_of([won.decision, *(found.above(1.0) for found in rises)]),
         won.ratio,
         reason=f"ratio of means 150/120 deg, Wilcoxon p {won.p:.1g}; of SDs "
         f"{_said(rise['sd_px'])}; over the ratios of exact rays: means "
@@ -191,11 +189,12 @@ def judge_infinite_plane_cause(results, options):
     the source image: the corrected view is stretched where rays graze.
     """
     case = SweepCase(results["fig_2_3_fov"], options)
-    trials = []
-    for extent in ("finite", "unbounded"):
-        for fov in (150, 120):
-            found = case.other(extent=extent).over_exact("mean_px", fov_deg=fov)
-            trials.append(with_worst(found, np.nanmax(found)))
+    swept = (
+        case.other(extent=extent).over_exact("mean_px", fov_deg=fov)
+        for extent in ("finite", "unbounded")
+        for fov in (150, 120)
+    )
+    trials = [with_worst(found, np.nanmax(found)) for found in swept]
     rise = median_ratio(trials[2], trials[3])
     left = bootstrap(_excess_left, *trials)
     case = case.other(extent="unbounded", residual_scale="source image")
@@ -285,14 +284,10 @@ def judge_modality_independent(results, options):
 
     The laws share rays and noise in every trial, so trials are paired.
     """
-    case = SweepCase(results["fig_2_3_laws"], options)
-    case = case.other(residual_scale=options["law_pixels"])
-    trials = [
-        with_worst(found, np.nanmax(found))
-        for found in (
-            case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG) for law in LAWS
-        )
-    ]
+    scale = {"residual_scale": options["law_pixels"]}
+    case = SweepCase(results["fig_2_3_laws"], options | scale)
+    by_law = (case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG) for law in LAWS)
+    trials = [with_worst(found, np.nanmax(found)) for found in by_law]
     spread = bootstrap(spread_of_medians, *trials, paired=True)
     exact = spread_of_medians(
         *(case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG) for law in LAWS)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from itertools import product
 from typing import NamedTuple
 
-import numpy as np
-
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
     PRIMARY,
     trials_of,
@@ -21,7 +19,8 @@ from chapters.shared.synthetic_readings import NAMES as READINGS
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import median_interval
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval
+from repro.page.style import plot_estimates
+from repro.run.columns import columns as columns_of
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
@@ -55,7 +54,7 @@ class Curves:
     def __init__(self, results, rows, columns, **layout):
         self.results = results
         self.drawn, self.axes = new_figure(rows, columns, **layout)
-        self.data = {name: [] for name in COLUMNS}
+        self.rows = []
 
     def draw(self, axes, sweep, lines, condition=PRIMARY):
         """Curves along one sweep: medians over trials, 95 % intervals.
@@ -65,20 +64,16 @@ class Curves:
         experiment, x_name, xs, x_label = sweep
         result = self.results[experiment]
         for one in lines:
-            found = np.array(
-                [
-                    median_interval(
-                        trials_of(result, one.method, one.value,
-                                  **{x_name: x}, **condition)
-                    )[:3]
-                    for x in xs
-                ]
-            ).T  # fmt: skip
-            plot_interval(axes, np.array(xs), *found, index=one.style, label=one.label)
-            for row in zip(xs, *found, strict=True):
-                told = (x_name, one.value, one.method, *condition.values())
-                for name, cell in zip(self.data, told + row, strict=True):
-                    self.data[name].append(cell)
+            found = [
+                median_interval(
+                    trials_of(result, one.method, one.value, **{x_name: x}, **condition)
+                )
+                for x in xs
+            ]
+            self.rows += plot_estimates(
+                axes, xs, found, (x_name, one.value, one.method, *condition.values()),
+                index=one.style, label=one.label,
+            )  # fmt: skip
         axes.set(yscale="log", xlabel=x_label)
         if x_name == "noise":
             axes.set_xscale("log")
@@ -94,7 +89,7 @@ class Curves:
         self.drawn.legend(
             shown.values(), shown.keys(), loc="outside lower center", ncols=columns
         )
-        return Drawing(self.drawn, self.data, caption)
+        return Drawing(self.drawn, columns_of(COLUMNS, self.rows), caption)
 
 
 COLUMNS = (

@@ -21,11 +21,9 @@ def trials_of(result, method, value, **condition):
     noise as a multiple of theirs.
     """
     condition = PRIMARY | condition
+    exact = 1.0
     if value == "over_exact":
-        value = MEAN
-        exact = trials_of(result, "exact", value, **condition)
-    else:
-        exact = 1.0
+        value, exact = MEAN, trials_of(result, "exact", MEAN, **condition)
     if method.endswith("exact"):
         value = value.removeprefix("fresh.")
     trials = result.column(f"{method}.{value}", **condition) / exact
@@ -47,25 +45,17 @@ def spread_over_sweep(x, medians):
     return float(medians.max() / medians.min())
 
 
-def spread_of_medians(*trials):
-    """Largest over smallest median of arrays (..., trials), (...)."""
-    medians = [np.median(t, axis=-1) for t in trials]
-    return np.max(medians, axis=0) / np.min(medians, axis=0)
-
-
 def failures(results, method, **condition):
     """Trials in which a method gave nothing, and all trials.
 
     Of the conditions that have what ``condition`` says.
     """
-    failed = total = 0
-    for result in results:
-        for one in result.conditions:
-            if one.items() >= condition.items():
-                texts = result.texts(f"{method}.failed", **one)
-                failed += sum(text is not None for text in texts)
-                total += len(texts)
-    return failed, total
+    texts = [
+        text
+        for result in results
+        for text in result.select(**condition).texts(f"{method}.failed")
+    ]
+    return sum(text is not None for text in texts), len(texts)
 
 
 def ahead(fov, method, of=MEAN, **condition):
@@ -73,7 +63,7 @@ def ahead(fov, method, of=MEAN, **condition):
 
     Ahead is the one whose median of the value ``of`` is smaller.
     """
-    every = sorted({c["fov_deg"] for c in fov.conditions})
+    every = sorted(fov.levels("fov_deg"))
     found = [at for at in every if is_ahead(fov, method, of, fov_deg=at, **condition)]
     if not found or found == every:
         return "everywhere" if found else "nowhere"
@@ -93,7 +83,7 @@ def crossing(fov, method):
 
     In the primary reading; the last time, where it does so more than once.
     """
-    levels = sorted({c["fov_deg"] for c in fov.conditions})
+    levels = sorted(fov.levels("fov_deg"))
     behind = [at for at in levels if not is_ahead(fov, method, MEAN, fov_deg=at)]
     after = levels.index(behind[-1]) + 1 if behind else 0
     return levels[max(after - 1, 0)], levels[min(after, len(levels) - 1)]
@@ -104,57 +94,57 @@ def name_values(open_results):
     noise, fov, fisheye = map(
         open_results, ("fig_2_3_noise", "fig_2_3_fov", "fig_2_3_fisheye")
     )
-    name_failures([noise, fov], fisheye)
-    name_medians(fov, fisheye)
-    for name, at in zip(("below", "above"), crossing(fov, METHODS[1]), strict=True):
-        value(f"crossing.{name}", at)
-    trials = {
-        f"{name}.{extent}.150": fov.column(
-            name, **(PRIMARY | {"extent": extent}), fov_deg=150
-        )
-        for extent in EXTENTS
-        for name in ("accepted_share", "widest_angle_deg")
-    }
-    trials["noise_ratio"] = fov.column("point_noise_ratio", **PRIMARY, fov_deg=150)
-    for name, found in trials.items():
-        value(name, float(np.median(found)))
-
-
-def name_failures(sweeps, fisheye):
-    """Name how many trials of each method gave nothing."""
-    for method in METHODS[1:]:
-        failed, total = failures(sweeps, method)
-        value(f"{method}.failed", failed)
-    value("trials", total)
+    _, generic, _ = METHODS
     failed, total = failures([fisheye], "opencv_fisheye")
-    value("opencv_fisheye.failed", failed)
-    value("opencv_fisheye.trials", total)
+    below, above = crossing(fov, generic)
+    clean = "clean.corrected.mean_px"
+    found = {
+        **{f"{m}.failed": failures([noise, fov], m)[0] for m in METHODS[1:]},
+        "trials": failures([noise, fov], generic)[1],
+        "opencv_fisheye.failed": failed,
+        "opencv_fisheye.trials": total,
+        **{
+            f"parametric.mean.{at}": median_of(fov, "parametric", MEAN, fov_deg=at)
+            for at in (60, 150)
+        },
+        "parametric.clean.finite.most": max(
+            median_of(fov, "parametric", clean, fov_deg=at, extent="finite")
+            for at in fov.levels("fov_deg")
+        ),
+        **{
+            f"ahead.finite.{domain}": ahead(
+                fov, generic, domain=domain, extent="finite"
+            )
+            for domain in ("px", "mm")
+        },
+        **{
+            f"{generic}.over.{at}": median_of(fov, generic, "over_exact", fov_deg=at)
+            for at in (30, 120, 150)
+        },
+        **{
+            f"{method}.ray_deg.{at}": median_of(fov, method, "ray_deg", fov_deg=at)
+            for method, at in product(METHODS, (90, 150))
+        },
+        **{f"{m}.rays_ahead": ahead(fov, m, "ray_deg") for m in METHODS[1:]},
+        **{
+            f"opencv_fisheye.over.{at}": median_of(
+                fisheye, "opencv_fisheye", "over_exact", fov_deg=at
+            )
+            for at in (30, 150)
+        },
+        "crossing.below": below,
+        "crossing.above": above,
+        **{
+            f"{name}.{extent}.150": at_150(fov, name, extent=extent)
+            for extent in EXTENTS
+            for name in ("accepted_share", "widest_angle_deg")
+        },
+        "noise_ratio": at_150(fov, "point_noise_ratio"),
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
-def name_medians(fov, fisheye):
-    """Name residuals and ray errors of the methods at some fields of view."""
-    for at in (60, 150):
-        found = median_of(fov, "parametric", MEAN, fov_deg=at)
-        value(f"parametric.mean.{at}", found)
-    clean = [
-        median_of(
-            fov, "parametric", "clean.corrected.mean_px", fov_deg=at, extent="finite"
-        )
-        for at in sorted({c["fov_deg"] for c in fov.conditions})
-    ]
-    value("parametric.clean.finite.most", max(clean))
-    for domain in ("px", "mm"):
-        found = ahead(fov, METHODS[1], domain=domain, extent="finite")
-        value(f"ahead.finite.{domain}", found)
-    for at in (30, 120, 150):
-        method = METHODS[1]
-        found = median_of(fov, method, "over_exact", fov_deg=at)
-        value(f"{method}.over.{at}", found)
-    for method, at in product(METHODS, (90, 150)):
-        found = median_of(fov, method, "ray_deg", fov_deg=at)
-        value(f"{method}.ray_deg.{at}", found)
-    for method in METHODS[1:]:
-        value(f"{method}.rays_ahead", ahead(fov, method, "ray_deg"))
-    for at in (30, 150):
-        found = median_of(fisheye, "opencv_fisheye", "over_exact", fov_deg=at)
-        value(f"opencv_fisheye.over.{at}", found)
+def at_150(fov, name, **condition):
+    """Median over trials of a value of the scene, at 150 degrees."""
+    return np.median(fov.column(name, **PRIMARY | condition, fov_deg=150))

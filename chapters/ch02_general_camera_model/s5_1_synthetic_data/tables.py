@@ -11,7 +11,6 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
     failures,
     median_of,
     rank_trend,
-    spread_of_medians,
     trials_of,
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
@@ -23,7 +22,8 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.synthetic_readings import NAMES as READINGS
 from chapters.shared.three_planes import FOVS_DEG
-from repro.judge.statistics import median_interval, with_worst
+from repro.judge.statistics import spread_of_medians, with_worst
+from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
@@ -39,13 +39,14 @@ FLAT = [fov for fov in FOVS_DEG if fov <= 120]
 def ext_fig_2_3_methods(results):
     """Mean residual of every method along the sweep of Fig. 2.3(b)."""
     fov, fisheye = results["fig_2_3_fov"], results["fig_2_3_fisheye"]
-    shown = [("exact", fov), (METHODS[0], fov), ("opencv_fisheye", fisheye)]
-    shown.append((GENERIC, fov))
-    columns = {"Field of view (deg)": list(FOVS_DEG)}
+    shown = [
+        ("exact", fov), (METHODS[0], fov), ("opencv_fisheye", fisheye), (GENERIC, fov),
+    ]  # fmt: skip
+    cells = {"Field of view (deg)": list(FOVS_DEG)}
     for method, result in shown:
         name = NAMES[method]
-        columns[f"{name[0].upper()}{name[1:]} (px)"] = [
-            Measured(*median_interval(trials_of(result, method, MEAN, fov_deg=at))[:3])
+        cells[f"{name[0].upper()}{name[1:]} (px)"] = [
+            Measured.median(trials_of(result, method, MEAN, fov_deg=at))
             for at in FOVS_DEG
         ]
     lost = ", ".join(
@@ -54,7 +55,7 @@ def ext_fig_2_3_methods(results):
         for failed, total in [failures([result], method, **PRIMARY)]
     )
     return Table(
-        columns,
+        cells,
         "Mean residual on fresh noise of SD 0.5 px, in px of the corrected "
         "view: medians over trials with 95 % intervals. OpenCV fisheye: the "
         f"first {fisheye.trials_per_condition} of the "
@@ -67,20 +68,14 @@ def ext_fig_2_3_methods(results):
 def ext_fig_2_3_exact(results):
     """What the tests' quantities are for exact rays, that is by the measure."""
     fov, laws = results["fig_2_3_fov"], results["fig_2_3_laws"]
-    columns = {
-        "Quantity": [],
-        "Test": [],
-        "Method": [],
-        "Value (1)": [],
-        "Exact rays (1)": [],
-    }
+    rows = []
     for words, test, method, of in QUANTITIES:
         source = laws if of is _over_laws else fov
-        row = (words, test, NAMES[method], of(source, method), of(source, "exact"))
-        for column, cell in zip(columns.values(), row, strict=True):
-            column.append(cell)
+        rows.append(
+            (words, test, NAMES[method], of(source, method), of(source, "exact"))
+        )
     return Table(
-        columns,
+        columns(("Quantity", "Test", "Method", "Value (1)", "Exact rays (1)"), rows),
         "Quantities that the tests of the claims ask for, on fresh noise and "
         "in px of the corrected view where no other are named, beside those "
         "of exact rays: what the measure itself makes of them. Medians over "
@@ -90,20 +85,19 @@ def ext_fig_2_3_exact(results):
 
 def _growth(first, last, quantity="mean_px"):
     def of(fov, method):
-        at = [
-            median_of(fov, method, f"fresh.corrected.{quantity}", fov_deg=f)
-            for f in (last, first)
-        ]
-        return at[0] / at[1]
+        name = f"fresh.corrected.{quantity}"
+        wide, narrow = (median_of(fov, method, name, fov_deg=f) for f in (last, first))
+        return wide / narrow
 
     return of
 
 
 def _spread(quantity):
     def of(fov, method):
-        value = f"fresh.corrected.{quantity}"
-        trials = [trials_of(fov, method, value, fov_deg=f) for f in FLAT]
-        return float(spread_of_medians(*trials))
+        name = f"fresh.corrected.{quantity}"
+        return float(
+            spread_of_medians(*(trials_of(fov, method, name, fov_deg=f) for f in FLAT))
+        )
 
     return of
 
@@ -157,14 +151,9 @@ def ext_fig_2_3_ahead(results):
     """Where the generic method is ahead of the parametric one, by reading."""
     fov = results["fig_2_3_fov"]
     cases = list(product(READINGS["scoring"], DOMAINS, EXTENTS))
-    columns = {
-        name: list(cells)
-        for name, cells in zip(
-            ("Scored on", "Noise in", "Planes"), zip(*cases, strict=True), strict=True
-        )
-    }
+    shown = columns(("Scored on", "Noise in", "Planes"), cases)
     for words, scale in READINGS["residual_scale"].items():
-        columns[f"Generic ahead, {words}"] = [
+        shown[f"Generic ahead, {words}"] = [
             ahead(
                 fov, GENERIC, f"{READINGS['scoring'][scoring]}.{scale}.mean_px",
                 domain=domain, extent=extent,
@@ -172,7 +161,7 @@ def ext_fig_2_3_ahead(results):
             for scoring, domain, extent in cases
         ]  # fmt: skip
     return Table(
-        columns,
+        shown,
         "Where the mean residual of the generic method, as printed, is "
         "smaller than that of the standard perspective method (medians over "
         "trials), in every reading of Fig. 2.3(b).",

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS
+from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS, STARTS
 from chapters.shared.three_planes import (
     FINITE_MM,
     FOVS_DEG,
     POINTS,
     SIZE_PX,
     about_principal_ray,
+    adjusted_rays,
     camera_of,
     central_focal,
     draw_grids,
@@ -21,8 +22,6 @@ from chapters.shared.three_planes import (
     targets,
     view,
 )
-from raxel.calibration.adjust.bundle import bundle_adjust_fixed_centre
-from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
@@ -74,18 +73,9 @@ FEW_NUMBERS = {"parametric": calibrate_parametric, "opencv_fisheye": calibrate_f
 
 
 def calibrate_generic(data, linear):
-    """Algorithm 1, steps 3 and 4: rays (N, 3) in the base grid's frame.
-
-    As printed, t_z divides by C_y (2.23).
-    """
-    if linear == "as printed":
-        start = linear_as_printed(*data.noisy_points)
-    else:
-        start = linear_well_conditioned(data.noisy_points)
-    seen = np.ones(data.noisy_points.shape[:2], bool)
-    return bundle_adjust_fixed_centre(
-        data.noisy_points, seen, start.centre, start.T_base_grid
-    ).directions
+    """Algorithm 1, steps 3 and 4: rays (N, 3) in the base grid's frame."""
+    start = STARTS[linear](data.noisy_points)
+    return adjusted_rays(data, start.centre, start.T_base_grid)
 
 
 def summaries(residuals):
@@ -129,19 +119,14 @@ def score_generic(data, focal, linear):
     out = {"ray_deg": _ray_error(directions, data.directions)}
     for scoring in SCORINGS:
         lengths = score(corrected, known[scoring], data.camera, focal)
-        out[scoring] = {s: summaries(lengths[s]) for s in SCALES}
-        for scale in SCALES:
-            out[scoring][scale]["grazing_spearman"] = _rank_correlation(
-                lengths[scale], data.grazing_ranks
-            )
+        out[scoring] = ranked(lengths, data)
     return out
 
 
 def _error_of(camera, data):
     """Ray error of a camera over the clean pixels that have a ray."""
-    true = data.directions
     found = camera.rays(data.pixels)
-    return _ray_error(found.directions[found.valid], true[found.valid])
+    return _ray_error(found.directions[found.valid], data.directions[found.valid])
 
 
 def _ray_error(found, true):
@@ -169,11 +154,16 @@ def widest_angle_deg(data):
 
 def score_exact(data, focal):
     """Summaries of the noise of the scored points alone, in both scales."""
-    out = {}
-    for scale, found in noise_alone(data, focal).items():
-        rank = _rank_correlation(found, data.grazing_ranks)
-        out[scale] = summaries(found) | {"grazing_spearman": rank}
-    return out
+    return ranked(noise_alone(data, focal), data)
+
+
+def ranked(lengths, data):
+    """Summaries by scale, with their rank correlation with how rays graze."""
+    return {
+        scale: summaries(found)
+        | {"grazing_spearman": _rank_correlation(found, data.grazing_ranks)}
+        for scale, found in lengths.items()
+    }
 
 
 def scores(data, methods):

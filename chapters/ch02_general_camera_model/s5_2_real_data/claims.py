@@ -7,6 +7,7 @@ seed in which a method failed counts against that method.
 from __future__ import annotations
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 
@@ -30,12 +31,11 @@ from chapters.shared.synthetic_readings import SweepCase
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
 from repro.judge.statistics import (
-    FAILS,
-    HOLDS,
     all_of,
     bootstrap,
     median_interval,
     proportion,
+    spread_of_medians,
     with_worst,
 )
 from repro.run.experiment import claim, numbers
@@ -137,15 +137,10 @@ def judge_depends_on_distortion(results, options):
 
 def in_seeds(holds, reason):
     """The Reading of a predicate over seeds (n,), and the share that it is true of."""
-    words = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
-    share = proportion(holds)
-    return Reading.of(decision_of_seeds(holds), share, reason=f"{words}; {reason}")
-
-
-def spread_of_medians(*trials):
-    """Largest over smallest of the medians along the last axis."""
-    medians = [np.median(t, axis=-1) for t in trials]
-    return np.max(medians, axis=0) / np.min(medians, axis=0)
+    true = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
+    return Reading.of(
+        decision_of_seeds(holds), proportion(holds), reason=f"{true}; {reason}"
+    )
 
 
 @claim("c2_t22_generic_flat", needs=OF_SEEDS, evidence="rendered", readings=RESIDUAL)
@@ -218,8 +213,9 @@ def judge_systematic(results, options):
     case = ZoomCase(results, options)
     related = case.of("generic", f"moran.{case.scale}.p", STAGE_ZOOM) < MORAN_P
     place = f"{case.taken.option('standard_method')}.{case.taken['scoring']}"
-    centre = results["fig_2_5_true_centre"]
-    ratio = median_interval(centre.column(f"{place}.{case.scale}.ratio"))
+    ratio = median_interval(
+        results["fig_2_5_true_centre"].column(f"{place}.{case.scale}.ratio")
+    )
     return Reading.of(
         all_of([decision_of_seeds(related), ratio.below(CENTRE_GAIN + 1e-12)]),
         ratio,
@@ -234,8 +230,9 @@ def judge_motion(results, options):
     """The steps scatter less about their mean with the generic method."""
     case = ZoomCase(results, options)
     quantity = f"stage.{case.taken['step_frame']}.deviation_mm"
-    parametric = case.of("parametric", quantity, STAGE_ZOOM)
-    generic = case.of("generic", quantity, STAGE_ZOOM)
+    generic, parametric = (
+        case.of(name, quantity, STAGE_ZOOM) for name in ("generic", "parametric")
+    )
     return generic_wins(generic, parametric, "RMS deviation")
 
 
@@ -248,9 +245,8 @@ def judge_homography(results):
     clean = ran.column("without_px").max()
     distorted = ran.column("with_px").min()
     # Rounding of the same fit on distortion-free points is what `> 0` is above.
-    holds = clean < 1e-8 and distorted > 1e3 * max(clean, 1e-12)
     return Reading.of(
-        HOLDS if holds else FAILS,
+        clean < 1e-8 and distorted > 1e3 * max(clean, 1e-12),
         f"{clean:.1g} px without, at least {distorted:.2g} px with radial distortion",
         reason="largest and smallest RMS over random planes",
     )
@@ -260,28 +256,25 @@ def judge_homography(results):
 def values_of_table_2_2(results):
     """Medians over seeds in the primary reading."""
     case = ZoomCase(results)
+    methods = (("parametric", "persp"), ("generic", "gen"))
     out = {}
-    for name, short in (("parametric", "persp"), ("generic", "gen")):
-        for statistic in ("rms", "sd"):
-            for zoom in ZOOMS:
-                trials = case.residual(name, zoom, f"{statistic}_px")
-                found = median_interval(trials)
-                mean = typical(case.residual(name, zoom, "mean_px"))
-                out[f"t2_2_{short}_{statistic}_set{zoom}"] = Value(
-                    found.value,
-                    (found.low, found.high),
-                    "px",
-                    f"median over {len(trials)} seeds, {found.failed} failed; "
-                    f"median of the mean residual {mean:.2f} px",
-                )
+    for (name, short), statistic, zoom in product(methods, ("rms", "sd"), ZOOMS):
+        trials = case.residual(name, zoom, f"{statistic}_px")
+        mean = typical(case.residual(name, zoom, "mean_px"))
+        out[f"t2_2_{short}_{statistic}_set{zoom}"] = Value.median(
+            trials,
+            "px",
+            f"median over {len(trials)} seeds, {np.isnan(trials).sum()} failed; "
+            f"median of the mean residual {mean:.2f} px",
+        )
     return out
 
 
 @numbers("fig_2_4", needs=("table_2_2_rendered",), evidence="rendered")
 def values_of_fig_2_4(results):
     """The converter's field of view, as the rig has it."""
-    ran = results["table_2_2_rendered"]
-    return {"s2_5_2_fov": Value(ran.settings["field_of_view_deg"])}
+    fov_deg = results["table_2_2_rendered"].settings["field_of_view_deg"]
+    return {"s2_5_2_fov": Value(fov_deg)}
 
 
 @numbers("fig_2_5", needs=(), evidence="rendered")

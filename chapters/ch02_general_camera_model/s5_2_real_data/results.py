@@ -51,32 +51,64 @@ def image_share(case, method, zoom):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {name: open_results(name) for name in OF_SEEDS}
-    made = ZoomCase(results)
+    cases = {name: ZoomCase(results, options) for name, options in CASES.items()}
+    made = cases["as_found"]
     exact = open_results("ext_table_2_2_exact").column(
         "generic_as_printed.calibration.corrected.rms_px", zoom=STAGE_ZOOM
     )
-    value("exact_generic", typical(exact))
-    value("rendered_seeds", open_results("table_2_2_rendered").trials_per_condition)
-    for name, options in CASES.items():
-        residuals = ZoomCase(results, options).residuals("generic")
-        medians = [typical(trials) for trials in residuals]
-        value(f"ratio_{name}", max(medians) / min(medians))
-    noisy = ZoomCase(results, CASES["most"])
-    value("parametric_most_1", typical(noisy.residual("parametric", 1)))
-    for zoom in (1, 3):
-        value(f"parametric_{zoom}", typical(made.residual("parametric", zoom)))
-        value(f"generic_{zoom}", typical(made.residual("generic", zoom)))
-    value("image_share_3", image_share(made, "generic_as_printed", STAGE_ZOOM))
-    name_radial(made)
-    name_steps(made)
-    name_fisheye(ZoomCase(results, CASES["smooth"]))
-    name_centre(open_results("fig_2_5_true_centre"))
-    for name, case in (("", made), ("_smooth", ZoomCase(results, CASES["smooth"]))):
-        p = case.of("generic", "moran.corrected.p", STAGE_ZOOM)
-        value(f"moran{name}", round(100 * float(np.mean(p < MORAN_P))))
+    # The true centre in a simulation, and OpenCV's fisheye model on set 3.
+    centre = open_results("fig_2_5_true_centre").column(
+        f"as printed.{SCORINGS[0]}.corrected.ratio"
+    )
+    fisheye = cases["smooth"].column(
+        "opencv_fisheye.calibration.corrected.rms_px", STAGE_ZOOM
+    )
+    found = {
+        "exact_generic": typical(exact),
+        "rendered_seeds": open_results("table_2_2_rendered").trials_per_condition,
+        **{f"ratio_{name}": ratio_of_sets(case) for name, case in cases.items()},
+        "parametric_most_1": typical(cases["most"].residual("parametric", 1)),
+        **{
+            f"{name}_{zoom}": typical(made.residual(name, zoom))
+            for zoom in (1, 3)
+            for name in ("parametric", "generic")
+        },
+        "image_share_3": image_share(made, "generic_as_printed", STAGE_ZOOM),
+        **of_radial(made),
+        **{
+            f"{name}_{method}": typical(
+                made.of(method, f"stage.grid.{what}", STAGE_ZOOM)
+            )
+            for method in ("parametric", "generic")
+            for name, what in (("step", "step_mm"), ("scatter", "deviation_mm"))
+        },
+        "fisheye_seeds": len(fisheye),
+        "fisheye_off": np.sum(~(fisheye < FAR_OFF_PX)),
+        "far_off": FAR_OFF_PX,
+        "centre_printed": typical(centre),
+        "centre_failed": np.isnan(centre).sum(),
+        **{
+            f"moran{name}": related_percent(case)
+            for name, case in (("", made), ("_smooth", cases["smooth"]))
+        },
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
-def name_radial(made):
+def ratio_of_sets(case):
+    """Largest over smallest generic residual of the three sets."""
+    medians = [typical(trials) for trials in case.residuals("generic")]
+    return max(medians) / min(medians)
+
+
+def related_percent(case):
+    """In how many of a hundred seeds generic residuals of neighbours correlate."""
+    p = case.of("generic", "moran.corrected.p", STAGE_ZOOM)
+    return round(100 * float(np.mean(p < MORAN_P)))
+
+
+def of_radial(made):
     """In how many seeds the parametric residual turns round, and surely so."""
     place = "parametric.calibration.radial.corrected"
     means, p = (
@@ -88,33 +120,11 @@ def name_radial(made):
         )
         for name in ("mean_px", "p")
     )
-    value("seeds", means.shape[1])
-    value("turned", int(np.sum(np.min(means[:2] * means[-1], axis=0) < 0)))
-    value("outer_sure", int(np.sum(p[-1] < BIAS_P)))
-
-
-def name_steps(made):
-    """The mean step of the stage, and how much the steps scatter."""
-    for name in ("parametric", "generic"):
-        value(f"step_{name}", typical(made.of(name, "stage.grid.step_mm", STAGE_ZOOM)))
-        scatter = made.of(name, "stage.grid.deviation_mm", STAGE_ZOOM)
-        value(f"scatter_{name}", typical(scatter))
-
-
-def name_fisheye(made):
-    """In how many seeds of set 3 OpenCV's fisheye model misses by much."""
-    trials = made.column("opencv_fisheye.calibration.corrected.rms_px", STAGE_ZOOM)
-    value("fisheye_seeds", len(trials))
-    value("fisheye_off", int(np.sum(~(trials < FAR_OFF_PX))))
-    value("far_off", FAR_OFF_PX)
-
-
-def name_centre(centre):
-    """What the true centre does to the residual of a simulation."""
-    scoring = SCORINGS[0]
-    ratio = centre.column(f"as printed.{scoring}.corrected.ratio")
-    value("centre_printed", typical(ratio))
-    value("centre_failed", int(np.isnan(ratio).sum()))
+    return {
+        "seeds": means.shape[1],
+        "turned": np.sum(np.min(means[:2] * means[-1], axis=0) < 0),
+        "outer_sure": np.sum(p[-1] < BIAS_P),
+    }
 
 
 def distortion_level(angle_deg: float) -> float:
@@ -126,14 +136,10 @@ def distortion_level(angle_deg: float) -> float:
     return float(1 - angle / np.tan(angle))
 
 
-def slope(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Slopes (...) of least-squares lines through y (..., n) over x (n,)."""
+def log_slope(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Slopes (...) of least-squares lines through log y (..., n) over x (n,)."""
     centred = x - x.mean()
-    return np.sum(y * centred, axis=-1) / np.sum(centred**2)
-
-
-def _log_slope(x: np.ndarray, medians: np.ndarray) -> float:
-    return float(slope(x, np.log(medians)))
+    return np.sum(np.log(y) * centred, axis=-1) / np.sum(centred**2)
 
 
 def swept_slopes(case):
@@ -141,15 +147,14 @@ def swept_slopes(case):
     widest = [case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG]
     levels = np.array([distortion_level(np.median(w)) for w in widest])
     return [
-        trend(levels, [one("mean_px", fov_deg=f) for f in FOVS_DEG], _log_slope)
+        trend(levels, [one("mean_px", fov_deg=f) for f in FOVS_DEG], log_slope)
         for one in (case.parametric, case.generic)
     ]
 
 
 def zoom_slope(levels, *trials):
     """Slope of log median residual on distortion level."""
-    medians = np.stack([np.median(t, axis=-1) for t in trials], axis=-1)
-    return slope(levels, np.log(medians))
+    return log_slope(levels, np.stack([np.median(t, axis=-1) for t in trials], axis=-1))
 
 
 def rendered_slopes(case):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import chain, product
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from chapters.ch02_general_camera_model.s5_2_real_data.results import (
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOMS
-from repro.judge.statistics import SIGNIFICANCE, holm, median_interval, with_worst
+from repro.judge.statistics import SIGNIFICANCE, holm, with_worst
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
@@ -47,32 +47,28 @@ FISHEYE = "OpenCV fisheye"
 def table_2_2(results, published):
     """Residuals of the calibration pictures, in px of the corrected view."""
     redrawn = results["table_2_2_redrawn"]
-    names, rows = ["Method", "Error type"], []
-    for zoom in ZOOMS:
-        names += [f"Set {zoom}, thesis (px)", f"Set {zoom}, here (px)"]
-    for method, short in ROWS:
-        for statistic, label in STATISTICS.items():
-            rows.append([NAMES[method], label])
-            for zoom in ZOOMS:
-                place = f"{method}.calibration.corrected.{statistic}_px"
-                rows[-1] += [
-                    published[f"t2_2_{short}_{statistic}_set{zoom}"],
-                    measured(redrawn.column(place, zoom=zoom)),
-                ]
+    names = [
+        f"Set {zoom}, {whose} (px)" for zoom in ZOOMS for whose in ("thesis", "here")
+    ]
+    rows = []
+    for (method, short), (statistic, label) in product(ROWS, STATISTICS.items()):
+        place = f"{method}.calibration.corrected.{statistic}_px"
+        cells = (
+            (
+                published[f"t2_2_{short}_{statistic}_set{zoom}"],
+                Measured.median_or_none(redrawn.column(place, zoom=zoom)),
+            )
+            for zoom in ZOOMS
+        )
+        rows.append([NAMES[method], label, *chain(*cells)])
     return Table(
-        columns(names, rows),
+        columns(["Method", "Error type", *names], rows),
         "Distortion residuals after perspective correction. Thesis: as "
         "printed. Here: medians over "
         f"{redrawn.trials_per_condition} seeds with 95 % intervals, in px of "
         "the corrected view.",
         agreement(*(results[name] for name in SOURCES)),
     )
-
-
-def measured(trials):
-    """Median of seeds with its interval, a failed one as the worst; or None."""
-    found = median_interval(trials)
-    return Measured(*found[:3]) if np.isfinite(found.value) else None
 
 
 @table(
@@ -86,7 +82,7 @@ def ext_table_2_2_seeds(results):
     rows = [
         [NAMES[method], label, corners, results[name].trials_per_condition]
         + [
-            measured(
+            Measured.median_or_none(
                 results[name].column(
                     f"{method}.calibration.corrected.{statistic}_px", zoom=zoom
                 )
@@ -126,9 +122,9 @@ def ext_table_2_2_pictures(results):
             zoom,
             asked * rendered.trials_per_condition,
             int(rendered.column("found.calibration", zoom=zoom).sum()),
-            measured(rendered.column("corner_error_px", zoom=zoom)),
-            measured(redrawn.column("corner_error_px", zoom=zoom)),
-            measured(redrawn.column("distortion_level", zoom=zoom)),
+            Measured.median_or_none(rendered.column("corner_error_px", zoom=zoom)),
+            Measured.median_or_none(redrawn.column("corner_error_px", zoom=zoom)),
+            Measured.median_or_none(redrawn.column("distortion_level", zoom=zoom)),
         ]
         for zoom in ZOOMS
     ]
@@ -142,27 +138,19 @@ def ext_table_2_2_pictures(results):
     )
 
 
-class _Row(NamedTuple):
-    """A row of the wider tables: its words, its seeds, its method there."""
-
-    words: str
-    case: ZoomCase
-    method: str
-
-
 def peers(results):
-    """Methods on the same corners: the thesis's two, and what else there is."""
+    """(words, seeds, method) on the same corners: the thesis's two, and what else."""
     as_found, smooth = (
         ZoomCase(results, {"interpolation": option})
         for option in ("homographic", "smooth")
     )
     return [
-        _Row(NAMES["parametric"], as_found, "parametric"),
+        (NAMES["parametric"], as_found, "parametric"),
         # Corners do not depend on what the generic method does between them.
-        _Row(FISHEYE, smooth, "opencv_fisheye"),
-        _Row(NAMES["generic_as_printed"], as_found, "generic_as_printed"),
-        _Row(f"{NAMES['generic_as_printed']}, smooth", smooth, "generic_as_printed"),
-        _Row(NAMES["generic_well_conditioned"], as_found, "generic_well_conditioned"),
+        (FISHEYE, smooth, "opencv_fisheye"),
+        (NAMES["generic_as_printed"], as_found, "generic_as_printed"),
+        (f"{NAMES['generic_as_printed']}, smooth", smooth, "generic_as_printed"),
+        (NAMES["generic_well_conditioned"], as_found, "generic_well_conditioned"),
     ]
 
 
@@ -175,18 +163,16 @@ def ext_table_2_2_coverage(results):
         "Share of picture with a ray (%)",
     ]  # fmt: skip
     rows = []
-    for zoom in ZOOMS:
-        for row in peers(results):
-            place = f"{row.method}.calibration"
-            trials = row.case.column(f"{place}.corrected.rms_px", zoom)
-            held_out = f"{row.method}.held_out.corrected.rms_px"
-            rows.append(
-                [zoom, row.words, len(trials), int(np.isnan(trials).sum())]
-                + [measured(trials)]
-                + [measured(row.case.column(held_out, zoom))]
-                + list(covered(row.case, row.method, zoom))
-                + [image_share(row.case, row.method, zoom)]
-            )
+    for zoom, (words, case, method) in product(ZOOMS, peers(results)):
+        trials, held_out = (
+            case.column(f"{method}.{use}.corrected.rms_px", zoom)
+            for use in ("calibration", "held_out")
+        )
+        rows.append(
+            [zoom, words, len(trials), int(np.isnan(trials).sum())]
+            + [Measured.median_or_none(found) for found in (trials, held_out)]
+            + [*covered(case, method, zoom), image_share(case, method, zoom)]
+        )
     return Table(
         columns(names, rows),
         "Residuals in px of the corrected view, and what they are measured "
@@ -226,18 +212,19 @@ def ext_table_2_2_readings(results):
         name = {**NAMES, "opencv_fisheye": FISHEYE}[method]
         if between == "smooth" and method in LINES:
             name += ", smooth"
+        # Section 2.5.3 has its lines for two methods alone.
+        place = f"lines.generic_as_printed.{LINES.get(method)}.corrected"
+        off_lines = case.column(place, FACADE_ZOOM) if method in LINES else [np.nan]
         rows.append(
-            [noise, name, len(steps), *map(measured, residuals)]
-            + [ratio if np.isfinite(ratio) else None, measured(steps)]
-            + [off_lines(case, method)]
+            [noise, name, len(steps), *map(Measured.median_or_none, residuals)]
+            + [ratio if np.isfinite(ratio) else None]
+            + [Measured.median_or_none(trials) for trials in (steps, off_lines)]
         )
-    names = ["Noise added", "Method", "Seeds"]
-    names += [f"Set {zoom} (px)" for zoom in ZOOMS]
-    names += [
-        "Largest over smallest (1)",
-        "Scatter of steps, set 3 (mm)",
+    names = [
+        "Noise added", "Method", "Seeds", *(f"Set {zoom} (px)" for zoom in ZOOMS),
+        "Largest over smallest (1)", "Scatter of steps, set 3 (mm)",
         "Off straight lines, set 2 (px)",
-    ]
+    ]  # fmt: skip
     return Table(
         columns(names, rows),
         "RMS residuals as in Table 2.2, of corners to which Gaussian noise "
@@ -246,14 +233,6 @@ def ext_table_2_2_readings(results):
         "straight lines near the rim of the boards, as in section 2.5.3. "
         "Medians over seeds with 95 % intervals.",
     )
-
-
-def off_lines(case, method):
-    """Distance (px) from straight lines, where section 2.5.3 has it."""
-    if method not in LINES:
-        return None
-    place = f"lines.generic_as_printed.{LINES[method]}.corrected"
-    return measured(case.column(place, FACADE_ZOOM))
 
 
 def agreement(redrawn, rendered):
@@ -265,14 +244,11 @@ def agreement(redrawn, rendered):
     from scipy.stats import mannwhitneyu
 
     p, ratios = [], []
-    for method in METHODS:
+    for method, zoom in product(METHODS, ZOOMS):
         name = f"{method}.calibration.corrected.rms_px"
-        for zoom in ZOOMS:
-            both = [
-                with_worst(ran.column(name, zoom=zoom)) for ran in (redrawn, rendered)
-            ]
-            p.append(mannwhitneyu(*both).pvalue)
-            ratios.append(np.median(both[0]) / np.median(both[1]))
+        both = [with_worst(ran.column(name, zoom=zoom)) for ran in (redrawn, rendered)]
+        p.append(mannwhitneyu(*both).pvalue)
+        ratios.append(np.median(both[0]) / np.median(both[1]))
     smallest = min(holm(p))
     return Check(
         bool(smallest > SIGNIFICANCE),

@@ -6,7 +6,7 @@ import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.simulated import RAYS
 from chapters.ch04_central_generic.s2_pose.trials.triplets import APART, DRAWS
-from repro.judge.statistics import bootstrap, with_worst
+from repro.judge.statistics import median_ratio
 from repro.page.reader import value
 
 PRIMARY = {"domain": "px", "rays": RAYS[0], "unit": "length"}
@@ -30,16 +30,6 @@ def trials_of(result, estimator, measure, noise, **condition):
 def table_trials(result, estimator, measure, outliers=PUT_IN):
     """Errors (n,) of Table 4.1's scenes, or seeds, nan where it failed."""
     return result.select().column(f"errors.{outliers}.{estimator}.{measure}")
-
-
-def ratio(numerator, denominator):
-    """Ratio of the medians of paired trials, failures counting as worst."""
-    return bootstrap(
-        lambda a, b: np.median(a, axis=-1) / np.median(b, axis=-1),
-        with_worst(numerator),
-        with_worst(denominator),
-        paired=True,
-    )
 
 
 def without_solution(result, kind):
@@ -78,7 +68,7 @@ def name_values(open_results):
         },
     }
     found = {name: np.median(trials) for name, trials in medians.items()} | {
-        "refining": ratio(turns("three_points"), turns("standard")).value,
+        "refining": median_ratio(turns("three_points"), turns("standard")).value,
         "rendered_seeds": len(seeds.conditions),
         "wrong_percent": 100 * seeds.column("decoding.outlier_share").max(),
         "bias_mm": max(np.abs(bias).max() for bias in seeds.arrays("decoding.bias_mm")),
@@ -88,11 +78,11 @@ def name_values(open_results):
             f"lost_{kind.split()[0]}": 100 * np.divide(*without_solution(counts, kind))
             for kind in APART
         },
-        "close_far": ratio(
+        "close_far": median_ratio(
             triples.column("close together.rotation_deg"),
             triples.column("far apart.rotation_deg"),
         ).value,
-        "tilt_60": ratio(
+        "tilt_60": median_ratio(
             *(planes.column(f"common.{tilt}.rotation_deg") for tilt in (60, 0))
         ).value,
         "lost_rays": 100 * (1 - np.median(planes.column("share_common"))),

@@ -26,15 +26,12 @@ BOTH = ("table_4_1_rendered", "table_4_1_redrawn")
 SAMPLES = ("exp_c4_3pt_sensitive", "exp_c4_3pt_no_solution", "exp_c4_linear_always")
 
 
-def measured(trials):
-    """The median of trials with its interval; None where none gave one."""
-    found = Measured.median(trials)
-    return found if np.isfinite(found.value) else None
-
-
 def errors_of(result, name):
     """Both errors of one estimator or sample, for two cells."""
-    return [measured(result.column(f"{name}.{measure}")) for measure in TABLE_MEASURES]
+    return [
+        Measured.median_or_none(result.column(f"{name}.{measure}"))
+        for measure in TABLE_MEASURES
+    ]
 
 
 @table("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")
@@ -65,7 +62,7 @@ def all_of_table_4_1(results):
         for measure in TABLE_MEASURES:
             of_seeds = table_trials(rendered, name, measure, outliers)
             of_scenes = table_trials(redrawn, name, measure, outliers)
-            cells += [float(np.median(of_seeds)), measured(of_scenes)]
+            cells += [float(np.median(of_seeds)), Measured.median_or_none(of_scenes)]
         rows.append((outliers, NAMES[name], *cells))
     return Table(
         columns(
@@ -97,7 +94,7 @@ def samples(results):
         )
         for kind in APART
     ]
-    off = [measured(four.column(measure)) for measure in TABLE_MEASURES]
+    off = [Measured.median_or_none(four.column(measure)) for measure in TABLE_MEASURES]
     for plane, name in (
         ("of_4_24", "four points, plane of (4.24)"),
         ("facing", "four points, plane that all rays meet"),

@@ -197,13 +197,22 @@ def _median_rank(n: int) -> int:
     return rank
 
 
-def median_ratio(numerator: np.ndarray, denominator: np.ndarray) -> Estimate:
-    """Ratio of the medians of two independent samples of positive trials."""
+def median_ratio(
+    numerator: np.ndarray, denominator: np.ndarray, *, paired: bool = False
+) -> Estimate:
+    """Ratio of the medians of two samples of positive trials, failures the worst."""
     return bootstrap(
         lambda a, b: _median(a) / _median(b),
         with_worst(numerator),
         with_worst(denominator),
+        paired=paired,
     )
+
+
+def spread_of_medians(*trials: np.ndarray) -> np.ndarray:
+    """Largest over smallest median of arrays (..., trials): (...)."""
+    medians = [_median(t) for t in trials]
+    return np.max(medians, axis=0) / np.min(medians, axis=0)
 
 
 def _median(values: np.ndarray) -> np.ndarray:

@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import product
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from repro.judge.statistics import Estimate, median_and_range, median_interval
+from repro.judge.statistics import (
+    FAILS,
+    HOLDS,
+    Estimate,
+    median_and_range,
+    median_interval,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -60,9 +67,18 @@ class Reading:
 
     @classmethod
     def of(
-        cls, decision: str, found: Estimate | float, unit: str = "", reason: str = ""
+        cls,
+        decision: str | bool,
+        found: Estimate | float | str,
+        unit: str = "",
+        reason: str = "",
     ) -> Reading:
-        """From a decision of `repro.judge.statistics` and what it was made on."""
+        """From a decision of `repro.judge.statistics` and what it was made on.
+
+        A decision that has no interval to leave it open is true or false.
+        """
+        if not isinstance(decision, str):
+            decision = HOLDS if decision else FAILS
         if not isinstance(found, Estimate):
             return cls(DECISIONS[decision], found, unit=unit, reason=reason)
         ends = found.low, found.high
@@ -130,6 +146,12 @@ class Measured:
     def median(cls, trials: np.ndarray) -> Measured:
         """Median of trials (n,) with its 95 % interval; nan counts as the worst."""
         return cls(*median_interval(trials)[:3])
+
+    @classmethod
+    def median_or_none(cls, trials: np.ndarray) -> Measured | None:
+        """The same, and None where half of the trials failed."""
+        found = cls.median(trials)
+        return found if isfinite(found.value) else None
 
     @classmethod
     def of_seeds(cls, found: np.ndarray) -> Measured:

@@ -12,9 +12,9 @@ vanish: a 4 x 4 matrix whose determinant is a polynomial of degree 8 in x.
 import numpy as np
 
 from raxel.calibration import three_point_depths
-from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 PAIRS = ((0, 1), (0, 2), (1, 2))
 DEGREE = 8
@@ -60,8 +60,8 @@ def _roots(problem):
     transform).
     """
     turn = np.exp(2j * np.pi * np.arange(2 * DEGREE) / (2 * DEGREE))
-    stack = np.stack([_eliminant(x, *problem) for x in turn])
-    coefficients = np.fft.fft(np.linalg.det(stack))[: DEGREE + 1].real
+    determinants = np.linalg.det(np.stack([_eliminant(x, *problem) for x in turn]))
+    coefficients = np.fft.fft(determinants)[: DEGREE + 1].real
     return np.roots(coefficients[::-1])
 
 
@@ -173,7 +173,7 @@ def draw_triplet(rng, anchors):
     turn = rotation_from_vector(TURN_RAD * rng.normal(size=3))
     shift = rng.uniform([-200, -200, 150], [200, 200, 900])
     points = rng.uniform(-POINT_MM, POINT_MM, (3, 2))
-    corners = transform(pose(turn, shift), np.column_stack([points, np.zeros(3)]))
+    corners = transform(pose(turn, shift), on_plane(points))
     starts = np.zeros((3, 3))
     if anchors == "distinct":
         starts = rng.uniform(-ANCHOR_MM, ANCHOR_MM, (3, 3))
@@ -204,7 +204,7 @@ TRIPLETS = {"quick": 100, "full": 1000}
 @experiment("exp_c2_pose_eight", artefact="sec_2_4_2", shards={"full": 4})
 def triplets(effort):
     """Every real solution of (2.26) for random triplets of rays."""
-    conditions = [{"anchors": "common"}, {"anchors": "distinct"}]
+    conditions = crossed(anchors=("common", "distinct"))
     settings = {
         "points": "three in a square of 300 mm",
         "pose": "150 to 900 mm away, turned by about 35 deg (SD 0.6 rad on each axis)",

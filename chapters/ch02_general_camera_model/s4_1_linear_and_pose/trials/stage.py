@@ -23,13 +23,11 @@ from raxel.calibration import (
     rays_from_known_motion,
 )
 from raxel.errors import CalibrationError
-from raxel.geometry import angle_between_rotations
+from raxel.geometry import angle_between_rotations, on_plane
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 WRONG_MM = 1.0
-
-SEEDS = {"quick": 10, "full": 100}
 
 SCENES = {"quick": 10, "full": 100}
 
@@ -57,7 +55,7 @@ def rank_a_trial(condition, rng):
 @experiment("exp_c2_rank_A", artefact="sec_2_4_1")
 def rank_of_a(effort):
     """Singular values of A (2.24) in random noise-free scenes."""
-    return Plan(rank_a_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
+    return Plan(rank_a_trial, [{}], SCENES[effort], LINEAR_SETTINGS)
 
 
 def rank_d_trial(condition, rng):
@@ -83,7 +81,7 @@ def rank_d_trial(condition, rng):
 @experiment("exp_c2_rank_D", artefact="sec_2_4_1")
 def rank_of_d(effort):
     """Singular values and null vectors of D (2.25), the same way."""
-    return Plan(rank_d_trial, [{}], SEEDS[effort], LINEAR_SETTINGS)
+    return Plan(rank_d_trial, [{}], SCENES[effort], LINEAR_SETTINGS)
 
 
 def exact_trial(condition, rng):
@@ -140,7 +138,7 @@ def no_motion_trial(condition, rng):
     way = rng.normal(size=3)
     way *= WRONG_MM / np.linalg.norm(way)
     out = {"two_pose_deg": {}}
-    true = np.column_stack([points[0], np.zeros(len(points[0]))]) - centre
+    true = on_plane(points[0]) - centre
     true /= np.linalg.norm(true, axis=1, keepdims=True)
     for name, error in (("right", np.zeros(3)), ("wrong", way)):
         known = poses[:2].copy()
@@ -149,8 +147,8 @@ def no_motion_trial(condition, rng):
         # Lines: the grids of this scene may cross within the view.
         cosine = np.sum(found.directions * true, axis=1)
         sine = np.linalg.norm(np.cross(found.directions, true), axis=1)
-        angle = np.degrees(np.arctan2(sine, np.abs(cosine)))
-        out["two_pose_deg"][name] = np.nanmedian(angle)
+        angle = np.arctan2(sine, np.abs(cosine))
+        out["two_pose_deg"][name] = np.nanmedian(np.degrees(angle))
     try:
         start = linear_well_conditioned(points)
         adjusted = bundle_adjust_fixed_centre(

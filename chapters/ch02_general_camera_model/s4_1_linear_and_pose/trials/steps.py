@@ -17,7 +17,7 @@ from raxel.calibration import (
 from raxel.calibration.views.samples import sample_boards
 from raxel.cameras.core.base import pixel_grid
 from raxel.evaluation.distortion import angular_residual
-from raxel.geometry import intersect_rays_plane, transform
+from raxel.geometry import intersect_rays_plane, on_plane, transform
 
 SAMPLES = 20_000
 
@@ -25,8 +25,7 @@ SAMPLES = 20_000
 def view_board(camera, T_camera_grid):
     """BoardView of the corners inside the image; NaN for the others."""
     points = board_points()
-    flat = np.column_stack([points, np.zeros(len(points))])
-    seen = camera.project(transform(T_camera_grid, flat))
+    seen = camera.project(transform(T_camera_grid, on_plane(points)))
     inside = seen.valid & camera.in_image(seen.pixels)
     pixels = np.where(inside[:, None], seen.pixels, np.nan)
     return BoardView(pixels, points, COLUMNS, ROWS)
@@ -86,8 +85,8 @@ def scored_table(camera, table):
     both = true.valid & found.valid
     matrices = table.pluecker().reshape(-1, 4, 4)[both]
     turned = angular_residual(found.directions[both], true.directions[both])
-    middle = [[SIZE_PX / 2, SIZE_PX / 2], [SIZE_PX / 2 + 1, SIZE_PX / 2]]
-    a, b = camera.rays(np.array(middle)).directions
+    middle = np.array([[SIZE_PX / 2, SIZE_PX / 2], [SIZE_PX / 2 + 1, SIZE_PX / 2]])
+    a, b = camera.rays(middle).directions
     return {
         "matrices": int(np.isfinite(matrices).all(axis=(1, 2)).sum()),
         "share": table.share_with_ray,

@@ -129,8 +129,7 @@ def column_sizes(matrix):
 
 def singular_values(matrix):
     """Singular values over the largest, columns brought to order one."""
-    scaled = matrix / column_sizes(matrix)
-    values = np.linalg.svd(scaled, compute_uv=False)
+    values = np.linalg.svd(matrix / column_sizes(matrix), compute_uv=False)
     return values / values[0]
 
 

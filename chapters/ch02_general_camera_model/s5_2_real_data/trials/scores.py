@@ -269,18 +269,16 @@ def stage(camera, views):
 def fields(zoom, boards, sample, cameras):
     """Arrays for Fig. 2.5: residual vectors of the sample picture."""
     views = views_of(zoom, boards["calibration"].found[sample][None])
-    out = {}
-    for method, camera in cameras.items():
-        out[f"field.{method}"] = np.hstack(residuals_of(camera, views)[0][:3])
-    return out
+    return {
+        f"field.{method}": np.hstack(residuals_of(camera, views)[0][:3])
+        for method, camera in cameras.items()
+    }
 
 
 def corner_error(boards):
     """RMS distance (px) of found corners from the true ones."""
-    errors = np.concatenate(
-        [seen.found - seen.true for seen in boards.values()]
-    ).reshape(-1, 2)
-    return np.sqrt(np.nanmean(np.sum(errors**2, axis=1)))
+    errors = np.concatenate([seen.found - seen.true for seen in boards.values()])
+    return np.sqrt(np.nanmean(np.sum(errors.reshape(-1, 2) ** 2, axis=1)))
 
 
 def distortion_level(camera, boards):

@@ -22,26 +22,25 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.true_centre import
 from chapters.shared.zoom_readings import IN_PAIRS, NOISE_PX, READINGS
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOM_RIGS, ZOOMS, camera_of
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 COUNTS = {"quick": Counts(5, 1), "full": Counts(14, 4)}
 READ = {"quick": 1, "full": 12}
 PAIRED = {"quick": 1, "full": 50}
 SMALL = {"quick": 4, "full": 50}
 EXACT = {"quick": 1, "full": 4}
-SETS = [{"zoom": zoom} for zoom in ZOOMS]
+SETS = crossed(zoom=ZOOMS)
 
 
 def settings(effort):
     """What a reader needs to run it elsewhere."""
-    degrees = np.degrees(2 * camera_of(ZOOMS[-1]).max_angle)
     return {
         "rigs": list(ZOOM_RIGS),
         "calibration_images": COUNTS[effort].calibration,
         "held_out_images": COUNTS[effort].held_out,
         "stage_images": STAGE_IMAGES,
         "step_mm": STEP_MM,
-        "field_of_view_deg": round(degrees, 6),
+        "field_of_view_deg": round(np.degrees(2 * camera_of(ZOOMS[-1]).max_angle), 6),
         "detector": "findChessboardCorners, refined",
     }
 

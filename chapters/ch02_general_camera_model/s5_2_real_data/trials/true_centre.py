@@ -2,17 +2,17 @@
 
 import numpy as np
 
+from chapters.shared.methods import STARTS
 from chapters.shared.three_planes import (
     PRINCIPAL,
     about_principal_ray,
+    adjusted_rays,
     central_focal,
     measure,
     score,
     targets,
     view,
 )
-from raxel.calibration.adjust.bundle import bundle_adjust_fixed_centre
-from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import distortion_residual
 from raxel.geometry import inverse_pose
@@ -24,10 +24,6 @@ SCENE = {
     "domain": "px",
     "extent": "unbounded",
 }
-START = {
-    "as printed": lambda points: linear_as_printed(*points),
-    "well conditioned": linear_well_conditioned,
-}
 POINTS = 200
 
 
@@ -36,7 +32,7 @@ def centre_trial(condition, rng):
     data, _ = measure(SCENE, rng)
     true_centre = inverse_pose(data.grids[0])[:3, 3]
     out = {}
-    for name, start in START.items():
+    for name, start in STARTS.items():
         try:
             linear = start(data.noisy_points)
             estimated = rms_of(data, linear.centre, linear.T_base_grid)
@@ -62,10 +58,7 @@ def rms_of(data, centre, T_base_grid):
 
     The grids but the base and the rays are adjusted to it.
     """
-    seen = np.ones(data.noisy_points.shape[:2], bool)
-    directions = bundle_adjust_fixed_centre(
-        data.noisy_points, seen, centre, T_base_grid
-    ).directions
+    directions = adjusted_rays(data, centre, T_base_grid)
     focal = central_focal(data.camera)
     corrected = view(about_principal_ray(directions, data.pixels), focal)
     return {

@@ -8,12 +8,11 @@ from chapters.ch04_central_generic.s2_pose.results import (
     IN_WORDS,
     MEASURES,
     TABLE_MEASURES,
-    ratio,
     trials_of,
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES
-from repro.judge.statistics import HOLDS, all_of, wins
+from repro.judge.statistics import HOLDS, all_of, median_ratio, wins
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
@@ -73,9 +72,12 @@ def judge_cgsp_better(results, options):
 )
 def judge_ransac_neutral(results, options):
     """With over without RANSAC within 0.95 and 1.25 at every level."""
-    result = results["fig_4_4_noise"]
+    result, methods = results["fig_4_4_noise"], ("cgsp_ransac", "cgsp")
     found = [
-        ratio(*_pair(result, options, ("cgsp_ransac", "cgsp"), measure, level))
+        median_ratio(
+            *_pair(result, options, ("cgsp_ransac", "cgsp"), measure, level),
+            paired=True,
+        )
         for measure, level in product(MEASURES, result.levels("noise"))
     ]
     return Reading.of(

@@ -7,11 +7,10 @@ import numpy as np
 from chapters.ch04_central_generic.s2_pose.results import (
     IN_WORDS,
     TABLE_MEASURES,
-    ratio,
     table_trials,
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
-from repro.judge.statistics import all_of
+from repro.judge.statistics import all_of, median_ratio
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
@@ -27,7 +26,9 @@ PRINTED_MEASURES = {"rot": ("rotation_deg", "deg"), "trans": ("translation_mm", 
 def _ratio(results, over, under, measure):
     """Ratio of the median errors of two estimators over the redrawn scenes."""
     result = results["table_4_1_redrawn"]
-    return ratio(*(table_trials(result, name, measure) for name in (over, under)))
+    return median_ratio(
+        *(table_trials(result, name, measure) for name in (over, under)), paired=True
+    )
 
 
 @claim("c4_pose_ransac_needed", needs=SCENES, evidence="rendered")
