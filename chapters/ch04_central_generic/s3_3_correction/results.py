@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import METHODS
-from chapters.shared.central_sets import FISH, OMNI, RIGS
+from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.methods import LINEAR_NAMES
 from repro.page.reader import value
 from repro.run.readings import Case
@@ -30,21 +30,30 @@ def name_values(open_results):
     """Name the numbers of the prose: medians of the trials that have a value."""
     boards, lines = open_results(BOARDS), open_results(LINES)
 
-    def median(result, camera, key):
-        return float(np.nanmedian(of_camera(result, camera, key)))
-
-    for camera in RIGS:
-        short = "omni" if camera == OMNI else "fish"
-        for method in NAMES:
-            value(f"{short}.{method}.mean", median(boards, camera, f"{method}.mean_mm"))
-            worst = median(lines, camera, f"{method}.worst_share")
-            value(f"{short}.{method}.worst", 100 * worst)
-        value(f"{short}.boards", int(of_camera(boards, camera, "boards_found").sum()))
-    for method in ("printed", "cgsp"):
+    trials = {
+        f"{short}.{method}.{name}": of_camera(result, camera, f"{method}.{key}")
+        for short, camera in (("omni", OMNI), ("fish", FISH))
+        for method in NAMES
+        for name, result, key in (
+            ("mean", boards, "mean_mm"),
+            ("worst", lines, "worst_share"),
+        )
+    } | {
+        f"{name}.{method}": of_camera(result, camera, f"{method}.{key}")
         for name, result, camera, key in (
             ("seam", boards, OMNI, "seam_ratio"),
             ("skew", boards, FISH, "skew_spearman"),
             ("vertical", lines, OMNI, "vertical_deg"),
-        ):
-            value(f"{name}.{method}", median(result, camera, f"{method}.{key}"))
-    value("trials", lines.trials_per_condition)
+        )
+        for method in ("printed", "cgsp")
+    }
+    found = {
+        name: np.nanmedian(one) * (100 if name.endswith(".worst") else 1)
+        for name, one in trials.items()
+    } | {
+        "omni.boards": int(of_camera(boards, OMNI, "boards_found").sum()),
+        "fish.boards": int(of_camera(boards, FISH, "boards_found").sum()),
+        "trials": lines.trials_per_condition,
+    }
+    for name, number in found.items():
+        value(name, number)

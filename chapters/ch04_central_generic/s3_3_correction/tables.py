@@ -23,13 +23,12 @@ COLUMNS = {
 def table_4_4(results):
     """Residual statistics of both cameras by method."""
     result = results[BOARDS]
-    columns = {"Method": list(NAMES.values())}
-    for title, (camera, name) in COLUMNS.items():
-        columns[title] = [
-            _cell(of_camera(result, camera, f"{method}.{name}")) for method in NAMES
-        ]
+    cells = {
+        title: [_cell(of_camera(result, camera, f"{m}.{name}")) for m in NAMES]
+        for title, (camera, name) in COLUMNS.items()
+    }
     return Table(
-        columns,
+        {"Method": list(NAMES.values()), **cells},
         "Residuals of chessboards after correction: median of the rendered "
         "seeds, with the smallest and the largest. A board is cut with the "
         "plane across its rays and carried onto the metric grid by a "

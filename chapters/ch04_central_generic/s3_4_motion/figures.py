@@ -76,25 +76,15 @@ def fig_4_10(results):
         path = path_of(shifts[method], across)
         left.plot(*path.T, label=NAMES[method], **series(index))
         turned = drawn_arrays(result, "rotation", method, "turned")
-        turned = np.concatenate([[0.0], turned])
-        right.plot(stage, turned - stage, **series(index))
+        off = np.concatenate([[0.0], turned]) - stage
+        right.plot(stage, off, **series(index))
         rows += [("a", method, *place) for place in path]
-        rows += [
-            ("b", method, *pair) for pair in zip(stage, turned - stage, strict=True)
-        ]
-        deviation = np.sqrt(
-            np.mean(np.sum((shifts[method] - shifts[method].mean(axis=0)) ** 2, 1))
-        )
-        gaps.append(
-            abs(
-                deviation
-                - trials_of(
-                    result, "translation", "deviation_mm", method, DRAWN,
-                )[0]
-            )
-        )  # fmt: skip
-    left.axhline(0, color=INK, lw=0.8)
-    right.axhline(0, color=INK, lw=0.8)
+        rows += [("b", method, *pair) for pair in zip(stage, off, strict=True)]
+        beside = shifts[method] - shifts[method].mean(axis=0)
+        judged = trials_of(result, "translation", "deviation_mm", method, DRAWN)[0]
+        gaps.append(abs(np.sqrt(np.mean(np.sum(beside**2, axis=1))) - judged))
+    for panel in (left, right):
+        panel.axhline(0, color=INK, lw=0.8)
     left.set(
         xlabel="Along the mean step (mm)",
         ylabel=f"Aside, deviations × {SCALE} (mm)",
@@ -170,11 +160,11 @@ def motion_target(results):
     for panel, picture in zip(axes[1:], pictures, strict=True):
         panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
         panel.set_axis_off()
-    scene = target_scene()
     drawn.set_layout_engine("none")
     axes[0].set_position([0.0, 0.02, 0.5, 0.96])
     for k, panel in enumerate(axes[1:]):
         panel.set_position([0.52 + 0.16 * k, 0.05, 0.15, 0.9])
+    scene = target_scene()
     draw_scene(axes[0], scene)
     rows = [(k, *T[:3, 3]) for k, T in enumerate(target_poses("rotation", STRAIGHT))]
     return Drawing(

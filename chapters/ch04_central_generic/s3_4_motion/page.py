@@ -45,7 +45,7 @@ from raxel.geometry import inverse_pose, transform
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("fig_4_10")
@@ -151,10 +151,12 @@ def motion_trial(condition, rng, corners, decoding):
     camera, grids = rig_named(RIG).camera, drawn_grids(decoding, rng)
     found = attempted(grids, rng)
     centre = transform(inverse_pose(grids.T_camera_grid[0]), viewpoint(camera)[None])[0]
-    out = {"centre_mm": {}, "without_ray": 0.0}
-    for method, one in found.items():
-        if not isinstance(one, str):
-            out["centre_mm"][method] = np.linalg.norm(one.centre - centre)
+    off = {
+        method: np.linalg.norm(one.centre - centre)
+        for method, one in found.items()
+        if not isinstance(one, str)
+    }
+    out = {"centre_mm": off, "without_ray": 0.0}
     for motion in STEPS:
         poses = target_poses(motion, corners.setup(motion, seed, rng))
         pixels = np.stack([np.concatenate(true_pixels(camera, T)) for T in poses])
@@ -162,17 +164,15 @@ def motion_trial(condition, rng, corners, decoding):
         for detector in DETECTORS:
             errors = corners.of_seed(motion, detector, seed, rng)
             seen = (pixels + errors).reshape(-1, 2)
-            out[motion][detector] = {}
+            out[motion][detector] = scores = {}
             for method, one in found.items():
                 if isinstance(one, str):
-                    out[motion][detector][method] = {"failed": one}
+                    scores[method] = {"failed": one}
                     continue
                 rays = rays_of_pixels(seen, grids, one, rng)
                 lost = np.isnan(rays[:, 0]).mean()
                 out["without_ray"] = max(out["without_ray"], lost)
-                out[motion][detector][method] = scored(
-                    motion, rays.reshape(*pixels.shape[:2], 3)
-                )
+                scores[method] = scored(motion, rays.reshape(*pixels.shape[:2], 3))
     return out
 
 
@@ -208,8 +208,8 @@ def trial_of(results, effort):
 @experiment("fig_4_10_rendered", artefact="fig_4_10", inputs=RIG_FILES, needs=MEASURED)
 def rendered_seeds(effort, results):
     """Motions from the corners of the rendered pictures."""
-    conditions = [{"seed": seed} for seed in range(RENDERED[effort])]
-    return Plan(trial_of(results, effort), conditions, 1, SETTINGS | CALIBRATION)
+    seeds = crossed(seed=range(RENDERED[effort]))
+    return Plan(trial_of(results, effort), seeds, 1, SETTINGS | CALIBRATION)
 
 
 @experiment(

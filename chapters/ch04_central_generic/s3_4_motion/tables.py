@@ -18,12 +18,6 @@ from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 
-def measured(trials):
-    """The median of trials with its interval; None where none gave one."""
-    found = Measured.median(trials)
-    return found if np.isfinite(found.value) else None
-
-
 @table("ext_motion", needs=("fig_4_10_seeds", "fig_4_10_rendered"), evidence="rendered")
 def motion_table(results):
     """Medians of both errors, redrawn and rendered."""
@@ -38,7 +32,7 @@ def motion_table(results):
                 trials_of(one, motion, measure, method, detector)
                 for one in (result, rendered)
             )
-            cells += [measured(redrawn), float(np.median(found))]
+            cells += [Measured.median_or_none(redrawn), float(np.median(found))]
         rows.append((detector, NAMES[method], *cells))
     return Table(
         columns(

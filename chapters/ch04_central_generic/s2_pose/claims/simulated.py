@@ -74,10 +74,7 @@ def judge_ransac_neutral(results, options):
     """With over without RANSAC within 0.95 and 1.25 at every level."""
     result, methods = results["fig_4_4_noise"], ("cgsp_ransac", "cgsp")
     found = [
-        median_ratio(
-            *_pair(result, options, ("cgsp_ransac", "cgsp"), measure, level),
-            paired=True,
-        )
+        median_ratio(*_pair(result, options, methods, measure, level), paired=True)
         for measure, level in product(MEASURES, result.levels("noise"))
     ]
     return Reading.of(

@@ -6,7 +6,7 @@ from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     calibrated,
     decoded_points,
 )
-from chapters.shared.central_sets import RIGS, SEEDS, SMALL
+from chapters.shared.central_sets import SMALL
 from raxel.calibration.pose.grid_pose import synthetic_plane_normal
 from raxel.calibration.views.boards import board_views
 from raxel.evaluation.distortion import distortion_residual
@@ -20,7 +20,7 @@ QUINTILES = 5
 FIELDS = ("x_mm", "y_mm", "dx_mm", "dy_mm", "angle_deg", "radial_mm", "seam")
 
 
-def on_plane(directions):
+def cut_across(directions):
     """Where rays (N, 3) meet the plane across them, (N, 2), and angles (N,) to it.
 
     The plane at distance 1 whose normal is that of (4.24). NaN behind it.
@@ -46,7 +46,7 @@ def corner_residuals(found, lattice, view, scale):
     if np.count_nonzero(rays.valid) < FEWEST:
         return None
     metric = np.asarray(view.points, float)
-    image, angle = on_plane(rays.directions[rays.valid])
+    image, angle = cut_across(rays.directions[rays.valid])
     residual = distortion_residual(metric[rays.valid], image)
     outward = metric[rays.valid] - metric[rays.valid].mean(axis=0)
     length = np.linalg.norm(outward, axis=1)
@@ -98,8 +98,7 @@ def radial_bias(rows, lengths):
 
 def spearman(a, b):
     """Rank correlation; ties are rare in measured numbers."""
-    ranks = [np.argsort(np.argsort(values)) for values in (a, b)]
-    return float(np.corrcoef(*ranks)[0, 1])
+    return float(np.corrcoef(*(np.argsort(np.argsort(v)) for v in (a, b)))[0, 1])
 
 
 def seed_trial(condition, rng):
@@ -107,16 +106,15 @@ def seed_trial(condition, rng):
     rig, seed = condition["rig"], condition["seed"]
     grids = rendered_set(rig, seed)
     boards = load_set(rendered_set(boards_of(rig), seed))
-    step = condition["step"]
     scale = load_set(grids).width / boards.width
-    lattice, points = decoded_points(grids, step, rng)
+    lattice, points = decoded_points(grids, condition["step"], rng)
     views = board_views(boards, detect_boards(boards))
     out = {"boards": len(boards.views), "boards_found": len(views)}
     for method, found in calibrated(grids, lattice, points, rng).items():
         if isinstance(found, str):
             out[method] = {"failed": found}
             continue
-        fields = [corner_residuals(found, lattice, v, scale) for v in views]
+        fields = (corner_residuals(found, lattice, v, scale) for v in views)
         kept = [rows for rows in fields if rows is not None]
         out[method] = {
             "boards": len(kept),
@@ -131,15 +129,6 @@ def boards_of(rig):
     """The rig that photographs the boards of a rig that photographs grids."""
     small = SMALL["quick"]
     return rig.removesuffix(small) + "-boards" + small * rig.endswith(small)
-
-
-def conditions(effort, step):
-    """A condition for every rendered seed of both cameras."""
-    return [
-        {"camera": camera, "rig": name + SMALL[effort], "seed": seed, "step": step}
-        for camera, name in RIGS.items()
-        for seed in SEEDS[effort]
-    ]
 
 
 def largest(fields):

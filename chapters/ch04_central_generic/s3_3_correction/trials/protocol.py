@@ -60,9 +60,8 @@ def by_protocol(points, method, rng):
     rays that see all three grids.
     """
     first = points[:LINEAR]
-    given = first
-    if method == "printed":
-        given = first[:, np.isfinite(first[..., 0]).all(axis=0)]
+    seen = np.isfinite(first[..., 0]).all(axis=0)
+    given = first[:, seen] if method == "printed" else first
     start = LINEAR_STAGES[METHODS[method]](given)
     if method == "cgsp":
         return calibrate_central(points, start, grid_pose_ransac, rng, **PROTOCOL)

@@ -91,11 +91,10 @@ class LatticeRays(NamedTuple):
 
 def decoded_points(folder, step, rng):
     """(Lattice, points (n, N, 2)) of a rendered set, decoded as anybody's."""
-    locations = []
-    for _, found in decoded_grids(folder):
-        location = found.location.copy()
-        location[~found.mask] = np.nan
-        locations.append(location)
+    locations = [
+        np.where(found.mask[..., None], found.location, np.nan)
+        for _, found in decoded_grids(folder)
+    ]
     pixels, points = lattice_of(locations, step)
     shape = locations[0][step // 2 :: step, step // 2 :: step].shape[:2]
     return Lattice(step, shape, pixels), without_outliers(points, rng)
@@ -125,9 +124,11 @@ def true_lattices(rig, seed, step, size_mm):
 
 def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
     """As `decoded_points`, with errors drawn like those of the rendered set."""
-    errors, tables = errors_of(rig, seed), []
-    for points, cosine in true_lattices(rig, seed, step, size_mm):
-        tables.append(drawn_again(errors, points, cosine, rng, step))
+    errors = errors_of(rig, seed)
+    tables = [
+        drawn_again(errors, points, cosine, rng, step)
+        for points, cosine in true_lattices(rig, seed, step, size_mm)
+    ]
     shape = tables[0].shape[:2]
     points = np.stack(tables).reshape(len(tables), -1, 2)
     some = np.isfinite(points[..., 0]).any(axis=0)
@@ -147,10 +148,9 @@ def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):
     for method in methods:
         try:
             found = by_protocol(points, method, rng)
+            out[method] = on_lattice(lattice, points, found, R_camera_base)
         except CalibrationError as fault:
             out[method] = str(fault)
-            continue
-        out[method] = on_lattice(lattice, points, found, R_camera_base)
     return out
 
 

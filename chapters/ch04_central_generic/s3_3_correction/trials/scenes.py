@@ -87,11 +87,10 @@ def straightness(found, lattice, pixels, camera_name, folder):
         points = points[np.isfinite(points[:, 0])]
         if len(points) >= FEWEST:
             shares.append(off_line(points))
-    shares = np.array(shares)
     return {
         "edges": len(shares),
-        "worst_share": shares.max() if len(shares) else None,
-        "median_share": float(np.median(shares)) if len(shares) else None,
+        "worst_share": max(shares, default=None),
+        "median_share": float(np.median(shares)) if shares else None,
     }
 
 
@@ -135,11 +134,10 @@ def off_line(points):
     return float(np.abs(across).max() / np.ptp(along))
 
 
-def elevations(camera, down):
-    """Elevation (deg) of the lowest and highest calibrated rays."""
+def vertical_deg(camera, down):
+    """Difference in elevation (deg) of the lowest and highest calibrated rays."""
     heights = camera.rays(lattice_nodes(camera)).directions @ -down
-    angles = np.degrees(np.arcsin(np.clip(heights, -1, 1)))
-    return float(angles.min()), float(angles.max())
+    return float(np.ptp(np.degrees(np.arcsin(np.clip(heights, -1, 1)))))
 
 
 def lattice_nodes(camera):
@@ -170,10 +168,9 @@ def lines_trial(condition, rng):
         if isinstance(one, str):
             out[method] = {"failed": one}
             continue
-        low, high = elevations(one.camera, down)
         out[method] = straightness(one, lattice, pixels, name, folder) | {
             "depth_mm": float(one.calibration.centre[2]),
-            "vertical_deg": high - low,
+            "vertical_deg": vertical_deg(one.camera, down),
         }
     best = found["cgsp"]
     R = next(iter(true_poses(folder).values()))[:3, :3]
@@ -184,8 +181,7 @@ def lines_trial(condition, rng):
         same = equal_depth(
             one.calibration, points, best.calibration.centre[2], lattice, R
         )
-        low, high = elevations(same.camera, down)
-        out[method]["equal_depth_deg"] = high - low
+        out[method]["equal_depth_deg"] = vertical_deg(same.camera, down)
     return out
 
 

@@ -1,15 +1,12 @@
 """What is photographed, calibrated and drawn again for Figs 4.7 to 4.9."""
 
-from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
-    conditions,
-    seed_trial,
-)
+from chapters.ch04_central_generic.s3_3_correction.trials.boards import seed_trial
 from chapters.ch04_central_generic.s3_3_correction.trials.rigs import ALL_SETS, STEP
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
     lines_trial,
     pictures_trial,
 )
-from chapters.shared.central_sets import GRID_SETS, RIGS, SEEDS, SMALL
+from chapters.shared.central_sets import GRID_SETS, RIGS, SEEDS, SMALL, grid_conditions
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -22,7 +19,7 @@ LINES_STEP = {"quick": 4, "full": 12}
 @experiment("fig_4_9_boards", artefact="fig_4_9", rendered=ALL_SETS, shards={"full": 2})
 def boards(effort):
     """Every rendered seed of both cameras: chessboards, corrected."""
-    cases = conditions(effort, STEP[effort])
+    cases = [case | {"step": STEP[effort]} for case in grid_conditions(effort)]
     return Plan(seed_trial, cases, 1, {"step_px": STEP[effort], "magnified": MAGNIFIED})
 
 

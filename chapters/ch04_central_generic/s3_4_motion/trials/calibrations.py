@@ -77,9 +77,8 @@ def standard_start(method, grids):
     """The adjusted linear stage; as printed it needs rays that meet all grids."""
     points, seen = grids.points[:LINEAR_GRIDS], grids.seen[:LINEAR_GRIDS]
     if method == "well conditioned":
-        start = linear_well_conditioned(points, seen)
-    else:
-        start = linear_as_printed(*points[:, seen.all(axis=0)])
+        return relaxed_start(points, linear_well_conditioned(points, seen))
+    start = linear_as_printed(*points[:, seen.all(axis=0)])
     return relaxed_start(points, start)
 
 

@@ -32,7 +32,7 @@ from chapters.shared.decoding_errors import (
 )
 from raxel.sets import load_set
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 from repro.run.rendered import rendered_set
 
 DECODED = {"quick": "onevr-d70-small", "full": "onevr-d70"}
@@ -88,8 +88,7 @@ def corner_trial(condition, rng, every):
 def corners(effort):
     """Corners of the target in rendered pictures, by both detectors."""
     trial = partial(corner_trial, every=EVERY[effort])
-    conditions = [{"motion": motion} for motion in STEPS]
-    return Plan(trial, conditions, RENDERED[effort], SETTINGS)
+    return Plan(trial, crossed(motion=STEPS), RENDERED[effort], SETTINGS)
 
 
 class MeasuredCorners:
@@ -104,12 +103,8 @@ class MeasuredCorners:
         self.every = every
         self.errors, self.setups = {}, {}
         for motion in STEPS:
-            turns, shifts = (
-                result.arrays(name, motion=motion) for name in ("turn", "shift")
-            )
-            self.setups[motion] = [
-                Setup(*pair) for pair in zip(turns, shifts, strict=True)
-            ]
+            stood = (result.arrays(name, motion=motion) for name in ("turn", "shift"))
+            self.setups[motion] = [Setup(*one) for one in zip(*stood, strict=True)]
             for name in DETECTORS:
                 self.errors[motion, name] = [
                     np.stack(result.arrays(f"errors.{name}.{k}", motion=motion))
@@ -118,9 +113,7 @@ class MeasuredCorners:
 
     def setup(self, motion, seed, rng):
         """How the target stands in a rendered seed, or in another (None)."""
-        if seed is None:
-            return drawn_setup(rng)
-        return self.setups[motion][seed]
+        return drawn_setup(rng) if seed is None else self.setups[motion][seed]
 
     def of_seed(self, motion, name, seed, rng):
         """Errors (pictures, corners, 2) px, both boards, of a rendered seed,
