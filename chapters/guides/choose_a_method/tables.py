@@ -76,8 +76,10 @@ def simulated_rows(fov, fisheye):
             where = {"fov_deg": at, **PRIMARY}
             zhang, generic = (told(e) for e in of_both(fov, name, **where))
             peer = told(of_peer(fisheye, name, **where))
-            found = zhang, peer, generic, None, None
-            yield ("simulated", f"fisheye, {at}°", quantity, *found)
+            camera = f"fisheye, {at}°"
+            yield (
+                "simulated", camera, quantity, zhang, peer, generic, None, None,
+            )  # fmt: skip
 
 
 def rendered_rows(results):
@@ -106,8 +108,8 @@ def benchmark_rows(scores):
         ]
         share = scores.column("general.share_with_ray", **condition)[0]
         camera = f"fisheye converter, set {condition['rig'].rpartition('-')[2]}"
-        found += [None, finite(100 * share, None)]
-        yield ("rendered", camera, "ray error (deg)", *found)
+        circle = finite(100 * share, None)
+        yield ("rendered", camera, "ray error (deg)", *found, None, circle)
 
 
 def fisheye_rows(scores):
@@ -122,8 +124,8 @@ def fisheye_rows(scores):
                 finite(scores.column(f"{model}.{name}", boards=use)[0])
                 for model in ("zhang", "opencv_fisheye", "generic")
             ]
-            found += [corners, image]
-            yield ("rendered", f"fisheye, 183°, {which}", quantity, *found)
+            camera = f"fisheye, 183°, {which}"
+            yield ("rendered", camera, quantity, *found, corners, image)
 
 
 def finite(x, otherwise=FAILED):

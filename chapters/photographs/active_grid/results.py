@@ -83,14 +83,12 @@ def found(study):
     if not used:
         why = literal(study.reasons[0])
         return f"None of {count} {views} could be decoded: {why}."
-    of_all, of_lit = (
-        _range(100 * study.views.column(name)[used])
-        for name in ("share.decoded", "decoded_of_lit")
-    )
+    shares = 100 * study.views.column("share.decoded")[used]
+    lit = 100 * study.views.column("decoded_of_lit")[used]
     return (
         f"{len(used)} of {count} {views} could be decoded: "
-        f"{of_all} % of all pixels have a place on the monitor, which is "
-        f"{of_lit} % of those that receive its light."
+        f"{_range(shares)} % of all pixels have a place on the monitor, which is "
+        f"{_range(lit)} % of those that receive its light."
     )
 
 
@@ -164,10 +162,8 @@ def camera(study):
         if refused:
             parts.append(f"{name}: {literal(refused)}")
         else:
-            rms, deg = (
-                study.camera.column(f"{model}.{error}")[0]
-                for error in ("rms_px", "mean_deg")
-            )
+            rms = study.camera.column(f"{model}.rms_px")[0]
+            deg = study.camera.column(f"{model}.mean_deg")[0]
             parts.append(f"{name}: {rms:.3g} px RMS, {deg:.2g}° on average")
     return (
         f"{study.camera.column('views')[0]:.0f} views calibrate a camera. Errors in "
@@ -184,9 +180,10 @@ def exercise(study):
 
 def _modulated(study):
     """The first decoded view with sines, or None."""
-    shown = study.settings["patterns"]
-    with_sines = (k for k in study.used if any("phase" in name for name in shown[k]))
-    return next(with_sines, None)
+    for k in study.used:
+        if any("phase" in name for name in study.settings["patterns"][k]):
+            return k
+    return None
 
 
 def noise_of(study):

@@ -39,9 +39,15 @@ def distortion_level(camera):
     middle = np.array([camera.width - 1, camera.height - 1]) / 2
     centre, turn, curve, distances = fitted_curve(pixels, directions, middle)
     widest = angles_to_axis(directions, turn).max()
-    found = level_of(curve, widest), np.degrees(widest), curve[0], *centre
-    numbers = dict(zip(NUMBERS, (*found, np.median(distances)), strict=True))
-    return numbers | {"curve": curve}
+    return {
+        "level": level_of(curve, widest),
+        "widest_deg": np.degrees(widest),
+        "focal_px": curve[0],
+        "u0_px": centre[0],
+        "v0_px": centre[1],
+        "fit_px": np.median(distances),
+        "curve": curve,
+    }
 
 
 def level_of(curve, widest):

@@ -180,10 +180,10 @@ class Study:
     def _scored_in(self, image: Image) -> dict | None:
         if image.use != "calibrate":
             return {"part": "fit"}
-        corners = f"views.{image.index}.corners"
-        kept = (f for f in self.folds if np.isfinite(self.number(corners, fold=f)))
-        fold = next(kept, None)
-        return None if fold is None else {"fold": fold}
+        for fold in self.folds:
+            if np.isfinite(self.number(f"views.{image.index}.corners", fold=fold)):
+                return {"fold": fold}
+        return None
 
     def _row(self, image: Image, **condition) -> Row:
         stem = f"views.{image.index}"
