@@ -67,6 +67,11 @@ def equidistance(fov_deg):
     )
 
 
+def wide_lens(fov_deg):
+    """The lens of 4.1.5 where the field of view is its, and a fisheye elsewhere."""
+    return radial_lens() if fov_deg == FOV_DEG else equidistance(fov_deg)
+
+
 def draw_poses(rng, grids=3, euler_deg=EULER_DEG):
     """T_base_grid (grids, 4, 4): the base itself, then others at random."""
     return np.stack(

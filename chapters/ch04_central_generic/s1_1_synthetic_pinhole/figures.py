@@ -70,8 +70,7 @@ def fig_4_1(results):
 
 def _scene(corners, flat):
     on_base = on_plane(flat)
-    rim = HALF_MM * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
-    rim = on_plane(rim)
+    rim = on_plane(HALF_MM * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]))
     sheet = rim[[0, 1, 3, 2]].reshape(2, 2, 3)
     some = corners[SPARSE].reshape(-1, 3)
     starts = np.broadcast_to(CENTRE_MM, some.shape)
@@ -121,9 +120,8 @@ def ext_pinhole_methods(results):
     found = results["exp_c4_sm_vs_wl"]
     drawn, axes = new_figure(2, 2, height_in=5.6, sharex="col", sharey="row")
     rows = []
-    names = ("noise_px", "fov_deg")
-    labels = ("Noise (px)", "Field of view (deg)")
-    for column, (name, label) in enumerate(zip(names, labels, strict=True)):
+    labels = {"noise_px": "Noise (px)", "fov_deg": "Field of view (deg)"}
+    for column, (name, label) in enumerate(labels.items()):
         conditions = levels_of(found, name)
         x = [condition[name] for condition in conditions]
         for index, (solver, label_of) in enumerate(SOLVERS.items()):

@@ -33,7 +33,7 @@ from raxel.calibration.linear.synthetic_pinhole import circle, circle_of
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("fig_4_1")
@@ -132,8 +132,7 @@ def exact_trial(condition, rng):
 @experiment("exp_c4_any_pinhole", artefact="sec_4_1_1")
 def exact_centres(effort):
     """Two solvers on the same exact points, for cameras of every kind."""
-    conditions = [{"camera": name} for name in CAMERAS]
-    return Plan(exact_trial, conditions, TRIALS[effort], SETTINGS)
+    return Plan(exact_trial, crossed(camera=CAMERAS), TRIALS[effort], SETTINGS)
 
 
 # %% [markdown]

@@ -17,41 +17,29 @@ SOLVERS = {"CGSP": "Sturm-Maybank", "CGSP circle": "circles"}
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    of_pictures(open_results("exp_c4_synth_pinhole"))
-    of_centres(open_results("exp_c4_any_pinhole"))
-    of_methods(open_results("exp_c4_sm_vs_wl"))
-    of_boards(open_results("exp_c4_interp_bias_centre"))
-    of_sweep(open_results("ext_board_as_base_sweep"))
-
-
-def of_pictures(found):
-    """Largest residual of a homography, relative."""
-    value("residual", over_cameras(found, "residual"))
-
-
-def of_centres(found):
-    """Largest error of either solver on exact points."""
-    value("exact_mm", max(over_cameras(found, name) for name in SOLVERS))
-
-
-def of_methods(found):
-    """Ratio of the two solvers over all conditions."""
-    ratios = [centre_ratio(found, condition).value for condition in found.conditions]
-    value("ratio_least", min(ratios))
-    value("ratio_most", max(ratios))
-
-
-def of_boards(found):
-    """What the cells of a chessboard do to the centre."""
-    for name in ("base_mm", "all_mm", "noise_mm", "gap_mm"):
-        value(f"board.{name}", median_interval(found.column(name)).value)
-
-
-def of_sweep(found):
-    """The fisheye before the same squares."""
-    at = {"lens": LENSES[1], "pitch_mm": 20.0, "all_grids": False}
-    for name in ("base_mm", "noise_mm"):
-        value(f"fisheye.{name}", median_interval(found.column(name, **at)).value)
+    exact = open_results("exp_c4_any_pinhole")
+    noisy = open_results("exp_c4_sm_vs_wl")
+    ratios = [centre_ratio(noisy, condition).value for condition in noisy.conditions]
+    boards = open_results("exp_c4_interp_bias_centre")
+    fisheye = open_results("ext_board_as_base_sweep").select(
+        lens=LENSES[1], pitch_mm=20.0, all_grids=False
+    )
+    found = {
+        "residual": over_cameras(open_results("exp_c4_synth_pinhole"), "residual"),
+        "exact_mm": max(over_cameras(exact, name) for name in SOLVERS),
+        "ratio_least": min(ratios),
+        "ratio_most": max(ratios),
+        **{
+            f"board.{name}": median_interval(boards.column(name)).value
+            for name in ("base_mm", "all_mm", "noise_mm", "gap_mm")
+        },
+        **{
+            f"fisheye.{name}": median_interval(fisheye.column(name)).value
+            for name in ("base_mm", "noise_mm")
+        },
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
 def largest(found, name, **condition):

@@ -9,7 +9,7 @@ from chapters.ch04_central_generic.s1_2_linear_stage.results import (
     ratio_of_medians,
 )
 from raxel.calibration.linear.cgsp import SUBSET
-from repro.judge.statistics import FAILS, HOLDS, all_of
+from repro.judge.statistics import all_of
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
@@ -29,7 +29,7 @@ def judge_minimum(results):
     refused = np.isnan(found.column("length_mm", rays=3)).all()
     holds = max(length, angle) < EXACT and ranks.max() < FULL_RANK and refused
     return Reading.of(
-        HOLDS if holds else FAILS,
+        holds,
         length,
         "mm",
         f"largest error of a length from four rays in "

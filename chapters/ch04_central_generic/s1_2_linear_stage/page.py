@@ -38,7 +38,7 @@ from raxel.geometry.robust_homography import robust_start
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_degeneracy")
@@ -199,7 +199,7 @@ def outlier_trial(condition, rng):
 @experiment("exp_c4_ransac_h", artefact="ext_outliers")
 def outliers(effort):
     """5 % gross outliers on each grid, at every level of noise."""
-    conditions = [{"noise_px": noise} for noise in NOISES_PX[effort]]
+    conditions = crossed(noise_px=NOISES_PX[effort])
     settings = SETTINGS | {"outliers": SHARE}
     return Plan(outlier_trial, conditions, TRIALS[effort], settings)
 

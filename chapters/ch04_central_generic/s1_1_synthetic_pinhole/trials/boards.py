@@ -23,7 +23,7 @@ from raxel.calibration import BoardView, pixels_on_board
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import inverse_pose, on_plane, transform
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 PITCH_MM = 20.0
 COMPARED_PX = 0.1
@@ -47,8 +47,8 @@ def interpolated(camera, T_base_grid, pixels, pitch_mm):
     half = pitch_mm * np.ceil(REACH * CENTRE_MM[2] / pitch_mm)
     along = np.arange(-half, half + pitch_mm / 2, pitch_mm)
     board = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
-    flat = on_plane(board)
-    at = camera.project(transform(inverse_pose(T_BASE_CAMERA) @ T_base_grid, flat))
+    T_camera_grid = inverse_pose(T_BASE_CAMERA) @ T_base_grid
+    at = camera.project(transform(T_camera_grid, on_plane(board)))
     off = np.linalg.norm(at.pixels - PRINCIPAL, axis=1)
     corners = np.where((at.valid & (off <= RADIUS_PX))[:, None], at.pixels, np.nan)
     view = BoardView(corners, board, len(along), len(along))
@@ -61,8 +61,7 @@ def interpolated(camera, T_base_grid, pixels, pitch_mm):
 def board_trial(condition, rng):
     """Centre errors: the base from a chessboard's cells, or from every pixel."""
     camera, T_base_grid = lens_of(condition["lens"]), draw_poses(rng)
-    pixels = pixel_grid(SIZE_PX, SIZE_PX)[::EVERY].astype(int)
-    pixels = rng.permutation(pixels)
+    pixels = rng.permutation(pixel_grid(SIZE_PX, SIZE_PX)[::EVERY].astype(int))
     exact, seen = back_project(camera, pixels.astype(float), T_base_grid)
     boards = T_base_grid if condition["all_grids"] else T_base_grid[:1]
     pitch = condition["pitch_mm"]
@@ -84,16 +83,12 @@ def board_trial(condition, rng):
 @experiment("exp_c4_interp_bias_centre", artefact="sec_4_1_1")
 def boards_as_base(effort):
     """The claim's case: 20 mm squares before the camera of 4.1.5."""
-    conditions = [{"lens": LENSES[0], "pitch_mm": PITCH_MM, "all_grids": True}]
+    conditions = crossed(lens=LENSES[:1], pitch_mm=[PITCH_MM], all_grids=[True])
     return Plan(board_trial, conditions, {"quick": 4, "full": 50}[effort], SETTINGS)
 
 
 @experiment("ext_board_as_base_sweep", artefact="ext_board_as_base")
 def pitches(effort):
     """Larger squares, and a lens that bends them more."""
-    conditions = [
-        {"lens": lens, "pitch_mm": pitch, "all_grids": False}
-        for lens in LENSES
-        for pitch in PITCHES_MM[effort]
-    ]
+    conditions = crossed(lens=LENSES, pitch_mm=PITCHES_MM[effort], all_grids=[False])
     return Plan(board_trial, conditions, {"quick": 3, "full": 20}[effort], SETTINGS)

@@ -15,15 +15,14 @@ from chapters.shared.wide_angle import (
     SIDE,
     draw_poses,
     draw_scene,
-    equidistance,
-    radial_lens,
+    wide_lens,
 )
 from raxel.calibration import linear_cgsp
 from raxel.errors import CalibrationError
 from raxel.geometry import apply_homography, homography_dlt
 from raxel.geometry.homography import normalising
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # CGSP's linear stage with two plane-based solvers.
 SOLVERS = {"CGSP": linear_cgsp, "CGSP circle": partial(linear_cgsp, pinhole="circle")}
@@ -49,8 +48,7 @@ def picture_trial(condition, rng):
 @experiment("exp_c4_synth_pinhole", artefact="fig_4_1")
 def synthetic_pictures(effort):
     """Noise-free cameras: is the picture on the base grid one of a pinhole?"""
-    conditions = [{"camera": name} for name in CAMERAS]
-    return Plan(picture_trial, conditions, TRIALS[effort], SETTINGS)
+    return Plan(picture_trial, crossed(camera=CAMERAS), TRIALS[effort], SETTINGS)
 
 
 def centre_off(solver, points):
@@ -65,8 +63,7 @@ def centre_off(solver, points):
 def noisy_trial(condition, rng):
     """The centre's error of both solvers, with noise."""
     fov_deg = condition["fov_deg"]
-    camera = radial_lens() if fov_deg == 100 else equidistance(fov_deg)
-    seen = draw_scene(camera, condition["noise_px"], rng)
+    seen = draw_scene(wide_lens(fov_deg), condition["noise_px"], rng)
     return {solver: centre_off(solver, seen.noisy) for solver in SOLVERS}
 
 
@@ -93,5 +90,4 @@ def count_trial(condition, rng):
 @experiment("sec_4_1_1_grids", artefact="sec_4_1_1")
 def fewest_grids(effort):
     """Two grids, three, four: from when on is there a centre?"""
-    conditions = [{"grids": n} for n in (2, 3, 4)]
-    return Plan(count_trial, conditions, TRIALS[effort], SETTINGS)
+    return Plan(count_trial, crossed(grids=(2, 3, 4)), TRIALS[effort], SETTINGS)

@@ -1,9 +1,9 @@
 """What the choices that the linear stage leaves are worth, in mm of the centre."""
 
 from chapters.ch04_central_generic.s1_2_linear_stage.trials.outliers import centre_off
-from chapters.shared.wide_angle import SETTINGS, draw_scene, equidistance, radial_lens
+from chapters.shared.wide_angle import SETTINGS, draw_scene, wide_lens
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 NOISE_PX = 0.5
 TRIALS = {"quick": 6, "full": 60}
@@ -12,14 +12,11 @@ CHOICES = {
     "weighted": {"weights": "image noise"},
     "RANSAC": {"robust": "ransac"},
 }
-# Field of view in degrees; that of 4.1.5 has the radial lens.
-SCENES = ((100, 3), (100, 10), (150, 3), (150, 10))
 
 
 def choices_trial(condition, rng):
     """The centre's error (mm) with each of CHOICES on the same points."""
-    fov_deg = condition["fov_deg"]
-    camera = radial_lens() if fov_deg == 100 else equidistance(fov_deg)
+    camera = wide_lens(condition["fov_deg"])
     seen = draw_scene(camera, NOISE_PX, rng, grids=condition["grids"])
     found = {}
     for name, options in CHOICES.items():
@@ -33,6 +30,6 @@ def choices_trial(condition, rng):
 )
 def choices(effort):
     """Weights and RANSAC, for two lenses and three or ten grids."""
-    conditions = [{"fov_deg": fov_deg, "grids": grids} for fov_deg, grids in SCENES]
+    conditions = crossed(fov_deg=(100, 150), grids=(3, 10))
     settings = SETTINGS | {"noise_px": NOISE_PX}
     return Plan(choices_trial, conditions, TRIALS[effort], settings)

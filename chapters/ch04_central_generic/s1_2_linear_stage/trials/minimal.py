@@ -20,7 +20,7 @@ from raxel.geometry import (
 )
 from raxel.geometry.homography import normalising
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 TRIALS = {"quick": 20, "full": 200}
 LEAST_TILT_DEG = 5.0
@@ -30,9 +30,8 @@ STEP = 1e-6
 TRIPLES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 
 
-def equations(source, target):
-    """The rows (2 N, 9) of the direct linear transform, normalised."""
-    T_s, T_t = normalising(source), normalising(target)
+def equations(source, target, T_s, T_t):
+    """The rows (2 N, 9) of the direct linear transform, of points moved by T (3, 3)."""
     s = np.pad(apply_homography(T_s, source), ((0, 0), (0, 1)), constant_values=1.0)
     x, y = apply_homography(T_t, target).T[..., None]
     zero = np.zeros_like(s)
@@ -75,23 +74,27 @@ def minimal_trial(condition, rng):
     """Centre and poses from three or four rays; the ranks of the equations."""
     T_base_grid, points = draw_minimal(rng)
     points = points[:, : condition["rays"]]
-    out = {"rank": min(rank_of(equations(p, points[0])) for p in points[1:])}
+    base = points[0]
+    ranks = [
+        rank_of(equations(p, base, normalising(p), normalising(base)))
+        for p in points[1:]
+    ]
     try:
         found = linear_cgsp(points, side=SIDE)
     except CalibrationError:
-        return out | {"length_mm": None, "angle_rad": None}
+        return {"rank": min(ranks), "length_mm": None, "angle_rad": None}
     shifts = (found.T_base_grid - T_base_grid)[:, :3, 3]
     turns = angle_between_rotations(
         found.T_base_grid[:, :3, :3], T_base_grid[:, :3, :3]
     )
     off = np.linalg.norm([*shifts, found.centre - CENTRE_MM], axis=1)
-    return out | {"length_mm": off.max(), "angle_rad": turns.max()}
+    return {"rank": min(ranks), "length_mm": off.max(), "angle_rad": turns.max()}
 
 
 @experiment("exp_c4_min_triplets", artefact="sec_4_1_2")
 def fewest_rays(effort):
     """Three rays and four, in scenes without noise."""
-    return Plan(minimal_trial, [{"rays": n} for n in (3, 4)], TRIALS[effort], SETTINGS)
+    return Plan(minimal_trial, crossed(rays=(3, 4)), TRIALS[effort], SETTINGS)
 
 
 def homography_entries(parameters):

@@ -21,7 +21,7 @@ from raxel.errors import CalibrationError
 from raxel.geometry import homography_dlt, pose, rotation_from_vector
 from raxel.geometry.homography import normalising
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 TILT_DEG = 25.0
 NOISE_PX = 0.5
@@ -97,9 +97,5 @@ def parallel_trial(condition, rng):
 @experiment("ext_degeneracy_sweep", artefact="ext_degeneracy", shards={"full": 2})
 def nearly_parallel(effort):
     """One angle goes to zero: of a grid to the base, or of two grids."""
-    conditions = [
-        {"which": which, "angle_deg": angle}
-        for which in ("base", "grids")
-        for angle in ANGLES_DEG[effort]
-    ]
+    conditions = crossed(which=("base", "grids"), angle_deg=ANGLES_DEG[effort])
     return Plan(parallel_trial, conditions, TRIALS[effort], SETTINGS)

@@ -7,7 +7,7 @@ from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.geometry import apply_homography
 from raxel.geometry.homography import normalising
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 PAIRS = 20_000
 NOISE_PX = 0.5
@@ -16,19 +16,11 @@ TRIALS = {"quick": 3, "full": 50}
 
 def homography_in(precision, source, target, normalised):
     """H (3, 3) by the SVD of all equations, in one precision throughout."""
+    T_s = T_t = np.eye(3)
     if normalised:
-        rows, T_s, T_t = (
-            equations(source, target),
-            normalising(source),
-            normalising(target),
-        )
-    else:
-        T_s = T_t = np.eye(3)
-        s = np.pad(source, ((0, 0), (0, 1)), constant_values=1.0)
-        x, y = target.T[..., None]
-        zero = np.zeros_like(s)
-        rows = np.block([[s, zero, -x * s], [zero, s, -y * s]])
-    right = np.linalg.svd(rows.astype(precision), full_matrices=False)[2]
+        T_s, T_t = normalising(source), normalising(target)
+    rows = equations(source, target, T_s, T_t).astype(precision)
+    right = np.linalg.svd(rows, full_matrices=False)[2]
     H = right[8].reshape(3, 3).astype(float)
     return np.linalg.solve(T_t, H @ T_s)
 
@@ -50,10 +42,6 @@ def precision_trial(condition, rng):
 @experiment("exp_c4_svd_precision", artefact="ext_svd_precision", shards={"full": 2})
 def precisions(effort):
     """20 000 pairs, exact and with noise, normalised and as they come."""
-    conditions = [
-        {"noise_px": noise, "normalised": normalised}
-        for noise in (NOISE_PX, 0.0)
-        for normalised in (True, False)
-    ]
+    conditions = crossed(noise_px=(NOISE_PX, 0.0), normalised=(True, False))
     settings = SETTINGS | {"rays_per_trial": PAIRS}
     return Plan(precision_trial, conditions, TRIALS[effort], settings)
