@@ -96,7 +96,7 @@ setup:
 	@$(PYTHON) lib/repro/bootstrap.py --rendering
 
 clean: ## remove what was built; .venv and the photographs stay
-	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/*.zip \
+	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/.cache report/*.zip \
 	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.times .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list

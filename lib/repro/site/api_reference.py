@@ -134,7 +134,13 @@ def _is_public(path: Path) -> bool:
 def _module(library: Path, path: Path) -> DocumentedModule:
     below = path.relative_to(library.parent)
     name = ".".join(below.with_suffix("").parts).removesuffix(".__init__")
-    return DocumentedModule(name, below.as_posix(), ast.parse(path.read_text("utf-8")))
+    return DocumentedModule(name, below.as_posix(), _parsed(path.read_text("utf-8")))
+
+
+@cache
+def _parsed(text: str) -> ast.Module:
+    """Syntax of a module's text, which several packages ask for."""
+    return ast.parse(text)
 
 
 def _sections(modules: list[DocumentedModule]) -> Iterator[str]:

@@ -21,6 +21,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -29,11 +30,12 @@ from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
 from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
+from repro.run.kept import Kept
 from repro.run.rendered import TIMES as SET_TIMES
-from repro.site import artefacts
+from repro.site import artefacts, first_cell, notebooks, source_pages
 from repro.site.api_reference import api_pages
 from repro.site.ledger_pages import codes, ledger_pages
-from repro.site.mirror import Content, files_below, mirror
+from repro.site.mirror import Content, files_below, made, mirror
 from repro.site.notebooks import workable
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
@@ -41,6 +43,13 @@ from repro.site.start import Quotable
 from repro.site.times import times_of
 
 GUIDES = "guides"
+DOWNLOADS_BY = (
+    first_cell.__file__,
+    notebooks.__file__,
+    source_pages.__file__,
+    source_pages.TEMPLATES / "source.html.jinja",
+)
+"""What notebooks and pages of code are made by."""
 SHOWN = (".svg", ".png", ".csv", ".html")
 
 
@@ -228,10 +237,14 @@ def _extra(
             kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
         else:
             kept[f"results/{path.name}"] = path
+    known = Kept(root, "downloads", DOWNLOADS_BY)
     for path in pages:
-        kept[f"notebooks/{path.parent.name}/{path.name}"] = workable(path)
+        name = f"{path.parent.name}/{path.name}"
+        kept[f"notebooks/{name}"] = made(known, root / path, partial(workable, path))
         kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)
-    return kept | _code(root)
+    kept |= _code(root, known)
+    known.keep()
+    return kept
 
 
 def _is_of(path: Path, pages: set[str]) -> bool:
@@ -252,14 +265,16 @@ def _log(run: Path) -> str:
     return json.dumps(record, indent=1) + "\n"
 
 
-def _code(root: Path) -> dict[str, Content]:
+def _code(root: Path, known: Kept) -> dict[str, Content]:
     """The code of the chapters and of the library, as pages with anchors."""
     chapters, library = root / "chapters", root / "lib"
     files = {p: p.relative_to(chapters) for p in chapters.glob("*/**/*.py")}
     files |= {p: p.relative_to(library) for p in library.glob("raxel/**/*.py")}
     return {
-        f"source/{name.as_posix()}.html": source_page(
-            path, name.as_posix(), "../" * len(name.parts)
+        f"source/{name.as_posix()}.html": made(
+            known,
+            path,
+            partial(source_page, path, name.as_posix(), "../" * len(name.parts)),
         )
         for path, name in sorted(files.items())
     }

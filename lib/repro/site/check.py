@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
+from repro.run.kept import Kept
+
 CSS_URL = re.compile(r"""url\(\s*['"]?([^'")]+)|@import\s+['"]([^'"]+)""")
 # What a script written into a page fetches by a whole address.
 SCRIPT_LOADS = re.compile(
@@ -62,8 +64,16 @@ class Problem(NamedTuple):
         return f"{self.file}:{self.line}: {self.text}"
 
 
-class HtmlPage(HTMLParser):
-    """Ids and references of one HTML file, and what a reader without sight misses."""
+class HtmlPage(NamedTuple):
+    """Ids and references of one HTML file, and (line, text) of what is wrong in it."""
+
+    ids: set[str]
+    references: list[Reference]
+    faults: list[tuple[int, str]]
+
+
+class PageReader(HTMLParser):
+    """Reads an `HtmlPage`; its faults are what a reader without sight misses."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -153,10 +163,7 @@ class LinkTargets:
 
 def check_site(site: Path) -> list[Problem]:
     """Every problem of the site at ``site``; an empty list for a good one."""
-    pages = {
-        path.resolve(): HtmlPage(path.read_text("utf-8"))
-        for path in site.rglob("*.html")
-    }
+    pages = pages_of(site)
     if not pages:
         return [Problem(str(site), 0, "no HTML page here; build the site first")]
     problems: list[Problem] = []
@@ -169,6 +176,22 @@ def check_site(site: Path) -> list[Problem]:
             if text:
                 problems.append(Problem(name, reference.line, text))
     return problems + list(_style_sheets(site, places))
+
+
+def pages_of(site: Path) -> dict[Path, HtmlPage]:
+    """The pages of a site. What one says is kept in `.cache` until its file changes."""
+    kept = Kept(site.resolve().parent, f"{site.name}-pages", (__file__,))
+    pages = {}
+    for path in site.resolve().rglob("*.html"):
+        ids, references, faults = kept.of(path, _read)
+        pages[path] = HtmlPage(set(ids), [Reference(*r) for r in references], faults)
+    kept.keep()
+    return pages
+
+
+def _read(path: Path) -> tuple[list, list[Path]]:
+    page = PageReader(path.read_text("utf-8"))
+    return [sorted(page.ids), page.references, page.faults], [path]
 
 
 def _style_sheets(site: Path, places: LinkTargets) -> Iterator[Problem]:

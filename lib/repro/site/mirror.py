@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import filecmp
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
+from repro.run.kept import Kept
 from repro.run.results import write_atomic
 
-Content = Path | str
+
+class Made(NamedTuple):
+    """A text known by its SHA-256, and made only where that is not there already."""
+
+    sha256: str
+    text: Callable[[], str]
+
+
+Content = Path | str | Made
 
 
 def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
@@ -21,8 +33,7 @@ def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
     touched = []
     for name, content in wanted.items():
         if not _equal(folder / name, content):
-            whole = content.read_bytes() if isinstance(content, Path) else content
-            write_atomic(folder / name, whole)
+            write_atomic(folder / name, _whole(content))
             touched.append(name)
     for path in sorted(folder.rglob("*"), reverse=True):
         name = path.relative_to(folder).as_posix()
@@ -35,9 +46,27 @@ def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
     return touched
 
 
+def made(kept: Kept, path: Path, text: Callable[[], str]) -> Made:
+    """What ``text`` makes of a file, which is made anew when the file changes."""
+    text = cache(text)
+    return Made(kept.of(path, lambda own: (_hash(text().encode()), [own])), text)
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _whole(content: Content) -> bytes | str:
+    if isinstance(content, Path):
+        return content.read_bytes()
+    return content.text() if isinstance(content, Made) else content
+
+
 def _equal(path: Path, content: Content) -> bool:
     if not path.is_file():
         return False
+    if isinstance(content, Made):
+        return _hash(path.read_bytes()) == content.sha256
     if isinstance(content, Path):
         return filecmp.cmp(path, content, shallow=False)
     return path.read_bytes() == content.encode()
