@@ -16,7 +16,8 @@ author = "the Raxel authors"
 project_copyright = "the Raxel authors"
 language = "en"
 
-extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex", "repro.site.codes"]
+extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex"]
+extensions += ["repro.site.codes", "repro.site.each_page"]
 exclude_patterns = ["_extra", "_templates", "_static"]
 templates_path = ["_templates"]
 nitpicky = True
