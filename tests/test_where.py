@@ -49,7 +49,7 @@ def test_a_table_leads_to_its_trial():
     assert set(kinds[5:]) == {"claim"}
     lines = [source_line(path, number) for _, path, number in found]
     assert lines[1].startswith("def grid_trial(")
-    assert lines[2].startswith("def spherical(")
+    assert lines[2].startswith("def pictures_of_sets(")
     assert lines[3].startswith("def table_3_4(")
     assert all(line.startswith("def ") for line in lines[1:])
 

@@ -168,8 +168,7 @@ def grid_trial(condition, rng):
             seen = through_lens(light, blur)
             for noise in condition["noises"]:
                 pictures = photographs(seen, noise, rng)
-                name = name_of(gamma, blur, noise)
-                found[name] = scores(view, plan, pictures)
+                found[name_of(gamma, blur, noise)] = scores(view, plan, pictures)
     return found
 
 

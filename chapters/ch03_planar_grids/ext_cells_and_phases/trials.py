@@ -99,12 +99,10 @@ def drawn_view(width, rng):
     R = rotation_from_vector(
         [tilt * np.cos(towards), tilt * np.sin(towards), 0]
     ) @ rotation_from_vector([0, 0, turn])
-    away = rng.uniform(-SHIFT_MM, SHIFT_MM, 2)
-    centre = np.array([*away, DISTANCE_MM])
+    centre = np.array([*rng.uniform(-SHIFT_MM, SHIFT_MM, 2), DISTANCE_MM])
     corner = np.array([*(-np.divide(MONITOR.monitor_mm, 2)), 0])
     T = pose(R, centre + R @ corner)
-    scene = monitor_scene(MONITOR, T)
-    traced = trace(camera, np.eye(4), scene)
+    traced = trace(camera, np.eye(4), monitor_scene(MONITOR, T))
     points = _inside(points_seen(camera, T, MONITOR.monitor_mm), BORDER_PX + RING_PX)
     return FilledView(traced, points, DISTANCE_MM / focal)
 

@@ -16,6 +16,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.exercises import (
 )
 from chapters.ch03_planar_grids.ext_corner_detection.results import name_values
 from chapters.ch03_planar_grids.ext_corner_detection.trials import coded, further
+from chapters.shared.lattices import steps_between
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import clicks
 from raxel.features.celect import celect
@@ -198,11 +199,9 @@ def split_corners(effort):
 def coded_trial(condition, rng):
     """One block of one picture, clicked from any corner on, in order and decoded."""
     block = coded.clicked_block(condition, rng)
-    steps = [np.diff(block.true, axis=axis) for axis in (0, 1)]
-    least = min(np.linalg.norm(s, axis=2).min() for s in steps)
     found = celect(block.image, block.clicks, coded.BLOCK, coded.BLOCK)
     values, _ = coded.decoded(block, found, condition)
-    return {"least_px": float(least)} | values
+    return {"least_px": float(steps_between(block.true).min())} | values
 
 
 @experiment("ext_coded_grid_runs", artefact="ext_coded_grid", shards={"full": 2})

@@ -167,10 +167,9 @@ def sweep_trial(condition, rng):
     """The synthetic board of 3.3.1 with one thing changed, its size given."""
     name = requests.SWEPT[condition["sweep"]][0]
     changed = {name: condition["level"]}
-    geometry = {k: v for k, v in changed.items() if k not in ("noise_sd", "blur_px")}
-    optics = {k: v for k, v in changed.items() if k in ("noise_sd", "blur_px")}
-    board = SyntheticBoard(**geometry)
-    image = board.image(rng=rng, **optics)
+    in_picture = name in ("noise_sd", "blur_px")
+    board = SyntheticBoard(**({} if in_picture else changed))
+    image = board.image(rng=rng, **(changed if in_picture else {}))
     size = board.columns, board.rows
     found = find_board(image, *size)
     out = requests.scored(found, board.corners, *size)

@@ -21,8 +21,8 @@ from chapters.ch03_planar_grids.s1_3_localisation.trials import (
     SQUARES_PX,
     START_SD_PX,
     basin_trial,
-    neighbour_distances,
     residuals,
+    settled_residuals,
     study_image,
 )
 from chapters.shared.localiser_basin import START_ERRORS_PX
@@ -167,16 +167,13 @@ def derivative_trial(condition, rng):
     """Residual of every corner with every window: (N, windows)."""
     board, image, start = study_image(condition["square_px"], rng)
     slopes = gradient(image)
-    errors, share = [], []
-    for window in condition["windows"]:
+
+    def localised(window):
         ridges, settled = fit_ridges(slopes, start, window)
-        errors.append(residuals(ridges[:, :2], settled, start, board.corners))
-        share.append(settled.mean())
-    return {
-        "error": np.stack(errors, axis=-1).astype(np.float32),
-        "distance": neighbour_distances(board),
-        "converged": np.array(share),
-    }
+        return ridges[:, :2], settled
+
+    found = [localised(window) for window in condition["windows"]]
+    return settled_residuals(found, start, board)
 
 
 @experiment("fig_3_5_derivative", artefact="fig_3_5", shards={"full": 4})
@@ -192,21 +189,14 @@ def derivative_sweep(effort):
 def saddle_trial(condition, rng):
     """Residual of every corner with every window and blur: (N, windows, blurs)."""
     board, image, start = study_image(condition["square_px"], rng)
-    errors, share = [], []
-    for blur in condition["blurs"]:
-        soft = blurred(image, blur)
-        for window in condition["windows"]:
-            found, settled = fit_saddles(soft, start, window)
-            errors.append(residuals(found, settled, start, board.corners))
-            share.append(settled.mean())
-    shape = len(condition["blurs"]), len(condition["windows"])
-    errors = np.stack(errors, axis=-1).astype(np.float32)
-    errors = errors.reshape(len(errors), *shape).transpose(0, 2, 1)
-    return {
-        "error": errors,
-        "distance": neighbour_distances(board),
-        "converged": np.reshape(share, shape).T,
-    }
+    soft = [blurred(image, blur) for blur in condition["blurs"]]
+    found = [
+        fit_saddles(one, start, window)
+        for window in condition["windows"]
+        for one in soft
+    ]
+    shape = len(condition["windows"]), len(condition["blurs"])
+    return settled_residuals(found, start, board, shape)
 
 
 @experiment("fig_3_5_saddle", artefact="fig_3_5")
@@ -227,19 +217,14 @@ def spread_trial(condition, rng):
     """
     board, image, start = study_image(condition["square_px"], rng)
     image, clean = image.astype(np.uint8), board.image(BLUR_PX)
-    functions = {
-        "saddle point": saddle_point,
-        "derivative": derivative,
-        "OpenCV": corner_subpix,
-    }
-    found = {}
-    for name, function in functions.items():
+
+    def errors_of(function):
         result, without = function(image, start), function(clean, start)
         good = result.converged
         error = (result.corners - board.corners)[good]
         bias = (without.corners - board.corners)[good & without.converged]
         stated = result.sd[good, None]
-        found[name] = {
+        return {
             "converged": float(good.mean()),
             "rms_px": float(np.sqrt(np.mean(error**2))),
             "sd_px": float(np.sqrt(np.mean(stated**2))),
@@ -247,7 +232,12 @@ def spread_trial(condition, rng):
             "score_sd": float(np.sqrt(np.mean((error / stated) ** 2))),
             "within": float(np.mean(np.abs(error) < stated)),
         }
-    return found
+
+    return {
+        "saddle point": errors_of(saddle_point),
+        "derivative": errors_of(derivative),
+        "OpenCV": errors_of(corner_subpix),
+    }
 
 
 @experiment("ext_localiser_spread", artefact="ext_localisers")

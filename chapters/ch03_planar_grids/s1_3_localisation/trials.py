@@ -11,16 +11,14 @@ BLUR_PX, NOISE_SD, START_SD_PX = 2.0, 4.0, 1.0
 
 def neighbour_distances(board):
     """Mean distance (N,) of every corner to its neighbours in the lattice, px."""
-    lattice = board.corners.reshape(board.rows, board.columns, 2)
-    total = np.zeros(lattice.shape[:2])
-    count = np.zeros(lattice.shape[:2])
+    total, count = np.zeros((2, board.rows, board.columns))
     for axis in (0, 1):
-        steps = np.linalg.norm(np.diff(lattice, axis=axis), axis=2)
-        for side in (0, 1):
-            place = [slice(None), slice(None)]
-            place[axis] = slice(1, None) if side else slice(None, -1)
-            total[tuple(place)] += steps
-            count[tuple(place)] += 1
+        steps = np.linalg.norm(np.diff(board.lattice, axis=axis), axis=2)
+        # Of each step, its near and its far end.
+        for end in (slice(None, -1), slice(1, None)):
+            place = (end, slice(None)) if axis == 0 else (slice(None), end)
+            total[place] += steps
+            count[place] += 1
     return (total / count).ravel()
 
 
@@ -36,6 +34,20 @@ def residuals(found, settled, start, truth):
     """Distance (N,) from the truth; where nothing was found, that of the start."""
     at = np.where(settled[:, None], found, start)
     return np.linalg.norm(at - truth, axis=1)
+
+
+def settled_residuals(found, start, board, shape=(-1,)):
+    """Residuals (N, *shape) of every setting, and the share (shape) that settled.
+
+    found: (corners (N, 2), settled (N,)) of each setting.
+    """
+    errors = [residuals(*one, start, board.corners) for one in found]
+    errors = np.stack(errors, axis=-1).astype(np.float32)
+    return {
+        "error": errors.reshape(len(errors), *shape),
+        "distance": neighbour_distances(board),
+        "converged": np.reshape([settled.mean() for _, settled in found], shape),
+    }
 
 
 def basin_trial(condition, rng):

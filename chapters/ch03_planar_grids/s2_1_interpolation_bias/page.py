@@ -229,8 +229,7 @@ def rms_trial(condition, rng):
 def vectors(effort):
     """Fig. 3.6: 500 random points at a pitch of 20 mm."""
     trials = {"quick": 2, "full": 50}[effort]
-    condition = {"pitch_mm": 20, "share": 1}
-    return Plan(vector_trial, [condition], trials, SETTINGS)
+    return Plan(vector_trial, [{"pitch_mm": 20, "share": 1}], trials, SETTINGS)
 
 
 @experiment("fig_3_7_pitches", artefact="fig_3_7")

@@ -216,8 +216,7 @@ def contrast_trial(condition, rng):
 def low_contrast(effort):
     """Spherical images, each in every light."""
     conditions = in_blocks(effort, LIGHT_BLOCKS, levels=LEVELS[effort])
-    images = SPHERICAL_IMAGES[effort]
-    return Plan(contrast_trial, conditions, images, SETTINGS)
+    return Plan(contrast_trial, conditions, SPHERICAL_IMAGES[effort], SETTINGS)
 
 
 # %%

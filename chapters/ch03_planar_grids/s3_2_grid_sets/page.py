@@ -52,7 +52,7 @@ from raxel.features.celect import celect
 from raxel.features.tone_curve import undo_srgb
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
+from repro.run.experiment import experiments
 from repro.run.outcomes import Plan
 
 # %% tags=["active-ipynb"]
@@ -233,11 +233,27 @@ def no_clicks(name, view):
 
 
 # %%
-JOBS = {"full": 4}
+SET_OF = {
+    "table_3_4_grids": "spherical",
+    "table_3_5_grids": "hyperboloidal",
+    "table_3_6_grids": "fisheye",
+    "table_3_7_grids": "flexible-mirror",
+}
 
 
-def plan_of(set_name, effort):
-    """Every picture of every seed of both ranges, or one of each for a look."""
+@experiments(
+    {
+        "table_3_4_grids": "table_3_4",
+        "table_3_5_grids": "table_3_5",
+        "table_3_6_grids": "table_3_6",
+        "table_3_7_grids": "table_3_7",
+    },
+    shards={"full": 4},
+    inputs=RIGS,
+)
+def pictures_of_sets(effort, identifier):
+    """15 pictures of each seed of both ranges, or one of each for a look."""
+    set_name = SET_OF[identifier]
     images = 1 if effort == "quick" else IMAGES
     conditions = [
         {"set": set_name, "poses": poses, "image": image, "seed": seed}
@@ -246,30 +262,6 @@ def plan_of(set_name, effort):
         for image in range(images)
     ]
     return Plan(grid_trial, conditions, 1, settings_of(set_name))
-
-
-@experiment("table_3_4_grids", artefact="table_3_4", shards=JOBS, inputs=RIGS)
-def spherical(effort):
-    """15 pictures of three seeds of the Spherical set."""
-    return plan_of("spherical", effort)
-
-
-@experiment("table_3_5_grids", artefact="table_3_5", shards=JOBS, inputs=RIGS)
-def hyperboloidal(effort):
-    """15 pictures of three seeds of the Hyperboloidal set."""
-    return plan_of("hyperboloidal", effort)
-
-
-@experiment("table_3_6_grids", artefact="table_3_6", shards=JOBS, inputs=RIGS)
-def fisheye(effort):
-    """7 + 8 pictures of three seeds of the Fisheye set."""
-    return plan_of("fisheye", effort)
-
-
-@experiment("table_3_7_grids", artefact="table_3_7", shards=JOBS, inputs=RIGS)
-def flexible_mirror(effort):
-    """15 pictures of three seeds of the Flexible Mirror set."""
-    return plan_of("flexible-mirror", effort)
 
 
 # %% [markdown]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.shared.lattices import outer
+from chapters.shared.lattices import outer, steps_between
 from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
@@ -65,11 +65,9 @@ def conditions(effort):
     fields, levels = FOV_DEG, NOISE_SD
     if effort == "quick":
         fields, levels = (134,), (10,)
-    swept = []
-    for marks in MARKS:
-        base = DEFAULT | {"marks": marks}
-        swept += [base | {"fov_deg": f} for f in fields]
-        swept += [base | {"noise_sd": n} for n in levels if n != 10]
+    changes = [{"fov_deg": f} for f in fields]
+    changes += [{"noise_sd": n} for n in levels if n != DEFAULT["noise_sd"]]
+    swept = [DEFAULT | {"marks": m} | change for m in MARKS for change in changes]
     faint = DEFAULT | {"marks": "faint"}
     return swept + [faint | {"grid": name} for name in FALSE_GRIDS]
 
@@ -77,8 +75,7 @@ def conditions(effort):
 @lru_cache
 def code_of(name):
     """The code of a grid; the one that is looked for is called 'coded'."""
-    rng = np.random.default_rng(SEEDS[name])
-    return coded_grid(SQUARES, SQUARES, rng)
+    return coded_grid(SQUARES, SQUARES, np.random.default_rng(SEEDS[name]))
 
 
 @dataclass(frozen=True)
@@ -147,9 +144,7 @@ class CodedView:
         found = []
         for row, column in np.ndindex(last + 1, last + 1):
             block = self.corners[row : row + whole, column : column + whole]
-            steps = [np.diff(block, axis=axis) for axis in (0, 1)]
-            least = min(np.linalg.norm(s, axis=2).min() for s in steps)
-            if least >= LEAST_SPACING_PX:
+            if steps_between(block).min() >= LEAST_SPACING_PX:
                 found.append((row + 1, column + 1))
         return np.array(found)
 

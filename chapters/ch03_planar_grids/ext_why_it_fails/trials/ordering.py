@@ -36,8 +36,7 @@ def lattice_at(condition, rng):
     """True corners (rows, columns, 2) of a bent board, turned at random."""
     bend = condition["bend_deg"]
     if condition["family"] == "fov":
-        board = SyntheticBoard(fov_deg=bend)
-        return board.lattice
+        return SyntheticBoard(fov_deg=bend).lattice
     radius = HALF_WIDTH_PX / math.sin(math.radians(bend) / 2)
     return SectorBoard(
         arc_deg=bend, radius_px=radius, depth_px=DEPTH_PX, turn_deg=rng.uniform(0, 360)
@@ -72,8 +71,7 @@ def ordering_trial(condition, rng):
 def orderings(effort):
     """The two orderings of 1.2.1 on corners of boards that bend more and more."""
     settings = {"corner_sd_px": CORNER_SD_PX}
-    trials = TRIALS[effort]
-    return Plan(ordering_trial, bends(effort), trials, settings)
+    return Plan(ordering_trial, bends(effort), TRIALS[effort], settings)
 
 
 def _flat(outer, rows, columns):

@@ -22,7 +22,6 @@ from chapters.ch03_planar_grids.ext_why_it_fails.trials.stages import (
     lost_at,
 )
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import (
-    no_window,
     overview,
     window_at,
 )
@@ -30,7 +29,7 @@ from chapters.shared.lattices import outer
 from chapters.shared.synthetic_board import clicks
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.hough import angle_apart, orientation
-from repro.run.experiment import experiment
+from repro.run.experiment import experiments
 from repro.run.outcomes import Plan
 
 PUBLISHED = CelectSettings()
@@ -63,10 +62,7 @@ def why_trial(condition, rng):
         if label in drawn:
             where = lost.where if lost.where is not None else where
             values[label] |= overview(image, run, lost)
-            if where is None:
-                values[label] |= no_window()
-            else:
-                values[label] |= window_at(image, run, where, lost, settings)
+            values[label] |= window_at(image, run, where, lost, settings)
     return values
 
 
@@ -108,13 +104,14 @@ def wrong_first_line(coordinates, place, first_angle_deg=15.0):
 
 def merged_ratio(lattice, merge=0.8, divisor=1.9):
     """Smallest square of the four sides over t8 of its side: merged below 1."""
-    sides = (lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0])
-    ratios = []
-    for corners in sides:
+
+    def ratio(corners):
         whole = np.linalg.norm(corners[-1] - corners[0])
         least = np.linalg.norm(np.diff(corners, axis=0), axis=1).min()
-        ratios.append(least * divisor * len(corners) / (merge * whole))
-    return float(min(ratios))
+        return least * divisor * len(corners) / (merge * whole)
+
+    sides = (lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0])
+    return float(min(map(ratio, sides)))
 
 
 def _tangent(stops, place):
@@ -123,55 +120,28 @@ def _tangent(stops, place):
     return orientation(first[1] - first[0])
 
 
-def plan_of(case, effort):
-    """The plan of one case: all its levels in one trial."""
+@experiments(
+    {
+        # How far the sheet goes on beyond the outermost corners.
+        "ext_why_clearance": "ext_why_clearance",
+        # The right contour of the first corner comes within t4 of L4.
+        "ext_why_first_corner": "ext_why_first_corner",
+        # The wrong contour of the first corner leaves t4 of L4, closer to L1.
+        "ext_why_wrong_contour": "ext_why_wrong_contour",
+        # Eight ways to click one picture.
+        "ext_why_direction": "ext_why_direction",
+        # The window's radius, times a factor.
+        "ext_why_window": "ext_why_window",
+        # The same bend with fewer and larger squares.
+        "ext_why_curvature": "ext_why_curvature",
+        # Squares that grow along a contour.
+        "ext_why_size_variation": "ext_why_size_variation",
+        # Blur, and noise.
+        "ext_why_blur_noise": "ext_why_blur_noise",
+    }
+)
+def cases(effort, identifier):
+    """A case: all its levels in one trial."""
+    case = identifier.removeprefix("ext_why_")
     condition = {"case": case, "levels": levels_of(case, effort)}
     return Plan(why_trial, [condition], TRIALS[effort], VARIATION)
-
-
-@experiment("ext_why_clearance", artefact="ext_why_clearance")
-def clearance(effort):
-    """How far the sheet goes on beyond the outermost corners."""
-    return plan_of("clearance", effort)
-
-
-@experiment("ext_why_first_corner", artefact="ext_why_first_corner")
-def first_corner(effort):
-    """The right contour of the first corner comes within t4 of L4."""
-    return plan_of("first_corner", effort)
-
-
-@experiment("ext_why_wrong_contour", artefact="ext_why_wrong_contour")
-def wrong_contour(effort):
-    """The wrong contour of the first corner leaves t4 of L4, closer to L1."""
-    return plan_of("wrong_contour", effort)
-
-
-@experiment("ext_why_direction", artefact="ext_why_direction")
-def direction(effort):
-    """Eight ways to click one picture."""
-    return plan_of("direction", effort)
-
-
-@experiment("ext_why_window", artefact="ext_why_window")
-def window(effort):
-    """The window's radius, times a factor."""
-    return plan_of("window", effort)
-
-
-@experiment("ext_why_curvature", artefact="ext_why_curvature")
-def curvature(effort):
-    """The same bend with fewer and larger squares."""
-    return plan_of("curvature", effort)
-
-
-@experiment("ext_why_size_variation", artefact="ext_why_size_variation")
-def size_variation(effort):
-    """Squares that grow along a contour."""
-    return plan_of("size_variation", effort)
-
-
-@experiment("ext_why_blur_noise", artefact="ext_why_blur_noise")
-def blur_noise(effort):
-    """Blur, and noise."""
-    return plan_of("blur_noise", effort)

@@ -57,11 +57,13 @@ def no_window():
 
 
 def window_at(image, run, where, lost, settings):
-    """Arrays of the window that decided what became of a place `where` (2,).
+    """Arrays of the window that decided what became of a place `where` (2,), if any.
 
     Of the lost contour, if there is one: the step that led there, or the window in
     which there was no edge. Otherwise the step with its centre nearest to the place.
     """
+    if where is None:
+        return no_window()
     own = [c for c in run.contours if c.name == lost.contour]
     if own and lost.stage == NO_EDGE:
         return _shown(image, own[0], _stuck(image, run, own[0], settings))

@@ -89,8 +89,7 @@ def zoo_board(name, rng):
         read_noise_e=15.0,
         gamma=rng.uniform(*DRAWN["gamma"]),
     )
-    points = on_plane(board.points())
-    corners = camera.project(transform(T, points)).pixels
+    corners = camera.project(transform(T, on_plane(board.points()))).pixels
     return ZooBoard(sensor.expose(picture, rng), corners, board.columns, board.rows)
 
 

@@ -42,8 +42,8 @@ def decoding_errors(camera, grid, T_camera_grid, rng):
     """
     pictures, patterns = photographed(camera, grid, T_camera_grid, rng)
     seen = points_seen(camera, T_camera_grid, grid.monitor_mm)
-    errors = {}
-    for name, smooth in SMOOTHED.items():
-        found = decode(pictures, patterns, grid, smooth=smooth, threads=1)
-        errors[name] = found.location - seen
-    return errors, seen
+    decoded = {
+        name: decode(pictures, patterns, grid, smooth=smooth, threads=1)
+        for name, smooth in SMOOTHED.items()
+    }
+    return {name: found.location - seen for name, found in decoded.items()}, seen

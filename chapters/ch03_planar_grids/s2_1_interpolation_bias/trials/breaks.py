@@ -29,9 +29,7 @@ def ridge_trial(condition, rng):
     errors = {k: e.reshape(-1, 2).astype(float) for k, e in errors.items()}
     near = facets.ridge_distance(pixels) <= facets.square_px(corners)
     near &= np.isfinite(seen[:, 0])
-    trusted = near.copy()
-    for error in errors.values():
-        trusted &= np.isfinite(error[:, 0])
+    trusted = near & np.all([np.isfinite(e[:, 0]) for e in errors.values()], axis=0)
     pixels, seen = pixels[trusted], seen[trusted]
     own = camera.facet_of(pixels)
     noisy = facets.with_noise(corners, CORNER_NOISE_PX, rng)

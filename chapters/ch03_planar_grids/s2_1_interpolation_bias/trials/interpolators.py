@@ -117,14 +117,15 @@ def _windows(view, row, column):
 def lines_of_three():
     """Neighbours (L, 3) of a window of 4 x 4 on a row, a column or a diagonal."""
     grid = np.arange(WINDOW**2).reshape(WINDOW, WINDOW)
-    runs = []
-    for one in (grid, grid.T):
-        runs += [line[k : k + 3] for line in one for k in range(2)]
-    for one in (grid, grid[:, ::-1]):
-        runs += [
-            one[i : i + 3, j : j + 3].diagonal() for i in range(2) for j in range(2)
-        ]
-    return np.array(runs)
+    straight = [
+        line[k : k + 3] for one in (grid, grid.T) for line in one for k in range(2)
+    ]
+    diagonal = [
+        one[i : i + 3, j : j + 3].diagonal()
+        for one in (grid, grid[:, ::-1])
+        for i, j in np.ndindex(2, 2)
+    ]
+    return np.array(straight + diagonal)
 
 
 def _bent(places, bend):

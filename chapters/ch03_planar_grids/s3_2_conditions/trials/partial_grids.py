@@ -170,18 +170,20 @@ def partial_trial(condition, rng):
         stages[clicked.stage] += 1
         return clicked.right
 
-    values = {"picture": image, "lattice": sheet.lattice}
     share = condition["next_share"]
-    values[CELECT] = _extracted(returns, sheet, image, share)
-    values[CELECT]["lost"] = {s: n for s, n in stages.items() if s != DONE}
-    return values | {OPENCV: _by_detector(OPENCV, sheet, image, share)}
+    clicked = _extracted(returns, sheet, image, share)
+    return {
+        "picture": image,
+        "lattice": sheet.lattice,
+        CELECT: clicked | {"lost": {s: n for s, n in stages.items() if s != DONE}},
+        OPENCV: _by_detector(OPENCV, sheet, image, share),
+    }
 
 
 def partial_sb_trial(condition, rng):
     """The same picture; the largest part of OpenCV's sector-based detector."""
-    sheet, image = _large_picture(condition, rng)
-    share = condition["next_share"]
-    return {OPENCV_SB: _by_detector(OPENCV_SB, sheet, image, share)}
+    picture = _large_picture(condition, rng)
+    return {OPENCV_SB: _by_detector(OPENCV_SB, *picture, condition["next_share"])}
 
 
 def _large_picture(condition, rng):

@@ -55,8 +55,7 @@ class Sheet(NamedTuple):
 
     def place(self, points):
         """True pixels (N, 2) of places on the board (N, 2), mm."""
-        flat = on_plane(points)
-        seen = transform(self.T_camera_board, flat)
+        seen = transform(self.T_camera_board, on_plane(points))
         return self.rig.camera.project(seen).pixels
 
 
@@ -71,7 +70,7 @@ def sheet_of(set_name, rng, poses=HARD):
     scene = board_scene(rig.target, pose, rig.border_mm, **rig.radiances)
     window = window_of(rig, pose)
     irradiance = rig.laboratory().irradiance(
-        scene, np.eye(4), colour=_mosaic(rig), window=window
+        scene, np.eye(4), colour=rig.sensor.bayer is not None, window=window
     )
     columns, rows = rig.target.columns, rig.target.rows
     points = rig.target.points().reshape(rows, columns, 2)
@@ -189,10 +188,6 @@ def _inside_and_around(sheet):
     on = on.all(axis=2).astype(np.uint8)
     reach = np.ones((2 * EDGE_PX + 1,) * 2, np.uint8)
     return (f(on, reach) > 0 for f in (cv2.erode, cv2.dilate))
-
-
-def _mosaic(rig):
-    return rig.sensor.bayer is not None
 
 
 def _seen_places(rig, T_camera_board, window):

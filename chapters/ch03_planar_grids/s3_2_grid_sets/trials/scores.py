@@ -111,15 +111,14 @@ def ranges_of(set_name, poses):
 
 def errors_of(image, corners, truth):
     """Errors (7, N) px of a right grid, a row for each of MEASURES."""
-    standards = {TRUTH: truth}
-    standards |= {w: localised(image, truth, w) for w in HALF_WINDOWS}
+    standards = {w: localised(image, truth, w) for w in HALF_WINDOWS}
     found = {w: localised(image, corners, w) for w in HALF_WINDOWS}
-    rows = []
-    for when, reference, window in MEASURES:
-        start = corners if when == "before" else found[window]
-        standard = standards[TRUTH if reference == TRUTH else window]
-        rows.append(np.linalg.norm(start - standard, axis=1))
-    return np.array(rows)
+    off = [
+        (corners if when == "before" else found[window])
+        - (truth if reference == TRUTH else standards[window])
+        for when, reference, window in MEASURES
+    ]
+    return np.linalg.norm(off, axis=2)
 
 
 def stacked(errors, methods, count):
