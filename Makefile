@@ -25,7 +25,7 @@ report: setup ## the whole report at full size: report/site/index.html
 
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
-	  .venv/bin/python $(if $(ARGS),,-m repro.workflow.clock test .venv/bin/python) -m pytest -n auto --dist loadfile $(ARGS)
+	  .venv/bin/python $(if $(ARGS),,-m repro.workflow.clock test .venv/bin/python) -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 mutants: setup ## faults put into copies of the code: is each caught by the tests it names? (ARGS="words of their names")
 	@$(RUN) .venv/bin/python -m tests.mutants $(ARGS)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.cli import main
+from raxel.cli.models import FITS
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
@@ -219,7 +220,7 @@ def test_faults_of_missing_corners_are_named(tmp_path, entry, found):
     assert found in str(fault.value)
 
 
-def test_boards_with_a_covered_corner_are_calibrated(tmp_path, capsys):
+def test_boards_with_a_covered_corner_are_calibrated(tmp_path, capsys, monkeypatch):
     drawn_set = write_drawn_set(tmp_path / "set", tilts=TILTS_DEG[:4])
     path = tmp_path / "set" / "view1.png"
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
@@ -229,8 +230,16 @@ def test_boards_with_a_covered_corner_are_calibrated(tmp_path, capsys):
     corners = str(tmp_path / "corners.json")
     assert main(["corners", str(tmp_path / "set"), "--json", corners]) == 0
     assert "view1.png: 1 of 35 corners are missing" in capsys.readouterr().out
-    for model in ("zhang", "generic", "auto"):
+
+    def calibrate(model):
         out = str(tmp_path / f"{model}.npz")
         options = ["--model", model, "--corners", corners, "--out", out]
         assert main(["calibrate", str(tmp_path / "set"), *options]) == 0
         assert main(["evaluate", out, str(tmp_path / "set"), "--corners", corners]) == 0
+
+    for model in FITS:
+        calibrate(model)
+    # Two models are compared as all would be, and boards kept out.
+    for other in set(FITS) - {"zhang", "generic"}:
+        monkeypatch.delitem(FITS, other)
+    calibrate("auto")
