@@ -41,7 +41,7 @@ from chapters.shared.phase_steps import (
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_phase_error_gamma")
@@ -194,11 +194,9 @@ def even_trial(condition, rng):
 @experiment("exp_c3_even_cancels", artefact="app_a")
 def even_orders(effort):
     """Orders 2, 4 and 6, sine and cosine, up to 30 % of the first."""
-    conditions = [
-        {"order": n, "kind": kind, "phases": PHASES[effort]}
-        for n in (2, 4, 6)
-        for kind in ("sine", "cosine")
-    ]
+    conditions = crossed(
+        order=(2, 4, 6), kind=("sine", "cosine"), phases=[PHASES[effort]]
+    )
     return Plan(even_trial, conditions, 1, {"amplitudes": list(AMPLITUDES)})
 
 
@@ -247,7 +245,7 @@ def order_trial(condition, rng):
 @experiment("ext_orders_of_steps", artefact="ext_orders_of_steps")
 def order_sweep(effort):
     """Every order up to 17, for 3, 4, 5, 6 and 8 steps."""
-    conditions = [{"steps": n, "phases": PHASES[effort]} for n in STEPS]
+    conditions = crossed(steps=STEPS, phases=[PHASES[effort]])
     return Plan(order_trial, conditions, 1, {"amplitude": SMALL})
 
 

@@ -43,7 +43,7 @@ from raxel.multiview.perspective_view import resample, source_pixels
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("fig_1_1")
@@ -188,8 +188,7 @@ def resolution(effort):
         "highest_elevation_of_the_others_deg": HIGHEST_DEG,
         "least_ratio": LEAST_RATIO,
     }
-    conditions = [{"mirror": name} for name in ECCENTRICITIES]
-    return Plan(resolution_trial, conditions, 1, settings)
+    return Plan(resolution_trial, crossed(mirror=ECCENTRICITIES), 1, settings)
 
 
 # %% [markdown]

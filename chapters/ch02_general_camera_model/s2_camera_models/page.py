@@ -46,7 +46,7 @@ from raxel.cameras.lenses.fit import fit_camera
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_zoo_room")
@@ -176,7 +176,7 @@ def census_trial(condition, rng):
 @experiment("exp_zoo", artefact="sec_2_2")
 def census(effort):
     """Counts, field of view, centrality and round trip of every camera."""
-    conditions = [{"model": name, "step": STEPS[effort]} for name in ZOO]
+    conditions = crossed(model=ZOO, step=[STEPS[effort]])
     settings = {
         "image_px": [200, 200],
         "round trip": f"by the point {POINT_MM:g} mm along the ray",
@@ -244,8 +244,7 @@ def rays(effort):
 @experiment("exp_zoo_room", artefact="sec_2_2")
 def pictures(effort):
     """One room through eight cameras, without lens blur or noise."""
-    conditions = [{"model": name, "samples": SAMPLES[effort]} for name in ROOM]
-    return Plan(room_trial, conditions, 1)
+    return Plan(room_trial, crossed(model=ROOM, samples=[SAMPLES[effort]]), 1)
 
 
 # %% [markdown]

@@ -52,7 +52,7 @@ from raxel.geometry import (
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("fig_2_1")
@@ -148,7 +148,7 @@ ERROR_TRIALS = {"quick": 6, "full": 50}
 @experiment("fig_2_1_tables", artefact="fig_2_1")
 def tables(effort):
     """The look-up tables of a fisheye and of a faceted-mirror camera."""
-    conditions = [{"camera": name} for name in ("fisheye", "faceted")]
+    conditions = crossed(camera=("fisheye", "faceted"))
     return Plan(table_trial, conditions, 1, {"image_px": list(TABLE_PX)})
 
 
@@ -194,9 +194,8 @@ def grids_trial(condition, rng):
 @experiment("fig_2_2_grids", artefact="fig_2_2")
 def grids(effort):
     """One camera, calibrated with two known and three unknown poses."""
-    conditions = [{"method": name} for name in ("general", "generic")]
     settings = {"image_px": list(IMAGE_PX), "T_1_mm": list(KNOWN_SHIFT_MM)}
-    return Plan(grids_trial, conditions, 1, settings)
+    return Plan(grids_trial, crossed(method=("general", "generic")), 1, settings)
 
 
 def wrong_motion_trial(condition, rng):

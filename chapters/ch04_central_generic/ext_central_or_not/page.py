@@ -22,7 +22,7 @@ from chapters.ch04_central_generic.ext_central_or_not.trials import (
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_centrality")
@@ -87,11 +87,7 @@ def trial(condition, rng):
 @experiment("ext_centrality_runs", artefact="ext_centrality", inputs=MIRROR_RIGS)
 def runs(effort):
     """All cameras at both noises."""
-    conditions = [
-        {"camera": camera, "noise_mm": noise}
-        for camera in CAMERAS
-        for noise in NOISES_MM
-    ]
+    conditions = crossed(camera=CAMERAS, noise_mm=NOISES_MM)
     return Plan(trial, conditions, TRIALS[effort], CHOSEN)
 
 

@@ -23,7 +23,7 @@ from chapters.ch04_central_generic.ext_lens_formula.trials import (
 from repro.page.exercise import check
 from repro.page.reader import open_results, results_behind, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_lens_formula_figure")
@@ -115,8 +115,7 @@ from repro.run.outcomes import Plan
 @experiment("ext_lens_known", artefact="ext_lens_formula_figure", shards={"full": 2})
 def known_lenses(effort):
     """Three known lenses, every model."""
-    conditions = [{"lens": lens} for lens in LENSES]
-    return Plan(lens_trial, conditions, TRIALS[effort], SETTINGS)
+    return Plan(lens_trial, crossed(lens=LENSES), TRIALS[effort], SETTINGS)
 
 
 # %% [markdown]

@@ -28,7 +28,7 @@ from raxel.calibration.linear.standard import (
 from raxel.errors import CalibrationError
 from raxel.geometry import pose
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 NOISE_PX = 0.5
 TRIALS = {"quick": 3, "full": 100}
@@ -138,8 +138,7 @@ def grids_trial(condition, rng):
 @experiment("ext_cgsp_grids", artefact="ext_cgsp_sensitivity_figure")
 def grids_sweep(effort):
     """Three to ten grids, 0.5 px."""
-    conditions = [{"grids": count} for count in GRIDS]
-    return Plan(grids_trial, conditions, TRIALS[effort], SETTINGS)
+    return Plan(grids_trial, crossed(grids=GRIDS), TRIALS[effort], SETTINGS)
 
 
 def with_outliers(points, share, rng):
@@ -176,7 +175,7 @@ def outliers_trial(condition, rng):
 @experiment("ext_cgsp_outliers", artefact="ext_cgsp_outliers_table")
 def outliers_sweep(effort):
     """None to 5 % of wrong points, 0.5 px."""
-    conditions = [{"outliers": share} for share in OUTLIERS]
+    conditions = crossed(outliers=OUTLIERS)
     settings = SETTINGS | {"outliers_within_mm": OUTLIER_MM}
     return Plan(outliers_trial, conditions, TRIALS[effort], settings)
 

@@ -21,7 +21,7 @@ from raxel.geometry import intersect_lines_plane
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_ray_weights")
@@ -109,7 +109,7 @@ from repro.run.outcomes import Plan
 @experiment("ext_ray_weights_trials", artefact="ext_ray_weights")
 def weights_of_rays(effort):
     """Rays by centroids, with weights."""
-    cases = [{"domain": domain} for domain in NOISE]
+    cases = crossed(domain=NOISE)
     return Plan(weights_trial, cases, {"quick": 3, "full": 60}[effort], SETTINGS)
 
 

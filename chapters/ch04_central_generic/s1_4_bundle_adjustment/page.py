@@ -30,7 +30,7 @@ from raxel.errors import CalibrationError
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("ext_consistent_adjustment")
@@ -163,9 +163,7 @@ def consistency_trial(condition, rng):
 )
 def consistency_sweep(effort):
     """Errors of the centre as rays become more."""
-    cases = [
-        {"noise": noise, "rays": rays} for noise in CURVES for rays in RAYS[effort]
-    ]
+    cases = crossed(noise=CURVES, rays=RAYS[effort])
     return Plan(consistency_trial, cases, {"quick": 2, "full": 40}[effort], SETTINGS)
 
 

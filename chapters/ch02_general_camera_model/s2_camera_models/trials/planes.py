@@ -5,7 +5,7 @@ import numpy as np
 from raxel.cameras import FisheyeCamera
 from raxel.geometry import rotation_from_vector
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 FOVS_DEG = (30, 90, 150, 170, 179, 180, 181, 190, 220, 270, 360)
 TRIALS = {"quick": 2, "full": 20}
@@ -69,5 +69,4 @@ def planes(effort):
         "eps": LEAST_COSINE,
         "bundle": "equidistance fisheye, turned at random",
     }
-    conditions = [{"fov_deg": fov} for fov in FOVS_DEG]
-    return Plan(plane_trial, conditions, TRIALS[effort], settings)
+    return Plan(plane_trial, crossed(fov_deg=FOVS_DEG), TRIALS[effort], settings)

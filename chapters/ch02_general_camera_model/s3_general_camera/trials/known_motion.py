@@ -8,7 +8,7 @@ from raxel.cameras import GeneralCamera
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # The way each camera looks, along z of its frame.
 AHEAD = {"pinhole": 1.0, "fisheye": 1.0, "faceted": -1.0}
@@ -84,5 +84,5 @@ def two_known_grids(effort):
         "grids": "near one 350 to 450 mm away, the far one 200 to 400 mm "
         "behind it, each turned by up to 6 deg about every axis; no noise",
     }
-    conditions = [{"camera": name} for name in ("pinhole", "fisheye", "faceted")]
+    conditions = crossed(camera=("pinhole", "fisheye", "faceted"))
     return Plan(known_motion_trial, conditions, POSES[effort], settings)

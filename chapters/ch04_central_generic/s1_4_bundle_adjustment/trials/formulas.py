@@ -7,7 +7,7 @@ from raxel.calibration.adjust.bundle import ray_point_residuals
 from raxel.calibration.adjust.relaxation import pose_vector
 from raxel.geometry import on_plane
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 POINTS = 400
 HALF_MM = 300.0  # of the grid that the points lie on
@@ -26,7 +26,7 @@ def unknowns_trial(condition, rng):
 @experiment("exp_c4_ba_param_count", artefact="sec_4_1_4")
 def unknowns(effort):
     """How many numbers the adjustments move."""
-    return Plan(unknowns_trial, [{"grids": n} for n in GRIDS], 1, SETTINGS)
+    return Plan(unknowns_trial, crossed(grids=GRIDS), 1, SETTINGS)
 
 
 def formula_trial(condition, rng):

@@ -27,7 +27,7 @@ from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.errors import CalibrationError
 from raxel.geometry import on_plane, transform
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 NOISE_PX = 0.5
 # Conditions of the targets: grids, camera, noise.
@@ -184,9 +184,9 @@ def normalised_square(found, scene):
 @experiment("ext_adjustment_targets_trials", artefact="ext_adjustment_targets")
 def targets(effort):
     """Accuracy of the consistent adjustment, and of the error it states."""
-    cases = [{"case": name} for name in TARGETS]
     trials = {"quick": 4, "full": 200}[effort]
-    return Plan(target_trial, cases, trials, SETTINGS | {"cases": TARGETS})
+    settings = SETTINGS | {"cases": TARGETS}
+    return Plan(target_trial, crossed(case=TARGETS), trials, settings)
 
 
 def starts_trial(condition, rng):
