@@ -51,4 +51,5 @@ def radius_in_picture(psi_deg=90 + EYE_HIGH_DEG):
     """Distance (px) from the middle of Fig. 1.1(a) at an angle from straight down."""
     camera = laboratory(1.0).camera
     e = camera.mirror.eccentricity
-    return float(camera.viewer.K[0, 0] * np.tan(viewer_angle(e, np.radians(psi_deg))))
+    angle = viewer_angle(e, np.radians(psi_deg))
+    return float(camera.viewer.K[0, 0] * np.tan(angle))

@@ -121,7 +121,8 @@ def borders(unwrapped, camera, view):
         found = found[np.isfinite(found)]
         if len(found) >= FEWEST_ROWS:
             middle = np.median(found)
-            out.append((column, middle, np.median(np.abs(found - middle)), len(found)))
+            off = np.median(np.abs(found - middle))
+            out.append((column, middle, off, len(found)))
     return np.array(out).reshape(-1, 4)
 
 

@@ -73,7 +73,8 @@ def triangle():
     angles to it.
     """
     angle = 2 * np.pi * np.arange(3) / 3
-    points = SIDE_MM / np.sqrt(3) * np.column_stack([np.cos(angle), np.sin(angle)])
+    radius = SIDE_MM / np.sqrt(3)
+    points = radius * np.column_stack([np.cos(angle), np.sin(angle)])
     corners = np.column_stack([points, np.full(3, HEIGHT_MM)])
     return corners / np.linalg.norm(corners, axis=1, keepdims=True), points
 

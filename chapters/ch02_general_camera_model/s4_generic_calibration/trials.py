@@ -79,7 +79,8 @@ def meet(names, grid, base_point):
     that is parallel to the grid.
     """
     centre = [names[f"C_{axis}"] for axis in "xyz"]
-    ray = [q - c for q, c in zip([*base_point, Fraction(0)], centre, strict=True)]
+    through = [*base_point, Fraction(0)]
+    ray = [q - c for q, c in zip(through, centre, strict=True)]
     t = [names[f"t_{axis}_{grid}"] for axis in "xyz"]
     columns = [[names[f"R{r}{c}_{grid}"] for r in (1, 2, 3)] for c in (1, 2)]
     system = [*columns, [-part for part in ray]]

@@ -58,6 +58,7 @@ def _proportional(series: Callable) -> Reading:
     trials = [series(level) for level in LEVELS]
     found = [median_interval(t, worst=np.nanmax(t)) for t in trials]
     spread = np.array([max(e.high - e.low, 1e-12) for e in found])
+    medians = np.array([e.value for e in found])
     # The intervals of the medians are in the weights; R2 itself has none.
     line = weighted_line(levels, np.array([e.value for e in found]), 1 / spread**2)
     slope = trend(levels, trials, loglog_slope)
@@ -198,7 +199,8 @@ def judge_infinite_plane_cause(results, options):
     rise = median_ratio(trials[2], trials[3])
     left = bootstrap(_excess_left, *trials)
     case = case.other(extent="unbounded", residual_scale="source image")
-    rank = median_interval(case.generic("grazing_spearman", fov_deg=150), worst=-1.0)
+    grazing = case.generic("grazing_spearman", fov_deg=150)
+    rank = median_interval(grazing, worst=-1.0)
     decisions = [left.below(0.5), rank.above(0.3 - 1e-9)]
     if rise.above(1.0) != HOLDS:
         decisions.append(rise.above(1.0))

@@ -140,7 +140,8 @@ def _rank_correlation(values, ranks):
 
 def point_noise_ratio(data):
     """SD of noise on the grids: outer over inner 20 % of field angle."""
-    angle = np.arccos(np.clip(data.directions[:, 2], -1, 1))
+    directions = data.directions
+    angle = np.arccos(np.clip(directions[:, 2], -1, 1))
     error = data.noisy_points - data.points
     outer = error[:, angle > 0.8 * angle.max()].std(ddof=1)
     inner = error[:, angle < 0.2 * angle.max()].std(ddof=1)
@@ -149,7 +150,8 @@ def point_noise_ratio(data):
 
 def widest_angle_deg(data):
     """Largest angle from the axis at which all grids were measured."""
-    return np.degrees(np.arccos(data.directions[:, 2].min()))
+    axial = data.directions[:, 2]
+    return np.degrees(np.arccos(axial.min()))
 
 
 def score_exact(data, focal):

@@ -156,5 +156,6 @@ def path_of(steps):
     shown = mean + STEP_SCALE * (steps - mean)
     along = mean / np.linalg.norm(mean)
     deviation = (steps - mean) - ((steps - mean) @ along)[:, None] * along
-    flat = np.column_stack([shown @ along, shown @ np.linalg.svd(deviation)[2][0]])
+    across = np.linalg.svd(deviation)[2][0]
+    flat = np.column_stack([shown @ along, shown @ across])
     return np.vstack([[0.0, 0.0], np.cumsum(flat, axis=0)])

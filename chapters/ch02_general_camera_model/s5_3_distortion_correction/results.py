@@ -72,7 +72,8 @@ def distances(edges):
     for method in ("parametric", "generic_as_printed"):
         out[method] = np.full(both.shape, np.nan)
         for number in np.flatnonzero(np.sum(both, axis=1) >= FEWEST):
-            out[method][number] = np.abs(from_line(edges[method][number], both[number]))
+            edge = edges[method][number]
+            out[method][number] = np.abs(from_line(edge, both[number]))
     return out
 
 

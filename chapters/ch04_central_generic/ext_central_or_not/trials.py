@@ -106,7 +106,8 @@ def miss(rays, T_base, centre, origins, directions):
     """
     along = np.sum((centre - rays.origins) * rays.directions, axis=1)
     nearest = rays.origins + along[:, None] * rays.directions
-    off = np.cross(transform(T_base, nearest) - origins, directions)
+    reach = transform(T_base, nearest) - origins
+    off = np.cross(reach, directions)
     return float(np.sqrt(np.nanmean(np.sum(off**2, axis=1))))
 
 

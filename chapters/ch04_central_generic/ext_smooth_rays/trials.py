@@ -139,8 +139,10 @@ def seen_boards(camera, rng):
         axis = rng.uniform(0, 2 * np.pi)
         turn = np.array([np.cos(axis), np.sin(axis), 0.0])
         R = rotation_from_vector(rng.uniform(0.2, 0.8) * turn)
-        sight = camera.rays(rng.uniform(0, [[SEEN_TO_PX, SIZE_PX]])).directions[0]
-        T = pose(R, rng.uniform(300, 600) * sight - R @ flat.mean(axis=0))
+        place = rng.uniform(0, [[SEEN_TO_PX, SIZE_PX]])
+        sight = camera.rays(place).directions[0]
+        middle = R @ flat.mean(axis=0)
+        T = pose(R, rng.uniform(300, 600) * sight - middle)
         found = camera.project(transform(T, flat))
         radius = np.linalg.norm(found.pixels - SIZE_PX / 2, axis=1)
         within = (radius < RADIUS_PX) & (found.pixels[:, 0] < SEEN_TO_PX)
@@ -155,7 +157,8 @@ def mapped(camera, fit, views):
     """Over a lattice of pixels: correction, stated SD, error, whether covered."""
     v, u = np.mgrid[8:SIZE_PX:MAP_STEP_PX, 8:SIZE_PX:MAP_STEP_PX]
     pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
-    pixels = pixels[np.linalg.norm(pixels - SIZE_PX / 2, axis=1) < RADIUS_PX]
+    inside = np.linalg.norm(pixels - SIZE_PX / 2, axis=1) < RADIUS_PX
+    pixels = pixels[inside]
     # The rotation is that of where targets were: elsewhere there is nothing to fit.
     covered = fit.camera.covers(pixels)
     directions = fit.camera.rays(pixels).directions

@@ -61,7 +61,8 @@ def in_normalised_coordinates(solve, points):
     poses = []
     for T, offset in zip(found.T_base_grid, offsets, strict=True):
         R = T[:3, :3]
-        poses.append(pose(R, T[:3, 3] / scale + base - R @ np.append(offset, 0.0)))
+        shift = T[:3, 3] / scale + base - R @ np.append(offset, 0.0)
+        poses.append(pose(R, shift))
     centre = found.centre / scale + base
     return LinearSolution(centre, np.stack(poses), found.degeneracy)
 
@@ -71,7 +72,8 @@ def one_scale(points):
     coefficients = []
     for other in points[1:]:
         v, w, _ = solve_coefficients(points[0], other)
-        scale_v, scale_w = np.linalg.svd(np.column_stack([v[3:6], w[:3]]))[2][0]
+        shared = np.column_stack([v[3:6], w[:3]])
+        scale_v, scale_w = np.linalg.svd(shared)[2][0]
         coefficients += [v, w * (scale_v / scale_w)]
     v, w, m, n = coefficients
     u, degeneracy = solve_unknowns(v, w, m, n)
@@ -159,7 +161,8 @@ def outliers_trial(condition, rng):
         return linear_cgsp(points, side=SIDE, robust="ransac", rng=rng)
 
     def standard_on_inliers(points):
-        return well_conditioned(points[:, robust(points).inliers.all(axis=0)])
+        kept = robust(points).inliers.all(axis=0)
+        return well_conditioned(points[:, kept])
 
     return centre_errors(
         points,

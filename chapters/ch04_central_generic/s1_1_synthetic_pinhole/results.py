@@ -54,8 +54,10 @@ def over_cameras(found, name, cameras=CAMERAS):
 
 def levels_of(found, name):
     """Conditions of the sweep over noise or over the field of view, in order."""
-    key, at = {"noise_px": ("fov_deg", 100), "fov_deg": ("noise_px", 0.5)}[name]
-    return sorted([c for c in found.conditions if c[key] == at], key=lambda c: c[name])
+    fixed = {"noise_px": ("fov_deg", 100), "fov_deg": ("noise_px", 0.5)}
+    key, at = fixed[name]
+    kept = [c for c in found.conditions if c[key] == at]
+    return sorted(kept, key=lambda c: c[name])
 
 
 def centre_ratio(found, condition):

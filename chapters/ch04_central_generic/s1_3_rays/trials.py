@@ -142,7 +142,8 @@ def _posed(rays, points, T_start, centre):
     """
     T, cost = refine_pose_ray_point(rays, points, T_start, origins=centre)
     _, jacobian = ray_point_system(rays, points, T, centre, np.ones(len(rays)))
-    spread = cost / (2 * len(rays) - 6) * np.linalg.inv(jacobian.T @ jacobian)
+    variance = cost / (2 * len(rays) - 6)
+    spread = variance * np.linalg.inv(jacobian.T @ jacobian)
     # Its shift is in the grid's frame.
     turn = np.eye(6)
     turn[3:, 3:] = T[:3, :3]

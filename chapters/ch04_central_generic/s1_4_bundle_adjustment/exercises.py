@@ -56,4 +56,5 @@ def more_rays_task():
 
 def moved_mm(aslant_deg):
     """Step of a point along the slope of its grid when its ray turns."""
-    return float(RANGE_MM * np.radians(TURN_DEG) / np.cos(np.radians(aslant_deg)))
+    across = RANGE_MM * np.radians(TURN_DEG)
+    return float(across / np.cos(np.radians(aslant_deg)))

@@ -105,7 +105,8 @@ def name_values(open_results):
         value(name, float(np.median(PRIMARY.trials(result, *name.split("."), 0.5))))
     for method in ("as_printed", "cgsp"):
         centre = PRIMARY.trials(result, method, "linear", "centre", 0.5)
-        value(f"{method}.spread", float(np.median(np.abs(centre - np.median(centre)))))
+        off = np.abs(centre - np.median(centre))
+        value(f"{method}.spread", float(np.median(off)))
     failed, total = failures(result, "as_printed")
     value("as_printed.failed", failed)
     value("total", total)

@@ -54,7 +54,8 @@ def field_trial(condition, rng):
     linear = _shares(camera, rays, masks[:LINEAR_GRIDS].any(axis=0).ravel())
     if condition["camera"] == OMNI:
         base = next(iter(true_poses(folder).values()))
-        some |= _angles(rays, count.ravel() > 0, base[:3, 2])
+        towards = base[:3, 2]
+        some |= _angles(rays, count.ravel() > 0, towards)
     step = max(1, camera.width // SHOWN_PX)
     shown = np.where(rays.valid.reshape(count.shape), count, -1)
     return some | {

@@ -118,7 +118,8 @@ def judge_seams(results, options):
 @claim("c4_skew_amplifies", needs=BOARDS, evidence="rendered", readings=STANDARD)
 def judge_skew(results, options):
     """Residuals of the fisheye rise with the angle to the plane's normal."""
-    least = both(results["fig_4_9_boards"], FISH, options, "skew_spearman").min(axis=0)
+    found = both(results["fig_4_9_boards"], FISH, options, "skew_spearman")
+    least = found.min(axis=0)
     return counterpart(
         least >= SKEW,
         least,

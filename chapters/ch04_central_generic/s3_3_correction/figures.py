@@ -79,7 +79,8 @@ def fig_4_9(results):
             continue
         x, y, dx, dy = found[0][:, :4].T
         panel.plot(x, y, ".", color=series(7)["color"], markersize=3)
-        panel.update_datalim(np.column_stack([x + MAGNIFIED * dx, y + MAGNIFIED * dy]))
+        ends = np.column_stack([x + MAGNIFIED * dx, y + MAGNIFIED * dy])
+        panel.update_datalim(ends)
         panel.quiver(
             x, y, MAGNIFIED * dx, MAGNIFIED * dy, angles="xy",
             scale_units="xy", scale=1, color=series(0)["color"], width=0.004,

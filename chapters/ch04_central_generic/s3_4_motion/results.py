@@ -37,7 +37,8 @@ def corner_error(result, motion, detector):
             refused, result.arrays(f"errors.{detector}.{k}", motion=motion), strict=True
         )
     ]
-    return float(np.sqrt(np.sum(np.concatenate(found) ** 2, axis=1).mean()))
+    squares = np.sum(np.concatenate(found) ** 2, axis=1)
+    return float(np.sqrt(squares.mean()))
 
 
 def name_values(open_results):

@@ -37,7 +37,8 @@ class Grids:
 
     def gap(self):
         """Largest distance (mm) of a drawn point from its ray or grid."""
-        across = np.cross(self.meetings - self.origins, self.directions)
+        offset = self.meetings - self.origins
+        across = np.cross(offset, self.directions)
         off_ray = np.linalg.norm(across, axis=2).max()
         height = transform(inverse_pose(self.poses), self.meetings)[..., 2]
         off_outline = transform(inverse_pose(self.poses), self.outlines)

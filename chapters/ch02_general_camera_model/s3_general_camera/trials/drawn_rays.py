@@ -63,7 +63,8 @@ def meetings_of(origins, directions, poses):
     An anchor on the first grid meets it at distance zero: lines, not
     half-lines, hence origins that are moved back.
     """
-    hits = intersect_rays_plane(origins - 1000.0 * directions, directions, poses).points
+    behind = origins - 1000.0 * directions
+    hits = intersect_rays_plane(behind, directions, poses).points
     low = hits.min(axis=1) - MARGIN_MM
     high = hits.max(axis=1) + MARGIN_MM
     corners = np.stack(

@@ -53,12 +53,14 @@ def ray_errors(found, true, rows):
     """
     angle = angles(found.directions[rows], true.directions[rows])
     offset = true.origins[rows] - found.origins[rows]
-    return angle, np.linalg.norm(np.cross(offset, found.directions[rows]), axis=1)
+    across = np.cross(offset, found.directions[rows])
+    return angle, np.linalg.norm(across, axis=1)
 
 
 def angles(a, b):
     """Angles (N,) in radians between unit vectors (N, 3)."""
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1))
+    across = np.linalg.norm(np.cross(a, b), axis=1)
+    return np.arctan2(across, np.sum(a * b, axis=1))
 
 
 def largest_jump(camera):

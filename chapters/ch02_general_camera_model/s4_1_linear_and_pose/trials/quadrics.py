@@ -138,7 +138,8 @@ def _polished(depths, problem):
     error, _ = _errors(depths, *problem)
     limit = AGREEMENT * np.sum(np.ptp(problem[2], axis=0) ** 2)
     good = np.abs(error).max(axis=1) < limit
-    good &= np.abs(depths.imag).max(axis=1) < REAL * np.abs(depths).max(axis=1)
+    imaginary = np.abs(depths.imag).max(axis=1)
+    good &= imaginary < REAL * np.abs(depths).max(axis=1)
     return depths[good].real
 
 

@@ -62,7 +62,8 @@ def first_three(views, used, truth):
     points, seen = samples.points[used[:3]], samples.seen[used[:3]]
     start = linear_well_conditioned(points, seen)
     adjusted = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
-    rms = np.sqrt(adjusted.costs[[0, -1]] / seen[:, seen.sum(axis=0) >= 2].sum())
+    observed = seen[:, seen.sum(axis=0) >= 2].sum()
+    rms = np.sqrt(adjusted.costs[[0, -1]] / observed)
     return {
         "linear": {"pose_mm": largest_shift(start.T_base_grid, truth[:3])},
         "bundle": {

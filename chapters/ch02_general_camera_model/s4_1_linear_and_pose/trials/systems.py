@@ -75,7 +75,8 @@ def matrix_a(coefficients):
             row = 6 * grid + place
             A[row, unknown + 6 * grid - 1] = 1.0
             A[row, centre - 1] = -first[i - 1]
-            x[row] = (first if side == "first" else second)[right - 1]
+            vector = first if side == "first" else second
+            x[row] = vector[right - 1]
     return A, x
 
 
@@ -93,7 +94,8 @@ def matrix_d(a, basis, coefficients):
             row, constant = _quadratic(a, basis, p, q)
             norm = [0.0, 0.0]
             norm[grid] = -float(p == q)
-            rows.append([*row, vector[3 + p - i] * vector[3 + q - i], *norm])
+            shared = vector[3 + p - i] * vector[3 + q - i]
+            rows.append([*row, shared, *norm])
             right.append(-constant)
     return np.array(rows), np.array(right)
 
@@ -143,7 +145,8 @@ def null_entries(matrix):
 
     Relative to the vector's norm, columns brought to order one.
     """
-    null = np.linalg.svd(matrix / column_sizes(matrix))[2][5:]
+    size = column_sizes(matrix)
+    null = np.linalg.svd(matrix / size)[2][5:]
     return float(np.abs(null[:, list(SOUGHT)]).max())
 
 

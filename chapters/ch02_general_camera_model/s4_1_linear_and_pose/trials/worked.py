@@ -23,7 +23,8 @@ def unknowns_of(centre, T_base_grid, scales):
     u = [centre[0], centre[1]]
     for T, scale in zip(T_base_grid, scales, strict=True):
         shift = T[:2, 3] - centre[:2]
-        u += list(scale * centre[2] * np.concatenate([shift, T[:2, :2].ravel()]))
+        turn = T[:2, :2].ravel()
+        u += list(scale * centre[2] * np.concatenate([shift, turn]))
     return np.array(u)
 
 
@@ -33,7 +34,8 @@ def traces(met, centre, T_base_grid):
     The plane holds the ray and the x axis of the base grid; met: (3, 3),
     where the ray meets the grids.
     """
-    along = np.cross(T_base_grid[:, :3, 2], np.cross(met[0] - centre, [1.0, 0.0, 0.0]))
+    across = np.cross(met[0] - centre, [1.0, 0.0, 0.0])
+    along = np.cross(T_base_grid[:, :3, 2], across)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     ends = HALF_TRACE_MM * np.array([-1.0, 1.0])
     return met[:, None] + ends[:, None] * along[:, None]

@@ -50,7 +50,8 @@ def interpolated(camera, T_base_grid, pixels, pitch_mm):
     T_camera_grid = inverse_pose(T_BASE_CAMERA) @ T_base_grid
     at = camera.project(transform(T_camera_grid, on_plane(board)))
     off = np.linalg.norm(at.pixels - PRINCIPAL, axis=1)
-    corners = np.where((at.valid & (off <= RADIUS_PX))[:, None], at.pixels, np.nan)
+    visible = (at.valid & (off <= RADIUS_PX))[:, None]
+    corners = np.where(visible, at.pixels, np.nan)
     view = BoardView(corners, board, len(along), len(along))
     places, points = pixels_on_board(view, SIZE_PX, SIZE_PX)
     table = np.full((SIZE_PX, SIZE_PX, 2), np.nan)

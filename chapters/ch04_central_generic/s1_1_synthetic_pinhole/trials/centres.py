@@ -84,7 +84,8 @@ def count_trial(condition, rng):
         found = linear_cgsp(points, side=SIDE)
     except CalibrationError:
         return {"found": 0, "centre_mm": None}
-    return {"found": 1, "centre_mm": float(np.linalg.norm(found.centre - CENTRE_MM))}
+    off = np.linalg.norm(found.centre - CENTRE_MM)
+    return {"found": 1, "centre_mm": float(off)}
 
 
 @experiment("sec_4_1_1_grids", artefact="sec_4_1_1")

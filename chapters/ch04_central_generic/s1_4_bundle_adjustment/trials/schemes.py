@@ -56,13 +56,16 @@ def fixed_centre(points, start):
     """Scheme 1: poses and ray directions, the centre kept."""
     seen = everything(points)
     found = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
-    return start.centre, found.T_base_grid, found.directions, len(found.costs) - 1
+    rounds = len(found.costs) - 1
+    return start.centre, found.T_base_grid, found.directions, rounds
 
 
 def relaxed(points, start):
     """Scheme 2: the poses alone; rays are joined anew after each round."""
-    found = relax_poses(points, everything(points), start.centre, start.T_base_grid)
-    return start.centre, found.T_base_grid, found.directions, len(found.costs) - 1
+    seen = everything(points)
+    found = relax_poses(points, seen, start.centre, start.T_base_grid)
+    rounds = len(found.costs) - 1
+    return start.centre, found.T_base_grid, found.directions, rounds
 
 
 def line_fitting(points, start):

@@ -51,7 +51,8 @@ def drawn_grids(errors, rng):
     points = []
     for T in poses:
         true, cosine = true_lattice(rays, shape, T, size_mm)
-        points.append(drawn_again(errors, true, cosine, rng, LATTICE_PX).reshape(-1, 2))
+        decoded = drawn_again(errors, true, cosine, rng, LATTICE_PX)
+        points.append(decoded.reshape(-1, 2))
     points = np.stack(points)
     points = points[:, np.isfinite(points[..., 0]).any(axis=0)]
     return SeenGrids(poses, errors, points, np.isfinite(points).all(axis=2))
