@@ -60,7 +60,7 @@ def _proportional(series: Callable) -> Reading:
     spread = np.array([max(e.high - e.low, 1e-12) for e in found])
     medians = np.array([e.value for e in found])
     # The intervals of the medians are in the weights; R2 itself has none.
-    line = weighted_line(levels, np.array([e.value for e in found]), 1 / spread**2)
+    line = weighted_line(levels, medians, 1 / spread**2)
     slope = trend(levels, trials, loglog_slope)
     decision = slope.within(0.85, 1.15)
     if line.r2 < 0.98:

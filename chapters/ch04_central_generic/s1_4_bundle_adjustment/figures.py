@@ -36,7 +36,6 @@ def consistency(results):
             look = {"index": order.index(method), "label": NAMES[method]}
             rows += plot_estimates(panel, rays, found, (noise, method), **look)
         few, many = rays[0], rays[-1]
-        ideal = found[0].value * np.sqrt(few / np.array([few, many]))
         panel.plot(
             [few, many], found[0].value * np.sqrt(few / np.array([few, many])),
             color=INK, lw=1, ls=":", marker="", label="falls as $1/\\sqrt{N}$",

@@ -21,7 +21,6 @@ def rays_of_fov(fov_deg, rng):
     The whole bundle is turned at random: no plane is preferred.
     """
     half, middle = np.radians(fov_deg) / 2, (SIZE_PX - 1) / 2
-    focal = middle / half
     camera = FisheyeCamera(
         "equidistance", middle / half, (middle, middle), SIZE_PX, SIZE_PX, half
     )
@@ -46,7 +45,6 @@ def plane_trial(condition, rng):
     from scipy.optimize import linprog
 
     directions, on_rim = rays_of_fov(condition["fov_deg"], rng)
-    lowest = np.column_stack([-directions, np.ones(len(directions))])
     found = linprog(
         [0, 0, 0, -1.0],
         A_ub=np.column_stack([-directions, np.ones(len(directions))]),

@@ -43,7 +43,6 @@ def origin_trial(condition, rng):
         vectors = pluecker_vector(pluecker_matrix(*pair))
         ratio[name] = np.linalg.norm(vectors[:, 3:], axis=1)
         ratio[name] /= np.linalg.norm(vectors, axis=1)
-    nearest = np.linalg.norm(np.cross(origins, directions), axis=1)
     return {
         "through_origin": ratio["through"].max(),
         "beside_origin": ratio["beside"].min(),
