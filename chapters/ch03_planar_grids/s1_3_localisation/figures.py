@@ -87,9 +87,8 @@ def _drawn(rows):
         seen = np.isfinite(median[0])
         lowest = np.nanargmin(median[:, seen], axis=0)
         panels[1].plot(middles[seen], levels[lowest], "wo", ms=5, mec="black", ls="")
-        panels[0].set_title(title)
-        panels[1].set_title("median residual")
-        panels[0].set_ylabel(label)
+        panels[0].set(title=title, ylabel=label)
+        panels[1].set(title="median residual")
         sums.append(np.nansum(share[:, seen], axis=0))
         cells += [
             (title, BIN_EDGES_PX[k], levels[i], part, median[i, k])

@@ -16,8 +16,6 @@ BIN_EDGES_PX = np.arange(10, 171, 20)
 SHARE_OF_BINS = 0.8
 # Most that one blur may cost in a bin, as a factor.
 MAX_RATIO = 1.15
-# Name in prose -> option of `mid_range_blur`.
-MID_RANGE = {"interior": "best interior blur", "middle": "middle of the sweep"}
 
 
 class Swept:
@@ -275,46 +273,57 @@ def name_values(open_results):
         name: open_results(f"fig_3_5_{name}") for name in ("derivative", "saddle")
     }
     swept = {name: Swept(result) for name, result in results.items()}
-    value("images", results["saddle"].trials_per_condition)
-    value("corners", len(swept["saddle"].error))
-    for name, one in swept.items():
-        window, _, median = best_setting(one)
-        value(f"{name}.window", float(window))
-        value(f"{name}.median", float(median))
-        value(f"{name}.gain_median", 100 * gain_of_bins(one, np.median).value)
     derivative, saddle = swept.values()
     windows = best_windows(derivative)
-    for name, number in {
-        "derivative.narrowest": windows.min(),
-        "derivative.widest": windows.max(),
+    spread = open_results("ext_localiser_spread")
+    quoted = {
+        "images": results["saddle"].trials_per_condition,
+        "corners": len(saddle.error),
+        **of_method("derivative", derivative),
+        **of_method("saddle", saddle),
+        "derivative.narrowest": float(windows.min()),
+        "derivative.widest": float(windows.max()),
         "derivative.excess": 100 * float(excess_of_one_setting(derivative) - 1),
         "derivative.at_5": np.median(derivative.error[:, 0]),
         "small.range": least_range(derivative, SHARE_OF_BINS),
         "saddle.blur": best_setting(saddle)[1],
-        "saddle.modal": modal(saddle.best_window),
+        "saddle.modal": float(modal(saddle.best_window)),
         # A corner's own best setting: luck included.
         "saddle.lucky": np.median(saddle.flat.min(1)),
         "blur.middle": saddle.blurs[saddle.middle_blur],
         "most_ratio": MAX_RATIO,
-    }.items():
-        value(name, float(number))
-    for name, option in MID_RANGE.items():
-        ratios = ratio_of_one_blur(saddle, saddle.mid_range_blurs(option))
-        worst = max(ratios, key=lambda ratio: ratio.value)
-        value(f"{name}.most", rounded(worst.value, (worst.low, worst.high)))
-    name_biases(open_results("ext_localiser_spread"))
+        "interior.most": most_of_one_blur(saddle, "best interior blur"),
+        "middle.most": most_of_one_blur(saddle, "middle of the sweep"),
+        "bias.saddle": range_of_bias(spread, ["saddle point"]),
+        "bias.others": range_of_bias(spread, ["derivative", "OpenCV"]),
+    }
+    for name, number in quoted.items():
+        value(name, number)
 
 
-def name_biases(result):
-    """Name the bias over the stated SD, its range over the sizes of square."""
-    for name, localisers in (
-        ("saddle", ["saddle point"]),
-        ("others", ["derivative", "OpenCV"]),
-    ):
-        over = [
-            np.mean(square.column(f"{one}.bias_px"))
-            / np.mean(square.column(f"{one}.sd_px"))
-            for one in localisers
-            for square in result.by("square_px").values()
-        ]
-        value(f"bias.{name}", f"{min(over):.1f} to {max(over):.1f}")
+def of_method(name, swept):
+    """The best single setting of a method, and what a choice per bin saves."""
+    window, _, median = best_setting(swept)
+    return {
+        f"{name}.window": float(window),
+        f"{name}.median": float(median),
+        f"{name}.gain_median": 100 * gain_of_bins(swept, np.median).value,
+    }
+
+
+def most_of_one_blur(swept, option):
+    """The largest ratio over bins by an option of `mid_range_blur`, in words."""
+    ratios = ratio_of_one_blur(swept, swept.mid_range_blurs(option))
+    worst = max(ratios, key=lambda ratio: ratio.value)
+    return rounded(worst.value, (worst.low, worst.high))
+
+
+def range_of_bias(result, localisers):
+    """The bias over the stated SD: its range over the sizes of square, in words."""
+    over = [
+        np.mean(square.column(f"{one}.bias_px"))
+        / np.mean(square.column(f"{one}.sd_px"))
+        for one in localisers
+        for square in result.by("square_px").values()
+    ]
+    return f"{min(over):.1f} to {max(over):.1f}"

@@ -59,8 +59,13 @@ def fig_3_6(results):
         points, errors = trials_of_vectors(result, reading)[0]
         rows += [(reading, *p, *e) for p, e in zip(points, errors, strict=True)]
         _arrows(panel, points, errors, series(0)["color"])
-        panel.set(title=f"({letter}) {reading}", aspect="equal", xlabel="x (mm)")
-        panel.set(xticks=ticks, yticks=ticks)
+        panel.set(
+            title=f"({letter}) {reading}",
+            aspect="equal",
+            xlabel="x (mm)",
+            xticks=ticks,
+            yticks=ticks,
+        )
     _arrows(axes[0], *of_other_corners(result), series(1)["color"])
     axes[0].invert_yaxis()
     axes[0].set_ylabel("y (mm)")
@@ -109,7 +114,7 @@ def fig_3_7(results):
         panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
         panel.set(xlabel="Grid pitch (mm)", ylabel="RMS error (mm)")
     axes[0].legend()
-    axes[0].set_title("linear axes")
+    axes[0].set(title="linear axes")
     axes[1].set(xscale="log", yscale="log", title="logarithmic axes")
     shown = [p for p in pitch if p in (5, 10, 20, 30, 60)]
     axes[1].set_xticks(shown, [f"{p:g}" for p in shown])
@@ -156,9 +161,14 @@ def ext_interpolation_methods(results):
         label = ACTIVE_NAMES[smoothing]
         axes[1].axhline(rms_px, color=INK, ls=style, lw=1, label=label)
         rows.append((label, None, None, float(rms_px)))
-    axes[1].set_title(f"corners with {CORNER_NOISE_PX} px of noise")
-    axes[0].set(xscale="log", yscale="log", title="exact corners")
-    axes[0].set(ylabel="RMS error (px)", ylim=(1e-3, 1.5))
+    axes[1].set(title=f"corners with {CORNER_NOISE_PX} px of noise")
+    axes[0].set(
+        xscale="log",
+        yscale="log",
+        title="exact corners",
+        ylabel="RMS error (px)",
+        ylim=(1e-3, 1.5),
+    )
     ticks = [10, 20, 30, 60]
     axes[0].set_xticks(ticks, [str(t) for t in ticks])
     axes[0].minorticks_off()

@@ -150,50 +150,74 @@ def gain_of_decoding(result, known, smoothing):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    vectors = open_results("fig_3_6_vectors")
-    for short, name in zip(("nearest", "enclosing"), READINGS, strict=True):
-        value(f"radial.{short}", 100 * np.median(radial_shares(vectors, name)))
-    value("parallelograms", 100 * float(np.mean(with_other_corners(vectors))))
-    pitches = open_results("fig_3_7_pitches")
+    quoted = {
+        **of_vectors(open_results("fig_3_6_vectors")),
+        **of_pitches(open_results("fig_3_7_pitches")),
+        "formula_20": formula_mm(STATED_MM),
+        "noise_px": CORNER_NOISE_PX,
+        **of_methods(open_results("ext_interpolation_methods")),
+        **of_breaks(open_results("exp_c3_interp_discontinuous")),
+    }
+    for name, number in quoted.items():
+        value(name, number)
+
+
+def of_vectors(vectors):
+    """How radial the errors of Fig. 3.6 are, and whose corners differ."""
+    nearest, enclosing = (radial_shares(vectors, name) for name in READINGS)
+    return {
+        "radial.nearest": 100 * np.median(nearest),
+        "radial.enclosing": 100 * np.median(enclosing),
+        "parallelograms": 100 * float(np.mean(with_other_corners(vectors))),
+    }
+
+
+def of_pitches(pitches):
+    """The slope of Fig. 3.7, and its error at the pitch of Fig. 3.6."""
     levels, errors = swept(pitches, PRIMARY)
-    value("slope", loglog_slope(levels, np.median(errors, axis=1)))
     inner = pitches.column(f"{READINGS[1]}.rms_mm", pitch_mm=STATED_MM)
-    value("at_20", np.median(inner))
-    value("formula_20", formula_mm(STATED_MM))
-    value("noise_px", CORNER_NOISE_PX)
-    name_methods(open_results("ext_interpolation_methods"))
-    name_breaks(open_results("exp_c3_interp_discontinuous"))
+    return {
+        "slope": loglog_slope(levels, np.median(errors, axis=1)),
+        "at_20": np.median(inner),
+    }
 
 
-def name_breaks(ridge):
+def of_breaks(ridge):
     """What the ridge does to interpolation and to decoding."""
     shorts = {"unknown": "unknown", "7 x 7": "smoothed", "none": "plain"}
-    for name, short in shorts.items():
-        for key, scale in (("rms_mm", 1), ("median_mm", 1), ("gross", 100)):
-            found = np.median(ridge.column(f"{name}.{key}"))
-            value(f"break.{short}.{key}", scale * found)
+    scales = {"rms_mm": 1, "median_mm": 1, "gross": 100}
     gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
-    for end in ("value", "low", "high"):
-        value(f"gain.{end}", getattr(gain, end))
     jump = np.median(ridge.column("jump_mm"))
     periods = plan_of_cells(GRID.monitor_px).phase_periods[0]
-    value("break.trusted", 100 * np.median(ridge.column("trusted")))
-    value("break.jump", jump)
-    value("break.periods", jump * periods / GRID.monitor_mm[0])
-    value("break.facet_deg", FACET_DEG)
+    return {
+        f"break.{short}.{key}": scale * np.median(ridge.column(f"{name}.{key}"))
+        for name, short in shorts.items()
+        for key, scale in scales.items()
+    } | {
+        "gain.value": gain.value,
+        "gain.low": gain.low,
+        "gain.high": gain.high,
+        "break.trusted": 100 * np.median(ridge.column("trusted")),
+        "break.jump": jump,
+        "break.periods": jump * periods / GRID.monitor_mm[0],
+        "break.facet_deg": FACET_DEG,
+    }
 
 
-def name_methods(result):
+def of_methods(result):
     """Where noise and bias balance, what lines leave, and what an active grid does."""
-    methods = [Method(result, LENS, name) for name in METHODS]
     shorts = ("nearest", "enclosing", "straight", "smooth")
-    for short, method in zip(shorts, methods, strict=True):
-        for key in ("bias_px", "noise_px"):
-            value(f"{short}.{key}", at_stated_pitch(method, key))
-    nearest, enclosing, straight, _ = methods
-    value("balance_squares", SIDE_MM / (nearest.balance_mm or STATED_MM))
-    left, bias, of_nearest = (
-        at_stated_pitch(one, "bias_px") for one in (straight, enclosing, nearest)
-    )
-    value("bias_px", of_nearest)
-    value("straight_share", 100 * (left / bias))
+    methods = {
+        short: Method(result, LENS, name)
+        for short, name in zip(shorts, METHODS, strict=True)
+    }
+    bias = {short: at_stated_pitch(one, "bias_px") for short, one in methods.items()}
+    return {
+        f"{short}.{key}": at_stated_pitch(one, key)
+        for short, one in methods.items()
+        for key in ("bias_px", "noise_px")
+    } | {
+        "balance_squares": SIDE_MM / (methods["nearest"].balance_mm or STATED_MM),
+        "bias_px": bias["nearest"],
+        "straight_share": 100 * (bias["straight"] / bias["enclosing"]),
+    }

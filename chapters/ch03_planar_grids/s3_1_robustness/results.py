@@ -337,29 +337,45 @@ def numbers_sec_3_3_1(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {experiment_of(s): open_results(experiment_of(s)) for s in SWEEPS}
-    noise = results["fig_3_11_noise"]
-    value("trials", noise.trials_per_condition)
-    swept = {name: sweeps_under(results, name) for name in SMOOTHINGS}
-    for short, smoothing in (("share", PRIMARY), ("weak", OTHERS[0])):
-        one = swept[smoothing]
-        for sweep in ("noise", "fov", "yaw"):
-            other = FULL if sweep == "noise" else {}
-            before, first = limit(one[sweep], SWEEPS[sweep], **other)
-            value(f"{short}.{sweep}.kept", told(before))
-            value(f"{short}.{sweep}.lost", told(first))
-        right = successes(one["square"], squares_across=TEXT_SQUARES).mean()
-        value(f"{short}.square_50", 100 * float(right))
-        for blur in (2, 4):
-            right = successes(one["blur"], blur_px=blur).mean()
-            value(f"{short}.blur_{blur}", 100 * float(right))
-        value(f"{short}.largest", largest_without_blur(one))
-    default = {"noise_sd": 0, **FULL}
-    value("mean", float(np.nanmedian(noise.column("mean_px", **default))))
-    square = results["fig_3_11_square"]
-    value("interior", least_distance(square))
-    value("rim", least_distance(square, "rim_px"))
-    basin = open_results("fig_3_11_localised")
+    noise, square = results["fig_3_11_noise"], results["fig_3_11_square"]
+    mean = noise.column("mean_px", noise_sd=0, **FULL)
+    quoted = {
+        "trials": noise.trials_per_condition,
+        "mean": float(np.nanmedian(mean)),
+        "interior": least_distance(square),
+        "rim": least_distance(square, "rim_px"),
+        **of_smoothing("share", sweeps_under(results, PRIMARY)),
+        **of_smoothing("weak", sweeps_under(results, OTHERS[0])),
+        **of_basin(open_results("fig_3_11_localised")),
+    }
+    for name, number in quoted.items():
+        value(name, number)
+
+
+def of_smoothing(short, sweeps):
+    """Limits and successes of the sweeps as one smoothing left them."""
+    found = {f"{short}.largest": largest_without_blur(sweeps)}
+    for sweep in ("noise", "fov", "yaw"):
+        other = FULL if sweep == "noise" else {}
+        before, first = limit(sweeps[sweep], SWEEPS[sweep], **other)
+        found[f"{short}.{sweep}.kept"] = told(before)
+        found[f"{short}.{sweep}.lost"] = told(first)
+
+    def percent(sweep, **level):
+        return 100 * float(successes(sweeps[sweep], **level).mean())
+
+    return found | {
+        f"{short}.square_50": percent("square", squares_across=TEXT_SQUARES),
+        f"{short}.blur_2": percent("blur", blur_px=2),
+        f"{short}.blur_4": percent("blur", blur_px=4),
+    }
+
+
+def of_basin(result):
+    """Errors and reach of OpenCV's localiser with either window."""
+    found = {}
     for window in HALF_WINDOWS:
         name = window.replace(" ", "_")
-        value(f"{name}.worst", worst_within(basin, window))
-        value(f"{name}.reach", farthest_start(basin, window))
+        found[f"{name}.worst"] = worst_within(result, window)
+        found[f"{name}.reach"] = farthest_start(result, window)
+    return found

@@ -19,6 +19,7 @@ from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -33,10 +34,9 @@ def fig_3_14(results):
     """The parts that CELECT and OpenCV extract from one picture per camera."""
     result = results["fig_3_14_parts"]
     drawn, panels = new_figure(2, 2, height_in=6.6)
-    data = {"panel": [], "method": [], "corner": [], "u_px": [], "v_px": []}
-    inside = []
-    for row, camera in zip(panels, CAMERAS, strict=True):
-        for panel, method in zip(row, (CELECT, OPENCV), strict=True):
+    rows, inside = [], []
+    for of_camera, camera in zip(panels, CAMERAS, strict=True):
+        for panel, method in zip(of_camera, (CELECT, OPENCV), strict=True):
             found = result.arrays(f"{method}.corners", camera=camera)
             picture = result.arrays("picture", camera=camera)[0]
             lattice = result.arrays("lattice", camera=camera)[0]
@@ -50,13 +50,16 @@ def fig_3_14(results):
                 long, short = sorted(corners.shape[:2], reverse=True)
                 size = f"{long} × {short}"
                 inside.append(_shares_corners(corners, lattice))
-                _note(data, camera, method, corners)
+                rows += [
+                    (camera, METHODS[method], index, *corner)
+                    for index, corner in enumerate(corners.reshape(-1, 2))
+                ]
             letter = "ab"[CAMERAS.index(camera)]
             name = METHODS[method] if method == CELECT else "OpenCV"
             panel.set_title(f"({letter}) {camera}, {name}: {size}")
     return Drawing(
         drawn,
-        data,
+        columns(("panel", "method", "corner", "u_px", "v_px"), rows),
         "Large grids without a border. Left: the largest part that CELECT "
         "extracts from the picture as it is. Right: the largest that OpenCV's "
         "findChessboardCorners returns when all around the squares of that "
@@ -78,9 +81,10 @@ def _draw_part(panel, picture, lattice, corners):
     panel.set(
         xlim=(max(low[0], -0.5), min(high[0], picture.shape[1] - 0.5)),
         ylim=(min(high[1], picture.shape[0] - 0.5), max(low[1], -0.5)),
+        xlabel="u (px)",
+        ylabel="v (px)",
     )
     panel.grid(visible=False)
-    panel.set(xlabel="u (px)", ylabel="v (px)")
 
 
 def _draw_paint(panel, result, camera):
@@ -89,24 +93,16 @@ def _draw_paint(panel, result, camera):
     u, v = result.arrays(f"{OPENCV}.first", camera=camera)[0]
     height, width = bordered.shape
     extent = (u - 0.5, u + width - 0.5, v + height - 0.5, v - 0.5)
-    limits = panel.get_xlim(), panel.get_ylim()
+    limits = {"xlim": panel.get_xlim(), "ylim": panel.get_ylim()}
     panel.set_facecolor("white")
     panel.images[0].set_visible(False)
     panel.imshow(bordered, cmap="gray", vmin=0, vmax=255, extent=extent)
-    panel.set_xlim(*limits[0])
-    panel.set_ylim(*limits[1])
+    panel.set(**limits)
 
 
 def _shares_corners(corners, lattice):
     apart = np.abs(corners[:, :, None, None] - lattice).sum(axis=-1)
     return bool((apart.min(axis=(2, 3)) == 0).all())
-
-
-def _note(data, camera, method, corners):
-    for index, (u, v) in enumerate(corners.reshape(-1, 2)):
-        cells = (camera, METHODS[method], index, u, v)
-        for column, cell in zip(data, cells, strict=True):
-            data[column].append(cell)
 
 
 @figure(
@@ -122,16 +118,16 @@ def _note(data, camera, method, corners):
 def ext_conditions(results):
     """Light, shadow, order of the clicks, size variation."""
     drawn, panels = new_figure(2, 2, height_in=6.6)
-    data = {"panel": [], "series": [], "x": [], "y": [], "low": [], "high": []}
-    _draw_light(panels[0, 0], results["exp_c3_low_contrast"], data)
-    _draw_shadow(panels[0, 1], results["exp_c3_shadow"], data)
-    _draw_orders(panels[1, 0], results["exp_c3_trace_direction"], data)
-    _draw_merging(panels[1, 1], results, data)
+    rows = []
+    _draw_light(panels[0, 0], results["exp_c3_low_contrast"], rows)
+    _draw_shadow(panels[0, 1], results["exp_c3_shadow"], rows)
+    _draw_orders(panels[1, 0], results["exp_c3_trace_direction"], rows)
+    _draw_merging(panels[1, 1], results, rows)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
-        data,
+        columns(("panel", "series", "x", "y", "low", "high"), rows),
         "Share of boards that come back complete and in order, with 95 % "
         "intervals, poses of the whole range: (a) spherical mirror, the light "
         "on the board taken away; "
@@ -144,27 +140,12 @@ def ext_conditions(results):
     )
 
 
-def _add(data, panel, label, x, estimates):
-    for at, e in zip(x, estimates, strict=True):
-        cells = (panel, label, at, e.value, e.low, e.high)
-        for column, cell in zip(data, cells, strict=True):
-            data[column].append(cell)
-
-
-def _draw(panel, letter, x, trials, index, label, data, bars=False):
-    estimates = [proportion(t) for t in trials]
-    middle, low, high = 100 * np.array([e[:3] for e in estimates]).T
-    plot_interval(
-        panel,
-        np.asarray(x, float),
-        middle,
-        low,
-        high,
-        index=index,
-        label=label,
-        bars=bars,
-    )
-    _add(data, letter, label, x, estimates)
+def _draw(panel, letter, x, trials, index, label, rows):
+    """Shares of trials with their intervals, and their rows of data."""
+    shares = np.array([proportion(t)[:3] for t in trials])
+    at = np.asarray(x, float)
+    plot_interval(panel, at, *100 * shares.T, index=index, label=label, bars=True)
+    rows += [(letter, label, x, *share) for x, share in zip(x, shares, strict=True)]
 
 
 def _name_ticks(panel, places, names):
@@ -172,13 +153,13 @@ def _name_ticks(panel, places, names):
     panel.xaxis.set_major_formatter(FixedFormatter(names))
 
 
-def _draw_light(panel, result, data):
+def _draw_light(panel, result, rows):
     levels = levels_run(result)
     for index, (method, label) in enumerate(METHODS.items()):
         trials = [in_light(result, v, method) for v in levels]
         # Beside each other, so that every interval is seen.
         x = np.array(levels) * BESIDE ** (index - 2)
-        _draw(panel, "a", x, trials, index, label, data, bars=True)
+        _draw(panel, "a", x, trials, index, label, rows)
     grey = [
         np.median(numbers_of(result, f"{level_name(v)}.contrast_grey")) for v in levels
     ]
@@ -195,38 +176,36 @@ def _draw_light(panel, result, data):
     )
 
 
-def _draw_shadow(panel, result, data):
+def _draw_shadow(panel, result, rows):
     for index, (method, label) in enumerate(METHODS.items()):
         trials = [
             numbers_of(result, f"{name}.{method}") for name in ("plain", "shadow")
         ]
         x = np.array([0, 1]) + 0.06 * (index - 2)
-        _draw(panel, "b", x, trials, index, label, data, bars=True)
+        _draw(panel, "b", x, trials, index, label, rows)
     _name_ticks(panel, [0, 1], ["no shadow", "shadow"])
     panel.set(
         xlim=(-0.4, 1.4), ylim=(-3, 103), title="(b) soft shadow", ylabel="Success (%)"
     )
 
 
-def _draw_orders(panel, result, data):
+def _draw_orders(panel, result, rows):
     orders = all_orders(result)
     for index, way in enumerate(WAYS):
         x = np.arange(1, 5) + 0.08 * (index - 0.5)
         label = "clockwise" if way == "clockwise" else "the other way"
-        _draw(panel, "c", x, orders[index], index + 5, label, data, bars=True)
+        _draw(panel, "c", x, orders[index], index + 5, label, rows)
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)
     panel.set(ylim=(0, 103), title="(c) first corner clicked", ylabel="Success (%)")
     panel.legend(loc="upper right")
 
 
-def _draw_merging(panel, results, data):
+def _draw_merging(panel, results, rows):
     ratio, failed, _ = merging_of(results)
     groups = np.array_split(np.argsort(ratio), min(BINS, len(ratio)))
     x = [float(np.median(ratio[g])) for g in groups]
-    _draw(
-        panel, "d", x, [failed[g] for g in groups], 0, "merge failure", data, bars=True
-    )
+    _draw(panel, "d", x, [failed[g] for g in groups], 0, "merge failure", rows)
     along = np.linspace(ratio.min(), ratio.max(), 60)
     curve = logistic_curve(ratio, failed, along)
     look = series(1) | {"marker": ""}

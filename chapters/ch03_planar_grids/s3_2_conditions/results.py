@@ -170,31 +170,57 @@ def numbers_fig_3_14(results):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    _name_parts(open_results("fig_3_14_parts"))
-    _name_light(open_results("exp_c3_low_contrast"))
-    shadow = open_results("exp_c3_shadow")
-    for poses in (WHOLE, HARD):
-        for method, name in ((CELECT, "celect"), (OPENCV, "opencv")):
-            lost = shadow_effects(shadow, method, poses)
-            value(f"shadow.{poses}.{name}", in_points(lost))
-    direction = open_results("exp_c3_trace_direction")
-    orders = all_orders(direction)
-    value("orders.differ", 100 * differing(orders).mean())
-    value("orders.never", 100 * (1 - orders.max(axis=(0, 1))).mean())
-    for poses in (WHOLE, HARD):
-        ends = ends_of_orders(direction.select(poses=poses))
-        _name_failures(f"orders.{poses}", ends)
     both = {
-        "exp_c3_shadow": shadow,
-        "exp_c3_merge_images": open_results("exp_c3_merge_images"),
+        name: open_results(name) for name in ("exp_c3_shadow", "exp_c3_merge_images")
     }
-    ratio, failed, success = merging_of(both)
+    light = open_results("exp_c3_low_contrast")
+    quoted = {
+        **of_parts(open_results("fig_3_14_parts")),
+        **of_spots(light, "spots", SPOTTED),
+        **of_spots(light, "clean", CLEAN),
+        **of_light(light),
+        **of_shadow(both["exp_c3_shadow"]),
+        **of_orders(open_results("exp_c3_trace_direction")),
+        **of_merging(both),
+    }
+    for name, number in quoted.items():
+        value(name, number)
+
+
+def of_shadow(result):
+    """What the shadow takes from CELECT and from OpenCV."""
+    return {
+        f"shadow.{poses}.{name}": in_points(shadow_effects(result, method, poses))
+        for poses in (WHOLE, HARD)
+        for method, name in ((CELECT, "celect"), (OPENCV, "opencv"))
+    }
+
+
+def of_orders(result):
+    """How often the order of the clicks decides, and where runs ended."""
+    orders = all_orders(result)
+    ends = {
+        poses: ends_of_orders(result.select(poses=poses)) for poses in (WHOLE, HARD)
+    }
+    return {
+        "orders.differ": 100 * differing(orders).mean(),
+        "orders.never": 100 * (1 - orders.max(axis=(0, 1))).mean(),
+        **of_failures(f"orders.{WHOLE}", ends[WHOLE]),
+        **of_failures(f"orders.{HARD}", ends[HARD]),
+    }
+
+
+def of_merging(results):
+    """Merge failures of the fisheye images."""
+    ratio, failed, success = merging_of(results)
     even, uneven = thirds_of(ratio, failed)
-    value("merge.images", len(failed))
-    value("merge.count", int(failed.sum()))
-    value("merge.lost", int((success == 0).sum()))
-    value("merge.even", 100 * even.mean())
-    value("merge.uneven", 100 * uneven.mean())
+    return {
+        "merge.images": len(failed),
+        "merge.count": int(failed.sum()),
+        "merge.lost": int((success == 0).sum()),
+        "merge.even": 100 * even.mean(),
+        "merge.uneven": 100 * uneven.mean(),
+    }
 
 
 def thirds_of(ratio, failed):
@@ -209,48 +235,62 @@ def in_points(found):
     return f"{points} ({low} to {high})"
 
 
-def _name_light(result):
+def of_spots(result, name, spots):
+    """CELECT against OpenCV in every light, with the ball's spots or without."""
     levels = levels_run(result)
-    for name, spots in (("spots", SPOTTED), ("clean", CLEAN)):
-        ours, theirs = (
-            [int(in_light(result, v, method, WHOLE, spots).sum()) for v in levels]
-            for method in (CELECT, OPENCV)
-        )
-        pairs = list(zip(ours, theirs, strict=True))
-        value(f"light.{name}.ahead", sum(a > b for a, b in pairs))
-        value(f"light.{name}.behind", sum(a < b for a, b in pairs))
-        value(f"light.{name}.first", ours[0])
-        value(f"light.{name}.most", max(ours))
-        kept = [v for v, n in zip(levels, ours, strict=True) if n >= ours[0]]
-        value(f"light.{name}.last", kept[-1])
+    ours, theirs = (
+        [int(in_light(result, v, method, WHOLE, spots).sum()) for v in levels]
+        for method in (CELECT, OPENCV)
+    )
+    pairs = list(zip(ours, theirs, strict=True))
+    kept = [v for v, n in zip(levels, ours, strict=True) if n >= ours[0]]
+    return {
+        f"light.{name}.ahead": sum(a > b for a, b in pairs),
+        f"light.{name}.behind": sum(a < b for a, b in pairs),
+        f"light.{name}.first": ours[0],
+        f"light.{name}.most": max(ours),
+        f"light.{name}.last": kept[-1],
+    }
+
+
+def of_light(result):
+    """CELECT's lead in the light in which it does best, and where its runs ended."""
+    levels = levels_run(result)
     best = max(levels, key=lambda v: in_light(result, v, CELECT).mean())
     ours, theirs = (in_light(result, best, m) for m in (CELECT, OPENCV))
-    value("light.levels", len(levels))
-    value("light.images", len(ours))
-    value("light.lead", in_points(paired_gain(ours, theirs)))
     ends = Counter(
         stage
         for v in levels
         for stage in result.select().texts(f"{level_name(v)}.stage")
     )
-    _name_failures("light", ends)
+    return {
+        "light.levels": len(levels),
+        "light.images": len(ours),
+        "light.lead": in_points(paired_gain(ours, theirs)),
+        **of_failures("light", ends),
+    }
 
 
-def _name_failures(name, ends):
-    value(f"{name}.failed", ends.total() - ends[DONE])
-    value(f"{name}.silent", ends[WRONG])
+def of_failures(name, ends):
+    """How many of the runs of a Counter failed, and how many without saying so."""
+    return {f"{name}.failed": ends.total() - ends[DONE], f"{name}.silent": ends[WRONG]}
 
 
-def _name_parts(result):
-    lost = Counter()
-    for camera in CAMERAS:
+def of_parts(result):
+    """How much larger CELECT's parts are, and what it mostly fails by."""
+
+    def ratio(camera):
         ours, theirs = (
             result.column(f"{method}.count", camera=camera)
             for method in (CELECT, OPENCV)
         )
-        value(f"part.{camera}", float(np.median(ours / np.maximum(theirs, 1))))
-        for name in result.names():
-            if name.startswith("celect.lost."):
-                count = np.nansum(result.column(name, camera=camera))
-                lost[name.removeprefix("celect.lost.")] += int(count)
-    value("part.stage", lost.most_common(1)[0][0] if lost else "none")
+        return float(np.median(ours / np.maximum(theirs, 1)))
+
+    lost = {
+        name.removeprefix("celect.lost."): np.nansum(result.select().column(name))
+        for name in result.names()
+        if name.startswith("celect.lost.")
+    }
+    return {f"part.{camera}": ratio(camera) for camera in CAMERAS} | {
+        "part.stage": max(lost, key=lost.get, default="none")
+    }

@@ -52,9 +52,11 @@ def _draw_corners(panel, result):
     panel.set(
         xlim=(middle[0] - reach, middle[0] + reach),
         ylim=(middle[1] + reach, middle[1] - reach),
+        title=f"side 1, yaw {SHOWN_YAW_DEG}°",
+        xlabel="u (px)",
+        ylabel="v (px)",
     )
     panel.grid(visible=False)
-    panel.set(title=f"side 1, yaw {SHOWN_YAW_DEG}°", xlabel="u (px)", ylabel="v (px)")
     panel.legend(loc="lower left", fontsize=8, handlelength=1.2)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
 from repro.page.style import figure as new_figure
+from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -13,7 +14,7 @@ def fig_3_10(results):
     """The board before and after bending, with its corners."""
     result = results["fig_3_10_pictures"]
     drawn, panels = new_figure(1, 2, height_in=3.9)
-    data = {"panel": [], "corner": [], "u_px": [], "v_px": []}
+    rows = []
     for panel, shape, title in zip(
         panels, ("flat", "bent"), ("(a) before bending", "(b) FOV 134°"), strict=True
     ):
@@ -22,12 +23,8 @@ def fig_3_10(results):
         panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
         panel.plot(*corners.T, "o", color="#d55e00", ms=2.5)
         panel.grid(visible=False)
-        panel.set(title=title, xlabel="u (px)")
-        for index, (u, v) in enumerate(corners):
-            for column, cell in zip(data, (shape, index, u, v), strict=True):
-                data[column].append(cell)
-    for panel in panels:
-        panel.set_ylabel("v (px)")
+        panel.set(title=title, xlabel="u (px)", ylabel="v (px)")
+        rows += [(shape, index, *corner) for index, corner in enumerate(corners)]
     board = SyntheticBoard()
     flat, bent = (result.arrays("corners", shape=s)[0] for s in ("flat", "bent"))
     middle = (SIZE_PX - 1) / 2
@@ -36,7 +33,7 @@ def fig_3_10(results):
     worst = float(np.abs(after - law).max())
     return Drawing(
         drawn,
-        data,
+        columns(("panel", "corner", "u_px", "v_px"), rows),
         "Synthetic chessboard (a) before bending and (b) seen by an "
         "equisolid fisheye with 134° on the diagonal. Dots: the corners "
         "to be found.",

@@ -131,12 +131,10 @@ def _draw_sweep(pair, result, sweep):
         share, least, most = 100 * np.array(right)
         plot_interval(shares, x, share, least, most, index=1 + index, label=smoothing)
         rows += [(sweep, smoothing, *cells) for cells in zip(x, *found.T, strict=True)]
-    errors.set(title=TITLES[sweep], ylim=(0, 8.4))
+    errors.set(title=TITLES[sweep], ylim=(0, 8.4), ylabel="Error (px)")
     errors.sharex(shares)
     errors.tick_params(labelbottom=False)
-    shares.set(ylim=(-4, 104), xlabel=LABELS[sweep])
-    errors.set_ylabel("Error (px)")
-    shares.set_ylabel("Successful (%)")
+    shares.set(ylim=(-4, 104), xlabel=LABELS[sweep], ylabel="Successful (%)")
     return rows
 
 
