@@ -21,7 +21,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from statistics import median
 
@@ -193,13 +193,22 @@ def summary_of(path: Path) -> str:
 
 
 def _markdown(path: Path) -> str:
-    text = path.read_text("utf-8")
     if path.suffix != ".ipynb":
-        return text
-    cells = json.loads(text)["cells"]
+        return path.read_text("utf-8")
+    cells = _notebook(path)["cells"]
     return "\n\n".join(
         "".join(c["source"]) for c in cells if c["cell_type"] == "markdown"
     )
+
+
+def _notebook(path: Path) -> dict:
+    return _read_notebook(path, path.stat().st_mtime_ns)
+
+
+@cache
+def _read_notebook(path: Path, changed: int) -> dict:
+    """A notebook with this time of change: one that stays is read once."""
+    return json.loads(path.read_text("utf-8"))
 
 
 def _documents(chapters: Iterable[Chapter]) -> list[Document]:
@@ -208,7 +217,7 @@ def _documents(chapters: Iterable[Chapter]) -> list[Document]:
 
 def _source(notebook: Path) -> str:
     """The page's file that the notebook was made from, below chapters/."""
-    return json.loads(notebook.read_text("utf-8"))["metadata"]["raxel"]["source"]
+    return _notebook(notebook)["metadata"]["raxel"]["source"]
 
 
 def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:

@@ -60,8 +60,10 @@ WARMER = (
     "trame_pyvista.jupyter", "trame_vtk.modules.vtk.protocols",
     "trame_vtk.modules.vtk.serializers", "wslink.backends.aiohttp", "wslink.protocol",
 )  # fmt: skip
-AHEAD = ("repro.page.style", "draw_ahead"), ("raxel.ahead", "compile_ahead")
-"""What is run once for all jobs: module and function."""
+VALIDATING = (("nbformat.v4", "new_markdown_cell"),)
+COMPUTING = ("repro.page.style", "draw_ahead"), ("raxel.ahead", "compile_ahead")
+"""Module and function of what is run once for all jobs: for pages, a schema becomes
+code; for figures and experiments, fonts and compiled loops are loaded."""
 READING = ("judge", "notebooks", "page", "result", "scoreboard", "site", "table")
 """Kinds of jobs, the first words of their labels, that read results and no more: they
 render nothing and run no compiled loop that would be worth to load before them."""
@@ -218,6 +220,7 @@ def _get_ready(label: str) -> None:
 def _import_ahead() -> None:
     """Import what every job needs, list the producers and read the ledger."""
     _imported(WARM)
+    _called(VALIDATING)
     discover.producers(Path.cwd())
     with suppress(LedgerError):  # left for the job that needs it
         load(Path.cwd())
@@ -229,11 +232,7 @@ def _run_once() -> None:
     """Import the chapters, load fonts, and compiled loops or compile them, once."""
     _imported(WARMER)
     _imported(sorted({one.module for one in discover.producers(Path.cwd())}))
-    for module, name in AHEAD:
-        try:
-            getattr(importlib.import_module(module), name)()
-        except Exception:
-            traceback.print_exc()
+    _called(COMPUTING)
     _keep_apart()
 
 
@@ -242,6 +241,15 @@ def _imported(names: Iterable[str]) -> None:
     for name in names:
         try:
             importlib.import_module(name)
+        except Exception:
+            traceback.print_exc()
+
+
+def _called(functions: Iterable[tuple[str, str]]) -> None:
+    """Call functions of modules. One that fails is left for its job to report."""
+    for module, name in functions:
+        try:
+            getattr(importlib.import_module(module), name)()
         except Exception:
             traceback.print_exc()
 
