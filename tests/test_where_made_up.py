@@ -62,6 +62,7 @@ QUOTING = """
 # {glue:text}`best.share`, {glue:text}`sharp.most` {glue:text}`pages`,
 # {glue:text}`law` {glue:text}`on_page`, {glue:text}`any.thing`
 # {glue:text}`any.share` {glue:text}`early` {glue:text}`late`
+# {glue:text}`first.size` {glue:text}`second.size`
 
 # %%
 from chapters.ch02_x.s2_b.results import LIMIT, facts, name_values
@@ -105,6 +106,12 @@ def name_values(open_results):
     value("early", len(found))
     found = open_results(SECOND)
     value("late", len(found))
+    sizes = {
+        "first.size": len(open_results(FIRST)),
+        "second.size": len(open_results(SECOND)),
+    }
+    for name, number in sizes.items():
+        value(name, number)
 
 
 def _named(stem, result):
@@ -161,6 +168,8 @@ def test_a_trial_is_found_however_the_plan_names_it(checkout, experiment, place)
         ("any.share", 'value(f"any.{way}"', ["plain"]),
         ("early", 'value("early"', ["plain"]),
         ("late", 'value("late"', ["closed"]),
+        ("first.size", '"first.size"', ["plain"]),
+        ("second.size", '"second.size"', ["closed"]),
         ("sharp.most", 'found = {f"{name}.most"', ["by_module"]),
         ("pages", 'found["pages"]', ["by_module"]),
         ("on_page", '# value("on_page"', ["by_module"]),

@@ -44,21 +44,27 @@ def percent(result, law, steps, gamma=GAMMA):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     even = open_results("exp_c3_even_cancels")
-    value("even.formula", even.select().column("formula_rad").max())
     odd = open_results("exp_c3_odd_orders_matter")
-    size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
-    value("odd.one_percent", size)
-    value("odd.share", PERCENT_OF_PERIOD * size)
-    for name, ratio in zip(("true", "printed"), ratios_at(0.4, 0.05), strict=True):
-        value(f"ratio.{name}", ratio)
     swept = open_results("ext_phase_error_gamma")
-    for name, steps in (("three", 3), ("four", 4), ("six", 6), ("eight", 8)):
-        value(f"gamma.{name}", percent(swept, "power", steps))
-        value(f"clipped.{name}", percent(swept, "clipped", steps))
-    value(
-        "gamma.four_over_five", percent(swept, "power", 4) / percent(swept, "power", 5)
-    )
-    value("clipped.gain", 100 * (GAIN - 1))
+    size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
+    true, printed = ratios_at(0.4, 0.05)
     law = power_law_orders(GAMMA, 3)
-    value("law.two", 100 * law[1])
-    value("law.three", 100 * law[2])
+    in_words = {"three": 3, "four": 4, "six": 6, "eight": 8}
+    found = {
+        "even.formula": even.select().column("formula_rad").max(),
+        "odd.one_percent": size,
+        "odd.share": PERCENT_OF_PERIOD * size,
+        "ratio.true": true,
+        "ratio.printed": printed,
+        **{f"gamma.{word}": percent(swept, "power", n) for word, n in in_words.items()},
+        **{
+            f"clipped.{word}": percent(swept, "clipped", n)
+            for word, n in in_words.items()
+        },
+        "gamma.four_over_five": percent(swept, "power", 4) / percent(swept, "power", 5),
+        "clipped.gain": 100 * (GAIN - 1),
+        "law.two": 100 * law[1],
+        "law.three": 100 * law[2],
+    }
+    for name, number in found.items():
+        value(name, number)

@@ -7,12 +7,16 @@ from repro.page.reader import value
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     taken = open_results("fig_1_1_picture")
-    value("high", taken.column("highest_deg").max())
-    value("low", -taken.column("lowest_deg").min())
     rows = open_results("fig_1_1_resolution")
-    value("ratio", rows.column("ratio", mirror=RIG_MIRROR).max())
-    ratios, bands = (rows.select().column(name) for name in ("ratio", "band_deg"))
-    value("least", ratios.min())
-    value("most", ratios.max())
-    value("band", bands.min())
-    value("limit", LEAST_RATIO)
+    ratios = rows.select().column("ratio")
+    found = {
+        "high": taken.column("highest_deg").max(),
+        "low": -taken.column("lowest_deg").min(),
+        "ratio": rows.column("ratio", mirror=RIG_MIRROR).max(),
+        "least": ratios.min(),
+        "most": ratios.max(),
+        "band": rows.select().column("band_deg").min(),
+        "limit": LEAST_RATIO,
+    }
+    for name, number in found.items():
+        value(name, number)

@@ -38,16 +38,22 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     counted = open_results("exp_zoo")
     reflected = open_results("exp_zoo_mirrors")
-    value("cameras", len(ZOO))
-    value("elsewhere", ", ".join(ELSEWHERE))
     of_zoo = counted.select().column
-    value("trip_px", of_zoo("round_trip_px").max())
-    value("returned", 100 * of_zoo("returned").min())
-    value("not_central", int((of_zoo("centrality_mm") > NONE_MM).sum()))
-    for name, (what, model) in OF_ONE.items():
-        value(name, counted.column(what, model=model)[0])
-    value("sphere_px", reflected.select().column("rms_px").max())
-    value("plane_fov", fov_with_plane(open_results("exp_c2_fov180")))
+    found = {
+        "cameras": len(ZOO),
+        "elsewhere": ", ".join(ELSEWHERE),
+        "trip_px": of_zoo("round_trip_px").max(),
+        "returned": 100 * of_zoo("returned").min(),
+        "not_central": np.count_nonzero(of_zoo("centrality_mm") > NONE_MM),
+        **{
+            name: counted.column(what, model=model)[0]
+            for name, (what, model) in OF_ONE.items()
+        },
+        "sphere_px": reflected.select().column("rms_px").max(),
+        "plane_fov": fov_with_plane(open_results("exp_c2_fov180")),
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
 def fits_of(result, lens, family):

@@ -28,13 +28,17 @@ def slope(result, kind):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     lines = open_results("exp_c2_pluecker_invariant")
-    value("difference", lines.column("difference").max())
     origin = open_results("exp_c2_pluecker_origin")
-    value("through", origin.column("through_origin").max())
     wrong = open_results("fig_2_2_error")
-    value("per_mm", slope(wrong, "translation"))
-    value("per_deg", slope(wrong, "rotation"))
     grids = open_results("fig_2_2_grids")
-    value("pose_mm", grids.column("pose_error_mm", method="generic").max())
     any_camera = open_results("exp_c2_nonparam_any")
-    value("jump_deg", any_camera.column("jump_deg", camera="faceted").max())
+    found = {
+        "difference": lines.column("difference").max(),
+        "through": origin.column("through_origin").max(),
+        "per_mm": slope(wrong, "translation"),
+        "per_deg": slope(wrong, "rotation"),
+        "pose_mm": grids.column("pose_error_mm", method="generic").max(),
+        "jump_deg": any_camera.column("jump_deg", camera="faceted").max(),
+    }
+    for name, number in found.items():
+        value(name, number)

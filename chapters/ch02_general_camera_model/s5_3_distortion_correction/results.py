@@ -14,17 +14,22 @@ HALF_PX = 110  # of the side of the enlarged parts
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {name: open_results(name) for name in OF_SEEDS}
-    for word, options in (("", {}), ("_smooth", {"interpolation": "smooth"})):
-        case = ZoomCase(results, options)
-        for name in ("generic", "parametric"):
-            value(f"{name}{word}", line_median(case, name))
     edges = edges_of(open_results("table_2_2_rendered"))
     off = distances(edges)["parametric"]
-    value("bend", float(np.nanmax(off)))
-    value("worst", float(np.nanmax(off[shared(edges)])))
-    value("pitch", PITCH_DEG)
-    value("half_view", HALF_VIEW_DEG)
-    value("outer", 100 * (1 - OUTER))
+    found = {
+        **{
+            f"{name}{word}": line_median(ZoomCase(results, options), name)
+            for word, options in (("", {}), ("_smooth", {"interpolation": "smooth"}))
+            for name in ("generic", "parametric")
+        },
+        "bend": np.nanmax(off),
+        "worst": np.nanmax(off[shared(edges)]),
+        "pitch": PITCH_DEG,
+        "half_view": HALF_VIEW_DEG,
+        "outer": 100 * (1 - OUTER),
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
 def line_median(case, name):

@@ -42,11 +42,16 @@ def false_alarms(result):
 def name_values(open_results):
     """Name the numbers of the prose."""
     result = open_results(RUNS)
-    false = false_alarms(result)
-    value("false", 100 * false.value)
-    value("false.high", 100 * false.high)
-    most = max(NOISES_MM)
-    for camera in CAMERAS:
-        value(f"alarms.{camera}", 100 * alarms(result, camera, most).value)
-        for field in ("true_mm", "found_mm", "central_miss_mm", "lines_miss_mm"):
-            value(f"{field}.{camera}", median(result, field, camera, most).value)
+    false, most = false_alarms(result), max(NOISES_MM)
+    found = {
+        "false": 100 * false.value,
+        "false.high": 100 * false.high,
+        **{f"alarms.{c}": 100 * alarms(result, c, most).value for c in CAMERAS},
+        **{
+            f"{field}.{camera}": median(result, field, camera, most).value
+            for camera in CAMERAS
+            for field in ("true_mm", "found_mm", "central_miss_mm", "lines_miss_mm")
+        },
+    }
+    for name, number in found.items():
+        value(name, number)

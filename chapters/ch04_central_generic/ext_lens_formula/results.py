@@ -76,14 +76,20 @@ def residuals_by_radius(study, model):
 def name_values(open_results, results_behind):
     """Name the numbers of the prose."""
     result = open_results("ext_lens_known")
-    value("trials", result.trials_per_condition)
-    for lens in LENSES:
-        value(f"moved.{lens}", moved(result, lens))
-        for model in MODELS:
-            value(f"{lens}.{model}", error(result, lens, model).value)
-    value("shift", shift(result, "pupil").value)
     behind = results_behind("ext_lens_formula_figure")
-    value("photographs", said_of(first_study(behind["photograph_study"])))
+    found = {
+        "trials": result.trials_per_condition,
+        **{f"moved.{lens}": moved(result, lens) for lens in LENSES},
+        **{
+            f"{lens}.{model}": error(result, lens, model).value
+            for lens in LENSES
+            for model in MODELS
+        },
+        "shift": shift(result, "pupil").value,
+        "photographs": said_of(first_study(behind["photograph_study"])),
+    }
+    for name, number in found.items():
+        value(name, number)
 
 
 def said_of(found):

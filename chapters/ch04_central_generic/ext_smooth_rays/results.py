@@ -24,22 +24,31 @@ def median(result, name, **condition):
 def name_values(open_results):
     """Name the numbers of the prose."""
     runs = open_results("ext_smooth_rays_runs")
-    value("trials", runs.trials_per_condition)
-    for what, condition in (("usual", USUAL), ("radial", RADIAL), ("many", MANY)):
-        for method in METHODS:
-            for name in ("off_px", "left_px"):
-                found = median(runs, f"{method}.{name}", **condition)
-                value(f"{what}.{method}.{name}", found.value)
-        for method in ("smooth", "direct"):
-            found = median(runs, f"{method}.normalised", **condition)
-            value(f"{what}.{method}.normalised", found.value)
     drawn = open_results("ext_smooth_rays_map")
-    for name in (
-        "median_covered_px",
-        "median_elsewhere_px",
-        "median_sd_covered_px",
-        "median_sd_elsewhere_px",
-        "trend_px",
-        "field_px",
-    ):
-        value(f"map.{name}", drawn.column(name)[0])
+    names = [
+        *(f"{method}.{name}" for method in METHODS for name in ("off_px", "left_px")),
+        "smooth.normalised",
+        "direct.normalised",
+    ]
+    conditions = {"usual": USUAL, "radial": RADIAL, "many": MANY}
+    found = {
+        "trials": runs.trials_per_condition,
+        **{
+            f"{what}.{name}": median(runs, name, **condition).value
+            for what, condition in conditions.items()
+            for name in names
+        },
+        **{
+            f"map.{name}": drawn.column(name)[0]
+            for name in (
+                "median_covered_px",
+                "median_elsewhere_px",
+                "median_sd_covered_px",
+                "median_sd_elsewhere_px",
+                "trend_px",
+                "field_px",
+            )
+        },
+    }
+    for name, number in found.items():
+        value(name, number)

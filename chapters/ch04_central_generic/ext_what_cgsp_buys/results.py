@@ -48,12 +48,17 @@ def name_values(open_results):
     steps = open_results("ext_cgsp_steps")
     grids = open_results("ext_cgsp_grids")
     outliers = open_results("ext_cgsp_outliers")
-    for before, after in pairwise(STEPS):
-        value(f"gain.{after}", gain(steps, before, after))
-    for method in ("cgsp", "consistent"):
-        for count in (GRIDS[0], GRIDS[-1]):
-            found = centre(grids, method, grids=count)
-            value(f"grids.{method}.{count}", found.value)
-    for method in ("cgsp_robust", "well_conditioned_robust"):
-        found = centre(outliers, method, outliers=OUTLIERS[-1])
-        value(f"outliers.{method}", found.value)
+    found = {
+        **{f"gain.{b}": gain(steps, a, b) for a, b in pairwise(STEPS)},
+        **{
+            f"grids.{method}.{count}": centre(grids, method, grids=count).value
+            for method in ("cgsp", "consistent")
+            for count in (GRIDS[0], GRIDS[-1])
+        },
+        **{
+            f"outliers.{method}": centre(outliers, method, outliers=OUTLIERS[-1]).value
+            for method in ("cgsp_robust", "well_conditioned_robust")
+        },
+    }
+    for name, number in found.items():
+        value(name, number)

@@ -25,9 +25,15 @@ def best_factor(result, domain, posed):
 def name_values(open_results):
     """Name the numbers that the prose quotes."""
     result = open_results("ext_ray_weights_trials")
-    few, *_, many = POSED
-    for posed, name in ((few, "few"), (many, "many")):
-        value(f"posed.{name}", posed)
-        value(f"factor.{name}", best_factor(result, "px", posed))
-        for weights in ("1", "4", VARIANCE, ALONE):
-            value(f"{name}.{weights}", ray_error(result, weights, "px", posed).value)
+    ends = {"few": POSED[0], "many": POSED[-1]}
+    found = {
+        **{f"posed.{name}": posed for name, posed in ends.items()},
+        **{f"factor.{name}": best_factor(result, "px", n) for name, n in ends.items()},
+        **{
+            f"{name}.{weights}": ray_error(result, weights, "px", posed).value
+            for name, posed in ends.items()
+            for weights in ("1", "4", VARIANCE, ALONE)
+        },
+    }
+    for name, number in found.items():
+        value(name, number)

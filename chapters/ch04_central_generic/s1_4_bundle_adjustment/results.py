@@ -71,32 +71,45 @@ def name_values(open_results):
             "exp_c4_centre_ba_unstable",
         ),
     )
-    for method in CURVES[2.0]:
-        for noise in CURVES:
-            value(f"fall.{noise}.{method}", fall(sweep, method, noise))
     few, *_, many = counts_of(sweep, 0.5)
-    value("fall.expected", float(np.sqrt(few / many)))
-    value("rays.few", few)
-    value("rays.many", many)
-    for method in NAMES:
-        for name in ("centre_mm", "ray_mm", "own_ray_mm", "rounds"):
-            found = schemes.column(f"{method}.{name}")
-            value(f"{method}.{name}", float(np.median(with_worst(found))))
-    for case in ("three grids", "ten grids"):
-        for name in ("linear_mm", "consistent_mm"):
-            found = targets.column(name, case=case)
-            value(f"{case}.{name}", float(np.median(with_worst(found))))
-    for name in ("nees", "passes"):
-        found = targets.column(name, case="three grids")
-        value(name, mean_interval(found)[0])
-    value("refused", refusals(sweep, noise=2.0))
-    value("refused.of", sweep.trials_per_condition * len(counts_of(sweep, 2.0)))
-    for scheme in ("line_fitting", "ray_point", "consistent"):
-        for name in ("spread_over_starts", "spread_over_draws", "above_best"):
-            found = starts.column(f"{scheme}.{name}")
-            value(f"starts.{scheme}.{name}", float(np.median(found)))
     rest = starts.column("line_fitting.at_rest")
     spread = starts.column("line_fitting.spread_over_starts")
-    value("scenes", starts.trials_per_condition)
-    value("scenes.one_place", int(np.sum((rest == 1) & (spread < ONE_PLACE))))
-    value("scenes.no_rest", int(np.sum(rest < 1)))
+    medians = {
+        **{
+            f"{method}.{name}": schemes.column(f"{method}.{name}")
+            for method in NAMES
+            for name in ("centre_mm", "ray_mm", "own_ray_mm", "rounds")
+        },
+        **{
+            f"{case}.{name}": targets.column(name, case=case)
+            for case in ("three grids", "ten grids")
+            for name in ("linear_mm", "consistent_mm")
+        },
+        **{
+            f"starts.{scheme}.{name}": starts.column(f"{scheme}.{name}")
+            for scheme in ("line_fitting", "ray_point", "consistent")
+            for name in ("spread_over_starts", "spread_over_draws", "above_best")
+        },
+    }
+    found = {
+        **{
+            f"fall.{noise}.{method}": fall(sweep, method, noise)
+            for method in CURVES[2.0]
+            for noise in CURVES
+        },
+        "fall.expected": np.sqrt(few / many),
+        "rays.few": few,
+        "rays.many": many,
+        **{name: np.median(with_worst(trials)) for name, trials in medians.items()},
+        **{
+            name: mean_interval(targets.column(name, case="three grids"))[0]
+            for name in ("nees", "passes")
+        },
+        "refused": refusals(sweep, noise=2.0),
+        "refused.of": sweep.trials_per_condition * len(counts_of(sweep, 2.0)),
+        "scenes": starts.trials_per_condition,
+        "scenes.one_place": np.sum((rest == 1) & (spread < ONE_PLACE)),
+        "scenes.no_rest": np.sum(rest < 1),
+    }
+    for name, number in found.items():
+        value(name, number)

@@ -101,12 +101,14 @@ def failures(result, method):
 def name_values(open_results):
     """Name the numbers of the prose, in the primary reading at 0.5 px."""
     result = open_results("fig_4_2_redrawn")
-    for name in QUOTED:
-        value(name, float(np.median(PRIMARY.trials(result, *name.split("."), 0.5))))
+    trials = {name: PRIMARY.trials(result, *name.split("."), 0.5) for name in QUOTED}
     for method in ("as_printed", "cgsp"):
         centre = PRIMARY.trials(result, method, "linear", "centre", 0.5)
-        off = np.abs(centre - np.median(centre))
-        value(f"{method}.spread", float(np.median(off)))
+        trials[f"{method}.spread"] = np.abs(centre - np.median(centre))
     failed, total = failures(result, "as_printed")
-    value("as_printed.failed", failed)
-    value("total", total)
+    found = {name: np.median(one) for name, one in trials.items()} | {
+        "as_printed.failed": failed,
+        "total": total,
+    }
+    for name, number in found.items():
+        value(name, number)

@@ -23,18 +23,31 @@ def name_values(open_results):
     def median(result, camera, key):
         return float(np.median(seeds_of(result, camera, key)))
 
-    for short, camera in CAMERAS.items():
-        for key in ("share", "solid"):
-            value(f"{short}.{key}", 100 * median(field, camera, key))
-        value(f"{short}.shift_2_px", median(turned, camera, "shift_2_px"))
-        for how in ("upright", "turned"):
-            for key in ("ray_mean_mm", "centre_off_mm"):
-                found = median(turned, camera, f"{how}.cgsp.{key}")
-                value(f"{short}.{how}.cgsp.{key}", found)
-    for key in ("horizontal_deg", "vertical_deg"):
-        value(f"omni.{key}", median(field, OMNI, key))
-    value("seeds", len(seeds_of(field, OMNI, "share")))
     mirror = rig_named("onevr-d70").camera
     aligned = rig_named("onevr-d70-aligned-small").camera
     off = mirror.T_viewer_mirror[:3, 3] - aligned.T_viewer_mirror[:3, 3]
-    value("bracket_mm", float(np.linalg.norm(off)))
+    of_turned = (
+        "shift_2_px",
+        "upright.cgsp.ray_mean_mm",
+        "upright.cgsp.centre_off_mm",
+        "turned.cgsp.ray_mean_mm",
+        "turned.cgsp.centre_off_mm",
+    )
+    found = {
+        **{
+            f"{short}.{key}": 100 * median(field, camera, key)
+            for short, camera in CAMERAS.items()
+            for key in ("share", "solid")
+        },
+        **{
+            f"{short}.{key}": median(turned, camera, key)
+            for short, camera in CAMERAS.items()
+            for key in of_turned
+        },
+        "omni.horizontal_deg": median(field, OMNI, "horizontal_deg"),
+        "omni.vertical_deg": median(field, OMNI, "vertical_deg"),
+        "seeds": len(seeds_of(field, OMNI, "share")),
+        "bracket_mm": np.linalg.norm(off),
+    }
+    for name, number in found.items():
+        value(name, number)

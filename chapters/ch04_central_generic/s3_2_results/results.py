@@ -57,34 +57,53 @@ def disagreement(results, camera, options, parameters=PARAMETERS):
 def name_values(open_results):
     """Name the numbers of the prose: medians over all seeds, unless they say else."""
     results = {name: open_results(name) for name in (RENDERED, REDRAWN)}
-    for short, camera in CAMERAS.items():
-        left_out = rendered_seeds(results, camera, "left_out")
-        value(f"{short}.left_out", 100 * float(np.median(left_out)))
-        for option, stage, name in (
-            ("as printed", "ray", "ratio"),
-            ("as printed", "ba", "ba_ratio"),
-            ("well conditioned", "ray", "ratio"),
-        ):
-            reading = {"standard_method": option}
-            found = ratio(results, camera, reading, f"{stage}_mean_mm")
-            standard = STANDARD_METHODS[option]
-            value(f"{short}.{standard}.{name}", float(np.nanmedian(found)))
-    true = rendered_seeds(results, OMNI, "true_scatter_mm")
-    value("omni.true_scatter_mm", float(np.median(true)))
-    for method in ("as_printed", "cgsp"):
-        inside = by_seed(results, FISH, f"{method}.all.inside")
-        value(f"inside.{method}", int(np.nansum(inside)))
-    value("inside.seeds", len(inside))
-    apart = by_seed(results, OMNI, "cgsp.share_apart")
-    value("omni.left_close", 100 * float(1 - np.nanmedian(apart)))
-    value("rendered", len(rendered_seeds(results, OMNI, "rays")))
-    value("redrawn", results[REDRAWN].trials_per_condition)
-    brackets = open_results(BRACKETS)
-    for offset in (0, 1):
-        found = brackets.select(offset_mm=offset).column("cgsp.ray_mean_mm")
-        value(f"bracket.{offset}", float(np.median(found)))
-    caustic = open_results(CAUSTIC)
-    for key in ("scatter_mm", "caustic_mm"):
-        value(f"caustic.{key}", float(np.median(caustic.column(key))))
+    brackets, caustic = open_results(BRACKETS), open_results(CAUSTIC)
     bias = open_results(ERRORS).select().column("bias_mm_rms")
-    value("omni.errors.bias_mm_rms", float(bias[0]))
+    apart = by_seed(results, OMNI, "cgsp.share_apart")
+
+    def median_ratio(camera, option, stage):
+        reading = {"standard_method": option}
+        return np.nanmedian(ratio(results, camera, reading, f"{stage}_mean_mm"))
+
+    found = {
+        **{
+            f"{short}.left_out": 100
+            * np.median(rendered_seeds(results, camera, "left_out"))
+            for short, camera in CAMERAS.items()
+        },
+        **{
+            f"{short}.{name}": median_ratio(camera, option, stage)
+            for short, camera in CAMERAS.items()
+            for name, option, stage in (
+                ("as_printed.ratio", "as printed", "ray"),
+                ("as_printed.ba_ratio", "as printed", "ba"),
+                ("well_conditioned.ratio", "well conditioned", "ray"),
+            )
+        },
+        "omni.true_scatter_mm": np.median(
+            rendered_seeds(results, OMNI, "true_scatter_mm")
+        ),
+        **{
+            f"inside.{method}": int(
+                np.nansum(by_seed(results, FISH, f"{method}.all.inside"))
+            )
+            for method in ("as_printed", "cgsp")
+        },
+        "inside.seeds": len(apart),
+        "omni.left_close": 100 * (1 - np.nanmedian(apart)),
+        "rendered": len(rendered_seeds(results, OMNI, "rays")),
+        "redrawn": results[REDRAWN].trials_per_condition,
+        **{
+            f"bracket.{offset}": np.median(
+                brackets.select(offset_mm=offset).column("cgsp.ray_mean_mm")
+            )
+            for offset in (0, 1)
+        },
+        **{
+            f"caustic.{key}": np.median(caustic.column(key))
+            for key in ("scatter_mm", "caustic_mm")
+        },
+        "omni.errors.bias_mm_rms": bias[0],
+    }
+    for name, number in found.items():
+        value(name, number)

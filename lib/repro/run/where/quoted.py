@@ -16,7 +16,7 @@ from pathlib import Path
 from repro.run.discover import PAGE_FILE, Producer
 from repro.run.names import Sources, dotted
 from repro.run.where.meanings import given_back
-from repro.run.where.scopes import COMPREHENSIONS, Scope, ScopeAtlas, Term
+from repro.run.where.scopes import COMPREHENSIONS, Scope, ScopeAtlas, Term, position
 from repro.run.where.texts import Reader, Text, fits, fixed_length, merged
 
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)")
@@ -101,7 +101,10 @@ class Quoted:
             name, *rest = call.node.args
             at_call = isinstance(name, ast.Constant | ast.JoinedStr)
             for text, entry in self.reader.placed(Term(name, call.scope)):
-                if entry and not at_call and _elsewhere(entry.scope, call.scope):
+                as_they_are = _names_entries(call) or (
+                    entry and _elsewhere(entry.scope, call.scope)
+                )
+                if entry and not at_call and as_they_are:
                     made = Term(entry.value, entry.scope)
                     yield self._maker(text, entry.key, made)
                 else:
@@ -137,6 +140,15 @@ def _names(call: ast.Call, scope: Scope) -> bool:
             return inner.imports[name[0]] in ((READER, "value"), (READER, "values"))
         inner = inner.parent
     return False
+
+
+def _names_entries(call: Term) -> bool:
+    """Whether a call names a key and its value, as one loop over a dict gives both."""
+    both = call.node.args
+    if len(both) != 2 or not all(isinstance(one, ast.Name) for one in both):
+        return False
+    name, value = (call.scope.reaching(one.id, position(one)) for one in both)
+    return bool(name) and [b.node for b in name] == [b.node for b in value]
 
 
 def _elsewhere(scope: Scope, other: Scope) -> bool:
