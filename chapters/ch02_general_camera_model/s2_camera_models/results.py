@@ -10,13 +10,6 @@ from repro.page.reader import value
 NONE_PX = 1e-6
 NONE_MM = 1e-9
 
-# Name in the prose -> what of which camera.
-OF_ONE = {
-    "kb": ("parameters", "Kannala-Brandt, complete"),
-    "cubic": ("parameters", "rational cubic"),
-    "table_size": ("parameters", "look-up table"),
-    "brown_end": ("model_end_deg", "radial and decentring"),
-}
 # Families with as few radial numbers as they have, the focal length included.
 FEWEST = {
     "radial": 3,
@@ -45,10 +38,10 @@ def name_values(open_results):
         "trip_px": of_zoo("round_trip_px").max(),
         "returned": 100 * of_zoo("returned").min(),
         "not_central": np.count_nonzero(of_zoo("centrality_mm") > NONE_MM),
-        **{
-            name: counted.column(what, model=model)[0]
-            for name, (what, model) in OF_ONE.items()
-        },
+        "kb": counted.column("parameters", model="Kannala-Brandt, complete")[0],
+        "cubic": counted.column("parameters", model="rational cubic")[0],
+        "table_size": counted.column("parameters", model="look-up table")[0],
+        "brown_end": counted.column("model_end_deg", model="radial and decentring")[0],
         "sphere_px": reflected.select().column("rms_px").max(),
         "plane_fov": fov_with_plane(open_results("exp_c2_fov180")),
     }
