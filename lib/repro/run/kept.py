@@ -57,9 +57,16 @@ class Kept:
         return path.relative_to(self.root).as_posix()
 
     def _hash(self, name: str) -> str:
-        """Hash of a file's content; empty where it is no more."""
+        """Hash of a file's content, or of the names in a folder; of nothing, if gone."""
         if name not in self._hashes:
             path = self.root / name
-            content = path.read_bytes() if path.is_file() else b""
+            content = path.read_bytes() if path.is_file() else _names(path)
             self._hashes[name] = hashlib.sha256(content).hexdigest()
         return self._hashes[name]
+
+
+def _names(path: Path) -> bytes:
+    """What lies in a folder, caches left out; empty where there is none."""
+    inside = path.iterdir() if path.is_dir() else ()
+    names = (one.name for one in inside if one.name != "__pycache__")
+    return "\n".join(sorted(names)).encode()

@@ -32,7 +32,7 @@ from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
 from repro.run.kept import Kept
 from repro.run.rendered import TIMES as SET_TIMES
-from repro.site import artefacts, first_cell, notebooks, source_pages
+from repro.site import api_reference, artefacts, first_cell, notebooks, source_pages
 from repro.site.api_reference import api_pages
 from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.mirror import Content, files_below, made, mirror
@@ -50,6 +50,8 @@ DOWNLOADS_BY = (
     source_pages.TEMPLATES / "source.html.jinja",
 )
 """What notebooks and pages of code are made by."""
+LIBRARY_BY = (api_reference.__file__, api_reference.TEMPLATES / "reference.html.jinja")
+"""What pages of the library's reference are made by."""
 SHOWN = (".svg", ".png", ".csv", ".html")
 
 
@@ -118,7 +120,7 @@ def assemble(
     wanted |= {f"_extra/{name}": path for name, path in small.items()}
     wanted |= _filled(root, effort, chapters, board, small)
     wanted |= ledger_pages(root, furnisher.book)
-    wanted |= api_pages(root / "lib" / "raxel")
+    wanted |= _library(root)
     wanted |= {
         f"_extra/{name}": content
         for name, content in _extra(root, effort, pages, rows).items()
@@ -272,6 +274,19 @@ def _log(run: Path) -> str:
     record = json.loads(run.read_text("utf-8"))
     record.pop("host", None)
     return json.dumps(record, indent=1) + "\n"
+
+
+def _library(root: Path) -> dict[str, str]:
+    """Pages of the library's reference, kept as long as it and what makes them stay."""
+    kept = Kept(root, "library", LIBRARY_BY)
+
+    def read(library: Path) -> tuple[dict[str, str], list[Path]]:
+        files = set(library.rglob("*.py"))
+        return api_pages(library), files | {path.parent for path in files}
+
+    pages = kept.of(root / "lib" / "raxel", read)
+    kept.keep()
+    return pages
 
 
 def _code(root: Path, known: Kept) -> dict[str, Content]:
