@@ -24,7 +24,7 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
     period_px,
 )
 from repro.page.style import figure as new_figure
-from repro.page.style import series
+from repro.page.style import legend_below, series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -66,7 +66,7 @@ def _cells_axis(axes, ticks, whole):
     axes.set_xscale("log", base=2)
     axes.set_xticks(ticks, [f"{n}\n{whole / n:.0f}" for n in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel("Cells (1), and their width in the picture (px)")
+    axes.set(xlabel="Cells (1), and their width in the picture (px)")
 
 
 @figure("ext_cells", needs=("ext_cells_runs",), evidence="rendered")
@@ -94,13 +94,11 @@ def ext_cells(results):
             _errorbar(axes, ticks, found, index, label=f"blur {blur:g} px")
         axes.set(title="7 × 7 smoothing" if way == SMOOTHED else way, yscale="log")
         _cells_axis(axes, ticks, period_px(1, width))
-    panels[0].set_ylabel("RMS error of a coordinate (px)")
-    panels[0].set_ylim(top=HIGHEST_PX)
+    panels[0].set(ylabel="RMS error of a coordinate (px)", ylim=(None, HIGHEST_PX))
     _plain_numbers(panels[0].yaxis)
     panels[0].yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
     half = float(np.nanmedian(off))
-    handles, labels = panels[1].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=4)
+    legend_below(drawn, panels[1], ncols=4)
     return Drawing(
         drawn,
         columns(names, rows),

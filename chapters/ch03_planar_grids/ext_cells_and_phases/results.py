@@ -176,17 +176,11 @@ def name_values(open_results):
     steps = open_results("ext_steps_runs")
     width, blurs = width_of(cells), swept(cells, "blurs_px")
     sharp, soft = min(blurs), max(blurs)
-    for name, blur in (("sharp", sharp), ("soft", soft)):
-        for short, way in (("smooth", SMOOTHED), ("pixel", BY_PIXEL)):
-            best, error = best_cells(cells, blur, OUR_NOISE, way)
-            value(f"{name}.{short}.cells", best)
-            value(f"{name}.{short}.period", period_px(best, width))
-            value(f"{name}.{short}.rms", error)
-        value(f"{name}.ours", rms(cells, 8, 4, SMOOTHED, blur=blur))
-        value(f"{name}.period", 2 * np.pi * blur)
     best = best_cells(cells, sharp, OUR_NOISE, SMOOTHED)[0]
     within = [o.median("within") for *_, o in linear_cases(cells) if o.readable]
-    for name, number in {
+    quoted = {
+        **of_blur(cells, "sharp", sharp),
+        **of_blur(cells, "soft", soft),
         "trials": cells.trials_per_condition,
         "fewer": steps.trials_per_condition,
         "width": width,
@@ -201,44 +195,70 @@ def name_values(open_results):
         "narrowest": _narrowest_smoothed(),
         "within.least": 100 * min(within),
         "within.most": 100 * max(within),
-    }.items():
+        **of_steps(steps),
+        **of_pictures(open_results("ext_pictures_runs")),
+        **of_light(open_results("ext_light_runs")),
+    }
+    for name, number in quoted.items():
         value(name, number)
-    _name_steps(steps)
-    _name_pictures(open_results("ext_pictures_runs"))
-    light = open_results("ext_light_runs")
-    for name, which in zip(("sines", "light"), LIGHTS[1:], strict=True):
-        of_grid = decoded(light, which, BY_PIXEL).values()
-        medians = np.array([np.median(one.column("rms_px")) for one in of_grid])
-        value(f"{name}.spread", 100 * (medians.max() / medians.min() - 1))
 
 
-def _name_steps(steps):
+def of_blur(cells, name, blur):
+    """The best cells under a blur, smoothed and by pixel, and the thesis's eight."""
+    found = {
+        f"{name}.ours": rms(cells, 8, 4, SMOOTHED, blur=blur),
+        f"{name}.period": 2 * np.pi * blur,
+    }
+    for short, way in (("smooth", SMOOTHED), ("pixel", BY_PIXEL)):
+        best, error = best_cells(cells, blur, OUR_NOISE, way)
+        found[f"{name}.{short}.cells"] = best
+        found[f"{name}.{short}.period"] = period_px(best, width_of(cells))
+        found[f"{name}.{short}.rms"] = error
+    return found
+
+
+def of_steps(steps):
+    """What the response leaves with each number of steps."""
     period, gammas = period_px(OUR_CELLS, width_of(steps)), swept(steps, "gammas")
-    value("period", period)
-    value("gamma.least", min(gammas))
-    value("gamma.most", max(gammas))
-    value("noise_alone", float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, 4)))
+    found = {
+        "period": period,
+        "gamma.least": min(gammas),
+        "gamma.most": max(gammas),
+        "noise_alone": float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, 4)),
+    }
     for _, count in grids(steps):
         left = {
             g: rms(steps, OUR_CELLS, count, BY_PIXEL, gamma=g, noise=0.0)
             for g in gammas
         }
-        value(f"bias.{count}", max(left.values()))
-        value(f"ordinary.{count}", left[ORDINARY])
+        found[f"bias.{count}"] = max(left.values())
+        found[f"ordinary.{count}"] = left[ORDINARY]
+    return found
 
 
-def _name_pictures(pictures):
-    blur = min(swept(pictures, "blurs_px"))
+def of_pictures(pictures):
+    """The best of the grids that take equally many pictures."""
+    found, blur = {}, min(swept(pictures, "blurs_px"))
     for total, tested in BUDGETS.items():
-        found = {
+        errors = {
             rms(pictures, *grid, SMOOTHED, gamma=ORDINARY, blur=blur): grid
             for grid in tested
         }
-        cells, count = found[min(found)]
-        value(f"of{total}.cells", cells)
-        value(f"of{total}.steps", count)
-        value(f"of{total}.rms", min(found))
-        value(f"of{total}.worst", max(found))
+        found[f"of{total}.cells"], found[f"of{total}.steps"] = errors[min(errors)]
+        found[f"of{total}.rms"] = min(errors)
+        found[f"of{total}.worst"] = max(errors)
+    return found
+
+
+def of_light(light):
+    """How much the number of steps matters where pictures, or light, are shared."""
+
+    def spread(which):
+        of_grid = decoded(light, which, BY_PIXEL).values()
+        medians = np.array([np.median(one.column("rms_px")) for one in of_grid])
+        return 100 * (medians.max() / medians.min() - 1)
+
+    return {"sines.spread": spread(LIGHTS[1]), "light.spread": spread(LIGHTS[2])}
 
 
 def _off_theory(result):

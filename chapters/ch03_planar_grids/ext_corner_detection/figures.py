@@ -15,7 +15,7 @@ from chapters.ch03_planar_grids.ext_corner_detection.trials.further import (
     PUBLISHED,
 )
 from repro.page.style import figure as new_figure
-from repro.page.style import series
+from repro.page.style import legend_below, series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -47,8 +47,7 @@ def ext_split_corners(results):
             points += [("candidate", p) for p in inliers[near]]
             rows += [(name, number + 1, kind, u, v) for kind, (u, v) in points]
     drawn.supylabel("v (px)", fontsize=10)
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(drawn, panels[0, 0], ncols=2)
     return Drawing(
         drawn,
         columns(("detector", "corner", "kind", "u_px", "v_px"), rows),
@@ -109,7 +108,7 @@ def ext_further_changes(results):
     axes.set_yticks(places)
     axes.yaxis.set_major_formatter(FixedFormatter(labels))
     axes.invert_yaxis()
-    axes.set_xlabel("Change of successful pictures (percentage points)")
+    axes.set(xlabel="Change of successful pictures (percentage points)")
     drawn.legend(loc="outside lower center", ncols=4)
     return Drawing(
         drawn,
@@ -130,8 +129,7 @@ def ext_coded_grid(results):
     drawn, panels = new_figure(1, 2, height_in=4.6, width_ratios=(1.15, 1))
     right, rows = _draw_block(panels[0], results["ext_coded_grid_picture"])
     rows += _draw_outcomes(panels[1], results["ext_coded_grid_runs"])
-    handles, labels = panels[1].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=3)
+    legend_below(drawn, panels[1], ncols=3)
     return Drawing(
         drawn,
         columns(("panel", "what", "a", "b", "u_px", "v_px"), rows),

@@ -71,30 +71,36 @@ def name_of(condition):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    _name_further(open_results("ext_further_ideas_runs"))
-    _name_split(open_results("ext_split_corners_runs"))
-    _name_coded(open_results("ext_coded_grid_runs"))
+    split = open_results("ext_split_corners_runs")
+    quoted = {
+        **of_stages(open_results("ext_further_ideas_runs")),
+        "split.published": len(split.arrays(f"{PUBLISHED}.inliers")[0]),
+        "split.symmetry": len(split.arrays("symmetry.inliers")[0]),
+        "split.corners": SyntheticBoard(**DEFAULT).columns,
+        **of_coded(open_results("ext_coded_grid_runs")),
+    }
+    for name, number in quoted.items():
+        value(name, number)
 
 
-def _name_further(result):
-    value("further.trials", result.trials_per_condition)
-    compared = comparisons(result)
-    bent = [v for (_, m), v in compared.items() if m == "curvature"]
-    for what in ("gained", "lost"):
-        value(f"curvature.{what}", sum(v[what] for v in bent))
-    for method in (PUBLISHED, "symmetry"):
-        blurred = successes(result, "blur SD 5 px", method)
-        value(f"blur.{method}", 100 * float(blurred.mean()))
+def of_stages(result):
+    """What the further stages gain and lose, and where published runs are lost."""
+    bent = [v for (_, m), v in comparisons(result).items() if m == "curvature"]
     on_column, lost = failed_on_column(result)
-    value("published.losses", lost)
-    value("published.losses.column", on_column)
+    return {
+        "further.trials": result.trials_per_condition,
+        "curvature.gained": sum(v["gained"] for v in bent),
+        "curvature.lost": sum(v["lost"] for v in bent),
+        "blur.published": share_in_blur(result, PUBLISHED),
+        "blur.symmetry": share_in_blur(result, "symmetry"),
+        "published.losses": lost,
+        "published.losses.column": on_column,
+    }
 
 
-def _name_split(result):
-    for method in (PUBLISHED, "symmetry"):
-        (inliers,) = result.arrays(f"{method}.inliers")
-        value(f"split.{method}", len(inliers))
-    value("split.corners", SyntheticBoard(**DEFAULT).columns)
+def share_in_blur(result, method):
+    """Share of successes under a blur of 5 px, in percent."""
+    return 100 * float(successes(result, "blur SD 5 px", method).mean())
 
 
 def silently_wrong(result, method):
@@ -124,8 +130,11 @@ def failed_on_column(result):
     return int((on_column & lost).sum()), int(lost.sum())
 
 
-def _name_coded(result):
+def of_coded(result):
+    """How many blocks there were with either marks, and how many in a wrong place."""
+    found = {}
     for marks in coded.MARKS:
         of_all = counts(result.select(grid="coded", marks=marks))
-        value(f"{marks}.all", int(of_all.sum()))
-        value(f"{marks}.wrong", int(of_all[-1]))
+        found[f"{marks}.all"] = int(of_all.sum())
+        found[f"{marks}.wrong"] = int(of_all[-1])
+    return found

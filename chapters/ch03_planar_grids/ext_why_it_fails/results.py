@@ -67,28 +67,42 @@ def counted(stages):
 def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
     results = {case: open_results(f"ext_why_{case}") for case in CASES}
-    pairs = {"broken": [], "kept": []}
+    pairs, drawn = {"broken": [], "kept": []}, {}
     for case, result in results.items():
-        drawn = CASES[case]["drawn"].values()
-        for name, level in zip(DRAWN[len(drawn)], drawn, strict=True):
+        levels = CASES[case]["drawn"].values()
+        for name, level in zip(DRAWN[len(levels)], levels, strict=True):
             lost = stages_of(result)[level]
-            value(f"{case}_{name}", rights(lost))
+            drawn[f"{case}_{name}"] = rights(lost)
             pairs["kept" if name == "kept" else "broken"] += lost
-    _name_pairs(pairs)
-    for case, level in ALSO:
-        value(f"{case}_{level}", rights(stages_of(results[case]).get(level)))
     small = stages_of(results["window"])[CASES["window"]["drawn"]["too small"]]
-    value("window_broken_stage", commonest(small).partition(" (")[0])
-    _name_sweeps(open_results("ext_why_sweeps"))
     agree = np.concatenate([foretold(results[case]) for case in FORETOLD])
-    value("foretold", f"{int(agree.sum())} of {len(agree)}")
     orderings = open_results("ext_why_orderings")
-    for ordering in ("line", "homography"):
-        for family in ("arc", "fov"):
-            bend = first_failure(orderings, ordering, family)
-            words = "none that was run" if bend is None else f"{bend:.0f}°"
-            value(f"{ordering}_{family}", words)
-    value("line_criterion", agreeing_criterion(orderings))
+    quoted = {
+        **drawn,
+        **{
+            f"{case}_{level}": rights(stages_of(results[case]).get(level))
+            for case, level in ALSO
+        },
+        **of_pairs(pairs),
+        **of_sweeps(open_results("ext_why_sweeps")),
+        "window_broken_stage": commonest(small).partition(" (")[0],
+        "foretold": f"{int(agree.sum())} of {len(agree)}",
+        **{
+            f"{ordering}_{family}": in_degrees(
+                first_failure(orderings, ordering, family)
+            )
+            for ordering in ("line", "homography")
+            for family in ("arc", "fov")
+        },
+        "line_criterion": agreeing_criterion(orderings),
+    }
+    for name, text in quoted.items():
+        value(name, text)
+
+
+def in_degrees(bend):
+    """Text: the bend at which an ordering fails, or that it never did."""
+    return "none that was run" if bend is None else f"{bend:.0f}°"
 
 
 def rights(stages):
@@ -107,22 +121,22 @@ def commonest(stages):
     return f"{stage} ({count} of {lost.total()} lost)"
 
 
-def _name_pairs(pairs):
+def of_pairs(pairs):
     """pairs: 'broken' and 'kept' -> stages of all runs of such drawn levels."""
-    for name, stages in pairs.items():
-        value(f"pairs_{name}", rights(stages))
     lost = [s for stages in pairs.values() for s in stages if s != DONE]
     traced, clicked = sum(s in TRACED for s in lost), lost.count(CLICK)
-    for name, count in {
-        "lost": len(lost),
-        "traced": traced,
-        "clicked": clicked,
-        "processed": len(lost) - traced - clicked,
-    }.items():
-        value(f"pairs_{name}", count)
+    return {
+        "pairs_broken": rights(pairs["broken"]),
+        "pairs_kept": rights(pairs["kept"]),
+        "pairs_lost": len(lost),
+        "pairs_traced": traced,
+        "pairs_clicked": clicked,
+        "pairs_processed": len(lost) - traced - clicked,
+    }
 
 
-def _name_sweeps(result):
+def of_sweeps(result):
+    """The stage that lost the most runs of each sweep, and of all."""
     stages = {
         name: [
             stage
@@ -132,9 +146,10 @@ def _name_sweeps(result):
         ]
         for name in SWEEPS
     }
-    for name, ends in stages.items():
-        value(f"sweep_{name}", commonest(ends) if ends else NOT_RUN)
-    value("sweep_all", commonest([s for e in stages.values() for s in e]))
+    return {
+        f"sweep_{name}": commonest(ends) if ends else NOT_RUN
+        for name, ends in stages.items()
+    } | {"sweep_all": commonest([s for e in stages.values() for s in e])}
 
 
 def foretold(result):

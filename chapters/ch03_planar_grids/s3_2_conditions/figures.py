@@ -18,7 +18,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import level_
 from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval, series
+from repro.page.style import legend_below, plot_interval, series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -123,8 +123,7 @@ def ext_conditions(results):
     _draw_shadow(panels[0, 1], results["exp_c3_shadow"], rows)
     _draw_orders(panels[1, 0], results["exp_c3_trace_direction"], rows)
     _draw_merging(panels[1, 1], results, rows)
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(drawn, panels[0, 0], ncols=2)
     return Drawing(
         drawn,
         columns(("panel", "series", "x", "y", "low", "high"), rows),

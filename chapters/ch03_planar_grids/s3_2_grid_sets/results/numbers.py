@@ -10,6 +10,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     EXPERIMENTS,
     GRIDS,
     PRIMARY,
+    SPOTTED,
     Which,
     all_right,
     causes,
@@ -222,45 +223,71 @@ def numbers_sec_3_3_2(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = opened_all(open_results)
-    for poses in (WHOLE, HARD):
-        which = Which(poses)
-        for method in METHODS:
-            rates = [
-                100 * all_right(results, method, which, s).mean()
-                for s in seeds_of(results, which)
-            ]
-            value(f"{poses}.{method}", float(np.mean(rates)))
     stated = Counter(c for s in seeds_of(results) for c in causes(results, PRIMARY, s))
-    value("contours", stated[CONTOUR])
-    ball = results[EXPERIMENTS["spherical"]]
-    for poses in (WHOLE, HARD):
-        for name, which in (("spots", Which(poses)), ("clean", Which(poses, CLEAN))):
-            good = right(ball, CELECT, which, SPOTLESS_SEED)
-            value(f"ball.{poses}.{name}", int(good.sum()))
-    _name_sizes(results)
-    value("largest.reference", largest_after(results, REFERENCE))
+    quoted = {
+        **{
+            f"{poses}.{method}": mean_rate(results, method, Which(poses))
+            for poses in (WHOLE, HARD)
+            for method in METHODS
+        },
+        "contours": stated[CONTOUR],
+        "largest.reference": largest_after(results, REFERENCE),
+        **of_ball(results[EXPERIMENTS["spherical"]]),
+        **of_sizes(results),
+        **of_lost(results, WHOLE),
+        **of_lost(results, HARD),
+    }
+    for name, number in quoted.items():
+        value(name, number)
 
 
-def _name_sizes(results):
-    """Name how many grids with small and with large squares CELECT reads."""
+def mean_rate(results, method, which):
+    """Mean over the seeds of a method's success, in percent."""
+    rates = [
+        100 * all_right(results, method, which, s).mean()
+        for s in seeds_of(results, which)
+    ]
+    return float(np.mean(rates))
+
+
+def of_ball(result):
+    """Grids on the mirror ball that CELECT reads with the spots and without."""
+    kinds = {"spots": SPOTTED, "clean": CLEAN}
+    return {
+        f"ball.{poses}.{name}": int(
+            right(result, CELECT, Which(poses, spots), SPOTLESS_SEED).sum()
+        )
+        for poses in (WHOLE, HARD)
+        for name, spots in kinds.items()
+    }
+
+
+def of_sizes(results):
+    """How many grids with small and with large squares CELECT reads."""
     reach, step = (
         pooled(results, lambda r, w, n=name: numbers_of(r, n, w))
         for name in ("t8_px", "least_over_t8")
     )
     good = pooled(results, lambda r, w: right(r, CELECT, w))
-    for name, chosen in (
-        ("small", reach < SMALL_T8_PX),
-        ("large", reach >= LARGE_T8_PX),
-        ("near", step < NEAR_STEP),
-    ):
-        value(f"{name}.right", int(good[chosen].sum()))
-        value(f"{name}.count", int(chosen.sum()))
-    for poses in (WHOLE, HARD):
-        lost = np.concatenate(
-            [
-                numbers_of(r, "t8_px", Which(poses))[~right(r, CELECT, Which(poses))]
-                for r in results.values()
-            ]
-        )
-        value(f"{poses}.lost", len(lost))
-        value(f"small.{poses}.lost", int((lost < SMALL_T8_PX).sum()))
+    groups = {
+        "small": reach < SMALL_T8_PX,
+        "large": reach >= LARGE_T8_PX,
+        "near": step < NEAR_STEP,
+    }
+    return {
+        f"{name}.right": int(good[chosen].sum()) for name, chosen in groups.items()
+    } | {f"{name}.count": int(chosen.sum()) for name, chosen in groups.items()}
+
+
+def of_lost(results, poses):
+    """Grids that CELECT does not read, and those of them with small squares."""
+    which = Which(poses)
+    reach = [
+        numbers_of(result, "t8_px", which)[~right(result, CELECT, which)]
+        for result in results.values()
+    ]
+    lost = np.concatenate(reach)
+    return {
+        f"{poses}.lost": len(lost),
+        f"small.{poses}.lost": int((lost < SMALL_T8_PX).sum()),
+    }
