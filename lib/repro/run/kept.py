@@ -57,7 +57,7 @@ class Kept:
         return path.relative_to(self.root).as_posix()
 
     def _hash(self, name: str) -> str:
-        """Hash of a file's content, or of the names in a folder; of nothing, if gone."""
+        """Hash of a file's content or of a folder's names; of nothing, if gone."""
         if name not in self._hashes:
             path = self.root / name
             content = path.read_bytes() if path.is_file() else _names(path)
