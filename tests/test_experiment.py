@@ -209,3 +209,9 @@ def test_conditions_are_crossed_with_the_last_level_fastest():
     found = crossed(rig=("a", "b"), seed=range(2))
     assert [c["rig"] for c in found] == ["a", "a", "b", "b"]
     assert [c["seed"] for c in found] == [0, 1, 0, 1]
+
+
+def test_a_decision_without_an_interval_is_true_or_false():
+    exact, off = (Reading.of(np.float64(error) < 1e-9, error) for error in (0.0, 1.0))
+    assert (exact.verdict, off.verdict) == ("reproduced", "differs")
+    assert Reading.of("undecided", 1.0).verdict == "undecided"

@@ -17,8 +17,8 @@ def judge_even_cancels(results):
         results["exp_c3_even_cancels"].select().column(name).max()
         for name in ("formula_rad", "decoder_rad")
     )
-    return Reading(
-        "reproduced" if formula < ROUNDING_RAD else "differs",
+    return Reading.of(
+        formula < ROUNDING_RAD,
         float(formula),
         unit="rad",
         reason="largest of all orders and amplitudes in double precision; "
@@ -33,8 +33,8 @@ def judge_odd_orders(results):
     _, ratios, orders = odd_pairs(results["exp_c3_odd_orders_matter"])
     four = (orders == 4).all()
     near = np.abs(ratios - 1).max() <= MARGIN
-    return Reading(
-        "reproduced" if near and four else "differs",
+    return Reading.of(
+        near and four,
         f"{min(ratios):.4f} to {max(ratios):.4f} of (b3 + b5)/b1",
         reason=f"{len(ratios)} pairs of b3 and b5 of up to 5 %; the "
         "strongest order of the error is " + ("4 in all" if four else "not 4 in all"),

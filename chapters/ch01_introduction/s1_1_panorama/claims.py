@@ -16,8 +16,8 @@ def judge_unwrap_resolution(results):
     ratio = of("ratio")
     apart = max(ratio, 1 / ratio)
     least = ran.select().column("ratio").min()
-    return Reading(
-        "reproduced" if apart > LEAST_RATIO else "differs",
+    return Reading.of(
+        apart > LEAST_RATIO,
         apart,
         unit="1",
         reason="area of the picture per unwrapped pixel, top row to "

@@ -24,9 +24,8 @@ def judge_pluecker_invariant(results):
     ran = results["exp_c2_pluecker_invariant"]
     difference = ran.column("difference").max()
     asymmetry = ran.column("asymmetry").max()
-    holds = difference < ROUNDING and asymmetry < ROUNDING
-    return Reading(
-        "reproduced" if holds else "differs",
+    return Reading.of(
+        difference < ROUNDING and asymmetry < ROUNDING,
         float(difference),
         reason="largest difference of an entry, matrices at unit norm; "
         "a matrix plus its transpose, which is 0 if it is "
@@ -41,8 +40,8 @@ def judge_pluecker_origin(results):
     through = ran.column("through_origin").max()
     beside = ran.column("beside_origin").min()
     nearest = ran.column("least_distance_m").min()
-    return Reading(
-        "reproduced" if through < ROUNDING < beside else "differs",
+    return Reading.of(
+        through < ROUNDING < beside,
         float(through),
         reason="norm of the last three entries over that of the "
         f"vector, lengths in m; at least {beside:.2g} for lines that pass "
@@ -58,9 +57,8 @@ def judge_nonparametric(results):
         faceted.column(name).max() for name in ("angle_rad", "gap_mm", "jump_deg")
     )
     share = faceted.column("share").min()
-    holds = angle < RAY_ERROR and gap < RAY_ERROR and share == 1
-    return Reading(
-        "reproduced" if holds else "differs",
+    return Reading.of(
+        angle < RAY_ERROR and gap < RAY_ERROR and share == 1,
         float(angle),
         unit="rad",
         reason=f"largest angle; the lines pass the mirror points at "

@@ -19,9 +19,8 @@ def judge_table_coefficients(results):
         int((ran.column(f"printed.{vector}.relative") <= 1e-3).sum())
         for vector in ("W", "N")
     )
-    holds = exact and corrected < 1e-12 and min(printed) > 1e-3
-    return Reading(
-        "reproduced" if holds else "differs",
+    return Reading.of(
+        exact and corrected < 1e-12 and min(printed) > 1e-3,
         f"{corrected:.1g} corrected; {printed[0]:.2g} (W), "
         f"{printed[1]:.2g} (N) as printed",
         reason="row 3 of W and N carries a superscript one too low as "

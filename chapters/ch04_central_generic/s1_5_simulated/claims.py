@@ -10,7 +10,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
     NoiseCase,
 )
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
-from repro.judge.statistics import FAILS, HOLDS, all_of, bootstrap, median_ratio, wins
+from repro.judge.statistics import HOLDS, all_of, bootstrap, median_ratio, wins
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
@@ -140,7 +140,7 @@ def judge_rotation_worse(results, options):
         worse += ratios[-1].value > 1 and p < 0.05
     middle = sorted(ratios, key=lambda found: found.value)[len(ratios) // 2]
     return Reading.of(
-        HOLDS if worse > len(LEVELS) / 2 else FAILS,
+        worse > len(LEVELS) / 2,
         middle,
         reason=f"after / before at the middle level of that ratio; larger, by "
         f"the sign test, at {worse} of {len(LEVELS)} levels",

@@ -13,7 +13,7 @@ from chapters.ch04_central_generic.s3_2_results.results import (
     scatter,
 )
 from chapters.shared.central_sets import FISH, OMNI
-from repro.judge.statistics import FAILS, HOLDS, proportion
+from repro.judge.statistics import proportion
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 from repro.run.readings import counterpart
@@ -177,7 +177,7 @@ def judge_hull(results, options):
     standard, cgsp = scatter(results, FISH, options, "inside")
     share = proportion(((cgsp == 1) & (standard == 0)).astype(float))
     return Reading.of(
-        HOLDS if share.value > 0.5 else FAILS,
+        share.value > 0.5,
         share,
         reason=f"seeds with the centre inside: CGSP {np.nansum(cgsp):.0f}, "
         f"standard {np.nansum(standard):.0f}",
