@@ -3,7 +3,7 @@
 import pytest
 
 from repro.page.cells import as_read, is_numeric
-from repro.run.columns import columns, csv_text, in_numbers, measured
+from repro.run.columns import columns, csv_text, in_columns, in_numbers, measured
 from repro.run.outcomes import Measured
 
 
@@ -11,6 +11,13 @@ def test_every_row_adds_a_cell_to_every_column():
     found = columns(("name", "x_mm"), [("a", 1.0), ("b", 2.0)])
     assert found == {"name": ["a", "b"], "x_mm": [1.0, 2.0]}
     assert columns(("name", "x_mm"), []) == {"name": [], "x_mm": []}
+
+
+def test_rows_that_name_their_cells_become_columns():
+    rows = ({"name": name, "x_mm": x} for name, x in (("a", 1.0), ("b", 2.0)))
+    assert in_columns(rows) == {"name": ["a", "b"], "x_mm": [1.0, 2.0]}
+    with pytest.raises(KeyError):
+        in_columns([{"name": "a", "x_mm": 1.0}, {"name": "b"}])
 
 
 @pytest.mark.parametrize("row", [("a",), ("a", 1.0, 2.0)])

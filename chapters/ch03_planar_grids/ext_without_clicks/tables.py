@@ -4,6 +4,7 @@ import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.results import ROWS, found_row, known
 from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import RIGHT_PX
+from repro.run.columns import in_columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
@@ -24,7 +25,7 @@ def ext_without_clicks(results):
     rows = [found_row(result, *row) for row in ROWS]
     wrong = rows[0]["Wrong"] + rows[1]["Wrong"]
     return Table(
-        {key: [row[key] for row in rows] for key in rows[0]},
+        in_columns(rows),
         f"Boards before {len(result.conditions)} cameras of the zoo. Right: every "
         f"corner within {RIGHT_PX:g} px. Wrong: returned, and not right. Worst: of a "
         "board's corners, over the boards that are right.",
@@ -41,7 +42,7 @@ def ext_click_free_refusals(results):
     rows = [_refusal_row(result, name) for name in ASKED]
     returned = sum(row["Pictures"] - row["Refused"] for row in rows)
     return Table(
-        {key: [row[key] for row in rows] for key in rows[0]},
+        in_columns(rows),
         "Pictures that do not show the board asked for, given to raxel. In order: "
         "share of the visible corners that the refusal holds, in order.",
         Check(returned == 0, f"{returned} boards were returned; the aim is none"),
