@@ -120,6 +120,14 @@ def runs(effort, identifier):
 @figures(("fig_9_2", "fig_9_3"), needs=("one_runs",), evidence="analytic")
 def drawn(results, identifier):
     return results, identifier
+
+
+@figures(
+    {"fig_9_4": ("one_runs",), "fig_9_5": ("one_runs", "two_runs")},
+    evidence="analytic",
+)
+def beside(results, identifier):
+    return results, identifier
 """
 
 
@@ -131,6 +139,11 @@ def test_a_family_is_one_function_of_several_producers(tmp_path, monkeypatch):
     assert [(p.kind, p.id) for p in drawn] == [
         ("figure", "fig_9_2"),
         ("figure", "fig_9_3"),
+    ]
+    beside = [p for p in producers(tmp_path) if p.function == "beside"]
+    assert [(p.kind, p.id, p.needs) for p in beside] == [
+        ("figure", "fig_9_4", ("one_runs",)),
+        ("figure", "fig_9_5", ("one_runs", "two_runs")),
     ]
     assert [one.id, two.id] == ["one_runs", "two_runs"]
     assert [p.details["artefact"] for p in (one, two)] == ["table_9_1", "table_9_2"]
@@ -144,6 +157,8 @@ def test_a_family_is_one_function_of_several_producers(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, one.module, module)
     assert function_of(two)("quick") == ("quick", "two_runs")
     assert function_of(drawn[1])({}) == ({}, "fig_9_3")
+    marks = {mark["id"]: mark["needs"] for mark in module.beside.repro_marks}
+    assert marks == {p.id: p.needs for p in beside}
 
 
 def test_rigs_of_rendered_sets_are_inputs(tmp_path):

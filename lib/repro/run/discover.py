@@ -167,7 +167,8 @@ def marked_in(sources: Sources, path: Path) -> list[Producer]:
             for identifier in first:
                 own = details | {"family": True}
                 if isinstance(first, dict):
-                    own["artefact"] = first[identifier]
+                    told = "artefact" if kind == "experiments" else "needs"
+                    own[told] = first[identifier]
                 made.append(Producer(FAMILIES[kind], identifier, *place, own))
     return made
 

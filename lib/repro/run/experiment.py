@@ -127,7 +127,7 @@ def figure(
 
 
 def figures(
-    identifiers: Sequence[str],
+    identifiers: Sequence[str] | Mapping[str, Sequence[str]],
     *,
     needs: Sequence[str] = (),
     evidence: str,
@@ -136,15 +136,16 @@ def figures(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results, identifier) -> Drawing`` as a family of figures.
 
+    ``identifiers`` are their ids; or ids with what each ``needs``, where that differs.
     The rest is as for one `figure` and the same for all, with the printed numbers as a
     third argument where any are ``published``.
     """
 
     def mark(function: Producer) -> Producer:
-        for identifier in identifiers:
+        for identifier, own in _with_needs(identifiers, needs):
             one = figure(
                 identifier,
-                needs=needs,
+                needs=own,
                 evidence=evidence,
                 scene=scene,
                 published=published,
@@ -153,6 +154,15 @@ def figures(
         return function
 
     return mark
+
+
+def _with_needs(
+    identifiers: Sequence[str] | Mapping[str, Sequence[str]], needs: Sequence[str]
+) -> list[tuple[str, Sequence[str]]]:
+    """Ids of a family with what each needs: its own, or what all of them do."""
+    if isinstance(identifiers, Mapping):
+        return list(identifiers.items())
+    return [(identifier, needs) for identifier in identifiers]
 
 
 def table(

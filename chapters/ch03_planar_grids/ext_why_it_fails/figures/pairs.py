@@ -16,7 +16,7 @@ from chapters.ch03_planar_grids.ext_why_it_fails.results import (
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.cases import CASES
 from chapters.ch03_planar_grids.ext_why_it_fails.trials.windows import OVERVIEW, WINDOW
 from repro.page.style import figure as new_figure
-from repro.run.experiment import figure
+from repro.run.experiment import figures
 from repro.run.outcomes import Drawing
 
 
@@ -28,8 +28,79 @@ def example(stages, drawn):
     return as_usual.index(True) if any(as_usual) else 0
 
 
-def draw_case(result, case, label, caption):
+# Case -> label of the levels, and the caption.
+SHOWN = {
+    # The edge of the sheet too close to the outermost corners.
+    "clearance": (
+        "Squares from the outermost corners to the edge of the sheet (1)",
+        "Clearance. Top: the picture with the anchors of every contour; below: "
+        "the window in which the trace was lost, and the same place where it "
+        "was not. Bars: what became of the random variations, by how far the "
+        "sheet goes on beyond the outermost corners.",
+    ),
+    # The right contour within t4 of L4.
+    "first_corner": (
+        "Arc of the board (deg), clicked first: c2, in the last bar c1",
+        "First corner, first condition: the right contour must not be within "
+        "15° of the line from the fourth corner to the first. It is where the "
+        "fourth side is an arc of more than 150°.",
+    ),
+    # The wrong contour more than t4 from L4, and closer to L1.
+    "wrong_contour": (
+        "Bow of the columns (deg), clicked first: c1, in the last bar c2",
+        "First corner, second condition: the wrong contour must not be more "
+        "than 15° from L4 and closer to L1 than the right one. From a bow of "
+        "2° on it is.",
+    ),
+    # Eight ways to click one picture.
+    "direction": (
+        "First corner, and direction of the clicks",
+        "Direction of tracing: one half ring clicked from each corner, "
+        "clockwise (cw) and counterclockwise (ccw).",
+    ),
+    # Windows too small and too large.
+    "window": (
+        "Radius of the window over the published one (1)",
+        "Size of the window, on an arc of 130° with noise of 10 grey levels. "
+        "The thresholds stay as they are.",
+    ),
+    # Large squares on a strong bend.
+    "curvature": (
+        "Squares along the arc of 120°, and across it (1)",
+        "Curvature: one bend divided into fewer or more squares. The window "
+        "grows with the squares, the bend within it as well.",
+    ),
+    # Squares that grow along a contour.
+    "size_variation": (
+        "Largest over smallest square of a contour (1)",
+        "Variation of size: the window and t8 follow the mean square of a "
+        "side. Corners of the smallest squares are merged.",
+    ),
+    # Blur, and noise.
+    "blur_noise": (
+        "SD of the blur (px), SD of the noise (grey levels)",
+        "Blur and noise on the ordinary board with squares of about 55 px.",
+    ),
+}
+
+
+@figures(
+    {
+        "ext_why_clearance": ("ext_why_clearance",),
+        "ext_why_first_corner": ("ext_why_first_corner",),
+        "ext_why_wrong_contour": ("ext_why_wrong_contour",),
+        "ext_why_direction": ("ext_why_direction",),
+        "ext_why_window": ("ext_why_window",),
+        "ext_why_curvature": ("ext_why_curvature",),
+        "ext_why_size_variation": ("ext_why_size_variation",),
+        "ext_why_blur_noise": ("ext_why_blur_noise",),
+    },
+    evidence="rendered",
+)
+def draw_case(results, identifier):
     """Overview and window of the drawn levels, and bars of all levels."""
+    case, result = identifier.removeprefix("ext_why_"), results[identifier]
+    label, caption = SHOWN[case]
     drawn = CASES[case]["drawn"]
     stages = stages_of(result)
     trial = example(stages, drawn.values())
@@ -60,104 +131,3 @@ def kept_of(result, level, trial):
     return {
         part: result.arrays(f"{level}.{part}")[trial] for part in (*OVERVIEW, *WINDOW)
     }
-
-
-@figure("ext_why_clearance", needs=("ext_why_clearance",), evidence="rendered")
-def ext_why_clearance(results):
-    """The edge of the sheet too close to the outermost corners."""
-    return draw_case(
-        results["ext_why_clearance"],
-        "clearance",
-        "Squares from the outermost corners to the edge of the sheet (1)",
-        "Clearance. Top: the picture with the anchors of every contour; below: "
-        "the window in which the trace was lost, and the same place where it "
-        "was not. Bars: what became of the random variations, by how far the "
-        "sheet goes on beyond the outermost corners.",
-    )
-
-
-@figure("ext_why_first_corner", needs=("ext_why_first_corner",), evidence="rendered")
-def ext_why_first_corner(results):
-    """The right contour within t4 of L4."""
-    return draw_case(
-        results["ext_why_first_corner"],
-        "first_corner",
-        "Arc of the board (deg), clicked first: c2, in the last bar c1",
-        "First corner, first condition: the right contour must not be within "
-        "15° of the line from the fourth corner to the first. It is where the "
-        "fourth side is an arc of more than 150°.",
-    )
-
-
-@figure("ext_why_wrong_contour", needs=("ext_why_wrong_contour",), evidence="rendered")
-def ext_why_wrong_contour(results):
-    """The wrong contour more than t4 from L4, and closer to L1."""
-    return draw_case(
-        results["ext_why_wrong_contour"],
-        "wrong_contour",
-        "Bow of the columns (deg), clicked first: c1, in the last bar c2",
-        "First corner, second condition: the wrong contour must not be more "
-        "than 15° from L4 and closer to L1 than the right one. From a bow of "
-        "2° on it is.",
-    )
-
-
-@figure("ext_why_direction", needs=("ext_why_direction",), evidence="rendered")
-def ext_why_direction(results):
-    """Eight ways to click one picture."""
-    return draw_case(
-        results["ext_why_direction"],
-        "direction",
-        "First corner, and direction of the clicks",
-        "Direction of tracing: one half ring clicked from each corner, "
-        "clockwise (cw) and counterclockwise (ccw).",
-    )
-
-
-@figure("ext_why_window", needs=("ext_why_window",), evidence="rendered")
-def ext_why_window(results):
-    """Windows too small and too large."""
-    return draw_case(
-        results["ext_why_window"],
-        "window",
-        "Radius of the window over the published one (1)",
-        "Size of the window, on an arc of 130° with noise of 10 grey levels. "
-        "The thresholds stay as they are.",
-    )
-
-
-@figure("ext_why_curvature", needs=("ext_why_curvature",), evidence="rendered")
-def ext_why_curvature(results):
-    """Large squares on a strong bend."""
-    return draw_case(
-        results["ext_why_curvature"],
-        "curvature",
-        "Squares along the arc of 120°, and across it (1)",
-        "Curvature: one bend divided into fewer or more squares. The window "
-        "grows with the squares, the bend within it as well.",
-    )
-
-
-@figure(
-    "ext_why_size_variation", needs=("ext_why_size_variation",), evidence="rendered"
-)
-def ext_why_size_variation(results):
-    """Squares that grow along a contour."""
-    return draw_case(
-        results["ext_why_size_variation"],
-        "size_variation",
-        "Largest over smallest square of a contour (1)",
-        "Variation of size: the window and t8 follow the mean square of a "
-        "side. Corners of the smallest squares are merged.",
-    )
-
-
-@figure("ext_why_blur_noise", needs=("ext_why_blur_noise",), evidence="rendered")
-def ext_why_blur_noise(results):
-    """Blur, and noise."""
-    return draw_case(
-        results["ext_why_blur_noise"],
-        "blur_noise",
-        "SD of the blur (px), SD of the noise (grey levels)",
-        "Blur and noise on the ordinary board with squares of about 55 px.",
-    )
