@@ -148,9 +148,8 @@ def judge_split_peaks(results, options):
 def judge_start_condition(results):
     """Wrong exactly where the text's two conditions say so."""
     result = results["table_3_2_start"]
-    predicted, wrong = (
-        result.column(name) == 1 for name in ("predicted", "went_wrong")
-    )
+    predicted = result.column("predicted") == 1
+    wrong = result.column("went_wrong") == 1
     agree = predicted == wrong
     both_sides = 0 < predicted.sum() < len(predicted)
     as_said = HOLDS if agree.all() else FAILS
@@ -167,9 +166,8 @@ def judge_start_condition(results):
 
 def falling_trend(scores, counts, trials):
     """Cochran-Armitage: z of a linear trend of counts of trials over scores (n,)."""
-    scores, counts, trials = (
-        np.asarray(given, float) for given in (scores, counts, trials)
-    )
+    scores, counts = np.asarray(scores, float), np.asarray(counts, float)
+    trials = np.asarray(trials, float)
     rate = counts.sum() / trials.sum()
     middle = (trials * scores).sum() / trials.sum()
     spread = rate * (1 - rate) * (trials * (scores - middle) ** 2).sum()

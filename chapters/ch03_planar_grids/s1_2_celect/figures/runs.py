@@ -81,7 +81,8 @@ def draw_window(axes, run, index, band):
 def towards(axes, start, end, text, colour):
     """A dashed line from a corner towards another one, named at its middle."""
     axes.plot(*np.array([start, end]).T, "--", color=colour, linewidth=1.3)
-    reach, width = np.linalg.norm(end - start), abs(np.diff(axes.get_xlim())[0])
+    reach = np.linalg.norm(end - start)
+    width = abs(np.diff(axes.get_xlim())[0])
     spot = start + (end - start) / reach * min(reach, 0.36 * width)
     axes.text(
         *spot,
