@@ -21,6 +21,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.trials import (
     SQUARES_PX,
     START_SD_PX,
     basin_trial,
+    neighbour_distances,
     residuals,
     settled_residuals,
     study_image,

@@ -14,7 +14,7 @@ from chapters.ch04_central_generic.s3_3_correction.exercises import (
 from chapters.ch04_central_generic.s3_3_correction.results import name_values
 from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     corner_residuals,
-    on_plane,
+    cut_across,
 )
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import by_protocol
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import straightness
@@ -79,7 +79,7 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 # places on the board, and the rest is the residual, in mm.
 
 # %% tags=["active-ipynb", "hide-output"]
-# show_code(on_plane, corner_residuals)
+# show_code(cut_across, corner_residuals)
 
 # %% [markdown]
 # **Edges of a room.** The true picture of each straight edge of a virtual
