@@ -222,19 +222,15 @@ def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
     assert len(every) == 10
 
 
-def test_table_2_2_sets_the_printed_numbers_beside_medians():
+def test_table_2_2_names_the_printed_number_of_each_median():
     made = of_seeds(lambda name, condition: np.full(TRIALS, condition["zoom"]))
     results = made | {"table_2_2_rendered": made["table_2_2_redrawn"]}
-    published = {
-        f"t2_2_{method}_{statistic}_set{zoom}": 10 * zoom
-        for method in ("persp", "gen")
-        for statistic in ("rms", "sd")
-        for zoom in (1, 2, 3)
-    }
-    found = s5_2_tables.table_2_2(results, published).columns
-    assert len(found["Method"]) == 4
-    assert found["Set 2, thesis (px)"] == [20] * 4
-    assert [cell.value for cell in found["Set 2, here (px)"]] == [2.0] * 4
+    found = s5_2_tables.table_2_2(results)
+    assert len(found.columns["Method"]) == 4
+    assert [cell.value for cell in found.columns["Set 2 (px)"]] == [2.0] * 4
+    assert found.columns["Method"][2] == "central generic, as printed"
+    assert found.columns["Error type"][2] == "RMS"
+    assert found.printed["Set 2 (px)"][2] == "t2_2_gen_rms_set2"
 
 
 def test_the_range_of_rendered_seeds_is_not_called_an_interval():

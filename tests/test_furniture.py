@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from nbformat import v4
 
+from repro.judge.ledger import LedgerError
 from repro.page.furniture import Furnisher, in_words
 from repro.page.reader import mark
+from repro.page.templates import part
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -87,6 +89,29 @@ def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
     assert first["text/markdown"].endswith("</details>\n\nAfter.")
     assert first["text/html"] == markdown
     assert second["text/markdown"] == "plain"
+
+
+def test_a_number_of_the_thesis_stands_beside_its_cell(furnisher):
+    name = "t4_3_omni_cgsp_mean_pre"
+    place = part("printed_mark", name)
+    shown = {
+        "text/markdown": f"| 0.03 {place} |\n\n{mark('fig_2_6')}",
+        "text/html": f"<td>0.03{place}</td>",
+    }
+    outputs = [v4.new_output("display_data", shown)]
+    notebook = v4.new_notebook(
+        cells=[v4.new_code_cell("show_table()", outputs=outputs)]
+    )
+    furnisher.fill(notebook)
+    found = notebook.cells[0].outputs[0].data
+    line = found["text/markdown"].splitlines()[0]
+    assert f'thesis&nbsp;<a href="../scoreboard.html#{name}">0\\.19</a>' in line
+    assert "thesis&nbsp;0.19</small></td>" in found["text/html"]
+    # Bars would end the cell of a table in Markdown.
+    assert furnisher._printed(["", "t3_1_s1"]).count("|") == 2
+    assert furnisher._printed(["", "t3_1_s1"]).count("\\|") == 2
+    with pytest.raises(LedgerError, match="no number of numbers"):
+        furnisher._printed(["", "t4_3_none"])
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from myst_parser.config.main import MdParserConfig
 from myst_parser.parsers.mdit import create_md_parser
 
 from repro.page import reader, wording
+from repro.run.outcomes import Table
 from tests.small_checkouts import ODD, small_checkout
 
 EXTENSIONS = {"amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"}
@@ -60,6 +61,30 @@ def test_a_table_is_a_table_with_and_without_rows(built, monkeypatch, name, cell
     assert tokens.count("table_open") == 1
     assert tokens.count("th_open") == 2
     assert tokens.count("td_open") == cells
+
+
+def test_a_cell_leaves_a_place_for_the_number_of_the_thesis(built, monkeypatch):
+    monkeypatch.delenv("RAXEL_SET", raising=False)
+    stem = built / "figures" / "quick" / "table_4_3"
+    stem.with_suffix(".csv").write_text("Method,<mm>\n<std>,0.5\nCGSP,0.25\n")
+    about = {"caption": "Errors.", "results": {}, "evidence": "rendered"}
+    about["printed"] = {"<mm>": [None, "t4_3_x"]}
+    stem.with_suffix(".json").write_text(json.dumps(about))
+    table = reader.show_table("table_4_3")
+    place = '<span data-raxel-printed="t4_3_x"></span>'
+    assert f"| CGSP | 0.2500{place} |" in table.markdown
+    assert "| --- | ---: |" in table.markdown
+    assert f"<td>0.2500{place}</td>" in table.html
+    assert "<td>&lt;std&gt;</td>" in table.html
+    assert (table.markdown + table.html).count("t4_3_x") == 2
+
+
+def test_a_table_names_one_number_for_each_row_of_a_column():
+    columns = {"Method": ["std", "CGSP"], "Mean": [1.0, 2.0]}
+    assert Table(columns, "", printed={"Mean": ["a", None]}).printed
+    for wrong in ({"Mean": ["a"]}, {"SD": ["a", "b"]}):
+        with pytest.raises(ValueError, match="give one for each row"):
+            Table(columns, "", printed=wrong)
 
 
 def _parsed(text: str):

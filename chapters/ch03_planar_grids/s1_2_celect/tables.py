@@ -50,6 +50,7 @@ def table_3_1(results):
             bool(np.allclose(expected, run.s[:4])),
             "the run's radii are those of the formula",
         ),
+        printed={"value": [f"t3_1_s{i}" for i in range(1, 5)]},
     )
 
 
@@ -76,6 +77,12 @@ def table_3_2(results):
         columns(names, rows),
         "Thresholds of CELECT. All but $t_4$ are shares of the window radius "
         "$s_i$; side 1 is that of the run of Fig. 3.1.",
+        printed={
+            "Share of $s_i$": [
+                None if name == "t4" else f"t3_2_{name}" for name in THRESHOLDS
+            ],
+            "Side 1": [f"t3_2_{name}" if name == "t4" else None for name in THRESHOLDS],
+        },
     )
 
 

@@ -34,6 +34,24 @@ ROWS = {
     BOTH: "CELECT, both (ext.)",
     CLICKLESS: "without clicks (ext.)",
 }
+# What the ledger's ids call sets, methods, and the columns that the thesis has.
+PRINTED_SETS = {
+    "spherical": "sph",
+    "hyperboloidal": "hyp",
+    "fisheye": "fish",
+    "flexible-mirror": "flex",
+}
+PRINTED_METHODS = {OPENCV: "opencv", CELECT: "celect"}
+PRINTED_COLUMNS = {
+    "Right": "count",
+    "Mean before (px)": "pre_mean",
+    "Max before (px)": "pre_max",
+    "SD before (px)": "pre_sd",
+    "Mean after (px)": "post_mean",
+    "Max after (px)": "post_max",
+    "SD after (px)": "post_sd",
+}
+PRINTED_CONFIGURATION = ("Width (px)", "Height (px)", "Columns", "Pitch (mm)", "Images")
 HEADS = (
     "Method",
     "Right",
@@ -53,7 +71,7 @@ HEADS = (
 @table("table_3_3", needs=GRIDS, evidence="rendered")
 def table_3_3(results):
     """The four sets as they were rendered, a row for each grid."""
-    rows, stated = [], []
+    rows, printed, stated = [], [], []
     for set_name, experiment in EXPERIMENTS.items():
         ran = results[experiment].settings
         stated += corners_as_stated(results[experiment])
@@ -64,6 +82,7 @@ def table_3_3(results):
                 ran["grids"], ran["pitch_mm"], ran["images"], strict=True
             )
         ]
+        printed += configuration(PRINTED_SETS[set_name], ran["grids"])
     heads = (
         "Image set",
         "Camera",
@@ -83,7 +102,22 @@ def table_3_3(results):
             f"{sum(stated)} of {len(stated)} pictures show as many corners as the "
             "columns and rows of their grid have",
         ),
+        printed=columns(PRINTED_CONFIGURATION, printed),
     )
+
+
+def configuration(short, grids):
+    """Ids of what the thesis states of a set, a row for each grid."""
+    named = [(f"_grid_{wide}x{high}", f"_{wide}x{high}") for wide, high in grids]
+    alone = len(grids) == 1
+    return [
+        (
+            *(f"t3_3_{short}{of}" for of in ("_w", "_h", grid)),
+            f"t3_3_{short}_pitch{'' if alone else size}",
+            "t3_3_images" if alone else None,
+        )
+        for grid, size in named
+    ]
 
 
 def corners_as_stated(result):
@@ -112,8 +146,8 @@ def statistics(grids):
     return [mean_of(grids), float(every.max()), float(every.std(ddof=1))]
 
 
-def error_table(result):
-    """Counts and errors of every method in one set."""
+def error_table(result, number):
+    """Counts and errors of every method in one set, as in Table 3.``number``."""
     rows = []
     for method, name in ROWS.items():
         found = right(result, method)
@@ -136,28 +170,37 @@ def error_table(result):
         f"half window of {half[WINDOW]} px, and of {half[FULL]} px where the "
         "9 x 9 window is read as full. A mean has its 95 % interval over "
         "grids.",
+        printed={
+            head: [
+                f"t3_{number}_{PRINTED_METHODS[method]}_{what}"
+                if method in PRINTED_METHODS
+                else None
+                for method in ROWS
+            ]
+            for head, what in PRINTED_COLUMNS.items()
+        },
     )
 
 
 @table("table_3_4", needs=("table_3_4_grids",), evidence="rendered")
 def table_3_4(results):
     """The Spherical set."""
-    return error_table(results["table_3_4_grids"])
+    return error_table(results["table_3_4_grids"], 4)
 
 
 @table("table_3_5", needs=("table_3_5_grids",), evidence="rendered")
 def table_3_5(results):
     """The Hyperboloidal set."""
-    return error_table(results["table_3_5_grids"])
+    return error_table(results["table_3_5_grids"], 5)
 
 
 @table("table_3_6", needs=("table_3_6_grids",), evidence="rendered")
 def table_3_6(results):
     """The Fisheye set."""
-    return error_table(results["table_3_6_grids"])
+    return error_table(results["table_3_6_grids"], 6)
 
 
 @table("table_3_7", needs=("table_3_7_grids",), evidence="rendered")
 def table_3_7(results):
     """The Flexible Mirror set."""
-    return error_table(results["table_3_7_grids"])
+    return error_table(results["table_3_7_grids"], 7)

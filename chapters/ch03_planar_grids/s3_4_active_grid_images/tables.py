@@ -12,6 +12,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
+# What the ledger's ids call the methods.
+PRINTED = ("derivative", "opencv", "saddle", "active")
 OTHERS = (
     ("as in Table 3.8", {}),
     ("half window", {"opencv_window": "half window"}),
@@ -44,6 +46,11 @@ def table_3_8(results):
         "medians, and "
         f"ranges over {len(case.trials.conditions)} seeds. Pictures undistorted with "
         "Zhang's calibration.",
+        printed={
+            "Mean (px)": [f"t3_8_{name}_mean" for name in PRINTED],
+            "SD (px)": [f"t3_8_{name}_sd" for name in PRINTED],
+            "Best window (px)": [*(f"t3_8_{name}_win" for name in PRINTED[:3]), None],
+        },
     )
 
 

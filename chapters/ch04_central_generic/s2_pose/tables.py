@@ -43,12 +43,20 @@ def table_4_1(results):
         (unit, *(float(np.median(table_trials(result, e, measure))) for e in PRINTED))
         for unit, measure in zip(units, TABLE_MEASURES, strict=True)
     ]
+    estimators = ("Standard + RANSAC", "CGSP", "CGSP + RANSAC")
+    printed = {
+        head: [f"t4_1_{short}_rot", f"t4_1_{short}_trans"]
+        for head, short in zip(
+            estimators, ("std_ransac", "cgsp", "cgsp_ransac"), strict=True
+        )
+    }
     return Table(
-        columns(("Error", "Standard + RANSAC", "CGSP", "CGSP + RANSAC"), rows),
+        columns(("Error", *estimators), rows),
         "Error of the pose of an active grid relative to another, decoded "
         f"from rendered pictures, with {PUT_IN} of outliers put in: medians "
         f"over {len(result.conditions)} seeds, against a laser scan. The "
         "standard method is refined on its inliers.",
+        printed=printed,
     )
 
 

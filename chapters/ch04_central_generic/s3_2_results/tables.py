@@ -50,12 +50,20 @@ def table_4_2(results):
         )
         for camera, name in product(CAMERAS.values(), PARAMETERS)
     ]
+    printed = {
+        LINEAR_NAMES[which]: [
+            f"t4_2_{short}_{name}_{method}"
+            for short, name in product(CAMERAS, PARAMETERS)
+        ]
+        for method, which in PRINTED_METHODS.items()
+    }
     return Table(
         columns(("Camera", "Parameter", *LINEAR_NAMES.values(), "true"), rows),
         "Centre of the camera in the frame of the base grid, and how far grids 2 "
         "and 3 are turned and moved against it, of the first rendered set of each "
         "camera. *True* is the point nearest to all rays: neither camera has one "
         "point through which they all pass.",
+        printed=printed,
     )
 
 
@@ -80,6 +88,17 @@ def table_4_3(results):
         )
         for camera, method in product(CAMERAS.values(), LINEAR_NAMES)
     ]
+    known = {which: method for method, which in PRINTED_METHODS.items()}
+    printed = {
+        heads[f"{key}_{statistic}_mm"]: [
+            f"t4_3_{short}_{known[which]}_{statistic}_{stage}"
+            if which in known
+            else None
+            for short, which in product(CAMERAS, LINEAR_NAMES)
+        ]
+        for stage, key in PRINTED_STAGES.items()
+        for statistic in ("mean", "sd")
+    }
     return Table(
         columns(("Camera", "Method", *heads.values()), rows),
         "Distances of the points on the three grids from their rays: mean and "
@@ -87,6 +106,7 @@ def table_4_3(results):
         "after the thesis's bundle adjustment (BA), which keeps the centre. *Centre "
         "off*: from the point nearest to the true rays, before adjustment. Medians "
         "over rendered and redrawn seeds with 95 % intervals.",
+        printed=printed,
     )
 
 

@@ -47,6 +47,7 @@ def draw(
             "scene": bool(found.details.get("scene")),
             "texts": list(getattr(made, "texts", ())),
             "measured": measured(made.columns) if isinstance(made, Table) else [],
+            "printed": dict(getattr(made, "printed", {})),
             "source": [found.path, found.function],
         },
     )

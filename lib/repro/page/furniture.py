@@ -2,7 +2,8 @@
 
 A page's cell leaves a mark (`repro.page.reader.show`), and the book-keeping puts the
 block in its place when the page has run: the thesis's section and the original's axes
-come from `data/published`, which no chapter reads.
+come from `data/published`, which no chapter reads. So do the printed numbers that stand
+beside the cells of a table.
 """
 
 from __future__ import annotations
@@ -18,14 +19,16 @@ from markupsafe import Markup, escape
 from nbformat import NotebookNode
 
 from repro.judge import ledger
+from repro.page.cells import NOTHING
 from repro.page.reader import mark
-from repro.page.templates import render
-from repro.page.wording import label
+from repro.page.templates import part, render
+from repro.page.wording import label, literal
 from repro.run.discover import Producer, producers, result_ids
 from repro.run.run_times import duration, results_behind, seconds_of
 from repro.run.sets_of_report import name_of
 
 MARK = re.compile(re.escape(mark("NAME")).replace("NAME", '([^"]+)'))
+PRINTED = re.compile(part("printed_mark", "NAME").replace("NAME", '([^"]+)'))
 WORDS = {"px": "px", "deg": "degrees", "mm": "mm", "fov": "field of view"}
 
 
@@ -73,13 +76,30 @@ class Furnisher:
         return ledger.read_yaml(contents)["sections"]
 
     def fill(self, notebook: NotebookNode) -> None:
-        """Put the blocks into the Markdown that the cells have shown."""
+        """Put blocks and printed numbers into what the cells have shown."""
         for cell in notebook.cells:
             for output in cell.get("outputs", ()):
                 data = output.get("data", {})
                 text = data.get("text/markdown", "")
                 if MARK.search(text):
-                    data["text/markdown"] = MARK.sub(lambda m: self.block(m[1]), text)
+                    text = MARK.sub(lambda m: self.block(m[1]), text)
+                    data["text/markdown"] = PRINTED.sub(self._printed, text)
+                if PRINTED.search(data.get("text/html", "")):
+                    found = PRINTED.sub(self._printed_alone, data["text/html"])
+                    data["text/html"] = found
+
+    def _printed(self, found: re.Match) -> str:
+        """A number of the thesis, in a cell of a table in Markdown."""
+        said = Markup(literal(self._said(found[1])))
+        return part("printed", said, f"{self.up}scoreboard.html#{found[1]}")
+
+    def _printed_alone(self, found: re.Match) -> str:
+        """The same in HTML that may stand anywhere: it leads nowhere."""
+        return part("printed", self._said(found[1]), "")
+
+    def _said(self, identifier: str) -> str:
+        value = self.book.printed([identifier])[identifier]
+        return NOTHING if value is None else str(value)
 
     def block(self, name: str) -> str:
         """The folded block of one artefact, HTML without an empty line."""

@@ -20,6 +20,8 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+from markupsafe import escape
+
 from repro.page.cells import as_read, is_numeric
 from repro.page.templates import part, render
 from repro.page.wording import label, literal, plain, rounded, unescaped
@@ -157,6 +159,8 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     """A regenerated table, numbers to ``digits`` digits; the CSV has all of them.
 
     Columns that the table calls texts are shown as they stand, the others as Markdown.
+    Beside a cell for which the table names a number of the thesis, its place is left:
+    the book-keeping puts it there (`repro.page.furniture`).
     """
     name = _identified(artefact, base())
     about = _described(name)
@@ -178,6 +182,7 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         for row in cells
     ]
     numeric = [is_numeric(column) for column in columns.values()]
+    written = _with_places(head, written, about)
     titled = _titled(artefact, about["caption"])
     markdown = "\n".join(
         [
@@ -199,9 +204,30 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         label=label(artefact),
         caption=unescaped(" ".join(about["caption"].split())),
         head=head,
-        rows=cells,
+        rows=_with_places(
+            head, [[str(escape(c)) for c in row] for row in cells], about
+        ),
     )
     return Shown(markdown, page)
+
+
+def _with_places(
+    head: list[str], rows: list[list[str]], about: dict
+) -> list[list[str]]:
+    """Rows of a table, with a place behind each cell for which the thesis has a number.
+
+    What stands in the cells is Markdown or HTML by now.
+    """
+    printed = about.get("printed", {})
+    none = [None] * len(rows)
+    ids = zip(*(printed.get(name, none) for name in head), strict=True)
+    return [
+        [
+            cell + part("printed_mark", own) if own else cell
+            for cell, own in zip(row, of_row, strict=True)
+        ]
+        for row, of_row in zip(rows, ids, strict=True)
+    ]
 
 
 def show_code(*functions: Callable) -> Shown:

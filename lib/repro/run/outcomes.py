@@ -165,10 +165,21 @@ class Table:
 
     A cell is a number, a `Measured`, words, or None where there is nothing to say.
     Captions and cells are Markdown, but for the columns in ``texts``: what anybody may
-    have written stands in these, such as names of photographs.
+    have written stands in these, such as names of photographs. ``printed`` names the
+    numbers of the thesis's own table, so that the page sets each beside its cell:
+    column -> ids of the ledger, one for each row, None where the thesis has none.
     """
 
     columns: Mapping[str, Sequence]
     caption: str
     check: Check | None = None
     texts: Sequence[str] = ()
+    printed: Mapping[str, Sequence[str | None]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, identifiers in self.printed.items():
+            if len(identifiers) != len(self.columns.get(name, ())):
+                raise ValueError(
+                    f"printed: {name!r}: {len(identifiers)} ids; give one for each row "
+                    f"of a column, which are {', '.join(map(repr, self.columns))}"
+                )
