@@ -1,5 +1,6 @@
 """From page file to notebook: cells read, executed, and values put in the prose."""
 
+import ast
 import os
 from functools import partial
 from pathlib import Path
@@ -142,11 +143,32 @@ def test_code_that_only_prepares_is_folded_and_code_that_teaches_is_open(page):
     display = '# %% tags=["active-ipynb"]\n# SCENE = 3\n'
     found = read_page(page(f"{text}\n\n{hidden}{display}")).cells
     tags = [cell.metadata.get("tags", []) for cell in found]
-    assert tags[1:6] == [["hide-input"]] * 3 + [[]] * 2
-    assert tags[6:] == [["remove-cell"], ["active-ipynb"]]
-    shown = [cell.metadata.mystnb.code_prompt_show for cell in found[1:4]]
+    assert tags[1:3] == [["hide-input", "imports"], ["hide-input"]]
+    assert tags[3:7] == [[], ["hide-input"], [], []]
+    assert tags[7:] == [["remove-cell", "imports"], ["active-ipynb"]]
+    # The trial stands open, what registers it is folded.
+    assert found[3].source == "def trial(c, rng):\n    return {}"
+    assert found[4].source.startswith("@experiment('x', artefact='y')\ndef sweep")
+    shown = [found[place].metadata.mystnb.code_prompt_show for place in (1, 2, 4)]
     assert shown == [
         "Show the imports of this page",
         "Show the settings of the experiments",
-        "Show the code of the trials and experiments",
+        "Show the registration of the experiments",
     ]
+
+
+def test_a_cell_comes_in_parts_that_run_as_the_whole_does(page):
+    body = (
+        "import os\n\nA, B = 1, 2\n\n\n"
+        "# Why so.\ndef trial(c, rng):\n    return A\n\n\n"
+        "def plan(effort):\n    return Plan(trial, [], 1)\n\n\n"
+        "# All of it.\n@experiment('x', artefact='y')\ndef sweep(effort):\n    pass"
+    )
+    cells = read_page(page(f"# %%\n{body}\n")).cells
+    assert [cell.source.split("\n")[0] for cell in cells] == [
+        "import os", "# Why so.", "def plan(effort):",
+    ]  # fmt: skip
+    assert ["tags" in cell.metadata for cell in cells] == [True, False, True]
+    together = "\n".join(cell.source for cell in cells)
+    assert ast.dump(ast.parse(together)) == ast.dump(ast.parse(body))
+    assert [cell.id for cell in cells] == ["cell-001", "cell-002", "cell-003"]

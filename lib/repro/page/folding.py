@@ -1,30 +1,62 @@
 """Which code of a page is folded: a page opens with its question and its figure.
 
-Imports, settings, and cells in which something is registered for the workflow stand on
-the page under a line to click on. Code that teaches stays open.
+Imports, settings, and what registers something for the workflow stand on the page under
+a line to click on. Code that teaches stays open, a trial beside its experiment too.
 """
 
 from __future__ import annotations
 
 import ast
+from itertools import groupby
 
 from nbformat import NotebookNode
+from nbformat.v4 import new_code_cell
 
 from repro.run.discover import MARKS
 
 FOLDED = ("hide-cell", "hide-input", "remove-cell", "remove-input")
+IMPORTS_TAG = "imports"
 IMPORTS, SETTINGS = "imports of this page", "settings of the experiments"
-REGISTRATION = "code of the trials and experiments"
+REGISTRATION = "registration of the experiments"
 
 
-def fold(cell: NotebookNode) -> None:
-    """Fold a code cell of a page's file if it only prepares, and label the fold."""
+def folded(cell: NotebookNode) -> list[NotebookNode]:
+    """A code cell of a page's file, what only prepares in it folded.
+
+    A cell that registers something comes in parts, so that its other code stays open.
+    """
+    hidden = set(cell.metadata.get("tags", [])) & set(FOLDED)
+    if kind_of(cell.source) == REGISTRATION and not hidden:
+        parts = [new_code_cell(source) for source in _parts(cell.source)]
+    else:
+        parts = [cell]
+    for part in parts:
+        _fold(part)
+    return parts
+
+
+def _parts(source: str) -> list[str]:
+    """The source in pieces that only prepare and pieces that do not, in turn."""
+    lines = source.splitlines()
+    pieces, begin = [], 0
+    for _, run in groupby(ast.parse(source).body, _prepares):
+        # What stands above a statement, comments and decorators, goes with it.
+        end = max(statement.end_lineno for statement in run)
+        pieces.append("\n".join(lines[begin:end]).strip("\n"))
+        begin = end
+    return pieces
+
+
+def _fold(cell: NotebookNode) -> None:
+    """Fold a cell that only prepares, and label the fold."""
     what = kind_of(cell.source)
     if not what:
         return
     tags = cell.metadata.setdefault("tags", [])
     if not set(tags) & set(FOLDED):
         tags.append("hide-input")
+    if what == IMPORTS:
+        tags.append(IMPORTS_TAG)
     cell.metadata["mystnb"] = NotebookNode(
         code_prompt_show=f"Show the {what}", code_prompt_hide=f"Hide the {what}"
     )
@@ -38,9 +70,14 @@ def kind_of(source: str) -> str:
         return ""
     if any(_registers(statement) for statement in body):
         return REGISTRATION
-    if not all(_imports(statement) or _is_setting(statement) for statement in body):
+    if not all(map(_prepares, body)):
         return ""
     return IMPORTS if any(map(_imports, body)) else SETTINGS
+
+
+def _prepares(statement: ast.stmt) -> bool:
+    """Whether a statement says nothing to a reader who does not run the page."""
+    return any(of(statement) for of in (_imports, _registers, _is_setting))
 
 
 def _imports(statement: ast.stmt) -> bool:
@@ -56,10 +93,13 @@ def _registers(statement: ast.stmt) -> bool:
 
 
 def _is_setting(statement: ast.stmt) -> bool:
-    """Whether a statement names a constant, or is the function `settings`."""
+    """Whether a statement names constants, or is a function of settings or plans."""
     if isinstance(statement, ast.FunctionDef):
-        return statement.name == "settings"
+        called = (part for part in ast.walk(statement) if isinstance(part, ast.Call))
+        plans = any(getattr(call.func, "id", "") == "Plan" for call in called)
+        return plans or statement.name == "settings"
     return isinstance(statement, ast.Assign) and all(
         isinstance(target, ast.Name) and target.id.isupper()
-        for target in statement.targets
+        for named in statement.targets
+        for target in getattr(named, "elts", [named])
     )

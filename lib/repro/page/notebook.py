@@ -20,7 +20,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 from nbformat.v4 import new_output
 
-from repro.page.folding import fold
+from repro.page.folding import folded
 
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)(?::([^`]*))?`")
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
@@ -51,13 +51,20 @@ def read_page(path: Path) -> NotebookNode:
         raise PageError(f"{path}: no cells; a page is in percent format (# %%)")
     notebook.nbformat, notebook.nbformat_minor = 4, 5
     notebook.metadata = NotebookNode(_metadata())
+    notebook.cells = [part for cell in notebook.cells for part in _prepared(cell)]
     for number, cell in enumerate(notebook.cells, 1):
         cell.id = f"cell-{number:03d}"
-        if cell.cell_type == "code" and cell.source.startswith(SHOWS):
-            cell.metadata.setdefault("tags", []).append("remove-input")
-        elif cell.cell_type == "code" and "active-ipynb" not in _tags(cell):
-            fold(cell)
     return notebook
+
+
+def _prepared(cell: NotebookNode) -> list[NotebookNode]:
+    """A cell as it stands on the page: calls that show left out, code folded."""
+    if cell.cell_type != "code":
+        return [cell]
+    if cell.source.startswith(SHOWS):
+        cell.metadata.setdefault("tags", []).append("remove-input")
+        return [cell]
+    return [cell] if "active-ipynb" in _tags(cell) else folded(cell)
 
 
 def _tags(cell: NotebookNode) -> list[str]:
