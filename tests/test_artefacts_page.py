@@ -114,10 +114,16 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     assert found[1].cells == [["1.235", "long long long long l…", "3"]]
     small = artefacts.pictures(checkout / "figures" / "full", found, checkout / "small")
     assert list(small) == ["thumbnails/fig_2_6.webp"]
-    chapter = ("Chapter 2", [Document(PAGE, "A page", "")])
-    shown = artefacts.page(found, [("Chapter 1", []), chapter])
-    assert "All 2 of this build" in shown
+    chapter = ("Chapter 2", [Document(PAGE, "A page", "", "A page")])
+    thesis = {name: {"chapter": int(name[4])} for name in ("fig_2_6", "fig_5_1")}
+    shown = artefacts.page(found, [("Chapter 1", []), chapter], thesis)
     assert "Chapter 1" not in shown
+    assert '<a href="#fig_2_6" aria-label="Fig. 2.6">2.6</a>' in shown
+    assert "not built: Fig. 5.1<" in shown
+    own, fold, more = shown.partition('<details class="rx-more"><summary>1 extension<')
+    assert fold
+    assert 'id="fig_2_6"' in own
+    assert 'id="ext_sizes"' in more.partition("</details>")[0]
     card = shown[shown.index("<article") : shown.index("</article>")]
     for part in (
         f'href="{PAGE}.html#fig_2_6"',

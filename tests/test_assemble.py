@@ -42,14 +42,14 @@ def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
         package = tmp_path / "chapters" / book.parent.name / "__init__.py"
         write_atomic(package, f'"""About {book.parent.name}."""\n')
         books.append(book)
-    chapters = assemble.chapters_of(tmp_path, books)
+    chapters = assemble.chapters_of(tmp_path, books, {})
     assert [c.number for c in chapters] == ["2", "10", "A", "", ""]
     assert [c.guides for c in chapters] == [False, False, False, True, False]
     assert [p.title for p in chapters[4].pages] == ["photographs/b9", "photographs/b10"]
     assert chapters[0].title == "About ch02_x"
     write_atomic(tmp_path / "chapters" / "ch02_x" / "__init__.py", "")
     with pytest.raises(PageError, match=r"ch02_x/__init__\.py: no docstring"):
-        assemble.chapters_of(tmp_path, books)
+        assemble.chapters_of(tmp_path, books, {})
 
 
 def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
@@ -58,6 +58,8 @@ def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
         "s4_all": "2.4 All of it",
         "ext_why": "Why it fails",
         "s10": "2.10 Late",
+        "s10_before": "2.10 Before: it",
+        "ext_s10": "2.10 More",
         "ext_next": "6.3 Next",
     }
     books = []
@@ -67,11 +69,15 @@ def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
         write_json(books[-1], {"cells": [cell]})
         write_atomic(tmp_path / f"chapters/ch02_x/{name}/page.py", "")
     write_atomic(tmp_path / "chapters/ch02_x/__init__.py", '"""Chapter 2: x."""\n')
-    (chapter,) = assemble.chapters_of(tmp_path, books)
+    held = {"ch02_x/s10": ["fig_2_10"], "ch02_x/s10_before": ["fig_2_9"]}
+    (chapter,) = assemble.chapters_of(tmp_path, books, held)
+    assert chapter.pages[2].entry == "2.10 Before: Fig. 2.9"
     assert [page.name.removeprefix("ch02_x/") for page in chapter.pages] == [
         "s4_all",
         "s4_1_steps",
+        "s10_before",
         "s10",
+        "ext_s10",
         "ext_next",
         "ext_why",
     ]

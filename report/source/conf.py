@@ -17,7 +17,7 @@ project_copyright = "the Raxel authors"
 language = "en"
 
 extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex"]
-extensions += ["repro.site.codes", "repro.site.each_page"]
+extensions += ["repro.site.codes", "repro.site.reading", "repro.site.each_page"]
 exclude_patterns = ["_extra", "_templates", "_static"]
 templates_path = ["_templates"]
 nitpicky = True
@@ -52,6 +52,8 @@ mathjax3_config = {"options": {"enableMenu": False}}
 
 # Quotation marks become round, but -- is part of an option's name, never a dash.
 smartquotes_action = "qe"
+
+html_search_scorer = str(HERE / "search.js")
 
 html_theme = "furo"
 html_title = "Raxel"

@@ -13,7 +13,7 @@ NEAR_ONE = 1e-12  # below this, rounding errors of the computation
 PLAIN_BELOW = 1e6
 ESCAPED = r"\\([!-/:-@\[-`{-~])"  # in Markdown, any mark of punctuation can be
 ASIDE = 0xE000  # a range that no text uses
-NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm"}
+NAMES = {"fig": "Fig.", "table": "Table", "alg": "Algorithm", "app": "Appendix"}
 
 
 def rounded(
@@ -67,7 +67,8 @@ def label(artefact: str) -> str:
     kind, _, number = artefact.partition("_")
     if kind not in NAMES or not re.fullmatch(r"[0-9a-z]+(_[0-9]+)*", number):
         return ""
-    return f"{NAMES[kind]} {number.replace('_', '.')}"
+    said = number.upper() if kind == "app" else number.replace("_", ".")
+    return f"{NAMES[kind]} {said}"
 
 
 def literal(text: str) -> str:

@@ -9,18 +9,19 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import islice
+from itertools import groupby, islice
 from pathlib import Path
 
 from jinja2 import Environment
 
-from repro.judge.scoreboard import natural
+from repro.judge.scoreboard import chapter_order, natural
 from repro.page.furniture import Behind, Furnisher
 from repro.page.rows import row_templates
 from repro.page.wording import label, number_in, plain, rounded
+from repro.site.numbered import listed
 from repro.site.thumbnails import thumbnails
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -89,19 +90,53 @@ def pictures(base: Path, found: Sequence[Artefact], folder: Path) -> dict[str, P
     return {a.picture: small[a.name] for a in found if a.picture}
 
 
-def page(found: Sequence[Artefact], chapters: Sequence[tuple[str, Sequence]]) -> str:
-    """The page, MyST with HTML; ``chapters`` are titles with the pages of each."""
-    by_page: dict[str, list[Artefact]] = {}
+def page(
+    found: Sequence[Artefact],
+    chapters: Sequence[tuple[str, Sequence]],
+    thesis: Mapping[str, dict],
+) -> str:
+    """The page, MyST with HTML; ``chapters`` are titles with the pages of each.
+
+    ``thesis`` are the artefacts of the ledger: those of a page come first, and its
+    extensions are folded below them.
+    """
+    by_page: dict[str, tuple[list[Artefact], list[Artefact]]] = {}
     for artefact in found:
-        by_page.setdefault(artefact.page, []).append(artefact)
+        extends = artefact.name not in thesis
+        by_page.setdefault(artefact.page, ([], []))[extends].append(artefact)
     parts = [
-        (title, [(page, by_page[page.name]) for page in own if page.name in by_page])
+        (title, [(page, *by_page[page.name]) for page in own if page.name in by_page])
         for title, own in chapters
     ]
     template = _templates().get_template("artefacts.md.jinja")
-    return (
-        template.render(all=found, chapters=[part for part in parts if part[1]]) + "\n"
+    shown = template.render(
+        chapters=[part for part in parts if part[1]],
+        own=sum(len(own) for own, _ in by_page.values()),
+        more=sum(len(more) for _, more in by_page.values()),
+        index=_index(thesis, {artefact.name for artefact in found}),
     )
+    return shown + "\n"
+
+
+def _index(thesis: Mapping[str, dict], built: Container[str]) -> list[dict]:
+    """By chapter of the thesis: kind -> ids that are built, and the others in words."""
+    chapters: dict[str, list[str]] = {}
+    for identifier, entry in thesis.items():
+        chapters.setdefault(str(entry["chapter"]), []).append(identifier)
+    return [
+        {
+            "chapter": number,
+            "kinds": {
+                kind: list(of_kind)
+                for kind, of_kind in groupby(
+                    sorted((i for i in own if i in built), key=natural),
+                    key=lambda i: label(i).rpartition(" ")[0],
+                )
+            },
+            "missing": listed(sorted((i for i in own if i not in built), key=natural)),
+        }
+        for number, own in sorted(chapters.items(), key=lambda c: chapter_order(c[0]))
+    ]
 
 
 @cache

@@ -32,7 +32,14 @@ from repro.page.wording import literal, plain
 from repro.run.discover import PAGE_FILE, producers
 from repro.run.kept import Kept
 from repro.run.rendered import TIMES as SET_TIMES
-from repro.site import api_reference, artefacts, first_cell, notebooks, source_pages
+from repro.site import (
+    api_reference,
+    artefacts,
+    first_cell,
+    notebooks,
+    numbered,
+    source_pages,
+)
 from repro.site.api_reference import api_pages
 from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.mirror import Content, files_below, made, mirror
@@ -57,11 +64,16 @@ SHOWN = (".svg", ".png", ".csv", ".html")
 
 @dataclass(frozen=True)
 class Document:
-    """A page of a chapter: its name in the site and its title."""
+    """A page of a chapter: its name in the site, its title, what it has of the thesis.
+
+    ``entry`` is what navigation calls it, ``held`` the ids of its numbered artefacts.
+    """
 
     name: str
     title: str
     summary: str
+    entry: str
+    held: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,7 +112,9 @@ def assemble(
     pages : executed notebooks, `.../<chapter>/<page>.ipynb`.
     scoreboard, rows : the scoreboard as a page and as JSON.
     """
-    chapters = chapters_of(root, pages)
+    furnisher = Furnisher(root, effort, "")
+    held = numbered.by_page(furnisher.made, furnisher.book.artefacts)
+    chapters = chapters_of(root, pages, held)
     board = json.loads(rows.read_text("utf-8"))
     own = files_below(root / "report" / "source")
     wanted: dict[str, Content] = {
@@ -110,11 +124,10 @@ def assemble(
         wanted[f"{path.parent.name}/{path.name}"] = path
     wanted["scoreboard.md"] = scoreboard
     wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
-    furnisher = Furnisher(root, effort, "")
     names = [page.name for page in _documents(chapters)]
     found = artefacts.artefacts(furnisher, names, board)
     wanted["artefacts.md"] = artefacts.page(
-        found, [(c.title, c.pages) for c in chapters]
+        found, [(c.title, c.pages) for c in chapters], furnisher.book.artefacts
     )
     small = artefacts.pictures(furnisher.base, found, out.parent / "thumbnails")
     wanted |= {f"_extra/{name}": path for name, path in small.items()}
@@ -131,6 +144,8 @@ def assemble(
             "sources": {f"{p.parent.name}/{p.stem}": _source(p) for p in pages},
             # Neighbours show a page's title: when one changes, they are written again.
             "titles": _titles(chapters, wanted),
+            "entries": {page.name: page.entry for page in _documents(chapters)},
+            "held": {page.name: page.held for page in _documents(chapters)},
             "codes": codes(root, furnisher.book, board),
         },
         indent=1,
@@ -139,25 +154,39 @@ def assemble(
     return mirror(wanted, out)
 
 
-def chapters_of(root: Path, pages: Iterable[Path]) -> list[Chapter]:
-    """Chapters of the given notebooks, in the order of the thesis, the others last."""
-    found: dict[str, list[Path]] = {}
-    for path in sorted(pages, key=lambda path: _place(root, path)):
-        found.setdefault(path.parent.name, []).append(path)
+def chapters_of(
+    root: Path, pages: Iterable[Path], held: Mapping[str, Sequence[str]]
+) -> list[Chapter]:
+    """Chapters of the given notebooks, in the order of the thesis, the others last.
+
+    ``held`` : page -> ids of the artefacts of the thesis that it has.
+    """
+    found: dict[str, list[Document]] = {}
+    for path in pages:
+        name, title = f"{path.parent.name}/{path.stem}", title_of(path)
+        own = tuple(held.get(name, ()))
+        entry = numbered.entry(title, own)
+        document = Document(name, title, summary_of(path), entry, own)
+        found.setdefault(path.parent.name, []).append(document)
     return [
         _chapter(root, folder, found[folder]) for folder in sorted(found, key=_order)
     ]
 
 
-def _place(root: Path, page: Path) -> tuple:
-    """Sort key in a chapter: by the section that the title begins with, then by name.
+def _place(root: Path, page: Document) -> tuple:
+    """Sort key in a chapter: by the section that the title begins with.
 
-    Pages without a section stand behind them, and those of image sets last.
+    Pages of one section follow the numbers of what they have of the thesis; without
+    any, they stand behind these by name. Pages without a section stand behind all of
+    them, and those of image sets last.
     """
-    file = root / "chapters" / page.parent.name / page.stem / PAGE_FILE
-    section = re.match(r"[0-9A-Z](\.[0-9]+)+", title_of(page))
+    file = root / "chapters" / page.name / PAGE_FILE
+    section = re.match(r"[0-9A-Z](\.[0-9]+)+", page.title)
     number = natural(section[0]) if section else []
-    return not file.is_file(), not section, number, natural(page.stem)
+    first = natural(page.held[0]) if page.held else []
+    return (
+        not file.is_file(), not section, number, not first, first, natural(page.name),
+    )  # fmt: skip
 
 
 def _order(folder: str) -> tuple:
@@ -166,17 +195,15 @@ def _order(folder: str) -> tuple:
     return rank, natural(folder)
 
 
-def _chapter(root: Path, folder: str, pages: list[Path]) -> Chapter:
+def _chapter(root: Path, folder: str, pages: list[Document]) -> Chapter:
     path = root / "chapters" / folder / "__init__.py"
     code = path.read_text("utf-8") if path.is_file() else ""
     text = ast.get_docstring(ast.parse(code))
     if not text:
         raise PageError(f"{path}: no docstring; its first line is the chapter's title")
     title, _, intro = text.partition("\n")
-    documents = tuple(
-        Document(f"{folder}/{p.stem}", title_of(p), summary_of(p)) for p in pages
-    )
-    return Chapter(folder, title.strip().rstrip("."), intro.strip(), documents)
+    documents = sorted(pages, key=lambda page: _place(root, page))
+    return Chapter(folder, title.strip().rstrip("."), intro.strip(), tuple(documents))
 
 
 def title_of(path: Path) -> str:

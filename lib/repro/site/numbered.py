@@ -1,0 +1,67 @@
+"""The thesis's own artefacts by number: which page has which, and many in few words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+
+from repro.judge.scoreboard import natural
+from repro.page.wording import label
+from repro.run.discover import Producer
+
+
+def by_page(
+    made: Iterable[Producer], artefacts: Mapping[str, dict]
+) -> dict[str, list[str]]:
+    """Page -> ids of what it produces of the thesis, in the order of `natural`.
+
+    ``artefacts`` are those of the ledger.
+    """
+    found: dict[str, list[str]] = {}
+    for producer in made:
+        if producer.kind in ("figure", "table") and producer.id in artefacts:
+            found.setdefault(producer.page, []).append(producer.id)
+    return {page: sorted(own, key=natural) for page, own in found.items()}
+
+
+def listed(identifiers: Sequence[str]) -> str:
+    """Artefacts in few words: Fig. 4.7 to 4.9, Table 4.4. They come in order."""
+    said = []
+    for _, own in groupby(identifiers, key=_kind):
+        runs = _runs(list(own))
+        word = label(runs[0][0]).rpartition(" ")[0]
+        said.append(f"{word} {', '.join(map(_numbers, runs))}")
+    return ", ".join(said)
+
+
+def _kind(identifier: str) -> str:
+    return identifier.partition("_")[0]
+
+
+def _numbers(run: Sequence[str]) -> str:
+    """The numbers of a run; of three and more the ends."""
+    numbers = [label(identifier).rpartition(" ")[2] for identifier in run]
+    return f"{numbers[0]} to {numbers[-1]}" if len(run) > 2 else ", ".join(numbers)
+
+
+def _runs(identifiers: Sequence[str]) -> list[list[str]]:
+    """The same in groups: numbers that follow each other without a gap."""
+    runs: list[list[str]] = []
+    for identifier in identifiers:
+        before, _, last = identifier.rpartition("_")
+        previous = f"{before}_{int(last) - 1}" if last.isdigit() else None
+        if runs and runs[-1][-1] == previous:
+            runs[-1].append(identifier)
+        else:
+            runs.append([identifier])
+    return runs
+
+
+def entry(title: str, identifiers: Sequence[str]) -> str:
+    """What navigation says of a page: its title up to a colon, and what it holds.
+
+    What the title names already is not said again; without anything else it stays.
+    """
+    short = title.partition(":")[0]
+    held = [i for i in identifiers if label(i) not in short]
+    return f"{short}: {listed(held)}" if held else title
